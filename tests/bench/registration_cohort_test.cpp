@@ -25,7 +25,7 @@ Trial trial(bool global, double start_mm, double error_mm, bool accepted) {
   return t;
 }
 
-TEST(CohortSummaryTest, CountsPlantedTrials) {
+TEST(CohortSummaryTest, CountsKnownTrials) {
   CohortResult result;
   result.trials = {trial(false, 5, 0.2, true), trial(false, 10, 9.0, false),
                    trial(true, 40, 0.4, true), trial(true, 40, 1.5, false),
@@ -39,15 +39,17 @@ TEST(CohortSummaryTest, CountsPlantedTrials) {
   result.trials[4].warned = true;
   const CohortSummary s = summarise(result);
   EXPECT_EQ(s.trials, 8);
-  EXPECT_EQ(s.accepted, 3);  // 0.2, 0.4, 3.5.
+  EXPECT_EQ(s.accepted, 3);  // The errors of these trials are 0.2, 0.4 and 3.5 mm.
   EXPECT_EQ(s.warned, 1);
   EXPECT_DOUBLE_EQ(s.clear_p95_mm, 0.4);
   EXPECT_DOUBLE_EQ(s.warned_median_mm, 3.5);
-  EXPECT_EQ(s.right, 3);  // 0.2, 0.4, 1.5; 60 mm and the hopeless do not count.
+  EXPECT_EQ(s.right, 3);  // The errors of these trials are 0.2, 0.4 and 1.5 mm. The start at 60 mm
+                          // and the hopeless trials do not count.
   EXPECT_DOUBLE_EQ(s.tre_median_mm, 0.4);
   EXPECT_DOUBLE_EQ(s.success_local_10mm, 0.5);
   EXPECT_DOUBLE_EQ(s.success_from_40mm, 2.0 / 3.0);
-  EXPECT_EQ(s.false_accepts, 2);  // 3.5 mm, and the other patient whatever its error.
+  EXPECT_EQ(s.false_accepts, 2);  // The trial with 3.5 mm, and the other patient regardless of its
+                                  // error.
   EXPECT_EQ(s.false_refusals, 1);
   EXPECT_DOUBLE_EQ(s.hopeless_refused, 0.5);
   EXPECT_DOUBLE_EQ(s.coverage_95, 0.9);
@@ -56,7 +58,7 @@ TEST(CohortSummaryTest, CountsPlantedTrials) {
   EXPECT_DOUBLE_EQ(s.predicted_over_actual, 1.5);
 }
 
-TEST(CohortSummaryTest, RegistrationsOfOneSweepCountAsOneForTheErrorOfTheCoverage) {
+TEST(CohortSummaryTest, RegistrationsOfOneSweepCountOnceForTheStandardError) {
   CohortResult result;
   for (const std::uint64_t patient : {1, 2, 3}) {
     for (int start = 0; start < 4; ++start) {
@@ -68,12 +70,13 @@ TEST(CohortSummaryTest, RegistrationsOfOneSweepCountAsOneForTheErrorOfTheCoverag
   }
   const CohortSummary s = summarise(result);
   EXPECT_DOUBLE_EQ(s.coverage_95, 0.9);
-  EXPECT_NEAR(s.coverage_95_se, 0.1, 1e-12);  // As of 1, 1 and 0.7.
+  EXPECT_NEAR(s.coverage_95_se, 0.1, 1e-12);  // The standard error of 1, 1 and 0.7.
   result.trials.resize(4);
   EXPECT_TRUE(std::isnan(summarise(result).coverage_95_se));
 }
 
-/// Name, right of four, error, processor s in memory, solve, from files.
+/// Arguments: name, correct results of four, error, processor seconds in memory, of the solve, and
+/// from files.
 PeerRow row(const std::string& name, int right, double error_mm, double cpu_s, double solve_cpu_s,
             double end_to_end_cpu_s) {
   return {name, 5, 4, right, error_mm, cpu_s, solve_cpu_s, end_to_end_cpu_s};
@@ -91,14 +94,14 @@ PeerComparison planted() {
   return planted;
 }
 
-TEST(PeerRatiosTest, AreOfTheCheapestThatConvergesOnEitherSide) {
+TEST(PeerRatiosTest, UseTheCheapestConvergedResultOfEachSide) {
   PeerOptions options;
   options.efforts = {{40, 2000, 1}, {60, 2000, 1}, {100, 2000, 1}, {150, 2000, 1}};
   PeerComparison peer = planted();
   add_ratios(options, peer);
   ASSERT_TRUE(peer.ratios.has_value()) << peer.reason;
-  // 40 iterations are not right on all, 60 are a fifth worse than 100; those of a share of the
-  // patches nobody can ask for.
+  // 40 iterations are not always correct, and 60 are a fifth worse than 100. Rows for a fraction of
+  // the patches do not count, because no option selects them.
   EXPECT_EQ(peer.ratios->theirs, "elastix 100x1");
   EXPECT_EQ(peer.ratios->ours, "sonde quick");
   EXPECT_DOUBLE_EQ(peer.ratios->cpu, 12);
@@ -106,11 +109,11 @@ TEST(PeerRatiosTest, AreOfTheCheapestThatConvergesOnEitherSide) {
   EXPECT_DOUBLE_EQ(peer.ratios->end_to_end.value(), 2.5);
 }
 
-TEST(PeerRatiosTest, ALowerErrorAndEveryStartAreAskedForOfUs) {
+TEST(PeerRatiosTest, OurResultMustHaveALowerErrorFromEveryStart) {
   PeerOptions options;
   options.efforts = {{40, 2000, 1}, {60, 2000, 1}, {100, 2000, 1}, {150, 2000, 1}};
   PeerComparison peer = planted();
-  peer.rows[4].error_median_mm = 0.75;  // As elastix 100x1, and no better.
+  peer.rows[4].error_median_mm = 0.75;  // Like elastix 100x1, and no better.
   add_ratios(options, peer);
   ASSERT_TRUE(peer.ratios.has_value());
   EXPECT_EQ(peer.ratios->ours, "sonde local");
@@ -126,8 +129,8 @@ TEST(PeerRatiosTest, ALowerErrorAndEveryStartAreAskedForOfUs) {
   EXPECT_NE(peer.reason.find("elastix"), std::string::npos);
 }
 
-TEST(CohortSummaryTest, ABoundOfNoneInNIsTheRuleOfThree) {
-  // Exactly 1 - 0.05^(1/n).
+TEST(CohortSummaryTest, TheBoundForZeroEventsIsTheRuleOfThree) {
+  // The exact bound is 1 - 0.05^(1/n).
   EXPECT_NEAR(share_bound_95(0, 1000), 1 - std::pow(0.05, 1e-3), 1e-9);
   EXPECT_GT(share_bound_95(1, 1000), share_bound_95(0, 1000));
   EXPECT_EQ(share_bound_95(3, 3), 1);
@@ -139,7 +142,7 @@ TEST(CohortSummaryTest, QuantilesAreNearestRanks) {
   EXPECT_TRUE(std::isnan(quantile({}, 0.5)));
 }
 
-TEST(CohortTest, StartsHaveTheErrorThatTheyClaim) {
+TEST(CohortTest, StartsHaveTheStatedError) {
   const CtPose truth(Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitX())),
                      {10, -20, 30});
   std::vector<TrackedFrame> frames(
@@ -160,8 +163,8 @@ TEST(CohortTest, StartsHaveTheErrorThatTheyClaim) {
   }
 }
 
-/// A simulated sweep, solved anew for each draw: what the one step stands for.
-TEST(BootstrapCurveTest, OneStepIsNearAFullSolveOfTheSameDraws) {
+/// A simulated sweep is solved again for each draw. This is what one step approximates.
+TEST(BootstrapCurveTest, OneStepIsCloseToAFullSolveOfEachDraw) {
   CaseStore store;
   BootstrapCurveOptions options;
   options.first_seed = 501;
@@ -172,7 +175,7 @@ TEST(BootstrapCurveTest, OneStepIsNearAFullSolveOfTheSameDraws) {
   const BootstrapCurve curve = measure_bootstrap(options, store);
   ASSERT_EQ(curve.references.size(), 1u);
   const BootstrapReference& one = curve.references.front();
-  // The greatest of six sweeps: 14 % and 0.3 (docs/experiments/registration.md).
+  // The largest values of six sweeps are 14 % and 0.3 (docs/experiments/registration.md).
   EXPECT_NEAR(one.step_mm / one.solved_mm, 1, 0.2);
   EXPECT_LT(one.apart, 0.4);
   ASSERT_EQ(curve.points.size(), 2u);

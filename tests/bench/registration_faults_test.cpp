@@ -18,25 +18,25 @@ using registration::MisfitCause;
 using ReferenceFromImage = Transform<frames::Reference, frames::Image>;
 
 constexpr int kPictures = 21;
-constexpr double kStepS = 0.05;  // Between pictures.
+constexpr double kStepS = 0.05;  // Time between images.
 constexpr int kWidth = 81;
 constexpr int kHeight = 101;
 constexpr double kPixelMm = 1;
-// Poses are products and slerps of doubles.
+// The poses are products and spherical interpolations of doubles.
 constexpr double kPoseMm = 1e-9;
 constexpr double kPoseRad = 1e-9;
 constexpr double kOutlineMm = 1e-12;
-// Half a grey for rounding of the picture, half for that of its original, and one where the grey is
-// not linear between pixels.
+// Half a grey level for the rounding of each of the two images, and one level where the grey value
+// is not linear between pixels.
 constexpr double kGreyLevels = 2;
 
-/// A hand that slides and turns evenly: poses between samples are exact.
+/// A hand that moves and rotates uniformly, so that poses between samples are exact.
 ReferenceFromImage hand_at(double seconds) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.4 * seconds, Vec(1, 2, 2) / 3));
   return {turn, Vec(3, -4, 20 + 30 * seconds)};
 }
 
-/// Pictures with greys by depth and angle from the face of a convex probe.
+/// Images whose grey values depend on the depth and angle from the face of a convex probe.
 Sweep sweep_of(const std::function<double(double depth_mm, double angle_rad)>& grey, bool convex) {
   const SectorOutline outline{{0, -40}, 40, 130, 0.6};
   std::vector<TrackedFrame> frames;
@@ -65,7 +65,7 @@ Sweep flat_sweep() {
   return sweep_of([](double, double) { return 100; }, true);
 }
 
-TEST(AlteredSweepTest, ADelayedSweepHasThePosesOfTheOtherMoments) {
+TEST(AlteredSweepTest, ADelayedSweepHasThePosesOfOtherTimes) {
   const Sweep sweep = flat_sweep();
   const double last_s = kStepS * (kPictures - 1);
   for (const double delay_s : {-0.2, -0.05, -0.015, 0.0, 0.015, 0.05, 0.2}) {
@@ -83,14 +83,14 @@ TEST(AlteredSweepTest, ADelayedSweepHasThePosesOfTheOtherMoments) {
           << delay_s;
     }
   }
-  // Of 200 ms four pictures have no pose.
+  // With 200 ms, four images have no pose.
   EXPECT_EQ(delayed(sweep, from_seconds(0.2)).frames().front().frame.acquired,
             sweep.frames()[4].frame.acquired);
   EXPECT_EQ(delayed(sweep, from_seconds(-0.2)).frames().back().frame.acquired,
             sweep.frames()[kPictures - 5].frame.acquired);
 }
 
-TEST(AlteredSweepTest, EnlargedPixelsTakeTheOutlineAlong) {
+TEST(AlteredSweepTest, EnlargedPixelsEnlargeTheOutline) {
   const Sweep sweep = flat_sweep();
   const Sweep large = enlarged(sweep, 1.03);
   const UltrasoundFrame& before = sweep.frames()[3].frame;
@@ -105,9 +105,9 @@ TEST(AlteredSweepTest, EnlargedPixelsTakeTheOutlineAlong) {
   EXPECT_EQ(after.outline->half_angle_rad, before.outline->half_angle_rad);
 }
 
-/// Echoes are where depth says, at the same angle.
+/// Expects every echo at its new depth, at the same angle.
 void expect_deepened(double factor, bool convex) {
-  const double by_angle = convex ? 60 : 0;  // Beams of a linear probe have none.
+  const double by_angle = convex ? 60 : 0;  // Beams of a linear probe have no angle.
   const auto grey = [&](double depth_mm, double angle_rad) {
     return 60 + 1.5 * depth_mm + by_angle * angle_rad;
   };
@@ -123,7 +123,8 @@ void expect_deepened(double factor, bool convex) {
   for (int row = 2; row < 85; ++row) {
     for (int column = 15; column < 66; ++column) {
       const Eigen::Vector2d p = shown.grid.at(column, row).mm.head<2>();
-      const Eigen::Vector2d inner(p.x(), p.y() - 2);  // Its source and that one's neighbours too.
+      const Eigen::Vector2d inner(p.x(), p.y() - 2);  // Keeps a distance for the source pixel and
+                                                      // its neighbours.
       if (convex && !(outline->contains(p) && outline->contains(inner))) continue;
       EXPECT_NEAR(shown.pixels.at(column, row), ideal.frames()[0].frame.pixels.at(column, row),
                   kGreyLevels)
@@ -135,24 +136,25 @@ void expect_deepened(double factor, bool convex) {
 }
 
 TEST(AlteredSweepTest, DeeperEchoesStayOnTheirBeam) {
-  // At 80 mm 3 % are 3.6 greys.
+  // At a depth of 80 mm, 3 % are 3.6 grey levels.
   for (const double factor : {0.97, 1.03}) {
     expect_deepened(factor, true);
     expect_deepened(factor, false);
   }
 }
 
-TEST(AlteredSweepTest, WhatShallowerEchoesLeaveAtTheBottomIsOutside) {
+TEST(AlteredSweepTest, ShallowerEchoesLeaveBlackPixelsAtTheBottom) {
   const Sweep shallow = deepened(flat_sweep(), 0.9);
   const UltrasoundFrame& shown = shallow.frames()[0].frame;
   EXPECT_NEAR(shown.outline->radius_max_mm, 40 + 0.9 * 90, kOutlineMm);
   EXPECT_EQ(shown.pixels.at(40, 80), 100);
-  EXPECT_EQ(shown.pixels.at(40, 83), 0);  // From 92 mm, and the pictures end at 90.
+  EXPECT_EQ(shown.pixels.at(40, 83), 0);  // The echo would come from 92 mm, but the images end at
+                                          // 90 mm.
   EXPECT_NEAR(deepened(flat_sweep(), 1.1).frames()[0].frame.outline->radius_max_mm, 130,
               kOutlineMm);
 }
 
-TEST(AlteredSweepTest, MiscalibratedPicturesAllLieElsewhereInTheSameWay) {
+TEST(AlteredSweepTest, ACalibrationErrorIsEqualForAllImages) {
   const Sweep sweep = flat_sweep();
   const auto error_of = [&](const Sweep& wrong, std::size_t i) {
     return sweep.frames()[i].reference_from_image.inverse() *
@@ -204,7 +206,7 @@ sim::SimulatedSessionOptions short_session(double duration_s) {
   return options;
 }
 
-TEST(FaultCaseTest, ADeformedSessionKnowsWhereItsTargetsLie) {
+TEST(FaultCaseTest, ADeformedSessionKnowsThePositionsOfItsTargets) {
   const auto session = make_faulty_session({FaultKind::kDeformation, 8}, short_session(0.5));
   ASSERT_TRUE(test::has_value(session));
   double largest = 0;
@@ -220,7 +222,7 @@ TEST(FaultCaseTest, ADeformedSessionKnowsWhereItsTargetsLie) {
   EXPECT_NEAR(error_mm(*session, session->truth), rms, 1e-9);
 }
 
-/// How far a session's pictures are from the truth at rest at most, mm.
+/// Largest distance between the truth of an image and the truth at rest, mm.
 double moved_mm(const SessionCase& session) {
   const auto centre = session.sweep.centroid();
   double most = 0;
@@ -230,11 +232,11 @@ double moved_mm(const SessionCase& session) {
   return most;
 }
 
-TEST(FaultCaseTest, ABreathingSessionMovesAsItsSizeSays) {
+TEST(FaultCaseTest, ABreathingSessionMovesByItsSize) {
   const auto half = make_faulty_session({FaultKind::kBreathing, 6}, short_session(4));
   const auto whole = make_faulty_session({FaultKind::kBreathing, 12}, short_session(4));
   ASSERT_TRUE(test::has_value(half) && test::has_value(whole));
-  // Breaths differ by up to 15 %, and the liver's edge moves less than its middle.
+  // Breaths differ by up to 15 %, and the edge of the liver moves less than its middle.
   EXPECT_GT(moved_mm(*half), 0.5 * 6);
   EXPECT_LT(moved_mm(*half), 1.3 * 6);
   EXPECT_NEAR(moved_mm(*whole) / moved_mm(*half), 2, 0.2);
@@ -243,7 +245,7 @@ TEST(FaultCaseTest, ABreathingSessionMovesAsItsSizeSays) {
   }
 }
 
-TEST(FaultCaseTest, ASessionIsMeasuredByWhatItShowsWithErrorsOfTheTracker) {
+TEST(FaultCaseTest, ASessionHasVisibleTargetsAndTrackerErrors) {
   const auto session = make_faulty_session({}, short_session(2));
   ASSERT_TRUE(test::has_value(session));
   const FaultCase made = fault_case(*session, 501, nullptr);
@@ -256,7 +258,7 @@ TEST(FaultCaseTest, ASessionIsMeasuredByWhatItShowsWithErrorsOfTheTracker) {
                 session->sweep.frames()[i].reference_from_image.translation_mm())
                    .squaredNorm();
   }
-  // Nine pictures: within a factor of two.
+  // Nine images determine the RMS within a factor of two.
   const double rms = std::sqrt(squares / static_cast<double>(made.sweep.frames().size()) / 3);
   EXPECT_GT(rms, 0.5 * kTrackerMm);
   EXPECT_LT(rms, 2 * kTrackerMm);
@@ -276,7 +278,7 @@ FaultTrial trial(const Fault& fault, double error_mm, bool accepted, bool warned
   return t;
 }
 
-TEST(FaultCurveTest, CountsPlantedTrials) {
+TEST(FaultCurveTest, CountsKnownTrials) {
   const Fault none;
   const Fault late{FaultKind::kDelay, 100};
   const Fault later{FaultKind::kDelay, 200};
@@ -287,7 +289,7 @@ TEST(FaultCurveTest, CountsPlantedTrials) {
                                  trial(late, 9, false, false, MisfitCause::kDelay),
                                  trial(later, 9, false, false, {})};
   trials.push_back({});
-  trials.back().fault = late;  // Refused before a pose was found.
+  trials.back().fault = late;  // Rejected before a pose was found.
   const std::vector<FaultPoint> points = count_faults(trials);
   ASSERT_EQ(points.size(), 3U);
   EXPECT_EQ(points[0].fault, late);
@@ -299,19 +301,19 @@ TEST(FaultCurveTest, CountsPlantedTrials) {
   EXPECT_EQ(p.clear, 1);
   EXPECT_EQ(p.warned, 2);
   EXPECT_EQ(p.refused, 2);
-  EXPECT_EQ(p.false_accepts, 1);  // 4 mm; 9 mm was refused.
+  EXPECT_EQ(p.false_accepts, 1);  // The trial with 4 mm. The trial with 9 mm was rejected.
   EXPECT_EQ(p.named, 3);
   EXPECT_EQ(p.named_right, 2);
   EXPECT_NEAR(p.error_mean_mm, 7.0 / 3, 1e-12);
   EXPECT_EQ(p.error_max_mm, 4);
-  EXPECT_EQ(p.actual_over_predicted, 4);  // 2 mm.
+  EXPECT_EQ(p.actual_over_predicted, 4);  // The trial with 2 mm.
   EXPECT_NEAR(p.misfits_cpu_ms, 10, 1e-12);
   EXPECT_EQ(points[2].refused, 1);
   EXPECT_TRUE(std::isnan(points[2].error_mean_mm) && std::isnan(points[2].error_max_mm));
   EXPECT_TRUE(std::isnan(points[2].actual_over_predicted));
 }
 
-TEST(FaultCurveTest, ThreeMillimetresAreStillRight) {
+TEST(FaultCurveTest, AnErrorOfThreeMillimetresCountsAsCorrect) {
   EXPECT_FALSE(trial({}, kFalseAcceptMm, true, true, {}).false_accept());
   EXPECT_TRUE(trial({}, kFalseAcceptMm + 0.01, true, true, {}).false_accept());
   EXPECT_TRUE(trial({}, NAN, true, false, {}).false_accept());
@@ -330,8 +332,8 @@ TEST(FaultCurveTest, TheTableNamesEveryFaultWithItsSize) {
   }
 }
 
-/// A simulated sweep along the ribs whose pictures are 200 ms earlier than their poses.
-TEST(FaultCurveTest, ALongDelayIsRefusedAndNamed) {
+/// A simulated sweep along the ribs. Its images are 200 ms earlier than their poses.
+TEST(FaultCurveTest, ALongDelayIsRejectedAndNamed) {
   CaseStore store;
   FaultCurveOptions options;
   options.sweeps.first_seed = 501;

@@ -13,7 +13,7 @@
 namespace nav::bench {
 namespace {
 
-/// A result so far along x from the truth.
+/// Returns a result at a distance along x from the truth.
 StartTrial result(double along_mm, double cost, bool accepted, double predicted_mm) {
   return {CtPose(Eigen::Quaterniond::Identity(), {along_mm, 0, 0}), cost, accepted, predicted_mm,
           40.0};
@@ -23,14 +23,14 @@ StartSweep planted(std::vector<StartTrial> trials) {
   return {"fan", true, std::move(trials), {Point<frames::Reference>{{0, 0, 50}}}};
 }
 
-TEST(StartCurveTest, CountsWhatCameToTheCheapestPose) {
+TEST(StartCurveTest, CountsTheResultsNearTheCheapestPose) {
   const StartSweep sweep = planted({result(0, 0.2, true, 0.2), result(0.3, 0.21, true, 0.4),
                                     result(0.1, 0.22, false, 0.3), result(9, 0.3, false, 7)});
   const auto points = count_starts({sweep});
   ASSERT_EQ(points.size(), 1U);
   EXPECT_EQ(points[0].sweeps, 1);
   EXPECT_EQ(points[0].registrations, 4);
-  EXPECT_EQ(points[0].same, 3);  // The fourth is elsewhere.
+  EXPECT_EQ(points[0].same, 3);  // The fourth result is elsewhere.
   EXPECT_EQ(points[0].accepted, 2);
   EXPECT_EQ(points[0].elsewhere, 0);
   EXPECT_EQ(points[0].split, 1);
@@ -39,12 +39,12 @@ TEST(StartCurveTest, CountsWhatCameToTheCheapestPose) {
   EXPECT_EQ(points[0].hidden_least_mm, 40);
 }
 
-TEST(StartCurveTest, OneVerdictIsNotSplit) {
+TEST(StartCurveTest, EqualVerdictsAreNotCountedAsSplit) {
   const auto accepted = planted({result(0, 0.2, true, 0.2), result(0, 0.2, true, 0.2)});
   const auto refused = planted({result(0, 0.2, false, 0.2), result(9, 0.3, true, 0.2)});
   const auto points = count_starts({accepted, refused});
   EXPECT_EQ(points[0].split, 0);
-  EXPECT_EQ(points[0].elsewhere, 1);  // The other pose of the second.
+  EXPECT_EQ(points[0].elsewhere, 1);  // The other pose of the second sweep.
 }
 
 TEST(StartCurveTest, GroupsByPathAndCt) {
@@ -61,7 +61,7 @@ TEST(StartCurveTest, GroupsByPathAndCt) {
   EXPECT_NE(text.find("other CT: 1 sweeps"), std::string::npos) << text;
 }
 
-TEST(StartCurveTest, NothingPredictedFromSomeStartsIsInfinitelyApart) {
+TEST(StartCurveTest, AMissingPredictionGivesAnInfiniteRatio) {
   constexpr double kInf = std::numeric_limits<double>::infinity();
   const auto some = planted({result(0, 0.2, true, 0.2), result(0, 0.2, false, kInf)});
   EXPECT_TRUE(std::isinf(count_starts({some})[0].predicted_ratio_max));
@@ -77,7 +77,7 @@ TEST(StartCurveTest, SweepsWithoutAPoseAreCounted) {
   EXPECT_TRUE(std::isnan(points[0].apart_max_mm));
 }
 
-TEST(StartCurveTest, ASweepHasOneVerdictAndAFanHidesAShift) {
+TEST(StartCurveTest, AllStartsGiveOneVerdictAndAFanHidesAShift) {
   StartCurveOptions options;
   options.sweeps.first_seed = 21;
   options.sweeps.patients = 1;
@@ -95,10 +95,10 @@ TEST(StartCurveTest, ASweepHasOneVerdictAndAFanHidesAShift) {
   EXPECT_LT(points[0].apart_max_mm, 0.2);
   EXPECT_LT(points[0].predicted_ratio_max, 1.5);
   EXPECT_GT(points[0].hidden_least_mm, 5);
-  EXPECT_EQ(points[1].accepted, 0);  // Another patient's CT.
+  EXPECT_EQ(points[1].accepted, 0);  // The CT of another patient.
 }
 
-TEST(SliceCurveTest, ThickSlicesAreMeansOfThoseThatTheyHold) {
+TEST(SliceCurveTest, ThickSlicesAreMeansOfThinSlices) {
   VoxelGrid grid;
   grid.size = {2, 1, 5};
   grid.spacing_mm = {1, 1, 2};
@@ -108,9 +108,10 @@ TEST(SliceCurveTest, ThickSlicesAreMeansOfThoseThatTheyHold) {
   const Volume thick = with_thick_slices(*thin, 2);
   EXPECT_EQ(thick.grid().size, (std::array{2, 1, 2}));
   EXPECT_EQ(thick.grid().spacing_mm.z(), 4);
-  EXPECT_EQ(thick.grid().origin_mm.z(), 11);  // Between the two.
+  EXPECT_EQ(thick.grid().origin_mm.z(), 11);  // Between the two slices.
   const std::vector<std::int16_t> found(thick.hu().begin(), thick.hu().end());
-  EXPECT_EQ(found, (std::vector<std::int16_t>{5, 105, 25, 126}));  // The last slice is left over.
+  EXPECT_EQ(found, (std::vector<std::int16_t>{5, 105, 25, 126}));  // The last slice has no partner
+                                                                   // and is left out.
   const Volume same = with_thick_slices(*thin, 1);
   EXPECT_TRUE(std::ranges::equal(same.hu(), thin->hu()));
 }

@@ -33,12 +33,12 @@ TEST(InventoryTest, FindsOnlyCanInterfacesAndTheirState) {
   EXPECT_FALSE((*found)[1].up);
 }
 
-TEST(InventoryTest, NamesAMissingNetworkFolder) {
+TEST(InventoryTest, ReportsAMissingNetworkFolder) {
   EXPECT_TRUE(
       test::refuses(list_can("/nonexistent/net"), ErrorCode::kUnavailable, {"/nonexistent/net"}));
 }
 
-/// A list, or a sentence that says why this machine has none.
+/// Expects a list, or an error message that says why this machine has none.
 template <class T>
 void expect_list_or_reason(const Result<T>& found) {
   if (found) return;
@@ -46,7 +46,7 @@ void expect_list_or_reason(const Result<T>& found) {
   EXPECT_FALSE(found.error().message.empty());
 }
 
-TEST(InventoryTest, AsksTheRealKernel) {
+TEST(InventoryTest, ListsTheInterfacesOfThisMachineOrReportsTheReason) {
   expect_list_or_reason(list_can());
   expect_list_or_reason(list_usb());
 }

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// From the simulated tracker to the rendered picture.
+// Tests the demo from the simulated tracker to the rendered image.
 #include "app/verbs/demo.hpp"
 
 #include <fstream>
@@ -14,9 +14,9 @@
 namespace nav::app {
 namespace {
 
-/// The promise of the demo: from 10 mm and 8 degrees to this error at the target.
+/// The demo promises this error at the target for a start error of 10 mm and 8 degrees.
 constexpr double kPromisedErrorMm = 2.0;
-/// The needle's pose is measured with noise and shown through the registration.
+/// The pose of the needle is measured with noise and displayed with the registration.
 constexpr double kFinalTipMm = 3.0;
 
 DemoOptions small_demo(const std::filesystem::path& out) {
@@ -35,7 +35,7 @@ io::Json report_of(const std::filesystem::path& out) {
   return io::Json::parse(file, nullptr, false);
 }
 
-TEST(DemoTest, RegistersGuidesAndAccountsForEverything) {
+TEST(DemoTest, RegistersGuidesAndCountsEveryImage) {
   const test::TemporaryFolder folder;
   Console console(false);
   ASSERT_TRUE(test::has_value(run_demo(small_demo(folder / "one"), console)));
@@ -53,7 +53,7 @@ TEST(DemoTest, RegistersGuidesAndAccountsForEverything) {
   EXPECT_TRUE(std::filesystem::exists(folder / "one" / "report.html"));
   EXPECT_GT(std::filesystem::file_size(folder / "one" / "demo.webp"), 1000u);
 
-  // The same input gives the same bytes with one and two threads.
+  // Equal input gives equal bytes with one and two threads.
   DemoOptions two = small_demo(folder / "two");
   two.output.threads = 2;
   ASSERT_TRUE(test::has_value(run_demo(two, console)));
@@ -63,7 +63,7 @@ TEST(DemoTest, RegistersGuidesAndAccountsForEverything) {
   EXPECT_EQ(again["target_error_mm"], report["target_error_mm"]);
 }
 
-TEST(DemoTest, ARefusedRegistrationNeverShowsThePlane) {
+TEST(DemoTest, ARejectedRegistrationNeverShowsTheUltrasoundPlane) {
   const test::TemporaryFolder folder;
   Console console(false);
   DemoOptions hopeless = small_demo(folder / "out");

@@ -7,8 +7,8 @@
 #include "sim/fault_plan.hpp"
 #include "sim/trackers/sensor_pose_source.hpp"
 
-/// Streams that fail in every way of FaultPlan, through gate, buffer, pairing and navigator: what
-/// is shown as live is right and recent, or nothing is shown as live.
+/// Streams with every fault of FaultPlan pass through gate, buffer, pairing and navigator. What is
+/// displayed as live must be correct and recent. Otherwise nothing is displayed as live.
 namespace nav {
 namespace {
 
@@ -16,9 +16,10 @@ using std::chrono::milliseconds;
 
 constexpr Duration kLength = std::chrono::seconds(20);
 constexpr Duration kFramePeriod = milliseconds(50);
-/// A hand on circles of 60 mm and 0.4 rad at 0.25 Hz: at 94 mm/s a stamp that is 10 ms wrong is
-/// 0.9 mm. Between samples 20 ms apart interpolation is less than 0.01 mm off, and across a gap of
-/// at most 200 ms by at most a g (T - g) / 2, g from the nearest sample, a = 148 mm/s² or 1 rad/s².
+/// The probe moves on circles of 60 mm and turns by 0.4 rad at 0.25 Hz. At 94 mm/s, a timestamp
+/// that is wrong by 10 ms causes an error of 0.9 mm. Interpolation between samples 20 ms apart has
+/// an error below 0.01 mm. Across a gap T of at most 200 ms, the error is at most a g (T - g) / 2,
+/// where g is the time to the nearest sample and a = 148 mm/s² or 1 rad/s².
 double tolerance_mm(Duration gap) { return 0.05 + 0.5 * 150 * 0.2 * to_seconds(gap); }
 double tolerance_rad(Duration gap) { return 5e-4 + 0.5 * 1.1 * 0.2 * to_seconds(gap); }
 
@@ -52,7 +53,7 @@ std::unique_ptr<PoseSource> poses_of(std::function<Eigen::Matrix4d(Timestamp)> t
   return std::make_unique<sim::SensorPoseSource>(stream);
 }
 
-/// Small pictures whose sequence tells when they were really acquired.
+/// Source of small images. The sequence number of an image gives its true acquisition time.
 class PictureSource final : public FrameSource {
  public:
   static Timestamp physical(std::uint64_t sequence) {
@@ -88,7 +89,7 @@ struct Outcome {
 
 class Session {
  public:
-  /// judged: whether what is shown as live must be right.
+  /// \p judged: true if the values displayed as live must be correct.
   explicit Session(const Plans& plans, bool judged = true)
       : judged_(judged),
         probe_(poses_of([](Timestamp t) { return probe_at(t).matrix(); }, 0), plans.probe, 0),
@@ -166,15 +167,15 @@ const Fault kFaults[] = {{"drop", &sim::FaultPlan::drop},
                          {"mirror", &sim::FaultPlan::mirror},
                          {"denormalised", &sim::FaultPlan::denormalised}};
 
-TEST(FaultsTest, WithoutFaultsEverythingIsLive) {
+TEST(FaultsTest, WithoutFaultsAlmostEveryRefreshIsLive) {
   const Outcome outcome = run({});
   EXPECT_TRUE(outcome.rejected_poses.empty());
   EXPECT_TRUE(outcome.rejected_frames.empty());
-  // The first picture comes at 200 ms, the last leaves at 20 s.
+  // The first image arrives at 200 ms, the last one at 20 s.
   EXPECT_GT(outcome.live, 0.9 * outcome.refreshes);
 }
 
-TEST(FaultsTest, EachFaultOfEachStreamIsRefusedOrWithdrawn) {
+TEST(FaultsTest, EachFaultOfEachStreamIsRejected) {
   for (const Fault& fault : kFaults) {
     for (sim::FaultPlan Plans::*stream : {&Plans::probe, &Plans::reference, &Plans::frames}) {
       for (const std::uint64_t seed : {1u, 2u}) {
@@ -189,7 +190,7 @@ TEST(FaultsTest, EachFaultOfEachStreamIsRefusedOrWithdrawn) {
   }
 }
 
-TEST(FaultsTest, BackwardClockSteps) {
+TEST(FaultsTest, ClockStepsInBothDirectionsAreRejected) {
   for (sim::FaultPlan Plans::*stream : {&Plans::probe, &Plans::reference, &Plans::frames}) {
     for (const int step_ms : {-1000, -150, -70, 70, 900}) {
       SCOPED_TRACE(step_ms);
@@ -202,12 +203,13 @@ TEST(FaultsTest, BackwardClockSteps) {
   }
 }
 
-TEST(FaultsTest, StressEverythingAtOnce) {
+TEST(FaultsTest, AllFaultsTogetherAreRejected) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(seed);
     const auto plan = sim::FaultPlan::everything(0.005, seed);
     run({plan, plan, plan});
-    // A clock that is wrong nine times out of ten cannot be known to be: nothing may break.
+    // Nobody can detect a clock that is wrong nine times out of ten. In this case the program only
+    // must not fail.
     const auto worst = sim::FaultPlan::everything(0.3, seed);
     Session({worst, worst, worst}, false).run();
   }

@@ -14,7 +14,7 @@
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
 
-/// 'sonde replay --follow' on patients who breathe, from the true pose of rest on.
+/// Tests 'sonde replay --follow' for patients who breathe. The start is the true pose at rest.
 namespace nav::app {
 namespace {
 
@@ -22,7 +22,7 @@ using Pose = Transform<frames::Ct, frames::Reference>;
 
 constexpr int kViewPixels = 96;
 
-/// A recorded patient of the abdomen, breathing 10 mm, with CT and truth.
+/// Recording of an abdomen that breathes with an amplitude of 10 mm, with CT and truth.
 struct Patient {
   SimulateOptions options;
   io::Json truth;
@@ -38,11 +38,12 @@ struct Patient {
     Console console(false);
     const auto written = run_simulate(options, console);
     EXPECT_TRUE(written) << written.error().message;
-    truth = io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+    truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
   }
 };
 
-/// As 'sonde register' writes it: an accepted registration of a CT at a pose, with the breath.
+/// Writes a file like 'sonde register': an accepted registration of a CT at a pose, and whether the
+/// breathing model was accepted.
 std::filesystem::path registration_of(const std::filesystem::path& ct, const io::Json& pose,
                                       const test::TemporaryFolder& folder, bool breath = true) {
   CollectingDiagnostics unheard;
@@ -69,7 +70,7 @@ SessionConfig following(const Patient& patient, const std::filesystem::path& ct,
   return config;
 }
 
-/// The 3D view of the last picture of a replay, without the words beside and below it.
+/// Returns the 3D view of the last image of a replay, without the overlay text beside and below it.
 std::vector<int> last_view(const std::filesystem::path& out) {
   const auto picture = io::read_png(out / "replay_00001.png");
   EXPECT_TRUE(test::has_value(picture));
@@ -111,7 +112,8 @@ std::vector<Line> lines_of(const std::filesystem::path& path) {
   return lines;
 }
 
-/// RMS over the places of a picture of how far a pose puts the tissue from where the CT has it, mm.
+/// RMS error in mm over positions of an image: the distance between the tissue at the pose and the
+/// tissue in the CT.
 double error_mm(const Patient& patient, const io::Json& frame, const Pose& pose) {
   const Eigen::Matrix4d now = matrix_of(frame.at("ct_from_image_mm"));
   const Eigen::Matrix4d rest = matrix_of(frame.at("rest_ct_from_image_mm"));
@@ -131,7 +133,7 @@ double error_mm(const Patient& patient, const io::Json& frame, const Pose& pose)
   return std::sqrt(sum / count);
 }
 
-TEST(FollowTest, TheCtKeepsWithTissueThatBreathes) {
+TEST(FollowTest, TheCtFollowsBreathingTissue) {
   const test::TemporaryFolder folder;
   const Patient patient(folder, 502);
   Console console(false);
@@ -154,13 +156,13 @@ TEST(FollowTest, TheCtKeepsWithTissueThatBreathes) {
   const auto count = static_cast<double>(lines.size());
   EXPECT_LT(std::sqrt(followed / count), 0.4 * std::sqrt(still / count));
   EXPECT_LT(std::sqrt(followed / count), 2.5);
-  const io::Json summary = io::read_json(json).at("following");
+  const io::Json summary = read_json(json).at("following");
   EXPECT_EQ(summary.at("pictures"), lines.size());
   EXPECT_EQ(summary.at("states").at("following"), lines.size());
   EXPECT_TRUE(summary.at("alarms").empty());
   EXPECT_GT(summary.at("largest_displacement_mm"), 5);
 
-  // What is drawn is where the pose that follows puts it, not where the registration was.
+  // The rendered CT is at the pose that follows, not at the pose of the registration.
   const auto drawn = last_view(folder / "out");
   SessionConfig held = following(patient, patient.options.ct, folder);
   held.placement.follow = false;
@@ -170,7 +172,7 @@ TEST(FollowTest, TheCtKeepsWithTissueThatBreathes) {
   EXPECT_NE(last_view(folder / "out"), drawn);
 }
 
-TEST(FollowTest, AnotherPatientsCtIsTakenAwayAndSaid) {
+TEST(FollowTest, TheCtOfAnotherPatientIsHiddenWithAWarning) {
   const test::TemporaryFolder folder;
   const Patient patient(folder, 502);
   const Patient other(folder, 501);
@@ -180,7 +182,7 @@ TEST(FollowTest, AnotherPatientsCtIsTakenAwayAndSaid) {
       run_replay(following(patient, other.options.ct, folder), json.string(), console)));
   const auto lines = lines_of(folder / "out" / "following.csv");
   ASSERT_EQ(lines.back().state, "lost");
-  const io::Json alarms = io::read_json(json).at("following").at("alarms");
+  const io::Json alarms = read_json(json).at("following").at("alarms");
   ASSERT_FALSE(alarms.empty());
   EXPECT_EQ(alarms.back().at("state"), "lost");
   const auto& entries = console.entries();
@@ -190,7 +192,7 @@ TEST(FollowTest, AnotherPatientsCtIsTakenAwayAndSaid) {
   }));
 }
 
-TEST(FollowTest, OnlyARegisteredCtOfARecordingCanFollow) {
+TEST(FollowTest, OnlyARegisteredCtWithARecordingCanFollow) {
   SessionConfig config;
   config.placement.follow = true;
   EXPECT_TRUE(test::refuses(validate(config), ErrorCode::kUsage,

@@ -18,13 +18,14 @@
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
 
-/// The pelvis phantom of UCL's MPHY0026 course (CC BY): real optical tracking, real CT.
+/// Tests with the pelvis phantom of the UCL course MPHY0026 (CC BY): real optical tracking and a
+/// real CT.
 namespace nav::registration {
 namespace {
 
 using Pose = Transform<frames::Ct, frames::Reference>;
 
-// The published residual, rounded up in the next digit.
+// The published residual, rounded up.
 constexpr double kPublishedFreMm = 0.435;
 
 std::vector<Point<frames::Reference>> points_of(const std::filesystem::path& path) {
@@ -38,7 +39,7 @@ std::vector<Point<frames::Reference>> points_of(const std::filesystem::path& pat
   return out;
 }
 
-/// Distances to the triangles themselves, by VTK: independent of what registered.
+/// Exact distances to the triangles, computed by VTK and independent of the registration.
 class ExactSurface {
  public:
   explicit ExactSurface(const TriangleMesh& mesh) {
@@ -95,7 +96,7 @@ struct Pelvis {
   static Result<Pelvis> read(const std::filesystem::path& folder) {
     auto mesh = io::read_surface(folder / "pelvis_cropped_decimated.vtk");
     if (!mesh) return mesh.error();
-    // The authors list the fiducials of the two frames in different orders.
+    // The lists of the fiducials in the two frames have different orders.
     const auto tracked = points_of(folder / "Tracker_Fiducial_Markers.txt");
     const auto marked = points_of(folder / "pelvis_cropped_ct_fiducial_markers.txt");
     if (tracked.size() != 4 || marked.size() != 4) {
@@ -135,7 +136,8 @@ TEST(PelvisTest, TheSurfaceRefinesFrom30MillimetresAnd20Degrees) {
   const double by_authors = exact.mean_mm(pelvis->touched, pelvis->authors);
   std::cout << "mean distance: landmarks " << by_landmarks << " mm, authors' ICP " << by_authors
             << " mm\n";
-  // The published 2.6 mm are distances to the mesh's corners: the same matrix must give them.
+  // The published 2.6 mm are distances to the vertices of the mesh. The published matrix must give
+  // them.
   const double published = mean_to_corners_mm(pelvis->mesh, pelvis->touched, pelvis->authors);
   EXPECT_NEAR(published, 2.6, 0.1);
   const auto field = ShapeField::create(*surface_shape(pelvis->mesh, 3));

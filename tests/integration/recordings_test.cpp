@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Real recordings and real CTs, through the whole program.
+// Tests the whole program with real recordings and real CTs.
 #include <cctype>
 #include <cmath>
 #include <fstream>
@@ -28,7 +28,7 @@ void PrintTo(const Recording& recording, std::ostream* out) { *out << recording.
 
 class RecordingTest : public ::testing::TestWithParam<Recording> {};
 
-TEST_P(RecordingTest, EveryPictureIsPairedAndShown) {
+TEST_P(RecordingTest, EveryImageIsPairedAndShown) {
   const Recording& recording = GetParam();
   SONDE_REQUIRE_DATA(sequences, std::filesystem::path("plus-sequences/sequences"));
   SONDE_REQUIRE_DATA(ct, std::filesystem::path("ct-abdomen-totalseg/example_ct.nii.gz"));
@@ -73,9 +73,10 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
-/// The independent nearest-neighbour reconstruction of the spine phantom that PLUS made from this
-/// recording with this calibration. Pictures placed by our chain of transforms must agree with it.
-TEST(RecordingTest, PicturesLieWhereTheReconstructionOfPlusPutThem) {
+/// PLUS reconstructed the spine phantom from this recording with this calibration (nearest
+/// neighbour). The images, positioned by our chain of transforms, must agree with that independent
+/// volume.
+TEST(RecordingTest, ImagesAgreeWithTheReconstructionOfPlus) {
   SONDE_REQUIRE_DATA(sequences, std::filesystem::path("plus-sequences/sequences"));
   SONDE_REQUIRE_DATA(baseline,
                      std::filesystem::path(
@@ -99,7 +100,8 @@ TEST(RecordingTest, PicturesLieWhereTheReconstructionOfPlusPutThem) {
       for (int row = 40; row < 560; row += 7) {
         for (int column = 250; column < 600; column += 7) {
           const auto p = paired.tracked->reference_from_image * frame.grid.at(column, row);
-          // The baseline's axes are those of Reference; its header says RAI, which is DICOM's LPS.
+          // The axes of the baseline are those of Reference. Its header says RAI, which is LPS in
+          // DICOM.
           const Eigen::Vector3d index = grid.index_of({p.mm});
           const Eigen::Vector3i nearest = index.array().round().cast<int>();
           bool inside = true;
@@ -109,7 +111,7 @@ TEST(RecordingTest, PicturesLieWhereTheReconstructionOfPlusPutThem) {
           }
           if (!inside) continue;
           const double a = volume->at(nearest.x(), nearest.y(), nearest.z());
-          if (a <= 0) continue;  // Not reached by the sweep.
+          if (a <= 0) continue;  // The sweep did not reach this voxel.
           const double b = frame.pixels.at(column, row);
           sum_a += a;
           sum_b += b;
@@ -127,11 +129,12 @@ TEST(RecordingTest, PicturesLieWhereTheReconstructionOfPlusPutThem) {
   const auto n = static_cast<double>(count);
   const double correlation = (sum_ab - sum_a * sum_b / n) /
                              std::sqrt((sum_aa - sum_a * sum_a / n) * (sum_bb - sum_b * sum_b / n));
-  // Voxels of 0.5 mm average several pixels of 0.08 mm speckle; a shift of 2 mm falls below 0.8.
+  // Voxels of 0.5 mm average several speckle pixels of 0.08 mm. A shift of 2 mm would reduce the
+  // correlation below 0.8.
   EXPECT_GT(correlation, 0.9) << count << " samples";
 }
 
-TEST(RecordingTest, RadioFrequencyDataAreRefusedByName) {
+TEST(RecordingTest, RadioFrequencyDataAreRejectedByName) {
   SONDE_REQUIRE_DATA(file,
                      std::filesystem::path("plus-sequences/sequences/BkCurvilinearRfData.igs.mhd"));
   auto reader = io::SequenceReader::open(file);

@@ -14,23 +14,23 @@
 #include "sim/procedure.hpp"
 #include "tests/support/matchers.hpp"
 
-/// A simulated patient, his CT and his tracked sweep: how often and how well the sweep is put into
-/// the CT, in mm at points of the liver. Simulated data only.
+/// Registers the tracked sweep of a simulated patient to the CT. Measures the success rate and the
+/// error in mm at points of the liver. Simulated data only.
 namespace nav::registration {
 namespace {
 
-// The requirement, RMS over the liver. Half of the margin that a needle into a 10 mm lesion has.
+// The required RMS error over the liver: half of the margin of a needle into a 10 mm lesion.
 constexpr double kRequiredMm = 2;
-// What the patients here give is about 0.4 mm; twice that would be a regression.
+// The patients here give about 0.4 mm. Twice that would be a regression.
 constexpr double kMedianMm = 0.8;
 constexpr double kStartMm = 10;
 constexpr double kStartRad = 8 * M_PI / 180;
 constexpr int kFrames = 30;
-// As an optical tracker with a well-calibrated probe.
+// Noise of an optical tracker with a well-calibrated probe.
 constexpr double kPoseNoiseMm = 0.15;
 constexpr double kPoseNoiseRad = 0.0015;
 
-/// Repeatable on every platform.
+/// Random numbers that are equal on every platform.
 class Random {
  public:
   explicit Random(unsigned seed) : engine_(seed) {}
@@ -87,7 +87,7 @@ struct Patient {
   [[nodiscard]] Transform<frames::Ct, frames::Reference> truth() const {
     return procedure.ct_from_reference();
   }
-  /// RMS over the liver, mm.
+  /// RMS error over the liver, mm.
   [[nodiscard]] double target_error_mm(
       const Transform<frames::Ct, frames::Reference>& found) const {
     double sum = 0;
@@ -97,7 +97,8 @@ struct Patient {
     }
     return std::sqrt(sum / static_cast<double>(targets.size()));
   }
-  /// The truth off by so much about the sweep's centre, in a random direction.
+  /// The truth with an error of \p mm and \p rad about the centre of the sweep, in a random
+  /// direction.
   [[nodiscard]] Transform<frames::Ct, frames::Reference> start(double mm, double rad,
                                                                unsigned seed) const {
     Random random(seed);
@@ -125,13 +126,13 @@ Result<ImageRegistrationResult> solve(const Volume& ct, const Patient& patient,
   return register_sweep(ct, patient.sweep, start, options, diagnostics);
 }
 
-TEST(RegistrationIntegrationTest, PutsSimulatedSweepsIntoTheirCt) {
+TEST(RegistrationIntegrationTest, RegistersSimulatedSweepsToTheirCt) {
   std::vector<double> errors_mm;
   double slowest_s = 0;
   for (const Patient* patient : {&patient_a(), &patient_b()}) {
     for (unsigned seed = 1; seed <= 4; ++seed) {
       const auto start = patient->start(kStartMm, kStartRad, seed);
-      EXPECT_GT(patient->target_error_mm(start), 8.0);  // It is really off.
+      EXPECT_GT(patient->target_error_mm(start), 8.0);  // The start is really wrong.
       const auto result = solve(patient->ct, *patient, start);
       ASSERT_TRUE(test::has_value(result));
       const double error_mm = patient->target_error_mm(result->ct_from_reference);
@@ -142,7 +143,8 @@ TEST(RegistrationIntegrationTest, PutsSimulatedSweepsIntoTheirCt) {
       const auto target = patient->procedure.plan().target_ct;
       const Decision decision = decide(*result, {}, target);
       EXPECT_TRUE(decision.accepted) << (decision.reasons.empty() ? "" : decision.reasons[0]);
-      // Not over-confident: the error at the target within three of its predicted RMS.
+      // The prediction is not over-confident: the error at the target is within three times its
+      // predicted RMS.
       const auto found = result->ct_from_reference * (patient->truth().inverse() * target);
       EXPECT_LT((found - target).v.norm(), 3 * result->tre_rms_mm(target));
     }
@@ -155,9 +157,9 @@ TEST(RegistrationIntegrationTest, PutsSimulatedSweepsIntoTheirCt) {
             << errors_mm.back() << " mm, slowest call " << slowest_s << " s on one thread\n";
 }
 
-TEST(RegistrationIntegrationTest, RefusesHopelessStarts) {
+TEST(RegistrationIntegrationTest, RejectsHopelessStarts) {
   constexpr double kRightMm = 2;
-  // From the nearer ones the search may yet find the pose; what it accepts is right.
+  // From the nearer starts the search may find the pose, but every accepted pose must be correct.
   for (const auto& [far_mm, turn_rad, hopeless] :
        {std::tuple{60.0, M_PI / 3, false}, {150.0, 2 * M_PI / 3, true}}) {
     for (unsigned seed = 1; seed <= 2; ++seed) {
@@ -175,15 +177,15 @@ TEST(RegistrationIntegrationTest, RefusesHopelessStarts) {
   }
 }
 
-TEST(RegistrationIntegrationTest, RefusesTheCtOfAnotherPatient) {
-  // Anatomy of the same plan, other shapes and vessels; the start is as good as it can be.
+TEST(RegistrationIntegrationTest, RejectsTheCtOfAnotherPatient) {
+  // The anatomy follows the same plan, with other shapes and vessels. The start is perfect.
   const auto result = solve(patient_b().ct, patient_a(), patient_a().truth());
   ASSERT_TRUE(test::has_value(result));
   const Decision decision = decide(*result, {}, patient_a().procedure.plan().target_ct);
   EXPECT_FALSE(decision.accepted);
 }
 
-TEST(RegistrationIntegrationTest, RefusesAMirroredCt) {
+TEST(RegistrationIntegrationTest, RejectsAMirroredCt) {
   const Volume& ct = patient_a().ct;
   std::vector<std::int16_t> hu(ct.hu().begin(), ct.hu().end());
   const auto row = static_cast<std::ptrdiff_t>(ct.grid().size[0]);

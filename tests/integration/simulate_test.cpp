@@ -21,7 +21,7 @@
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
 
-/// What 'sonde simulate' writes, read back by what 'sonde replay' and 'sonde register' are made of.
+/// Reads what 'sonde simulate' writes with the parts of 'sonde replay' and 'sonde register'.
 namespace nav::app {
 namespace {
 
@@ -59,7 +59,7 @@ std::vector<TrackedFrame> replayed(const SimulateOptions& options, Console& cons
   return frames;
 }
 
-TEST(SimulateTest, AReplayedRecordingLiesWhereTheTruthSays) {
+TEST(SimulateTest, AReplayedRecordingAgreesWithTheTruth) {
   const test::TemporaryFolder folder;
   Console console(false);
   for (const char* ending : {".igs.mha", ".nrrd"}) {
@@ -71,7 +71,7 @@ TEST(SimulateTest, AReplayedRecordingLiesWhereTheTruthSays) {
     const auto written = run_simulate(options, console);
     ASSERT_TRUE(written) << written.error().message;
     const io::Json truth =
-        io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+        read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
     const auto frames = replayed(options, console);
     ASSERT_EQ(frames.size(), truth.at("frames").size());
     ASSERT_EQ(frames.size(), 13u);
@@ -81,8 +81,9 @@ TEST(SimulateTest, AReplayedRecordingLiesWhereTheTruthSays) {
     for (std::size_t i = 0; i < frames.size(); ++i) {
       const auto expected =
           transform_of<frames::Ct, frames::Image>(truth.at("frames")[i].at("ct_from_image_mm"));
-      // Poses come every 20 ms and are interpolated over the tremor, 0.08 mm at 8 to 12 Hz. The
-      // recording lays its Image frame elsewhere in the plane, so pixels are compared.
+      // Poses come every 20 ms. Their interpolation misses part of the tremor (0.08 mm at 8 to 12
+      // Hz). The Image frame of the recording has another origin in the plane, so positions of
+      // pixels are compared.
       for (const double column : {0.0, 99.0}) {
         for (const double row : {0.0, 69.0}) {
           const Eigen::Vector4d pixel(column, row, 0, 1);
@@ -98,12 +99,12 @@ TEST(SimulateTest, AReplayedRecordingLiesWhereTheTruthSays) {
   }
 }
 
-/// A patient whose sweep and CT lie in a folder.
+/// Patient whose sweep and CT are in a folder.
 struct Recorded {
   using Pose = Transform<frames::Ct, frames::Reference>;
   SimulateOptions options;
   io::Json truth;
-  /// patient_ct: a recorded CT; empty: a patient whose CT is written.
+  /// \p patient_ct: a recorded CT. If it is empty, the CT of a simulated patient is written.
   Recorded(const test::TemporaryFolder& folder, std::uint64_t seed, const std::string& path,
            const std::filesystem::path& patient_ct = {}, double picture_offset_ms = 0,
            const std::string& needle = "none") {
@@ -120,14 +121,14 @@ struct Recorded {
     Console console(false);
     const auto written = run_simulate(options, console);
     EXPECT_TRUE(written) << written.error().message;
-    truth = io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+    truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
   }
   [[nodiscard]] Pose ct_from_reference() const {
     return transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
   }
 };
 
-/// What 'sonde register' says, whether it accepts or refuses.
+/// Returns the report of 'sonde register', whether it accepts or rejects.
 io::Json registered(const Recorded& sweep, const std::filesystem::path& ct,
                     const std::optional<Recorded::Pose>& start, const std::filesystem::path& report,
                     const RegisterOptions& options = {}, double temporal_offset_ms = 0,
@@ -141,19 +142,19 @@ io::Json registered(const Recorded& sweep, const std::filesystem::path& ct,
   Console console(false);
   const auto done = run_register(config, options, report.string(), console);
   EXPECT_TRUE(done || done.error().code == ErrorCode::kRefused) << done.error().message;
-  io::Json json = io::read_json(report);
+  io::Json json = read_json(report);
   EXPECT_EQ(json.at("registration").at("accepted"), done.has_value());
   return json;
 }
 
-/// The pose of a registration, accepted or refused, by the name that says which.
+/// Returns the pose of a registration. Its key says whether the pose was accepted or rejected.
 const io::Json& pose_of(const io::Json& registration) {
   const bool accepted = registration.at("accepted").get<bool>();
   EXPECT_NE(registration.contains(kAcceptedPose), registration.contains(kRefusedPose));
   return registration.at(accepted ? kAcceptedPose : kRefusedPose);
 }
 
-/// RMS over the targets of the truth file, mm.
+/// RMS error over the targets of the truth file, mm.
 double target_error_mm(const Recorded& sweep, const io::Json& report) {
   const auto found =
       transform_of<frames::Ct, frames::Reference>(pose_of(report.at("registration")));
@@ -169,7 +170,7 @@ double target_error_mm(const Recorded& sweep, const io::Json& report) {
   return std::sqrt(sum / count);
 }
 
-TEST(SimulateTest, ARecordingIsRegisteredToItsCtAndToNoOther) {
+TEST(SimulateTest, ARecordingIsRegisteredOnlyToItsOwnCt) {
   const test::TemporaryFolder folder;
   const Recorded sweep(folder, 1, "sweep");
   const Recorded fan(folder, 2, "fan");
@@ -185,8 +186,8 @@ TEST(SimulateTest, ARecordingIsRegisteredToItsCtAndToNoOther) {
       RegisterOptions options;
       options.effort = effort;
       const io::Json own = registered(*patient, patient->options.ct, start, report, options);
-      // A quick one may be right and refused: six pictures agree less with six others than thirty
-      // do.
+      // A quick registration may be correct but rejected, because six images agree less well with
+      // six others than thirty images do.
       const bool accepted = own.at("registration").at("accepted").get<bool>();
       EXPECT_TRUE(accepted || options.effort == "quick") << own.at("registration").dump(1);
       EXPECT_EQ(own.at("effort"), effort);
@@ -198,7 +199,7 @@ TEST(SimulateTest, ARecordingIsRegisteredToItsCtAndToNoOther) {
       EXPECT_EQ(pose_of(wrong.at("registration")).size(), 16U);
     }
   }
-  // Nobody says where the probe stood: the CT's skin does.
+  // Without a start pose, the position of the probe comes from the skin of the CT.
   const io::Json found = registered(sweep, sweep.options.ct, std::nullopt, report);
   EXPECT_TRUE(found.at("registration").at("accepted")) << found.at("registration").dump(1);
   EXPECT_LT(target_error_mm(sweep, found), 1);
@@ -206,9 +207,9 @@ TEST(SimulateTest, ARecordingIsRegisteredToItsCtAndToNoOther) {
   EXPECT_TRUE(found.at("start").at("ct_from_reference_mm").is_null());
 }
 
-TEST(RegisterTest, PointsWithoutLandmarksAreWarnedOfWhatTheyCannotShow) {
+TEST(RegisterTest, PointsWithoutLandmarksCauseAWarning) {
   const test::TemporaryFolder folder;
-  // Three branches that bend apart, touched where they lie.
+  // Three curved branches, touched exactly.
   const auto lines = folder / "vessels.txt";
   std::ofstream out(lines);
   for (int branch = 0; branch < 3; ++branch) {
@@ -229,13 +230,13 @@ TEST(RegisterTest, PointsWithoutLandmarksAreWarnedOfWhatTheyCannotShow) {
   const auto report = folder / "report.json";
   const auto done = run_register(config, options, report.string(), console);
   ASSERT_TRUE(done) << done.error().message;
-  const io::Json found = io::read_json(report).at("registration");
+  const io::Json found = read_json(report).at("registration");
   EXPECT_EQ(found.at("verdict"), "warn");
   EXPECT_NE(found.at("warnings").dump().find("an offset that all points share"), std::string::npos)
       << found.at("warnings");
 }
 
-TEST(SimulateTest, ANeedleIsWarnedOfWhatTheSweepHidesOfTheCalibration) {
+TEST(SimulateTest, ANeedleCausesAWarningAboutHiddenCalibrationErrors) {
   const test::TemporaryFolder folder;
   const Recorded fan(folder, 2, "fan", {}, 0, "straight");
   const auto report = folder / "report.json";
@@ -258,11 +259,11 @@ TEST(SimulateTest, ANeedleIsWarnedOfWhatTheSweepHidesOfTheCalibration) {
   EXPECT_NE(needle.find("--calibration-sigma-mm"), std::string::npos) << needle;
   EXPECT_EQ(known.find("--calibration-sigma-mm"), std::string::npos) << known;
   EXPECT_EQ(needle_mm, plain_mm);
-  // The shift across goes into the pose whole.
+  // A shift across the images goes completely into the pose.
   EXPECT_GT(known_mm, std::hypot(plain_mm, 0.99));
 }
 
-TEST(SimulateTest, ARecordingWhoseStampsAreOffIsRefusedUntilTheyAreCorrected) {
+TEST(SimulateTest, WrongTimestampsAreRejectedUntilTheyAreCorrected) {
   const test::TemporaryFolder folder;
   const Recorded sweep(folder, 1, "sweep", {}, 150);
   const auto report = folder / "report.json";
@@ -285,7 +286,7 @@ TEST(SimulateTest, ARecordingWhoseStampsAreOffIsRefusedUntilTheyAreCorrected) {
   EXPECT_NE(corrected.at("registration").at("verdict"), "refuse")
       << corrected.at("registration").at("reasons");
   EXPECT_LT(target_error_mm(sweep, corrected), 0.6);
-  // Pictures that are placed by it are read as those that it was made of.
+  // A replay that uses this registration must use its temporal offset.
   Console console(false);
   const auto placed = [&](double temporal_offset_ms) -> Result<session::Placement> {
     SessionConfig config = config_of(sweep.options);
@@ -307,10 +308,10 @@ TEST(SimulateTest, ARecordingWhoseStampsAreOffIsRefusedUntilTheyAreCorrected) {
                              "ms, found 0 ms"}));
 }
 
-TEST(SimulateTest, AnOffsetThatLosesMoreThanATenthOfThePicturesIsWarnedOf) {
+TEST(SimulateTest, AnOffsetThatLosesManyImagesCausesAWarning) {
   const test::TemporaryFolder folder;
   const auto report = folder / "report.json";
-  // Pictures are stamped late and so corrected: the first ones are of before the first pose.
+  // The timestamps are late and are corrected, so the first images are older than the first pose.
   const auto warnings_of = [&](double late_ms) {
     const Recorded sweep(folder, 1, "sweep", {}, late_ms);
     const auto truth = sweep.ct_from_reference();
@@ -331,7 +332,7 @@ TEST(SimulateTest, AnOffsetThatLosesMoreThanATenthOfThePicturesIsWarnedOf) {
   EXPECT_EQ(few.find("pictures without a pose"), std::string::npos) << few;
 }
 
-TEST(SimulateTest, AReplayWarnsOfPicturesThatAnOffsetLoses) {
+TEST(SimulateTest, AReplayWarnsAboutImagesLostByAnOffset) {
   const test::TemporaryFolder folder;
   const Recorded sweep(folder, 1, "sweep", {}, 600);
   const auto warned = [&](double offset_ms) {
@@ -355,7 +356,7 @@ TEST(SimulateTest, AReplayWarnsOfPicturesThatAnOffsetLoses) {
   EXPECT_FALSE(warned(0));
 }
 
-TEST(SimulateTest, ARecordingIsDrawnWithinTheSectorThatItShows) {
+TEST(SimulateTest, ARecordingIsDrawnWithinItsSector) {
   const test::TemporaryFolder folder;
   Console console(false);
   for (const char* family : {"abdomen", "tendon"}) {  // A convex and a linear probe.
@@ -387,7 +388,7 @@ TEST(SimulateTest, ARecordingIsDrawnWithinTheSectorThatItShows) {
         }
       }
     }));
-    EXPECT_GT(lit_inside, 0.99 * lit);  // But for pixels that the edge cuts.
+    EXPECT_GT(lit_inside, 0.99 * lit);  // Except for pixels that the edge cuts.
     EXPECT_GT(dark_outside, 0.1 * lit);
   }
 }
@@ -401,7 +402,7 @@ TEST(SimulateTest, AFaultyRecordingIsReplayedWithoutItsFaults) {
   options.faults = "0.02";
   ASSERT_TRUE(run_simulate(options, console));
   const io::Json truth =
-      io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+      read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
   ASSERT_FALSE(truth.at("faults").empty());
   SessionConfig config = config_of(options);
   config.source.skip_bad_frames = true;
@@ -413,7 +414,7 @@ TEST(SimulateTest, AFaultyRecordingIsReplayedWithoutItsFaults) {
   EXPECT_TRUE(session->navigator().ledger().balanced());
 }
 
-TEST(SimulateTest, EachFaultIsReachedByItsNameAndReplayed) {
+TEST(SimulateTest, EachFaultCanBeSelectedByNameAndReplayed) {
   for (int k = 0; k <= static_cast<int>(sim::FaultKind::kDenormalised); ++k) {
     const std::string name = to_string(static_cast<sim::FaultKind>(k));
     const test::TemporaryFolder folder;
@@ -425,7 +426,7 @@ TEST(SimulateTest, EachFaultIsReachedByItsNameAndReplayed) {
     options.faults = name + "=0.1";
     ASSERT_TRUE(run_simulate(options, console)) << name;
     const io::Json truth =
-        io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+        read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
     ASSERT_FALSE(truth.at("faults").empty()) << name;
     for (const io::Json& fault : truth.at("faults")) EXPECT_EQ(fault.at("kind"), name);
     SessionConfig config = config_of(options);
@@ -438,7 +439,7 @@ TEST(SimulateTest, EachFaultIsReachedByItsNameAndReplayed) {
   }
 }
 
-TEST(SimulateTest, ANeedleIsRecordedAsPlusDoesAndReplayedWhereTheTruthSays) {
+TEST(SimulateTest, ANeedleIsRecordedLikePlusAndReplayedAtItsTruePose) {
   const test::TemporaryFolder folder;
   Console console(false);
   SimulateOptions options = small(folder);
@@ -448,7 +449,7 @@ TEST(SimulateTest, ANeedleIsRecordedAsPlusDoesAndReplayedWhereTheTruthSays) {
   const auto written = run_simulate(options, console);
   ASSERT_TRUE(written) << written.error().message;
   const io::Json truth =
-      io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+      read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
   const auto ct_from_reference =
       transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
   SessionConfig config = config_of(options);
@@ -468,7 +469,7 @@ TEST(SimulateTest, ANeedleIsRecordedAsPlusDoesAndReplayedWhereTheTruthSays) {
     EXPECT_EQ(epoch.needle.state, SafetyState::kValid) << epoch.needle.cause;
     const auto expected =
         transform_of<frames::Ct, frames::Needle>(needle.at("ct_from_straight_tip_mm"));
-    // Constant speed is interpolated exactly, but for the corner where it begins and ends.
+    // Interpolation is exact for constant speed, except at the start and the end of the motion.
     EXPECT_TRUE(test::is_near(*epoch.ct_from_needle, expected, 0.5, 1e-5));
     sim::NeedleBending bending;
     bending.kind = sim::BendingKind::kBevelArc;
@@ -487,7 +488,7 @@ TEST(SimulateTest, ANeedleIsRecordedAsPlusDoesAndReplayedWhereTheTruthSays) {
   EXPECT_GT(last.at("tip_error_mm").get<double>(), 5) << "sideways, and a little short";
 }
 
-TEST(SimulateTest, AnotherBodyChangesNothingForThoseWhoDoNotAskForIt) {
+TEST(SimulateTest, AnotherTrackedToolDoesNotChangeTheReplay) {
   const test::TemporaryFolder folder;
   Console console(false);
   SimulateOptions options = small(folder);
@@ -501,7 +502,7 @@ TEST(SimulateTest, AnotherBodyChangesNothingForThoseWhoDoNotAskForIt) {
   EXPECT_NE(refused.error().message.find("Stylus"), std::string::npos);
 }
 
-TEST(SimulateTest, RefusesWhatItDoesNotKnow) {
+TEST(SimulateTest, RejectsUnknownOptions) {
   const test::TemporaryFolder folder;
   Console console(false);
   for (std::string SimulateOptions::*option :
@@ -520,7 +521,7 @@ TEST(SimulateTest, RefusesWhatItDoesNotKnow) {
   EXPECT_FALSE(run_simulate(options, console));
 }
 
-TEST(SimulateTest, NothingIsWrittenOverByWhatFollows) {
+TEST(SimulateTest, OutputFilesNeverOverwriteEachOther) {
   const test::TemporaryFolder folder;
   Console console(false);
   const auto refuses = [&](SimulateOptions options, const std::string& option) {
@@ -552,14 +553,14 @@ SimulateOptions with_ct(const test::TemporaryFolder& folder, double spacing_mm) 
   return options;
 }
 
-/// The truth of what is written.
+/// Runs the simulation and returns its truth file.
 io::Json simulated(const SimulateOptions& options, Console& console) {
   const auto written = run_simulate(options, console);
   EXPECT_TRUE(written) << written.error().message;
-  return io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  return read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
 }
 
-/// Mean HU of the patient's targets, in the liver, in the CT that is written.
+/// Mean HU of the written CT at the targets of the patient, which lie in the liver.
 double mean_at_targets(const SimulateOptions& options, Console& console) {
   const io::Json truth = simulated(options, console);
   const auto ct = io::read_ct(options.ct, console);
@@ -572,7 +573,7 @@ double mean_at_targets(const SimulateOptions& options, Console& console) {
   return sum / static_cast<double>(truth.at("targets_ct_mm").size());
 }
 
-TEST(SimulateTest, TheCtIsOfThePhaseThatWasAskedFor) {
+TEST(SimulateTest, TheCtHasTheRequestedContrastPhase) {
   const test::TemporaryFolder folder;
   Console console(false);
   SimulateOptions options = with_ct(folder, 4);
@@ -581,14 +582,15 @@ TEST(SimulateTest, TheCtIsOfThePhaseThatWasAskedFor) {
     options.contrast = contrast;
     mean[contrast] = mean_at_targets(options, console);
   }
-  // Liver in textbooks: 58, 68, 112 HU; 480 as a grey value. Some targets lie in vessels.
+  // Textbook values of the liver: 58, 68 and 112 HU, and a grey value of 480 for MR. Some targets
+  // lie in vessels.
   EXPECT_NEAR(mean["native"], 58, 8);
   EXPECT_NEAR(mean["arterial"], 68, 10);
   EXPECT_NEAR(mean["portal"], 115, 12);
   EXPECT_NEAR(mean["mr"], 470, 50);
 }
 
-TEST(SimulateTest, ARecordedCtIsThePatient) {
+TEST(SimulateTest, ARecordedCtCanBeThePatient) {
   const test::TemporaryFolder folder;
   Console console(false);
   const SimulateOptions first = with_ct(folder, 2);
@@ -605,7 +607,7 @@ TEST(SimulateTest, ARecordedCtIsThePatient) {
   for (const io::Json& p : truth.at("targets_ct_mm")) {
     EXPECT_LE((Eigen::Vector3d(p.at(0), p.at(1), p.at(2)) - aim).norm(), sim::kAboutMm);
   }
-  // The picture in the middle shows what was to be looked at: the plane runs near it.
+  // The plane of the middle image passes near the point of interest.
   const io::Json& middle = truth.at("frames").at(truth.at("frames").size() / 2);
   const Eigen::Matrix4d ct_from_image = matrix_of(middle.at("ct_from_image_mm"));
   const Eigen::Vector3d local =
@@ -622,7 +624,7 @@ TEST(SimulateTest, ARecordedCtIsThePatient) {
   EXPECT_GT(sum / static_cast<double>(frames[6].frame.pixels.pixels().size()), 10);
 }
 
-TEST(SimulateTest, ARecordedCtThatLiesElsewhereIsWrittenAndBreathesThere) {
+TEST(SimulateTest, ADistantRecordedCtIsWrittenAndBreathesThere) {
   const test::TemporaryFolder folder;
   Console console(false);
   const SimulateOptions first = with_ct(folder, 2);
@@ -656,19 +658,19 @@ TEST(SimulateTest, ARecordedCtThatLiesElsewhereIsWrittenAndBreathesThere) {
     apart_hu += std::abs(*again->sample(target) - *elsewhere->sample(target)) /
                 static_cast<double>(targets.size());
   }
-  EXPECT_LT(apart_hu, 40);  // Noise of 12 HU in each, and larger voxels.
+  EXPECT_LT(apart_hu, 40);  // Noise of 12 HU in each CT, and larger voxels.
   double deepest = 0;
   for (const io::Json& frame : truth.at("frames")) {
     const Eigen::Matrix4d rest_from_now = matrix_of(frame.at("rest_ct_from_image_mm")) *
                                           matrix_of(frame.at("ct_from_image_mm")).inverse();
     deepest = std::max(deepest, (rest_from_now * aim.homogeneous()).z() - aim.z());
   }
-  // Of 10 mm breaths of varying depth; the picture's plane as a whole moves a little less.
+  // The breaths of 10 mm vary in depth, and the image plane as a whole moves a little less.
   EXPECT_GT(deepest, 5);
 }
 
-// Real anatomy, noise and voxels; what is heard of them is simulated.
-TEST(SimulateTest, PicturesInsideARealCtAreFoundThereAgain) {
+// Anatomy, noise and voxels are real. The ultrasound is simulated.
+TEST(SimulateTest, ImagesSimulatedFromARealCtAreRegisteredToIt) {
   SONDE_REQUIRE_DATA(file, "ct-abdomen-totalseg/example_ct.nii.gz");
   const test::TemporaryFolder folder;
   const Recorded sweep(folder, 2, "tilt", file);
@@ -678,7 +680,7 @@ TEST(SimulateTest, PicturesInsideARealCtAreFoundThereAgain) {
   EXPECT_LT(target_error_mm(sweep, found), 0.6);
 }
 
-TEST(SimulateTest, NothingIsMadeOfACtWithoutTissueWhereItIsLookedAt) {
+TEST(SimulateTest, RejectsACtWithoutTissueAtThePointOfInterest) {
   const test::TemporaryFolder folder;
   Console console(false);
   SimulateOptions options = small(folder);
@@ -694,14 +696,15 @@ TEST(SimulateTest, NothingIsMadeOfACtWithoutTissueWhereItIsLookedAt) {
   EXPECT_FALSE(std::filesystem::exists(options.out));
 }
 
-/// 'sonde register' of three breaths, 8 mm deep, from 5 mm beside the truth. Errors are those of
-/// the pose at the end of expiration at the patient's targets, whatever the verdict.
+/// Result of 'sonde register' for three breaths of 8 mm depth, with a start error of 5 mm. The
+/// errors are those of the pose at the end of expiration, at the targets of the patient, for any
+/// verdict.
 struct Registered {
   io::Json report;
   double error_mm, common_mm;
 };
 
-/// The verb from 5 mm beside the truth, with --deformable and more words.
+/// Runs 'sonde register' with a start error of 5 mm, with --deformable and the options \p more.
 io::Json run_verb(const std::filesystem::path& sweep, const std::filesystem::path& ct,
                   const Recorded::Pose& true_pose, const std::vector<std::string>& more,
                   const std::string& json) {
@@ -716,7 +719,7 @@ io::Json run_verb(const std::filesystem::path& sweep, const std::filesystem::pat
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   run_command_line(static_cast<int>(arguments.size()), arguments.data());
-  return io::read_json(json);
+  return read_json(json);
 }
 
 Registered register_breathing(const std::string& breathing) {
@@ -732,7 +735,7 @@ Registered register_breathing(const std::string& breathing) {
   options.frame_rate_hz = 5;
   EXPECT_TRUE(run_simulate(options, console));
   const io::Json truth =
-      io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+      read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
   const auto true_pose =
       transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
   Registered out{run_verb(options.out, options.ct, true_pose, {"--breath-period", "4"},
@@ -754,18 +757,18 @@ Registered register_breathing(const std::string& breathing) {
   return out;
 }
 
-TEST(RegisterBreathingTest, ThePoseAtRestOfTissueThatMovesAndBendsIsFound) {
+TEST(RegisterBreathingTest, FindsThePoseAtRestOfTissueThatMovesAndDeforms) {
   const Registered found = register_breathing("smooth");
   RecordProperty("error_um", static_cast<int>(1000 * found.error_mm));
   RecordProperty("common_um", static_cast<int>(1000 * found.common_mm));
   EXPECT_GE(found.report.at("breath").at("gain_sigmas"), 3) << found.report.at("breath").dump();
   EXPECT_LT(found.error_mm, 1.0);
   EXPECT_GT(found.common_mm, 1.2);
-  // At rest the tissue lies as in the CT: there is nothing to bend.
+  // At rest the tissue lies as in the CT, so there is no deformation.
   EXPECT_FALSE(found.report.at("deformable").at("supported")) << found.report.at("deformable");
 }
 
-TEST(RegisterBreathingTest, APatientWhoLiesStillNeitherMovesNorBends) {
+TEST(RegisterBreathingTest, FindsNoMotionAndNoDeformationInAStillPatient) {
   const Registered found = register_breathing("none");
   EXPECT_LT(found.error_mm, 0.6);
   EXPECT_FALSE(found.report.at("breath").at("supported")) << found.report.at("breath");
@@ -777,7 +780,7 @@ Eigen::Vector3d vector_of(const io::Json& numbers) {
   return {numbers[0].get<double>(), numbers[1].get<double>(), numbers[2].get<double>()};
 }
 
-/// The displacement field of a report, by the definition of uniform cubic B-splines.
+/// Displacement of the field of a report, from the definition of uniform cubic B-splines.
 Eigen::Vector3d displacement(const io::Json& field, const Eigen::Vector3d& p) {
   const auto basis = [](double x) {
     const double a = std::abs(x);
@@ -801,10 +804,11 @@ Eigen::Vector3d displacement(const io::Json& field, const Eigen::Vector3d& p) {
   return sum;
 }
 
-/// A patient of seed 1 and the CT of his or of seed 2.
+/// A patient with seed 1, and the CT of seed 1 or of seed 2.
 struct Deformed {
   io::Json report;
-  double rigid_mm = 0, deformed_mm = 0;  ///< Mean over the targets; the first by the common pose.
+  double rigid_mm = 0, deformed_mm = 0;  ///< Mean errors over the targets. rigid_mm uses the common
+                                         ///< pose.
 };
 
 Deformed register_deformed_patient(double deform_mm, std::uint64_t ct_seed) {
@@ -815,7 +819,7 @@ Deformed register_deformed_patient(double deform_mm, std::uint64_t ct_seed) {
   options.deform_mm = deform_mm;
   EXPECT_TRUE(run_simulate(options, console));
   const io::Json truth =
-      io::read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+      read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
   SimulateOptions other = options;
   other.seed = ct_seed;
   other.out = folder / "other.igs.mha";
@@ -842,7 +846,7 @@ Deformed register_deformed_patient(double deform_mm, std::uint64_t ct_seed) {
   return out;
 }
 
-TEST(RegisterDeformedTest, DeformedTissueIsBentBackAndTheTargetsAreNearerForIt) {
+TEST(RegisterDeformedTest, ADeformationModelReducesTheErrorOfDeformedTissue) {
   const Deformed found = register_deformed_patient(8, 1);
   EXPECT_TRUE(found.report.at("registration").at("accepted")) << found.report.at("deformable");
   ASSERT_TRUE(found.report.at("deformable").at("accepted")) << found.report.at("deformable");
@@ -856,14 +860,14 @@ TEST(RegisterDeformedTest, DeformedTissueIsBentBackAndTheTargetsAreNearerForIt) 
   EXPECT_LT(predicted_mm, 2 * found.deformed_mm);
 }
 
-TEST(RegisterDeformedTest, UndeformedTissueIsSaidToBeRigid) {
+TEST(RegisterDeformedTest, UndeformedTissueIsReportedAsRigid) {
   const io::Json report = register_deformed_patient(0, 1).report;
   EXPECT_TRUE(report.at("registration").at("accepted"));
   EXPECT_FALSE(report.at("deformable").at("accepted")) << report.at("deformable");
   EXPECT_EQ(report.at("deformable").at("model"), "rigid");
 }
 
-TEST(RegisterDeformedTest, NoDeformationMakesAnotherPatientsCtFit) {
+TEST(RegisterDeformedTest, NoDeformationMakesTheCtOfAnotherPatientFit) {
   for (const double mm : {0.0, 8.0}) {
     const io::Json report = register_deformed_patient(mm, 2).report;
     EXPECT_FALSE(report.at("registration").at("accepted")) << report.at("deformable");

@@ -20,9 +20,9 @@ using test::refuses;
 using test::says;
 using Code = ErrorCode;
 
-constexpr double kTextMm = 1e-9;  // Positions go through decimal text.
+constexpr double kTextMm = 1e-9;  // Positions are written as decimal text.
 
-/// Differs in every direction: a flip or transpose changes it.
+/// Pixel values that differ in every direction, so that a flip or a transpose changes the image.
 int stored(int i, int j, int k) { return 1000 + 100 * k + 10 * j + i; }
 
 class CtDicomTest : public ::testing::Test {
@@ -30,13 +30,13 @@ class CtDicomTest : public ::testing::Test {
   void put(const std::string& name, const DicomFile& file) {
     test::put(folder_ / name, file.bytes());
   }
-  /// n slices 2 mm apart, k = 0 lowest.
+  /// Writes n slices 2 mm apart. Slice k = 0 is the lowest.
   void put_stack(int n, const std::function<void(int, DicomFile&)>& change = {}) {
     for (int k = 0; k < n; ++k) {
       auto slice = ct_slice("10\\20\\" + std::to_string(30 + 2 * k),
                             [k](int i, int j) { return stored(i, j, k); });
       if (change) change(k, slice);
-      // Names in the order opposite to the positions.
+      // The order of the names is opposite to the order of the positions.
       put("s" + std::to_string(9 - k) + ".dcm", slice);
     }
   }
@@ -68,8 +68,8 @@ TEST_F(CtDicomTest, SortsSlicesByPositionNotByName) {
   EXPECT_TRUE(diagnostics_.entries().empty()) << diagnostics_.entries()[0].message;
 }
 
-TEST_F(CtDicomTest, PlacesObliqueSlices) {
-  // Columns grow towards -x, rows towards +z: the normal is (-1,0,0) × (0,0,1) = +y.
+TEST_F(CtDicomTest, PositionsObliqueSlices) {
+  // Columns grow towards -x and rows towards +z. The normal is (-1,0,0) × (0,0,1) = +y.
   for (int k = 0; k < 3; ++k) {
     put("o" + std::to_string(k),
         ct_slice(
@@ -95,11 +95,11 @@ TEST_F(CtDicomTest, AppliesTheRescaleOfEachSlice) {
   EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"40 voxels", "below -1024"}));
 }
 
-TEST_F(CtDicomTest, TakesPaddingAndUnsignedPixels) {
+TEST_F(CtDicomTest, ReadsPaddingAndUnsignedPixels) {
   put_stack(2, [](int k, DicomFile& d) {
     std::vector<std::uint16_t> pixels(20, 60000);
     pixels[0] = 50;
-    pixels[1] = 63536;  // -2000 as unsigned: padding.
+    pixels[1] = 63536;  // -2000 as an unsigned number: padding.
     pixels[2] = static_cast<std::uint16_t>(500 + k);
     d.us(0x00280103, 0).us(0x00280120, 63536).raw(0x7fe00010, "OW", test::bytes_of(pixels));
   });
@@ -113,7 +113,7 @@ TEST_F(CtDicomTest, TakesPaddingAndUnsignedPixels) {
   EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"34 voxels", "above 32767"}));
 }
 
-TEST_F(CtDicomTest, TakesSignedPaddingWrittenAsUnsigned) {
+TEST_F(CtDicomTest, ReadsSignedPaddingWrittenAsUnsigned) {
   put_stack(2, [](int, DicomFile& d) {
     std::vector<std::int16_t> pixels(20, 1500);
     pixels[7] = -2000;
@@ -126,10 +126,10 @@ TEST_F(CtDicomTest, TakesSignedPaddingWrittenAsUnsigned) {
   EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"2 voxels", "padding"}));
 }
 
-TEST_F(CtDicomTest, TakesUnsignedPaddingWrittenAsSigned) {
+TEST_F(CtDicomTest, ReadsUnsignedPaddingWrittenAsSigned) {
   put_stack(2, [](int, DicomFile& d) {
     std::vector<std::uint16_t> pixels(20, 1500);
-    pixels[7] = 63536;  // -2000 as unsigned.
+    pixels[7] = 63536;  // -2000 as an unsigned number.
     const auto as_signed = test::bytes_of(std::vector<std::int16_t>{-2000});
     d.us(0x00280103, 0).raw(0x00280120, "SS", as_signed);
     d.raw(0x7fe00010, "OW", test::bytes_of(pixels));
@@ -153,8 +153,8 @@ TEST_F(CtDicomTest, DecodesRunLengthCode) {
   expect_stack(*volume, 3);
 }
 
-TEST_F(CtDicomTest, ReadsEnhancedMultiFrameInOrderOfPosition) {
-  // Frames stored from top to bottom.
+TEST_F(CtDicomTest, SortsFramesOfEnhancedMultiFrameByPosition) {
+  // The frames are stored from top to bottom.
   std::vector<DicomFile> per_frame;
   std::vector<std::int16_t> pixels;
   for (const int k : {2, 1, 0}) {
@@ -189,10 +189,10 @@ TEST_F(CtDicomTest, ReadsEnhancedMultiFrameInOrderOfPosition) {
   expect_stack(*volume, 3);
 }
 
-// A linear field in the patient survives linear interpolation exactly: whatever the grid, each
-// voxel must show the field at its own place.
+// Linear interpolation reproduces a field that is linear in the patient exactly. On any grid, each
+// voxel must therefore hold the value of the field at its own position.
 double field(const Eigen::Vector3d& p) { return 6 * p.x() - 4 * p.y() + 5 * p.z() + 300; }
-// Half a HU of rounding in the slices, half in the result.
+// Rounding: 0.5 HU in the slices and 0.5 HU in the result.
 constexpr double kFieldHu = 1.0;
 
 std::string text(const Eigen::Vector3d& v) {
@@ -202,7 +202,7 @@ std::string text(const Eigen::Vector3d& v) {
   return out.str();
 }
 
-TEST_F(CtDicomTest, StraightensATiltedUnevenStack) {
+TEST_F(CtDicomTest, ResamplesATiltedUnevenStack) {
   constexpr double kTilt = 18.5 * M_PI / 180;
   constexpr int kColumns = 24;
   constexpr int kRows = 30;
@@ -242,27 +242,28 @@ TEST_F(CtDicomTest, StraightensATiltedUnevenStack) {
       }
     }
   }
-  // The scanned slab is a sheared box of columns × rows × length.
+  // The scanned volume is a sheared box of columns × rows × length.
   const double slab = kColumns * kRows * static_cast<double>(g.size[2]);
   EXPECT_GT(static_cast<double>(inside), 0.9 * slab);
 }
 
-TEST_F(CtDicomTest, FillsAMissingSliceAndSaysWhichGap) {
+TEST_F(CtDicomTest, InterpolatesAMissingSliceAndNamesTheGap) {
   put_stack(6);
   std::filesystem::remove(folder_ / "s6.dcm");  // k = 3
   const auto volume = read();
   ASSERT_TRUE(test::has_value(volume));
   EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"4 mm before s5.dcm", "from 2 mm"}));
-  expect_stack(*volume, 6);  // Values are linear in k, so the missing slice is restored.
+  expect_stack(*volume, 6);  // Values are linear in k, so interpolation restores the missing slice
+                             // exactly.
 }
 
-TEST_F(CtDicomTest, RefusesGapsTooWideToInvent) {
+TEST_F(CtDicomTest, RejectsGapsTooWideToInterpolate) {
   put_stack(3);
   put("far.dcm", ct_slice("10\\20\\50.5", [](int, int) { return 0; }));
   EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"far.dcm", "16.5 mm", "at most 10 mm"}));
 }
 
-TEST_F(CtDicomTest, RefusesStacksThatCannotBeTrue) {
+TEST_F(CtDicomTest, RejectsInconsistentStacks) {
   const auto zero = [](int, int) { return 0; };
   put_stack(3);
   put("x.dcm", ct_slice("10\\20\\32.001", zero));
@@ -278,7 +279,7 @@ TEST_F(CtDicomTest, RefusesStacksThatCannotBeTrue) {
   EXPECT_FALSE(read());
 }
 
-TEST_F(CtDicomTest, NamesTheFileThatLacksSomething) {
+TEST_F(CtDicomTest, NamesTheFileWithAMissingOrInvalidAttribute) {
   const auto broken = [&](const std::function<void(DicomFile&)>& change) {
     put_stack(3, [&](int k, DicomFile& d) {
       if (k == 1) change(d);
@@ -303,7 +304,7 @@ TEST_F(CtDicomTest, NamesTheFileThatLacksSomething) {
                       {"s8.dcm", "SamplesPerPixel", "3"}));
 }
 
-TEST_F(CtDicomTest, RefusesCutFilesWithoutPrinting) {
+TEST_F(CtDicomTest, RejectsTruncatedFilesWithoutPrinting) {
   put_stack(3);
   const std::string whole = test::get(folder_ / "s8.dcm");
   ::testing::internal::CaptureStderr();
@@ -320,7 +321,7 @@ TEST_F(CtDicomTest, RefusesCutFilesWithoutPrinting) {
   EXPECT_EQ(::testing::internal::GetCapturedStdout(), "");
 }
 
-TEST_F(CtDicomTest, WarnsOfOtherModalitiesAndMissingUnits) {
+TEST_F(CtDicomTest, WarnsAboutOtherModalitiesAndMissingRescale) {
   put_stack(2, [](int, DicomFile& d) { d.text(0x00080060, "CS", "MR"); });
   ASSERT_TRUE(test::has_value(read()));
   EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"modality CT", "'MR'"}));
@@ -331,7 +332,7 @@ TEST_F(CtDicomTest, WarnsOfOtherModalitiesAndMissingUnits) {
   EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"2 slices without RescaleSlope"}));
 }
 
-TEST_F(CtDicomTest, ChoosesTheLargestCtSeriesOrTheOneAskedFor) {
+TEST_F(CtDicomTest, ChoosesTheLargestCtSeriesOrTheRequestedOne) {
   put_stack(3);
   for (int k = 0; k < 5; ++k) {
     const std::string n = std::to_string(k);
@@ -354,7 +355,7 @@ TEST_F(CtDicomTest, ChoosesTheLargestCtSeriesOrTheOneAskedFor) {
   EXPECT_TRUE(refuses(read(options), Code::kNotFound, {"5.5", "9.9.1", "9.9.2", "1.2.3.1"}));
 }
 
-TEST_F(CtDicomTest, LeavesOverviewPicturesOut) {
+TEST_F(CtDicomTest, SkipsLocalizerImages) {
   put_stack(3);
   put("scout", ct_slice(
                    "0\\0\\0", [](int, int) { return 0; }, "1\\0\\0\\0\\0\\-1")
@@ -365,7 +366,7 @@ TEST_F(CtDicomTest, LeavesOverviewPicturesOut) {
   EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"1 overview"}));
 }
 
-TEST_F(CtDicomTest, PassesOverOtherFilesButNotOverBrokenOnes) {
+TEST_F(CtDicomTest, SkipsOtherFilesButRejectsTruncatedDicomFiles) {
   put_stack(3);
   test::put(folder_ / "note.txt", "nothing to see");
   test::put(folder_ / "alike.bin", std::string("\x08\0\x05\0garbage that is no element", 30));
@@ -376,7 +377,7 @@ TEST_F(CtDicomTest, PassesOverOtherFilesButNotOverBrokenOnes) {
   EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"half.dcm", "at byte"}));
 }
 
-TEST_F(CtDicomTest, NamesSlicesThatCannotBeReached) {
+TEST_F(CtDicomTest, NamesSlicesThatCannotBeRead) {
   put_stack(3);
   std::filesystem::rename(folder_ / "s7.dcm", folder_ / "elsewhere");
   std::filesystem::create_symlink("elsewhere", folder_ / "s7.dcm");
@@ -386,7 +387,7 @@ TEST_F(CtDicomTest, NamesSlicesThatCannotBeReached) {
   ASSERT_TRUE(test::has_value(volume));
   expect_stack(*volume, 2);
   EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"s7.dcm", "if it was a slice"}));
-  // Root may read anything, so this half speaks only for other users.
+  // Root may read any file, so this part tests something only for other users.
   if (::geteuid() != 0) {
     std::filesystem::remove(folder_ / "s7.dcm");
     put_stack(3);
@@ -405,7 +406,7 @@ TEST_F(CtDicomTest, ReadsOldFilesWithoutPreamble) {
   expect_stack(*volume, 3);
 }
 
-TEST_F(CtDicomTest, TellsDicomByItsContent) {
+TEST_F(CtDicomTest, RecognisesDicomByItsContent) {
   put_stack(2);
   const std::string whole = test::get(folder_ / "s9.dcm");
   const auto is = [&](const std::string& content) {
@@ -414,7 +415,8 @@ TEST_F(CtDicomTest, TellsDicomByItsContent) {
   };
   EXPECT_TRUE(is(whole));
   EXPECT_TRUE(is(whole.substr(132)));
-  EXPECT_TRUE(is(whole.substr(0, 300)));  // Cut short, but surely one: the folder is refused.
+  EXPECT_TRUE(is(whole.substr(0, 300)));  // The file is cut short but is surely DICOM, so the
+                                          // reader rejects the folder.
   EXPECT_FALSE(is(std::string("\x08\0\x05\0garbage that is no element", 30)));
   EXPECT_FALSE(is("nothing to see"));
   EXPECT_FALSE(is(""));
@@ -429,8 +431,8 @@ TEST_F(CtDicomTest, ReadsFilesWithoutValueRepresentations) {
   expect_stack(*volume, 3);
 }
 
-TEST_F(CtDicomTest, ReadsNegativeNumbersOfTwelveBits) {
-  // -5 in 12 bits; the standard leaves open what the other four hold.
+TEST_F(CtDicomTest, ReadsNegativeTwelveBitPixels) {
+  // The pixel is -5 in 12 bits. The standard does not define the other four bits.
   put_stack(2, [](int, DicomFile& d) {
     std::vector<std::uint16_t> pixels(20, 0x0ffb);
     pixels[0] = 0xfffb;
@@ -445,7 +447,7 @@ TEST_F(CtDicomTest, ReadsNegativeNumbersOfTwelveBits) {
   EXPECT_EQ(volume->at(2, 0, 0), -5);
 }
 
-TEST_F(CtDicomTest, NeverTakesHalfARescaleForNone) {
+TEST_F(CtDicomTest, RejectsIncompleteRescaleAttributes) {
   const auto one = [&](const std::function<void(DicomFile&)>& change) {
     put_stack(3, [&](int k, DicomFile& d) {
       if (k == 1) change(d);
@@ -459,12 +461,12 @@ TEST_F(CtDicomTest, NeverTakesHalfARescaleForNone) {
     EXPECT_TRUE(refuses(one(change), Code::kMalformedData,
                         {"s8.dcm", "RescaleSlope and RescaleIntercept, one number each"}));
   }
-  // The others of its stack are HU.
+  // The other slices of the stack have a rescale and are in HU.
   EXPECT_TRUE(refuses(one([](auto& d) { d.erase(0x00281052).erase(0x00281053); }),
                       Code::kMalformedData, {"all of 3 slices or in none", "1 without"}));
 }
 
-TEST_F(CtDicomTest, RefusesSlicesThatAreNotAboveEachOther) {
+TEST_F(CtDicomTest, RejectsSlicesThatAreShiftedSideways) {
   const auto zero = [](int, int) { return 0; };
   put_stack(3);
   for (const char* position : {"1e12\\20\\36", "10\\-1e300\\36", "10\\50\\36"}) {
@@ -474,12 +476,12 @@ TEST_F(CtDicomTest, RefusesSlicesThatAreNotAboveEachOther) {
   }
 }
 
-TEST_F(CtDicomTest, RefusesDeflatedFiles) {
+TEST_F(CtDicomTest, RejectsDeflatedFiles) {
   put_stack(2, [](int, DicomFile& d) { d.encapsulated({"xx"}, "1.2.840.10008.1.2.1.99"); });
   EXPECT_TRUE(refuses(read(), Code::kMalformedData, {".dcm", "not deflated"}));
 }
 
-TEST_F(CtDicomTest, RefusesFoldersWithoutAStack) {
+TEST_F(CtDicomTest, RejectsFoldersWithoutAStack) {
   EXPECT_TRUE(refuses(read(), Code::kNotFound, {"DICOM", "0 files"}));
   test::put(folder_ / "note.txt", "hello, this is no picture at all");
   EXPECT_TRUE(refuses(read(), Code::kNotFound, {"1 files"}));

@@ -18,10 +18,10 @@ using test::refuses;
 using test::says;
 using Code = ErrorCode;
 
-constexpr double kMm = 1e-9;         // Decimal text.
-constexpr double kFloat32Mm = 1e-5;  // NIfTI-1 stores 32-bit reals.
+constexpr double kMm = 1e-9;         // Rounding of decimal text.
+constexpr double kFloat32Mm = 1e-5;  // NIfTI-1 stores 32-bit floating-point numbers.
 
-/// 3 x 2 x 4 voxels, each different: 100 i + 10 j + k.
+/// Returns 3 x 2 x 4 voxels that all differ: 100 i + 10 j + k.
 template <class T>
 std::vector<T> voxels() {
   std::vector<T> out;
@@ -53,8 +53,8 @@ class CtFileTest : public ::testing::Test {
   CollectingDiagnostics diagnostics_;
 };
 
-// The axes of this turn are a cyclic exchange, so that a transpose is another turn.
-// i runs along +y, j along +z, k along +x (LPS).
+// The matrix permutes the axes cyclically, so that its transpose differs from it: i runs along +y,
+// j along +z, k along +x (LPS).
 const std::string kTurn = "TransformMatrix = 0 1 0 0 0 1 1 0 0\n";
 const Eigen::Vector3d kLastVoxel(5 + 3 * 4.0, 6 + 2 * 2.0, 7 + 1 * 3.0);
 
@@ -65,7 +65,7 @@ std::string meta(const std::string& geometry = kTurn, const std::string& type = 
          "ElementType = " + type + "\nElementDataFile = LOCAL\n";
 }
 
-TEST_F(CtFileTest, PlacesMetaImageAxesOneAfterTheOther) {
+TEST_F(CtFileTest, PositionsVoxelsOfAMetaImageWithPermutedAxes) {
   const auto v = read("a.mha", meta() + test::bytes_of(voxels<std::int16_t>()));
   ASSERT_TRUE(test::has_value(v));
   expect_voxels(*v);
@@ -73,7 +73,7 @@ TEST_F(CtFileTest, PlacesMetaImageAxesOneAfterTheOther) {
   EXPECT_TRUE(diagnostics_.entries().empty());
 }
 
-TEST_F(CtFileTest, ReadsEverySampleTypeCompressedAndSwapped) {
+TEST_F(CtFileTest, ReadsEverySampleTypeCompressedAndByteSwapped) {
   const auto check = [&](const std::string& type, const std::string& bytes,
                          const std::string& extra) {
     const auto v = read("a.mha", meta(kTurn, type, "2 3 4", extra) + bytes);
@@ -92,7 +92,7 @@ TEST_F(CtFileTest, ReadsEverySampleTypeCompressedAndSwapped) {
         "CompressedData = True\n");
 }
 
-TEST_F(CtFileTest, RoundsAndClampsAndCounts) {
+TEST_F(CtFileTest, RoundsAndClampsAndReportsTheCounts) {
   auto values = voxels<float>();
   values[0] = 1.6F;
   values[1] = -2.6F;
@@ -117,7 +117,7 @@ TEST_F(CtFileTest, RoundsAndClampsAndCounts) {
   EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"b.mha", "below -1024 set to -1024"}));
 }
 
-TEST_F(CtFileTest, RefusesNanVoxelsByNumberAndPlace) {
+TEST_F(CtFileTest, RejectsNanVoxelsAndReportsTheirCountAndIndex) {
   auto values = voxels<float>();
   values[6 + 3 + 2] = std::numeric_limits<float>::quiet_NaN();  // (2, 1, 1)
   values[20] = std::numeric_limits<float>::infinity();
@@ -125,7 +125,7 @@ TEST_F(CtFileTest, RefusesNanVoxelsByNumberAndPlace) {
                       Code::kMalformedData, {"a.mha", "found 2", "(2, 1, 1)"}));
 }
 
-TEST_F(CtFileTest, RefusesFractionsThatRoundingWouldDestroy) {
+TEST_F(CtFileTest, RejectsFractionsThatRoundingWouldDestroy) {
   auto values = voxels<float>();
   const auto read_scaled = [&](float slope, float offset) {
     auto scaled = values;
@@ -136,21 +136,21 @@ TEST_F(CtFileTest, RefusesFractionsThatRoundingWouldDestroy) {
                       {"a.mha", "fractions within only 0 to 0.83", "multiply them by 10000"}));
   EXPECT_TRUE(refuses(read_scaled(0.25F, -7), Code::kUnsupportedData,
                       {"fractions within only -7 to 46.25", "multiply them by 100"}));
-  // Hounsfield units with fractions are rounded, as ever.
+  // Hounsfield units with fractions are rounded.
   const auto v = read_scaled(1, 12.3F);
   ASSERT_TRUE(test::has_value(v));
   EXPECT_EQ(v->at(2, 1, 3), 225) << "213 + 12.3";
   EXPECT_TRUE(test::has_value(read_scaled(0.31F, 0))) << "a span of 66";
-  // So are whole numbers of any span, and one fraction that is everywhere.
+  // The reader also accepts whole numbers of any range, and a constant fraction.
   EXPECT_TRUE(test::has_value(read_scaled(0, 1)));
   EXPECT_TRUE(test::has_value(read_scaled(0, 0.25F)));
   for (std::size_t i = 0; i < values.size(); ++i) values[i] = i % 2 == 0 ? 1.0F : 0.0F;
   EXPECT_TRUE(test::has_value(read_scaled(1, 0)));
 }
 
-TEST_F(CtFileTest, UsesAnatomicalLettersOnlyWithoutMatrix) {
+TEST_F(CtFileTest, UsesAnatomicalLettersOnlyWithoutAMatrix) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
-  // MetaIO's letters say where an axis comes from: LPI is -x, -y, +z.
+  // The letters of MetaIO say where an axis comes from: LPI is -x, -y, +z.
   auto v = read("a.mha", meta("AnatomicalOrientation = LPI\n") + data);
   ASSERT_TRUE(test::has_value(v));
   EXPECT_LT((v->grid().at({1, 1, 1}).mm - Eigen::Vector3d(5 - 2, 6 - 3, 7 + 4)).norm(), kMm);
@@ -170,7 +170,7 @@ TEST_F(CtFileTest, KeepsLeftHandedDirections) {
   EXPECT_LT((v->grid().at({1, 1, 1}).mm - Eigen::Vector3d(7, 9, 3)).norm(), kMm);
 }
 
-TEST_F(CtFileTest, RefusesBadMetaImageGeometry) {
+TEST_F(CtFileTest, RejectsBadMetaImageGeometry) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   const auto spacing = [&](const std::string& s) {
     return read("a.mha", meta(kTurn, "MET_SHORT", s) + data);
@@ -195,7 +195,7 @@ TEST_F(CtFileTest, RefusesBadMetaImageGeometry) {
   EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"left, posterior, superior"}));
 }
 
-TEST_F(CtFileTest, RefusesBadMetaImageData) {
+TEST_F(CtFileTest, RejectsBadMetaImageData) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   EXPECT_TRUE(refuses(read("a.mha", meta() + data.substr(0, 47)), Code::kMalformedData,
                       {"cut short", "48", "47"}));
@@ -215,7 +215,7 @@ TEST_F(CtFileTest, RefusesBadMetaImageData) {
                       Code::kMalformedData, {"a.mha", "cut short"}));
 }
 
-TEST_F(CtFileTest, RefusesASequenceOfPictures) {
+TEST_F(CtFileTest, RejectsASequenceOfImages) {
   const std::string pixels = test::bytes_of(voxels<std::int16_t>());
   const std::string one = "Seq_Frame0000_ImageStatus = OK\n";
   EXPECT_TRUE(refuses(
@@ -228,7 +228,7 @@ TEST_F(CtFileTest, RefusesASequenceOfPictures) {
   expect_voxels(*volume);
 }
 
-TEST_F(CtFileTest, WritesWhatItReadsBack) {
+TEST_F(CtFileTest, WritesAVolumeThatReadsBackEqual) {
   const auto v = read("a.mha", meta() + test::bytes_of(voxels<std::int16_t>()));
   ASSERT_TRUE(test::has_value(v));
   VoxelGrid grid = v->grid();
@@ -257,7 +257,7 @@ std::string nrrd(const std::string& space, const std::string& extra = "",
          "\nspace origin: (5,6,7)\nendian: little\nkinds: domain domain domain\n" + extra;
 }
 
-TEST_F(CtFileTest, TurnsNrrdSpacesToLps) {
+TEST_F(CtFileTest, ConvertsNrrdSpacesToLps) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   const auto last = [&](const std::string& space) -> Eigen::Vector3d {
     const auto v = read("a.nrrd", nrrd(space, "encoding: raw\n\n") + data);
@@ -273,13 +273,13 @@ TEST_F(CtFileTest, TurnsNrrdSpacesToLps) {
   EXPECT_LT((last("LAS") - Eigen::Vector3d(p.x(), -p.y(), p.z())).norm(), kMm);
 }
 
-TEST_F(CtFileTest, ReadsNrrdGzipAndDetachedSlices) {
+TEST_F(CtFileTest, ReadsGzipAndDetachedSlicesOfNrrd) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   constexpr int kGzip = 31;
   auto v = read("a.nrrd", nrrd("LPS", "encoding: gzip\n\n") + test::deflated(data, kGzip));
   ASSERT_TRUE(test::has_value(v));
   expect_voxels(*v);
-  // One file per slice, each with 3 bytes of its own header.
+  // One file per slice. Each file starts with a header of 3 bytes.
   for (int k = 0; k < 4; ++k) {
     test::put(folder_ / ("s.0" + std::to_string(2 * k + 1)),
               "xyz" + data.substr(static_cast<std::size_t>(k) * 12, 12));
@@ -294,7 +294,7 @@ TEST_F(CtFileTest, ReadsNrrdGzipAndDetachedSlices) {
                       Code::kNotFound, {"s.09"}));
 }
 
-TEST_F(CtFileTest, TakesOfEveryDetachedFileItsShareOnly) {
+TEST_F(CtFileTest, ReadsOnlyItsShareOfEachDetachedFile) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   const auto put_slice = [&](int k, const std::string& change) {
     const std::string slice = data.substr(static_cast<std::size_t>(k) * 12, 12);
@@ -316,7 +316,7 @@ TEST_F(CtFileTest, TakesOfEveryDetachedFileItsShareOnly) {
                       Code::kMalformedData, {"5 files of one size", "48 bytes"}));
 }
 
-TEST_F(CtFileTest, KeepsNrrdDirectionsWithTheirAxes) {
+TEST_F(CtFileTest, MatchesNrrdDirectionsToTheirAxes) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   const auto of_four = [&](const std::string& sizes, const std::string& kinds,
                            const std::string& directions) {
@@ -329,7 +329,7 @@ TEST_F(CtFileTest, KeepsNrrdDirectionsWithTheirAxes) {
   const auto v = of_four("3 2 4 1", "domain domain domain list", three + " none");
   ASSERT_TRUE(test::has_value(v));
   expect_voxels(*v);
-  // Three pictures of 2 x 4 in a list, one slice: not a volume of 3 x 2 x 4.
+  // This file holds a list of three images of 2 x 4 pixels, not a volume of 3 x 2 x 4 voxels.
   EXPECT_TRUE(refuses(of_four("3 2 4 1", "list domain domain domain", "none " + three),
                       Code::kMalformedData, {"space directions", "none (1,0,0)"}));
   EXPECT_TRUE(
@@ -342,7 +342,7 @@ TEST_F(CtFileTest, KeepsNrrdDirectionsWithTheirAxes) {
                       Code::kMalformedData, {"space directions"}));
 }
 
-TEST_F(CtFileTest, RefusesOtherUnitsOfAMetaImage) {
+TEST_F(CtFileTest, RejectsOtherUnitsThanMmInAMetaImage) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   for (const char* unit : {"um", "cm", "in"}) {
     const std::string line = std::string("DistanceUnits = ") + unit + "\n";
@@ -354,7 +354,7 @@ TEST_F(CtFileTest, RefusesOtherUnitsOfAMetaImage) {
   }
 }
 
-TEST_F(CtFileTest, RefusesASkipBeyondTheFile) {
+TEST_F(CtFileTest, RejectsASkipBeyondTheEndOfTheFile) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   for (const char* skip : {"1", "1000", "9223372036854775807"}) {
     const std::string rest = std::string("encoding: raw\nbyte skip: ") + skip + "\n\n";
@@ -364,7 +364,7 @@ TEST_F(CtFileTest, RefusesASkipBeyondTheFile) {
   }
 }
 
-TEST_F(CtFileTest, RefusesBadNrrd) {
+TEST_F(CtFileTest, RejectsBadNrrd) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   const auto directions = [&](const std::string& d) {
     return read("a.nrrd", nrrd("LPS", "encoding: raw\n\n", d) + data);
@@ -391,7 +391,7 @@ void set(std::string& bytes, std::size_t offset, T value, bool swap = false) {
   bytes.replace(offset, sizeof(T), raw);
 }
 
-/// NIfTI-1 header of 3 x 2 x 4 int16 voxels, without any orientation.
+/// Returns a NIfTI-1 header of 3 x 2 x 4 int16 voxels without any orientation.
 std::string nifti(bool swap = false, std::int16_t datatype = 4) {
   std::string h(352, '\0');
   set<std::int32_t>(h, 0, 348, swap);
@@ -403,19 +403,19 @@ std::string nifti(bool swap = false, std::int16_t datatype = 4) {
   }
   set<std::int16_t>(h, 70, datatype, swap);
   set<float>(h, 108, 352, swap);
-  h[123] = 2;  // mm
+  h[123] = 2;  // Unit: mm.
   h.replace(344, 4, std::string("n+1\0", 4));
   return h;
 }
 
-/// s-form in RAS that means the same places as kTurn and kLastVoxel in LPS.
+/// Sets an s-form in RAS that is equivalent to kTurn and kLastVoxel in LPS.
 void set_sform(std::string& h, bool swap = false) {
   set<std::int16_t>(h, 254, 1, swap);
   const std::vector<float> rows = {0, 0, -4, -5, -2, 0, 0, -6, 0, 3, 0, 7};
   for (std::size_t i = 0; i < 12; ++i) set(h, 280 + 4 * i, rows[i], swap);
 }
 
-TEST_F(CtFileTest, TurnsNiftiToLpsBySform) {
+TEST_F(CtFileTest, ConvertsNiftiWithSformToLps) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   std::string h = nifti();
   set_sform(h);
@@ -435,8 +435,8 @@ TEST_F(CtFileTest, TurnsNiftiToLpsBySform) {
   EXPECT_LT((v->grid().at({2, 1, 3}).mm - kLastVoxel).norm(), kFloat32Mm);
 }
 
-TEST_F(CtFileTest, TurnsNiftiToLpsByQform) {
-  // Half a turn about the RAS x axis: b = 1; j and k reversed.
+TEST_F(CtFileTest, ConvertsNiftiWithQformToLps) {
+  // Half a turn about the RAS x axis (b = 1). It reverses j and k.
   std::string h = nifti();
   set<std::int16_t>(h, 252, 1);
   set<float>(h, 256, 1);
@@ -448,13 +448,13 @@ TEST_F(CtFileTest, TurnsNiftiToLpsByQform) {
   ASSERT_TRUE(test::has_value(v));
   // RAS (50 + 2, 60 - 3, 70 - 4) for index (1, 1, 1).
   EXPECT_LT((v->grid().at({1, 1, 1}).mm - Eigen::Vector3d(-52, -57, 66)).norm(), kFloat32Mm);
-  set<float>(h, 76, -1);  // qfac: the third axis turns round.
+  set<float>(h, 76, -1);  // A qfac of -1 reverses the third axis.
   v = read("q.nii", h + data);
   ASSERT_TRUE(test::has_value(v));
   EXPECT_LT((v->grid().at({1, 1, 1}).mm - Eigen::Vector3d(-52, -57, 74)).norm(), kFloat32Mm);
   EXPECT_NEAR(v->grid().directions.determinant(), -1, kFloat32Mm);
   EXPECT_EQ(v->at(2, 1, 3), 213);
-  // Both forms, of different meaning: the s-form is used and that is said.
+  // If the s-form and the q-form differ, the reader uses the s-form and warns.
   set_sform(h);
   v = read("q.nii", h + data);
   ASSERT_TRUE(test::has_value(v));
@@ -485,10 +485,10 @@ TEST_F(CtFileTest, ReadsNifti2AndScaling) {
   EXPECT_LT((v->grid().at({2, 1, 3}).mm - kLastVoxel).norm(), kMm);
 }
 
-TEST_F(CtFileTest, ChecksTheSumOfCompressedNifti) {
+TEST_F(CtFileTest, VerifiesTheChecksumOfCompressedNifti) {
   constexpr int kGzip = 31;
-  constexpr std::size_t kBuffer = 64 << 10;  // What a reader is likely to read at once.
-  std::string noise;  // Incompressible: a bit that changes is one of a voxel.
+  constexpr std::size_t kBuffer = 64 << 10;  // Probable read size of a reader.
+  std::string noise;  // Random bytes do not compress, so a changed bit of the file changes a voxel.
   unsigned state = 7;
   while (noise.size() < kBuffer) {
     state = state * 1664525U + 1013904223U;
@@ -505,7 +505,8 @@ TEST_F(CtFileTest, ChecksTheSumOfCompressedNifti) {
     h += noise.substr(noise.size() - (offset - h.size()));
     return test::deflated(h + noise.substr(0, kVoxels) + tail, kGzip);
   };
-  // Such that the sum, before the 4 bytes of the length, lies across the end of the buffer.
+  // The offset is chosen so that the checksum, which precedes the 4 bytes of the length, crosses
+  // the end of the buffer.
   constexpr std::size_t kAcross = 6;
   const std::size_t tight = file(352, "").size() % kBuffer;
   const std::size_t offset = 352 + (kBuffer + kAcross - tight) % kBuffer;
@@ -518,11 +519,11 @@ TEST_F(CtFileTest, ChecksTheSumOfCompressedNifti) {
   EXPECT_TRUE(refuses(read("a.nii.gz", changed), Code::kMalformedData, {"a.nii.gz", "damaged"}));
   EXPECT_TRUE(refuses(read("a.nii.gz", whole.substr(0, whole.size() - 5)), Code::kMalformedData,
                       {"a.nii.gz", "cut short"}));
-  // What others put after the voxels is no concern of a reader.
+  // The reader ignores data after the voxels.
   EXPECT_TRUE(test::has_value(read("a.nii.gz", file(352, noise))));
 }
 
-TEST_F(CtFileTest, RefusesBadNifti) {
+TEST_F(CtFileTest, RejectsBadNifti) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   EXPECT_TRUE(refuses(read("a.nii", nifti() + data), Code::kUnsupportedData,
                       {"neither s-form nor q-form"}));
@@ -564,7 +565,7 @@ TEST_F(CtFileTest, RefusesBadNifti) {
   EXPECT_TRUE(refuses(read("a.nii", q + data), Code::kMalformedData, {"pixdim", "found 0"}));
 }
 
-/// HU, and what was counted, of samples and an intercept.
+/// Returns the HU of the samples with the rescale, and the messages of the builder.
 std::pair<std::vector<std::int16_t>, std::string> hu_of(const std::string& bytes, PixelType type,
                                                         const detail::Rescale& rescale) {
   detail::HuBuilder builder(1);
@@ -580,9 +581,9 @@ template <class T>
 void expect_shift_is_rescaling(PixelType type) {
   std::vector<T> samples;
   for (int i = 0; i < 65536; ++i) samples.push_back(static_cast<T>(i));
-  const std::string bytes = test::bytes_of(samples) + 'x';  // Half a sample: of no use to anyone.
+  const std::string bytes = test::bytes_of(samples) + 'x';  // The last half of a sample is ignored.
   for (const double intercept : {0.0, -1024.0, 1000.0, -1e6, 1e6, 3e9, 0.25}) {
-    // Padding that no sample has keeps from the short way.
+    // A padding range that no sample has disables the fast path.
     const auto slow = hu_of(bytes, type, {1, intercept, {{1e9, 1e9}}});
     const auto quick = hu_of(bytes, type, {1, intercept, {}});
     EXPECT_EQ(quick.first.size(), samples.size());
@@ -590,7 +591,7 @@ void expect_shift_is_rescaling(PixelType type) {
   }
 }
 
-TEST(HuBuilderTest, ValuesBelowAirThatAreNoPaddingAreWarnedOf) {
+TEST(HuBuilderTest, WarnsAboutValuesBelowAirThatAreNoPadding) {
   const auto said = [](const std::vector<std::int16_t>& values, std::int16_t least) {
     detail::HuBuilder builder(0, least);
     builder.append(std::as_bytes(std::span(values)), PixelType::kInt16, {1, 0, {}});
@@ -623,7 +624,7 @@ TEST(HuBuilderTest, ValuesBelowAirThatAreNoPaddingAreWarnedOf) {
   EXPECT_TRUE(nothing.empty());
 }
 
-TEST(HuBuilderTest, WholeNumbersGiveTheSameHuAndCountsWithoutRounding) {
+TEST(HuBuilderTest, WholeNumbersGiveTheSameHuWithAndWithoutRescaling) {
   expect_shift_is_rescaling<std::int16_t>(PixelType::kInt16);
   expect_shift_is_rescaling<std::uint16_t>(PixelType::kUint16);
 }

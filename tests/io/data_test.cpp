@@ -22,10 +22,10 @@ struct Recording {
   const char* name;
   int width, height;
   std::int64_t frames;
-  const char* picture;  ///< Why frame 0 is no B-mode picture; empty: it is one.
+  const char* picture;  ///< Reason why frame 0 is no B-mode image. Empty if it is one.
 };
 
-// The counts are those of DimSize; why pictures are refused was read in each header.
+// The frame counts are those of DimSize. The reasons for a rejection come from each header.
 const std::array kRecordings = {
     Recording{"BkCurvilinearRfData.igs.mhd", 3480, 358, 1, "radio-frequency"},
     Recording{"BkCurvilinearScanConvertedData.igs.mha", 600, 400, 1, ""},
@@ -51,7 +51,7 @@ const std::array kRecordings = {
     Recording{"outputPlusTransverseProcessEnhancerTest.igs.mha", 820, 616, 21, ""},
 };
 
-TEST(RecordedSequenceTest, EveryRecordingIsReadToItsEnd) {
+TEST(RecordedSequenceTest, ReadsEveryRecordingToItsEnd) {
   SONDE_REQUIRE_DATA(folder, "plus-sequences/sequences");
   for (const Recording& r : kRecordings) {
     auto reader = SequenceReader::open(folder / r.name);
@@ -73,7 +73,7 @@ TEST(RecordedSequenceTest, EveryRecordingIsReadToItsEnd) {
       }
     }
   }
-  // No recording of the folder is left out.
+  // The table lists every recording of the folder.
   std::size_t found = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().filename().string().find(".igs.") != std::string::npos) ++found;
@@ -101,7 +101,7 @@ TEST(RecordedSequenceTest, BothFormatsOfOneRecordingAgree) {
   }
 }
 
-TEST(RecordedConfigTest, EveryConfigurationIsRead) {
+TEST(RecordedConfigTest, ReadsEveryConfiguration) {
   SONDE_REQUIRE_DATA(folder, "plus-sequences/config");
   std::size_t found = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
@@ -112,7 +112,7 @@ TEST(RecordedConfigTest, EveryConfigurationIsRead) {
   EXPECT_GE(found, 12U);
 }
 
-TEST(RecordedConfigTest, PlacesARecordedPictureInTheReference) {
+TEST(RecordedConfigTest, PositionsARecordedImageInTheReference) {
   SONDE_REQUIRE_DATA(folder, "plus-sequences");
   const auto config = read_plus_config(folder / "config/BoneUltrasound_L14_config.xml");
   ASSERT_TRUE(test::has_value(config));
@@ -130,13 +130,13 @@ TEST(RecordedConfigTest, PlacesARecordedPictureInTheReference) {
   const auto calibration =
       calibration_from_matrix(config->find("Image", "Probe")->to_from_from, 820, 616);
   ASSERT_TRUE(test::has_value(calibration));
-  // The configuration states the spacing of the scanner: 0.085 mm per pixel.
+  // The configuration states the pixel spacing of the scanner: 0.085 mm.
   constexpr double kCalibrationMm = 0.001;
   EXPECT_NEAR(calibration->grid.mm_per_pixel.col(0).norm(), 0.085, kCalibrationMm);
   EXPECT_NEAR(calibration->grid.mm_per_pixel.col(1).norm(), 0.085, kCalibrationMm);
 }
 
-TEST(RecordedCtTest, HeadIsTheSameInBothFormats) {
+TEST(RecordedCtTest, HeadIsEqualInBothFormats) {
   SONDE_REQUIRE_DATA(folder, "ct-headsq");
   CollectingDiagnostics diagnostics;
   const auto dicom = read_ct(folder / "dicom", diagnostics);
@@ -154,7 +154,7 @@ TEST(RecordedCtTest, HeadIsTheSameInBothFormats) {
   ASSERT_EQ(raw->grid().size, size);
   EXPECT_LT((dicom->grid().spacing_mm - Eigen::Vector3d(3.2, 3.2, 1.5)).norm(), 1e-9);
   EXPECT_LT((raw->grid().spacing_mm - Eigen::Vector3d(3.2, 3.2, 1.5)).norm(), 1e-9);
-  // One was stored from the top, the other from the bottom.
+  // One format stores the slices from the top, the other from the bottom.
   std::size_t different = 0;
   for (int k = 0; k < 93; ++k) {
     for (int j = 0; j < 64; ++j) {
@@ -164,7 +164,7 @@ TEST(RecordedCtTest, HeadIsTheSameInBothFormats) {
   EXPECT_EQ(different, 0U);
 }
 
-/// Unpacks an archive into a folder; false when the machine has no zstd.
+/// Unpacks an archive into a folder. Returns false if the machine has no zstd.
 bool unpack(const std::filesystem::path& archive, const std::filesystem::path& folder) {
   const std::string command =
       "tar -I zstd -xf '" + archive.string() + "' -C '" + folder.string() + "' 2>/dev/null";
@@ -187,12 +187,12 @@ TEST(RecordedCtTest, PelvisWithSlopeTenIsInHounsfieldUnits) {
   ASSERT_TRUE(test::has_value(v));
   EXPECT_EQ(v->grid().size, (std::array<int, 3>{512, 512, 236}));
   EXPECT_LT((v->grid().spacing_mm - Eigen::Vector3d(0.9140625, 0.9140625, 2)).norm(), 1e-3);
-  EXPECT_GT(fraction(*v, -1024, -950), 0.5);   // Air around a phantom.
+  EXPECT_GT(fraction(*v, -1024, -950), 0.5);   // Air around the phantom.
   EXPECT_GT(fraction(*v, 300, 3000), 0.002);   // Bone.
-  EXPECT_LT(fraction(*v, 3001, 32767), 0.01);  // Not ten times too much.
+  EXPECT_LT(fraction(*v, 3001, 32767), 0.01);  // The values are not ten times too large.
 }
 
-TEST(RecordedCtTest, TiltedHeadIsStraightened) {
+TEST(RecordedCtTest, ResamplesTheTiltedHead) {
   SONDE_REQUIRE_DATA(archive, "ct-gantry-tilt/GE_human_head_tilt18.5_varspacing.tar.zst");
   const test::TemporaryFolder folder;
   if (!unpack(archive, folder.path())) GTEST_SKIP() << "zstd is missing";

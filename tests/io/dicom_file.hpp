@@ -23,8 +23,8 @@ std::string le(T value) {
   return out;
 }
 
-/// A DICOM data set written by hand (explicit VR, little-endian), so that readers are tested with
-/// every fault that a file can have.
+/// DICOM data set built by hand (explicit VR, little-endian), so that the tests can give the
+/// readers every fault that a file can have.
 class DicomFile {
  public:
   DicomFile& text(std::uint32_t tag, const std::string& vr, std::string value) {
@@ -51,7 +51,7 @@ class DicomFile {
     elements_.erase(tag);
     return *this;
   }
-  /// Pixel data in fragments: an empty offset table, then one fragment per frame.
+  /// Pixel data in fragments: an empty offset table, followed by one fragment per frame.
   DicomFile& encapsulated(const std::vector<std::string>& fragments, const std::string& syntax) {
     std::string value = le<std::uint32_t>(0xe000fffe) + le<std::uint32_t>(0);
     for (std::string fragment : fragments) {
@@ -65,8 +65,8 @@ class DicomFile {
     return *this;
   }
 
-  /// Coded without value representations, the transfer syntax that every program must read; not
-  /// for what has sequences.
+  /// Writes the file without value representations (implicit VR little-endian), the transfer syntax
+  /// that every program must read. Not for data sets with sequences.
   DicomFile& implicit() {
     implicit_ = true;
     syntax_ = "1.2.840.10008.1.2";
@@ -115,8 +115,8 @@ class DicomFile {
 constexpr int kDicomColumns = 5;
 constexpr int kDicomRows = 4;
 
-/// A CT slice of 5 x 4 pixels of 0.5 mm along columns, 0.75 mm along rows; stored(i, j) gives the
-/// pixels. position and orientation as the tags have them.
+/// CT slice of 5 x 4 pixels, 0.5 mm wide and 0.75 mm high. \p stored (i, j) gives the pixel values.
+/// \p position and \p orientation have the text form of their DICOM tags.
 inline DicomFile ct_slice(const std::string& position, const std::function<int(int, int)>& stored,
                           const std::string& orientation = "1\\0\\0\\0\\1\\0",
                           int columns = kDicomColumns, int rows = kDicomRows) {
@@ -139,7 +139,8 @@ inline DicomFile ct_slice(const std::string& position, const std::function<int(i
   return d;
 }
 
-/// One frame in DICOM's run-length code, literal runs only: high bytes, then low bytes.
+/// Returns one frame in the run-length code of DICOM: literal runs only, high bytes before low
+/// bytes.
 inline std::string run_length_code(const std::vector<std::int16_t>& pixels) {
   std::vector<std::string> segments;
   for (const int shift : {8, 0}) {

@@ -48,14 +48,14 @@ TEST(AtomicFileTest, AppearsOnlyWhenCommitted) {
   EXPECT_EQ(files_in(folder.path()), 1U);
 }
 
-TEST(AtomicFileTest, SaysWhyItCannotWrite) {
+TEST(AtomicFileTest, NamesTheReasonWhyItCannotWrite) {
   const test::TemporaryFolder folder;
   EXPECT_TRUE(refuses(write_file(folder / "no/a.txt", "x"), Code::kIo, {"no/a.txt", "create"}));
   EXPECT_TRUE(refuses(write_file(folder.path(), "x"), Code::kIo, {"found a folder"}));
   EXPECT_TRUE(refuses(write_file("/dev/full", "x"), Code::kIo, {"/dev/full", "No space left"}));
   test::put(folder / "file", "x");
   EXPECT_TRUE(refuses(write_file(folder / "file/a", "x"), Code::kIo, {"file/a"}));
-  // Root may write anywhere, so this half speaks only for other users.
+  // Root may write anywhere, so this part tests something only for other users.
   if (::geteuid() != 0) {
     ASSERT_EQ(::chmod(folder.path().c_str(), 0500), 0);
     EXPECT_TRUE(refuses(write_file(folder / "a", "x"), Code::kIo, {"Permission denied"}));
@@ -64,7 +64,7 @@ TEST(AtomicFileTest, SaysWhyItCannotWrite) {
   EXPECT_TRUE(refuses(write_file("/proc/sonde.txt", "x"), Code::kIo, {"/proc/sonde.txt"}));
 }
 
-TEST(AtomicFileTest, FollowsLinksAndLeavesThem) {
+TEST(AtomicFileTest, WritesThroughSymbolicLinksAndKeepsThem) {
   const test::TemporaryFolder folder;
   std::filesystem::create_directory(folder / "real");
   test::put(folder / "real/a", "old");
@@ -82,7 +82,7 @@ TEST(AtomicFileTest, FollowsLinksAndLeavesThem) {
   EXPECT_EQ(files_in(folder.path()), 4U);
 }
 
-TEST(AtomicFileTest, TakesNamesOfEveryLengthThatTheSystemTakes) {
+TEST(AtomicFileTest, AcceptsEveryNameLengthThatTheSystemAccepts) {
   const test::TemporaryFolder folder;
   const std::string longest(NAME_MAX, 'x');
   ASSERT_TRUE(test::has_value(write_file(folder / longest, "x")));
@@ -93,10 +93,10 @@ TEST(AtomicFileTest, TakesNamesOfEveryLengthThatTheSystemTakes) {
   EXPECT_EQ(files_in(folder.path()), 1U);
 }
 
-/// In a container a process may have the number of one that was killed there before.
-TEST(AtomicFileTest, IsNotStoppedByWhatAKilledProcessLeft) {
+/// In a container a process may get the number of an earlier process that was killed.
+TEST(AtomicFileTest, PartialFilesOfAKilledProcessDoNotStopIt) {
   const test::TemporaryFolder folder;
-  constexpr int kMore = 1000;  // Than this process has written files before.
+  constexpr int kMore = 1000;  // More files than this process has written before.
   for (int i = 0; i < kMore; ++i) {
     test::put(
         folder / ("sonde-" + std::to_string(::getpid()) + "-" + std::to_string(i) + ".partial"),
@@ -106,7 +106,7 @@ TEST(AtomicFileTest, IsNotStoppedByWhatAKilledProcessLeft) {
   EXPECT_EQ(test::get(folder / "a"), "x");
 }
 
-TEST(AtomicFileTest, RefusesLinksThatLeadNowhere) {
+TEST(AtomicFileTest, RejectsCyclicSymbolicLinks) {
   const test::TemporaryFolder folder;
   std::filesystem::create_symlink("b", folder / "a");
   std::filesystem::create_symlink("a", folder / "b");
@@ -122,7 +122,7 @@ TEST(ReadFileTest, ReadsWholeFilesWithinALimit) {
 }
 
 TEST(DigestTest, MatchesThePublishedVectors) {
-  // FIPS 180-4 examples.
+  // Examples of FIPS 180-4.
   EXPECT_EQ(sha256_hex({}), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   EXPECT_EQ(sha256_hex(bytes("abc")),
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
@@ -153,7 +153,7 @@ TEST(PngTest, RoundTripsExactlyAndRepeatably) {
   EXPECT_TRUE(std::equal(p.pixels().begin(), p.pixels().end(), back->pixels().begin()));
 }
 
-TEST(PngTest, RefusesWhatIsNoPicture) {
+TEST(PngTest, RejectsEmptyImagesAndInvalidFiles) {
   const test::TemporaryFolder folder;
   EXPECT_TRUE(refuses(write_png({}, folder / "a.png"), Code::kUsage, {"a.png", "pixels"}));
   EXPECT_TRUE(refuses(write_png(picture(0), "/dev/full"), Code::kIo, {"No space left"}));
@@ -165,7 +165,7 @@ TEST(PngTest, RefusesWhatIsNoPicture) {
   EXPECT_TRUE(refuses(read_png(folder / "cut.png"), Code::kMalformedData, {"cut.png"}));
 }
 
-TEST(AnimationTest, WritesEveryPicture) {
+TEST(AnimationTest, WritesEveryImageWithItsDuration) {
   const test::TemporaryFolder folder;
   AnimationOptions lossless;
   lossless.lossless = true;
@@ -177,7 +177,8 @@ TEST(AnimationTest, WritesEveryPicture) {
   EXPECT_EQ(file, test::get(folder / "b.webp"));
   EXPECT_EQ(file.substr(0, 4), "RIFF");
   EXPECT_EQ(file.substr(8, 4), "WEBP");
-  // One ANMF chunk per picture; its duration is 24 bits at offset 12 of the chunk's content.
+  // A chunk ANMF per image. Its duration is a 24-bit number at offset 12 of the content of the
+  // chunk.
   std::size_t frames = 0;
   for (std::size_t at = 12; at + 8 <= file.size();) {
     const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(file[at + i]); };
@@ -190,7 +191,7 @@ TEST(AnimationTest, WritesEveryPicture) {
   }
   EXPECT_EQ(frames, 3U);
   ASSERT_TRUE(test::has_value(write_animation({picture(0)}, 40, folder / "one.webp", lossless)));
-  // A single picture is a still image that the plain decoder shows.
+  // A single image is a still image that the plain decoder can read.
   const std::string one = test::get(folder / "one.webp");
   int width = 0;
   int height = 0;
@@ -201,7 +202,7 @@ TEST(AnimationTest, WritesEveryPicture) {
   EXPECT_EQ(height, 9);
 }
 
-TEST(AnimationTest, RefusesWhatCannotBeShown) {
+TEST(AnimationTest, RejectsInvalidImagesAndOptions) {
   const test::TemporaryFolder folder;
   const auto path = folder / "a.webp";
   EXPECT_TRUE(refuses(write_animation({}, 40, path), Code::kUsage, {"a.webp", "at least 1"}));

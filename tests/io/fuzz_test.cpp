@@ -17,7 +17,7 @@
 namespace nav::io {
 namespace {
 
-/// Counter-based numbers (splitmix64): the same mutations on every machine.
+/// Counter-based random numbers (splitmix64), so that the mutations are equal on every machine.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -33,8 +33,8 @@ class Random {
   std::uint64_t state_;
 };
 
-/// One of: flipped bits, a piece cut out, doubled or replaced by an extreme number, the end cut
-/// off.
+/// Changes the bytes in one to four ways: a changed byte, a flipped bit, a piece cut out, doubled
+/// or replaced by an extreme number, or the end cut off.
 std::string mutated(std::string bytes, Random& random) {
   const std::size_t times = 1 + random.below(4);
   for (std::size_t i = 0; i < times && !bytes.empty(); ++i) {
@@ -66,7 +66,7 @@ std::string mutated(std::string bytes, Random& random) {
   return bytes;
 }
 
-/// Reads everything that a hostile recording offers; what it says does not matter.
+/// Reads everything that a damaged recording offers. The results do not matter.
 void read_sequence(const std::filesystem::path& path) {
   auto reader = SequenceReader::open(path);
   if (!reader) {
@@ -103,10 +103,10 @@ void read_config(const std::filesystem::path& path) {
 
 using Reader = void (*)(const std::filesystem::path&);
 
-/// A parser may refuse or accept, but neither crash, nor throw, nor allocate without limit.
+/// A parser may accept or reject a file, but it must not crash, throw, or allocate without limit.
 void fuzz(const std::string& name, const std::string& golden, int times, Reader reader,
           const std::vector<std::pair<std::string, std::string>>& beside = {}) {
-  // Thousands of small files: memory is kinder to them than a disk.
+  // The test writes thousands of small files. Files in memory are faster than files on a disk.
   if (std::filesystem::is_directory("/dev/shm")) ::setenv("TMPDIR", "/dev/shm", 0);
   const test::TemporaryFolder folder;
   for (const auto& [other, bytes] : beside) test::put(folder / other, bytes);
@@ -141,20 +141,20 @@ std::string nrrd(const std::string& encoding) {
          "ultrasound image orientation:=MF\nSeq_Frame0000_Status:=OK\n\n";
 }
 
-TEST(FuzzTest, MetaImage) {
+TEST(FuzzTest, DamagedMetaImagesDoNotCrash) {
   fuzz("a.mha", meta("") + kPixels, kTimes, read_sequence);
   fuzz("z.mha", meta("CompressedData = True\n") + test::deflated(kPixels), kTimes, read_sequence);
   fuzz("v.mha", meta("") + kPixels, kTimes, read_volume);
 }
 
-TEST(FuzzTest, Nrrd) {
+TEST(FuzzTest, DamagedNrrdFilesDoNotCrash) {
   constexpr int kGzip = 31;
   fuzz("a.nrrd", nrrd("raw") + kPixels, kTimes, read_sequence);
   fuzz("z.nrrd", nrrd("gzip") + test::deflated(kPixels, kGzip), kTimes, read_sequence);
   fuzz("v.nrrd", nrrd("raw") + kPixels, kTimes, read_volume);
 }
 
-TEST(FuzzTest, Nifti) {
+TEST(FuzzTest, DamagedNiftiFilesDoNotCrash) {
   std::string h(352, '\0');
   const auto set = [&](std::size_t at, const std::string& bytes) {
     h.replace(at, bytes.size(), bytes);
@@ -174,13 +174,14 @@ TEST(FuzzTest, Nifti) {
 
 void read_folder(const std::filesystem::path& path) { read_volume(path.parent_path()); }
 
-TEST(FuzzTest, Dicom) {
+TEST(FuzzTest, DamagedDicomFilesDoNotCrash) {
   const auto slice = [](const char* position) {
     return test::ct_slice(position, [](int i, int j) { return 10 * i + j; });
   };
   constexpr int kDicomTimes = 800;
   fuzz("a.dcm", slice("1\\2\\3").bytes(), kDicomTimes, read_volume);
-  // Beside two sound slices, so that pixels are decoded too; in run-length code, too.
+  // The file lies beside two valid slices, so that the reader also decodes its pixels. One of the
+  // cases is run-length coded.
   const std::vector<std::pair<std::string, std::string>> sound = {
       {"b.dcm", slice("1\\2\\5").bytes()}, {"c.dcm", slice("1\\2\\7").bytes()}};
   fuzz("a.dcm", slice("1\\2\\3").bytes(), kDicomTimes, read_folder, sound);
@@ -201,7 +202,7 @@ void read_mesh(const std::filesystem::path& path) {
   }
 }
 
-TEST(FuzzTest, Surface) {
+TEST(FuzzTest, DamagedSurfaceFilesDoNotCrash) {
   const std::string vtk = "POINTS 4 float\n0 0 0 1 0 0 1 1 0\n0 1 0\n";
   fuzz("a.vtk",
        "# vtk DataFile Version 3.0\nt\nASCII\nDATASET POLYDATA\n" + vtk +
@@ -238,7 +239,7 @@ TEST(FuzzTest, Surface) {
        kTimes, read_mesh);
 }
 
-TEST(FuzzTest, Configuration) {
+TEST(FuzzTest, DamagedConfigurationsDoNotCrash) {
   fuzz("c.xml",
        "<PlusConfiguration version=\"2.4\"><DataCollection><Device Id=\"V\" "
        "LocalTimeOffsetSec=\"0.5\"><DataSources><DataSource Id=\"D\"/></DataSources></Device>"

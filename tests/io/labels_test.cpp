@@ -27,7 +27,7 @@ class LabelFileTest : public ::testing::Test {
   CollectingDiagnostics diagnostics_;
 };
 
-TEST_F(LabelFileTest, EveryWholeNumberIsExact) {
+TEST_F(LabelFileTest, ReadsEveryWholeNumberExactly) {
   const auto expect = [](const Result<LabelFile>& file, const std::vector<std::uint32_t>& values) {
     ASSERT_TRUE(test::has_value(file));
     EXPECT_EQ(file->values, values);
@@ -42,7 +42,7 @@ TEST_F(LabelFileTest, EveryWholeNumberIsExact) {
   EXPECT_TRUE(diagnostics_.entries().empty());
 }
 
-TEST_F(LabelFileTest, WhatIsNoLabelIsRefusedByValueAndPlace) {
+TEST_F(LabelFileTest, RejectsInvalidLabelsAndNamesTheirValueAndIndex) {
   constexpr auto kCode = ErrorCode::kMalformedData;
   EXPECT_TRUE(test::refuses(read<float>("MET_FLOAT", {0, 1.6F, 1, 2}), kCode,
                             {"a.mha", "whole numbers of 0 to 4294967295", "1.6", "(1, 0, 0)"}));
@@ -54,7 +54,7 @@ TEST_F(LabelFileTest, WhatIsNoLabelIsRefusedByValueAndPlace) {
       test::refuses(read<double>("MET_DOUBLE", {0, 4294967296.0, 0, 0}), kCode, {"4294967296"}));
 }
 
-TEST_F(LabelFileTest, OneSliceIsEnough) {
+TEST_F(LabelFileTest, AcceptsASingleSlice) {
   test::put(folder_ / "slice.mha",
             "ObjectType = Image\nNDims = 3\nBinaryData = True\n"
             "TransformMatrix = 1 0 0 0 1 0 0 0 1\nOffset = 0 0 0\nElementSpacing = 1 1 1\n"
@@ -65,7 +65,7 @@ TEST_F(LabelFileTest, OneSliceIsEnough) {
   EXPECT_EQ(file->values, (std::vector<std::uint32_t>{3, 4}));
 }
 
-TEST_F(LabelFileTest, OtherKindsOfFilesAreRefused) {
+TEST_F(LabelFileTest, RejectsOtherKindsOfFiles) {
   EXPECT_TRUE(test::refuses(read_labels(folder_ / "a.png", diagnostics_),
                             ErrorCode::kUnsupportedData, {"a.png", "expected labels as .nii"}));
 }

@@ -99,7 +99,7 @@ TEST_F(PlusConfigTest, ReadsTransformsDevicesAndGeometry) {
   EXPECT_EQ(scan.attributes.at("TransducerName"), "C5");
 }
 
-TEST_F(PlusConfigTest, NamesElementExpectedAndFound) {
+TEST_F(PlusConfigTest, ErrorsNameTheElementTheExpectationAndTheFinding) {
   EXPECT_TRUE(refuses(read(replaced("12e-1", "nan")), Code::kMalformedData,
                       {"c.xml", "ImageToProbe", "Matrix", "16 finite"}));
   EXPECT_TRUE(refuses(read(replaced("12e-1", "")), Code::kMalformedData, {"ImageToProbe"}));
@@ -124,7 +124,7 @@ TEST_F(PlusConfigTest, NamesElementExpectedAndFound) {
   EXPECT_TRUE(refuses(read_plus_config(folder_.path()), Code::kIo, {"folder"}));
 }
 
-TEST_F(PlusConfigTest, FollowsNoEntity) {
+TEST_F(PlusConfigTest, ExpandsNoXmlEntities) {
   test::put(folder_ / "secret.txt", "secret");
   const auto config =
       read("<!DOCTYPE x [<!ENTITY e SYSTEM \"file://" + (folder_ / "secret.txt").string() +

@@ -33,12 +33,12 @@ TEST(FrameTransformTest, ReadsRowMajorNumbers) {
   EXPECT_EQ(t->name, "ProbeToTracker");
 }
 
-TEST(FrameTransformTest, NamesFrameFieldExpectedAndFound) {
+TEST(FrameTransformTest, ErrorsNameTheFrameTheFieldTheExpectationAndTheFinding) {
   const auto refused = [](const std::string& text, const std::string& found) {
     return refuses(transform(frame_with(text), "ProbeToTracker"), Code::kMalformedData,
                    {"frame 7", "ProbeToTrackerTransform", "16", found});
   };
-  // Readers that stop at the first word they cannot parse leave an identity behind.
+  // Readers that stop at the first word that they cannot parse leave an identity behind.
   EXPECT_TRUE(refused("nan nan nan nan nan nan nan nan nan nan nan nan nan nan nan nan", "nan"));
   EXPECT_TRUE(refused("1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 inf", "'inf' as number 16"));
   EXPECT_TRUE(refused("1 2 3 4 5 6 7", "7 words"));
@@ -49,7 +49,7 @@ TEST(FrameTransformTest, NamesFrameFieldExpectedAndFound) {
                       {"frame 7", "StylusToTrackerTransform", "ProbeToTracker"}));
 }
 
-TEST(FrameTransformTest, TellsTooSmallFromTooLarge) {
+TEST(FrameTransformTest, RoundsTinyNumbersToZeroAndRejectsHugeOnes) {
   const std::string zeros(400, '0');
   const auto first = [](const std::string& number) {
     return transform(frame_with(number + " 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"), "ProbeToTracker");
@@ -71,7 +71,7 @@ TEST(FrameTransformTest, TellsTooSmallFromTooLarge) {
 TEST(FrameTransformTest, DoesNotDependOnTheLocale) {
   const char* old = std::setlocale(LC_ALL, nullptr);
   const std::string keep = old != nullptr ? old : "C";
-  // Absent locales leave the default, which proves less but is no failure.
+  // If the locales are missing, the default stays. The test then proves less but does not fail.
   for (const char* name : {"de_DE.UTF-8", "fr_FR.UTF-8"}) std::setlocale(LC_ALL, name);
   const auto t = transform(frame_with("1.5 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"), "ProbeToTracker");
   std::setlocale(LC_ALL, keep.c_str());
@@ -79,7 +79,7 @@ TEST(FrameTransformTest, DoesNotDependOnTheLocale) {
   EXPECT_EQ(t->to_from_from(0, 0), 1.5);
 }
 
-TEST(FrameTransformTest, NeverTakesAMissingOrUnheardStatusForOk) {
+TEST(FrameTransformTest, AMissingOrUnknownStatusIsNeverOk) {
   const auto status = [](const std::string& text) {
     return transform(frame_with(kMatrix, text), "ProbeToTracker").value().status;
   };
@@ -95,7 +95,7 @@ TEST(FrameTransformTest, NeverTakesAMissingOrUnheardStatusForOk) {
   EXPECT_EQ(status("SHINY"), TrackingStatus::kInvalid);
 }
 
-TEST(FrameTransformTest, TakesNanOnlyWhereTheStatusDisownsThePose) {
+TEST(FrameTransformTest, AcceptsNanOnlyIfTheStatusIsNotOk) {
   const std::string nan = "nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
   const auto t = transform(frame_with(nan, "MISSING"), "ProbeToTracker");
   ASSERT_TRUE(test::has_value(t));
@@ -105,7 +105,7 @@ TEST(FrameTransformTest, TakesNanOnlyWhereTheStatusDisownsThePose) {
                       {"nan"}));
 }
 
-TEST(FrameTransformTest, WritesWhatItReads) {
+TEST(FrameTransformTest, WritesTransformsThatReadBackEqual) {
   NamedTransform t{"AToB", Eigen::Matrix4d::Random(), TrackingStatus::kOutOfVolume};
   t.to_from_from(0, 0) = 0.1;
   SequenceFrame frame;
@@ -122,7 +122,7 @@ TEST(FrameTransformTest, WritesWhatItReads) {
   EXPECT_EQ(transform_names(frame), std::vector<std::string>{"AToB"});
 }
 
-// Pixels 1 2 3 / 4 5 6: a flip or a transpose changes each picture.
+// Pixels 1 2 3 / 4 5 6. A flip or a transpose changes the image.
 struct Picture {
   SequenceHeader header;
   SequenceFrame frame;
@@ -154,7 +154,7 @@ TEST(BrightnessImageTest, FlipsEveryOrientationToMf) {
   }
 }
 
-TEST(BrightnessImageTest, RefusesEachOtherKindInOneSentence) {
+TEST(BrightnessImageTest, RejectsEachOtherKindOfImageInOneSentence) {
   const auto refused = [](auto change, std::initializer_list<std::string> pieces,
                           Code code = Code::kUnsupportedData) {
     Picture p = picture("MF");

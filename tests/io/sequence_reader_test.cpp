@@ -17,7 +17,7 @@ using test::refuses;
 using test::text_of;
 using Code = ErrorCode;
 
-// 3 columns, 2 rows, 2 frames: no two pixels alike.
+// 3 columns, 2 rows, 2 frames. All pixels differ.
 const std::string kPixels = "abcdefghijkl";
 
 std::string meta(const std::string& extra, const std::string& sizes = "3 2 2",
@@ -73,7 +73,7 @@ TEST_F(SequenceReaderTest, ReadsRawFramesInAnyOrder) {
   EXPECT_TRUE(refuses(reader->read(-1), Code::kUsage, {"frame -1"}));
 }
 
-TEST_F(SequenceReaderTest, ReadsOneCompressedStreamForwardAndAgain) {
+TEST_F(SequenceReaderTest, ReadsFramesOfACompressedStreamInAnyOrder) {
   const std::string z = test::deflated(kPixels);
   auto reader =
       open(meta("CompressedData = True\nCompressedDataSize = " + std::to_string(z.size()) +
@@ -88,13 +88,15 @@ TEST_F(SequenceReaderTest, ReadsOneCompressedStreamForwardAndAgain) {
   }
 }
 
-/// As of a folder on the network that is gone for a while.
-TEST_F(SequenceReaderTest, ReadsTheSameAfterAReadThatFailed) {
-  constexpr std::size_t kFrameBytes = 40000;  // The reader takes in 65536 bytes at a time.
+/// Simulates a network folder that is unavailable for a while.
+TEST_F(SequenceReaderTest, ReadsEqualFramesAfterAReadThatFailed) {
+  constexpr std::size_t kFrameBytes = 40000;  // The reader reads 65536 bytes at a time.
   std::mt19937 random(5);
   std::string pixels(3 * kFrameBytes, '\0');
-  for (char& c : pixels) c = static_cast<char>(random());  // Nothing that deflate could shorten.
-  const int descriptor = ::dup(0);  // The lowest one that is free, which the reader is to have.
+  for (char& c : pixels)
+    c = static_cast<char>(random());  // Random bytes that deflate cannot
+                                      // compress.
+  const int descriptor = ::dup(0);    // The lowest free descriptor, which the reader will get.
   ::close(descriptor);
   auto reader = open(meta("CompressedData = True\n", "200 200 3") + test::deflated(pixels));
   ASSERT_TRUE(test::has_value(reader));
@@ -134,7 +136,7 @@ std::string nrrd(const std::string& encoding, const std::string& extra = "") {
          "Seq_Frame0001_Timestamp:=1.75\nSeq_Frame0001_Status:=INVALID\n";
 }
 
-TEST_F(SequenceReaderTest, ReadsNrrdWithItsOwnStatusKeyAndSameRowOrder) {
+TEST_F(SequenceReaderTest, ReadsNrrdWithItsOwnStatusKey) {
   constexpr int kGzip = 31;
   const std::string gz = test::deflated(kPixels, kGzip);
   // gzip allows several members one after the other.
@@ -159,7 +161,7 @@ TEST_F(SequenceReaderTest, ReadsNrrdWithItsOwnStatusKeyAndSameRowOrder) {
   EXPECT_EQ(text_of(detached->read(1)->pixels), "ghijkl");
 }
 
-TEST_F(SequenceReaderTest, ReadsColourVolumesAndSinglePictures) {
+TEST_F(SequenceReaderTest, ReadsColourVolumesAndSingleImages) {
   auto colour = open(
       "NRRD0004\ndimension: 4\nencoding: raw\nkinds: vector domain domain list\n"
       "sizes: 3 2 1 2\ntype: uint8\n\n" +
@@ -191,7 +193,7 @@ TEST_F(SequenceReaderTest, ReadsColourVolumesAndSinglePictures) {
   EXPECT_EQ(still->header().depth, 2);
 }
 
-TEST_F(SequenceReaderTest, TurnsBigEndianSamplesRound) {
+TEST_F(SequenceReaderTest, SwapsTheBytesOfBigEndianSamples) {
   const std::vector<std::int16_t> values = {1, -2, 300, -400, 5000, -6000};
   auto reader = open(
       "NDims = 3\nDimSize = 3 2 1\nElementType = MET_SHORT\n"
@@ -201,7 +203,7 @@ TEST_F(SequenceReaderTest, TurnsBigEndianSamplesRound) {
   EXPECT_EQ(text_of(reader->read(0)->pixels), test::bytes_of(values));
 }
 
-TEST_F(SequenceReaderTest, OpensTrackerOnlyRecordings) {
+TEST_F(SequenceReaderTest, OpensRecordingsWithoutImages) {
   auto reader = open(meta(kFrames, "0 0 2"));
   ASSERT_TRUE(test::has_value(reader));
   const auto frame = reader->read(0);
@@ -211,13 +213,13 @@ TEST_F(SequenceReaderTest, OpensTrackerOnlyRecordings) {
   EXPECT_EQ(frame->timestamp_s, 1.5);
 }
 
-TEST_F(SequenceReaderTest, LeavesTheOrderOfTimesToTracking) {
-  auto reader = open(meta(kFrames) + kPixels);  // 1.5 s, then 1.25 s.
+TEST_F(SequenceReaderTest, AcceptsTimestampsInAnyOrder) {
+  auto reader = open(meta(kFrames) + kPixels);  // The timestamps are 1.5 s, then 1.25 s.
   ASSERT_TRUE(test::has_value(reader));
   EXPECT_LT(*reader->frame_fields(1)->timestamp_s, *reader->frame_fields(0)->timestamp_s);
 }
 
-TEST_F(SequenceReaderTest, NamesFrameAndFieldOfABadTimestamp) {
+TEST_F(SequenceReaderTest, NamesTheFrameAndFieldOfABadTimestamp) {
   for (const char* text : {"nan", "inf", "12,5", "", "1.5s", "0x10"}) {
     auto reader = open(meta(std::string("Seq_Frame0001_Timestamp = ") + text + "\n") + kPixels);
     ASSERT_TRUE(test::has_value(reader));
@@ -228,14 +230,14 @@ TEST_F(SequenceReaderTest, NamesFrameAndFieldOfABadTimestamp) {
   }
 }
 
-TEST_F(SequenceReaderTest, ReadsFramesBeforeTheBreakAndNamesTheBroken) {
+TEST_F(SequenceReaderTest, ReadsTheFramesBeforeADefectAndNamesTheDefectiveOne) {
   auto raw = open(meta(kFrames) + kPixels.substr(0, 9));
   ASSERT_TRUE(test::has_value(raw));
   EXPECT_EQ(raw->header().readable_frames, 1);
   EXPECT_EQ(text_of(raw->read(0)->pixels), "abcdef");
   EXPECT_TRUE(refuses(raw->read(1), Code::kMalformedData, {"frame 1", "cut short", "12", "9"}));
 
-  // Incompressible, so that the stream breaks where the file does.
+  // Random bytes do not compress, so the stream is cut at the same fraction as the file.
   std::string noise;
   unsigned state = 7;
   for (int i = 0; i < 1000 * 20; ++i) {
@@ -249,7 +251,7 @@ TEST_F(SequenceReaderTest, ReadsFramesBeforeTheBreakAndNamesTheBroken) {
   EXPECT_TRUE(refuses(packed->read(15), Code::kMalformedData, {"frame 15", "cut short"}));
   EXPECT_EQ(text_of(packed->read(1)->pixels), noise.substr(1000, 1000));
 
-  // The samples are all there, their checksum is not.
+  // All samples are there, but their checksum is missing.
   auto unchecked = open(meta("CompressedData = True\n", "100 10 20") + z.substr(0, z.size() - 2));
   ASSERT_TRUE(test::has_value(unchecked));
   EXPECT_TRUE(refuses(unchecked->read(19), Code::kMalformedData, {"frame 19", "cut short"}));
@@ -260,7 +262,7 @@ TEST_F(SequenceReaderTest, ReadsFramesBeforeTheBreakAndNamesTheBroken) {
   EXPECT_TRUE(refuses(broken->read(19), Code::kMalformedData, {"frame 19", "damaged"}));
 }
 
-TEST_F(SequenceReaderTest, RefusesClaimsThatTheFileCannotHold) {
+TEST_F(SequenceReaderTest, RejectsSizesThatTheFileCannotHold) {
   const std::string body(1000, 'x');
   EXPECT_TRUE(refuses(open(meta("", "40000 25000 1") + body), Code::kMalformedData,
                       {"1000000000", "1000"}));
@@ -272,7 +274,7 @@ TEST_F(SequenceReaderTest, RefusesClaimsThatTheFileCannotHold) {
   EXPECT_TRUE(refuses(open(meta("", "3 -2 1")), Code::kMalformedData, {"DimSize", "3 -2 1"}));
   EXPECT_TRUE(refuses(open(meta("", "3 2")), Code::kMalformedData, {"DimSize", "3 sizes"}));
   EXPECT_TRUE(refuses(open(meta("", "3 2 nan")), Code::kMalformedData, {"DimSize"}));
-  // Frames without pixels cost nothing in the file, but every one is looked at.
+  // Frames without pixels need no space in the file, but the reader visits every one of them.
   auto frames = open(meta("", "0 0 10000000"));
   ASSERT_TRUE(test::has_value(frames));
   EXPECT_TRUE(test::has_value(frames->read(9999999)));
@@ -280,7 +282,7 @@ TEST_F(SequenceReaderTest, RefusesClaimsThatTheFileCannotHold) {
                       {"at most 10000000 frames", "1000000000000"}));
 }
 
-TEST_F(SequenceReaderTest, RefusesWhatIsNoSequence) {
+TEST_F(SequenceReaderTest, RejectsFilesThatAreNoSequence) {
   EXPECT_TRUE(refuses(SequenceReader::open(folder_ / "none.mha"), Code::kNotFound, {"none.mha"}));
   EXPECT_TRUE(refuses(SequenceReader::open(folder_.path()), Code::kIo, {"folder"}));
   EXPECT_TRUE(refuses(SequenceReader::open("/dev/zero"), Code::kIo, {"special file"}));
@@ -310,15 +312,17 @@ TEST_F(SequenceReaderTest, RefusesWhatIsNoSequence) {
       Code::kUnsupportedData, {"encoding", "hex"}));
 }
 
-// Defects of other readers of this format, each once.
+// Each of the next tests covers a defect of other readers of this format.
 
-TEST_F(SequenceReaderTest, AddressesFramesBeyondFourGigabytes) {
-  // 820 × 616 bytes: frame 9000 starts at 4 546 080 000, which 32 bits cut to 251 112 704.
+TEST_F(SequenceReaderTest, ReadsFramesBeyondFourGigabytes) {
+  // One frame has 820 × 616 bytes. Frame 9000 starts at byte 4 546 080 000, which 32 bits would cut
+  // to 251 112 704.
   constexpr std::int64_t kFrameBytes = 820LL * 616;
   constexpr std::int64_t kFrame = 9000;
   const auto raw = folder_ / "big.raw";
   put(raw, "");
-  std::filesystem::resize_file(raw, static_cast<std::uintmax_t>(kFrameBytes * 9001));  // Sparse.
+  std::filesystem::resize_file(raw, static_cast<std::uintmax_t>(kFrameBytes * 9001));  // A sparse
+                                                                                       // file.
   {
     std::fstream out(raw, std::ios::binary | std::ios::in | std::ios::out);
     out.seekp(kFrameBytes * kFrame);
@@ -336,7 +340,7 @@ TEST_F(SequenceReaderTest, AddressesFramesBeyondFourGigabytes) {
   EXPECT_TRUE(refuses(reader->read(9001), Code::kUsage, {"frame 9001"}));
 }
 
-TEST_F(SequenceReaderTest, TakesCompressedSizesBeyondFourGigabytes) {
+TEST_F(SequenceReaderTest, AcceptsCompressedSizesBeyondFourGigabytes) {
   const std::string z = test::deflated(kPixels);
   auto reader =
       open(meta("CompressedData = True\nCompressedDataSize = 6000000000        \n" + kFrames) + z);
@@ -344,8 +348,8 @@ TEST_F(SequenceReaderTest, TakesCompressedSizesBeyondFourGigabytes) {
   EXPECT_EQ(text_of(reader->read(1)->pixels), "ghijkl");
 }
 
-TEST_F(SequenceReaderTest, KeepsLinesOfAnyLengthWhole) {
-  const std::string longer(300000, 'v');  // Beyond a chunk of the reader, too.
+TEST_F(SequenceReaderTest, ReadsLinesOfAnyLength) {
+  const std::string longer(300000, 'v');  // Longer than one chunk of the reader.
   auto reader = open(
       meta("Seq_Frame0001_Note = " + longer + "\nLong = " + longer + "\n" + kFrames) + kPixels);
   ASSERT_TRUE(test::has_value(reader));

@@ -24,7 +24,7 @@ SequenceHeader header(int width, int height, PixelType type, bool compressed) {
   h.orientation = "UN";
   h.image_type = "BRIGHTNESS";
   h.compressed = compressed;
-  h.fields["DimSize"] = "999 999 999";  // The writer decides this one.
+  h.fields["DimSize"] = "999 999 999";  // The writer replaces this field.
   h.fields["Device"] = "phantom";
   return h;
 }
@@ -83,7 +83,7 @@ TEST_F(SequenceWriterTest, RoundTripsEveryFormat) {
       ASSERT_TRUE(test::has_value(back)) << c.name;
       const SequenceFrame sent = frame(i, 30);
       EXPECT_EQ(back->pixels, sent.pixels);
-      EXPECT_EQ(back->timestamp_s, sent.timestamp_s);  // Bit for bit.
+      EXPECT_EQ(back->timestamp_s, sent.timestamp_s);  // The numbers are equal bit for bit.
       EXPECT_EQ(back->unfiltered_timestamp_s, sent.unfiltered_timestamp_s);
       EXPECT_EQ(back->image_valid, sent.image_valid);
       EXPECT_EQ(back->fields.at("FrameNumber"), sent.fields.at("FrameNumber"));
@@ -132,7 +132,7 @@ TEST_F(SequenceWriterTest, WritesTheHeaderThatPlusWrites) {
             "xy");
 }
 
-TEST_F(SequenceWriterTest, PadsTheCompressedSizeAndNumbersFiveDigits) {
+TEST_F(SequenceWriterTest, PadsTheCompressedSizeAndWritesFiveDigitFrameNumbers) {
   auto writer = SequenceWriter::create(folder_ / "t.mha", header(0, 0, PixelType::kUint8, true));
   ASSERT_TRUE(test::has_value(writer));
   for (std::int64_t i = 0; i <= 10000; ++i) {
@@ -150,7 +150,7 @@ TEST_F(SequenceWriterTest, PadsTheCompressedSizeAndNumbersFiveDigits) {
   EXPECT_EQ(SequenceReader::open(folder_ / "t.mha")->frame_fields(10000)->timestamp_s, 10000.0);
 }
 
-TEST_F(SequenceWriterTest, SameFramesSameBytes) {
+TEST_F(SequenceWriterTest, EqualFramesGiveEqualBytes) {
   for (const char* name : {"x.nrrd", "y.nrrd"}) {
     auto writer = SequenceWriter::create(folder_ / name, header(5, 3, PixelType::kUint8, true));
     ASSERT_TRUE(test::has_value(writer));
@@ -180,12 +180,12 @@ TEST_F(SequenceWriterTest, RoundTripsColourAndVolumes) {
   }
 }
 
-TEST_F(SequenceWriterTest, LeavesNothingWithoutFinish) {
+TEST_F(SequenceWriterTest, WritesNoFileWithoutFinish) {
   {
     auto writer = SequenceWriter::create(folder_ / "a.mha", header(5, 3, PixelType::kUint8, false));
     ASSERT_TRUE(test::has_value(writer));
     ASSERT_TRUE(test::has_value(writer->append(frame(0, 15))));
-    EXPECT_EQ(files(), 0U);  // Not even a temporary name.
+    EXPECT_EQ(files(), 0U);  // There is not even a temporary file.
   }
   EXPECT_EQ(files(), 0U);
   test::put(folder_ / "old.mha", "old");
@@ -198,7 +198,7 @@ TEST_F(SequenceWriterTest, LeavesNothingWithoutFinish) {
   EXPECT_EQ(test::get(folder_ / "old.mha"), "old");
 }
 
-TEST_F(SequenceWriterTest, TakesNamesOfEveryLengthThatTheSystemTakes) {
+TEST_F(SequenceWriterTest, AcceptsEveryNameLengthThatTheSystemAccepts) {
   const std::string longest = std::string(NAME_MAX - 4, 'x') + ".mha";
   const auto shape = header(5, 3, PixelType::kUint8, false);
   auto writer = SequenceWriter::create(folder_ / longest, shape);
@@ -206,12 +206,12 @@ TEST_F(SequenceWriterTest, TakesNamesOfEveryLengthThatTheSystemTakes) {
   ASSERT_TRUE(test::has_value(writer->append(frame(0, 15))));
   ASSERT_TRUE(test::has_value(writer->finish()));
   EXPECT_TRUE(std::filesystem::exists(folder_ / longest));
-  // Said before anything is recorded.
+  // The writer reports the error before anything is recorded.
   EXPECT_TRUE(refuses(SequenceWriter::create(folder_ / ("x" + longest), shape), Code::kIo,
                       {longest, "create", "too long"}));
 }
 
-TEST_F(SequenceWriterTest, RefusesWhatWouldBreakTheFile) {
+TEST_F(SequenceWriterTest, RejectsFramesThatWouldBreakTheFile) {
   const auto h = header(5, 3, PixelType::kUint8, false);
   EXPECT_TRUE(refuses(SequenceWriter::create(folder_ / "a.mhd", h), Code::kUsage, {".mha"}));
   EXPECT_TRUE(
@@ -228,7 +228,7 @@ TEST_F(SequenceWriterTest, RefusesWhatWouldBreakTheFile) {
   bad = frame(0, 15);
   bad.timestamp_s = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(refuses(writer->append(bad), Code::kUsage, {"timestamp", "nan"}));
-  // Refused frames leave no trace.
+  // Rejected frames do not change the file.
   ASSERT_TRUE(test::has_value(writer->append(frame(0, 15))));
   ASSERT_TRUE(test::has_value(writer->finish()));
   EXPECT_EQ(SequenceReader::open(folder_ / "a.mha")->header().frame_count, 1);

@@ -25,7 +25,7 @@ inline std::string get(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// One zlib (window 15) or gzip (31) stream.
+/// Returns one zlib stream (\p window 15) or gzip stream (31).
 inline std::string deflated(std::string_view bytes, int window = 15) {
   z_stream z{};
   deflateInit2(&z, 6, Z_DEFLATED, window, 8, Z_DEFAULT_STRATEGY);
@@ -40,7 +40,7 @@ inline std::string deflated(std::string_view bytes, int window = 15) {
   return out;
 }
 
-/// Values as their bytes, in this machine's order.
+/// Returns the bytes of the values in the byte order of this machine.
 template <class T>
 std::string bytes_of(const std::vector<T>& values) {
   std::string out(values.size() * sizeof(T), '\0');
@@ -48,7 +48,7 @@ std::string bytes_of(const std::vector<T>& values) {
   return out;
 }
 
-/// The same with each value's bytes reversed.
+/// Returns the bytes of the values, each value with its bytes reversed.
 template <class T>
 std::string swapped_bytes_of(const std::vector<T>& values) {
   std::string out = bytes_of(values);
@@ -59,7 +59,7 @@ std::string swapped_bytes_of(const std::vector<T>& values) {
   return out;
 }
 
-/// Some entry of at least that severity's name contains every piece.
+/// Succeeds if the message of an entry with \p severity contains every string of \p pieces.
 inline ::testing::AssertionResult says(const CollectingDiagnostics& diagnostics, Severity severity,
                                        std::initializer_list<std::string> pieces) {
   std::string all;

@@ -48,15 +48,16 @@ TEST_F(SurfaceFileTest, ReadsPolygonsAndStripsOfLegacyVtk) {
   ASSERT_TRUE(test::has_value(both));
   EXPECT_EQ(both->triangles.size(), 4U);
   EXPECT_DOUBLE_EQ(area_of(*both), 6) << "none is lost";
-  // All on one side: the order of a strip's points turns with each triangle.
+  // All triangles have the same orientation, although the order of the points of a strip
+  // alternates.
   for (const auto& [i, j, k] : both->triangles) {
     const auto at = [&](int n) { return both->points_mm[static_cast<std::size_t>(n)]; };
     EXPECT_GT((at(j) - at(i)).cross(at(k) - at(i)).z(), 0);
   }
 }
 
-/// As 3D Slicer marks its models.
-TEST_F(SurfaceFileTest, TurnsSurfacesInRasToLps) {
+/// 3D Slicer marks the coordinate system of its models like this.
+TEST_F(SurfaceFileTest, ConvertsSurfacesInRasToLps) {
   const auto vtk = [](const std::string& title) {
     std::string text = kVtkPoints + "POLYGONS 1 4\n3 0 1 2\n";
     return text.replace(text.find("surface"), 7, title);
@@ -107,7 +108,7 @@ const std::string kPlyHead =
     "property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n";
 const std::string kPlyPoints = "0 0 0\n1.5 0 0\n1.5 2 0\n0 2 0\n";
 
-/// Bytes of a value, the most significant first.
+/// Returns the bytes of a value, the most significant byte first.
 template <class T>
 std::string big(T value) {
   return test::swapped_bytes_of(std::vector<T>{value});
@@ -141,7 +142,7 @@ TEST_F(SurfaceFileTest, ReadsBinaryAndNewerLegacyVtk) {
   EXPECT_DOUBLE_EQ(area_of(*modern), 6);
 }
 
-TEST_F(SurfaceFileTest, ReadsBinaryPlyOfBothOrders) {
+TEST_F(SurfaceFileTest, ReadsBinaryPlyOfBothByteOrders) {
   const auto file = [](const std::string& order, bool swap) {
     std::string bytes = "ply\r\nformat " + order +
                         " 1.0\r\ncomment made by hand\r\nelement vertex 3\r\n"
@@ -176,7 +177,7 @@ TEST_F(SurfaceFileTest, ReadsBinaryPlyOfBothOrders) {
   }
 }
 
-TEST_F(SurfaceFileTest, RefusesClaimsThatAFileCannotHold) {
+TEST_F(SurfaceFileTest, RejectsSizesThatTheFileCannotHold) {
   const std::string vtk = "# vtk DataFile Version 3.0\nsurface\nASCII\nDATASET POLYDATA\n";
   const std::string three = vtk + "POINTS 3 double\n0 0 0 1 0 0 0 1 0\n";
   for (const std::string& text :
@@ -206,7 +207,7 @@ TEST_F(SurfaceFileTest, RefusesClaimsThatAFileCannotHold) {
   }
 }
 
-TEST_F(SurfaceFileTest, RefusesFilesThatAreCutShort) {
+TEST_F(SurfaceFileTest, RejectsTruncatedFiles) {
   const auto whole = read("a.ply", kPlyHead + kPlyPoints + "3 0 1 2\n3 0 2 3\n");
   ASSERT_TRUE(test::has_value(whole));
   EXPECT_DOUBLE_EQ(area_of(*whole), 3);
@@ -221,7 +222,7 @@ TEST_F(SurfaceFileTest, RefusesFilesThatAreCutShort) {
   EXPECT_TRUE(refuses(read("f.stl", stl), Code::kMalformedData, {"f.stl", "endsolid"}));
 }
 
-TEST_F(SurfaceFileTest, SaysThatAnStlHasNoFacets) {
+TEST_F(SurfaceFileTest, ReportsAnStlWithoutFacets) {
   const std::string count(4, '\0');
   for (const std::string& stl :
        {std::string(80, ' ') + count, "solid" + std::string(75, ' ') + count,
@@ -231,7 +232,7 @@ TEST_F(SurfaceFileTest, SaysThatAnStlHasNoFacets) {
   }
 }
 
-TEST_F(SurfaceFileTest, RefusesNumbersThatAreNone) {
+TEST_F(SurfaceFileTest, RejectsInvalidNumbers) {
   EXPECT_FALSE(read("a.ply", kPlyHead + "0 0 0\n1,5 0 0\n1.5 2 0\n0 2 0\n3 0 1 2\n3 0 2 3\n"));
   EXPECT_FALSE(read("b.ply", kPlyHead + "0 0 0\n1.5 0 x\n1.5 2 0\n0 2 0\n3 0 1 2\n3 0 2 3\n"));
   EXPECT_FALSE(read("c.vtk",

@@ -48,7 +48,7 @@ TransformTree tree() {
   return std::move(t).value();
 }
 
-TEST(SplitTransformNameTest, SplitsOnlyWhereThereIsOneWay) {
+TEST(SplitTransformNameTest, SplitsNamesOnlyIfThereIsOneWay) {
   using Pair = std::pair<std::string, std::string>;
   EXPECT_EQ(split_transform_name("ProbeToTracker"), (Pair{"Probe", "Tracker"}));
   EXPECT_EQ(split_transform_name("StylusTipToStylus"), (Pair{"StylusTip", "Stylus"}));
@@ -91,7 +91,7 @@ TEST(TransformTreeTest, TheWorstStatusWins) {
   ASSERT_TRUE(test::has_value(chain));
   EXPECT_EQ(chain->evaluate(frame(TrackingStatus::kUnknown))->status, TrackingStatus::kUnknown);
   EXPECT_EQ(chain->evaluate(frame(TrackingStatus::kOccluded))->status, TrackingStatus::kOccluded);
-  // A disowned NaN pose passes through with its status instead of failing.
+  // A NaN pose whose status is not OK keeps its status and does not fail.
   SequenceFrame lost = frame();
   lost.fields["ReferenceToTrackerTransform"] = "nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
   lost.fields["ReferenceToTrackerTransformStatus"] = "MISSING";
@@ -101,7 +101,7 @@ TEST(TransformTreeTest, TheWorstStatusWins) {
   EXPECT_TRUE(std::isnan(t->to_from_from(0, 0)));
 }
 
-TEST(TransformTreeTest, NamesTheMissingLinkAndTheTreeThatExists) {
+TEST(TransformTreeTest, NamesTheMissingLinkAndTheKnownTransforms) {
   EXPECT_TRUE(refuses(tree().find("Image", "Phantom"), Code::kNotFound,
                       {"from Image to Phantom", "Probe→Tracker (frames)",
                        "Image→Probe (configuration)", "Phantom→Wire (configuration)"}));
@@ -120,12 +120,12 @@ TEST(TransformTreeTest, NamesTheMissingLinkAndTheTreeThatExists) {
                       Code::kMalformedData, {"AToB", "inverted"}));
 }
 
-/// A matrix as a program that prints four decimals hands it on.
+/// Returns the matrix as a program that prints four decimals writes it.
 Eigen::Matrix4d in_four_decimals(const Eigen::Matrix4d& m) {
   return (m * 1e4).array().round().matrix() * 1e-4;
 }
 
-TEST(TransformTreeTest, RefusesAPoseThatItsOwnReverseContradicts) {
+TEST(TransformTreeTest, RejectsAPoseThatContradictsItsInverse) {
   const auto t =
       TransformTree::create({"ProbeToTracker", "ReferenceToTracker", "TrackerToProbe"}, {});
   const auto chain = t->find("Probe", "Reference");
@@ -145,12 +145,12 @@ TEST(TransformTreeTest, RefusesAPoseThatItsOwnReverseContradicts) {
   }
   Eigen::Matrix4d moved = probe_from_tracker;
   moved(0, 3) += 0.1;  // mm
-  // The same numbers for both directions are the mistake that is made most.
+  // The most frequent mistake is that both directions have the same numbers.
   for (const Eigen::Matrix4d& other : {moved, kTrackerFromProbe}) {
     EXPECT_TRUE(refuses(chain->evaluate(with(other)), Code::kMalformedData,
                         {"frame 3", "ProbeToTracker", "TrackerToProbe", "inverse"}));
   }
-  // What its own status disowns contradicts nothing.
+  // A pose whose status is not OK contradicts nothing.
   EXPECT_TRUE(test::has_value(chain->evaluate(with(moved, TrackingStatus::kOccluded))));
   EXPECT_TRUE(refuses(
       TransformTree::create({}, {{"A", "B", kTrackerFromProbe, {}, ""}, {"B", "A", moved, {}, ""}}),
@@ -160,7 +160,7 @@ TEST(TransformTreeTest, RefusesAPoseThatItsOwnReverseContradicts) {
       {{"A", "B", probe_from_image(), {}, ""}, {"B", "A", probe_from_image().inverse(), {}, ""}})));
 }
 
-TEST(TransformTreeTest, FramesWinOverTheConfiguration) {
+TEST(TransformTreeTest, TransformsOfFramesOverrideTheConfiguration) {
   const auto t = TransformTree::create(
       {"ProbeToTracker"}, {{"Probe", "Tracker", rigid(1, {1, 0, 0}, {0, 0, 0}), {}, ""}});
   const auto chain = t->find("Probe", "Tracker");
@@ -168,13 +168,15 @@ TEST(TransformTreeTest, FramesWinOverTheConfiguration) {
   EXPECT_TRUE(chain->links.at(0).from_frame);
 }
 
-/// Pixel (column, row) to probe mm straight from the matrix.
+/// Returns the position of a pixel (column, row) in mm in the Probe frame, computed directly from
+/// the matrix.
 Eigen::Vector3d straight(const Eigen::Matrix4d& m, double column, double row) {
   return (m.col(0) * column + m.col(1) * row + m.col(3)).head<3>();
 }
 
 TEST(ImageCalibrationTest, ReproducesEveryPixelOfAShearedCalibration) {
-  // Axes like those of a real N-wire calibration: 3 degrees of shear, unequal spacing.
+  // The axes are like those of a real N-wire calibration, with 3 degrees of shear and unequal
+  // spacing.
   Eigen::Matrix4d m = rigid(0.9, {2, -1, 1}, {12.7, 50.8, -0.5});
   const Eigen::Vector3d x = m.col(0).head<3>() * 0.085;
   const double shear = 3 * M_PI / 180;
@@ -182,7 +184,8 @@ TEST(ImageCalibrationTest, ReproducesEveryPixelOfAShearedCalibration) {
       (m.col(1).head<3>() * std::cos(shear) + m.col(0).head<3>() * std::sin(shear)) * 0.09;
   m.col(0).head<3>() = x;
   m.col(1).head<3>() = y;
-  m.col(2).setConstant(std::numeric_limits<double>::quiet_NaN());  // Says nothing of the plane.
+  m.col(2).setConstant(std::numeric_limits<double>::quiet_NaN());  // The third column does not
+                                                                   // affect the image plane.
   const auto c = calibration_from_matrix(m, 820, 616);
   ASSERT_TRUE(test::has_value(c));
   for (const auto& [column, row] :
@@ -190,7 +193,8 @@ TEST(ImageCalibrationTest, ReproducesEveryPixelOfAShearedCalibration) {
     const Point<frames::Probe> p = c->probe_from_image * c->grid.at(column, row);
     EXPECT_LT((p.mm - straight(m, column, row)).norm(), 1e-10);
   }
-  // Origin: middle of the first row; +x along columns; +z = x × y of the picture.
+  // The origin is the middle of the first row, +x runs along the columns and +z = x × y of the
+  // image.
   EXPECT_LT((c->probe_from_image.translation_mm() - straight(m, 409.5, 0)).norm(), 1e-10);
   const Eigen::Matrix4d axes = c->probe_from_image.matrix();
   EXPECT_LT((axes.col(0).head<3>() - x.normalized()).norm(), kRounding);
@@ -199,7 +203,7 @@ TEST(ImageCalibrationTest, ReproducesEveryPixelOfAShearedCalibration) {
   EXPECT_EQ(c->grid.mm_per_pixel(1, 0), 0);
 }
 
-TEST(ImageCalibrationTest, RefusesEachDefect) {
+TEST(ImageCalibrationTest, RejectsEachDefectOfACalibration) {
   const auto refused = [](auto change, std::initializer_list<std::string> pieces) {
     Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
     m.topLeftCorner<3, 3>() *= 0.1;
@@ -211,7 +215,8 @@ TEST(ImageCalibrationTest, RefusesEachDefect) {
   EXPECT_TRUE(refused([](auto& m) { m.col(1).setZero(); }, {"1e-4 mm"}));
   EXPECT_TRUE(refused([](auto& m) { m(3, 3) = 2; }, {"last row 0 0 0 1"}));
   EXPECT_TRUE(refused([](auto& m) { m(3, 0) = 0.5; }, {"last row 0 0 0 1"}));
-  EXPECT_TRUE(refused([](auto& m) { m(0, 1) = 0.05; }, {"20 degrees"}));  // 26 degrees.
+  EXPECT_TRUE(refused([](auto& m) { m(0, 1) = 0.05; }, {"20 degrees"}));  // The shear is 26
+                                                                          // degrees.
   EXPECT_TRUE(refused([](auto& m) { m.col(1) = m.col(0); }, {"pixel grid"}));
   EXPECT_TRUE(refuses(calibration_from_matrix(Eigen::Matrix4d::Identity(), 0, 5),
                       Code::kMalformedData, {"0 x 5"}));

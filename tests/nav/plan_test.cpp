@@ -24,17 +24,17 @@ TEST(GuidanceTest, OnThePathOnlyTheDepthRemains) {
   EXPECT_NEAR(guidance.angle_to_plan_rad, 0, kPlanRounding);
 }
 
-TEST(GuidanceTest, PastTheTargetTheDepthIsNegative) {
+TEST(GuidanceTest, DepthPastTheTargetIsNegative) {
   EXPECT_NEAR(guide(kPlan, needle({0, 0, 107}, 0)).along_axis_mm, -7, kPlanRounding);
 }
 
-TEST(GuidanceTest, ATiltedNeedleMissesByItsSine) {
+TEST(GuidanceTest, LateralErrorOfATiltedNeedleIsTheSineOfTheTilt) {
   const auto guidance = guide(kPlan, needle({0, 0, 40}, 0.1));
   EXPECT_NEAR(guidance.lateral_mm, 60 * std::sin(0.1), kPlanRounding);
   EXPECT_NEAR(guidance.angle_to_plan_rad, 0.1, kPlanRounding);
 }
 
-TEST(NeedlePlanTest, RefusesSenselessPlans) {
+TEST(NeedlePlanTest, RejectsInvalidPlans) {
   NeedlePlan plan = kPlan;
   EXPECT_TRUE(test::has_value(validate(plan)));
   plan.entry_ct = plan.target_ct;

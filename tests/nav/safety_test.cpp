@@ -15,7 +15,7 @@ using std::chrono::nanoseconds;
 
 Timestamp ms(int value) { return Timestamp(milliseconds(value)); }
 
-TEST(SafetyTest, TheWorstWinsAndNamesItsCause) {
+TEST(SafetyTest, TheWorstStateWinsAndNamesItsCause) {
   const Safety all = compose({{SafetyState::kValid, ""},
                               {SafetyState::kStale, "probe is 90 ms old"},
                               {SafetyState::kDegraded, "status unknown"},
@@ -26,7 +26,7 @@ TEST(SafetyTest, TheWorstWinsAndNamesItsCause) {
   EXPECT_THROW(compose({}), Bug);
 }
 
-TEST(SafetyTest, NumbersExistOnlyWhileValid) {
+TEST(SafetyTest, NumbersAreShownOnlyWhileValid) {
   for (const auto state : {SafetyState::kDegraded, SafetyState::kStale, SafetyState::kLost}) {
     EXPECT_FALSE((Safety{state, "x"}.shows_numbers()));
   }
@@ -34,14 +34,15 @@ TEST(SafetyTest, NumbersExistOnlyWhileValid) {
   EXPECT_EQ(Safety{}.state, SafetyState::kLost) << "nothing received yet is not valid";
 }
 
-TEST(FreshnessTest, LimitsFollowThePeriod) {
-  EXPECT_EQ(freshness_limits(milliseconds(10)).stale_after, milliseconds(30));   // 1 period + 20.
-  EXPECT_EQ(freshness_limits(milliseconds(50)).stale_after, milliseconds(100));  // 2 periods.
+TEST(FreshnessTest, LimitsDependOnThePeriod) {
+  EXPECT_EQ(freshness_limits(milliseconds(10)).stale_after, milliseconds(30));   // One period + 20
+                                                                                 // ms.
+  EXPECT_EQ(freshness_limits(milliseconds(50)).stale_after, milliseconds(100));  // Two periods.
   EXPECT_EQ(freshness_limits(milliseconds(10)).lost_after, milliseconds(250));
   EXPECT_THROW(freshness_limits(Duration::zero()), Bug);
 }
 
-TEST(FreshnessTest, GoesValidStaleLostAtItsLimitsToTheNanosecond) {
+TEST(FreshnessTest, TurnsStaleAndLostOneNanosecondAfterTheLimits) {
   const FreshnessLimits limits = freshness_limits(milliseconds(50));
   const auto state = [&](Duration age) {
     return freshness("probe", ms(1000), ms(1000) + age, limits).state;
@@ -53,13 +54,13 @@ TEST(FreshnessTest, GoesValidStaleLostAtItsLimitsToTheNanosecond) {
   EXPECT_EQ(state(limits.lost_after + nanoseconds(1)), SafetyState::kLost);
 }
 
-TEST(FreshnessTest, AStampFromTheFutureIsADoubt) {
+TEST(FreshnessTest, AFutureTimestampIsDegraded) {
   const Safety safety = freshness("probe", ms(10), ms(9), freshness_limits(milliseconds(50)));
   EXPECT_EQ(safety.state, SafetyState::kDegraded);
   EXPECT_NE(safety.cause.find("future"), std::string::npos);
 }
 
-TEST(CollectingDiagnosticsTest, FoldsRepetitionsAndBoundsItsMemory) {
+TEST(CollectingDiagnosticsTest, CountsRepeatedMessagesAndBoundsItsMemory) {
   CollectingDiagnostics diagnostics(2);
   for (int i = 0; i < 1000; ++i) diagnostics.report(Severity::kWarning, "gate", "NaN pose");
   diagnostics.report(Severity::kError, "gate", "NaN pose");

@@ -17,15 +17,15 @@ TEST(TimeTest, RoundsSecondsToTheNearestNanosecond) {
   EXPECT_DOUBLE_EQ(to_seconds(from_seconds(1.7e9 + 0.5)), 1.7e9 + 0.5);
 }
 
-TEST(TimeTest, RefusesWhatDoesNotFit) {
+TEST(TimeTest, RejectsSecondsThatDoNotFit) {
   EXPECT_FALSE(is_representable_seconds(std::numeric_limits<double>::quiet_NaN()));
   EXPECT_FALSE(is_representable_seconds(std::numeric_limits<double>::infinity()));
   EXPECT_FALSE(is_representable_seconds(1e10));
   EXPECT_THROW(from_seconds(1e10), Bug);
 }
 
-TEST(TimeTest, TellsAnyTwoTimesApart) {
-  constexpr double kLatest = 4.59e9;  // The year 2115 of the usual epoch.
+TEST(TimeTest, DifferenceOfTheExtremeTimesDoesNotOverflow) {
+  constexpr double kLatest = 4.59e9;  // Year 2115 with the Unix epoch.
   const Timestamp early(from_seconds(-kLatest));
   const Timestamp late(from_seconds(kLatest));
   EXPECT_GT(late - early, Duration::zero());
@@ -34,7 +34,7 @@ TEST(TimeTest, TellsAnyTwoTimesApart) {
   EXPECT_FALSE(is_representable_seconds(-4.7e9));
 }
 
-TEST(VirtualClockTest, MovesOnlyForwardsAndOnlyWhenTold) {
+TEST(VirtualClockTest, MovesOnlyForwardsAndOnlyWhenAdvanced) {
   VirtualClock clock;
   EXPECT_EQ(clock.now(), Timestamp{});
   clock.advance_to(Timestamp(std::chrono::seconds(3)));

@@ -29,7 +29,7 @@ concept HasIdentity = requires {
   T::identity();
 };
 
-// Ill-typed compositions do not compile.
+// Transforms compose only if their frames match. Other compositions do not compile.
 static_assert(Composes<Transform<Ct, Reference>, Transform<Reference, Tracker>>);
 static_assert(!Composes<Transform<Ct, Reference>, Transform<Tracker, Probe>>);
 static_assert(!Composes<Transform<Ct, Reference>, Transform<Ct, Reference>>);
@@ -41,7 +41,8 @@ static_assert(Subtracts<Point<Ct>, Point<Ct>>);
 static_assert(!Subtracts<Point<Ct>, Point<Reference>>);
 static_assert(!std::is_assignable_v<Transform<Ct, Reference>&, Transform<Reference, Ct>>);
 static_assert(!std::is_constructible_v<Transform<Ct, Reference>, Transform<Reference, Ct>>);
-// A pose is measured, computed or absent: no default, no identity between different frames.
+// A pose is measured, computed or absent. Therefore it has no default value, and there is no
+// identity between different frames.
 static_assert(!std::is_default_constructible_v<Transform<Ct, Reference>>);
 static_assert(!HasIdentity<Transform<Ct, Reference>>);
 static_assert(HasIdentity<Transform<Ct, Ct>>);
@@ -65,7 +66,7 @@ TEST(TransformTest, ComposesLikeMatrices) {
   EXPECT_LT(((ct_from_tracker * p).mm - q.head<3>()).norm(), kRoundingMm * 100);
 }
 
-TEST(TransformTest, InverseUndoes) {
+TEST(TransformTest, InverseTimesTransformIsIdentity) {
   const auto round = ct_from_reference() * ct_from_reference().inverse();
   EXPECT_TRUE(test::is_near(round, (Transform<Ct, Ct>::identity()), 1e-13, kRoundingRad));
 }
@@ -86,14 +87,14 @@ TEST(TransformTest, StaysRigidOverAMillionCompositions) {
   EXPECT_LT((r.transpose() * r - Eigen::Matrix3d::Identity()).norm(), 1e-14);
 }
 
-TEST(TransformTest, RefusesNanAndUnnormalisedAsABug) {
+TEST(TransformTest, NanAndUnnormalisedRotationsAreBugs) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THROW((Transform<Ct, Reference>(Eigen::Quaterniond::Identity(), {nan, 0, 0})), Bug);
   EXPECT_THROW((Transform<Ct, Reference>(Eigen::Quaterniond(nan, 0, 0, 0), {0, 0, 0})), Bug);
   EXPECT_THROW((Transform<Ct, Reference>(Eigen::Quaterniond(1.01, 0, 0, 0), {0, 0, 0})), Bug);
 }
 
-TEST(RigidFromMatrixTest, AcceptsSixDigitText) {
+TEST(RigidFromMatrixTest, AcceptsAMatrixOfSixDigitText) {
   Eigen::Matrix4d m;
   m << 0.231245, 0.951424, -0.203269, 172.641, -0.127436, -0.17751, -0.975833, -98.0022,  //
       -0.964513, 0.25156, 0.0801977, -22.0262, 0, 0, 0, 1;

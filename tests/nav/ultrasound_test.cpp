@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kGridRounding = 1e-12;
 
-TEST(PixelGridTest, OriginIsMidTransducerFace) {
+TEST(PixelGridTest, OriginIsTheMiddleOfTheTransducerFace) {
   const PixelGrid grid = PixelGrid::centred(101, 0.5, 0.25);
   EXPECT_NEAR(grid.at(50, 0).mm.norm(), 0, kGridRounding);
   EXPECT_NEAR(grid.at(0, 0).mm.x(), -25, kGridRounding);
@@ -28,7 +28,7 @@ TEST(PixelGridTest, KeepsTheShearOfARealCalibration) {
   EXPECT_LT((grid.pixel_of(grid.at(pixel.x(), pixel.y())) - pixel).norm(), 1e-9);
 }
 
-TEST(PixelGridTest, RefusesWhatNoProbeCanBe) {
+TEST(PixelGridTest, RejectsGridsThatNoProbeHas) {
   PixelGrid grid = PixelGrid::centred(10, 0.1, 0.1);
   EXPECT_TRUE(test::has_value(validate(grid)));
   grid.mm_per_pixel(0, 0) = std::numeric_limits<double>::quiet_NaN();
@@ -40,7 +40,7 @@ TEST(PixelGridTest, RefusesWhatNoProbeCanBe) {
   EXPECT_TRUE(test::refuses(validate(grid), ErrorCode::kMalformedData, {"orthogonal", "45"}));
 }
 
-TEST(SectorOutlineTest, ContainsTheRingSegmentOnly) {
+TEST(SectorOutlineTest, ContainsOnlyTheRingSegment) {
   const SectorOutline sector{{0, -60}, 60, 200, 0.5};
   EXPECT_TRUE(sector.contains({0, 10}));
   EXPECT_FALSE(sector.contains({0, -1}));
@@ -63,13 +63,13 @@ TrackedFrame tracked(int ms, int width = 2) {
       Duration::zero(), false};
 }
 
-TEST(SweepTest, KeepsOrderedFramesAndKnowsItsCentre) {
+TEST(SweepTest, KeepsTheImagesInOrderAndComputesTheirCentroid) {
   const auto sweep = Sweep::create({tracked(10), tracked(20)}, "calibration");
   ASSERT_TRUE(test::has_value(sweep));
   EXPECT_NEAR(sweep->centroid().mm.z(), 15, kGridRounding);
 }
 
-TEST(SweepTest, RefusesByFrame) {
+TEST(SweepTest, RejectsInvalidImagesAndNamesTheirIndex) {
   using Code = ErrorCode;
   EXPECT_TRUE(test::refuses(Sweep::create({}, ""), Code::kMalformedData, {"at least one"}));
   EXPECT_TRUE(test::refuses(Sweep::create({tracked(1), tracked(2), tracked(2)}, ""),

@@ -33,13 +33,13 @@ Volume ramp(const VoxelGrid& grid) {
   return *Volume::create(grid, std::move(hu), "ramp");
 }
 
-TEST(VoxelGridTest, IndexUndoesPosition) {
+TEST(VoxelGridTest, IndexOfInvertsAt) {
   const VoxelGrid grid = oblique_grid();
   const Eigen::Vector3d index(1.5, -2.25, 7);
   EXPECT_LT((grid.index_of(grid.at(index)) - index).norm(), kIndexRounding);
 }
 
-TEST(VolumeTest, TrilinearReproducesALinearField) {
+TEST(VolumeTest, TrilinearInterpolationReproducesALinearField) {
   const Volume volume = ramp(oblique_grid());
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -51,7 +51,7 @@ TEST(VolumeTest, TrilinearReproducesALinearField) {
   }
 }
 
-TEST(VolumeTest, IsAbsentOutsideAndPresentOnItsBorder) {
+TEST(VolumeTest, HasValuesUpToItsBorderAndNoneOutside) {
   const Volume volume = ramp(oblique_grid());
   EXPECT_TRUE(volume.sample(volume.grid().at({0, 0, 0})));
   EXPECT_TRUE(volume.sample(volume.grid().at({4, 3, 2})));
@@ -61,7 +61,7 @@ TEST(VolumeTest, IsAbsentOutsideAndPresentOnItsBorder) {
   EXPECT_FALSE(volume.sample({{nan, 0, 0}}));
 }
 
-TEST(VolumeTest, OneSliceIsAVolume) {
+TEST(VolumeTest, AcceptsASingleSlice) {
   VoxelGrid grid;
   grid.size = {2, 2, 1};
   const auto volume = Volume::create(grid, {1, 2, 3, 4}, "slice");
@@ -69,7 +69,7 @@ TEST(VolumeTest, OneSliceIsAVolume) {
   EXPECT_NEAR(*volume->sample({{0.5, 0.5, 0}}), 2.5, kIndexRounding);
 }
 
-TEST(VolumeTest, RefusesEachBadGridByName) {
+TEST(VolumeTest, RejectsEachInvalidGridAndNamesTheDefect) {
   const auto refused = [](auto change) {
     VoxelGrid grid;
     grid.size = {2, 2, 2};

@@ -14,11 +14,12 @@
 namespace nav {
 namespace {
 
-/// Of the heap and of the system, and about where one becomes the other.
+/// Sizes allocated on the heap, sizes allocated from the system, and sizes around the limit between
+/// the two.
 constexpr std::size_t kSizes[] = {1,          1000,           kLargePage - 1,
                                   kLargePage, kLargePage + 1, 3 * kLargePage + 12345};
 
-TEST(ZeroedArrayTest, IsZeroAndKeepsWhatIsWritten) {
+TEST(ZeroedArrayTest, IsZeroAtFirstAndKeepsWrittenValues) {
   for (const std::size_t count : kSizes) {
     ZeroedArray<std::uint8_t> array(count);
     ASSERT_EQ(array.size(), count);
@@ -29,7 +30,7 @@ TEST(ZeroedArrayTest, IsZeroAndKeepsWhatIsWritten) {
   }
 }
 
-TEST(ZeroedArrayTest, MemoryIsZeroAgainAfterItWasGivenBack) {
+TEST(ZeroedArrayTest, ReusedMemoryIsZeroAgain) {
   for (const std::size_t count : kSizes) {
     for (int i = 0; i < 3; ++i) {
       ZeroedArray<std::uint8_t> array(count);
@@ -39,7 +40,7 @@ TEST(ZeroedArrayTest, MemoryIsZeroAgainAfterItWasGivenBack) {
   }
 }
 
-TEST(ZeroedArrayTest, ACopyIsAnotherArray) {
+TEST(ZeroedArrayTest, ACopyHasItsOwnMemory) {
   for (const std::size_t count : kSizes) {
     ZeroedArray<double> array(count);
     array[count - 1] = 3.5;
@@ -69,7 +70,7 @@ TEST(ZeroedArrayTest, AMoveTakesTheMemory) {
   EXPECT_EQ(taken[5], 2);
 }
 
-TEST(ZeroedArrayTest, NothingIsAnArrayToo) {
+TEST(ZeroedArrayTest, AnEmptyArrayWorks) {
   ZeroedArray<int> none(0);
   const ZeroedArray<int> same = none;
   EXPECT_EQ(none.size(), 0U);
@@ -78,9 +79,10 @@ TEST(ZeroedArrayTest, NothingIsAnArrayToo) {
   EXPECT_EQ(none.begin(), none.end());
 }
 
-// Sanitizers stop the program where too much is asked for, and hold more than what is touched.
+// Excluded under sanitizers: they stop the program if an allocation is too large, and they keep
+// more memory than the program touches.
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-TEST(ZeroedArrayTest, MoreThanThereIsIsRefused) {
+TEST(ZeroedArrayTest, AnAllocationThatIsTooLargeThrows) {
   constexpr std::size_t kAll = std::numeric_limits<std::size_t>::max();
   for (const std::size_t count : {kAll, kAll / 2, kAll / 8, kAll / 8 + 1, kAll / 16}) {
     EXPECT_THROW(ZeroedArray<double>{count}, std::bad_alloc) << count;
@@ -95,8 +97,8 @@ std::size_t resident_pages() {
   return resident;
 }
 
-TEST(ZeroedArrayTest, WhatIsNotTouchedCostsNothing) {
-  constexpr std::size_t kPages = 50000;  // Of 4096 bytes.
+TEST(ZeroedArrayTest, UntouchedPagesUseNoMemory) {
+  constexpr std::size_t kPages = 50000;  // Pages of 4096 bytes.
   const std::size_t before = resident_pages();
   ASSERT_GT(before, 0U);
   ZeroedArray<std::uint8_t> array(kPages * 4096);

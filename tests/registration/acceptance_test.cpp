@@ -13,7 +13,7 @@ namespace {
 
 const Point<frames::Ct> kTarget{{10, 20, 30}};
 
-/// A result that meets every default limit.
+/// A result that is within every default limit.
 ImageRegistrationResult good() {
   ImageRegistrationResult result{{Eigen::Quaterniond::Identity(), {0, 0, 0}},
                                  Termination::kConverged,
@@ -42,7 +42,7 @@ TEST(AcceptanceTest, AcceptsAGoodResult) {
   EXPECT_TRUE(decision.reasons.empty());
 }
 
-TEST(AcceptanceTest, EachMissedLimitIsOneReasonThatNamesIt) {
+TEST(AcceptanceTest, EachExceededLimitIsOneReasonThatNamesIt) {
   const double nan = std::nan("");
   const double inf = std::numeric_limits<double>::infinity();
   using Spoil = std::function<void(ImageRegistrationResult&)>;
@@ -90,7 +90,7 @@ TEST(AcceptanceTest, EachMissedLimitIsOneReasonThatNamesIt) {
   }
 }
 
-TEST(AcceptanceTest, HalvesThatCannotBeComparedAreOneReasonInWords) {
+TEST(AcceptanceTest, HalvesThatCannotBeComparedGiveOneReason) {
   ImageRegistrationResult result = good();
   result.split_disagreement_mm = result.halves_disagreement_mm = INFINITY;
   result.split_fault = result.halves_fault = "expected two places, found one";
@@ -99,14 +99,14 @@ TEST(AcceptanceTest, HalvesThatCannotBeComparedAreOneReasonInWords) {
                 "disagreement of halves of the pictures: expected two places, found one"});
   result.halves_fault = "expected many, found few";
   EXPECT_EQ(decide(result, {}, kTarget).reasons.size(), 2U);
-  // Said already.
+  // A reason that is already reported is not repeated.
   result.covariance_valid = false;
   result.covariance_fault = result.split_fault = result.halves_fault = "the pose is no minimum";
   EXPECT_EQ(decide(result, {}, kTarget).reasons,
             std::vector<std::string>{"uncertainty: the pose is no minimum"});
 }
 
-TEST(AcceptanceTest, NoReasonShowsANumberThatIsNone) {
+TEST(AcceptanceTest, NoReasonShowsANonFiniteNumber) {
   ImageRegistrationResult result = good();
   result.overlap = result.z_score = result.final_cost = std::nan("");
   result.margin = std::nan("");
@@ -120,7 +120,7 @@ TEST(AcceptanceTest, NoReasonShowsANumberThatIsNone) {
   }
 }
 
-TEST(AcceptanceTest, PicturesOfTooFewPlacesAreRefusedOnce) {
+TEST(AcceptanceTest, ImagesAtTooFewPositionsAreRejectedOnce) {
   ImageRegistrationResult result = good();
   result.bootstrap.places = kLeastPlaces - 1;
   result.bootstrap.fault = "expected at least 3 places, found 2";
@@ -129,11 +129,11 @@ TEST(AcceptanceTest, PicturesOfTooFewPlacesAreRefusedOnce) {
   ASSERT_EQ(decision.reasons.size(), 1U);
   EXPECT_EQ(decision.reasons[0],
             "places that pictures were taken at: expected at least 3, found 2");
-  result.bootstrap = {};  // Not asked for: nothing is known of places.
+  result.bootstrap = {};  // Without a bootstrap the number of positions is unknown.
   EXPECT_EQ(decide(result, {}, kTarget).verdict(), Verdict::kAccept);
 }
 
-TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndRefusesNothing) {
+TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndNoRejection) {
   EXPECT_EQ(decide(good(), {}, kTarget).verdict(), Verdict::kAccept);
   using Spoil = std::function<void(ImageRegistrationResult&)>;
   const std::vector<std::pair<std::string, Spoil>> cases{
@@ -174,18 +174,18 @@ TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndRefusesNothing) {
   }
 }
 
-TEST(AcceptanceTest, OfMisfitsTheSimplestThatExplainsMuchIsNamed) {
+TEST(AcceptanceTest, TheSimplestMisfitThatExplainsMuchIsNamed) {
   ImageRegistrationResult result = good();
-  // A delay looks like a motion too.
+  // A delay also resembles a motion.
   result.misfits = {{MisfitCause::kDelay, 1.0, 0.1, 0.02, {-0.1}},
                     {MisfitCause::kMotion, 2.0, 0.1, 0.03},
-                    {MisfitCause::kBend, 1.0, 0.1, 0.2}};  // Only worth a warning.
+                    {MisfitCause::kBend, 1.0, 0.1, 0.2}};  // This misfit only causes a warning.
   Decision decision = decide(result, {}, kTarget);
   ASSERT_EQ(decision.reasons.size(), 1U);
   EXPECT_NE(decision.reasons[0].find("about 100 ms earlier"), std::string::npos)
       << decision.reasons[0];
   EXPECT_EQ(likeliest_misfit(result, {}), &result.misfits[0]);
-  // But not where that explains little of it.
+  // A simpler misfit is not named if it explains little of the cost.
   result.misfits[1].gain = 0.05;
   decision = decide(result, {}, kTarget);
   ASSERT_EQ(decision.reasons.size(), 1U);
@@ -199,9 +199,9 @@ TEST(AcceptanceTest, OfMisfitsTheSimplestThatExplainsMuchIsNamed) {
   EXPECT_EQ(likeliest_misfit(result, kWarningLimits), &result.misfits[0]);
 }
 
-TEST(AcceptanceTest, AWarningBeyondItsLimitNeverComes) {
+TEST(AcceptanceTest, AWarningLimitBeyondTheRejectionLimitHasNoEffect) {
   AcceptanceLimits strict;
-  strict.max_cost = 0.25;  // Warned of above 0.28.
+  strict.max_cost = 0.25;  // The default warning limit is 0.28.
   ImageRegistrationResult result = good();
   result.final_cost = 0.26;
   EXPECT_EQ(decide(result, strict, kTarget).verdict(), Verdict::kRefuse);
@@ -209,7 +209,7 @@ TEST(AcceptanceTest, AWarningBeyondItsLimitNeverComes) {
   EXPECT_EQ(decide(result, strict, kTarget).verdict(), Verdict::kAccept);
 }
 
-TEST(AcceptanceTest, ARefusalTakesTheWarningsWithIt) {
+TEST(AcceptanceTest, ARejectionRemovesTheWarnings) {
   ImageRegistrationResult result = good();
   result.final_cost = 0.3;
   Decision decision = decide(result, {}, kTarget);
@@ -221,7 +221,7 @@ TEST(AcceptanceTest, ARefusalTakesTheWarningsWithIt) {
   EXPECT_TRUE(decision.warnings.empty());
 }
 
-TEST(AcceptanceTest, NanWarnsOfNothingAndIsRefused) {
+TEST(AcceptanceTest, NanCausesNoWarningButARejection) {
   Judge judge;
   judge.at_most("size", std::nan(""), 2, 1, " mm");
   judge.at_least("score", std::nan(""), 1, 2);
@@ -230,22 +230,22 @@ TEST(AcceptanceTest, NanWarnsOfNothingAndIsRefused) {
   EXPECT_TRUE(decision.warnings.empty());
 }
 
-TEST(AcceptanceTest, TheTargetDecidesThePredictedError) {
-  // 0.0032 rad per axis about the origin: fine beside it, too much 2 m away.
+TEST(AcceptanceTest, ThePredictedErrorDependsOnTheTarget) {
+  // 0.0032 rad per axis about the origin: small near the origin, but too large 2 m away.
   EXPECT_TRUE(decide(good(), {}, {{0, 0, 0}}).accepted);
   const Decision far = decide(good(), {}, {{2000, 0, 0}});
   EXPECT_FALSE(far.accepted);
-  // Two axes of 0.0032 rad times 2 m, and three of 0.2 mm.
+  // Two axes of 0.0032 rad times 2 m, and three translations of 0.2 mm.
   EXPECT_NEAR(good().tre_rms_mm({{2000, 0, 0}}), std::sqrt(2 * 1e-5 * 4e6 + 3 * 0.04), 1e-9);
 }
 
-TEST(AcceptanceTest, AnInvalidCovarianceHasInfiniteError) {
+TEST(AcceptanceTest, AnInvalidCovarianceHasAnInfiniteError) {
   ImageRegistrationResult result = good();
   result.covariance_valid = false;
   EXPECT_TRUE(std::isinf(result.tre_rms_mm(kTarget)));
 }
 
-TEST(AcceptanceTest, RefusesLimitsThatCannotBe) {
+TEST(AcceptanceTest, RejectsInvalidLimits) {
   AcceptanceLimits limits;
   limits.min_overlap = 1.5;
   EXPECT_TRUE(test::refuses(validate(limits), ErrorCode::kUsage, {"min_overlap", "1.5"}));
@@ -255,7 +255,7 @@ TEST(AcceptanceTest, RefusesLimitsThatCannotBe) {
   EXPECT_TRUE(test::refuses(validate(limits), ErrorCode::kUsage, {"max_tre_rms_mm"}));
 }
 
-/// Four corners, each seen in the CT off by a vector of the given length.
+/// Landmarks at four corners. Each CT point is shifted by a vector of the given length.
 LandmarkRegistration corners(double off_mm) {
   std::vector<LandmarkPair> pairs;
   const double signs[4] = {1, -1, 1, -1};
@@ -269,7 +269,7 @@ LandmarkRegistration corners(double off_mm) {
   return *register_landmarks(pairs);
 }
 
-TEST(AcceptanceTest, LandmarksAreJudgedByResidualAndErrorAtTheTarget) {
+TEST(AcceptanceTest, LandmarksAreJudgedByResidualAndPredictedError) {
   const Point<frames::Ct> centre{{30, 30, 0}};
   EXPECT_EQ(decide(corners(0.5), LandmarkLimits{}, centre).verdict(), Verdict::kAccept);
   LandmarkLimits near;
@@ -284,7 +284,7 @@ TEST(AcceptanceTest, LandmarksAreJudgedByResidualAndErrorAtTheTarget) {
   const Decision far = decide(corners(0.5), LandmarkLimits{}, {{30, 30, 500}});
   ASSERT_EQ(far.reasons.size(), 1U);
   EXPECT_NE(far.reasons[0].find("predicted error"), std::string::npos);
-  // Residuals of 3 mm say that sigmas of 1 mm were too small: sqrt(4 * 9 / 6) as large.
+  // Residuals of 3 mm show that sigmas of 1 mm were too small. The factor is sqrt(4 * 9 / 6).
   const LandmarkRegistration rough = corners(3);
   constexpr double kRounding = 1e-6;
   EXPECT_NEAR(predicted_tre_rms_mm(rough, centre), std::sqrt(6.0) * rough.tre_rms_mm(centre),

@@ -14,7 +14,7 @@
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 
-/// What a result says of itself: the basin, the regions, the time it had.
+/// Tests what a result reports about itself: the basin, the regions and the time limit.
 namespace nav::registration {
 namespace {
 
@@ -54,16 +54,16 @@ TEST(BasinTest, CostsRiseAllAroundTheMinimum) {
   EXPECT_EQ(check.shift_mm, 0);
 }
 
-TEST(BasinTest, AFalseStopIsWalkedAwayFromWithoutDerivatives) {
-  // Where no solver should have stopped: 2.5 mm beside the minimum.
+TEST(BasinTest, ReportsTheDistanceFromAFalseStopToTheMinimum) {
+  // A false stop: 2.5 mm beside the minimum, where no solver should stop.
   const Pose truth = test::true_pose();
   const Pose beside(truth.rotation(), truth.translation_mm() + Eigen::Vector3d(2.5, 0, 0));
   const BasinCheck check = basin_at(beside);
   EXPECT_LT(check.rise, 0);
-  EXPECT_NEAR(check.shift_mm, 2.5, 1.0);  // Steps are of 1 mm.
+  EXPECT_NEAR(check.shift_mm, 2.5, 1.0);  // The check moves in steps of 1 mm.
 }
 
-TEST(BasinTest, IsInTheResultAndRefusesAFalseStop) {
+TEST(BasinTest, TheResultContainsTheBasinCheck) {
   const auto result = registered(assessed_scene().sweep);
   ASSERT_TRUE(test::has_value(result));
   EXPECT_GT(result->basin.rise, 0);
@@ -71,7 +71,7 @@ TEST(BasinTest, IsInTheResultAndRefusesAFalseStop) {
   EXPECT_TRUE(decide(*result, {}, {{0, 0, 0}}).accepted);
 }
 
-TEST(CostsAroundTest, PartsAddUpAndGradientsChangeNoCost) {
+TEST(CostsAroundTest, PartsAddUpAndGradientsDoNotChangeTheCost) {
   const auto& points = assessed_scene().prepared_sweep.points();
   const Lc2Cost cost = assessed_scene().finest().robust({PatchLoss::kCauchy, 0.3});
   const Pose pose = test::true_pose();
@@ -85,13 +85,13 @@ TEST(CostsAroundTest, PartsAddUpAndGradientsChangeNoCost) {
     EXPECT_NEAR(sum, terms.cost, 1e-12);
     EXPECT_NEAR(terms.cost, plain.beside[i].terms.cost, 1e-5);
     EXPECT_GT(terms.cost, both.here.cost);
-    // Each pulls back to where it was taken from.
+    // Each gradient points back to the centre.
     const Vector6d& gradient = terms.gradient;
     EXPECT_GT((i % 2 == 0 ? -1 : 1) * gradient[static_cast<Eigen::Index>(i / 2)], 0) << i;
   }
 }
 
-TEST(CostsAroundTest, ServeForTheCurvature) {
+TEST(CostsAroundTest, CostsAroundThePoseGiveTheCurvature) {
   const auto& points = assessed_scene().prepared_sweep.points();
   const Lc2Cost cost = assessed_scene().finest();
   const Pose pose = test::true_pose();
@@ -103,13 +103,14 @@ TEST(CostsAroundTest, ServeForTheCurvature) {
   ASSERT_EQ(llt.info(), Eigen::Success);
   const Eigen::Matrix<double, 6, 1> ratios =
       (llt.solve(shared.hessian)).eigenvalues().real().eval();
-  // Of steps of 1 mm instead of 0.25, among samples of 2 mm.
+  // The steps are 1 mm instead of 0.25 mm, and the samples are 2 mm apart.
   EXPECT_GT(ratios.minCoeff(), 0.75);
   EXPECT_LT(ratios.maxCoeff(), 1.25);
 }
 
-TEST(LocalShapeTest, HardlyDependsOnWhichPatchesItsCurvatureIsOf) {
-  // Only every so many patches are differentiated: with the first left out, quite others.
+TEST(LocalShapeTest, HardlyDependsOnThePatchesThatAreDifferentiated) {
+  // Only every n-th patch is differentiated. Without the first patch, these are quite different
+  // patches.
   ImageRegistrationOptions dense = test::small_options();
   dense.levels.back() = {2, 7, 1800, 2};
   CollectingDiagnostics diagnostics;
@@ -129,15 +130,16 @@ TEST(LocalShapeTest, HardlyDependsOnWhichPatchesItsCurvatureIsOf) {
   ASSERT_EQ(llt.info(), Eigen::Success);
   const Eigen::Matrix<double, 6, 1> ratios = llt.solve(other).eigenvalues().real().eval();
   EXPECT_GT(ratios.minCoeff(), 0.85);
-  EXPECT_LT(ratios.maxCoeff(), 1.2);  // By what is differentiated alone 1.23.
+  EXPECT_LT(ratios.maxCoeff(), 1.2);  // The curvature of the differentiated patches alone would
+                                      // give 1.23.
 }
 
-// Of a region whose pictures lie where they were taken; one that lies 4 mm beside pulls farther. A
-// few dozen patches with noise say nothing.
+// Limit for a region whose images lie at their true positions. A region that is displaced by 4 mm
+// pulls more. Regions of a few dozen noisy patches are ignored.
 constexpr double kAgreeMm = 1.0;
 constexpr int kManyPatches = 40;
 
-TEST(RegionTest, CoverTheSweepAndAgreeWhereAllPicturesAreRight) {
+TEST(RegionTest, RegionsCoverTheSweepAndAgreeIfAllImagesAreRight) {
   const auto result = registered(assessed_scene().sweep);
   ASSERT_TRUE(test::has_value(result));
   ASSERT_EQ(result->regions.size(), 9u);
@@ -150,14 +152,14 @@ TEST(RegionTest, CoverTheSweepAndAgreeWhereAllPicturesAreRight) {
     EXPECT_LT(region.cost, 0.33);
   }
   EXPECT_EQ(patches, result->used_patches);
-  // Thirds in their order along the sweep, which goes along z of the CT, and down, along y.
+  // The thirds are ordered along the sweep (z of the CT) and in depth (y of the CT).
   const auto& regions = result->regions;
   EXPECT_GT(regions[6].centre.mm.z(), regions[0].centre.mm.z() + 30);
   EXPECT_GT(regions[2].centre.mm.y(), regions[0].centre.mm.y() + 30);
 }
 
-TEST(RegionTest, AThirdOfTheSweepThatLiesElsewherePullsAndIsNamed) {
-  // The last third of the pictures lies 4 mm beside where it was taken.
+TEST(RegionTest, ADisplacedThirdOfTheSweepPullsAndIsNamed) {
+  // The last third of the images is displaced by 4 mm.
   std::vector<TrackedFrame> frames = assessed_scene().sweep.frames();
   for (std::size_t i = 2 * frames.size() / 3; i < frames.size(); ++i) {
     const auto& pose = frames[i].reference_from_image;
@@ -179,7 +181,7 @@ TEST(RegionTest, AThirdOfTheSweepThatLiesElsewherePullsAndIsNamed) {
   EXPECT_GT(torn_mm, others_mm);
 }
 
-TEST(TimeLimitTest, TheBestPoseUntilThenIsReportedAndRefused) {
+TEST(TimeLimitTest, ReportsAndRejectsTheBestPoseAtTheTimeLimit) {
   const auto start = test::off_by(test::true_pose(), 5, 0.05, 1);
   CollectingDiagnostics diagnostics;
   auto options = test::small_options();
@@ -191,7 +193,7 @@ TEST(TimeLimitTest, TheBestPoseUntilThenIsReportedAndRefused) {
     ASSERT_TRUE(test::has_value(result));
     EXPECT_EQ(result->termination, Termination::kTimeLimit);
     EXPECT_STREQ(to_string(result->termination), "time_limit");
-    // No time for a step: the start itself.
+    // There is no time for a step, so the result is the start pose.
     EXPECT_LT(test::cube_error_mm(result->ct_from_reference, start), 1e-9);
     const Decision decision = decide(*result, {}, {{0, 0, 0}});
     EXPECT_FALSE(decision.accepted);
@@ -206,7 +208,7 @@ TEST(TimeLimitTest, TheBestPoseUntilThenIsReportedAndRefused) {
   EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage, {"time_limit_s"}));
 }
 
-TEST(IterationLimitTest, ARegistrationThatEndsAtItSaysSo) {
+TEST(IterationLimitTest, ReportsTheIterationLimit) {
   const auto start = test::off_by(test::true_pose(), 5, 0.05, 1);
   CollectingDiagnostics diagnostics;
   auto options = test::small_options();
@@ -216,7 +218,7 @@ TEST(IterationLimitTest, ARegistrationThatEndsAtItSaysSo) {
   ASSERT_TRUE(test::has_value(result));
   EXPECT_EQ(result->termination, Termination::kIterationLimit);
   EXPECT_STREQ(to_string(result->termination), "iteration_limit");
-  // Judged by nothing else.
+  // These limits accept every value, so that only the termination matters.
   constexpr double kAny = 1e9;
   const AcceptanceLimits any{.min_overlap = 0,
                              .min_z_score = -kAny,
@@ -236,7 +238,7 @@ TEST(IterationLimitTest, ARegistrationThatEndsAtItSaysSo) {
                 "solver: expected it to converge, found the iteration limit before"});
 }
 
-TEST(TimeLimitTest, ASolveThatIsCutShortKeepsItsSteps) {
+TEST(TimeLimitTest, AnInterruptedSolveKeepsItsSteps) {
   int asked = 0;
   const SolveLimits limits{30, 3e-6, [&] { return ++asked > 2; }};
   const Pose start = test::off_by(test::true_pose(), 3, 0.03, 2);

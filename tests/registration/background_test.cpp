@@ -23,7 +23,7 @@ Registration::Work work(Diagnostics& diagnostics, int starts) {
   };
 }
 
-TEST(InBackgroundTest, FindsWhatTheCallersThreadFindsWhileItGoesOn) {
+TEST(InBackgroundTest, FindsTheSameResultAsTheCallersThread) {
   CollectingDiagnostics diagnostics;
   const auto direct = work(diagnostics, 0)([](double) { return true; });
   ASSERT_TRUE(test::has_value(direct));
@@ -40,7 +40,7 @@ TEST(InBackgroundTest, FindsWhatTheCallersThreadFindsWhileItGoesOn) {
   EXPECT_EQ(running.progress(), 1.0);
   EXPECT_EQ(found->ct_from_reference.translation_mm(), direct->ct_from_reference.translation_mm());
   EXPECT_EQ(running.poll(), &found);
-  running.cancel();  // Too late to change anything.
+  running.cancel();  // Too late to change the result.
   EXPECT_TRUE(test::has_value(running.wait()));
 }
 
@@ -52,7 +52,7 @@ TEST(InBackgroundTest, CancelEndsTheSearchWithoutAResult) {
   EXPECT_LT(running.progress(), 1.0);
 }
 
-TEST(InBackgroundTest, GoingAwayCancelsAndWaits) {
+TEST(InBackgroundTest, TheDestructorCancelsAndWaits) {
   std::latch begun(1);
   bool cancelled = false;
   {
@@ -68,7 +68,7 @@ TEST(InBackgroundTest, GoingAwayCancelsAndWaits) {
   EXPECT_TRUE(cancelled);
 }
 
-TEST(InBackgroundTest, ErrorsAndWhatIsThrownReachTheCaller) {
+TEST(InBackgroundTest, ErrorsAndExceptionsReachTheCaller) {
   InBackground<int> refused([](const auto&) -> Result<int> {
     return Error{ErrorCode::kUsage, "levels: expected at least 1, found 0"};
   });

@@ -23,11 +23,11 @@ UltrasoundFrame counting_frame(int width, int height) {
   UltrasoundFrame frame{};
   frame.pixels = Image2d<std::uint8_t>(width, height, std::move(pixels));
   frame.grid = PixelGrid::centred(width, 0.3, 0.4);
-  frame.grid.mm_per_pixel(0, 1) = 0.02;  // Sheared, as real calibrations are.
+  frame.grid.mm_per_pixel(0, 1) = 0.02;  // Sheared, like real calibrations.
   return frame;
 }
 
-TEST(CoarsePicturesTest, AveragesBlocksAndKeepsTheirPlace) {
+TEST(CoarsePicturesTest, AveragesBlocksAndKeepsTheirPosition) {
   const UltrasoundFrame fine = counting_frame(23, 14);
   const UltrasoundFrame coarse = averaged(fine, 3);
   ASSERT_EQ(coarse.pixels.width(), 7);
@@ -65,7 +65,7 @@ TEST(CoarsePicturesTest, BlocksAreNoWiderThanTheSmoothingAllows) {
   EXPECT_EQ(pixels_per_block(broken, 400, 300, 1.8), 1);
 }
 
-/// Ways from one picture to the next that are far from equal.
+/// Sweep with very unequal distances between images.
 Sweep uneven_sweep() {
   std::vector<TrackedFrame> frames;
   double along = 0;
@@ -75,12 +75,12 @@ Sweep uneven_sweep() {
                          Duration{0}};
     tracked.frame.acquired = Timestamp(from_seconds(0.1 * i));
     frames.push_back(tracked);
-    along += i < 40 ? 0.1 : 4.0;  // The hand waits, then goes.
+    along += i < 40 ? 0.1 : 4.0;  // The hand waits, then moves.
   }
   return *Sweep::create(std::move(frames), "uneven");
 }
 
-TEST(CoarsePicturesTest, PicturesAreTakenEvenlyAlongTheWayAndNotInTime) {
+TEST(CoarsePicturesTest, ImagesAreChosenEvenlyAlongThePathNotInTime) {
   const Sweep all = uneven_sweep();
   const Sweep some = coarse_pictures(all, 8, 0);
   ASSERT_LE(some.frames().size(), 8u);
@@ -92,19 +92,19 @@ TEST(CoarsePicturesTest, PicturesAreTakenEvenlyAlongTheWayAndNotInTime) {
                                  some.frames()[i - 1].reference_from_image.translation_mm())
                                     .norm());
   }
-  // An eighth of 40 mm, and what the nearest picture lies beyond.
+  // An eighth of 40 mm, plus the distance to the nearest image.
   EXPECT_LE(longest, 5.0 + 4.0);
   EXPECT_EQ(coarse_pictures(all, 1000, 0).frames().size(), all.frames().size());
 }
 
 ImageRegistrationOptions quick() {
   ImageRegistrationOptions options = with_effort(Effort::kQuick);
-  options.ridge = 0.005;  // This CT has rounding noise only: 0.3 HU.
+  options.ridge = 0.005;  // This CT has only rounding noise (0.3 HU).
   options.threads = 1;
   return options;
 }
 
-TEST(EffortTest, HasNamesAndValidOptions) {
+TEST(EffortTest, EffortsHaveNamesAndValidOptions) {
   EXPECT_STREQ(to_string(Effort::kQuick), "quick");
   EXPECT_STREQ(to_string(Effort::kUsual), "usual");
   EXPECT_TRUE(test::has_value(validate(with_effort(Effort::kQuick))));
@@ -120,14 +120,14 @@ TEST(EffortTest, HasNamesAndValidOptions) {
   EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage, {"levels[0].texel_sigmas"}));
 }
 
-TEST(EffortTest, AQuickRegistrationFindsThePoseOnEightPictures) {
+TEST(EffortTest, AQuickRegistrationFindsThePoseFromEightImages) {
   CollectingDiagnostics diagnostics;
   for (unsigned seed = 1; seed <= 3; ++seed) {
     const auto start = test::off_by(test::true_pose(), 6, 0.08, seed);
     const auto result = register_sweep(test::blob_scene().ct, test::blob_scene().sweep, start,
                                        quick(), diagnostics);
     ASSERT_TRUE(test::has_value(result));
-    // 2 mm samples of a patient that follows the model, 4 grey levels of noise.
+    // Samples of 2 mm, a patient that follows the model, and noise of 4 grey levels.
     EXPECT_LT(test::cube_error_mm(result->ct_from_reference, test::true_pose()), 0.8);
     EXPECT_LE(result->levels.back().frames, 8);
     EXPECT_LT(result->final_cost, result->initial_cost);
@@ -136,8 +136,8 @@ TEST(EffortTest, AQuickRegistrationFindsThePoseOnEightPictures) {
   }
 }
 
-TEST(EffortTest, TheCtNearItsPatchesGivesTheAnswerOfTheWholeCt) {
-  // Voxels of 1 mm: the boxes of 200 patches have a small part of their texels.
+TEST(EffortTest, TheCtNearThePatchesGivesTheResultOfTheWholeCt) {
+  // With voxels of 1 mm, the boxes of 200 patches contain a small part of the texels.
   const Volume fine = test::blob_ct(test::blob_scene().patient, test::cubic_grid(80, 1.0));
   CollectingDiagnostics diagnostics;
   const auto options = quick();
@@ -154,7 +154,7 @@ TEST(EffortTest, TheCtNearItsPatchesGivesTheAnswerOfTheWholeCt) {
   EXPECT_NEAR(once->final_cost, whole->final_cost, 0.01);
 }
 
-TEST(EffortTest, AQuickRegistrationRefusesAnotherPatient) {
+TEST(EffortTest, AQuickRegistrationRejectsAnotherPatient) {
   const Volume other = test::blob_ct(test::BlobPatient(99), test::cubic_grid());
   CollectingDiagnostics diagnostics;
   const auto result =
@@ -163,13 +163,13 @@ TEST(EffortTest, AQuickRegistrationRefusesAnotherPatient) {
   EXPECT_FALSE(decide(*result, limits_for(Effort::kQuick), {{0, 0, 0}}).accepted);
 }
 
-TEST(EffortTest, AQuickRegistrationIsHeldToALowerCost) {
+TEST(EffortTest, AQuickRegistrationHasALowerCostLimit) {
   EXPECT_EQ(limits_for(Effort::kUsual).max_cost, AcceptanceLimits{}.max_cost);
   EXPECT_LT(limits_for(Effort::kQuick).max_cost, AcceptanceLimits{}.max_cost);
   EXPECT_TRUE(test::has_value(validate(limits_for(Effort::kQuick))));
 }
 
-TEST(EffortTest, TheSameBytesForOneAndTwoThreads) {
+TEST(EffortTest, OneAndTwoThreadsGiveEqualBits) {
   CollectingDiagnostics diagnostics;
   const auto start = test::off_by(test::true_pose(), 6, 0.08, 1);
   auto options = quick();
@@ -185,11 +185,11 @@ TEST(EffortTest, TheSameBytesForOneAndTwoThreads) {
   EXPECT_EQ(one->uncertainty.covariance, two->uncertainty.covariance);
 }
 
-TEST(PatchesTest, UprightPixelsAreSampledAsAnyOthersToTheLastBit) {
+TEST(PatchesTest, UprightPixelsAreSampledExactlyLikeShearedOnes) {
   const Sweep upright = test::blob_sweep(test::BlobPatient(11), {});
   const auto masks = shadow_masks(upright, {});
   ASSERT_TRUE(test::has_value(masks));
-  // Too little to move anything, but no longer upright.
+  // The shear is too small to move anything, but the pixels are no longer upright.
   std::vector<TrackedFrame> frames = upright.frames();
   for (TrackedFrame& tracked : frames) {
     tracked.frame.grid.mm_per_pixel(1, 0) = 1e-300;
@@ -209,7 +209,7 @@ TEST(PatchesTest, UprightPixelsAreSampledAsAnyOthersToTheLastBit) {
   }
 }
 
-/// Pictures of noise: every square of them has contrast.
+/// Images of noise, in which every square has contrast.
 Sweep noisy_sweep(int pictures, int width, int height) {
   std::vector<TrackedFrame> frames;
   std::mt19937 random(7);
@@ -233,7 +233,7 @@ std::vector<Image2d<std::uint8_t>> open_masks(const Sweep& sweep) {
   return {sweep.frames().size(), Image2d<std::uint8_t>(first.width(), first.height(), open)};
 }
 
-/// Share of the patches that overlap more than half of another of their picture.
+/// Share of the patches that overlap more than half of another patch of the same image.
 double overlapping(const PatchSet& set, double half_mm) {
   const auto& all = set.patches;
   const auto close = [&](const Patch& a, const Patch& b) {
@@ -245,8 +245,9 @@ double overlapping(const PatchSet& set, double half_mm) {
   return static_cast<double>(count) / static_cast<double>(all.size());
 }
 
-/// How far the share of patches in a box from a corner on is from the box's share of all squares,
-/// at most (star discrepancy, by eighths of each axis).
+/// Star discrepancy: the largest difference between the share of some patches and the share of all
+/// squares in boxes that start at one corner. The box sizes are multiples of an eighth of each
+/// axis.
 double unevenness(const PatchSet& some, const PatchSet& all) {
   Eigen::Array3d low = Eigen::Array3d::Constant(1e300);
   Eigen::Array3d high = -low;
@@ -269,7 +270,7 @@ double unevenness(const PatchSet& some, const PatchSet& all) {
   return most;
 }
 
-TEST(PatchesTest, AreSpreadEvenlyWhateverTheCountsOfColumnsAndRows) {
+TEST(PatchesTest, AreSpreadEvenlyForAllImageSizes) {
   for (const int width : {70, 97, 128, 174, 200}) {
     for (const double step_mm : {1.7, 1.8, 1.9, 2.0, 2.1, 2.2}) {
       const Sweep sweep = noisy_sweep(8, width, 122);
@@ -285,7 +286,7 @@ TEST(PatchesTest, AreSpreadEvenlyWhateverTheCountsOfColumnsAndRows) {
   }
 }
 
-TEST(PatchesTest, TakesEverySquareOnceWhereAsManyAreWanted) {
+TEST(PatchesTest, TakesEverySquareOnceIfAllAreRequested) {
   const Sweep sweep = noisy_sweep(3, 40, 33);
   const LevelOptions level{2.0, 7, 100'000, 1.0, PatchChoice::kEven};
   std::set<std::array<double, 3>> found;
@@ -294,7 +295,8 @@ TEST(PatchesTest, TakesEverySquareOnceWhereAsManyAreWanted) {
     found.insert({patch.centre_mm.x(), patch.centre_mm.y(), patch.centre_mm.z()});
   }
   EXPECT_EQ(found.size(), set.patches.size());
-  // Half a side apart from half a side off the border on; those of the rim reach beyond it.
+  // The squares are half a side apart and start half a side from the border. Those at the rim reach
+  // beyond it.
   EXPECT_EQ(set.patches.size(), 3u * 4 * 3);
 }
 

@@ -12,7 +12,7 @@
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 
-/// The similarities beside LC², stretches, and volumes as moving image.
+/// Tests the similarities besides LC², the scale models, and volumes as moving images.
 namespace nav::registration {
 namespace {
 
@@ -39,7 +39,7 @@ double error_mm(const ImageRegistrationResult& result) {
   return test::cube_error_mm(result.ct_from_reference, test::true_pose());
 }
 
-TEST(SimilarityTest, EachFindsThePlantedPose) {
+TEST(SimilarityTest, EachSimilarityFindsTheTruePose) {
   for (const Similarity similarity :
        {Similarity::kLc2, Similarity::kNcc, Similarity::kMutualInformation}) {
     auto options = test::small_options();
@@ -54,14 +54,14 @@ TEST(SimilarityTest, EachFindsThePlantedPose) {
   }
 }
 
-TEST(PatchChoiceTest, EvenPatchesFindThePlantedPoseAndFlatOnesAreLeftOut) {
+TEST(PatchChoiceTest, EvenPatchesFindTheTruePoseAndFlatOnesAreLeftOut) {
   auto options = test::small_options();
   options.levels.back().choice = PatchChoice::kEven;
   const auto result = solve(scene().sweep, options);
   ASSERT_TRUE(test::has_value(result));
   EXPECT_LT(error_mm(*result), 0.5);
   EXPECT_LE(result->used_patches, result->patches);
-  // Nothing is left out without a limit.
+  // With a limit of 0 no patch is left out.
   options.min_ct_contrast_hu = 0;
   const auto all = solve(scene().sweep, options);
   ASSERT_TRUE(test::has_value(all));
@@ -71,7 +71,7 @@ TEST(PatchChoiceTest, EvenPatchesFindThePlantedPoseAndFlatOnesAreLeftOut) {
   EXPECT_EQ(solve(scene().sweep, options).error().code, ErrorCode::kUsage);
 }
 
-/// One prepared level to look at the cost itself.
+/// Prepared CT and sweep, to evaluate the cost of one level directly.
 struct PreparedScene {
   PreparedCt ct = *PreparedCt::create(scene().ct, test::small_options());
   PreparedSweep sweep = prepared_sweep();
@@ -81,8 +81,8 @@ struct PreparedScene {
   }
 };
 
-TEST(LossTest, PicturesWithAWrongPosePullLess) {
-  // Every fourth picture is 6 mm beside where it was taken.
+TEST(LossTest, ALossReducesTheEffectOfImagesWithAWrongPose) {
+  // Every fourth image is displaced by 6 mm.
   std::vector<TrackedFrame> frames = scene().sweep.frames();
   for (std::size_t i = 0; i < frames.size(); i += 4) {
     const auto& pose = frames[i].reference_from_image;
@@ -103,7 +103,7 @@ TEST(LossTest, PicturesWithAWrongPosePullLess) {
   EXPECT_LT(error_with({PatchLoss::kGemanMcClure, 0.2}), 0.7 * plain);
 }
 
-TEST(SimilarityTest, GradientsAreThoseOfTheCost) {
+TEST(SimilarityTest, GradientsAreTheDerivativesOfTheCost) {
   const PreparedScene prepared;
   const auto pose = test::off_by(test::true_pose(), 2, 0.02, 3);
   const Eigen::Vector3d centre(5, -3, 8);
@@ -116,7 +116,7 @@ TEST(SimilarityTest, GradientsAreThoseOfTheCost) {
     for (const Vector6d& g : terms.patch_gradients) sum += g;
     EXPECT_LT((sum - terms.gradient).norm(), 1e-6 * terms.gradient.norm());
     for (Eigen::Index axis = 0; axis < 6; ++axis) {
-      // Kinks of the trilinear interpolation average out over 20 000 samples.
+      // The kinks of the trilinear interpolation average out over 20 000 samples.
       const double h = axis < 3 ? 1e-4 : 5e-3;
       const double up = cost.cost(moved(pose, centre, h * Vector6d::Unit(axis))).cost;
       const double down = cost.cost(moved(pose, centre, -h * Vector6d::Unit(axis))).cost;
@@ -129,7 +129,8 @@ TEST(SimilarityTest, GradientsAreThoseOfTheCost) {
 }
 
 TEST(SimilarityTest, MutualInformationIgnoresAMonotoneChangeOfGreys) {
-  // Gamma 0.5 breaks no bin order: information stays nearly all, where an affine model loses some.
+  // A gamma of 0.5 keeps the order of the bins. The mutual information hardly changes, while an
+  // affine model loses some of the match.
   std::vector<TrackedFrame> frames = scene().sweep.frames();
   for (TrackedFrame& tracked : frames) {
     std::vector<std::uint8_t> pixels(tracked.frame.pixels.pixels().begin(),
@@ -143,13 +144,13 @@ TEST(SimilarityTest, MutualInformationIgnoresAMonotoneChangeOfGreys) {
   ASSERT_TRUE(test::has_value(dark));
   auto options = test::small_options();
   options.similarity = Similarity::kMutualInformation;
-  options.mask.drop_grey = 254;  // Inverted pictures end in no shadow.
+  options.mask.drop_grey = 254;  // An inverted image does not end in a shadow.
   const auto result = solve(*dark, options);
   ASSERT_TRUE(test::has_value(result));
   EXPECT_LT(error_mm(*result), 0.5);
 }
 
-TEST(SimilarityTest, FlatPicturesHaveNoInformation) {
+TEST(SimilarityTest, FlatImagesHaveNoInformation) {
   const PreparedScene prepared;
   PatchSet flat = prepared.sweep.levels()[0].patches;
   for (Patch& patch : flat.patches) patch.norm_grey = patch.mean_grey = 0;
@@ -160,7 +161,7 @@ TEST(SimilarityTest, FlatPicturesHaveNoInformation) {
   EXPECT_EQ(terms.gradient.norm(), 0);
 }
 
-/// The sweep as a scanner that assumes another speed of sound shows it: depths divided by scale.
+/// Sweep of a scanner that assumes another speed of sound: depths are divided by \p scale.
 Sweep misread(double scale) {
   std::vector<TrackedFrame> frames = scene().sweep.frames();
   for (TrackedFrame& tracked : frames) tracked.frame.grid.mm_per_pixel.col(1) /= scale;
@@ -182,14 +183,14 @@ TEST(StretchTest, FindsTheSpeedOfSound) {
     EXPECT_LT(error_mm(*found), 0.7 * error_mm(*rigid));
     EXPECT_LT(found->final_cost, rigid->final_cost);
     EXPECT_EQ(rigid->stretch.depth_scale, 1.0);
-    // Right or not: what is shown is not stretched.
+    // A result with a scale is rejected in any case, because the displayed image is not scaled.
     const Decision decision = decide(*found, {}, {{0, 0, 0}});
     ASSERT_FALSE(decision.accepted);
     EXPECT_NE(decision.reasons.back().find("stretch"), std::string::npos);
   }
 }
 
-TEST(StretchTest, FindsAnAffineStrainAndNoneWhereThereIsNone) {
+TEST(StretchTest, FindsAnAffineStrainAndNoneIfThereIsNone) {
   auto options = test::small_options();
   options.stretch = StretchModel::kAffine;
   const auto plain = solve(scene().sweep, options);
@@ -198,7 +199,7 @@ TEST(StretchTest, FindsAnAffineStrainAndNoneWhereThereIsNone) {
   EXPECT_LT(error_mm(*plain), 0.6);
   const auto found = solve(misread(1.03), options);
   ASSERT_TRUE(test::has_value(found));
-  // The beams run nearly along one direction: the strain is that of the depth.
+  // The beams are nearly parallel, so the strain acts along the depth.
   const Eigen::Vector3d beam =
       scene().sweep.frames()[12].reference_from_image.rotation() * Eigen::Vector3d::UnitY();
   EXPECT_NEAR(beam.dot(found->stretch.strain * beam), 0.03, 0.008);
@@ -212,7 +213,8 @@ TEST(StretchTest, KeepsTheTimeLimit) {
   const auto result =
       register_sweep(scene().ct, misread(1.03), test::off_by(test::true_pose(), 5, 0.05, 1),
                      options, diagnostics, [&](double fraction) {
-                       // All levels are solved: before the stretch, and at each of its steps.
+                       // The callback is called when all levels are solved before the scale model,
+                       // and at each of its steps.
                        if (fraction > 0.8 && ++asked == 3) options.time_limit_s = 1e-9;
                        return true;
                      });
@@ -221,14 +223,15 @@ TEST(StretchTest, KeepsTheTimeLimit) {
   EXPECT_GT(result->stretch.strain.norm(), 0) << "the step before is kept";
 }
 
-TEST(StretchTest, RefusesMutualInformation) {
+TEST(StretchTest, RejectsMutualInformation) {
   auto options = test::small_options();
   options.stretch = StretchModel::kAffine;
   options.similarity = Similarity::kMutualInformation;
   EXPECT_TRUE(test::refuses(solve(scene().sweep, options), ErrorCode::kUsage, {"stretch"}));
 }
 
-/// The patient's ultrasound as a volume of 1.5 mm voxels whose axes are (slice, lateral, depth).
+/// Ultrasound volume of the patient with the axes (slice, lateral, depth) and voxels of 2 x 1.5 x
+/// 1.5 mm.
 UltrasoundVolume blob_volume() {
   UltrasoundVolume volume;
   volume.grid.size = {40, 60, 64};
@@ -259,7 +262,7 @@ TEST(VolumeSweepTest, AVolumeRegistersLikeItsSlices) {
   const auto sweep = sweep_of_volume(volume);
   ASSERT_TRUE(test::has_value(sweep));
   ASSERT_EQ(sweep->frames().size(), 40u);
-  // A voxel lies where its pixel does.
+  // The position of a voxel is the position of its pixel.
   const TrackedFrame& tracked = sweep->frames()[7];
   EXPECT_EQ(tracked.frame.pixels.at(20, 30), volume.grey[(30 * 60 + 20) * 40 + 7]);
   EXPECT_LT(((tracked.reference_from_image * tracked.frame.grid.at(20, 30)).mm -
@@ -271,7 +274,7 @@ TEST(VolumeSweepTest, AVolumeRegistersLikeItsSlices) {
   EXPECT_LT(error_mm(*result), 0.6);
 }
 
-TEST(VolumeSweepTest, RefusesWhatIsNoVolume) {
+TEST(VolumeSweepTest, RejectsInvalidVolumes) {
   const auto code = ErrorCode::kMalformedData;
   UltrasoundVolume volume = blob_volume();
   volume.grey.pop_back();

@@ -19,11 +19,11 @@ using test::BlobPatient;
 
 constexpr double kStartMm = 10;
 constexpr double kStartRad = 8 * M_PI / 180;
-// A quarter of a 2 mm voxel on a patient that follows the model, with 4 grey levels of noise.
+// A quarter of a 2 mm voxel, for a patient that follows the model with noise of 4 grey levels.
 constexpr double kSameAnswerMm = 0.05;
 constexpr double kToleranceMm = 0.5;
 
-/// One patient for all tests: building the pictures is the slow part.
+/// One patient for all tests, because the computation of the images is slow.
 struct Scene {
   BlobPatient patient{11};
   Volume ct = test::blob_ct(patient, test::cubic_grid());
@@ -41,7 +41,7 @@ Result<ImageRegistrationResult> solve(
   return register_sweep(scene().ct, scene().sweep, start, options, diagnostics);
 }
 
-TEST(ImageRegistrationTest, FindsThePlantedPoseFromALadderOfStarts) {
+TEST(ImageRegistrationTest, FindsTheTruePoseFromSeveralStarts) {
   for (unsigned seed = 1; seed <= test::trials(4U); ++seed) {
     const auto result = solve(test::off_by(test::true_pose(), kStartMm, kStartRad, seed));
     ASSERT_TRUE(test::has_value(result));
@@ -53,7 +53,7 @@ TEST(ImageRegistrationTest, FindsThePlantedPoseFromALadderOfStarts) {
   }
 }
 
-TEST(ImageRegistrationTest, TheSearchReachesWhereThePlainSolveDoesNot) {
+TEST(ImageRegistrationTest, TheSearchFindsThePoseWhereThePlainSolveFails) {
   const auto start = test::off_by(test::true_pose(), 30, 0.4, 1);
   auto options = test::small_options(60);
   options.starts = 0;
@@ -64,11 +64,11 @@ TEST(ImageRegistrationTest, TheSearchReachesWhereThePlainSolveDoesNot) {
   const auto searched = solve(start, options);
   ASSERT_TRUE(test::has_value(searched));
   EXPECT_LT(test::cube_error_mm(searched->ct_from_reference, test::true_pose()), kToleranceMm);
-  ASSERT_TRUE(searched->margin.has_value());  // To where the plain solve ended.
+  ASSERT_TRUE(searched->margin.has_value());  // Margin to the pose at which the plain solve ended.
   EXPECT_GT(*searched->margin, 0.15);
 }
 
-TEST(ImageRegistrationTest, PreparedOnceGivesTheSameAnswerFromEveryStart) {
+TEST(ImageRegistrationTest, PreparedDataGiveTheSameResultFromEveryStart) {
   auto options = test::small_options(60);
   options.starts = 0;
   CollectingDiagnostics diagnostics;
@@ -81,7 +81,8 @@ TEST(ImageRegistrationTest, PreparedOnceGivesTheSameAnswerFromEveryStart) {
     const auto result = register_prepared(*ct, *sweep, start, options);
     ASSERT_TRUE(test::has_value(result));
     EXPECT_LT(test::cube_error_mm(result->ct_from_reference, test::true_pose()), kToleranceMm);
-    // Prepared only where the poses of each level reach: the texels of coarse levels lie elsewhere.
+    // Here the CT is prepared only near the poses of each level, so the texels of coarse levels lie
+    // elsewhere.
     const auto once = register_prepared(scene().ct, *sweep, start, options);
     ASSERT_TRUE(test::has_value(once));
     EXPECT_LT(test::cube_error_mm(once->ct_from_reference, result->ct_from_reference),
@@ -91,7 +92,7 @@ TEST(ImageRegistrationTest, PreparedOnceGivesTheSameAnswerFromEveryStart) {
   }
 }
 
-TEST(ImageRegistrationTest, TheSameBytesForOneAndTwoThreads) {
+TEST(ImageRegistrationTest, OneAndTwoThreadsGiveEqualBits) {
   const auto start = test::off_by(test::true_pose(), kStartMm, kStartRad, 1);
   auto options = test::small_options(60);
   const auto one = solve(start, options);
@@ -106,7 +107,7 @@ TEST(ImageRegistrationTest, TheSameBytesForOneAndTwoThreads) {
   EXPECT_EQ(one->split_disagreement_mm, two->split_disagreement_mm);
 }
 
-TEST(ImageRegistrationTest, FarOriginsDoNotMatter) {
+TEST(ImageRegistrationTest, DistantOriginsDoNotMatter) {
   const Eigen::Vector3d ct_offset(1e4, -1e4, 1e4);
   const Eigen::Vector3d reference_offset(-1e4, 1e4, 5e3);
   const Volume ct = test::blob_ct(scene().patient, test::cubic_grid(), ct_offset);
@@ -119,7 +120,7 @@ TEST(ImageRegistrationTest, FarOriginsDoNotMatter) {
   const auto near = solve(test::off_by(test::true_pose(), 5, 0.05, 1));
   ASSERT_TRUE(test::has_value(far));
   ASSERT_TRUE(test::has_value(near));
-  // The arithmetic differs in the last bits of 1e4 mm; the solver stops at about 1 µm.
+  // The arithmetic differs in the last bits of 1e4 mm. The solver stops at about 1 µm.
   constexpr double kSolverMm = 0.01;
   EXPECT_NEAR(test::cube_error_mm(far->ct_from_reference, truth, ct_offset),
               test::cube_error_mm(near->ct_from_reference, test::true_pose()), kSolverMm);
@@ -140,7 +141,7 @@ TEST(ImageRegistrationTest, GainAndOffsetOfTheUltrasoundDoNotMatter) {
   EXPECT_LT(test::cube_error_mm(result->ct_from_reference, test::true_pose()), kToleranceMm);
 }
 
-TEST(ImageRegistrationTest, RefusesAnotherPatient) {
+TEST(ImageRegistrationTest, RejectsAnotherPatient) {
   const Volume other = test::blob_ct(BlobPatient(99), test::cubic_grid());
   CollectingDiagnostics diagnostics;
   const auto result =
@@ -149,7 +150,7 @@ TEST(ImageRegistrationTest, RefusesAnotherPatient) {
   EXPECT_FALSE(decide(*result, {}, {{0, 0, 0}}).accepted);
 }
 
-TEST(ImageRegistrationTest, RefusesAMirroredCt) {
+TEST(ImageRegistrationTest, RejectsAMirroredCt) {
   std::vector<std::int16_t> hu(scene().ct.hu().begin(), scene().ct.hu().end());
   const auto row = static_cast<std::ptrdiff_t>(scene().ct.grid().size[0]);
   for (auto at = hu.begin(); at != hu.end(); at += row) std::reverse(at, at + row);
@@ -162,7 +163,7 @@ TEST(ImageRegistrationTest, RefusesAMirroredCt) {
   EXPECT_FALSE(decide(*result, {}, {{0, 0, 0}}).accepted);
 }
 
-TEST(ImageRegistrationTest, RefusesHopelessStarts) {
+TEST(ImageRegistrationTest, RejectsHopelessStarts) {
   for (unsigned seed = 1; seed <= test::trials(2U); ++seed) {
     const auto result = solve(test::off_by(test::true_pose(), 50, 1.2, seed));
     if (!result) {
@@ -182,12 +183,13 @@ TEST(ImageRegistrationTest, AConstantCtIsNeverAccepted) {
   const auto result =
       register_sweep(*flat, scene().sweep, test::true_pose(), test::small_options(60), diagnostics);
   ASSERT_TRUE(test::has_value(result));
-  EXPECT_NEAR(result->final_cost, 1.0, 1e-4);  // Nothing explained, not a perfect match.
+  EXPECT_NEAR(result->final_cost, 1.0, 1e-4);  // The CT explains nothing. This is not a perfect
+                                               // match.
   EXPECT_FALSE(result->covariance_valid);
   EXPECT_FALSE(decide(*result, {}, {{0, 0, 0}}).accepted);
 }
 
-TEST(ImageRegistrationTest, ExtremeHuStayFinite) {
+TEST(ImageRegistrationTest, ExtremeHuValuesGiveAFiniteResult) {
   std::vector<std::int16_t> hu(scene().ct.hu().begin(), scene().ct.hu().end());
   for (std::size_t i = 0; i < hu.size(); i += 5000) hu[i] = i % 2 == 0 ? 32767 : -32768;
   const auto metal = Volume::create(scene().ct.grid(), std::move(hu), "metal");
@@ -196,19 +198,19 @@ TEST(ImageRegistrationTest, ExtremeHuStayFinite) {
   const auto result =
       register_sweep(*metal, scene().sweep, start, test::small_options(60), diagnostics);
   ASSERT_TRUE(test::has_value(result));
-  // One voxel in 5000 is off by the whole window.
+  // One voxel in 5000 is wrong by the whole HU window.
   constexpr double kMetalMm = 1.0;
   EXPECT_LT(test::cube_error_mm(result->ct_from_reference, test::true_pose()), kMetalMm);
 }
 
-TEST(ImageRegistrationTest, RefusesASweepOutsideTheCt) {
+TEST(ImageRegistrationTest, RejectsASweepOutsideTheCt) {
   const auto truth = test::true_pose();
   const Transform<frames::Ct, frames::Reference> away(
       truth.rotation(), truth.translation_mm() + Eigen::Vector3d(2000, 0, 0));
   EXPECT_TRUE(test::refuses(solve(away), ErrorCode::kRefused, {"blob patient", "outside"}));
 }
 
-TEST(ImageRegistrationTest, RefusesPicturesWithoutEchoes) {
+TEST(ImageRegistrationTest, RejectsImagesWithoutEchoes) {
   test::SweepSpec dark;
   dark.frames = 4;
   dark.gain = dark.offset = dark.echo = dark.noise = 0;
@@ -221,7 +223,7 @@ TEST(ImageRegistrationTest, RefusesPicturesWithoutEchoes) {
        "throughout; a picture is 110 x 110 mm, a patch 16 x 16 mm, and the first 10 mm"}));
 }
 
-TEST(ImageRegistrationTest, SaysThatAPatchDoesNotFitIntoThePictures) {
+TEST(ImageRegistrationTest, ReportsThatAPatchDoesNotFitIntoTheImages) {
   std::vector<TrackedFrame> frames = scene().sweep.frames();
   for (TrackedFrame& tracked : frames) tracked.frame.grid = PixelGrid::centred(110, 0.01, 0.02);
   const auto tiny = Sweep::create(std::move(frames), "wrong pixels");
@@ -232,7 +234,7 @@ TEST(ImageRegistrationTest, SaysThatAPatchDoesNotFitIntoThePictures) {
       ErrorCode::kRefused, {"0 are of one grey", "a picture is 1.1 x 2.2 mm, a patch 16 x 16"}));
 }
 
-TEST(ImageRegistrationTest, OnePictureIsNeverAccepted) {
+TEST(ImageRegistrationTest, OneImageIsNeverAccepted) {
   test::SweepSpec single;
   single.frames = 1;
   const Sweep sweep = test::blob_sweep(scene().patient, single);
@@ -282,7 +284,7 @@ TEST(ImageRegistrationTest, ALevelThatDoesNotFitIsLeftOutAndReported) {
   EXPECT_NE(diagnostics.entries()[0].message.find("level 0"), std::string::npos);
 }
 
-TEST(ImageRegistrationTest, RefusesOptionsByName) {
+TEST(ImageRegistrationTest, RejectsInvalidOptionsByName) {
   const auto refused = [](auto change, const std::string& name) {
     ImageRegistrationOptions options;
     change(options);

@@ -9,18 +9,18 @@
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 
-/// Hostile input: a right answer, or a refusal that says why.
+/// Difficult input must give either a correct result or a rejection with a reason.
 namespace nav::registration {
 namespace {
 
 using test::BlobPatient;
 using Pose = Transform<frames::Ct, frames::Reference>;
 
-/// What became of a registration.
+/// Outcome of a registration.
 struct Outcome {
   bool accepted;
-  double error_mm;      ///< Of the pose, right or not.
-  std::string reasons;  ///< Why it was refused.
+  double error_mm;      ///< Error of the pose, whether it was accepted or not.
+  std::string reasons;  ///< Reasons for the rejection.
 };
 
 Outcome judge(const Volume& ct, const Sweep& sweep, const Pose& start,
@@ -37,7 +37,7 @@ Outcome judge(const Volume& ct, const Sweep& sweep, const Pose& start,
   return out;
 }
 
-/// The rule of the whole file.
+/// Rule of this file: an accepted pose is correct, and a rejection has a reason.
 void expect_right_or_refused(const Outcome& outcome, double right_mm) {
   if (outcome.accepted) {
     EXPECT_LT(outcome.error_mm, right_mm);
@@ -48,7 +48,7 @@ void expect_right_or_refused(const Outcome& outcome, double right_mm) {
 
 Pose near() { return test::off_by(test::true_pose(), 5, 0.05, 1); }
 
-/// The sweep with something done to each picture.
+/// Sweep with a change applied to each image.
 Sweep altered(const std::function<void(TrackedFrame&)>& change) {
   std::vector<TrackedFrame> frames = test::blob_scene().sweep.frames();
   for (TrackedFrame& tracked : frames) change(tracked);
@@ -69,11 +69,12 @@ Sweep with_greys(const std::function<double(int column, int row, double grey)>& 
   });
 }
 
-TEST(ImageStressTest, ADirectionThatNothingSeesIsNamed) {
+TEST(ImageStressTest, NamesADirectionThatTheSweepDoesNotDetermine) {
   const test::PrismaticPatient prism(test::blob_scene().patient);
   const Volume ct = test::blob_ct(prism, test::cubic_grid());
   CollectingDiagnostics diagnostics;
-  // Truth but for a shift along the prism: nothing can tell it, and nothing may invent one.
+  // The start is the truth, shifted along the prism. Nothing determines this shift, and no result
+  // may claim to.
   const auto truth = test::true_pose();
   const Pose start(truth.rotation(), truth.translation_mm() + Eigen::Vector3d(1, -1, 7));
   auto options = test::small_options(60);
@@ -90,7 +91,7 @@ TEST(ImageStressTest, ADirectionThatNothingSeesIsNamed) {
   EXPECT_LT((result->ct_from_reference * p).mm.head<2>().norm(), 0.5);
 }
 
-TEST(ImageStressTest, ASweepInShadowIsRefused) {
+TEST(ImageStressTest, ASweepInShadowIsRejected) {
   const Sweep sweep =
       with_greys([](int, int row, double grey) { return row < 12 ? 200 : std::min(grey, 0.0); });
   const Outcome outcome = judge(test::blob_scene().ct, sweep, near());
@@ -98,26 +99,26 @@ TEST(ImageStressTest, ASweepInShadowIsRefused) {
   EXPECT_NE(outcome.reasons.find("patches"), std::string::npos) << outcome.reasons;
 }
 
-TEST(ImageStressTest, OneSaturatedBrightness) {
+TEST(ImageStressTest, SaturatedImagesAreRejected) {
   const Sweep sweep = with_greys([](int, int, double) { return 255; });
   EXPECT_FALSE(judge(test::blob_scene().ct, sweep, near()).accepted);
 }
 
-TEST(ImageStressTest, SaturatedEchoes) {
+TEST(ImageStressTest, SaturatedEchoesGiveACorrectPose) {
   const Sweep sweep = with_greys([](int, int, double grey) { return 3 * grey - 100; });
   const Outcome outcome = judge(test::blob_scene().ct, sweep, near());
   expect_right_or_refused(outcome, 1.0);
   EXPECT_LT(outcome.error_mm, 1.0);
 }
 
-TEST(ImageStressTest, AWrongPictureScale) {
+TEST(ImageStressTest, AWrongPixelSizeIsCorrectOrRejected) {
   for (const double scale : {0.8, 1.25}) {
     const Sweep sweep = altered([&](TrackedFrame& t) { t.frame.grid.mm_per_pixel *= scale; });
     expect_right_or_refused(judge(test::blob_scene().ct, sweep, near()), 2.0);
   }
 }
 
-TEST(ImageStressTest, AWrongSpeedOfSound) {
+TEST(ImageStressTest, AWrongSpeedOfSoundIsCorrectOrRejected) {
   for (const double scale : {0.94, 1.03}) {
     const Sweep sweep =
         altered([&](TrackedFrame& t) { t.frame.grid.mm_per_pixel.col(1) *= scale; });
@@ -125,7 +126,7 @@ TEST(ImageStressTest, AWrongSpeedOfSound) {
   }
 }
 
-TEST(ImageStressTest, StartsUpsideDown) {
+TEST(ImageStressTest, UpsideDownStartsAreCorrectOrRejected) {
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::Unit(axis)));
     const auto truth = test::true_pose();
@@ -134,7 +135,7 @@ TEST(ImageStressTest, StartsUpsideDown) {
   }
 }
 
-TEST(ImageStressTest, ThickSlices) {
+TEST(ImageStressTest, ThickSlicesGiveACorrectPose) {
   VoxelGrid grid = test::cubic_grid(60, 2.0);
   grid.size = {301, 301, 25};
   grid.spacing_mm = {0.4, 0.4, 5.0};
@@ -147,8 +148,9 @@ TEST(ImageStressTest, ThickSlices) {
   EXPECT_LT(outcome.error_mm, 1.0);
 }
 
-TEST(ImageStressTest, ALeftHandedGridIsNoMirror) {
-  // The same patient, voxels stored from the other end of x: positions are what counts.
+TEST(ImageStressTest, ALeftHandedGridIsNotMirrored) {
+  // This CT has the same patient, but its voxels start at the other end of x. Only the positions
+  // matter.
   VoxelGrid grid = test::cubic_grid();
   grid.directions.col(0) *= -1;
   grid.origin_mm.x() *= -1;
@@ -158,7 +160,7 @@ TEST(ImageStressTest, ALeftHandedGridIsNoMirror) {
   EXPECT_LT(outcome.error_mm, 0.5);
 }
 
-TEST(ImageStressTest, TinyOverlap) {
+TEST(ImageStressTest, TinyOverlapIsRejected) {
   VoxelGrid grid = test::cubic_grid(25);
   grid.origin_mm += Eigen::Vector3d(50, 40, 30);
   const Outcome outcome =
@@ -167,8 +169,8 @@ TEST(ImageStressTest, TinyOverlap) {
   EXPECT_NE(outcome.reasons.find("CT"), std::string::npos) << outcome.reasons;
 }
 
-TEST(ImageStressTest, PosesOfAnotherSweep) {
-  // Every picture where the next but five was: tracking and pictures do not belong together.
+TEST(ImageStressTest, ShuffledPosesAreRejected) {
+  // Each image gets the pose of another image, so tracking and images do not belong together.
   std::vector<TrackedFrame> frames = test::blob_scene().sweep.frames();
   for (std::size_t i = 0; i < frames.size(); ++i) {
     frames[i].reference_from_image =

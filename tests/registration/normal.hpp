@@ -9,11 +9,11 @@
 
 namespace nav::test {
 
-/// Normally distributed vectors, the same with every standard library.
+/// Normally distributed vectors that are equal with every standard library.
 class Normal {
  public:
   explicit Normal(unsigned seed) : random_(seed) {}
-  /// Of variance 1 along each axis.
+  /// Returns a vector with variance 1 along each axis.
   Eigen::Vector3d vector() {
     const double x = next();
     const double y = next();

@@ -12,8 +12,8 @@
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 
-/// Sweeps that are short, badly gained, badly timed or oddly posed: a right answer, or a refusal
-/// that says why.
+/// Sweeps that are short, or have a wrong gain, wrong times or unusual poses must give either a
+/// correct result or a rejection with a reason.
 namespace nav::registration {
 namespace {
 
@@ -64,7 +64,7 @@ Sweep with_pixels(const std::function<double(int column, int row, double grey)>&
   });
 }
 
-/// Tracker that reports each picture's pose of another moment.
+/// Sweep of a tracker that reports the pose of another time for each image.
 Sweep late_by(double pictures) {
   const auto& frames = test::blob_scene().sweep.frames();
   return with_frames([&](std::size_t i, TrackedFrame& tracked) {
@@ -86,9 +86,9 @@ void expect_right_or_refused(const StressOutcome& outcome, double right_mm) {
   }
 }
 
-TEST(SweepStressTest, OneTwoThreeFiveAndTenPicturesAreRightOrRefused) {
+TEST(SweepStressTest, OneToTenImagesAreCorrectOrRejected) {
   for (const std::size_t count : {1, 2, 3, 5, 10}) {
-    // Evenly over the sweep.
+    // The images are spread evenly over the sweep.
     std::vector<TrackedFrame> frames;
     const auto& all = test::blob_scene().sweep.frames();
     for (std::size_t i = 0; i < count; ++i)
@@ -106,7 +106,7 @@ TEST(SweepStressTest, OneTwoThreeFiveAndTenPicturesAreRightOrRefused) {
   }
 }
 
-TEST(SweepStressTest, GainGammaNoiseAndTimeGainOfTheScanner) {
+TEST(SweepStressTest, GainGammaNoiseAndDepthGainAreCorrectOrRejected) {
   std::mt19937 random(3);
   const std::vector<std::pair<const char*, Sweep>> sweeps{
       {"gain x 1.4, saturating", with_pixels([](int, int, double g) { return 1.4 * g; })},
@@ -123,7 +123,7 @@ TEST(SweepStressTest, GainGammaNoiseAndTimeGainOfTheScanner) {
   }
 }
 
-TEST(SweepStressTest, BlackAndWhitePicturesAmongOthersDoNoHarm) {
+TEST(SweepStressTest, SomeBlackAndWhiteImagesDoNoHarm) {
   const Sweep sweep = with_frames([](std::size_t i, TrackedFrame& tracked) {
     if (i % 5 != 2) return;
     const auto& old = tracked.frame.pixels;
@@ -135,9 +135,9 @@ TEST(SweepStressTest, BlackAndWhitePicturesAmongOthersDoNoHarm) {
   EXPECT_LT(outcome.error_mm, 0.8) << outcome.reasons;
 }
 
-TEST(SweepStressTest, AHundredMillisecondsBetweenPicturesAndPoses) {
-  // 24 pictures of 4 mm: at 20 pictures a second 100 ms are two of them, 8 mm. The hand tilts a
-  // little on its way, which is all that tells a delay from a shift.
+TEST(SweepStressTest, ADelayOfAHundredMillisecondsIsRejected) {
+  // 24 images, 4 mm apart. At 20 images per second, 100 ms are two images, 8 mm. The hand tilts a
+  // little on its way. Only this distinguishes a delay from a shift.
   for (const double pictures : {-2.0, 2.0}) {
     const StressOutcome outcome = run(test::blob_scene().ct, late_by(pictures));
     EXPECT_LT(outcome.error_mm, 8.0 + 1.5);
@@ -147,7 +147,7 @@ TEST(SweepStressTest, AHundredMillisecondsBetweenPicturesAndPoses) {
   }
 }
 
-TEST(SweepStressTest, ThreePercentOfScaleAreRefused) {
+TEST(SweepStressTest, AScaleErrorOfThreePercentIsRejected) {
   for (const double scale : {0.97, 1.03}) {
     const Sweep sweep = with_frames([&](std::size_t, TrackedFrame& tracked) {
       tracked.frame.grid.mm_per_pixel *= scale;
@@ -159,7 +159,7 @@ TEST(SweepStressTest, ThreePercentOfScaleAreRefused) {
   }
 }
 
-TEST(SweepStressTest, TheOrderOfPicturesHardlyMatters) {
+TEST(SweepStressTest, TheOrderOfImagesHardlyMatters) {
   std::vector<TrackedFrame> frames = test::blob_scene().sweep.frames();
   std::vector<Timestamp> times;
   for (const auto& tracked : frames) times.push_back(tracked.frame.acquired);
@@ -170,12 +170,13 @@ TEST(SweepStressTest, TheOrderOfPicturesHardlyMatters) {
   const StressOutcome forth = run(test::blob_scene().ct, test::blob_scene().sweep);
   const StressOutcome back = run(test::blob_scene().ct, *reversed);
   EXPECT_TRUE(back.accepted) << back.reasons;
-  // Other pictures are thinned out, so other patches are chosen.
+  // Other images are left out, so other patches are chosen.
   EXPECT_NEAR(back.error_mm, forth.error_mm, 0.3);
 }
 
-TEST(SweepStressTest, ThePatientsFrameMayLieInGimbalLockAndTheQuaternionBeNegative) {
-  // The same pictures in a Reference turned so that Euler angles of the pose are singular.
+TEST(SweepStressTest, GimbalLockAndNegativeQuaternionsDoNotMatter) {
+  // A sweep with the same images in a Reference that is rotated so that the Euler angles of the
+  // pose are singular.
   for (const double pitch : {M_PI_2, -M_PI_2, M_PI}) {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()));
     const Eigen::Quaterniond opposite(-turn.w(), -turn.x(), -turn.y(), -turn.z());
@@ -199,7 +200,7 @@ TEST(SweepStressTest, ThePatientsFrameMayLieInGimbalLockAndTheQuaternionBeNegati
   }
 }
 
-TEST(SweepStressTest, TwoMetresOutsideAndHugeOffsetsAreRefusedNotCrashed) {
+TEST(SweepStressTest, DistantStartsAreRejectedAndDoNotCrash) {
   for (const double far_mm : {2e3, 1e6, 1e12}) {
     CollectingDiagnostics diagnostics;
     const CtPose away(test::true_pose().rotation(),
@@ -210,14 +211,15 @@ TEST(SweepStressTest, TwoMetresOutsideAndHugeOffsetsAreRefusedNotCrashed) {
   }
 }
 
-/// Every invalid operation between construction and the check is seen, without a signal.
+/// Detects every invalid floating-point operation between construction and the check, without a
+/// signal.
 class InvalidOperations {
  public:
   InvalidOperations() { std::feclearexcept(FE_INVALID); }
   [[nodiscard]] bool seen() const { return std::fetestexcept(FE_INVALID) != 0; }
 };
 
-TEST(SweepStressTest, NoInvalidOperationIsDoneOnGoodInput) {
+TEST(SweepStressTest, GoodInputCausesNoInvalidOperation) {
   const InvalidOperations operations;
   CollectingDiagnostics diagnostics;
   auto options = test::small_options(60);
@@ -231,8 +233,8 @@ TEST(SweepStressTest, NoInvalidOperationIsDoneOnGoodInput) {
   EXPECT_FALSE(operations.seen());
 }
 
-TEST(SweepStressTest, ASignalAsWeakAsTheLeastGreyIsRefusedOrRight) {
-  // Two grey levels: what is left after a gain that is all but off.
+TEST(SweepStressTest, ASignalOfTwoGreyLevelsIsCorrectOrRejected) {
+  // Two grey levels remain after a gain that is almost off.
   const Sweep sweep = with_pixels([](int, int, double g) { return g > 100 ? 91 : 90; });
   expect_right_or_refused(run(test::blob_scene().ct, sweep), 1.5);
 }

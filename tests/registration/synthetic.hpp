@@ -14,8 +14,8 @@
 #include "nav/volume.hpp"
 #include "registration/image_registration.hpp"
 
-/// A small analytic patient: smooth blobs of known HU, so that CT and ultrasound come from the same
-/// formula and the pose between them is known exactly.
+/// A small analytic patient: smooth blobs of known HU. CT and ultrasound come from the same
+/// formula, so the pose between them is known exactly.
 namespace nav::test {
 
 struct Blob {
@@ -23,7 +23,7 @@ struct Blob {
   double sigma_mm, hu;
 };
 
-/// Sum of Gaussians about the origin of Ct.
+/// Sum of Gaussians around the origin of Ct.
 class BlobPatient {
  public:
   explicit BlobPatient(unsigned seed, int count = 60, double half_extent_mm = 75) {
@@ -62,7 +62,7 @@ class BlobPatient {
   std::vector<Blob> blobs_;
 };
 
-/// The slice z = 0 of a patient, for ever along z.
+/// The slice z = 0 of a patient, repeated along z.
 class PrismaticPatient {
  public:
   explicit PrismaticPatient(const BlobPatient& slice) : slice_(slice) {}
@@ -75,7 +75,7 @@ class PrismaticPatient {
   BlobPatient slice_;
 };
 
-/// CT of the patient; offset moves the patient and the grid together.
+/// Returns a CT of the patient. \p offset_mm moves the patient and the grid together.
 template <class Patient>
 Volume blob_ct(const Patient& patient, const VoxelGrid& grid,
                const Eigen::Vector3d& offset_mm = Eigen::Vector3d::Zero()) {
@@ -94,7 +94,7 @@ Volume blob_ct(const Patient& patient, const VoxelGrid& grid,
   return *Volume::create(placed, std::move(hu), "blob patient");
 }
 
-/// 2 mm voxels, centred on the origin.
+/// Grid of cubic voxels, centred on the origin.
 inline VoxelGrid cubic_grid(double half_extent_mm = 80, double spacing_mm = 2.0) {
   VoxelGrid grid;
   const int n = static_cast<int>(2 * half_extent_mm / spacing_mm) + 1;
@@ -106,12 +106,12 @@ inline VoxelGrid cubic_grid(double half_extent_mm = 80, double spacing_mm = 2.0)
 
 struct SweepSpec {
   int frames = 24;
-  double step_mm = 4;  ///< Between pictures, along the sweep.
-  int size_px = 110;   ///< Square pictures of 1 mm pixels.
-  double gain = 0.7;   ///< Grey per HU.
-  double offset = 60;  ///< Grey.
-  double echo = 4.0;   ///< Grey per HU/mm along the beam.
-  double noise = 4;    ///< Grey, standard deviation.
+  double step_mm = 4;  ///< Distance between images along the sweep.
+  int size_px = 110;   ///< Width and height of the images, with pixels of 1 mm.
+  double gain = 0.7;   ///< Grey levels per HU.
+  double offset = 60;  ///< Grey levels.
+  double echo = 4.0;   ///< Grey levels per HU/mm along the beam.
+  double noise = 4;    ///< Standard deviation in grey levels.
   unsigned seed = 5;
 };
 
@@ -121,7 +121,7 @@ inline Transform<frames::Ct, frames::Reference> true_pose(
   return {Eigen::Quaterniond(turn), ct_offset_mm + Eigen::Vector3d(12, -7, 5)};
 }
 
-/// Linear-probe pictures, fanned by 12 degrees over the sweep, that follow the formula
+/// Images of a linear probe that tilts by up to 0.1 rad over the sweep. They follow the formula
 /// grey = offset + gain·HU + echo·|slope along the beam| + noise.
 template <class Patient>
 Sweep blob_sweep(const Patient& patient, const SweepSpec& spec,
@@ -166,19 +166,19 @@ Sweep blob_sweep(const Patient& patient, const SweepSpec& spec,
   return *Sweep::create(std::move(frames), "synthetic");
 }
 
-/// Where a point of the CT and the beam through it lay when the CT was made.
+/// Position of a point of the CT, and direction of the beam through it, at the time of the CT.
 struct AtRest {
   Eigen::Vector3d p, beam;
 };
 
-/// Pictures of a patient whose tissue has moved since the CT.
+/// Images of a patient whose tissue has moved since the CT.
 struct MovedPictures {
   Sweep sweep;
-  std::vector<Eigen::Vector3d> places_ct_mm;  ///< Now; spread over the pictures.
+  std::vector<Eigen::Vector3d> places_ct_mm;  ///< Current positions, spread over the images.
 };
 
-/// Pictures of 90 mm, 100 ms apart. pose_of: picture -> where it lies in the CT; rest: (picture,
-/// point of the CT now, beam) -> AtRest.
+/// Returns images of 90 mm, 100 ms apart. \p pose_of maps an image index to its pose in the CT. \p
+/// rest maps (image index, current point of the CT, beam) to AtRest.
 template <class PoseOf, class Rest>
 MovedPictures pictures_along(const BlobPatient& patient, int count, const PoseOf& pose_of,
                              const Rest& rest) {
@@ -210,7 +210,7 @@ MovedPictures pictures_along(const BlobPatient& patient, int count, const PoseOf
   return {*Sweep::create(std::move(frames), "synthetic"), std::move(places)};
 }
 
-/// The same step_mm apart, each turned a little.
+/// Returns images step_mm apart. Each is rotated a little.
 template <class Rest>
 MovedPictures moved_pictures(const BlobPatient& patient, int count, double step_mm,
                              const Rest& rest) {
@@ -222,7 +222,7 @@ MovedPictures moved_pictures(const BlobPatient& patient, int count, double step_
   return pictures_along(patient, count, pose_of, rest);
 }
 
-/// RMS distance of the corners of a 100 mm cube about the CT's patient between two maps.
+/// RMS distance between two poses over the corners of a 100 mm cube around the patient of the CT.
 inline double cube_error_mm(const Transform<frames::Ct, frames::Reference>& found,
                             const Transform<frames::Ct, frames::Reference>& truth,
                             const Eigen::Vector3d& ct_offset_mm = Eigen::Vector3d::Zero()) {
@@ -236,7 +236,7 @@ inline double cube_error_mm(const Transform<frames::Ct, frames::Reference>& foun
   return std::sqrt(sum);
 }
 
-/// The truth, off by so many mm and rad about the patient's origin.
+/// Returns the truth with an error of \p mm and \p rad about \p centre_ct_mm.
 inline Transform<frames::Ct, frames::Reference> off_by(
     const Transform<frames::Ct, frames::Reference>& truth, double mm, double rad, unsigned seed,
     const Eigen::Vector3d& centre_ct_mm = Eigen::Vector3d::Zero()) {
@@ -256,17 +256,18 @@ inline Transform<frames::Ct, frames::Reference> off_by(
           centre_ct_mm + turn * (truth.translation_mm() - centre_ct_mm) + shift};
 }
 
-/// Three small levels for the CT of blobs, on one thread. starts: searched beside the plain solve.
+/// Three small levels for the CT of blobs, on one thread. \p starts: searched in addition to the
+/// plain solve.
 inline registration::ImageRegistrationOptions small_options(int starts = 0) {
   registration::ImageRegistrationOptions options;
   options.levels = {{5.0, 7, 150, 9.0}, {3.0, 9, 250, 6.0}, {1.6, 11, 400, 4.0}};
   options.starts = starts;
-  options.ridge = 0.005;  // This CT has rounding noise only: 0.3 HU.
+  options.ridge = 0.005;  // This CT has only rounding noise (0.3 HU).
   options.threads = 1;
   return options;
 }
 
-/// A grid of 80 voxels a side, oblique and left-handed, so that every change of axes is exercised.
+/// Oblique, left-handed grid with 80 voxels per side. It exercises every change of axes.
 inline VoxelGrid oblique_grid() {
   VoxelGrid grid;
   grid.size = {80, 80, 80};
@@ -277,7 +278,7 @@ inline VoxelGrid oblique_grid() {
   return grid;
 }
 
-/// A patient of blobs, its CT and a sweep over it.
+/// A patient of blobs, its CT, and a sweep over it.
 struct BlobScene {
   BlobPatient patient{11};
   Volume ct = blob_ct(patient, cubic_grid());

@@ -18,7 +18,7 @@
 namespace nav::bench {
 namespace {
 
-/// A small patient with everything that a navigation picture can have.
+/// A small patient with every element that a navigation image can have.
 render::Scene everything() {
   const auto ct = test::make_volume(
       test::centred_grid({40, 40, 40}, {1, 1, 1}),
@@ -35,7 +35,7 @@ render::Scene everything() {
   return scene;
 }
 
-TEST(PredicateBenchReportTest, WhatNoSceneMeasuredIsNoNumber) {
+TEST(PredicateBenchReportTest, ValuesThatNoSceneMeasuredAreNan) {
   PredicateBenchReport report;
   EXPECT_TRUE(std::isnan(report.max_error()));
   EXPECT_TRUE(std::isnan(report.worst_set_edit_wall_ms()));
@@ -48,7 +48,7 @@ TEST(PredicateBenchReportTest, WhatNoSceneMeasuredIsNoNumber) {
   EXPECT_EQ(report.worst_set_edit_wall_ms(), 7);
 }
 
-TEST(PredicateBenchTest, MeasuresWhatAnEngineHoldsAndAnEditOfTheSet) {
+TEST(PredicateBenchTest, MeasuresTheMemoryOfAnEngineAndAnEditOfThePredicateSet) {
   constexpr int kSide = 96;
   PredicateBenchOptions options;
   options.side = kSide;
@@ -56,23 +56,24 @@ TEST(PredicateBenchTest, MeasuresWhatAnEngineHoldsAndAnEditOfTheSet) {
   options.height = 36;
   options.repeats = {1, 0};
   options.volume = "neck";
-  options.look = "vessel";  // The only one: another set cannot be the first of the volume.
+  options.look = "vessel";  // The only appearance, so no other predicate set can be the first of
+                            // the volume.
   options.gl = false;
   CollectingDiagnostics diagnostics;
   const auto report = measure_predicates(options, diagnostics);
   ASSERT_TRUE(test::has_value(report));
   ASSERT_EQ(report->rows.size(), 1U);
   const PredicateBenchRow& row = report->rows.front();
-  // It holds 32 bits for each voxel of the volume and of vesselness (CpuVolume).
+  // The engine holds 32 bits for each voxel of the volume and of vesselness (CpuVolume).
   constexpr double kVoxels = 1.0 * kSide * kSide * kSide;
   EXPECT_GT(row.engine_bytes, 8 * kVoxels);
   EXPECT_LT(row.engine_bytes, 12 * kVoxels);
   EXPECT_EQ(report->megabytes, 1e-6 * row.engine_bytes);
-  // A new set has to know its bricks, a new importance only weighs them.
+  // A new predicate set must test its bricks. A new importance only weights them.
   EXPECT_GT(row.set_edit_ms, row.prepare_ms);
 }
 
-TEST(ConfidenceOfPhantomsTest, SaysItsErrorWithinAFactor) {
+TEST(ConfidenceOfPhantomsTest, EstimatesItsErrorWithinAFactor) {
   using namespace render::features;
   constexpr double kFactor = 2.5;
   const auto neck = neck_phantom(64);
@@ -96,7 +97,7 @@ TEST(ConfidenceOfPhantomsTest, SaysItsErrorWithinAFactor) {
   }
 }
 
-TEST(SceneSetTest, HasEveryLookCameraAndShadingOfAVolumeUnderItsOwnName) {
+TEST(SceneSetTest, HasEveryAppearanceCameraAndShadingUnderItsOwnName) {
   const BenchVolume volume{"v", everything().ct, {vessels_only(), test::fog(0.1)}};
   std::set<std::string> names;
   for (const NamedScene& named : bench_scenes({volume}, "", 32, 24)) {
@@ -109,7 +110,7 @@ TEST(SceneSetTest, HasEveryLookCameraAndShadingOfAVolumeUnderItsOwnName) {
   EXPECT_TRUE(bench_scenes({volume}, "w/", 32, 24).empty());
 }
 
-TEST(SceneSetTest, SaysWhatIsMissing) {
+TEST(SceneSetTest, ReportsMissingVolumes) {
   CollectingDiagnostics diagnostics;
   const auto volumes = bench_volumes("aorta", "/no such folder", diagnostics);
   ASSERT_TRUE(test::has_value(volumes));
@@ -119,9 +120,10 @@ TEST(SceneSetTest, SaysWhatIsMissing) {
   EXPECT_NE(diagnostics.entries()[0].message.find("SONDE_DATA_DIR"), std::string::npos);
 }
 
-TEST(RenderCostsTest, WhatHasNothingToDoTakesNoSampleAndNoGradient) {
+TEST(RenderCostsTest, IdleElementsTakeNoSampleAndNoGradient) {
   render::Scene scene = everything();
-  // Visible everywhere: where the midpoints of a cell see nothing its importance counts as 1.
+  // The volume is visible everywhere. If the midpoints of a cell are invisible, its importance
+  // counts as 1.
   scene.transfer = *render::TransferFunction::create(
       "tissue", {{-300, {0.9, 0.6, 0.5}, 0.01, 0.2}, {300, {1, 0.9, 0.8}, 0.3, 0.9}});
   const auto table = measure_costs(scene, {1, 0});
@@ -138,7 +140,7 @@ TEST(RenderCostsTest, WhatHasNothingToDoTakesNoSampleAndNoGradient) {
   EXPECT_GT(table->elements.front().samples, 0) << "the volume itself";
 }
 
-TEST(RenderCostsTest, NeitherNothingNewNorANewImageTakesASample) {
+TEST(RenderCostsTest, AnUnchangedSceneAndANewImageTakeNoSample) {
   const auto table = measure_costs(everything(), {2, 0});
   ASSERT_TRUE(test::has_value(table));
   for (const char* change : {"nothing", "new ultrasound image, same pose"}) {
@@ -150,27 +152,27 @@ TEST(RenderCostsTest, NeitherNothingNewNorANewImageTakesASample) {
   }
 }
 
-TEST(RenderCostsTest, EverySceneOfTheSetHasThemWithEverythingInIt) {
+TEST(RenderCostsTest, EverySceneCanBeMeasuredWithAllElements) {
   const BenchVolume volume{"v", everything().ct, {vessels_only(), test::fog(0.1)}};
   for (const NamedScene& named : bench_scenes({volume}, "", 32, 24)) {
     const render::Scene whole = with_everything(named.scene);
     ASSERT_TRUE(test::has_value(render::validate(whole))) << named.name;
     const auto table = measure_costs(whole, {1, 0});
     ASSERT_TRUE(test::has_value(table)) << named.name;
-    // The picture lies in the CT, in view.
+    // The ultrasound image lies in the CT, in view.
     const Eigen::Vector3d middle =
         (whole.plane->ct_from_image * Point<frames::Image>{{0, 10, 0}}).mm;
     EXPECT_TRUE(whole.ct->sample({middle}).has_value()) << named.name;
   }
 }
 
-TEST(RenderCostsTest, RefusesASceneWithoutAllElements) {
+TEST(RenderCostsTest, RejectsASceneWithoutAllElements) {
   render::Scene scene = everything();
   scene.lines.clear();
   EXPECT_TRUE(test::refuses(measure_costs(scene, {}), ErrorCode::kUsage, {"lines"}));
 }
 
-TEST(RenderLiveTest, SkippingAndUpdatesAreIdentical) {
+TEST(RenderLiveTest, SkippingAndUpdatesGiveIdenticalImages) {
   const auto skip = measure_skipping({"everything", everything()});
   ASSERT_TRUE(test::has_value(skip));
   EXPECT_TRUE(skip->identical);
@@ -181,7 +183,8 @@ TEST(RenderLiveTest, SkippingAndUpdatesAreIdentical) {
   EXPECT_EQ(update->samples, 0U);
 }
 
-/// Rays along x through so many voxels a side, of which those in [from, to) along x show a little.
+/// Rays along x through a cube of \p side voxels. The voxels in [from, to) along x are slightly
+/// visible.
 render::Scene slab(int side, int from, int to) {
   VoxelGrid grid;
   grid.size = {side, side, side};
@@ -203,13 +206,14 @@ render::Scene slab(int side, int from, int to) {
   return scene;
 }
 
-TEST(SkipOracleTest, CountsWhatBricksAndCellsLeaveOfARay) {
+TEST(SkipOracleTest, CountsTheSamplesThatBricksAndCellsLeave) {
   constexpr std::uint64_t kRays = 16;
   const SkipOracle found = skip_oracle(slab(17, 8, 17));
   EXPECT_EQ(found.all, kRays * 17);
   EXPECT_EQ(found.opaque, 0U);
   EXPECT_EQ(found.showing, kRays * 10) << "from the sample at 7 on, which bounds a cell that shows";
-  // The brick in front of voxel 8 reaches it, and the cell that runs into that brick is taken.
+  // The brick in front of voxel 8 reaches that voxel, and the cell that runs into that brick is
+  // sampled.
   EXPECT_EQ(found.bricks[0].samples, kRays * 17);
   EXPECT_EQ(found.bricks[1].samples, kRays * 14);
   EXPECT_EQ(found.bricks[2].samples, kRays * 12);
@@ -229,15 +233,16 @@ TEST(SkipOracleTest, CountsTheCellThatLeavesABrick) {
   EXPECT_EQ(found.bricks[3].samples, kRays * 6);
 }
 
-TEST(SkipOracleTest, KnowsWhereARayIsOpaque) {
+TEST(SkipOracleTest, EndsWhereARayIsOpaque) {
   render::Scene scene = slab(17, 8, 17);
-  scene.quality.opaque_at = 0.0025;  // Passed in the fourth cell: 1e-3 each, the first a quarter.
+  scene.quality.opaque_at = 0.0025;  // Exceeded in the fourth cell: 1e-3 for each cell, and a
+                                     // quarter for the first one.
   const SkipOracle found = skip_oracle(scene);
   EXPECT_EQ(found.all - found.opaque, 16U * 12);
   EXPECT_EQ(found.showing, 16U * 5);
 }
 
-TEST(SkipOracleTest, TheEngineTakesNoFewerSamplesThanItCould) {
+TEST(SkipOracleTest, TheEngineTakesNoFewerSamplesThanNeeded) {
   const auto bound = measure_skip_bound({"half", slab(41, 30, 41)}, 1);
   ASSERT_TRUE(test::has_value(bound));
   EXPECT_TRUE(bound->found.identical);

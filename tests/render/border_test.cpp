@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The state border of the ultrasound plane: a line without gaps from wherever it is seen. Of a
-// stale plane it is all that shows.
+// The border of the ultrasound plane shows its safety state. It is a line without gaps from every
+// view. It is the only visible part of a stale plane.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -17,11 +17,11 @@ using BorderTest = test::VerificationTest;
 INSTANTIATE_TEST_SUITE_P(Engines, BorderTest, ::testing::ValuesIn(test::verified_engines()),
                          [](const auto& c) { return c.param.name; });
 
-constexpr int kWide = 100;  // Of the picture, pixels of 1 mm.
+constexpr int kWide = 100;  // Width of the ultrasound image, with pixels of 1 mm.
 constexpr int kDeep = 80;
 const SectorOutline kSector{{0, -20}, 30, 90, 0.6};
 
-/// A stale plane about the origin in air.
+/// A stale plane around the origin, in air.
 Scene stale_scene(bool sector) {
   static const auto ct = test::make_volume(test::centred_grid({5, 5, 5}, {20, 20, 20}),
                                            [](int, int, int) { return 0; });
@@ -35,7 +35,7 @@ Scene stale_scene(bool sector) {
   return scene;
 }
 
-/// elevation_rad: of the eye above the plane; pi/2: it is faced.
+/// \p elevation_rad: angle of the eye above the plane. At pi/2 the eye faces the plane.
 void look_from(Scene& scene, double azimuth_rad, double elevation_rad, bool orthographic) {
   const Eigen::Vector3d along(std::cos(azimuth_rad), 0, std::sin(azimuth_rad));
   const Eigen::Vector3d off(0, -1, 0);
@@ -44,7 +44,7 @@ void look_from(Scene& scene, double azimuth_rad, double elevation_rad, bool orth
   scene.camera.orthographic = orthographic;
 }
 
-/// Steps between corners of the outline, image mm.
+/// Points along the edges of the outline, image mm.
 using Edge = std::vector<Eigen::Vector2d>;
 
 std::vector<Edge> edges_of(bool sector) {
@@ -80,9 +80,9 @@ bool is_border(const RgbaF& p) {
   return (rgb - spec::kStaleRgb).norm() < 1e-3;
 }
 
-/// A pixel of the border within kNear.
+/// True if there is a border pixel within kNear of \p at.
 bool border_near(const RenderedImage& image, const Eigen::Vector2d& at) {
-  constexpr double kNear = 1.5;  // From a pixel's corner to the second one inside.
+  constexpr double kNear = 1.5;  // From the corner of a pixel to the second pixel inside.
   const int x0 = static_cast<int>(std::lround(at.x()));
   const int y0 = static_cast<int>(std::lround(at.y()));
   for (int y = y0 - 2; y <= y0 + 2; ++y) {
@@ -95,10 +95,11 @@ bool border_near(const RenderedImage& image, const Eigen::Vector2d& at) {
   return false;
 }
 
-/// The longest part of an edge that has no border beside it, pixels. Without its ends, where a
-/// corner that is seen obliquely tapers to less than a pixel.
+/// Longest part of an edge without a border beside it, in pixels. The ends are excluded, because a
+/// corner in an oblique view tapers to less than a pixel.
 double longest_gap(const RenderedImage& image, const Scene& scene, const Edge& edge) {
-  constexpr double kTaper = 6;  // A corner seen at 10 degrees or more is 1 pixel thick by then.
+  constexpr double kTaper = 6;  // At this distance, a corner seen at 10 degrees or more is 1 pixel
+                                // thick.
   const auto& pose = scene.plane->ct_from_image;
   const auto seen = [&](const Eigen::Vector2d& p) {
     return test::project(scene, (pose * Point<frames::Image>{{p.x(), p.y(), 0}}).mm);
@@ -126,7 +127,7 @@ int border_pixels(const RenderedImage& image) {
       std::count_if(image.pixels.pixels().begin(), image.pixels.pixels().end(), is_border));
 }
 
-TEST_P(BorderTest, IsALineWithoutGapsFromWhereverThePlaneIsSeen) {
+TEST_P(BorderTest, IsALineWithoutGapsFromEveryView) {
   constexpr double kMostGapPixels = 2;
   constexpr double kDegree = M_PI / 180;
   for (const bool sector : {false, true}) {
@@ -148,7 +149,7 @@ TEST_P(BorderTest, IsALineWithoutGapsFromWhereverThePlaneIsSeen) {
   }
 }
 
-TEST_P(BorderTest, IsAMillimetreWideFromNear) {
+TEST_P(BorderTest, IsOneMillimetreWideFromNear) {
   Scene scene = stale_scene(false);
   scene.camera.orthographic_height_mm = 30;  // Ten pixels per mm.
   scene.camera.look_at_ct.mm.x() = scene.camera.eye_ct.mm.x() = 0.5 * kWide;
@@ -159,12 +160,13 @@ TEST_P(BorderTest, IsAMillimetreWideFromNear) {
   }
 }
 
-TEST_P(BorderTest, IsOneOrTwoPixelsWideFromAfar) {
+TEST_P(BorderTest, IsOneOrTwoPixelsWideFromFar) {
   for (const double elevation : {M_PI / 2, 0.3}) {
     Scene scene = stale_scene(false);
     look_from(scene, 0, elevation, true);
     scene.camera.up_ct.v = {0, 0, 1};
-    scene.camera.orthographic_height_mm = 900;  // A third of a pixel per mm, and less across.
+    scene.camera.orthographic_height_mm = 900;  // A third of a pixel per mm, and less in the
+                                                // oblique direction.
     const RenderedImage image = test::draw(*engine_, scene);
     int columns = 0;
     int rows = 0;
@@ -179,9 +181,9 @@ TEST_P(BorderTest, IsOneOrTwoPixelsWideFromAfar) {
   }
 }
 
-TEST_P(BorderTest, CoversWhatIsThinnerThanTwoLines) {
+TEST_P(BorderTest, CoversAPlaneThatIsThinnerThanTwoLines) {
   Scene scene = stale_scene(false);
-  look_from(scene, 1, 0.02, true);  // Two pixels.
+  look_from(scene, 1, 0.02, true);  // The plane is two pixels thick.
   const int stale = border_pixels(test::draw(*engine_, scene));
   EXPECT_GT(stale, 100);
   scene.plane->safety = {SafetyState::kValid, ""};

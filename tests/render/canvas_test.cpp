@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kSize = 16;
 
-/// How many pixels a number inks in a picture of a width, from an x on.
+/// Number of pixels that a text colours in an image of \p width, starting at \p x.
 std::ptrdiff_t inked(int width, int x) {
   Canvas canvas(width, 40, rgb8(0));
   EXPECT_EQ(canvas.text(x, 24, kSize, "12.5 mm", rgb8(0xffffff)),
@@ -21,7 +21,7 @@ std::ptrdiff_t inked(int width, int x) {
   return std::ranges::count_if(picture.pixels(), [](const Rgba8& p) { return p.r > 0; });
 }
 
-TEST(CanvasTest, TextThatDoesNotFitIsLeftOutWhole) {
+TEST(CanvasTest, TextThatDoesNotFitIsLeftOutCompletely) {
   const int wide = Canvas(1, 1, rgb8(0)).text_width(kSize, "12.5 mm");
   const auto whole = inked(200, 50);
   EXPECT_GT(whole, 50);
@@ -33,7 +33,7 @@ TEST(CanvasTest, TextThatDoesNotFitIsLeftOutWhole) {
   EXPECT_EQ(inked(16, 8), 0);
 }
 
-/// The pixels of a text.
+/// Pixels of a text.
 std::vector<std::uint8_t> ink_of(const std::string& words) {
   Canvas canvas(200, 40, rgb8(0));
   canvas.text(4, 30, kSize, words, rgb8(0xffffff));
@@ -43,7 +43,7 @@ std::vector<std::uint8_t> ink_of(const std::string& words) {
   return ink;
 }
 
-TEST(CanvasTest, LettersOfLatinAlphabetsAreDrawn) {
+TEST(CanvasTest, DrawsTheLettersOfLatinAlphabets) {
   const std::string letters = "äöüßàâçéèêëîïôûùœÄÖÜÀÉåøæñáíóúčďěňřšťůýžąćęłńśźżğışőű°µ±×€";
   EXPECT_TRUE(letters_not_drawn(letters).empty());
   for (const Letter& letter : letters_of(letters)) {
@@ -53,7 +53,7 @@ TEST(CanvasTest, LettersOfLatinAlphabetsAreDrawn) {
   EXPECT_NE(ink_of("Gefäß"), ink_of("Gefas"));
 }
 
-TEST(CanvasTest, WhatTheFontDoesNotHaveIsAQuestionMark) {
+TEST(CanvasTest, DrawsUnknownLettersAsQuestionMarks) {
   for (const char* letter : {"中", "Ж", "→", "\t", "\n", "\xff", "\xe4", "\U0001F600"}) {
     EXPECT_EQ(ink_of(std::string("l") + letter + "l"), ink_of("l?l")) << letter;
   }

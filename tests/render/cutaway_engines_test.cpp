@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Cutaways of every awkward kind, by every engine as by the reference.
+// Compares every engine with the reference for difficult cutaways.
 #include <cmath>
 #include <string>
 #include <vector>
@@ -18,7 +18,7 @@ INSTANTIATE_TEST_SUITE_P(Engines, CutawayEnginesTest, ::testing::ValuesIn(test::
 
 constexpr double kStepMm = 0.5;
 
-/// Ball and hollow, seen from so many steps away; importances from 0 to 1.
+/// A ball with a hollow, seen from several distances, with importances from 0 to 1.
 Scene uncut_scene(bool orthographic, double distance_mm) {
   Scene scene = test::ball_scene(test::cube_grid(32, 1.0), 60, 45);
   const Eigen::Vector3d away = scene.camera.eye_ct.mm.normalized();
@@ -31,7 +31,7 @@ Scene uncut_scene(bool orthographic, double distance_mm) {
   return scene;
 }
 
-/// Axes of a view that looks at the origin.
+/// Axes of a view towards the origin.
 struct ViewAxes {
   explicit ViewAxes(const Camera& camera)
       : eye(camera.eye_ct.mm),
@@ -54,7 +54,7 @@ std::vector<Eigen::Vector3d> square(const Eigen::Vector3d& middle, const Eigen::
   return {middle - u - v, middle + u - v, middle + u + v, middle - u + v};
 }
 
-/// With every other vertex drawn in.
+/// A star: every second vertex is drawn in.
 std::vector<Eigen::Vector3d> jagged(int count, const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
   std::vector<Eigen::Vector3d> vertices;
   for (int i = 0; i < count; ++i) {
@@ -108,9 +108,9 @@ void set_angles(Scene& scene, const CutAngles& angles) {
   scene.cutaway->overlay_mm = angles.overlay_mm;
 }
 
-/// Of the pixels that differ by more than can be seen.
+/// Share of the pixels whose difference is visible.
 double visibly_different(const RenderedImage& a, const RenderedImage& b) {
-  constexpr float kSeen = 2.0F / 255;  // As kAgreement255.
+  constexpr float kSeen = 2.0F / 255;  // The limit is that of kAgreement255.
   double count = 0;
   for (std::size_t i = 0; i < b.pixels.pixels().size(); ++i) {
     count += test::difference(a.pixels.pixels()[i], b.pixels.pixels()[i]) > kSeen ? 1 : 0;
@@ -118,10 +118,10 @@ double visibly_different(const RenderedImage& a, const RenderedImage& b) {
   return count / static_cast<double>(b.pixels.pixels().size());
 }
 
-/// Rays that graze an edge: single against double precision.
+/// Share of rays that graze an edge, where single and double precision differ.
 constexpr double kGrazing = 1e-3;
 
-TEST_P(CutawayEnginesTest, AwkwardPolygonsAtAwkwardAngles) {
+TEST_P(CutawayEnginesTest, DifficultPolygonsAndAnglesAgreeWithTheReference) {
   const auto reference = make_reference_engine();
   int cut = 0;
   for (const bool orthographic : {false, true}) {
@@ -148,7 +148,7 @@ TEST_P(CutawayEnginesTest, AwkwardPolygonsAtAwkwardAngles) {
   EXPECT_GT(cut, test::trials(100)) << "of 272";
 }
 
-/// With a cutaway around one of everything.
+/// Returns the scene with one object of each kind and a cutaway around all.
 Scene cut_around_everything(Scene scene) {
   const VoxelGrid& grid = scene.ct->grid();
   scene.plane = test::test_plane(grid, SafetyState::kValid);
@@ -162,12 +162,12 @@ Scene cut_around_everything(Scene scene) {
   return scene;
 }
 
-TEST_P(CutawayEnginesTest, AFarEyeSeesWhatParallelRaysSee) {
+TEST_P(CutawayEnginesTest, ADistantEyeSeesTheSameAsParallelRays) {
   const auto reference = make_reference_engine();
   for (const CutAngles& angles : awkward_angles()) {
     for (const double distance_mm : test::trials({1e6, 1e3, 1e4, 1e5})) {
       Scene scene = cut_around_everything(uncut_scene(false, distance_mm));
-      scene.shading.enabled = false;  // At how many places a cell is shaded hangs on the last bit.
+      scene.shading.enabled = false;  // The last bit decides at how many points a cell is shaded.
       set_angles(scene, angles);
       const RenderedImage seen = test::draw(*engine_, scene);
       EXPECT_LE(visibly_different(seen, test::draw(*reference, scene)), kGrazing)

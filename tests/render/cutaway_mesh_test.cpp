@@ -13,9 +13,10 @@ namespace nav::render {
 namespace {
 
 using V = Eigen::Vector3d;
-constexpr double kMeetRoundingMm = 1e-10;  // mm.
+constexpr double kMeetRoundingMm = 1e-10;  // Rounding, mm.
 
-/// A lumpy organ: a sphere whose radius changes with direction, rings × 2 rings quads.
+/// An irregular organ: a sphere whose radius changes with the direction, with rings × 2 rings
+/// quads.
 MeshObject organ(int rings, double radius_mm, const V& middle) {
   MeshObject mesh;
   const int around = 2 * rings;
@@ -43,7 +44,7 @@ MeshObject organ(int rings, double radius_mm, const V& middle) {
   return mesh;
 }
 
-/// Disconnected triangles of every size, many degenerate.
+/// Separate triangles of every size. Many are degenerate.
 MeshObject soup(int count, std::mt19937& random) {
   std::uniform_real_distribution<double> u(-1, 1);
   MeshObject mesh;
@@ -92,19 +93,20 @@ void expect_exact(const MeshObject& mesh, double theta1_deg, double theta2_deg) 
   }
 }
 
-TEST(CutawayMeshTest, EqualsEveryTriangle) {
+TEST(CutawayMeshTest, EqualsTheMaximumOverAllTriangles) {
   expect_exact(organ(16, 50, {5, 0, -10}), 30, 50);
   expect_exact(organ(16, 50, {5, 0, -10}), 1, 89);
   expect_exact(organ(8, 20, {0, -280, 0}), 20, 20);   // Near the eye.
-  expect_exact(organ(8, 250, {0, -280, 0}), 40, 70);  // About the eye.
+  expect_exact(organ(8, 250, {0, -280, 0}), 40, 70);  // Around the eye.
 }
 
-TEST(CutawayMeshTest, EqualsEveryTriangleOfASoup) {
+TEST(CutawayMeshTest, EqualsTheMaximumOverSeparateTriangles) {
   std::mt19937 random(8);
   for (const int count : {1, 3, 4, 5, 9, 100, 700}) expect_exact(soup(count, random), 25, 60);
 }
 
-/// A flat closed disc: two fans of opposite normals on one rim, about centres so far apart.
+/// A flat closed disc: two fans of triangles with opposite normals on one rim, with centres at a
+/// distance of \p apart_mm.
 MeshObject disc(double apart_mm) {
   constexpr int kRim = 64;
   MeshObject mesh;
@@ -120,7 +122,7 @@ MeshObject disc(double apart_mm) {
   return mesh;
 }
 
-TEST(CutawayMeshTest, EqualsEveryTriangleOfAFlatDisc) {
+TEST(CutawayMeshTest, EqualsTheMaximumOverAFlatDisc) {
   for (const double apart_mm : {0.0, 2.0}) {
     const MeshObject mesh = disc(apart_mm);
     const CutawayMesh tree(mesh, V::Zero());
@@ -145,7 +147,7 @@ TEST(CutawayMeshTest, EqualsEveryTriangleOfAFlatDisc) {
   }
 }
 
-TEST(CutawayMeshTest, KeepsWhatOtherObjectsReach) {
+TEST(CutawayMeshTest, KeepsTheLargerValuesOfOtherObjects) {
   const CutawayMesh tree(organ(8, 50, V::Zero()), V::Zero());
   const spec::Ray<double> ray{{0, -300, 0}, {0, 1, 0}};
   CutawayMesh::Hint hint;
@@ -155,7 +157,7 @@ TEST(CutawayMeshTest, KeepsWhatOtherObjectsReach) {
   EXPECT_EQ(span.t1, 900);
 }
 
-TEST(CutawayMeshTest, LooksAtAFewTrianglesOfMany) {
+TEST(CutawayMeshTest, TestsFewOfManyTriangles) {
   Scene scene = scene_with(organ(64, 50, V::Zero()), false);
   const CutawayMesh tree(*scene.cutaway->meshes[0], scene.ct->grid().origin_mm);
   EXPECT_EQ(tree.triangles(), 64U * 128 * 2);
@@ -198,7 +200,7 @@ TEST(CutawayFieldTest, EqualsTheSpecificationInEveryPixelInFront) {
 }
 
 TEST(CutawayFieldTest, InterpolatesWithinTheStatedTolerance) {
-  constexpr double kTolerance = 0.25;  // mm.
+  constexpr double kTolerance = 0.25;  // Tolerance, mm.
   std::mt19937 random(12);
   for (const MeshObject& mesh : {organ(24, 40, {30, 0, 0}), soup(300, random)}) {
     const Scene scene = scene_with(mesh, false);
@@ -226,7 +228,7 @@ TEST(CutawayFieldTest, InterpolatesWithinTheStatedTolerance) {
   }
 }
 
-TEST(CutawayFieldTest, IsNeededOnlyByLargeMeshesThatCut) {
+TEST(CutawayFieldTest, IsNeededOnlyForLargeMeshesThatCut) {
   Scene scene = scene_with(organ(12, 40, V::Zero()), false);
   EXPECT_TRUE(CutawayField::needed(scene));
   scene.projection = Projection::kMaximum;
@@ -238,10 +240,10 @@ TEST(CutawayFieldTest, IsNeededOnlyByLargeMeshesThatCut) {
   EXPECT_FALSE(CutawayField::needed(scene));
 }
 
-TEST(CutawayFieldTest, KeepsTheTreesOfTheFieldBefore) {
+TEST(CutawayFieldTest, ReusesTheTreesOfThePreviousField) {
   Scene scene = scene_with(organ(12, 40, V::Zero()), false);
   const CutawayField first(scene);
-  scene.cutaway->theta1_rad = 0.2;  // Trees do not depend on the angles.
+  scene.cutaway->theta1_rad = 0.2;  // The trees do not depend on the angles.
   const CutawayField second(scene, &first);
   const CutawayField fresh(scene);
   const auto view = spec::make_view<double>(scene.camera, 16, 12, scene.ct->grid());

@@ -22,7 +22,7 @@ Scene scene_with_everything() {
   return scene;
 }
 
-TEST(MakeCutawayTest, HoldsWhatIsAskedForAndDrawn) {
+TEST(MakeCutawayTest, ContainsTheRequestedVisibleObjects) {
   Scene scene = scene_with_everything();
   const auto counts = [&] {
     const auto objects = make_cutaway(scene, true);
@@ -44,7 +44,7 @@ TEST(MakeCutawayTest, HoldsWhatIsAskedForAndDrawn) {
   EXPECT_TRUE(make_cutaway(scene, true).empty());
 }
 
-TEST(MakeCutawayTest, ABoxIsItsFacesAndNoPointOfItIsBetter) {
+TEST(MakeCutawayTest, ABoxEqualsTheMaximumOverItsPoints) {
   Scene scene = scene_with_everything();
   scene.cutaway->around_plane = false;
   std::mt19937 random(3);
@@ -67,13 +67,13 @@ TEST(MakeCutawayTest, ABoxIsItsFacesAndNoPointOfItIsBetter) {
       EXPECT_LE(test::cone_value(q, ray, objects.cot2), span.t2 + 1e-9);
       corner = std::max(corner, test::cone_value(q, ray, objects.cot2));
     }
-    // Dense enough to come near: the samples are some 2 mm apart.
+    // The samples are about 2 mm apart, which is dense enough.
     EXPECT_LE(span.t2, corner + 6) << trial;
     EXPECT_GE(span.t2, span.t1);
   }
 }
 
-/// A point clears fog whose values, opacity and importance all rise across it.
+/// A point clears fog whose values, opacity and importance all increase through the volume.
 Scene fading_scene(double importance_step) {
   const auto ct = test::make_volume(test::centred_grid({40, 40, 40}, {1, 1, 1}),
                                     [](int x, int y, int z) { return 2 * x + 2 * y + z; });
@@ -99,22 +99,22 @@ double fading_error(Scene scene, double step) {
   return rms_difference(found.pixels, test::draw(*engine, scene).pixels);
 }
 
-TEST(FadeTest, WhereImportanceRunsOnItIsNearlyOfTheSecondOrder) {
+TEST(FadeTest, ContinuousImportanceGivesNearlySecondOrderConvergence) {
   const Scene scene = fading_scene(0);
-  // Of two halvings: 4 would be the first order, 16 the second. Importance is that of whole values,
-  // whose small jumps are of the first.
+  // Error ratio after two halvings of the step: 4 for first order and 16 for second order.
+  // Importance depends on whole values, and its small jumps are of first order.
   constexpr double kBetter = 6.5;
   EXPECT_GT(fading_error(scene, 2), kBetter * fading_error(scene, 0.5));
   EXPECT_LT(fading_error(scene, 1), 1.2e-4);
 }
 
-TEST(FadeTest, WhereImportanceJumpsFourMidpointsFindThePlace) {
-  const Scene scene = fading_scene(0.4);  // A boundary of materials in every ray.
+TEST(FadeTest, FourMidpointsLocateAJumpOfImportance) {
+  const Scene scene = fading_scene(0.4);  // Every ray crosses a boundary between materials.
   EXPECT_LT(fading_error(scene, 1), 1.8e-4);
   EXPECT_LT(fading_error(scene, 0.5), 9e-5);
 }
 
-TEST(OutlineOfTest, TheRectangleIsThatOfThePixelsWithTheirEdges) {
+TEST(OutlineOfTest, TheRectangleCoversThePixelsWithTheirEdges) {
   const auto plane = test::upright_plane(test::grey_picture(80, 60, 100), 0.5, {0, 0, 0});
   const auto outline = outline_of(plane.frame);
   ASSERT_EQ(outline.size(), 4U);
@@ -150,7 +150,7 @@ TEST(OutlineOfTest, TheSectorIsItsArcWithinTheStatedDistance) {
   }
 }
 
-TEST(MakeCutawayTest, AMeshCutsAsItsTriangles) {
+TEST(MakeCutawayTest, AMeshCutsLikeItsTriangles) {
   Scene scene = scene_with_everything();
   scene.cutaway->around_plane = false;
   MeshObject mesh;

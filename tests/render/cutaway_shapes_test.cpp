@@ -18,7 +18,7 @@ using V = Vec3<double>;
 using Rays = std::vector<Ray<double>>;
 
 constexpr double kDeg = std::numbers::pi / 180;
-/// Of the oracle's search, relative to the slope of the cone.
+/// Tolerance of the search for the truth, relative to the slope of the cone.
 constexpr double kSearch = 1e-9;
 
 double cot_of(double deg) { return 1 / std::tan(deg * kDeg); }
@@ -34,7 +34,7 @@ class CutawayShapesTest : public ::testing::Test {
     const V direction = vector(1).normalized();
     return {vector(30) - distance * direction, direction};
   }
-  /// About a middle, in a random plane; jagged: not convex.
+  /// A polygon around \p middle in a random plane. If \p jagged, it is not convex.
   std::vector<V> star(int count, const V& middle, double size, bool jagged) {
     const V u = vector(1).normalized();
     const V v = u.unitOrthogonal();
@@ -46,7 +46,7 @@ class CutawayShapesTest : public ::testing::Test {
     }
     return vertices;
   }
-  /// Against the oracle over the fan of triangles about a middle.
+  /// Compares the closed form with a search over the fan of triangles around \p middle.
   static void expect_attained(const std::vector<V>& vertices, const V& middle,
                               const Ray<double>& ray, double cot) {
     double best = -std::numeric_limits<double>::infinity();
@@ -59,7 +59,7 @@ class CutawayShapesTest : public ::testing::Test {
   std::mt19937 random_{23};
 };
 
-TEST_F(CutawayShapesTest, PolygonsOf3To32VerticesEqualTheBestOfAllTheirPoints) {
+TEST_F(CutawayShapesTest, PolygonsOf3To32VerticesEqualTheBestOfTheirPoints) {
   for (int count = 3; count <= 32; ++count) {
     for (int trial = 0; trial < 4; ++trial) {
       const V middle = vector(20);
@@ -78,20 +78,25 @@ TEST_F(CutawayShapesTest, NarrowAndWideConesEqualTheBestOfAllPoints) {
   }
 }
 
-TEST_F(CutawayShapesTest, AwkwardPlacesEqualTheBestOfAllPoints) {
+TEST_F(CutawayShapesTest, DifficultPositionsEqualTheBestOfAllPoints) {
   for (int trial = 0; trial < 30; ++trial) {
     const V middle = vector(20);
     const auto vertices = star(6, middle, 40, trial % 2 == 0);
     const double cot = cot_of(20 + 50 * unit());
     const V edge = (vertices[1] - vertices[0]).normalized();
     expect_attained(vertices, middle, {vertices[0] - 100 * edge, edge}, cot);  // Along an edge.
-    expect_attained(vertices, middle, {middle - 100 * edge, edge}, cot);       // In its plane.
+    expect_attained(vertices, middle, {middle - 100 * edge, edge}, cot);  // In the plane of the
+                                                                          // polygon.
     const V out = edge.cross(vertices[2] - vertices[0]).normalized();
-    expect_attained(vertices, middle, {middle + 50 * out, out}, cot);          // Behind the eye.
-    expect_attained(vertices, middle, {middle, vector(1).normalized()}, cot);  // Holds the eye.
+    expect_attained(vertices, middle, {middle + 50 * out, out}, cot);  // The polygon is behind the
+                                                                       // eye.
+    expect_attained(vertices, middle, {middle, vector(1).normalized()}, cot);  // The polygon
+                                                                               // contains the eye.
     expect_attained(vertices, middle, {vertices[2], vector(1).normalized()}, cot);
-    expect_attained(vertices, middle, {middle + 5 * out, edge}, cot);  // Crosses the eye plane.
-    expect_attained(vertices, middle, {middle - 80 * out, out}, cot);  // Face on.
+    expect_attained(vertices, middle, {middle + 5 * out, edge}, cot);  // Crosses the plane of the
+                                                                       // eye.
+    expect_attained(vertices, middle, {middle - 80 * out, out}, cot);  // Perpendicular to the
+                                                                       // polygon.
   }
 }
 
@@ -102,18 +107,18 @@ TEST_F(CutawayShapesTest, DegeneratePolygonsEqualTheBestOfTheirPoints) {
     const Ray<double> r = ray(200);
     const double cot = cot_of(10 + 70 * unit());
     const V c = a + 0.3 * (b - a);
-    expect_attained({a, c, b}, c, r, cot);        // No area.
+    expect_attained({a, c, b}, c, r, cot);        // Without area.
     expect_attained({a, b, c, b, a}, c, r, cot);  // Folded onto itself.
     expect_attained({a, a, a}, a, r, cot);        // A point.
     expect_attained({a, b}, c, r, cot);           // A segment.
     const V d = vector(30);
-    expect_attained({a, c, b, d}, c, r, cot);        // Three of four vertices in a line.
+    expect_attained({a, c, b, d}, c, r, cot);        // Three of four vertices on a line.
     expect_attained({a, a, b, b, d, d}, c, r, cot);  // Each vertex twice.
   }
 }
 
-TEST(ConeSegmentTest, IsRightWhereTheSlopeIsExactlyThatOfTheCone) {
-  // Along +z with cot = 1: the edge rises by exactly its length across.
+TEST(ConeSegmentTest, IsCorrectIfTheSlopeEqualsThatOfTheCone) {
+  // The ray runs along +z with cot = 1. The edge rises by exactly its length across the ray.
   const Ray<double> ray{{0, 0, 0}, {0, 0, 1}};
   for (const double side : {0.0, 3.0}) {
     const V a(-5, side, 10);
@@ -121,12 +126,13 @@ TEST(ConeSegmentTest, IsRightWhereTheSlopeIsExactlyThatOfTheCone) {
     EXPECT_NEAR(cone_segment(a, b, ray, 1.0), 20 - std::hypot(5, side), 1e-12);
     EXPECT_NEAR(cone_segment(b, a, ray, 1.0), 20 - std::hypot(5, side), 1e-12);
   }
-  // A plane exactly as steep as the cone: the whole line of descent is equally good.
+  // The plane is exactly as steep as the cone, so the whole line of steepest descent is equally
+  // good.
   const auto steep = polygon_of({{-5, -5, 5}, {5, -5, 15}, {5, 5, 15}, {-5, 5, 5}});
   EXPECT_NEAR(cone_polygon(steep, ray, 1.0), 10, 1e-12);
 }
 
-TEST_F(CutawayShapesTest, SegmentsAreNeverBeatenAndAttained) {
+TEST_F(CutawayShapesTest, SegmentsEqualTheBestOfTheirPoints) {
   for (int trial = 0; trial < 300; ++trial) {
     const V a = vector(40);
     const V b = trial % 10 == 0 ? a : vector(40);
@@ -137,14 +143,14 @@ TEST_F(CutawayShapesTest, SegmentsAreNeverBeatenAndAttained) {
   }
 }
 
-TEST_F(CutawayShapesTest, BallsAreNeverBeatenAndAttained) {
+TEST_F(CutawayShapesTest, BallsEqualTheBestOfTheirPoints) {
   for (int trial = 0; trial < 200; ++trial) {
     const CutawayBall<double> ball{vector(30), 1 + 20 * unit()};
     const Ray<double> r =
         trial % 4 == 0 ? Ray<double>{ball.centre + vector(5), vector(1).normalized()} : ray(100);
     const double cot = cot_of(0.5 + 89 * unit());
     const double found = cone_ball(ball, r, cot);
-    // The best point lies in the half plane of ray and centre, on the circle.
+    // The best point lies on the circle in the half plane of the ray and the centre.
     const V m = ball.centre - r.origin;
     const V across = m - m.dot(r.direction) * r.direction;
     const V e = across.norm() > 0 ? V(across.normalized()) : r.direction.unitOrthogonal();
@@ -194,20 +200,20 @@ TEST_F(CutawayShapesTest, AnObjectNeverOccludesItselfAlongItsOwnRays) {
   }
 }
 
-TEST_F(CutawayShapesTest, PerspectiveTendsToOrthographic) {
+TEST_F(CutawayShapesTest, PerspectiveConvergesToOrthographic) {
   for (int trial = 0; trial < 20; ++trial) {
     const auto polygon = polygon_of(star(6, vector(20), 40, true));
     const V axis = vector(1).normalized();
     const V through = vector(30);
     const double cot = cot_of(15 + 60 * unit());
-    // Depth relative to the point that all rays go through.
+    // Depth relative to the point through which all rays pass.
     const double parallel = cone_polygon(polygon, {through - 100 * axis, axis}, cot) - 100;
     for (const double distance : {1e3, 1e4, 1e5, 1e6}) {
       const V eye = through - through.dot(axis) * axis - distance * axis -
                     (through - through.dot(axis) * axis);
       const V to = through - eye;
       const double found = cone_polygon(polygon, {eye, to.normalized()}, cot) - to.norm();
-      // Rays turn by at most 60 mm / distance over points within 120 mm.
+      // The rays turn by at most 60 mm / distance, over points within 120 mm.
       EXPECT_NEAR(found, parallel, 60 / distance * 120 * (1 + cot) + 1e-9 * distance) << distance;
     }
   }

@@ -10,17 +10,17 @@
 
 #include "render/spec/ray_spec_cutaway.hpp"
 
-/// Truth for the closed forms of the cutaway: a search over the points of an object.
+/// Computes the truth for the closed forms of the cutaway by a search over the points of an object.
 namespace nav::test {
 
-/// The definition: how far along the ray a point clears.
+/// Definition: depth along the ray up to which the point \p q clears.
 inline double cone_value(const Eigen::Vector3d& q, const render::spec::Ray<double>& ray,
                          double cot) {
   const Eigen::Vector3d m = q - ray.origin;
   return m.dot(ray.direction) - cot * m.cross(ray.direction).norm();
 }
 
-/// Maximum of a concave function on [0, 1] by golden sections.
+/// Maximum of a concave function on [0, 1] by golden-section search.
 template <class Function>
 double concave_maximum(const Function& function) {
   constexpr int kSections = 60;
@@ -51,7 +51,8 @@ double concave_maximum(const Function& function) {
   return best;
 }
 
-/// The best point of a triangle: the definition is concave, and so is the best over r in s.
+/// Best value over the points of a triangle. The definition is concave, and its maximum over r is
+/// concave in s.
 inline double best_of(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                       const render::spec::Ray<double>& ray, double cot) {
   return concave_maximum([&](double s) {
@@ -60,7 +61,7 @@ inline double best_of(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const 
   });
 }
 
-/// A polygon as make_cutaway() prepares it.
+/// Returns a polygon as make_cutaway() prepares it.
 inline render::spec::CutawayPolygon<double> polygon_of(std::vector<Eigen::Vector3d> vertices) {
   const VoxelGrid grid{{1, 1, 1}};
   static const auto ct =

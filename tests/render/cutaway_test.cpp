@@ -12,13 +12,13 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kDoubleRounding = 1e-12;
-const CutawaySpan<double> kSpan{100, 80};  // T2, T1.
-constexpr double kOverlay = 20;            // Clear below 60 mm.
+const CutawaySpan<double> kSpan{100, 80};  // T2 and T1.
+constexpr double kOverlay = 20;            // The region is clear below 60 mm.
 
 double up(double x) { return std::nextafter(x, kInfinity); }
 double down(double x) { return std::nextafter(x, -kInfinity); }
 
-TEST(OcclusionTest, MeetsEveryBoundaryWithinAnUlp) {
+TEST(OcclusionTest, IsCorrectWithinAnUlpOfEveryBoundary) {
   const auto omega = [](double t) { return occlusion(kSpan, kOverlay, t); };
   EXPECT_EQ(omega(up(100)), 0);
   EXPECT_EQ(omega(100), 0);
@@ -49,19 +49,19 @@ TEST(OcclusionTest, NeverGrowsAlongTheRay) {
   }
 }
 
-TEST(OcclusionTest, EqualAnglesAndNoOverlayAreSteps) {
+TEST(OcclusionTest, EqualAnglesAndNoOverlayGiveSteps) {
   const CutawaySpan<double> equal{100, 100};
   EXPECT_EQ(occlusion(equal, 20.0, 100.0), 0);
   EXPECT_NEAR(occlusion(equal, 20.0, down(100)), 0.5, kDoubleRounding);
   EXPECT_EQ(occlusion(equal, 20.0, 80.0), 1);
   EXPECT_EQ(occlusion(kSpan, 0.0, 80.0), 0.5) << "still the transition's end";
   EXPECT_EQ(occlusion(kSpan, 0.0, down(80)), 1);
-  // The simple cutaway: all or nothing.
+  // The simple cutaway is all or nothing.
   EXPECT_EQ(occlusion(equal, 0.0, 100.0), 0);
   EXPECT_EQ(occlusion(equal, 0.0, down(100)), 1);
 }
 
-TEST(OcclusionTest, AnEndlessOverlayHasNoClearRegion) {
+TEST(OcclusionTest, AnInfiniteOverlayHasNoClearRegion) {
   EXPECT_EQ(occlusion(kSpan, kInfinity, 79.0), 0.5);
   EXPECT_EQ(occlusion(kSpan, kInfinity, -1e12), 0.5);
 }
@@ -76,7 +76,7 @@ TEST(OcclusionTest, WithoutASurfaceNothingIsOccluded) {
   }
 }
 
-/// As printed in the paper: the upper end is tested first.
+/// The ramp as printed in the paper: the upper end is tested first.
 double printed_ramp(double a, double b, double x) {
   return x >= b ? 1 : x <= a ? 0 : (x - a) / (b - a);
 }
@@ -84,14 +84,14 @@ double printed_visibility(double importance, double omega) {
   return 1 - printed_ramp(std::max(2 * importance - 1, 0.0), importance, omega);
 }
 
-TEST(VisibilityTest, ThePrintedRampContradictsThePapersText) {
+TEST(VisibilityTest, ThePrintedRampContradictsTheTextOfThePaper) {
   // "In the base region nothing is cut": the printed ramp(0, 0, 0) removes I = 0 there.
   EXPECT_EQ(printed_visibility(0, 0), 0);
   EXPECT_EQ(visibility(0.0, 0.0), 1);
   // "Materials of highest importance (I = 1) are visible everywhere": ramp(1, 1, 1) removes them.
   EXPECT_EQ(printed_visibility(1, 1), 0);
   EXPECT_EQ(visibility(1.0, 1.0), 1);
-  // Nowhere else do the two differ.
+  // The two are equal everywhere else.
   for (double importance = 1.0 / 64; importance < 1; importance += 1.0 / 64) {
     for (double omega = 0; omega <= 1; omega += 1.0 / 128) {
       EXPECT_NEAR(visibility(importance, omega), printed_visibility(importance, omega),
@@ -101,7 +101,7 @@ TEST(VisibilityTest, ThePrintedRampContradictsThePapersText) {
   }
 }
 
-TEST(VisibilityTest, Table) {
+TEST(VisibilityTest, HasTheTabulatedValues) {
   constexpr double kTiny = 1e-9;
   struct Row {
     double importance;
@@ -124,7 +124,7 @@ TEST(VisibilityTest, Table) {
       EXPECT_NEAR(found, row.at[i], 1e-8) << row.importance << ' ' << omegas[i];
     }
   }
-  // The exact ends are exact.
+  // Both ends are exact.
   EXPECT_EQ(visibility(0.0, kTiny), 0);
   EXPECT_EQ(visibility(nearly, 1.0), 0) << "why tables snap it to 1";
   EXPECT_EQ(visibility(1.0, 1 - kTiny), 1);
@@ -143,7 +143,7 @@ TEST(VisibilityTest, GrowsWithImportanceAndFallsWithOcclusion) {
 }
 
 TEST(FadedTest, DoesNotDependOnTheStep) {
-  // One unit of length at opacity 0.6, half faded: 0.3 whatever it is cut into.
+  // One unit of length with opacity 0.6, half faded, gives 0.3 for any number of steps.
   const double tau = -std::log1p(-0.6);
   for (const int steps : {1, 4, 64, 4096}) {
     double through = 1;
@@ -152,8 +152,9 @@ TEST(FadedTest, DoesNotDependOnTheStep) {
   }
 }
 
-TEST(FadedTest, TheOtherOrderDependsOnTheStep) {
-  // Opacity corrected to the step first, then faded: what the specification must not do.
+TEST(FadedTest, TheOppositeOrderDependsOnTheStep) {
+  // This order corrects the opacity to the step first and fades it then. The specification must not
+  // do so.
   const auto other = [](double h) {
     const double alpha = -std::expm1(h * std::log1p(-0.6));
     return -std::expm1(std::log1p(-0.5 * alpha) / h);
@@ -163,7 +164,7 @@ TEST(FadedTest, TheOtherOrderDependsOnTheStep) {
   EXPECT_NEAR(other(1e-6), 0.368, 5e-4);
 }
 
-TEST(FadedTest, KeepsTinyOpacitiesAndTheEnds) {
+TEST(FadedTest, KeepsTinyOpacitiesAndExactEnds) {
   for (const double tau : {1e-30, 1e-12, 1e-6}) {
     EXPECT_NEAR(faded(tau, 0.25) / (0.25 * tau), 1, 1e-6);
     EXPECT_NEAR(faded(static_cast<float>(tau), 0.25F) / (0.25F * static_cast<float>(tau)), 1, 1e-5);
@@ -174,8 +175,8 @@ TEST(FadedTest, KeepsTinyOpacitiesAndTheEnds) {
   EXPECT_NEAR(faded(700.0, 0.5), std::log(2.0), kDoubleRounding) << "an opaque sample half faded";
 }
 
-/// Everything up to visible_from() is invisible to the last bit, in the precision of S, and not
-/// much beyond it is visible.
+/// Expects that everything up to visible_from() is invisible to the last bit in the precision of S,
+/// and that it is visible slightly beyond.
 template <class S>
 void expect_consistent(S slack_mm) {
   std::mt19937 random(17);
@@ -201,7 +202,7 @@ TEST(VisibleFromTest, SkipsOnlyWhatIsInvisibleToTheLastBit) {
   expect_consistent<float>(2e-2F);
 }
 
-TEST(VisibleFromTest, MostImportantIsNeverSkipped) {
+TEST(VisibleFromTest, TheMostImportantMaterialIsNeverSkipped) {
   EXPECT_EQ(visible_from(kSpan, kOverlay, 1.0), -kInfinity);
   EXPECT_EQ(visible_from(kSpan, kInfinity, 0.75), -kInfinity) << "no clear region to vanish in";
   EXPECT_NEAR(visible_from(kSpan, kOverlay, 0.75), 70, kDoubleRounding * 100);

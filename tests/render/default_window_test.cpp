@@ -11,7 +11,7 @@
 namespace nav::render {
 namespace {
 
-/// Of 100 values, as many of each kind as are named.
+/// Number of values of each kind.
 struct Shown {
   int air = 0;
   int lung = 0;
@@ -37,13 +37,13 @@ bool is_window(const HuWindow& window, double level, double width) {
 
 class DefaultWindowTest : public ::testing::Test {
  protected:
-  /// Mostly soft tissue, and a layer of air.
+  /// Mostly soft tissue, with a layer of air.
   std::shared_ptr<const Volume> ct_ =
       test::make_volume(test::centred_grid({10, 10, 20}, {1, 1, 1}),
                         [](int, int, int k) { return k == 0 ? -1000 : 50; });
 };
 
-TEST_F(DefaultWindowTest, OfACtIsTheCustomaryOneOfWhatIsShown) {
+TEST_F(DefaultWindowTest, ACtGetsTheUsualWindowForTheVisibleTissue) {
   EXPECT_TRUE(is_window(window_for(*ct_, {.soft = 100}), 60, 400));
   EXPECT_TRUE(is_window(window_for(*ct_, {.soft = 90, .contrast = 10}), 60, 400)) << "a rib";
   EXPECT_TRUE(is_window(window_for(*ct_, {.soft = 80, .contrast = 20}), 200, 700));
@@ -53,14 +53,14 @@ TEST_F(DefaultWindowTest, OfACtIsTheCustomaryOneOfWhatIsShown) {
   EXPECT_TRUE(is_window(window_for(*ct_, {.lung = 40, .soft = 30, .contrast = 30}), 200, 700));
 }
 
-TEST_F(DefaultWindowTest, AirAboutABodyIsNoLung) {
+TEST_F(DefaultWindowTest, AirAroundABodyIsNotLung) {
   EXPECT_TRUE(is_window(window_for(*ct_, {.air = 90, .soft = 10}), 60, 400));
   EXPECT_TRUE(is_window(window_for(*ct_, {.air = 100}), 60, 400));
   EXPECT_TRUE(is_window(window_for(*ct_, {}), 60, 400));
 }
 
-TEST_F(DefaultWindowTest, OfOtherValuesIsTheVolumesWithoutOutliers) {
-  // 1000 of background, then 1 to 1000, and one far above.
+TEST_F(DefaultWindowTest, OtherVolumesGetTheirRangeWithoutOutliers) {
+  // 1000 voxels of background, then values from 1 to 1000, and one value far above.
   const auto mr =
       test::make_volume(test::centred_grid({10, 10, 20}, {1, 1, 1}), [](int i, int j, int k) {
         const int n = (k * 10 + j) * 10 + i;
@@ -76,7 +76,7 @@ TEST_F(DefaultWindowTest, OfOtherValuesIsTheVolumesWithoutOutliers) {
   EXPECT_GE(window_for(*flat, {}).width, 1);
 }
 
-TEST_F(DefaultWindowTest, OfAMaskIsFromItsOneValueToTheOther) {
+TEST_F(DefaultWindowTest, AMaskGetsTheRangeOfItsTwoValues) {
   const auto mask = test::make_volume(test::centred_grid({10, 10, 10}, {1, 1, 1}),
                                       [](int i, int, int) { return i < 5 ? 1 : 0; });
   EXPECT_TRUE(is_window(window_for(*mask, {}), 0.5, 1));

@@ -8,8 +8,8 @@
 namespace nav::bench {
 namespace {
 
-TEST(ErrorCurveTest, IsAStraightLineInTheLogarithms) {
-  // Time proportional to 1 / sqrt(rms), as of a second-order method.
+TEST(ErrorCurveTest, IsAStraightLineInLogarithms) {
+  // The time is proportional to 1 / sqrt(rms), as for a second-order method.
   const ErrorCurve curve({{1e-2, 1}, {1e-4, 10}});
   EXPECT_NEAR(curve.time_at(1e-3), std::sqrt(10.0), 1e-12);
   EXPECT_DOUBLE_EQ(curve.time_at(1e-2), 1);
@@ -25,19 +25,19 @@ TEST(ErrorCurveTest, NeverExtrapolates) {
   EXPECT_TRUE(std::isnan(ErrorCurve({}).time_at(1)));
 }
 
-TEST(ErrorCurveTest, LeavesOutWhatItsOwnPicturesBeat) {
-  // A renderer whose error grows again with finer steps, and a point that says nothing.
+TEST(ErrorCurveTest, LeavesOutPointsThatAreWorseInTimeAndError) {
+  // A renderer whose error grows again with finer steps, and a point with an error of 0.
   const ErrorCurve curve({{2e-2, 2}, {3e-2, 1}, {2.5e-2, 4}, {0, 1}});
   ASSERT_EQ(curve.front().size(), 2U);
   EXPECT_DOUBLE_EQ(curve.front()[0].rms, 3e-2);
   EXPECT_DOUBLE_EQ(curve.front()[1].rms, 2e-2);
 }
 
-TEST(EqualErrorRatiosTest, CompareAtTheirPointsAndAtTheLevelsTheyReach) {
+TEST(EqualErrorRatiosTest, CompareAtThePointsAndAtTheLevelsTheyReach) {
   const ErrorCurve ours({{1e-1, 1}, {1e-3, 4}});
   const ErrorCurve theirs({{1e-1, 10}, {1e-2, 30}, {5e-4, 90}});
   const auto ratios = equal_error_ratios(ours, theirs, {0.5, 1e-2, 1e-4});
-  ASSERT_EQ(ratios.size(), 4U);  // Three points; of the levels only 1e-2 lies on their curve.
+  ASSERT_EQ(ratios.size(), 4U);  // Three points. Of the levels only 1e-2 lies on their curve.
   EXPECT_DOUBLE_EQ(ratios[0].ratio, 10);
   EXPECT_NEAR(ratios[1].ratio, 15, 1e-9);
   EXPECT_TRUE(std::isnan(ratios[2].ratio)) << "we end at 1e-3";

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Where voxels land, for every kind of grid and camera.
+// Tests the positions of rendered voxels for every kind of grid and camera.
 #include <random>
 
 #include "tests/render/verification_engines.hpp"
@@ -17,7 +17,7 @@ Eigen::Matrix3d oblique() {
 }
 Eigen::Matrix3d left_handed() { return oblique() * Eigen::Vector3d(1, 1, -1).asDiagonal(); }
 
-/// One bright voxel in an asymmetric place; everything else is air.
+/// One bright voxel in an asymmetric position. Everything else is air.
 std::shared_ptr<const Volume> marker(const VoxelGrid& grid, const std::array<int, 3>& at) {
   return test::make_volume(grid, [&](int i, int j, int k) {
     return i == at[0] && j == at[1] && k == at[2] ? 2000 : -1000;
@@ -25,7 +25,7 @@ std::shared_ptr<const Volume> marker(const VoxelGrid& grid, const std::array<int
 }
 
 TEST_P(GeometryTest, FacingThePatientTheirLeftIsOnTheRight) {
-  // +x is the patient's left, +z the head.
+  // +x is the left of the patient, +z the head.
   VoxelGrid grid = test::centred_grid({9, 9, 9}, {2, 2, 2});
   const auto ct = marker(grid, {7, 4, 6});
   Scene scene = test::plain_scene(ct, test::solid({1, 1, 1}), test::frontal(200, 20, true));
@@ -34,7 +34,7 @@ TEST_P(GeometryTest, FacingThePatientTheirLeftIsOnTheRight) {
   EXPECT_LT(c.y(), 12 - 2);
 }
 
-TEST_P(GeometryTest, MarkerLandsWhereTheProjectionSays) {
+TEST_P(GeometryTest, AMarkerAppearsAtItsProjection) {
   constexpr double kTolerancePixels = 0.35;  // The blob is a few pixels wide and not quite round.
   const std::array<int, 3> at{9, 3, 2};
   for (const Eigen::Matrix3d& directions :
@@ -62,7 +62,7 @@ TEST_P(GeometryTest, EveryKindOfGridHasItsOwnThickness) {
   struct Case {
     std::array<int, 3> size;
     Eigen::Vector3d spacing_mm;
-    double length_mm;  ///< Along j through the middle.
+    double length_mm;  ///< Length along j through the middle.
   };
   for (const Case& c : std::vector<Case>{{{7, 17, 9}, {1, 1, 1}, 16},
                                          {{9, 6, 5}, {1, 20, 1}, 100},
@@ -80,7 +80,7 @@ TEST_P(GeometryTest, EveryKindOfGridHasItsOwnThickness) {
   }
 }
 
-TEST_P(GeometryTest, FarFromTheWorldsOriginNothingChanges) {
+TEST_P(GeometryTest, ADistantOriginChangesNothing) {
   constexpr float kTolerance = 1e-4F;
   const auto scene_at = [](const Eigen::Vector3d& offset) {
     VoxelGrid grid = test::centred_grid({20, 20, 20}, {1, 1, 1}, oblique());
@@ -100,7 +100,7 @@ TEST_P(GeometryTest, FarFromTheWorldsOriginNothingChanges) {
   EXPECT_LT(test::max_difference(near, far), kTolerance);
 }
 
-TEST_P(GeometryTest, FarEyeKeepsItsPrecision) {
+TEST_P(GeometryTest, ADistantEyeKeepsItsPrecision) {
   constexpr double kTolerance = 1e-5;
   const auto ct =
       test::make_volume(test::centred_grid({9, 41, 9}, {4, 1, 4}), [](int, int, int) { return 0; });
@@ -108,7 +108,7 @@ TEST_P(GeometryTest, FarEyeKeepsItsPrecision) {
   EXPECT_NEAR(test::middle(test::draw(*engine_, scene)).g, -std::expm1(-0.05 * 40), kTolerance);
 }
 
-TEST_P(GeometryTest, FromInsideOnlyWhatLiesAheadCounts) {
+TEST_P(GeometryTest, FromInsideOnlyTheVolumeAheadCounts) {
   constexpr double kTolerance = 1e-5;
   const auto ct = test::make_volume(test::centred_grid({21, 21, 21}, {1, 1, 1}),
                                     [](int, int, int) { return 0; });
@@ -125,8 +125,8 @@ TEST_P(GeometryTest, FromInsideOnlyWhatLiesAheadCounts) {
   EXPECT_EQ(test::middle(test::draw(*engine_, behind)).g, 0);
 }
 
-TEST_P(GeometryTest, RaysAlongAxesFacesAndEdgesAreSound) {
-  // Rays exactly in faces and through corners of voxels and bricks: draw() checks every pixel.
+TEST_P(GeometryTest, RaysAlongAxesFacesAndEdgesAreFinite) {
+  // Rays exactly in faces and through corners of voxels and bricks. draw() checks every pixel.
   const auto ct = test::make_volume(
       test::centred_grid({17, 17, 17}, {1, 1, 1}),
       [](int i, int j, int k) { return (i == 8 || j == 8 || k == 8) ? 700 : -500; });
@@ -134,7 +134,8 @@ TEST_P(GeometryTest, RaysAlongAxesFacesAndEdgesAreSound) {
        {Eigen::Vector3d(0, -40, 0), Eigen::Vector3d(40, 0, 0), Eigen::Vector3d(0, 0, 40),
         Eigen::Vector3d(40, 40, 40), Eigen::Vector3d(8, -40, 8), Eigen::Vector3d(8, 8, 40)}) {
     Scene scene = test::plain_scene(ct, test::solid({1, 1, 1}), test::frontal(40, 17, true));
-    scene.width = scene.height = 17;  // One pixel per voxel: rays through voxel centres.
+    scene.width = scene.height = 17;  // One pixel per voxel, so that rays pass through voxel
+                                      // centres.
     scene.shading.enabled = true;
     scene.camera.eye_ct.mm = from;
     scene.camera.look_at_ct.mm = {0, 0, 0};

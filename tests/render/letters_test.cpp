@@ -20,7 +20,7 @@ TEST(LettersTest, EveryLengthOfUtf8IsOneLetter) {
   EXPECT_TRUE(letters_of("").empty());
 }
 
-TEST(LettersTest, BytesThatAreNoLetterStandAlone) {
+TEST(LettersTest, InvalidBytesAreSeparateLettersWithoutCode) {
   // Latin-1, cut short, overlong, a surrogate, beyond Unicode.
   for (const std::string& text :
        {"\xe4"s, "\xe4\xb8"s, "\xc0\x80"s, "\xe0\x80\x80"s, "\xed\xa0\x80"s, "\xf4\x90\x80\x80"s,
@@ -32,7 +32,7 @@ TEST(LettersTest, BytesThatAreNoLetterStandAlone) {
   }
 }
 
-TEST(LettersTest, TheLastLetterGoesWhole) {
+TEST(LettersTest, RemovesTheLastLetterCompletely) {
   std::string text = "a中ä";
   drop_last_letter(text);
   EXPECT_EQ(text, "a中");

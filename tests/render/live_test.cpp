@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// What changes between two pictures is drawn anew, and nothing else; and no pixel can tell.
+// Between two images, only the changed parts are drawn again, and no pixel shows a difference.
 #include <algorithm>
 #include <gtest/gtest.h>
 #include <random>
@@ -14,7 +14,7 @@ namespace {
 constexpr int kWidth = 97;
 constexpr int kHeight = 71;
 
-/// Blobs in air, so that bricks are empty and rays go through faint and dense stuff.
+/// Blobs in air, so that there are empty bricks, and rays pass through faint and dense tissue.
 std::shared_ptr<const Volume> blobs() {
   return test::make_volume(
       test::centred_grid({40, 36, 33}, {1.0, 1.2, 1.5}), [](int i, int j, int k) {
@@ -64,7 +64,8 @@ bool same_pixels(const RenderedImage& a, const RenderedImage& b) {
 
 class LiveTest : public ::testing::TestWithParam<CpuLanes> {
  protected:
-  /// The engine's picture after all that it drew before, and whether a new engine draws the same.
+  /// Returns the image of the engine after all earlier images. Expects that a new engine draws the
+  /// same image.
   RenderedImage draw() {
     const RenderedImage image = test::draw(*engine_, scene_);
     EXPECT_TRUE(same_pixels(image, test::draw(*make_cpu_engine({0, GetParam()}), scene_)));
@@ -74,7 +75,7 @@ class LiveTest : public ::testing::TestWithParam<CpuLanes> {
   Scene scene_ = live_scene(false);
 };
 
-TEST_P(LiveTest, ANewUltrasoundPictureCastsNoRay) {
+TEST_P(LiveTest, ANewUltrasoundImageCastsNoRay) {
   for (const bool orthographic : {false, true}) {
     for (const double opacity : {1.0, 0.4}) {
       for (const bool sector : {false, true}) {
@@ -93,7 +94,7 @@ TEST_P(LiveTest, ANewUltrasoundPictureCastsNoRay) {
   }
 }
 
-TEST_P(LiveTest, NothingIsDrawnWhenNothingChanged) {
+TEST_P(LiveTest, AnUnchangedSceneIsNotDrawnAgain) {
   const RenderedImage first = draw();
   EXPECT_EQ(first.statistics.rays, static_cast<std::uint64_t>(kWidth * kHeight));
   const RenderedImage second = draw();
@@ -123,13 +124,13 @@ TEST_P(LiveTest, AMovedPlaneCastsOnlyTheRaysItCanAffect) {
   EXPECT_LT(cast, static_cast<std::uint64_t>(kMoves * kWidth * kHeight * 3 / 4));
 }
 
-TEST_P(LiveTest, EveryChangeOfStateAndGeometryIsSeen) {
+TEST_P(LiveTest, EveryChangeOfStateAndGeometryIsDrawn) {
   draw();
   const std::vector<std::function<void(Scene&)>> edits{
       [](Scene& s) {
         s.plane->safety = {SafetyState::kStale, "old"};
       },
-      [](Scene& s) { s.plane->frame.pixels = noise(9); },  // Not shown while stale.
+      [](Scene& s) { s.plane->frame.pixels = noise(9); },  // Not visible while stale.
       [](Scene& s) {
         s.plane->safety = {SafetyState::kLost, "gone"};
       },
@@ -177,21 +178,21 @@ TEST_P(LiveTest, EveryChangeOfStateAndGeometryIsSeen) {
   }
 }
 
-TEST_P(LiveTest, CellsTakenAsOneFollowTheVolumeAndTheTransferFunction) {
+TEST_P(LiveTest, AdaptiveCellsFollowTheVolumeAndTheTransferFunction) {
   scene_.cutaway.reset();
   scene_.quality.adaptive_error = 0.01;
   const auto ct = scene_.ct;
   scene_.ct = test::make_volume(ct->grid(), [](int, int, int) { return -200; });
-  draw();  // Whole bricks are one cell,
+  draw();  // Here whole bricks are one cell.
   scene_.ct = ct;
   draw();
   scene_.transfer = test::fog(1e-6);
-  draw();  // and here.
+  draw();  // Here too.
   scene_.transfer = materials();
   draw();
 }
 
-TEST_P(LiveTest, PicturesGivenOutNeverChange) {
+TEST_P(LiveTest, ReturnedImagesNeverChange) {
   std::vector<RenderedImage> kept;
   std::vector<std::vector<RgbaF>> copies;
   for (unsigned seed = 1; seed < 9; ++seed) {
@@ -199,7 +200,7 @@ TEST_P(LiveTest, PicturesGivenOutNeverChange) {
     RenderedImage image = draw();
     copies.emplace_back(image.pixels.pixels().begin(), image.pixels.pixels().end());
     kept.push_back(std::move(image));
-    if (seed == 5) kept[1] = {};  // Its buffer may be used again.
+    if (seed == 5) kept[1] = {};  // Its buffer may be reused.
   }
   for (std::size_t i = 0; i < kept.size(); ++i) {
     if (kept[i].pixels.empty()) continue;
@@ -209,7 +210,7 @@ TEST_P(LiveTest, PicturesGivenOutNeverChange) {
   }
 }
 
-TEST_P(LiveTest, ARefusedSceneLeavesTheEngineUsable) {
+TEST_P(LiveTest, ARejectedSceneLeavesTheEngineUsable) {
   draw();
   Scene bad = scene_;
   bad.cutaway->theta1_rad = 1.3;
@@ -218,7 +219,7 @@ TEST_P(LiveTest, ARefusedSceneLeavesTheEngineUsable) {
   EXPECT_EQ(draw().statistics.rays, 0U);
 }
 
-TEST_P(LiveTest, ALargeMeshCutsAsTheReferenceDoes) {
+TEST_P(LiveTest, ALargeMeshCutsLikeTheReference) {
   auto mesh = std::make_shared<MeshObject>();
   constexpr int kRound = 12;
   for (int i = 0; i <= kRound; ++i) {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Opacity and colour against closed forms of the volume rendering integral.
+// Compares opacity and colour with closed forms of the volume rendering integral.
 #include "tests/render/verification_engines.hpp"
 
 namespace nav::render {
@@ -10,16 +10,16 @@ using OpticsTest = test::VerificationTest;
 INSTANTIATE_TEST_SUITE_P(Engines, OpticsTest, ::testing::ValuesIn(test::verified_engines()),
                          [](const auto& c) { return c.param.name; });
 
-/// 9 × n × 9 voxels of a value, seen along j.
+/// A volume of 9 × n × 9 voxels with one value, seen along j.
 std::shared_ptr<const Volume> slab(int n, double spacing_mm) {
   return test::make_volume(test::centred_grid({9, n, 9}, {4, spacing_mm, 4}),
                            [](int, int, int) { return 0; });
 }
 
-TEST_P(OpticsTest, SlabIsBeerLambertForAnyStep) {
-  constexpr double kTolerance = 1e-5;          // Of opacity: single precision over 6400 cells.
-  constexpr double kRelativeTolerance = 2e-3;  // Where opacity itself is below the tolerance.
-  const auto ct = slab(101, 2.0);              // 200 mm.
+TEST_P(OpticsTest, ASlabFollowsBeerLambertForAnyStep) {
+  constexpr double kTolerance = 1e-5;  // Error of the opacity: single precision over 6400 cells.
+  constexpr double kRelativeTolerance = 2e-3;  // For opacities below the absolute tolerance.
+  const auto ct = slab(101, 2.0);              // The slab is 200 mm thick.
   for (const double opacity : {1e-7, 1e-5, 1e-4, 1e-2, 0.3, 1 - 1e-9}) {
     const double tau = -std::log1p(-opacity);
     const double expected = -std::expm1(-tau * 200);
@@ -34,7 +34,7 @@ TEST_P(OpticsTest, SlabIsBeerLambertForAnyStep) {
   }
 }
 
-TEST_P(OpticsTest, OpacitiesTooSmallForSinglePrecisionAreNothing) {
+TEST_P(OpticsTest, OpacitiesTooSmallForSinglePrecisionAreInvisible) {
   const auto ct = slab(101, 2.0);
   for (const double tau : {1e-30, 1e-38, 1e-42, 1e-45, 1e-300, 5e-324}) {
     for (const double step : {1.0 / 32, 1.0, 8.0}) {
@@ -54,9 +54,9 @@ TEST_P(OpticsTest, OpacitiesTooSmallForSinglePrecisionAreNothing) {
 }
 
 TEST_P(OpticsTest, CutsTheCellAtAnOpaqueSurfaceExactly) {
-  // The fog in front of a black plane inside a cell of 8 voxels.
+  // Fog in front of a black plane, inside a cell of 8 voxels.
   constexpr double kTolerance = 1e-5;
-  const auto ct = slab(41, 1.0);  // y in [-20, 20].
+  const auto ct = slab(41, 1.0);  // y is in [-20, 20].
   for (const double depth : {-19.9, -7.3, 0.0, 12.345, 19.99}) {
     Scene scene = test::plain_scene(ct, test::fog(0.05), test::frontal(100, 10, true));
     scene.quality.step_voxels = 8;
@@ -66,7 +66,7 @@ TEST_P(OpticsTest, CutsTheCellAtAnOpaqueSurfaceExactly) {
   }
 }
 
-TEST_P(OpticsTest, TranslucentSurfaceSplitsTheFog) {
+TEST_P(OpticsTest, ATranslucentSurfaceDividesTheFog) {
   constexpr double kTolerance = 1e-5;
   const auto ct = slab(41, 1.0);
   Scene scene = test::plain_scene(ct, test::fog(0.02, {1, 0, 0}), test::frontal(100, 10, true));
@@ -82,8 +82,8 @@ TEST_P(OpticsTest, TranslucentSurfaceSplitsTheFog) {
   EXPECT_NEAR(found.b, front * (0.25 + 0.75 * back), kTolerance);
 }
 
-/// Colour seen of a slab whose colour grows linearly with depth, less the closed form
-/// ∫ tau e^(-tau s) s/L ds = (1 - e^(-x) (1 + x)) / x with x = tau L.
+/// Error of the colour of a slab whose colour grows linearly with depth. The closed form is ∫ tau
+/// e^(-tau s) s/L ds = (1 - e^(-x) (1 + x)) / x with x = tau L.
 double ramp_error(Engine& engine, double step) {
   constexpr double kLengthMm = 64;
   constexpr double kTau = 0.04;
@@ -92,7 +92,7 @@ double ramp_error(Engine& engine, double step) {
   const double opacity = -std::expm1(-kTau);
   const auto transfer =
       TransferFunction::create("ramp", {{0, {0, 0, 0}, opacity, 1}, {640, {1, 1, 1}, opacity, 1}});
-  // The eye is a whole number of cells away from the face, so every cell is whole.
+  // The distance from the eye to the face is a whole number of cells, so every cell is whole.
   Scene scene = test::plain_scene(ct, *transfer, test::frontal(96, 10, true));
   scene.width = scene.height = 1;
   scene.quality.step_voxels = step;
@@ -101,7 +101,7 @@ double ramp_error(Engine& engine, double step) {
 }
 
 TEST_P(OpticsTest, ConvergesWithSecondOrder) {
-  constexpr double kRatioTolerance = 0.15;  // Higher orders at the coarse end.
+  constexpr double kRatioTolerance = 0.15;  // Effect of higher orders at large steps.
   const double e8 = ramp_error(*engine_, 8);
   const double e4 = ramp_error(*engine_, 4);
   const double e2 = ramp_error(*engine_, 2);
@@ -110,8 +110,9 @@ TEST_P(OpticsTest, ConvergesWithSecondOrder) {
   EXPECT_NEAR(e4 / e2, 4, 4 * kRatioTolerance);
 }
 
-TEST_P(OpticsTest, FogRampConvergesToItsIntegral) {
-  // Extinction linear in depth from 0 to 0.03 per mm over 64 mm, oblique rays, cells cut at will.
+TEST_P(OpticsTest, AFogRampConvergesToItsIntegral) {
+  // The extinction grows linearly with depth from 0 to 0.03 per mm over 64 mm. The rays are
+  // oblique, so cells are cut anywhere.
   constexpr double kTolerance = 2e-4;
   const auto ct = test::make_volume(test::centred_grid({65, 65, 65}, {1, 1, 1}),
                                     [](int, int j, int) { return 10.0 * j; });
@@ -125,8 +126,9 @@ TEST_P(OpticsTest, FogRampConvergesToItsIntegral) {
   EXPECT_NEAR(found, -std::expm1(-0.5 * 0.03 * along), kTolerance);
 }
 
-TEST_P(OpticsTest, HeadlightFollowsTheCosine) {
-  // A ramp along x + y seen along y: normal at 45 degrees everywhere, 100 HU/mm: fully shaded.
+TEST_P(OpticsTest, TheHeadlightFollowsTheCosine) {
+  // A ramp along x + y seen along y. The normal is at 45 degrees everywhere, and 100 HU/mm are
+  // fully shaded.
   constexpr double kTolerance = 2e-3;  // Values are rounded to whole HU.
   const double slope = 100 / std::sqrt(2.0);
   const auto ct = test::make_volume(test::centred_grid({33, 33, 9}, {1, 1, 4}),
@@ -137,7 +139,8 @@ TEST_P(OpticsTest, HeadlightFollowsTheCosine) {
   scene.shading.diffuse = 0.6;
   scene.shading.specular = 0.3;
   scene.shading.shininess = 10;
-  scene.camera.eye_ct.mm.y() = -8;  // Inside: at the box's faces the gradient is one-sided.
+  scene.camera.eye_ct.mm.y() = -8;  // Inside the volume, because at its faces the gradient is
+                                    // one-sided.
   const RgbaF found = test::middle(test::draw(*engine_, scene));
   const double c = std::sqrt(0.5);
   const double gloss = 0.3 * std::pow(c, 10);
@@ -145,7 +148,7 @@ TEST_P(OpticsTest, HeadlightFollowsTheCosine) {
   EXPECT_NEAR(found.b, 0.3 * (0.2 + 0.6 * c) + gloss, kTolerance);
 }
 
-TEST_P(OpticsTest, FlatTissueStaysUnshaded) {
+TEST_P(OpticsTest, ConstantTissueStaysUnshaded) {
   Scene scene =
       test::plain_scene(slab(41, 1.0), test::fog(5, {0.5, 0.4, 0.3}), test::frontal(100, 4, true));
   scene.shading.enabled = true;
@@ -156,7 +159,7 @@ TEST_P(OpticsTest, FlatTissueStaysUnshaded) {
   EXPECT_NEAR(test::middle(test::draw(*engine_, scene)).r, 0.5, 1e-5);
 }
 
-TEST_P(OpticsTest, ShadingThatWeighsNothingIsNoShading) {
+TEST_P(OpticsTest, ShadingOfUnimportantTissueIsOmitted) {
   const auto ct = test::make_volume(test::centred_grid({17, 17, 17}, {1, 1, 1}),
                                     [](int i, int j, int k) { return 7 * i * j - 40 * k; });
   Scene scene = test::plain_scene(ct, test::fog(0.3), test::frontal(100, 20, true));
@@ -193,7 +196,7 @@ TEST_P(OpticsTest, EarlyTerminationStaysWithinItsBound) {
   }
 }
 
-TEST_P(OpticsTest, ARayThatEndsEarlyShowsNothingOfTheBackground) {
+TEST_P(OpticsTest, ARayThatEndsEarlyShowsNoBackground) {
   Scene scene =
       test::plain_scene(slab(41, 1.0), test::fog(5, {0.5, 0.4, 0.3}), test::frontal(100, 4, true));
   scene.background_rgb = {0, 1, 0};
@@ -202,7 +205,7 @@ TEST_P(OpticsTest, ARayThatEndsEarlyShowsNothingOfTheBackground) {
   EXPECT_NEAR(found.r, 0.5, 1e-5);
   EXPECT_NEAR(found.g, 0.4, 1e-5);
   EXPECT_NEAR(found.b, 0.3, 1e-5);
-  // White fog behind a white picture is white, wherever the ray ends.
+  // White fog behind a white image is white, wherever the ray ends.
   scene.transfer = test::fog(5, {1, 1, 1});
   scene.plane = test::upright_plane(test::grey_picture(20, 20, 255), 1, {0, -30, 10});
   scene.plane->opacity = 0.6;
@@ -211,13 +214,13 @@ TEST_P(OpticsTest, ARayThatEndsEarlyShowsNothingOfTheBackground) {
   EXPECT_NEAR(white.b, 1, 1e-5);
 }
 
-TEST_P(OpticsTest, CountsWhatItDid) {
+TEST_P(OpticsTest, CountsRaysAndSamples) {
   Scene scene = test::plain_scene(slab(33, 1.0), test::fog(0.01), test::frontal(64, 10, true));
   scene.quality.step_voxels = 0.5;
   const RenderedImage plain = test::draw(*engine_, scene);
   const std::uint64_t rays = 33 * 25;
   EXPECT_EQ(plain.statistics.rays, rays);
-  // The ends of 64 cells of 0.5 mm; OpenGL takes those at which one brick follows another twice.
+  // The ends of 64 cells of 0.5 mm. OpenGL samples the points between two bricks twice.
   const std::uint64_t twice = engine_->name() == "gl" ? 4 : 0;
   EXPECT_EQ(plain.statistics.volume_samples, rays * (65 + twice));
   EXPECT_EQ(plain.statistics.gradient_samples, 0U);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kSide = 48;
 
-/// Seen from the front along y, by parallel rays that see the whole volume and what is beside it.
+/// A window from the front along y. Parallel rays see the whole volume and the space beside it.
 ProjectionWindow window_of(Projection projection, const std::function<int(int, int, int)>& value) {
   const auto ct = test::make_volume(test::centred_grid({kSide, kSide, kSide}, {1, 1, 1}), value);
   Scene scene = test::plain_scene(ct, test::fog(0.1), test::frontal(200, 60, true));
@@ -41,7 +41,7 @@ int body(int i, int j, int) {
 
 constexpr double kTwoDigitsHu = 60;
 
-TEST(ProjectionWindowTest, OfAMaximumIsFromTissueToBone) {
+TEST(ProjectionWindowTest, AMaximumGetsAWindowFromTissueToBone) {
   const auto found = window_of(Projection::kMaximum, body);
   EXPECT_FALSE(found.only_air);
   EXPECT_FALSE(found.one_value);
@@ -50,23 +50,24 @@ TEST(ProjectionWindowTest, OfAMaximumIsFromTissueToBone) {
   EXPECT_NEAR(white(found), 800, kTwoDigitsHu);
 }
 
-TEST(ProjectionWindowTest, OfAMeanIsThatOfWholeRays) {
+TEST(ProjectionWindowTest, AMeanGetsAWindowOfTheMeansOfWholeRays) {
   const auto found = window_of(Projection::kMean, body);
   EXPECT_FALSE(found.one_value);
-  // Through the rod: six parts of 48 bone, eight of air at each side of half as much again.
+  // A ray through the rod has 6 of 48 parts bone. At each side 8 parts, half as much again, are
+  // air.
   EXPECT_LT(white(found), 200);
   EXPECT_GT(white(found), -300);
   EXPECT_LT(black(found), -300);
   EXPECT_GE(black(found), -960);
 }
 
-TEST(ProjectionWindowTest, OfAMinimumThroughAirSaysSo) {
+TEST(ProjectionWindowTest, AMinimumThroughAirReportsOnlyAir) {
   const auto found = window_of(Projection::kMinimum, body);
   EXPECT_TRUE(found.only_air);
   EXPECT_GT(found.window.width_hu, 0);
 }
 
-TEST(ProjectionWindowTest, OfAMinimumInACroppedCtIsOfItsLung) {
+TEST(ProjectionWindowTest, AMinimumInACroppedCtGetsTheWindowOfTheLung) {
   const auto lung = [](int i, int j, int k) {
     const bool inside = std::hypot(i - 24, j - 24, k - 24) < 12;
     return inside ? -850 : (i + j + k) % 7 + 40;
@@ -77,7 +78,7 @@ TEST(ProjectionWindowTest, OfAMinimumInACroppedCtIsOfItsLung) {
   EXPECT_NEAR(white(found), 40, kTwoDigitsHu);
 }
 
-TEST(ProjectionWindowTest, OfOtherValuesIsFromTheDarkestToTheBrightest) {
+TEST(ProjectionWindowTest, OtherValuesGetAWindowFromTheDarkestToTheBrightest) {
   const auto mask = [](int i, int, int) { return i < kSide / 2 ? 1 : 0; };
   for (const auto projection : {Projection::kMaximum, Projection::kMinimum, Projection::kMean}) {
     const auto found = window_of(projection, mask);
@@ -87,12 +88,13 @@ TEST(ProjectionWindowTest, OfOtherValuesIsFromTheDarkestToTheBrightest) {
   }
   const auto mr = [](int i, int, int k) { return 4 * i + 20 * k; };
   const auto found = window_of(Projection::kMaximum, mr);
-  constexpr double kShareLeftOut = 0.1;  // Of the range: two hundredths of the rays; to two digits.
+  constexpr double kShareLeftOut = 0.1;  // Share of the range. Two hundredths of the rays are left
+                                         // out, with an accuracy of two digits.
   EXPECT_NEAR(black(found), 0, kShareLeftOut * 24 * kSide);
   EXPECT_NEAR(white(found), 24 * (kSide - 1), kShareLeftOut * 24 * kSide);
 }
 
-TEST(ProjectionWindowTest, OfOneValueSaysSo) {
+TEST(ProjectionWindowTest, OneValueIsReported) {
   const auto found = window_of(Projection::kMaximum, [](int, int, int) { return 7; });
   EXPECT_TRUE(found.one_value);
   EXPECT_EQ(found.window.level_hu, 7);

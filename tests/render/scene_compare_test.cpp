@@ -15,7 +15,7 @@ namespace {
 
 using Edit = std::function<void(Scene&)>;
 
-/// With one of everything that a scene may hold.
+/// A scene with one object of each kind.
 Scene full_scene() {
   const auto ct = test::make_volume(test::centred_grid({4, 4, 4}, {1, 1, 1}),
                                     [](int, int, int) { return 0.0; });
@@ -35,7 +35,7 @@ Scene full_scene() {
   return scene;
 }
 
-/// One by one, in either direction, each of the edits is a change of one kind.
+/// Applies each edit alone. In both directions it must be a change of the given kind.
 void expect_each(const Scene& before, SceneChange change, const std::vector<Edit>& edits) {
   for (std::size_t i = 0; i < edits.size(); ++i) {
     Scene after = before;
@@ -45,7 +45,7 @@ void expect_each(const Scene& before, SceneChange change, const std::vector<Edit
   }
 }
 
-/// Rebuilds a transfer function, which is immutable.
+/// Edits a transfer function by a rebuild, because it is immutable.
 Edit with_transfer(const std::function<void(TransferComponent&)>& edit) {
   return [edit](Scene& s) {
     std::vector<TransferComponent> components = s.transfer.components();
@@ -61,13 +61,13 @@ TEST(SceneChangeTest, TheSameSceneIsNoChange) {
                [](Scene& s) { s.plane->frame.pixels = test::grey_picture(4, 4, 100); }});
 }
 
-TEST(SceneChangeTest, OnlyNewPixelsCastNoRay) {
+TEST(SceneChangeTest, NewPixelsAloneCastNoRay) {
   expect_each(full_scene(), SceneChange::kPixels,
               {[](Scene& s) { s.plane->frame.pixels = test::grey_picture(4, 4, 9); }});
 }
 
-// Whatever is forgotten here stays on the screen as it was.
-TEST(SceneChangeTest, EveryFieldOfEverySurfaceAndObjectIsGeometry) {
+// A field that this list lacks would not update the image.
+TEST(SceneChangeTest, EachFieldOfASurfaceOrObjectChangesTheGeometry) {
   expect_each(
       full_scene(), SceneChange::kGeometry,
       {[](Scene& s) { s.plane.reset(); },
@@ -127,7 +127,7 @@ TEST(SceneChangeTest, EveryFieldOfEverySurfaceAndObjectIsGeometry) {
        [](Scene& s) { s.cutaway->meshes[0] = std::make_shared<const MeshObject>(); }});
 }
 
-TEST(SceneChangeTest, EveryFieldOfViewVolumeAndLookIsTheView) {
+TEST(SceneChangeTest, EachFieldOfViewVolumeAndAppearanceChangesTheView) {
   expect_each(full_scene(), SceneChange::kView,
               {[](Scene& s) { s.ct = std::make_shared<Volume>(*s.ct); },
                [](Scene& s) { s.width += 1; },
@@ -192,12 +192,12 @@ Scene predicate_scene() {
   return scene;
 }
 
-/// Of the predicates alone.
+/// Edits the predicates only.
 Edit of_model(const std::function<void(PredicateScene&)>& edit) {
   return [edit](Scene& s) { edit(*s.predicates); };
 }
 
-TEST(SceneChangeTest, EveryFieldOfPredicatesIsTheView) {
+TEST(SceneChangeTest, EachFieldOfPredicatesChangesTheView) {
   const Scene before = predicate_scene();
   expect_each(
       before, SceneChange::kView,
@@ -241,7 +241,7 @@ TEST(SceneChangeTest, EveryFieldOfPredicatesIsTheView) {
        of_model([](PredicateScene& p) { std::get<ParallelScan>(*p.scan).into_ct.v.x() += 1; })});
 }
 
-TEST(SceneChangeTest, EveryFieldOfScanLinesIsTheView) {
+TEST(SceneChangeTest, EachFieldOfScanLinesChangesTheView) {
   Scene before = predicate_scene();
   before.predicates->scan = FanScan{{{0, -9, 0}}, 4};
   expect_each(

@@ -17,7 +17,7 @@
 
 namespace nav::test {
 
-/// A volume whose voxels are a function of their indices.
+/// A volume with voxels from a function of their indices.
 inline std::shared_ptr<const Volume> make_volume(const VoxelGrid& grid,
                                                  const std::function<double(int, int, int)>& hu) {
   std::vector<std::int16_t> voxels;
@@ -31,7 +31,7 @@ inline std::shared_ptr<const Volume> make_volume(const VoxelGrid& grid,
   return std::make_shared<Volume>(*Volume::create(grid, std::move(voxels), "test volume"));
 }
 
-/// A grid about the origin.
+/// A grid with its centre at the origin.
 inline VoxelGrid centred_grid(std::array<int, 3> size, const Eigen::Vector3d& spacing_mm,
                               const Eigen::Matrix3d& directions = Eigen::Matrix3d::Identity()) {
   VoxelGrid grid;
@@ -42,7 +42,7 @@ inline VoxelGrid centred_grid(std::array<int, 3> size, const Eigen::Vector3d& sp
   return grid;
 }
 
-/// One colour and extinction for every value.
+/// A transfer function with one colour and one extinction for all values.
 inline render::TransferFunction fog(double tau_per_mm,
                                     const Eigen::Vector3d& rgb = {1.0, 1.0, 1.0}) {
   const double opacity = -std::expm1(-tau_per_mm);
@@ -50,13 +50,14 @@ inline render::TransferFunction fog(double tau_per_mm,
                                            {{-1000, rgb, opacity, 1}, {1000, rgb, opacity, 1}});
 }
 
-/// Invisible below 400 HU, nearly opaque in one voxel above 600.
+/// Invisible below 400 HU. Above 600 HU one voxel is nearly opaque.
 inline render::TransferFunction solid(const Eigen::Vector3d& rgb) {
   return *render::TransferFunction::create(
       "solid", {{-1000, rgb, 0, 1}, {400, rgb, 0, 1}, {600, rgb, 1 - 1e-12, 1}});
 }
 
-/// Looking along +y, from the front of the patient, feet down: x grows to the right.
+/// A camera that looks along +y, from the front of the patient with the feet down. x grows to the
+/// right.
 inline render::Camera frontal(double distance_mm, double height_mm, bool orthographic) {
   render::Camera camera{{{0, -distance_mm, 0}}, {{0, 0, 0}}, {{0, 0, 1}}};
   camera.orthographic = orthographic;
@@ -65,7 +66,7 @@ inline render::Camera frontal(double distance_mm, double height_mm, bool orthogr
   return camera;
 }
 
-/// An unshaded scene without early termination, on black.
+/// A scene without shading and early termination, on black.
 inline render::Scene plain_scene(std::shared_ptr<const Volume> ct,
                                  render::TransferFunction transfer, render::Camera camera) {
   render::Scene scene{std::move(ct), std::move(transfer), {}, {}, {}, {}, camera, {}};
@@ -76,8 +77,8 @@ inline render::Scene plain_scene(std::shared_ptr<const Volume> ct,
   return scene;
 }
 
-/// A sheet across the view, seen from so far, and nothing visible in front of it and behind it, by
-/// values on either side of what is.
+/// A sheet across the view at the given distance. The values in front of it and behind it are on
+/// both sides of the visible range, so nothing else is visible.
 inline render::Scene sheet_scene(double distance_mm, int side) {
   static const auto ct = make_volume(centred_grid({48, 48, 48}, {1, 1, 1}),
                                      [](int, int j, int) { return j < 21 ? -1000 : 1000; });
@@ -101,7 +102,7 @@ inline render::RenderedImage draw(render::Engine& engine, const render::Scene& s
   return *std::move(image);
 }
 
-/// The pixel in the middle; pictures of odd sizes have one.
+/// The pixel in the middle. Images with odd sizes have one.
 inline RgbaF middle(const render::RenderedImage& image) {
   return image.pixels.at(image.pixels.width() / 2, image.pixels.height() / 2);
 }
@@ -110,7 +111,7 @@ inline float difference(const RgbaF& a, const RgbaF& b) {
   return std::max({std::abs(a.r - b.r), std::abs(a.g - b.g), std::abs(a.b - b.b)});
 }
 
-/// Equal bit by bit.
+/// True if all bits are equal.
 inline bool same_bytes(const render::RenderedImage& a, const render::RenderedImage& b) {
   const auto x = a.pixels.pixels();
   const auto y = b.pixels.pixels();
@@ -125,7 +126,7 @@ inline float max_difference(const render::RenderedImage& a, const render::Render
   return worst;
 }
 
-/// Where a point lands, in pixels, from the definition of a pinhole or parallel projection.
+/// The position of a point in pixels, from the definition of a pinhole or parallel projection.
 inline Eigen::Vector2d project(const render::Scene& scene, const Eigen::Vector3d& p_ct) {
   const render::Camera& c = scene.camera;
   const Eigen::Vector3d forward = (c.look_at_ct.mm - c.eye_ct.mm).normalized();
@@ -139,7 +140,7 @@ inline Eigen::Vector2d project(const render::Scene& scene, const Eigen::Vector3d
           0.5 * scene.height - d.dot(up) * pixels_per_mm - 0.5};
 }
 
-/// Brightness-weighted mean position, pixels.
+/// The mean position weighted by brightness, in pixels.
 inline Eigen::Vector2d centroid(const render::RenderedImage& image) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   double weight = 0;
@@ -154,8 +155,8 @@ inline Eigen::Vector2d centroid(const render::RenderedImage& image) {
   return sum / weight;
 }
 
-/// The picture plane parallel to the camera's of frontal(): image x to the right (+x), image y
-/// down (-z), so its normal x × y looks towards +y. top_middle_ct: middle of the first row.
+/// An image plane parallel to the camera plane of frontal(): image x to the right (+x), image y
+/// down (-z). So its normal x × y points along +y. top_middle_ct: the middle of the first row.
 inline render::UltrasoundPlane upright_plane(Image2d<std::uint8_t> pixels, double spacing_mm,
                                              const Eigen::Vector3d& top_middle_ct) {
   Eigen::Matrix3d turn;
@@ -176,13 +177,13 @@ inline render::NeedleShape needle(const Eigen::Vector3d& tip_ct, const Eigen::Ve
   return {{tip_ct}, {hub_ct}, 0.8, {0.95, 0.95, 1.0}, {state, "test"}};
 }
 
-/// What the CPU engine computes with when it is asked for these lanes: of those that this processor
-/// lacks, what takes their place.
+/// The name of the vector instructions that the CPU engine uses for these lanes. If the processor
+/// lacks them, the engine uses others.
 inline std::string lanes_found(render::CpuLanes lanes) {
   return render::make_cpu_engine({1, lanes})->device();
 }
 
-/// What the CPU engine can compute with here, each once, for parameters of a test.
+/// The vector instructions that this processor has, each once, as parameters of a test.
 inline auto every_lanes() {
   using render::CpuLanes;
   std::vector<CpuLanes> all{CpuLanes::kPortable};
@@ -198,7 +199,7 @@ inline std::string lanes_name(const ::testing::TestParamInfo<render::CpuLanes>& 
                                                    : "avx512";
 }
 
-/// Every CPU-side engine that differs here, for tests that all must pass.
+/// The CPU engines that differ on this computer, for tests that all engines must pass.
 struct EngineCase {
   const char* name;
   std::unique_ptr<render::Engine> (*make)();

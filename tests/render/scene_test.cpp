@@ -32,7 +32,7 @@ Scene full_scene() {
   return scene;
 }
 
-/// The mesh of full_scene(), changed.
+/// The mesh of full_scene() after a change.
 template <class Change>
 std::shared_ptr<const MeshObject> mesh_with(Change change) {
   MeshObject mesh = *full_scene().cutaway->meshes[0];
@@ -42,12 +42,12 @@ std::shared_ptr<const MeshObject> mesh_with(Change change) {
 
 TEST(ValidateSceneTest, AcceptsAFullScene) { EXPECT_TRUE(test::has_value(validate(full_scene()))); }
 
-TEST(ValidateSceneTest, NamesTheField) {
+TEST(ValidateSceneTest, NamesTheWrongField) {
   const auto expect_refused = [](auto change, const std::string& field) {
     Scene scene = full_scene();
     change(scene);
     EXPECT_TRUE(test::refuses(validate(scene), ErrorCode::kMalformedData, {field})) << field;
-    // Every engine asks validate() first.
+    // Each engine calls validate() first.
     EXPECT_FALSE(make_cpu_engine()->render(scene).has_value()) << field;
     EXPECT_FALSE(make_reference_engine()->render(scene).has_value()) << field;
   };
@@ -96,7 +96,7 @@ TEST(ValidateSceneTest, NamesTheField) {
   expect_refused([](Scene& s) { s.grey.level_hu = kNan; }, "grey.level_hu");
 }
 
-TEST(ValidateSceneTest, NamesTheFieldOfTheCutaway) {
+TEST(ValidateSceneTest, NamesTheWrongFieldOfTheCutaway) {
   const auto expect_refused = [](auto change, const std::string& field) {
     Scene scene = full_scene();
     change(*scene.cutaway);
@@ -133,7 +133,7 @@ TEST(ValidateSceneTest, NamesTheFieldOfTheCutaway) {
       "meshes[0].vertices_ct");
 }
 
-TEST(ValidateSceneTest, NoNumberMayBeMissing) {
+TEST(ValidateSceneTest, RejectsEachNumberThatIsNan) {
   struct Number {
     std::function<double&(Scene&)> in;
     std::string field;
@@ -195,7 +195,7 @@ TEST(ValidateSceneTest, NoNumberMayBeMissing) {
   }
 }
 
-TEST(ValidateSceneTest, RefusesWhatLiesTooFarAwayToHaveAPlace) {
+TEST(ValidateSceneTest, RejectsPositionsThatAreTooFarAway) {
   const auto refuses = [](auto change, const std::string& field) {
     Scene scene = full_scene();
     change(scene);
@@ -229,7 +229,7 @@ TEST(ValidateSceneTest, AcceptsTheLimitsOfACutaway) {
   EXPECT_TRUE(accepts([](Cutaway& c) { c.theta1_rad = 1e-3; }));
   EXPECT_TRUE(accepts([](Cutaway& c) { c.polygons[0].vertices_ct.resize(2); })) << "a segment";
   EXPECT_TRUE(accepts([](Cutaway& c) {
-    auto& v = c.polygons[0].vertices_ct;  // In a line whose numbers are not round.
+    auto& v = c.polygons[0].vertices_ct;  // On a line with numbers that are not round.
     v = {{{0.1, 0.7, 0.3}}, {{100.3, 33.1, 77.7}}};
     v.push_back({v[0].mm + 0.37 * (v[1].mm - v[0].mm)});
     v.push_back({v[0].mm + 0.11 * (v[1].mm - v[0].mm)});
@@ -237,7 +237,7 @@ TEST(ValidateSceneTest, AcceptsTheLimitsOfACutaway) {
   EXPECT_TRUE(accepts([](Cutaway& c) { c.boxes[0].half_edges_ct.col(0) *= -1; })) << "left-handed";
 }
 
-TEST(ValidateSceneTest, DoesNotJudgeWhatIsLost) {
+TEST(ValidateSceneTest, IgnoresTheFieldsOfLostObjects) {
   Scene scene = full_scene();
   scene.plane->safety = {SafetyState::kLost, "no pose"};
   scene.plane->frame.pixels = {};

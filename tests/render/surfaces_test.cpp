@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The live plane, the needle and targets: depth, orientation, masks and states.
+// Tests the live plane, the needle and targets: depth, orientation, masks and states.
 #include "render/spec/ray_spec.hpp"
 #include "tests/render/scene_support.hpp"
 
 namespace nav::render {
 namespace {
 
-/// Solids are lit by ambient and diffuse light, the volume is not.
+/// Ambient and diffuse light apply to solid objects, not to the volume.
 Shading unshaded(double ambient, double diffuse) {
   Shading shading;
   shading.enabled = false;
@@ -24,7 +24,7 @@ INSTANTIATE_TEST_SUITE_P(Engines, SurfacesTest, ::testing::ValuesIn(test::engine
 
 constexpr float kColour = 1e-5F;
 
-/// A red block of 12 mm about the origin in air, 40 mm; parallel view of 60 mm, background blue.
+/// A red block of 12 mm at the origin, in air of 40 mm. Parallel view of 60 mm, blue background.
 Scene block_scene() {
   const auto ct =
       test::make_volume(test::centred_grid({41, 41, 41}, {1, 1, 1}), [](int i, int j, int k) {
@@ -37,7 +37,7 @@ Scene block_scene() {
   return scene;
 }
 
-/// Air, so that only surfaces show; one pixel per mm, pixel (30, 30) at the origin.
+/// Air only, so that only surfaces are visible. One pixel per mm, pixel (30, 30) at the origin.
 Scene empty_scene() {
   Scene scene = block_scene();
   scene.transfer = test::fog(0);
@@ -66,8 +66,9 @@ TEST_P(SurfacesTest, PlaneIsInFrontInsideOrBehindTheBlock) {
   EXPECT_TRUE(is(behind.pixels.at(2, 2), 0, 0, 1)) << "background around";
 }
 
-TEST_P(SurfacesTest, PictureHasItsColumnsRowsAndGreysInPlace) {
-  // 21 × 15 pixels of 2 mm; a distinct grey in each, so position is read back from the grey.
+TEST_P(SurfacesTest, ImageHasTheCorrectColumnsRowsAndGreys) {
+  // 21 × 15 pixels of 2 mm. Each pixel has its own grey, so the test reads the position from the
+  // grey.
   std::vector<std::uint8_t> pixels;
   for (int row = 0; row < 15; ++row) {
     for (int column = 0; column < 21; ++column) {
@@ -87,26 +88,26 @@ TEST_P(SurfacesTest, PictureHasItsColumnsRowsAndGreysInPlace) {
       EXPECT_TRUE(is(found, grey, grey, grey)) << column << ' ' << row << ": " << found.r * 255;
     }
   }
-  // Half-way between two columns the mean, exactly: no 8-bit filter.
+  // Between two columns there is exactly the mean, without an 8-bit filter.
   EXPECT_NEAR(image.pixels.at(31, 30).r * 255, 10 + 11 * 10.5 + 7, 1e-3);
 }
 
-TEST_P(SurfacesTest, ShearedCalibrationMakesAParallelogram) {
+TEST_P(SurfacesTest, AShearedCalibrationGivesAParallelogram) {
   Scene scene = empty_scene();
   scene.plane = test::upright_plane(test::grey_picture(11, 11, 200), 2, {0, 0, 10});
   PixelGrid& grid = scene.plane->frame.grid;
-  grid.mm_per_pixel << 2, 0.5, 0, 2;  // Rows slip to the right with depth.
+  grid.mm_per_pixel << 2, 0.5, 0, 2;  // Rows move to the right with depth.
   grid.origin_mm << -10, 0;
   ASSERT_TRUE(test::has_value(validate(grid)));
   const RenderedImage image = test::draw(*engine_, scene);
-  // Pixel centres of row 10 run from x = -5 to 15 mm at z = -10; edges half a pixel beyond.
+  // Pixel centres of row 10 run from x = -5 to 15 mm at z = -10. Edges are half a pixel further.
   EXPECT_TRUE(is(image.pixels.at(30 - 8, 40), 0, 0, 1));
   EXPECT_TRUE(is(image.pixels.at(30 - 3, 39), 200 / 255.0, 200 / 255.0, 200 / 255.0));
   EXPECT_TRUE(is(image.pixels.at(30 + 13, 39), 200 / 255.0, 200 / 255.0, 200 / 255.0));
   EXPECT_TRUE(is(image.pixels.at(30 + 13, 21), 0, 0, 1));
 }
 
-TEST_P(SurfacesTest, SectorShowsOnlyWhatTheProbeSaw) {
+TEST_P(SurfacesTest, SectorShowsOnlyTheAreaOfTheProbe) {
   Scene scene = empty_scene();
   scene.plane = test::upright_plane(test::grey_picture(50, 40, 128), 1, {0, 0, 20});
   const SectorOutline sector{{0, -10}, 12, 45, 0.5};
@@ -115,7 +116,7 @@ TEST_P(SurfacesTest, SectorShowsOnlyWhatTheProbeSaw) {
   int shown = 0;
   for (int y = 0; y < 61; ++y) {
     for (int x = 0; x < 61; ++x) {
-      const Eigen::Vector2d p(x - 30, 20 + y - 30);  // Image mm; the first row at z = 20.
+      const Eigen::Vector2d p(x - 30, 20 + y - 30);  // Image mm. The first row is at z = 20.
       const bool in_picture = std::abs(p.x()) <= 25 && p.y() >= -0.5 && p.y() <= 39.5;
       const bool inside = in_picture && sector.contains(p);
       EXPECT_EQ(inside, !is(image.pixels.at(x, y), 0, 0, 1)) << x << ' ' << y;
@@ -126,7 +127,7 @@ TEST_P(SurfacesTest, SectorShowsOnlyWhatTheProbeSaw) {
   EXPECT_TRUE(is(image.pixels.at(30, 30), 128 / 255.0, 128 / 255.0, 128 / 255.0));
 }
 
-TEST_P(SurfacesTest, BorderTellsTheState) {
+TEST_P(SurfacesTest, BorderShowsTheState) {
   Scene scene = empty_scene();
   scene.plane = test::upright_plane(test::grey_picture(41, 31, 128), 1, {0, 0, 15});
   scene.plane->opacity = 0.5;
@@ -134,7 +135,7 @@ TEST_P(SurfacesTest, BorderTellsTheState) {
     scene.plane->safety = {state, state == SafetyState::kValid ? "" : "test"};
     return test::draw(*engine_, scene);
   };
-  // The rectangle ends at z = 15.5: row 14.5; the first row of pixels inside is 15.
+  // The rectangle ends at z = 15.5, at row 14.5. The first row of pixels inside is 15.
   const auto border = [](const RenderedImage& i) { return i.pixels.at(30, 15); };
   const auto is_colour = [](const RgbaF& p, const Eigen::Vector3d& c) {
     return is(p, c.x(), c.y(), c.z());
@@ -159,16 +160,16 @@ NeedleShape needle_across(double y) {
   return {{{-5, y, 0}}, {{25, y, 0}}, 2.0, {0, 1, 0}, {SafetyState::kValid, ""}};
 }
 
-TEST_P(SurfacesTest, NeedleOccludesAndIsOccluded) {
+TEST_P(SurfacesTest, NeedleHidesAndIsHidden) {
   Scene scene = block_scene();
-  scene.shading = unshaded(1.0, 0);  // Solids in their plain colour.
+  scene.shading = unshaded(1.0, 0);  // Solid objects have their plain colour.
   scene.needle = needle_across(-15);
   EXPECT_TRUE(is(test::middle(test::draw(*engine_, scene)), 0, 1, 0)) << "before the block";
   scene.needle = needle_across(15);
   const RenderedImage behind = test::draw(*engine_, scene);
   EXPECT_TRUE(is(test::middle(behind), 1, 0, 0)) << "behind the block";
   EXPECT_TRUE(is(behind.pixels.at(45, 30), 0, 1, 0)) << "beside it";
-  // A plane between needle and eye hides it; behind, it does not.
+  // A plane between needle and eye hides the needle. A plane behind it does not.
   scene.transfer = test::fog(0);
   scene.plane = test::upright_plane(test::grey_picture(40, 40, 255), 1, {0, 5, 20});
   EXPECT_TRUE(is(test::middle(test::draw(*engine_, scene)), 1, 1, 1));
@@ -176,7 +177,7 @@ TEST_P(SurfacesTest, NeedleOccludesAndIsOccluded) {
   EXPECT_TRUE(is(test::middle(test::draw(*engine_, scene)), 0, 1, 0));
 }
 
-TEST_P(SurfacesTest, NeedleIsAGhostWhenStaleAndAbsentWhenLost) {
+TEST_P(SurfacesTest, NeedleIsTranslucentIfStaleAndAbsentIfLost) {
   Scene scene = empty_scene();
   scene.shading = unshaded(1.0, 0);
   scene.needle = needle_across(0);
@@ -202,10 +203,10 @@ TEST_P(SurfacesTest, SphereShowsItsShadedFrontOnce) {
   scene.spheres.push_back({{{0, 0, 0}}, 10, {1, 1, 0}, 0.5});
   const RenderedImage image = test::draw(*engine_, scene);
   EXPECT_TRUE(is(test::middle(image), 0.5, 0.5, 0.5)) << "one layer of opacity 0.5";
-  // At 6 mm from the axis the normal makes a cosine of 0.8.
+  // At 6 mm from the axis the cosine of the normal is 0.8.
   const double lit = 0.5 * (0.25 + 0.75 * 0.8);
   EXPECT_TRUE(is(image.pixels.at(42, 30), lit, lit, 0.5));
-  // An eye inside sees nothing of it.
+  // An eye inside does not see the sphere.
   scene.camera.look_at_ct.mm = {0, 1, 0};
   scene.camera.eye_ct.mm = {0, 0, 0};
   EXPECT_TRUE(is(test::middle(test::draw(*engine_, scene)), 0, 0, 1));
@@ -214,12 +215,12 @@ TEST_P(SurfacesTest, SphereShowsItsShadedFrontOnce) {
 TEST_P(SurfacesTest, TranslucentLayersAreSortedByDepth) {
   Scene scene = empty_scene();
   scene.shading = unshaded(1, 0);
-  scene.spheres.push_back({{{0, 10, 0}}, 3, {0, 1, 0}, 0.5});   // Behind, given first.
+  scene.spheres.push_back({{{0, 10, 0}}, 3, {0, 1, 0}, 0.5});   // Behind, but first in the list.
   scene.spheres.push_back({{{0, -10, 0}}, 3, {1, 0, 0}, 0.5});  // In front.
   EXPECT_TRUE(is(test::middle(test::draw(*engine_, scene)), 0.5, 0.25, 0.25));
 }
 
-TEST_P(SurfacesTest, AtOneDepthSpheresKeepTheirOrder) {
+TEST_P(SurfacesTest, SpheresAtOneDepthKeepTheirOrder) {
   Scene scene = empty_scene();
   scene.shading = unshaded(1, 0);
   scene.spheres.push_back({{{0, 0, 0}}, 3, {1, 0, 0}, 0.5});

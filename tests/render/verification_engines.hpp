@@ -9,11 +9,12 @@
 
 namespace nav::test {
 
-/// The engines of this program that the verification tests hold to closed forms. One source of
-/// tests, two programs: reference and CPU (verification_cpu.cpp), OpenGL (verification_gl.cpp).
+/// The engines of this program that the verification tests compare with closed forms. Two programs
+/// share these tests: reference and CPU engines (verification_cpu.cpp) and OpenGL
+/// (verification_gl.cpp).
 const std::vector<EngineCase>& verified_engines();
 
-/// For every engine of the program.
+/// Runs with each engine of the program.
 class VerificationTest : public ::testing::TestWithParam<EngineCase> {
  protected:
   std::unique_ptr<render::Engine> engine_ = GetParam().make();

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Rays of every awkward kind through boxes of every awkward kind: the length of fog that a ray
-// crosses has a closed form, found here in CT coordinates with planes, not with voxel indices.
-// And what happens from picture to picture: threads, jittering and dropped poses.
+// Tests rays of difficult kinds through boxes of difficult kinds. The length of fog along a ray has
+// a closed form. The test computes it in CT coordinates with planes, not with voxel indices. Also
+// tests threads, jitter and dropped poses over several images.
 #include <algorithm>
 #include <cstring>
 #include <random>
@@ -22,7 +22,7 @@ INSTANTIATE_TEST_SUITE_P(Engines, GeometryVerificationTest,
 
 constexpr double kFogTau = 0.03;
 
-/// Length of a ray inside the box of a grid, t >= 0, by the six planes of its faces, in long
+/// The length of a ray inside the box of a grid, t >= 0. Uses the six planes of its faces, in long
 /// double and CT coordinates.
 double chord_mm(const VoxelGrid& grid, const Eigen::Vector3d& eye, const Eigen::Vector3d& d) {
   using Real = long double;
@@ -44,7 +44,7 @@ double chord_mm(const VoxelGrid& grid, const Eigen::Vector3d& eye, const Eigen::
   return static_cast<double>(std::max<Real>(end - begin, 0));
 }
 
-/// Ray of a pixel from the definition of the camera.
+/// The ray of a pixel from the definition of the camera.
 std::pair<Eigen::Vector3d, Eigen::Vector3d> ray(const Scene& scene, int x, int y) {
   const Camera& c = scene.camera;
   const Eigen::Vector3d forward = (c.look_at_ct.mm - c.eye_ct.mm).normalized();
@@ -59,7 +59,7 @@ std::pair<Eigen::Vector3d, Eigen::Vector3d> ray(const Scene& scene, int x, int y
   return {c.eye_ct.mm, (forward + offset).normalized()};
 }
 
-/// Every pixel of a picture of fog against its chord.
+/// Compares each pixel of an image of fog with its chord.
 void expect_chords(Engine& engine, const Scene& scene, double tolerance, const std::string& what) {
   const RenderedImage image = test::draw(engine, scene);
   for (int y = 0; y < scene.height; ++y) {
@@ -108,7 +108,7 @@ Scene fog_scene(const VoxelGrid& grid, const Eigen::Vector3d& from_centre, bool 
   return scene;
 }
 
-TEST_P(GeometryVerificationTest, EveryBoxFromEverySideHasItsChords) {
+TEST_P(GeometryVerificationTest, EachBoxFromEachSideHasItsChords) {
   constexpr double kTolerance = 2e-5;
   for (const GridCase& c : awkward_grids()) {
     for (const Eigen::Vector3d& from :
@@ -120,11 +120,12 @@ TEST_P(GeometryVerificationTest, EveryBoxFromEverySideHasItsChords) {
   }
 }
 
-TEST_P(GeometryVerificationTest, EyeInsideOrOnAFaceSeesWhatLiesAhead) {
+TEST_P(GeometryVerificationTest, AnEyeInsideOrOnAFaceSeesTheFogAhead) {
   constexpr double kTolerance = 5e-5;
   for (const GridCase& c : awkward_grids()) {
     const Eigen::Vector3d half = 0.5 * (c.grid.extent_mm() - c.grid.spacing_mm);
-    for (const double depth : {0.0, 0.4, 0.999}) {  // Of the way to a face; below, the face itself.
+    for (const double depth : {0.0, 0.4, 0.999}) {  // Share of the distance to a face. The face
+                                                    // itself follows below.
       Scene scene = fog_scene(c.grid, {0, -1, 0}, false);
       scene.camera.vertical_fov_rad = 1.8;
       const Eigen::Vector3d in = c.grid.directions.col(2) * depth * half[2];
@@ -137,15 +138,15 @@ TEST_P(GeometryVerificationTest, EyeInsideOrOnAFaceSeesWhatLiesAhead) {
   expect_chords(*engine_, on_face, kTolerance, "on a face");
 }
 
-TEST_P(GeometryVerificationTest, EyeAThousandKilometresAwayKeepsFiveDigits) {
-  // 1e6 mm; single precision of the distance itself would be 0.06 mm.
+TEST_P(GeometryVerificationTest, AnEyeAThousandKilometresAwayKeepsFiveDigits) {
+  // 1e6 mm. Single precision of the distance itself would have an error of 0.06 mm.
   constexpr double kTolerance = 5e-5;
   for (const GridCase& c : awkward_grids()) {
     expect_chords(*engine_, fog_scene(c.grid, {6e5, -8e5, 0}, true), kTolerance, c.name);
   }
 }
 
-TEST_P(GeometryVerificationTest, GrazingRaysSeeTheWholeFaceOrNothing) {
+TEST_P(GeometryVerificationTest, RaysAlongAFaceSeeTheWholeFaceOrNothing) {
   constexpr double kTolerance = 2e-5;
   const VoxelGrid grid = test::centred_grid({17, 17, 17}, {1, 1, 1});
   const double whole = -std::expm1(-kFogTau * 16);
@@ -165,9 +166,9 @@ TEST_P(GeometryVerificationTest, GrazingRaysSeeTheWholeFaceOrNothing) {
   }
 }
 
-// ---- From picture to picture ------------------------------------------------------------------
+// ---- From image to image ----------------------------------------------------------------------
 
-/// Everything that a navigation picture has: tissue, plane, needle, target, path, cutaway.
+/// A scene with all parts of a navigation image: tissue, plane, needle, target, path, cutaway.
 Scene full_scene() {
   const auto ct = test::make_volume(
       test::centred_grid({45, 41, 37}, {1.1, 1.2, 1.3}),
@@ -190,14 +191,14 @@ Scene full_scene() {
   return scene;
 }
 
-TEST_P(GeometryVerificationTest, PictureIsTheSameTwice) {
+TEST_P(GeometryVerificationTest, ImageIsTheSameTwice) {
   const Scene scene = full_scene();
   const RenderedImage first = test::draw(*engine_, scene);
   EXPECT_TRUE(test::same_bytes(first, test::draw(*engine_, scene)));
   EXPECT_TRUE(test::same_bytes(first, test::draw(*GetParam().make(), scene)));
 }
 
-TEST(DeterminismTest, NoPictureDependsOnTheNumberOfThreads) {
+TEST(DeterminismTest, NoImageDependsOnTheNumberOfThreads) {
   const Scene scene = full_scene();
   const RenderedImage one = test::draw(*make_cpu_engine({1}), scene);
   const RenderedImage portable = test::draw(*make_cpu_engine({1, CpuLanes::kPortable}), scene);
@@ -213,7 +214,7 @@ TEST(DeterminismTest, NoPictureDependsOnTheNumberOfThreads) {
 }
 
 #if defined(__SSE2__)
-/// Denormal numbers are nothing on the calling thread while it lives.
+/// Sets denormal numbers to zero on the calling thread while it exists.
 class FlushDenormals {
  public:
   FlushDenormals() : before_(_mm_getcsr()) { _mm_setcsr(before_ | 0x8040U); }
@@ -226,7 +227,7 @@ class FlushDenormals {
 };
 
 /// Callers such as audio or simulation programs set this for their threads.
-TEST(DeterminismTest, PicturesDoNotHangOnDenormalNumbers) {
+TEST(DeterminismTest, ImagesDoNotDependOnDenormalNumbers) {
   Scene scene = full_scene();
   for (const bool faint : {false, true}) {
     if (faint) scene.transfer = test::fog(1e-39);
@@ -241,15 +242,16 @@ TEST(DeterminismTest, PicturesDoNotHangOnDenormalNumbers) {
 }
 #endif
 
-/// One event of a live session: the plane as the gate let it through, or its loss.
+/// One event of a live session: the plane that passed the gate, or its loss.
 std::optional<UltrasoundPlane> jittered(std::mt19937& random, const UltrasoundPlane& rest) {
   std::uniform_real_distribution<double> unit(-1, 1);
   const double chance = unit(random);
-  if (chance > 0.8) return {};  // Dropped: the presenter shows no plane at all.
+  if (chance > 0.8) return {};  // Dropped. The presenter shows no plane.
   Eigen::Vector3d shift(2 * unit(random), 2 * unit(random), 2 * unit(random));
   const Eigen::Vector3d axis(unit(random), unit(random), unit(random) + 2);
   if (chance > 0.6) shift.x() = std::numeric_limits<double>::quiet_NaN();
-  if (!shift.allFinite()) {  // No transform can hold it: lost, with its cause.
+  if (!shift.allFinite()) {  // No transform can hold it, so the plane is lost, and the state
+                             // contains the cause.
     UltrasoundPlane lost = rest;
     lost.safety = {SafetyState::kLost, "pose is not finite"};
     return lost;
@@ -259,7 +261,7 @@ std::optional<UltrasoundPlane> jittered(std::mt19937& random, const UltrasoundPl
   moved.ct_from_image = {turn * rest.ct_from_image.rotation(),
                          rest.ct_from_image.translation_mm() + shift};
   if (chance > 0.4) moved.safety = {SafetyState::kStale, "no pose for 0.1 s"};
-  if (chance < -0.6) {  // A new picture at the pose that was.
+  if (chance < -0.6) {  // A new image at the previous pose.
     moved = rest;
     moved.frame.pixels =
         test::grey_picture(30, 20, static_cast<std::uint8_t>(127 + 100 * unit(random)));
@@ -267,7 +269,7 @@ std::optional<UltrasoundPlane> jittered(std::mt19937& random, const UltrasoundPl
   return moved;
 }
 
-TEST_P(GeometryVerificationTest, JitteringAndDroppedPosesDrawWhatAFreshEngineDraws) {
+TEST_P(GeometryVerificationTest, JitterAndDroppedPosesDrawTheSameAsANewEngine) {
   Scene scene = full_scene();
   scene.width = 33;
   scene.height = 25;
@@ -279,7 +281,7 @@ TEST_P(GeometryVerificationTest, JitteringAndDroppedPosesDrawWhatAFreshEngineDra
   int lost = 0;
   for (int event = 0; event < 40; ++event) {
     scene.plane = jittered(random, rest);
-    const RenderedImage live = test::draw(*engine_, scene);  // draw() refuses NaN.
+    const RenderedImage live = test::draw(*engine_, scene);  // draw() fails on NaN.
     ASSERT_TRUE(test::same_bytes(live, test::draw(*GetParam().make(), scene))) << "event " << event;
     if (scene.plane && scene.plane->safety.state != SafetyState::kLost) continue;
     ++lost;
@@ -288,7 +290,7 @@ TEST_P(GeometryVerificationTest, JitteringAndDroppedPosesDrawWhatAFreshEngineDra
   EXPECT_GT(lost, 5);
 }
 
-TEST_P(GeometryVerificationTest, EveryChangeOfTheCutawayDrawsWhatAFreshEngineDraws) {
+TEST_P(GeometryVerificationTest, EachChangeOfTheCutawayDrawsTheSameAsANewEngine) {
   constexpr double kForever = std::numeric_limits<double>::infinity();
   Scene scene = full_scene();
   for (const double overlay_mm : {0.0, kForever, 15.0, 3.0}) {
@@ -304,7 +306,7 @@ TEST_P(GeometryVerificationTest, EveryChangeOfTheCutawayDrawsWhatAFreshEngineDra
     EXPECT_TRUE(
         test::same_bytes(test::draw(*engine_, scene), test::draw(*GetParam().make(), scene)));
   }
-  // The overlay alone: neither surface moves, and yet the picture changes.
+  // Only the overlay changes. No surface moves, but the image changes.
   scene.cutaway->overlay_mm = 0;
   const RenderedImage none = test::draw(*engine_, scene);
   scene.cutaway->overlay_mm = kForever;
@@ -313,7 +315,7 @@ TEST_P(GeometryVerificationTest, EveryChangeOfTheCutawayDrawsWhatAFreshEngineDra
   EXPECT_FALSE(test::same_bytes(all, none));
 }
 
-TEST(LivePlaneTest, DegeneratePlanesAreRefusedByName) {
+TEST(LivePlaneTest, DegeneratePlanesAreRejectedWithTheirName) {
   const auto engine = make_reference_engine();
   Scene scene = full_scene();
   scene.plane->frame.grid.mm_per_pixel(0, 0) = std::numeric_limits<double>::quiet_NaN();

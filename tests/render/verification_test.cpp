@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Integration along rays against manufactured solutions: scenes whose picture has a closed form,
-// refined in step, grid and pixels; the observed order of convergence is that of the theory (after
-// Etiene et al. 2014, "Verifying volume rendering using discretization error analysis").
+// Tests the integration along rays with manufactured solutions. These are scenes whose image has a
+// closed form. The tests refine step, grid and pixels, and compare the observed order of
+// convergence with the theory. After Etiene et al. 2014, "Verifying volume rendering using
+// discretization error analysis".
 #include <array>
 #include <functional>
 #include <vector>
@@ -18,20 +19,20 @@ INSTANTIATE_TEST_SUITE_P(Engines, VerificationTest, ::testing::ValuesIn(test::ve
                          [](const auto& c) { return c.param.name; });
 
 constexpr double kOrderTolerance = 0.15;
-/// Single precision over the cells of a ray; errors below it show no order.
+/// Single precision over the cells of a ray. Errors below this show no order.
 constexpr double kNoise = 2e-6;
 
 constexpr double kLengthMm = 64;
 constexpr double kHuPerMm = 40;
 constexpr double kLastHu = kLengthMm * kHuPerMm;
 
-/// Value grows along the ray by 40 HU/mm from 0, exactly.
+/// The value grows along the ray by exactly 40 HU/mm from 0.
 std::shared_ptr<const Volume> ramp_volume() {
   return test::make_volume(test::centred_grid({9, 65, 9}, {4, 1, 4}),
                            [](int, int j, int) { return kHuPerMm * j; });
 }
 
-/// A function sampled at every HU: colour and extinction of a depth s = hu / kHuPerMm, in mm.
+/// A function sampled at each HU: colour and extinction of a depth s = hu / kHuPerMm, in mm.
 TransferFunction function_of_depth(const std::function<double(double)>& grey,
                                    const std::function<double(double)>& tau) {
   std::vector<TransferNode> nodes;
@@ -42,7 +43,8 @@ TransferFunction function_of_depth(const std::function<double(double)>& grey,
   return *TransferFunction::create("manufactured", nodes);
 }
 
-/// One ray through the ramp; the eye lies a whole number of the coarsest cells before the face.
+/// One ray through the ramp. The distance from the eye to the face is a whole number of the
+/// coarsest cells.
 Scene ramp_scene(const TransferFunction& transfer, double step_voxels,
                  Classification classification = Classification::kPreIntegrated) {
   Scene scene = test::plain_scene(ramp_volume(), transfer, test::frontal(96, 10, true));
@@ -52,7 +54,7 @@ Scene ramp_scene(const TransferFunction& transfer, double step_voxels,
   return scene;
 }
 
-/// Slope of log error over log size, by least squares.
+/// The slope of log error over log size, by least squares.
 double observed_order(const std::vector<double>& sizes, const std::vector<double>& errors) {
   double x = 0;
   double y = 0;
@@ -70,7 +72,7 @@ double observed_order(const std::vector<double>& sizes, const std::vector<double
   return (n * xy - x * y) / (n * xx - x * x);
 }
 
-/// A picture with a closed form: grey seen of depth-dependent grey and extinction.
+/// An image with a closed form: the visible grey for a grey and an extinction that depend on depth.
 struct Manufactured {
   const char* name;
   std::function<double(double)> grey;
@@ -81,7 +83,7 @@ struct Manufactured {
 std::vector<Manufactured> manufactured() {
   constexpr double kTau = 0.04;
   const double x = kTau * kLengthMm;
-  const double decay = 1.0 / 40;  // Of the exponential colour, per mm.
+  const double decay = 1.0 / 40;  // Decay of the exponential colour, per mm.
   const double wave = 2 * M_PI / 32;
   const double far = std::exp(-x);
   // Colour (1 + sin(w s)) / 2: the integral of tau e^(-tau s) sin(w s) over [0, L].
@@ -89,7 +91,7 @@ std::vector<Manufactured> manufactured() {
       kTau *
       (wave - far * (kTau * std::sin(wave * kLengthMm) + wave * std::cos(wave * kLengthMm))) /
       (kTau * kTau + wave * wave);
-  // Extinction rising as 2 a s, colour e^(-a s^2): half of 1 - e^(-2 a L^2).
+  // Extinction grows as 2 a s, colour e^(-a s^2): half of 1 - e^(-2 a L^2).
   const double a = 3e-4;
   return {{"linear colour", [](double s) { return s / kLengthMm; }, [](double) { return kTau; },
            (1 - far * (1 + x)) / x},
@@ -122,9 +124,9 @@ TEST_P(VerificationTest, ConvergesWithSecondOrderInTheStep) {
 }
 
 TEST_P(VerificationTest, CurvedValuesAreIntegratedToThirdOrder) {
-  // Values along a parabola, extinction proportional to them. Straight lines between samples miss
-  // h²/12 of its second derivative all along the ray, all with one sign; with the bow of the cells
-  // only those at the entry do.
+  // Values follow a parabola, and the extinction is proportional to them. Straight lines between
+  // samples miss h²/12 of its second derivative along the whole ray, with one sign. With the bow of
+  // the cells, only the cells at the entry miss it.
   constexpr double kPeakHu = 16000;
   constexpr double kPeakTau = 0.03;
   const auto value = [&](double s) { return kPeakHu * 4 * s / kLengthMm * (1 - s / kLengthMm); };
@@ -147,7 +149,7 @@ TEST_P(VerificationTest, CurvedValuesAreIntegratedToThirdOrder) {
 }
 
 TEST_P(VerificationTest, ErrorFallsMonotonicallyToTheFloorOfItsArithmetic) {
-  // A polynomial 1 - exp(-x) made the error rise again below half a voxel.
+  // A polynomial for 1 - exp(-x) let the error grow again below half a voxel.
   constexpr double kFloor = 1e-5;
   const Manufactured m = manufactured()[2];
   const TransferFunction transfer = function_of_depth(m.grey, m.tau);
@@ -162,8 +164,8 @@ TEST_P(VerificationTest, ErrorFallsMonotonicallyToTheFloorOfItsArithmetic) {
 }
 
 TEST_P(VerificationTest, ConvergesWithSecondOrderInTheGrid) {
-  // Values sin(pi y / L) sampled on finer and finer grids, extinction proportional to them, step
-  // fixed in mm: what is left is the error of trilinear interpolation.
+  // Values sin(pi y / L) sampled on finer and finer grids. The extinction is proportional to them,
+  // and the step is constant in mm. The rest is the error of trilinear interpolation.
   constexpr double kPeakHu = 16000;
   constexpr double kPeakTau = 0.03;
   const double exact = -std::expm1(-kPeakTau * kLengthMm * 2 / M_PI);
@@ -186,8 +188,8 @@ TEST_P(VerificationTest, ConvergesWithSecondOrderInTheGrid) {
       << errors[0] << ' ' << errors[1] << ' ' << errors[2] << ' ' << errors[3];
 }
 
-/// Mean square difference of a ball of constant fog to its closed form, 1 - exp(-tau chord), on
-/// rays through its inner 0.8 radius.
+/// The root mean square difference between a ball of constant fog and its closed form 1 - exp(-tau
+/// chord). Uses rays through its inner 0.8 radius.
 double ball_error(Engine& engine, int cells) {
   constexpr double kRadiusMm = 24;
   constexpr double kTau = 0.02;
@@ -233,8 +235,8 @@ TEST_P(VerificationTest, BallOfFogConvergesWithSecondOrderInTheGrid) {
 }
 
 TEST_P(VerificationTest, ConvergesWithSecondOrderInThePixels) {
-  // Opacity 1 - exp(-L tau(x, z)) with tau bilinear: pictures of finer pixels, interpolated at
-  // points between them, approach it with the square of the pixel.
+  // Opacity 1 - exp(-L tau(x, z)) with bilinear tau. Images with finer pixels, interpolated at
+  // points between pixels, approach it with the square of the pixel size.
   const auto ct = test::make_volume(test::centred_grid({33, 3, 33}, {1, 16, 1}),
                                     [](int i, int, int k) { return 20 * i + 10 * k; });
   const double peak = 0.1;
@@ -267,7 +269,7 @@ TEST_P(VerificationTest, ConvergesWithSecondOrderInThePixels) {
       << errors[0] << ' ' << errors[1] << ' ' << errors[2] << ' ' << errors[3];
 }
 
-/// Clear but for one HU.
+/// Clear except for one HU.
 TransferFunction spike(double hu, double last_hu, double tau) {
   const Eigen::Vector3d white(1, 1, 1);
   return *TransferFunction::create("spike", {{0, white, 0, 1},
@@ -278,8 +280,8 @@ TransferFunction spike(double hu, double last_hu, double tau) {
 }
 
 TEST_P(VerificationTest, SpikeOfOneHuIsNeverMissed) {
-  // The spike fills a triangle of 1 HU, which takes 1/40 mm at 40 HU/mm, whatever the step; tables
-  // of 256 to 16384 entries.
+  // The spike fills a triangle of 1 HU. At 40 HU/mm this is 1/40 mm for all steps. Tables have 256
+  // to 16384 entries.
   constexpr double kTolerance = 2e-5;
   constexpr double kTau = 20;
   const double exact = -std::expm1(-kTau / kHuPerMm);
@@ -297,7 +299,7 @@ TEST_P(VerificationTest, SpikeOfOneHuIsNeverMissed) {
   EXPECT_GE(missed_by_points, 20) << "classification of points should fail here";
 }
 
-TEST_P(VerificationTest, StepOfOneHuIsWhereItIs) {
+TEST_P(VerificationTest, AStepOfOneHuIsAtItsExactPosition) {
   constexpr double kTolerance = 2e-5;
   constexpr double kTau = 0.03;
   const Eigen::Vector3d white(1, 1, 1);
@@ -311,7 +313,7 @@ TEST_P(VerificationTest, StepOfOneHuIsWhereItIs) {
   }
 }
 
-TEST(PreIntegrationTest, DoesNotMindWhichEndComesFirstNorEqualEnds) {
+TEST(PreIntegrationTest, DoesNotDependOnTheOrderOfTheEndsAndAcceptsEqualEnds) {
   const TransferTable table(function_of_depth([](double s) { return s / kLengthMm; },
                                               [](double s) { return 0.1 + 0.05 * std::sin(s); }));
   std::mt19937 random(7);
@@ -323,7 +325,7 @@ TEST(PreIntegrationTest, DoesNotMindWhichEndComesFirstNorEqualEnds) {
     const TransferSample back = table.mean(b, a);
     EXPECT_NEAR(there.tau_per_mm, back.tau_per_mm, 1e-12);
     EXPECT_NEAR((there.rgb - back.rgb).norm(), 0, 1e-9);
-    // Ends that approach each other approach the value between them.
+    // If the ends approach each other, the mean approaches the value between them.
     for (const double apart : {1.0, 1e-2, 1e-4, 1e-6, 1e-9, 0.0}) {
       const TransferSample mean = table.mean(a, a + apart);
       const TransferSample point = table.at(a + 0.5 * apart);
@@ -333,7 +335,7 @@ TEST(PreIntegrationTest, DoesNotMindWhichEndComesFirstNorEqualEnds) {
   }
 }
 
-TEST_P(VerificationTest, OpacityIsTheSameFromEitherSide) {
+TEST_P(VerificationTest, OpacityIsTheSameFromBothSides) {
   constexpr double kTolerance = 1e-5;
   const TransferFunction transfer = function_of_depth(
       [](double) { return 1.0; }, [](double s) { return 0.02 + 0.015 * std::sin(0.4 * s); });

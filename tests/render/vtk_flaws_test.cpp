@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// What other renderers get wrong in the opacity of thin steps, shown on them and on the naive
-// formulas; and that Sonde's engines get it right. When a new VTK makes a test of its mappers fail,
-// VTK has been repaired: remove the test.
+// Tests the opacity of thin steps. Other renderers compute it incorrectly, and the tests show this
+// on them and on the naive formulas. The engines of Sonde compute it correctly. If a test of the
+// mappers fails with a new VTK, VTK has corrected the error: remove the test.
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kLengthMm = 200;
 
-/// A slab of one opacity per mm, 200 mm thick, seen face on in one step length.
+/// A slab with one opacity per mm, 200 mm thick, seen from the front with one step length.
 render::Scene slab(double opacity_per_mm, double step_voxels) {
   const auto ct = test::make_volume(test::centred_grid({9, 201, 9}, {4, 1, 4}),
                                     [](int, int, int) { return 0; });
@@ -43,8 +43,8 @@ INSTANTIATE_TEST_SUITE_P(Mappers, VtkFlawsTest,
                          });
 
 TEST_P(VtkFlawsTest, OpacitiesOfATenThousandthAreUpToNineTimesTooLarge) {
-  // Correction of the opacity for the step is skipped for table entries <= 1e-4: ten samples per mm
-  // have the opacity of one mm each.
+  // VTK does not correct the opacity for the step for table entries <= 1e-4. Each of the ten
+  // samples per mm has the opacity of one mm.
   for (const double opacity : {1e-4, 5e-5}) {
     const double found = drawn_by_vtk(GetParam(), slab(opacity, 0.1));
     EXPECT_GT(found, 5 * exact(opacity)) << "opacity of 1 mm " << opacity;
@@ -52,15 +52,15 @@ TEST_P(VtkFlawsTest, OpacitiesOfATenThousandthAreUpToNineTimesTooLarge) {
   }
 }
 
-TEST_P(VtkFlawsTest, LargerOpacitiesAreRight) {
-  // The scene is drawn as meant: where the flaw is absent, VTK agrees with the closed form.
+TEST_P(VtkFlawsTest, LargerOpacitiesAreCorrect) {
+  // The scene is correct: for values without the error, VTK agrees with the closed form.
   constexpr double kTolerance = 0.02;  // 8 bits, and 15-bit fixed point of many thin samples.
   for (const double opacity : {1e-2, 3e-3}) {
     EXPECT_NEAR(drawn_by_vtk(GetParam(), slab(opacity, 0.5)), exact(opacity), kTolerance);
   }
 }
 
-/// Sonde's engines, GL on whatever OpenGL there is.
+/// The engines of Sonde. GL uses the OpenGL of this computer.
 std::vector<std::unique_ptr<render::Engine>> engines(Diagnostics& diagnostics) {
   std::vector<std::unique_ptr<render::Engine>> all;
   all.push_back(render::make_reference_engine());
@@ -72,9 +72,10 @@ std::vector<std::unique_ptr<render::Engine>> engines(Diagnostics& diagnostics) {
   return all;
 }
 
-TEST(ThinStepsTest, SondeIsExactForEveryOpacityAndStep) {
+TEST(ThinStepsTest, SondeIsExactForAllOpacitiesAndSteps) {
   constexpr double kTolerance = 1e-4;
-  constexpr double kRelativeTolerance = 5e-3;  // Of the smallest: single precision.
+  constexpr double kRelativeTolerance = 5e-3;  // Share of the smallest opacity, in single
+                                               // precision.
   CollectingDiagnostics diagnostics;
   for (const auto& engine : engines(diagnostics)) {
     for (const double opacity : {1e-7, 1e-6, 1e-5, 5e-5, 1e-4, 1e-3, 1e-2, 0.3, 1 - 1e-9}) {
@@ -88,10 +89,10 @@ TEST(ThinStepsTest, SondeIsExactForEveryOpacityAndStep) {
   }
 }
 
-// ---- The naive formulas, in single precision --------------------------------------------------
+// ---- The naive formulas in single precision ---------------------------------------------------
 
 TEST(NaiveOpacityTest, PowerLosesTinyOpacities) {
-  // 1 - (1 - a)^h with a = 1e-7, h = 0.1: 1 - a is 1 or 1 - 1.2e-7.
+  // 1 - (1 - a)^h with a = 1e-7 and h = 0.1: 1 - a is 1 or 1 - 1.2e-7.
   const auto power = [](float a, float h) { return 1.0F - std::pow(1.0F - a, h); };
   const auto ours = [](float a, float h) { return -std::expm1(std::log1p(-a) * h); };
   EXPECT_GT(std::abs(power(1e-7F, 0.1F) - 1e-8F), 0.5 * 1e-8F);
@@ -101,7 +102,7 @@ TEST(NaiveOpacityTest, PowerLosesTinyOpacities) {
 }
 
 TEST(NaiveOpacityTest, FadingAfterTheStepDependsOnTheStep) {
-  // Half faded opacity 0.6 of 1 mm, over 1 mm: 0.3 whatever the step, if faded first.
+  // Opacity 0.6 of 1 mm, half faded, over 1 mm: 0.3 for all steps if the fade comes first.
   for (const int steps : {1, 4, 64}) {
     const double h = 1.0 / steps;
     const double faded_first = 1 - std::pow(1 - 0.6 * 0.5, h);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Does on purpose what a sanitizer must catch. CTest expects this program to fail: if it passes,
-// the sanitizer's flags never reached the compiler.
+// Does on purpose what a sanitizer must detect. CTest expects this program to fail. If it passes,
+// the flags of the sanitizer did not reach the compiler.
 #include <cstdio>
 #include <string>
 #include <thread>

@@ -26,7 +26,8 @@ Vec random_point(Random& random) {
   return {random.uniform(-160, 160), random.uniform(-120, 120), random.uniform(-125, 125)};
 }
 
-/// Tissue that surrounds a point by a radius, or kCount where several meet.
+/// Returns the tissue if it fills a sphere of \p radius_mm around the point, and kCount if several
+/// tissues meet there.
 Tissue pure_tissue(const AbdomenPhantom& p, const Vec& at, double radius_mm) {
   const Tissue centre = p.tissue({at});
   for (int i = 0; i < 14; ++i) {
@@ -45,7 +46,8 @@ TEST(AbdomenPhantomTest, HasTextbookValuesInsideEachTissue) {
   for (int i = 0; i < 60000; ++i) {
     const Vec p = random_point(random);
     const Tissue tissue = pure_tissue(phantom(), p, 1.5);
-    // A lung recess thinner than the blend darkens the diaphragm about it without being lung.
+    // A lung recess that is thinner than the blend darkens the diaphragm around it without being
+    // lung.
     if (tissue == Tissue::kCount || tissue == Tissue::kDiaphragm) continue;
     seen.insert(tissue);
     ASSERT_NEAR(phantom().hu({p}), tissue_hu(tissue, Contrast::kPortal), 1.0)
@@ -81,7 +83,7 @@ TEST(AbdomenPhantomTest, LiverIsOnTheRightAndSpleenOnTheLeft) {
   EXPECT_GT(spleen_x / spleen, 60);
 }
 
-TEST(AbdomenPhantomTest, GridAgreesWithAskingEveryOrgan) {
+TEST(AbdomenPhantomTest, GridAgreesWithTheSearchOfEveryOrgan) {
   for (const std::uint64_t seed : {3U, 4U}) {
     const AbdomenPhantom p({seed, Contrast::kPortal});
     Random random(seed, 2);
@@ -92,8 +94,8 @@ TEST(AbdomenPhantomTest, GridAgreesWithAskingEveryOrgan) {
   }
 }
 
-TEST(AbdomenPhantomTest, BlendsTheSkinHalfAndHalfAtItsSurface) {
-  // Air to skin over 1 mm: the surface itself is the mean of both.
+TEST(AbdomenPhantomTest, HuAtTheSkinIsTheMeanOfAirAndSkin) {
+  // Air blends into skin over 1 mm. The surface itself has the mean of both.
   const double half = 0.5 * (-1000 + tissue_hu(Tissue::kSkin, Contrast::kPortal));
   for (const double angle : {3.0, 3.6, 4.3, 5.0}) {
     const Point<Ct> p = phantom().skin_point(angle, 5);
@@ -115,7 +117,7 @@ TEST(AbdomenPhantomTest, ValuesAreContinuous) {
   }
 }
 
-TEST(AbdomenPhantomTest, PlanStaysClearOfWhatANeedleMustNotTouch) {
+TEST(AbdomenPhantomTest, PlanAvoidsOrgansThatANeedleMustNotTouch) {
   for (std::uint64_t seed = 1; seed <= test::trials(12U); ++seed) {
     const AbdomenPhantom p({seed, Contrast::kPortal});
     const NeedlePlan plan = p.plan();
@@ -156,12 +158,12 @@ TEST(AbdomenPhantomTest, VesselsBranchInsideTheLiverByMurraysLaw) {
     cubes[static_cast<std::size_t>(v.parent)] += std::pow(v.radius_mm, 3);
   }
   for (std::size_t i = 0; i < vessels.size(); ++i) {
-    if (vessels[i].parent < 0) continue;  // Trunks are laid by hand.
+    if (vessels[i].parent < 0) continue;  // The trunks do not follow Murray's law.
     EXPECT_LE(cubes[i], std::pow(vessels[i].radius_mm, 3) * (1 + 1e-9));
   }
 }
 
-TEST(AbdomenPhantomTest, LandmarksAndTargetsLieWhereTheySay) {
+TEST(AbdomenPhantomTest, LandmarksAndTargetsLieInTheirOrgans) {
   const auto landmarks = phantom().landmarks();
   EXPECT_GE(landmarks.size(), 6U);
   std::set<std::string> names;
@@ -177,7 +179,7 @@ TEST(AbdomenPhantomTest, LandmarksAndTargetsLieWhereTheySay) {
   for (const auto& t : targets) EXPECT_LT(phantom().liver_distance_mm(t), -5);
 }
 
-TEST(AbdomenPhantomTest, AnotherSeedIsAnotherPatientAndTheSameSeedTheSame) {
+TEST(AbdomenPhantomTest, TheSeedDeterminesThePatient) {
   const AbdomenPhantom same({3, Contrast::kPortal});
   const AbdomenPhantom other({4, Contrast::kPortal});
   EXPECT_EQ(same.plan().target_ct.mm, phantom().plan().target_ct.mm);

@@ -15,13 +15,13 @@ using Vec = Eigen::Vector3d;
 using frames::Ct;
 using frames::Image;
 
-double plate(const Vec& p) { return std::abs(p.y() - 33) - 3; }  // Front at 30 mm.
+double plate(const Vec& p) { return std::abs(p.y() - 33) - 3; }  // Front surface at 30 mm.
 double slab(const Vec& p) { return std::abs(p.y() - 15) - 5; }
 double disc(const Vec& p) {
   return std::max(std::hypot(p.x(), p.z()) - 8, std::abs(p.y() - 12) - 2);
 }
 
-/// Both models, no depth gain, no noise.
+/// Runs with both acoustic models, without depth gain and noise.
 class AcousticsTest : public testing::TestWithParam<AcousticModel> {
  protected:
   static ProbeModel probe() {
@@ -46,7 +46,7 @@ class AcousticsTest : public testing::TestWithParam<AcousticModel> {
   }
 };
 
-/// Mean amplitude over lines at a depth, and rms.
+/// Mean amplitude over the lines and over the depths within \p half_mm of \p depth_mm.
 double mean_at(const ScanLineImage& image, double depth_mm, double half_mm) {
   double sum = 0;
   int n = 0;
@@ -59,14 +59,15 @@ double mean_at(const ScanLineImage& image, double depth_mm, double half_mm) {
   return sum / n;
 }
 
-/// Strength of the plate's echo: the peak of the mean over lines around it, which is tilted.
+/// Strength of the echo of the tilted plate: the mean over the lines of the peak amplitude around
+/// the plate.
 double plate_echo(const ScanLineImage& image, double tilt_rad) {
   const double width = linear_l14().width_mm;
   double sum = 0;
   int n = 0;
   for (int l = 10; l < image.lines - 10; ++l) {
     const double x = (static_cast<double>(l) / (image.lines - 1) - 0.5) * width;
-    // y of the front along a tilted line: (x sin + d cos) = 30.
+    // Depth of the front surface along a tilted line: y = x sin + d cos = 30.
     const double depth = (30 - x * std::sin(tilt_rad)) / std::cos(tilt_rad);
     float peak = 0;
     for (int s = 0; s < image.samples; ++s) {
@@ -77,22 +78,22 @@ double plate_echo(const ScanLineImage& image, double tilt_rad) {
   return sum / n;
 }
 
-TEST_P(AcousticsTest, APlateIsSeenAtItsDepth) {
+TEST_P(AcousticsTest, ShowsAPlateAtItsDepth) {
   ProbeModel p = probe();
   p.tgc_db_per_cm_mhz =
       static_cast<double>(tissue_acoustics(Tissue::kLiver).attenuation_db_per_cm_mhz);
   const ScanLineImage image = see(Tissue::kBone, plate, pose(0), p);
   for (int l = 10; l < image.lines - 10; l += 5) {
-    int best = 40;  // Below the ringing of the face.
+    int best = 40;  // Starts below the ringing of the face.
     for (int s = 40; s < image.samples; ++s) {
       if (image.at(l, s) > image.at(l, best)) best = s;
     }
-    // Half the blend of 0.8 mm and a sample.
+    // Half of the blend of 0.8 mm, and one sample.
     EXPECT_NEAR(best * image.sample_mm, 30, 0.6) << l;
   }
 }
 
-TEST_P(AcousticsTest, APlateIsBrightestWhenMetSquareAndFadesWithTheAngle) {
+TEST_P(AcousticsTest, EchoOfAPlateFallsWithTheAngleOfIncidence) {
   double before = 1e9;
   for (const double tilt : {0.0, 0.17, 0.35, 0.52}) {
     const double echo = plate_echo(see(Tissue::kBone, plate, pose(tilt), probe()), tilt);
@@ -103,13 +104,13 @@ TEST_P(AcousticsTest, APlateIsBrightestWhenMetSquareAndFadesWithTheAngle) {
   const double fall_db = 20 * std::log10(before / square);
   EXPECT_LT(fall_db, -4);
   if (GetParam() == AcousticModel::kRays) {
-    // The law of incidence: cos^6 and a tenth that goes everywhere.
+    // Law of incidence: cos^6, plus a tenth that is scattered in all directions.
     const double law = 20 * std::log10((std::pow(std::cos(0.52), 6) + 0.1) / 1.1);
     EXPECT_NEAR(fall_db, law, 1.5);
   }
 }
 
-TEST_P(AcousticsTest, LiverFadesByItsAttenuationAtEachFrequency) {
+TEST_P(AcousticsTest, LiverAttenuatesByItsCoefficientAtEachFrequency) {
   for (const double mhz : {4.0, 7.0}) {
     ProbeModel p = probe();
     p.frequency_mhz = mhz;
@@ -123,12 +124,12 @@ TEST_P(AcousticsTest, LiverFadesByItsAttenuationAtEachFrequency) {
     }
     const auto expected =
         -static_cast<double>(tissue_acoustics(Tissue::kLiver).attenuation_db_per_cm_mhz);
-    // Absorption varies by up to 12 % from place to place.
+    // Absorption varies by up to 12 % with the position.
     EXPECT_NEAR(slope, expected, 0.12 * std::abs(expected)) << mhz;
   }
 }
 
-TEST_P(AcousticsTest, SpeckleIsRayleighBeforeCompression) {
+TEST_P(AcousticsTest, SpeckleIsRayleighDistributedBeforeCompression) {
   ProbeModel p = probe();
   p.tgc_db_per_cm_mhz =
       static_cast<double>(tissue_acoustics(Tissue::kLiver).attenuation_db_per_cm_mhz);
@@ -137,7 +138,8 @@ TEST_P(AcousticsTest, SpeckleIsRayleighBeforeCompression) {
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U}) {
     const ScanLineImage image =
         see(Tissue::kLiver, nowhere, pose(0, 30.0 * static_cast<double>(seed)), p, seed);
-    for (double depth = 15; depth < 40; depth += 6) {  // Bands: the level drifts with depth.
+    for (double depth = 15; depth < 40; depth += 6) {  // Depth bands, because the level drifts with
+                                                       // depth.
       double sum = 0, squares = 0;
       int count = 0;
       for (int l = 10; l < image.lines - 10; ++l) {
@@ -152,7 +154,7 @@ TEST_P(AcousticsTest, SpeckleIsRayleighBeforeCompression) {
       ++n;
     }
   }
-  // sqrt(pi / (4 - pi)) = 1.913; the texture of the tissue broadens it a little.
+  // sqrt(pi / (4 - pi)) = 1.913. The texture of the tissue broadens the distribution a little.
   EXPECT_NEAR(ratio / n, std::sqrt(M_PI / (4 - M_PI)), 0.16);
 }
 
@@ -165,7 +167,7 @@ TEST_P(AcousticsTest, BothModelsAgreeOnTheLevelOfLiver) {
   EXPECT_NEAR(db, p.liver_level_db, 4);
 }
 
-TEST_P(AcousticsTest, ADiscOfBoneThrowsAShadowOfItsWidth) {
+TEST_P(AcousticsTest, ADiscOfBoneCastsAShadowOfItsWidth) {
   const ScanLineImage image = see(Tissue::kBone, disc, pose(0), probe());
   const double width = linear_l14().width_mm;
   double dark = 0, open = 0;
@@ -175,7 +177,7 @@ TEST_P(AcousticsTest, ADiscOfBoneThrowsAShadowOfItsWidth) {
     for (int s = 0; s < image.samples; ++s) {
       const double depth = s * image.sample_mm;
       if (depth < 22 || depth > 38) continue;
-      // Edges are as soft as the beam and the aperture are wide.
+      // The edges of the shadow are as soft as the beam and the aperture are wide.
       if (x < 8 - 4) dark += static_cast<double>(image.at(l, s)), ++darks;
       if (x > 8 + 4) open += static_cast<double>(image.at(l, s)), ++opens;
     }
@@ -183,7 +185,7 @@ TEST_P(AcousticsTest, ADiscOfBoneThrowsAShadowOfItsWidth) {
   EXPECT_LT(20 * std::log10(dark / darks / (open / opens)), -20);
 }
 
-/// Echo of a needle that lies across the beams 30 mm deep in liver too dark to be seen, dB.
+/// Echo in dB of a needle that lies across the beams, 30 mm deep, in liver that is too dark to see.
 double needle_db(Tissue in_front, ProbeModel p) {
   p.liver_level_db = -120;
   const NeedleShaft needle({{Vec(-40, 30, 0)}, {Vec(40, 30, 0)}});
@@ -198,17 +200,17 @@ TEST_P(AcousticsTest, TissueInFrontOfANeedleWeakensItsEcho) {
   };
   const double in_liver = needle_db(Tissue::kLiver, probe());
   for (const Tissue in_front : {Tissue::kFluid, Tissue::kDisc, Tissue::kCartilage}) {
-    // There and back through 10 mm; what its two faces reflect is below 0.1 dB.
+    // The echo passes 10 mm twice. The two surfaces reflect less than 0.1 dB.
     const double expected =
         -2 * (attenuation(in_front) - attenuation(Tissue::kLiver)) * probe().frequency_mhz * 1.0;
-    // Absorption varies by up to 12 % from place to place; edges are 0.8 mm soft.
+    // Absorption varies by up to 12 % with the position. The edges are 0.8 mm soft.
     EXPECT_NEAR(needle_db(in_front, probe()) - in_liver, expected, 0.12 * std::abs(expected) + 0.1)
         << to_string(in_front);
   }
   EXPECT_LT(needle_db(Tissue::kBone, probe()) - in_liver, -60);
 }
 
-TEST_P(AcousticsTest, SameSeedSameEchoes) {
+TEST_P(AcousticsTest, EqualSeedsGiveEqualEchoes) {
   const auto a = see(Tissue::kBone, plate, pose(0.1), probe(), 5);
   const auto b = see(Tissue::kBone, plate, pose(0.1), probe(), 5);
   const auto c = see(Tissue::kBone, plate, pose(0.1), probe(), 6);
@@ -222,7 +224,7 @@ INSTANTIATE_TEST_SUITE_P(Models, AcousticsTest,
                            return tested.param == AcousticModel::kRays ? "rays" : "scatterers";
                          });
 
-TEST(ProbeSettingsTest, GainMarkerClutterAndReverberationDoWhatTheySay) {
+TEST(ProbeSettingsTest, GainMarkerClutterAndReverberationChangeTheImage) {
   const auto block = std::make_shared<const Block>(Tissue::kBone, plate);
   const Transform<Ct, Image> pose(Eigen::Quaterniond::Identity(), Vec::Zero());
   const auto see = [&](const ProbeModel& p) {
@@ -240,14 +242,15 @@ TEST(ProbeSettingsTest, GainMarkerClutterAndReverberationDoWhatTheySay) {
   }
   EXPECT_EQ(same, 16 * 22);
   p.marker_on_other_side = false;
-  p.gain_db = 6;  // Of 60 dB of range: a tenth of 255.
+  p.gain_db = 6;  // 6 dB of a range of 60 dB: a tenth of 255.
   EXPECT_NEAR(see(p).at(150, 150) - plain.at(150, 150), 25.5, 1);
   p.gain_db = 0;
   p.reverberation = 0.5;
   const UltrasoundSimulator ringing(block, p, 1);
   p.reverberation = 0;
   const UltrasoundSimulator clean(block, p, 1);
-  // The plate at 30 mm comes back at 60; the bone's shadow is black without it.
+  // The plate at 30 mm returns at 60 mm. Without reverberation the shadow of the bone is black
+  // there.
   const auto at_double = [&](const ScanLineImage& image) {
     double sum = 0;
     for (int s = static_cast<int>(58 / image.sample_mm); s < image.samples; ++s) {

@@ -18,7 +18,7 @@ using Vec = Eigen::Vector3d;
 
 constexpr double kSameHu = 1e-6;
 
-/// Each family of the registry.
+/// Runs with each family of the registry.
 class AnatomyTest : public testing::TestWithParam<std::string> {
  protected:
   static Patient patient(std::uint64_t seed = 2, Contrast contrast = Contrast::kArterial) {
@@ -40,7 +40,7 @@ Vec central_difference(const Anatomy& a, const Vec& p, double h) {
   return g;
 }
 
-TEST_P(AnatomyTest, GradientIsThatOfTheValue) {
+TEST_P(AnatomyTest, GradientIsTheDerivativeOfTheValue) {
   const auto a = patient().anatomy;
   Random random(5, 1);
   int sloped = 0;
@@ -55,13 +55,14 @@ TEST_P(AnatomyTest, GradientIsThatOfTheValue) {
     const Vec coarse = central_difference(*a, p, 4e-6);
     if (g.norm() + fine.norm() < 1e-6) continue;
     ++sloped;
-    // A corner (the edge of a blend, a crease between shapes) within the step has no gradient.
+    // There is no gradient if a corner lies within the step: the edge of a blend or a crease
+    // between shapes.
     const double scale = 1 + fine.norm();
     if ((fine - coarse).norm() > 1e-4 * scale) {
       ++corners;
       continue;
     }
-    // Rounding of values near 1000 over 2e-6 mm is about 1e-7 per mm.
+    // The rounding of values near 1000 over 2e-6 mm is about 1e-7 per mm.
     EXPECT_LT((g - fine).norm(), 2e-4 * scale)
         << p.transpose() << ": " << g.transpose() << " or " << fine.transpose();
   }
@@ -103,7 +104,7 @@ TEST_P(AnatomyTest, SkinSeparatesAirFromTissue) {
   }
 }
 
-TEST_P(AnatomyTest, TheSameSeedIsTheSamePatientAndAnotherIsNot) {
+TEST_P(AnatomyTest, TheSeedDeterminesThePatient) {
   const auto a = patient(2).anatomy;
   const auto same = patient(2).anatomy;
   const auto other = patient(3).anatomy;
@@ -119,7 +120,7 @@ TEST_P(AnatomyTest, TheSameSeedIsTheSamePatientAndAnotherIsNot) {
   EXPECT_GT(differ, kPoints / 200);
 }
 
-TEST_P(AnatomyTest, ViewsLookIntoThePatient) {
+TEST_P(AnatomyTest, StandardViewsPointIntoThePatient) {
   const Patient p = patient();
   ASSERT_FALSE(p.views.empty());
   for (const StandardView& view : p.views) {
@@ -137,18 +138,19 @@ std::vector<std::string> family_names() {
 INSTANTIATE_TEST_SUITE_P(Families, AnatomyTest, testing::ValuesIn(family_names()),
                          [](const auto& tested) { return tested.param; });
 
-TEST(PatientFamilyTest, UnknownNamesAreRefusedWithTheKnownOnes) {
+TEST(PatientFamilyTest, RejectsUnknownNamesAndListsTheKnownOnes) {
   EXPECT_TRUE(
       test::refuses(make_patient("elbow"), ErrorCode::kUsage, {"elbow", "neck", "abdomen"}));
   EXPECT_TRUE(test::refuses(make_patient(""), ErrorCode::kUsage, {"neck"}));
 }
 
-TEST(NeckTest, TheCarotidForksIntoTwoLumens) {
+TEST(NeckTest, TheCarotidDividesIntoTwoLumens) {
   for (std::uint64_t seed = 1; seed <= test::trials(6U); ++seed) {
     const auto a = make_patient("neck", {seed, Contrast::kArterial})->anatomy;
     for (const NamedPoint& p : a->landmarks()) {
       if (p.name.find("carotid bifurcation") == std::string::npos) continue;
-      // Arterial blood in slices: runs of it along the line through both branches.
+      // Number of separate intervals of arterial blood along the line through both branches, in one
+      // slice.
       const auto lumens = [&](double z) {
         std::set<int> parts;
         int part = 0;

@@ -19,9 +19,10 @@ using Vec = Eigen::Vector3d;
 using frames::Ct;
 using frames::Image;
 
-double shallow_plate(const Vec& p) { return std::abs(p.y() - 18) - 3; }  // Front at 15 mm.
+double shallow_plate(const Vec& p) { return std::abs(p.y() - 18) - 3; }  // Front surface at 15 mm.
 
-/// Liver for both models: even depth gain, no noise, wide beams that many lines sample.
+/// Liver for both acoustic models, with a constant depth gain, no noise, and wide beams that many
+/// lines sample.
 class BeamTest : public testing::TestWithParam<AcousticModel> {
  protected:
   static ProbeModel probe() {
@@ -45,7 +46,8 @@ class BeamTest : public testing::TestWithParam<AcousticModel> {
   }
 };
 
-/// Correlation of the intensities of two pictures about a depth, the second shifted by lines.
+/// Correlation of the intensities of two images around a depth. The second image is shifted by some
+/// lines.
 class Correlation {
  public:
   explicit Correlation(double half_band_mm) : half_band_mm_(half_band_mm) {}
@@ -71,10 +73,11 @@ class Correlation {
 
 constexpr int kSeeds = 6;
 
-TEST_P(BeamTest, SpeckleIsAsWideAsTheBeamWhichWidensAwayFromItsFocus) {
+TEST_P(BeamTest, SpeckleWidthIsTheBeamWidthIncludingDefocus) {
   const ProbeModel p = probe();
   const double spacing = p.width_mm / (p.lines - 1);
-  // Scatterers of the rays are constant within cells: their width adds.
+  // The ray model keeps scatterers constant within cells, so the width of a cell adds to the
+  // speckle.
   const double cell =
       GetParam() == AcousticModel::kRays ? kSpeckleCellMmTimesMhz / p.frequency_mhz : 0;
   std::vector<ScanLineImage> pictures;
@@ -85,7 +88,7 @@ TEST_P(BeamTest, SpeckleIsAsWideAsTheBeamWhichWidensAwayFromItsFocus) {
   for (const double depth : {10.0, p.focus_mm, 45.0}) {
     const double sigma = kFwhmToSigma * p.lateral_fwhm_mm * defocus(p, depth, 1.5);
     const double width2 = sigma * sigma + cell * cell / 12;
-    // Echoes of a Gaussian beam correlate as exp(-d^2 / 4 sigma^2), intensities as its square.
+    // Echoes of a Gaussian beam correlate as exp(-d^2 / 4 sigma^2), and intensities as its square.
     const int shift = static_cast<int>(std::lround(sigma / spacing));
     Correlation measured(3);
     for (const auto& picture : pictures) measured.add(picture, picture, depth, shift);
@@ -95,18 +98,18 @@ TEST_P(BeamTest, SpeckleIsAsWideAsTheBeamWhichWidensAwayFromItsFocus) {
   }
 }
 
-TEST_P(BeamTest, PicturesDecorrelateInElevationAsTheSliceIsThick) {
+TEST_P(BeamTest, ImagesDecorrelateInElevationWithTheSliceThickness) {
   const ProbeModel p = probe();
   for (const double depth : {10.0, p.focus_mm, 45.0}) {
     const double fwhm = p.elevation_fwhm_mm * defocus(p, depth, 1.0);
-    // The rays have three samples across, half a width apart, of amplitudes 1, 2 and 1: one step
-    // on, two of them meet. The scatterers have a Gaussian.
+    // The ray model has three samples across the slice, half a width apart, with amplitudes 1, 2
+    // and 1. After one step, two of them coincide. The scatterer model has a Gaussian.
     const double step = 0.5 * fwhm;
     const double sigma = kFwhmToSigma * fwhm;
     const double expected = GetParam() == AcousticModel::kRays
                                 ? std::pow(4.0 / 6.0, 2)
                                 : std::exp(-step * step / (2 * sigma * sigma));
-    // Where the step is half the width, and hardly elsewhere.
+    // Uses only a thin depth band, because the step is half the width only there.
     Correlation measured(1);
     for (int seed = 1; seed <= kSeeds; ++seed) {
       const auto of = static_cast<std::uint64_t>(seed);
@@ -117,7 +120,7 @@ TEST_P(BeamTest, PicturesDecorrelateInElevationAsTheSliceIsThick) {
   }
 }
 
-TEST_P(BeamTest, TheDepthGainIsOffByASineOfTheStatedPeak) {
+TEST_P(BeamTest, TheErrorOfTheDepthGainIsASineWithTheStatedPeak) {
   ProbeModel p = probe();
   const ScanLineImage even = see(Tissue::kLiver, nowhere, 0, p, 1);
   p.tgc_error_db = 3;
@@ -126,7 +129,8 @@ TEST_P(BeamTest, TheDepthGainIsOffByASineOfTheStatedPeak) {
     return 20 * std::log10(static_cast<double>(off.at(60, sample) / even.at(60, sample)));
   };
   constexpr int kStep = 100;
-  const double turn = 0.045 * kStep * even.sample_mm;  // rad, beam.cpp.
+  const double turn = 0.045 * kStep * even.sample_mm;  // Angular frequency in rad per mm from
+                                                       // beam.cpp.
   for (int s = even.samples / 2 - 40; s < even.samples / 2 + 40; s += 20) {
     const double before = error_db(s - kStep), here = error_db(s), after = error_db(s + kStep);
     EXPECT_NEAR(before + after, 2 * std::cos(turn) * here, 0.02) << s;
@@ -134,9 +138,9 @@ TEST_P(BeamTest, TheDepthGainIsOffByASineOfTheStatedPeak) {
   }
 }
 
-TEST_P(BeamTest, TheFaceThrowsAPlateBackToTwiceAndThriceItsDepth) {
+TEST_P(BeamTest, ReverberationRepeatsAPlateAtTwiceAndThreeTimesItsDepth) {
   ProbeModel p = probe();
-  p.tgc_db_per_cm_mhz = 0;  // Nothing is lost between face and plate then.
+  p.tgc_db_per_cm_mhz = 0;  // Without depth gain, nothing is lost between the face and the plate.
   const double back = 0.5;
   p.reverberation = back;
   const ScanLineImage image = see(Tissue::kBone, shallow_plate, 0, p, 1);
@@ -153,14 +157,14 @@ TEST_P(BeamTest, TheFaceThrowsAPlateBackToTwiceAndThriceItsDepth) {
   };
   const auto plate = peak(15);
   const auto strength = [&](std::ptrdiff_t at) { return mean[static_cast<std::size_t>(at)]; };
-  // An echo drawn out to twice and three times its length has its peak within so many samples.
+  // The peak of an echo with two or three times the length lies within this number of samples.
   EXPECT_NEAR(static_cast<double>(peak(30) - 2 * plate), 0, 2);
   EXPECT_NEAR(static_cast<double>(peak(45) - 3 * plate), 0, 3);
   EXPECT_NEAR(strength(2 * plate) / strength(plate), back, 0.03);
   EXPECT_NEAR(strength(3 * plate) / strength(plate), back * back, 0.03);
 }
 
-TEST_P(BeamTest, ThePictureDoesNotDependOnTheNumberOfThreads) {
+TEST_P(BeamTest, ImageDoesNotDependOnTheNumberOfThreads) {
   std::vector<std::vector<float>> pictures;
   for (const std::size_t threads : {1U, 2U, 7U}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
@@ -176,7 +180,7 @@ INSTANTIATE_TEST_SUITE_P(Models, BeamTest,
                            return tested.param == AcousticModel::kRays ? "rays" : "scatterers";
                          });
 
-TEST(ScanGeometryTest, FloatBeamsAreWithinAHundredthOfALineOfTheTruth) {
+TEST(ScanGeometryTest, FloatBeamsAreWithinAHundredthOfALine) {
   for (const ProbeModel& probe : {convex_abdominal(), linear_l14(), sector_cranial()}) {
     const ScanGeometry geometry(probe);
     for (double x = -120; x <= 120; x += 7.3) {
@@ -191,7 +195,7 @@ TEST(ScanGeometryTest, FloatBeamsAreWithinAHundredthOfALineOfTheTruth) {
   }
 }
 
-TEST(SmoothPatchTest, IsItsFieldInsideAndOutsideTheBox) {
+TEST(SmoothPatchTest, EqualsItsFieldInsideAndOutsideTheBox) {
   const SmoothField field(7, 9.0);
   const Eigen::AlignedBox3d box(Vec(-40, 5, -100), Vec(30, 60, -60));
   const SmoothPatch patch(field, box);
@@ -203,7 +207,7 @@ TEST(SmoothPatchTest, IsItsFieldInsideAndOutsideTheBox) {
   }
 }
 
-TEST(PhasorTest, IsTheUnitNumberAtItsAngle) {
+TEST(PhasorTest, IsTheUnitComplexNumberAtItsAngle) {
   for (int i = 0; i <= 10000; ++i) {
     const double turns = i / 10000.0;
     const std::complex<float> found = unit_phasor(static_cast<float>(turns));

@@ -10,11 +10,11 @@
 
 namespace nav::sim {
 
-/// The shape of a block that is liver all over.
+/// Shape of a block that is liver everywhere.
 inline double nowhere(const Eigen::Vector3d&) { return 1e3; }
 
-/// Liver below y = 0 with, where the distance is negative, something else. The probe looks along
-/// +y from the origin.
+/// Liver below y = 0, with another tissue inside the shape (where its signed distance is negative).
+/// The probe looks along +y from the origin.
 class Block final : public Anatomy {
  public:
   using Shape = double (*)(const Eigen::Vector3d&);

@@ -19,7 +19,7 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-/// A scan of the neck, as a stand-in for a recorded CT with known skin.
+/// Scan of the neck phantom. It replaces a recorded CT and has a known skin.
 const Volume& neck_ct() {
   static const Volume volume = [] {
     const Patient neck = *make_patient("neck", {2, Contrast::kPortal});
@@ -33,7 +33,7 @@ const Volume& neck_ct() {
   return volume;
 }
 
-TEST(CtPatientTest, GradientIsThatOfTheInterpolant) {
+TEST(CtPatientTest, GradientIsTheDerivativeOfTheInterpolant) {
   const auto patient = *make_ct_patient(neck_ct());
   Random random(3, 1);
   int checked = 0;
@@ -41,7 +41,7 @@ TEST(CtPatientTest, GradientIsThatOfTheInterpolant) {
     const Vec p(random.uniform(-55, 55), random.uniform(-50, 50), random.uniform(-50, 50));
     const Vec index = neck_ct().grid().index_of({p});
     const Vec off = (index - index.array().round().matrix()).cwiseAbs();
-    if (off.minCoeff() < 1e-3) continue;  // A face between cells: the slope jumps there.
+    if (off.minCoeff() < 1e-3) continue;  // At a face between cells the slope jumps.
     const auto exact = patient->hu_with_gradient({p});
     for (int axis = 0; axis < 3; ++axis) {
       constexpr double kStep = 1e-5;
@@ -54,7 +54,7 @@ TEST(CtPatientTest, GradientIsThatOfTheInterpolant) {
   EXPECT_GT(checked, 1500);
 }
 
-TEST(CtPatientTest, FindsTheSkinAndKeepsTheAirwayInside) {
+TEST(CtPatientTest, FindsTheSkinAndTreatsTheAirwayAsInside) {
   const auto patient = *make_ct_patient(neck_ct());
   const Patient truth = *make_patient("neck", {2, Contrast::kPortal});
   Random random(4, 1);
@@ -65,14 +65,14 @@ TEST(CtPatientTest, FindsTheSkinAndKeepsTheAirwayInside) {
       ASSERT_EQ(patient->skin_distance_mm({p}) < 0, distance < 0) << p.transpose();
     }
   }
-  EXPECT_LT(patient->skin_distance_mm({Vec(0, -29, 0)}), 0);  // In the trachea.
+  EXPECT_LT(patient->skin_distance_mm({Vec(0, -29, 0)}), 0);  // A point in the trachea.
   EXPECT_EQ(patient->tissue({Vec(0, -29, 0)}), Tissue::kGas);
   EXPECT_GT(patient->targets().size(), 50U);
 }
 
-TEST(CtPatientTest, ScatterIsNoFunctionOfTheCt) {
+TEST(CtPatientTest, ScatterIsNotAFunctionOfTheHu) {
   const auto patient = *make_ct_patient(neck_ct());
-  // Muscle alone: nearly one HU, but scatter that varies.
+  // Muscle has nearly one HU value, but its scatter varies.
   double least = 1e9, most = 0;
   Random random(6, 1);
   for (int i = 0; i < 20000; ++i) {
@@ -85,7 +85,7 @@ TEST(CtPatientTest, ScatterIsNoFunctionOfTheCt) {
   EXPECT_GT(most, 1.6 * least);
 }
 
-TEST(CtPatientTest, RefusesWhatCannotBe) {
+TEST(CtPatientTest, RejectsAnEmptyCtAndInvalidOptions) {
   VoxelGrid grid;
   grid.size = {8, 8, 8};
   const Volume air = *Volume::create(grid, std::vector<std::int16_t>(512, -1000), "nothing");
@@ -96,14 +96,14 @@ TEST(CtPatientTest, RefusesWhatCannotBe) {
       test::refuses(make_ct_patient(neck_ct(), options), ErrorCode::kUsage, {"hidden_mm", "nan"}));
 }
 
-TEST(CtPatientTest, ARealCtGivesPictures) {
+TEST(CtPatientTest, ARecordedCtGivesUltrasoundImages) {
   SONDE_REQUIRE_DATA(file, "ct-abdomen-totalseg/example_ct.nii.gz");
   CollectingDiagnostics diagnostics;
   const auto ct = io::read_ct(file, diagnostics);
   ASSERT_TRUE(test::has_value(ct));
   const auto patient = make_ct_patient(*ct);
   ASSERT_TRUE(test::has_value(patient));
-  // From the front, above the middle.
+  // The probe looks from the front, above the middle.
   const Vec middle = (*patient)->region_mm().center();
   Vec face = middle;
   while ((*patient)->skin_distance_mm({face}) < -1 && (face - middle).norm() < 300) {

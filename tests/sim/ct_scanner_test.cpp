@@ -20,11 +20,12 @@ const AbdomenPhantom& scanned() {
 CtOptions small_scan() {
   CtOptions options;
   options.spacing_mm = {2, 2, 3};
-  options.region = {{-100, -60, -30}, {-20, 20, 30}};  // Inside the patient: nothing clips.
+  options.region = {{-100, -60, -30}, {-20, 20, 30}};  // The region is inside the patient, so no
+                                                       // value is clipped.
   return options;
 }
 
-TEST(CtScannerTest, NoiseHasTheStatedSpreadAboutTheTruth) {
+TEST(CtScannerTest, NoiseHasTheStatedStandardDeviation) {
   CtOptions options = small_scan();
   options.psf_mm = 0;
   options.noise_hu = 12;
@@ -50,7 +51,7 @@ TEST(CtScannerTest, NoiseHasTheStatedSpreadAboutTheTruth) {
   EXPECT_NEAR(std::sqrt(squares / n), rounded, 5 * 12 / std::sqrt(2 * n));
 }
 
-TEST(CtScannerTest, WithoutNoiseAndBlurItIsThePhantom) {
+TEST(CtScannerTest, WithoutNoiseAndBlurTheScanEqualsThePhantom) {
   CtOptions options = small_scan();
   options.psf_mm = 0;
   options.noise_hu = 0;
@@ -86,11 +87,11 @@ TEST(CtScannerTest, BlurKeepsTheMeanAndSoftensEdges) {
   double mean_b = 0;
   for (const auto v : a->hu()) mean_a += v;
   for (const auto v : b->hu()) mean_b += v;
-  // Only the border, where the blur repeats the edge, may move the mean.
+  // Only the border, where the blur repeats the edge, can change the mean.
   EXPECT_NEAR(mean_a, mean_b, 3.0 * static_cast<double>(a->hu().size()));
 }
 
-TEST(CtScannerTest, SameBytesForOneAndTwoThreads) {
+TEST(CtScannerTest, OneAndTwoThreadsGiveEqualBytes) {
   const auto scan = [](std::size_t threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     return scan_ct(scanned(), small_scan());
@@ -101,7 +102,7 @@ TEST(CtScannerTest, SameBytesForOneAndTwoThreads) {
   EXPECT_TRUE(std::ranges::equal(one->hu(), two->hu()));
 }
 
-TEST(CtScannerTest, RefusesWhatCannotBe) {
+TEST(CtScannerTest, RejectsInvalidOptions) {
   CtOptions options = small_scan();
   options.spacing_mm.y() = 0;
   EXPECT_TRUE(test::refuses(scan_ct(scanned(), options), ErrorCode::kUsage, {"spacing > 0", "0"}));

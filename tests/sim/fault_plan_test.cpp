@@ -11,7 +11,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-/// Poses every 20 ms, received 5 ms later; x counts them.
+/// Delivers a pose every 20 ms, received 5 ms later. Its x translation counts the poses.
 class CountingSource final : public PoseSource {
  public:
   explicit CountingSource(int count) : count_(count) {}
@@ -48,7 +48,7 @@ TEST(FaultPlanTest, AnEmptyPlanChangesNothing) {
   }
 }
 
-TEST(FaultPlanTest, IsReadFromACommandLineByName) {
+TEST(FaultPlanTest, ReadsRatesFromTextByName) {
   const auto all = FaultPlan::from("0.25", 3);
   ASSERT_TRUE(all);
   EXPECT_EQ(all->drop, 0.25);
@@ -74,7 +74,7 @@ TEST(FaultPlanTest, IsReadFromACommandLineByName) {
   EXPECT_EQ(two->flip, 0);
 }
 
-TEST(FaultPlanTest, RefusesWhatItCannotRead) {
+TEST(FaultPlanTest, RejectsInvalidText) {
   for (const char* text : {"", "nonsense", "drop", "drop=", "drop=2", "drop=-0.1", "drop=0.1,",
                            "drop=0.1x", "dropp=0.1", "nan", "2", "drop=nan"}) {
     const auto refused = FaultPlan::from(text, 1);
@@ -93,7 +93,7 @@ TEST(FaultPlanTest, DropsBurstsOfTheStatedLength) {
   EXPECT_EQ(poses.size(), 2000 - 5 * faults.size());
 }
 
-TEST(FaultPlanTest, EachFaultDoesWhatItSaysAndIsRecorded) {
+TEST(FaultPlanTest, EachFaultHasItsEffectAndIsRecorded) {
   const auto once = [](double FaultPlan::*chance) {
     FaultPlan plan;
     plan.*chance = 0.05;
@@ -144,7 +144,7 @@ TEST(FaultPlanTest, EachFaultDoesWhatItSaysAndIsRecorded) {
   for (const auto& fault : faults) EXPECT_EQ(fault.kind, FaultKind::kDenormalised);
 }
 
-TEST(FaultPlanTest, AStallHoldsEverythingBackAndThenDeliversInOrder) {
+TEST(FaultPlanTest, AStallDelaysAllPosesAndDeliversThemInOrder) {
   FaultPlan plan;
   plan.stall = 0.01;
   std::vector<FaultRecord> faults;
@@ -160,7 +160,7 @@ TEST(FaultPlanTest, AStallHoldsEverythingBackAndThenDeliversInOrder) {
   EXPECT_GE(longest, milliseconds(300));
 }
 
-TEST(FaultPlanTest, AClockStepsAndStepsBack) {
+TEST(FaultPlanTest, AClockStepIsUndoneAgain) {
   FaultPlan plan;
   plan.clock_step = 0.01;
   std::vector<FaultRecord> faults;
@@ -171,7 +171,7 @@ TEST(FaultPlanTest, AClockStepsAndStepsBack) {
   EXPECT_EQ(offsets, (std::set<std::int64_t>{5, 5 - 150}));
 }
 
-TEST(FaultPlanTest, SameSeedSameFaultsAndDeadlinesHold) {
+TEST(FaultPlanTest, EqualSeedsGiveEqualFaultsAndDeadlinesHold) {
   const auto plan = FaultPlan::everything(0.02, 7);
   std::vector<FaultRecord> a, b, c;
   const auto first = run(plan, &a);
@@ -191,7 +191,7 @@ TEST(FaultPlanTest, SameSeedSameFaultsAndDeadlinesHold) {
   EXPECT_EQ(source.next(Timestamp::max()).error().code, ErrorCode::kEndOfStream);
 }
 
-TEST(FaultPlanTest, RefusesWhatCannotBe) {
+TEST(FaultPlanTest, RejectsInvalidPlans) {
   FaultPlan plan;
   plan.nan = 1.5;
   EXPECT_FALSE(validate(plan));

@@ -22,7 +22,7 @@ ProcedureOptions seeded(std::uint64_t seed) {
   return options;
 }
 
-TEST(ProcedureTest, TheChainThroughTheTrackerEndsAtTheTruth) {
+TEST(ProcedureTest, TheTransformChainThroughTheTrackerGivesTheTruth) {
   const Procedure p(seeded(3));
   for (const int frame : {0, 17, 59, 60, 99}) {
     const Timestamp t = p.frame_time(frame);
@@ -37,14 +37,14 @@ TEST(ProcedureTest, TheChainThroughTheTrackerEndsAtTheTruth) {
   EXPECT_GT(p.probe_from_image().rotation().angularDistance(Eigen::Quaterniond::Identity()), 0.5);
 }
 
-TEST(ProcedureTest, TheSweepLooksAtTheLiverFromTheSkin) {
+TEST(ProcedureTest, TheSweepImagesTheLiverFromTheSkin) {
   for (std::uint64_t seed = 1; seed <= test::trials(4U); ++seed) {
     const Procedure p(seeded(seed));
     double share = 0;
     const int frames = p.phases()[0].frame_count;
     for (int i = 0; i < frames; ++i) {
       const auto pose = p.ct_from_image(p.frame_time(i));
-      // Pressed in by 8 mm, give or take the tremor.
+      // The probe is pressed in by 8 mm, plus or minus the tremor.
       EXPECT_NEAR(p.phantom().skin_distance_mm({pose.translation_mm()}), -8, 2) << i;
       int liver = 0;
       constexpr int kPoints = 24;
@@ -64,13 +64,13 @@ TEST(ProcedureTest, TheProbeMovesSmoothly) {
   for (Timestamp t = p.phases()[0].begin; t < p.end(); t += step) {
     const auto a = p.ct_from_image(t);
     const auto b = p.ct_from_image(t + step);
-    // 400 mm/s and 2.5 rad/s at most: a quick hand, but no jump.
+    // At most 400 mm/s and 2.5 rad/s: a quick hand, but no jump.
     ASSERT_LT((a.translation_mm() - b.translation_mm()).norm(), 4.0) << to_seconds(t);
     ASSERT_LT(rotation_distance_rad(a, b), 0.025) << to_seconds(t);
   }
 }
 
-TEST(ProcedureTest, TheNeedleComesFromOutsideAlongThePlanAndHitsTheTarget) {
+TEST(ProcedureTest, TheNeedleFollowsThePlanFromOutsideToTheTarget) {
   for (std::uint64_t seed = 1; seed <= test::trials(8U); ++seed) {
     const Procedure p(seeded(seed));
     const auto start = p.ct_from_needle(p.phases()[1].begin);
@@ -78,7 +78,7 @@ TEST(ProcedureTest, TheNeedleComesFromOutsideAlongThePlanAndHitsTheTarget) {
     const NeedleGuidance guidance = guide(p.plan(), p.ct_from_needle(p.end()));
     EXPECT_LT(guidance.tip_to_target_mm, kRoundingMm);
     EXPECT_LT(guidance.angle_to_plan_rad, kRoundingRad);
-    // Inside the patient the tip stays on the planned line.
+    // Inside the patient, the tip stays on the planned line.
     for (int i = p.phases()[1].first_frame; i < p.frame_count(); ++i) {
       const auto tip = p.ct_from_needle(p.frame_time(i));
       if (p.phantom().skin_distance_mm({tip.translation_mm()}) > 0) continue;
@@ -87,13 +87,13 @@ TEST(ProcedureTest, TheNeedleComesFromOutsideAlongThePlanAndHitsTheTarget) {
   }
 }
 
-TEST(ProcedureTest, TheApproachPlaneHoldsThePath) {
+TEST(ProcedureTest, TheApproachPlaneContainsThePath) {
   for (std::uint64_t seed = 1; seed <= test::trials(8U); ++seed) {
     const Procedure p(seeded(seed));
     const auto image_from_ct = p.ct_from_image(p.end()).inverse();
     const auto target = image_from_ct * p.plan().target_ct;
     const auto entry = image_from_ct * p.plan().entry_ct;
-    // Tremor of 0.3 mm per axis and 4 mrad over 100 mm.
+    // Tremor of 0.3 mm per axis, and 4 mrad over 100 mm.
     EXPECT_LT(std::abs(target.mm.z()), 1.2) << "seed " << seed;
     EXPECT_LT(std::abs(entry.mm.z()), 1.2) << "seed " << seed;
     EXPECT_LT(std::abs(target.mm.x()), 2);
@@ -101,7 +101,7 @@ TEST(ProcedureTest, TheApproachPlaneHoldsThePath) {
   }
 }
 
-TEST(ProcedureTest, RefusesOptionsThatCannotBe) {
+TEST(ProcedureTest, RejectsInvalidOptions) {
   ProcedureOptions options;
   options.image_timing.stamp_offset = options.image_timing.latency + Duration(1);
   EXPECT_THROW(Procedure{options}, Bug);

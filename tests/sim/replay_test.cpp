@@ -21,7 +21,7 @@ using frames::Tracker;
 
 constexpr int kWidth = 4;
 constexpr int kHeight = 3;
-constexpr double kTextMm = 1e-9;  // 17 digits in the file.
+constexpr double kTextMm = 1e-9;  // The file has 17 digits.
 
 struct Frame {
   std::map<std::string, std::string> fields;
@@ -47,7 +47,7 @@ Eigen::Matrix4d probe_pose(int index) {
 Eigen::Matrix4d reference_pose(int index) {
   return rigid(-0.9, {0, 1, 1}, {5, -7.0 - index, -1400});
 }
-/// Pixels of 0.2 x 0.3 mm, turned and moved.
+/// Calibration with pixels of 0.2 x 0.3 mm, a rotation and a translation.
 Eigen::Matrix4d image_to_probe() {
   Eigen::Matrix4d m = rigid(1.1, {2, -1, 1}, {8, -30, 80});
   m.col(0) *= 0.2;
@@ -56,7 +56,7 @@ Eigen::Matrix4d image_to_probe() {
   return m;
 }
 
-/// Raw MetaImage with pixel value = 10 * frame + offset in the picture.
+/// Writes a raw MetaImage. A pixel has the value 10 * frame + its offset in the image.
 std::filesystem::path write(const test::TemporaryFolder& folder, const std::vector<Frame>& frames) {
   const auto path = folder / "recording.igs.mha";
   std::ofstream out(path, std::ios::binary);
@@ -109,7 +109,7 @@ std::vector<ReplayEvent> drain(ReplaySession& session) {
   return events;
 }
 
-TEST(ReplayTest, StreamsPicturesAndPosesAsRecorded) {
+TEST(ReplayTest, StreamsImagesAndPosesAsRecorded) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics said;
   const auto config = calibration_config();
@@ -139,7 +139,7 @@ TEST(ReplayTest, StreamsPicturesAndPosesAsRecorded) {
   EXPECT_TRUE(said.entries().empty());
 }
 
-/// Where a pixel of an event lies in the frame that its pose speaks of.
+/// Returns the position of a pixel of an event, in the target frame of the pose.
 Eigen::Vector3d place(const ReplaySession& session, const ReplayEvent& event, double column,
                       double row) {
   const auto pose = rigid_from_matrix<Tracker, Probe>(event.probe.tracker_from_body);
@@ -152,7 +152,7 @@ Eigen::Vector3d place(const Eigen::Matrix4d& to_from_pixels, double column, doub
   return (to_from_pixels * Eigen::Vector4d(column, row, 0, 1)).head<3>();
 }
 
-TEST(ReplayTest, AllThreeFormsPutAPixelWhereTheMatricesSay) {
+TEST(ReplayTest, AllThreeFormsPositionAPixelEqually) {
   const Eigen::Matrix4d in_reference =
       reference_pose(1).inverse() * probe_pose(1) * image_to_probe();
   std::vector<Frame> probe_frames = tracked_frames(2);
@@ -185,7 +185,7 @@ TEST(ReplayTest, AllThreeFormsPutAPixelWhereTheMatricesSay) {
   check(image_frames, nullptr, ReplayForm::kImageInReference);
 }
 
-TEST(ReplayTest, WithoutReferenceOnlyWhenToldSo) {
+TEST(ReplayTest, ReplaysWithoutAReferenceOnlyIfRequested) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics said;
   auto frames = tracked_frames(2);
@@ -204,7 +204,7 @@ TEST(ReplayTest, WithoutReferenceOnlyWhenToldSo) {
   EXPECT_LT((event->probe.tracker_from_body - probe_pose(0)).norm(), kTextMm);
 }
 
-TEST(ReplayTest, PassesOnLostPosesAndNamesWhatCannotBeRead) {
+TEST(ReplayTest, KeepsTheStatusOfLostPosesAndNamesUnreadableOnes) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics said;
   auto frames = tracked_frames(5);
@@ -223,7 +223,8 @@ TEST(ReplayTest, PassesOnLostPosesAndNamesWhatCannotBeRead) {
   EXPECT_EQ(events[0].probe.status, TrackingStatus::kOccluded);
   EXPECT_TRUE(events[0].probe.tracker_from_body.hasNaN());
   EXPECT_EQ(events[0].reference->status, TrackingStatus::kOk);
-  EXPECT_EQ(events[1].probe.status, TrackingStatus::kUnknown);  // Never made ok.
+  EXPECT_EQ(events[1].probe.status, TrackingStatus::kUnknown);  // An unknown status never becomes
+                                                                // kOk.
   EXPECT_EQ(events[2].probe.status, TrackingStatus::kInvalid);
   EXPECT_TRUE(events[2].probe.tracker_from_body.array().isNaN().all());
   EXPECT_FALSE(events[3].acquired.has_value());
@@ -236,7 +237,7 @@ TEST(ReplayTest, PassesOnLostPosesAndNamesWhatCannotBeRead) {
   EXPECT_NE(said.entries()[0].message.find("frame 2: ProbeToTracker"), std::string::npos);
 }
 
-TEST(ReplayTest, ANeedleMayComeLateInARecording) {
+TEST(ReplayTest, FindsANeedleThatAppearsLateInTheRecording) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics said;
   auto frames = tracked_frames(101);
@@ -259,7 +260,7 @@ std::vector<Frame> frames_with_calibration(int count) {
   return frames;
 }
 
-TEST(ReplayTest, AFrameWithoutAUsableCalibrationHasNoPicture) {
+TEST(ReplayTest, AFrameWithoutAValidCalibrationHasNoImage) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics said;
   auto frames = frames_with_calibration(6);
@@ -288,7 +289,7 @@ TEST(ReplayTest, AFrameWithoutAUsableCalibrationHasNoPicture) {
   EXPECT_LT((place(*session, events[5], 3, 2) - place(truth, 3, 2)).norm(), 1e-6);
 }
 
-TEST(ReplayTest, RefusesARecordingWithTwoCalibrations) {
+TEST(ReplayTest, RejectsARecordingWithTwoCalibrations) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics said;
   const auto config = calibration_config();
@@ -304,12 +305,12 @@ TEST(ReplayTest, RefusesARecordingWithTwoCalibrations) {
   Eigen::Matrix4d larger = image_to_probe();
   larger.leftCols<2>() *= 1.5;
   EXPECT_TRUE(refused(larger));
-  // Rounded, as text is, it is the same.
+  // A calibration that is rounded like decimal text counts as equal.
   put(frames[2], "ImageToProbe", (image_to_probe() * 1e5).array().round().matrix() / 1e5);
   EXPECT_TRUE(test::has_value(ReplaySession::open(write(folder, frames), &config, {}, said)));
 }
 
-TEST(ReplayTest, RefusesRecordingsThatPlaceNothing) {
+TEST(ReplayTest, RejectsRecordingsWithoutAPathOfTransforms) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics said;
   const auto config = calibration_config();
@@ -343,7 +344,7 @@ TEST(ReplayTest, ReplaysARealRecording) {
     ASSERT_TRUE(e.acquired.has_value());
     ASSERT_TRUE(e.reference.has_value());
   }
-  // A scanner picture of 820 columns covers some centimetres.
+  // An image of 820 columns of a scanner covers some centimetres.
   EXPECT_LT(*events.front().acquired, *events.back().acquired);
   const double spacing_mm = session->calibration()->grid.mm_per_pixel.col(0).norm();
   EXPECT_GT(spacing_mm, 0.05);

@@ -23,7 +23,7 @@ float echo_of(const Acoustics& a) {
   return std::sqrt(a.sheet[0] * a.sheet[0] + a.sheet[1] * a.sheet[1] + a.sheet[2] * a.sheet[2]);
 }
 
-TEST(SheetsTest, ProfileIsAsWideAsItsThickness) {
+TEST(SheetsTest, WidthOfTheProfileIsTheThickness) {
   for (const double thickness : {0.2, 0.5}) {
     EXPECT_DOUBLE_EQ(sheet_profile(0.0, thickness), 1);
     EXPECT_NEAR(sheet_profile(0.5 * thickness, thickness), 0.5, 1e-3);
@@ -32,7 +32,8 @@ TEST(SheetsTest, ProfileIsAsWideAsItsThickness) {
   }
 }
 
-/// Of a function of Vec3 of double and of Dual, beside central differences.
+/// Compares the gradient of a function of Vec3 of Dual with central differences of the function of
+/// doubles.
 template <class F>
 void expect_gradient(const F& f, double least_slope) {
   Random random(3, 1);
@@ -53,7 +54,7 @@ void expect_gradient(const F& f, double least_slope) {
       return g;
     };
     const Vec fine = differences(1e-6);
-    // Between two septa the nearest one changes.
+    // At the middle between two septa, the nearest one changes.
     if ((fine - differences(4e-6)).norm() > 1e-3 * (1 + fine.norm())) {
       ++corners;
       continue;
@@ -64,13 +65,13 @@ void expect_gradient(const F& f, double least_slope) {
   EXPECT_LT(corners, 20);
 }
 
-TEST(SheetsTest, GradientsAreThoseOfTheValues) {
+TEST(SheetsTest, GradientsAreTheDerivativesOfTheValues) {
   const Septa s = septa();
   expect_gradient([&](const auto& p) { return s.offset_mm(p); }, 0);
   expect_gradient([&](const auto& p) { return s.echo(p); }, 1e-3);
 }
 
-TEST(SheetsTest, SeptaLieAsFarApartAsToldAreThinAndInterrupted) {
+TEST(SheetsTest, SeptaAreThinInterruptedAndHaveTheirSpacing) {
   const Septa s = septa();
   constexpr double kStepMm = 0.01;
   constexpr double kWayMm = 400;
@@ -96,7 +97,7 @@ TEST(SheetsTest, SeptaLieAsFarApartAsToldAreThinAndInterrupted) {
   EXPECT_LT(bright, crossed);
 }
 
-TEST(SheetsTest, OnlyUltrasoundShowsSepta) {
+TEST(SheetsTest, SeptaAreVisibleOnlyInUltrasound) {
   const auto a = make_patient("shoulder", {2, Contrast::kNative})->anatomy;
   Random random(1, 2);
   int septa = 0;
@@ -109,10 +110,10 @@ TEST(SheetsTest, OnlyUltrasoundShowsSepta) {
     as_muscle += a->hu(p) == tissue_hu(Tissue::kMuscle, Contrast::kNative) ? 1 : 0;
   }
   EXPECT_GT(septa, 100);
-  EXPECT_GT(as_muscle, septa * 9 / 10);  // Not where its border is blended.
+  EXPECT_GT(as_muscle, septa * 9 / 10);  // Except where the border of the muscle is blended.
 }
 
-TEST(SheetsTest, TheAbdomenHasNone) {
+TEST(SheetsTest, TheAbdomenHasNoSepta) {
   const auto a = make_patient("abdomen", {2, Contrast::kNative})->anatomy;
   Random random(1, 2);
   const Eigen::AlignedBox3d box = a->region_mm();
@@ -122,10 +123,11 @@ TEST(SheetsTest, TheAbdomenHasNone) {
   }
 }
 
-/// The far wall of the common carotid along a line down through a picture, from the tissues.
+/// Far wall of the common carotid artery along a vertical line of an image, from the tissues of the
+/// phantom.
 struct FarWall {
-  double lumen_mm = -1;  ///< Depth where blood ends.
-  double outer_mm = -1;  ///< Depth where the wall ends.
+  double lumen_mm = -1;  ///< Depth at which the blood ends.
+  double outer_mm = -1;  ///< Depth at which the wall ends.
 };
 FarWall far_wall(const Anatomy& a, const Transform<frames::Ct, frames::Image>& pose, double x) {
   const auto at = [&](double depth) {
@@ -145,8 +147,7 @@ FarWall far_wall(const Anatomy& a, const Transform<frames::Ct, frames::Image>& p
   return wall;
 }
 
-/// Positions of the first two local maxima beyond half of the largest value, and of the least value
-/// between, as indices.
+/// Indices of the first two local maxima above \p least, and of the smallest value between them.
 struct DoubleLine {
   std::size_t inner = 0, dark = 0, outer = 0;
 };
@@ -163,17 +164,17 @@ DoubleLine double_line(const std::vector<double>& profile, double least) {
           peaks[1]};
 }
 
-/// The view along the right carotid artery; x < -6 mm lies below the fork.
+/// View along the right carotid artery. Positions with x < -6 mm lie below the bifurcation.
 const StandardView& along_carotid(const Patient& neck) { return neck.views.at(1); }
 
-TEST(CarotidWallTest, IsBrightDarkBrightAtPublishedDepths) {
+TEST(CarotidWallTest, TheWallIsBrightDarkBrightAtPublishedDepths) {
   for (std::uint64_t seed = 1; seed <= test::trials(5U); ++seed) {
     const Patient neck = *make_patient("neck", {seed, Contrast::kNative});
     const auto& pose = along_carotid(neck).ct_from_image;
     const double x = -12;
     const FarWall wall = far_wall(*neck.anatomy, pose, x);
     ASSERT_GT(wall.outer_mm, wall.lumen_mm) << seed;
-    // Intima and media 0.6 to 0.8 mm, adventitia 0.3 mm, met at up to 20 degrees.
+    // Intima and media of 0.6 to 0.8 mm and adventitia of 0.3 mm, at an angle of up to 20 degrees.
     EXPECT_GT(wall.outer_mm - wall.lumen_mm, 0.9) << seed;
     EXPECT_LT(wall.outer_mm - wall.lumen_mm, 1.25) << seed;
     constexpr double kStepMm = 0.01;
@@ -208,7 +209,7 @@ TEST_P(SheetPictureTest, TheFarWallOfTheCarotidIsADoubleLine) {
   const Patient neck = *make_patient("neck", {1, Contrast::kNative});
   const StandardView& view = along_carotid(neck);
   const ScanLineImage image = see(neck, view);
-  // Mean over lines with their far walls on top of each other.
+  // Mean over the lines, aligned at the far wall.
   std::vector<double> profile(40);
   const auto zero = static_cast<int>(0.5 / image.sample_mm);
   double thick_mm = 0;
@@ -238,7 +239,7 @@ TEST_P(SheetPictureTest, TheFarWallOfTheCarotidIsADoubleLine) {
   EXPECT_LT(profile[found.dark], 0.6 * profile[found.outer]);
 }
 
-TEST_P(SheetPictureTest, SeptaAreBrightInMuscle) {
+TEST_P(SheetPictureTest, SeptaInMuscleAreBright) {
   const Patient shoulder = *make_patient("shoulder", {1, Contrast::kNative});
   const StandardView& view = shoulder.views.at(0);
   const ScanLineImage image = see(shoulder, view);

@@ -26,9 +26,10 @@ std::vector<RawPose> drain(SimulatedTracker& source) {
   return poses;
 }
 
-TEST(SimulatedTrackerTest, DeliversInOrderOfArrivalAndNeverFromTheFuture) {
+TEST(SimulatedTrackerTest, DeliversInOrderOfArrivalAndNeverEarly) {
   ProcedureOptions options = short_procedure();
-  options.tracker.jitter = 60ms;  // Longer than the period: arrivals overtake each other.
+  options.tracker.jitter = 60ms;  // The jitter is longer than the period, so poses overtake each
+                                  // other.
   const Procedure procedure(options);
   SimulatedTracker source(procedure, TrackedBody::kProbe);
   int overtaken = 0;
@@ -56,7 +57,7 @@ TEST(SimulatedTrackerTest, DeliversInOrderOfArrivalAndNeverFromTheFuture) {
   EXPECT_TRUE(test::refuses(source.next(Timestamp::max()), ErrorCode::kEndOfStream, {"tracker"}));
 }
 
-TEST(SimulatedTrackerTest, NoiseHasTheStatedSpreadAboutTheTruth) {
+TEST(SimulatedTrackerTest, NoiseHasTheStatedStandardDeviation) {
   ProcedureOptions options = short_procedure();
   options.tracker.rate_hz = 1000;
   options.tracker.noise_mm = 0.2;
@@ -75,13 +76,13 @@ TEST(SimulatedTrackerTest, NoiseHasTheStatedSpreadAboutTheTruth) {
   }
   const auto n = static_cast<double>(poses.size());
   ASSERT_GT(n, 2000);
-  // Five standard errors of a standard deviation from 3 n numbers.
+  // Five standard errors of a standard deviation that is estimated from 3 n numbers.
   const double relative = 5 / std::sqrt(6 * n);
   EXPECT_NEAR(std::sqrt(shift / n), 0.2, 0.2 * relative);
   EXPECT_NEAR(std::sqrt(turn / n), 0.002, 0.002 * relative);
 }
 
-TEST(SimulatedTrackerTest, OcclusionsCarryAStatusAndNanNeverIdentity) {
+TEST(SimulatedTrackerTest, OcclusionsHaveAStatusAndNanButNeverIdentity) {
   ProcedureOptions options = short_procedure();
   options.tracker.dropout_probability = 0.05;
   options.tracker.dropout_samples = 4;
@@ -126,7 +127,7 @@ TEST(SimulatedTrackerTest, BodiesHaveIndependentNoise) {
   EXPECT_EQ(equal, 0);
 }
 
-TEST(SimulatedProbeTest, StampsAndDeliversLikeADevice) {
+TEST(SimulatedProbeTest, DelaysTimestampsAndDeliveryLikeADevice) {
   ProcedureOptions options = short_procedure();
   options.image_timing.stamp_offset = 40ms;
   options.image_timing.latency = 70ms;
@@ -141,7 +142,7 @@ TEST(SimulatedProbeTest, StampsAndDeliversLikeADevice) {
     EXPECT_EQ(frame->acquired, procedure.frame_time(i) + 40ms);
     EXPECT_EQ(frame->received, procedure.frame_time(i) + 70ms);
     if (i == 2) {
-      // The picture shows what was there at the physical time, not at the stamped one.
+      // The image shows the state at the physical time, not at the timestamp.
       const auto truth = source.simulator().simulate(
           procedure.ct_from_image(procedure.frame_time(i)), Timestamp{}, 2);
       EXPECT_TRUE(std::ranges::equal(truth.pixels.pixels(), frame->pixels.pixels()));

@@ -27,7 +27,7 @@ const Procedure& procedure() {
 }
 const AbdomenPhantom& imaged() { return procedure().phantom(); }
 
-/// Sees without errors of depth gain or electronics.
+/// Probe without errors of the depth gain and the electronics.
 ProbeModel ideal_probe() {
   ProbeModel probe = convex_abdominal();
   probe.tgc_db_per_cm_mhz = tissue_acoustics(Tissue::kLiver).attenuation_db_per_cm_mhz;
@@ -46,7 +46,7 @@ Point<Ct> on_line(const Transform<Ct, Image>& pose, const ProbeModel& probe, int
   return pose * Point<Image>{{r * std::sin(angle), r * std::cos(angle) - probe.radius_mm, 0}};
 }
 
-/// Only this tissue within a distance, along six directions.
+/// True if \p p and six points at a distance of \p mm around it lie in this tissue.
 bool is_pure(const Point<Ct>& p, Tissue tissue, double mm) {
   if (imaged().tissue(p) != tissue) return false;
   for (int i = 0; i < 6; ++i) {
@@ -106,16 +106,16 @@ TEST(UltrasoundTest, SpeckleInLiverIsFullyDeveloped) {
     }
   }
   ASSERT_GT(count, 20);
-  // Rayleigh amplitude: mean / standard deviation = sqrt(pi / (4 - pi)) = 1.913.
+  // For a Rayleigh amplitude, mean / standard deviation = sqrt(pi / (4 - pi)) = 1.913.
   constexpr double kTolerance = 0.15;
   EXPECT_NEAR(ratio / count, std::sqrt(M_PI / (4 - M_PI)), kTolerance);
 }
 
-TEST(UltrasoundTest, LiverFadesByItsAttenuation) {
+TEST(UltrasoundTest, LiverAttenuatesByItsCoefficient) {
   ProbeModel probe = ideal_probe();
   probe.tgc_db_per_cm_mhz = 0;
   const UltrasoundSimulator simulator(imaged(), probe, 3);
-  // Least squares of mean level against depth over patches of one frame each.
+  // Least squares of the mean level against depth, over patches of four frames.
   double sx = 0, sy = 0, sxx = 0, sxy = 0;
   int n = 0;
   for (const int frame : {5, 20, 35, 50}) {
@@ -141,14 +141,14 @@ TEST(UltrasoundTest, LiverFadesByItsAttenuation) {
   const double slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
   const double expected =
       -2 * tissue_acoustics(Tissue::kLiver).attenuation_db_per_cm_mhz * probe.frequency_mhz;
-  // The absorption varies by up to 12 % from place to place.
+  // The absorption varies by up to 12 % with the position.
   EXPECT_NEAR(slope, expected, 0.12 * std::abs(expected));
 }
 
-TEST(UltrasoundTest, SpeckleSticksToTheTissue) {
+TEST(UltrasoundTest, SpeckleMovesWithTheTissue) {
   ProbeModel probe = linear_l14();
   const UltrasoundSimulator simulator(imaged(), probe, 3);
-  // A face inside the liver, away from walls: only speckle is seen.
+  // The probe face lies inside the liver, away from walls, so only speckle is visible.
   const Transform<Ct, Image> pose = frame_pose(20);
   const Vec origin = pose.translation_mm() + pose.rotation() * Vec(0, 35, 0);
   constexpr int kShift = 12;
@@ -174,7 +174,7 @@ TEST(UltrasoundTest, SpeckleSticksToTheTissue) {
   EXPECT_LT(correlation(0), 0.6);
 }
 
-TEST(UltrasoundTest, VesselsAreDarkerThanMidGreyLiver) {
+TEST(UltrasoundTest, VesselsAreDarkerThanLiver) {
   const UltrasoundSimulator simulator(imaged(), convex_abdominal(), 3);
   double vessel = 0, liver = 0;
   int vessels = 0, livers = 0;
@@ -200,8 +200,8 @@ TEST(UltrasoundTest, VesselsAreDarkerThanMidGreyLiver) {
   EXPECT_LT(vessel / vessels, liver / livers - 40);
 }
 
-TEST(UltrasoundTest, ARibThrowsAShadow) {
-  // Across the right chest wall: lines that meet bone early must be black behind it.
+TEST(UltrasoundTest, ARibCastsAShadow) {
+  // The view crosses the right chest wall. Lines that meet bone early must be black behind it.
   const ProbeModel probe = convex_abdominal();
   const UltrasoundSimulator simulator(imaged(), probe, 3);
   const Vec skin = imaged().skin_point(3.3, 30).mm;
@@ -219,7 +219,8 @@ TEST(UltrasoundTest, ARibThrowsAShadow) {
     bool free = true;
     for (int s = 0; s * image.sample_mm < 60; s += 2) {
       const Tissue t = imaged().tissue(on_line(pose, probe, line, s * image.sample_mm));
-      // A line through the middle of the rib; the beam is wider than its edge.
+      // Marrow marks a line through the middle of the rib, because the beam is wider than the edge
+      // of the rib.
       if (s * image.sample_mm < 25) bone = bone || t == Tissue::kMarrow;
       free = free && !blocks_ultrasound(t);
     }
@@ -233,7 +234,7 @@ TEST(UltrasoundTest, ARibThrowsAShadow) {
   EXPECT_LT(20 * std::log10((shadow / shadows) / (open / opens)), -20);
 }
 
-TEST(UltrasoundTest, NothingIsDrawnOutsideTheSector) {
+TEST(UltrasoundTest, PixelsOutsideTheSectorAreBlack) {
   const UltrasoundSimulator simulator(imaged(), convex_abdominal(), 3);
   const UltrasoundFrame picture = simulator.simulate(frame_pose(10), Timestamp{}, 0);
   ASSERT_TRUE(picture.outline.has_value());
@@ -250,7 +251,7 @@ TEST(UltrasoundTest, NothingIsDrawnOutsideTheSector) {
   EXPECT_GT(inside, picture.pixels.width() * picture.pixels.height() / 3);
 }
 
-TEST(UltrasoundTest, TheNeedleIsSeenInItsPlaneOnly) {
+TEST(UltrasoundTest, TheNeedleIsVisibleOnlyInItsPlane) {
   const UltrasoundSimulator simulator(imaged(), convex_abdominal(), 3);
   const int last = procedure().frame_count() - 1;
   const auto pose = frame_pose(last);
@@ -276,7 +277,7 @@ TEST(UltrasoundTest, TheNeedleIsSeenInItsPlaneOnly) {
   EXPECT_TRUE(std::ranges::equal(away.pixels.pixels(), away_without.pixels.pixels()));
 }
 
-TEST(UltrasoundTest, SameBytesForOneAndTwoThreads) {
+TEST(UltrasoundTest, OneAndTwoThreadsGiveEqualBytes) {
   const auto draw = [](std::size_t threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     const UltrasoundSimulator simulator(imaged(), convex_abdominal(), 3);
@@ -285,7 +286,7 @@ TEST(UltrasoundTest, SameBytesForOneAndTwoThreads) {
   EXPECT_TRUE(std::ranges::equal(draw(1).pixels.pixels(), draw(2).pixels.pixels()));
 }
 
-TEST(UltrasoundTest, RefusesProbesThatCannotBe) {
+TEST(UltrasoundTest, RejectsInvalidProbes) {
   ProbeModel probe = convex_abdominal();
   probe.depth_mm = -1;
   EXPECT_TRUE(test::refuses(validate(probe), ErrorCode::kUsage, {"depth_mm", "-1"}));

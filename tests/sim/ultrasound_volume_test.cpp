@@ -32,7 +32,7 @@ Result<UltrasoundVolume> scan(const UltrasoundVolumeOptions& options) {
   return scan_ultrasound_volume(*neck().anatomy, neck().views[0].ct_from_image, options);
 }
 
-TEST(UltrasoundVolumeTest, BloodIsDarkAndThyroidIsNot) {
+TEST(UltrasoundVolumeTest, BloodIsDarkerThanThyroid) {
   UltrasoundVolumeOptions options = small();
   options.size = {80, 80, 80};
   const auto scanned = scan(options);
@@ -51,7 +51,7 @@ TEST(UltrasoundVolumeTest, BloodIsDarkAndThyroidIsNot) {
   EXPECT_LT(blood / bloods, solid / solids - 40);
 }
 
-TEST(UltrasoundVolumeTest, VoxelsLieWhereTheFaceLooks) {
+TEST(UltrasoundVolumeTest, VoxelsLieInFrontOfTheProbeFace) {
   const auto scanned = scan(small());
   ASSERT_TRUE(test::has_value(scanned));
   const auto& pose = neck().views[0].ct_from_image;
@@ -75,7 +75,7 @@ TEST(UltrasoundVolumeTest, AFanLeavesTheCornersAtTheFaceBlack) {
   EXPECT_GT(middle, 20);
 }
 
-TEST(UltrasoundVolumeTest, SameBytesForOneAndTwoThreads) {
+TEST(UltrasoundVolumeTest, OneAndTwoThreadsGiveEqualBytes) {
   const auto with = [](std::size_t threads) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
     return scan(small(30));
@@ -85,7 +85,7 @@ TEST(UltrasoundVolumeTest, SameBytesForOneAndTwoThreads) {
   EXPECT_TRUE(std::ranges::equal(one->volume.hu(), two->volume.hu()));
 }
 
-TEST(UltrasoundVolumeTest, RefusesWhatCannotBe) {
+TEST(UltrasoundVolumeTest, RejectsInvalidOptions) {
   UltrasoundVolumeOptions options = small();
   options.size[1] = 100000;
   EXPECT_TRUE(test::refuses(scan(options), ErrorCode::kUsage, {"size deep", "100000"}));

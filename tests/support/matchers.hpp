@@ -9,7 +9,8 @@
 
 namespace nav::test {
 
-/// Both parts of the difference stay within mm and rad; prints expected, actual and difference.
+/// Succeeds if the two poses differ by at most \p mm and \p rad. A failure prints both poses and
+/// their difference.
 template <class To, class From>
 ::testing::AssertionResult is_near(const Transform<To, From>& actual,
                                    const Transform<To, From>& expected, double mm, double rad) {
@@ -23,7 +24,7 @@ template <class To, class From>
          << angle_rad << " rad (limit " << rad << ")";
 }
 
-/// A Result holds a value; otherwise prints its error.
+/// Succeeds if the result holds a value. A failure prints the error.
 template <class T>
 ::testing::AssertionResult has_value(const Result<T>& result) {
   if (result) return ::testing::AssertionSuccess();
@@ -31,7 +32,8 @@ template <class T>
          << to_string(result.error().code) << ": " << result.error().message;
 }
 
-/// A Result is a refusal of a kind whose one-line message contains every given piece.
+/// Succeeds if the result is an error with \p code and a one-line message that contains every
+/// string of \p pieces.
 template <class T>
 ::testing::AssertionResult refuses(const Result<T>& result, ErrorCode code,
                                    std::initializer_list<std::string> pieces) {

@@ -11,13 +11,13 @@
 
 namespace nav::test {
 
-/// Third-party data: SONDE_DATA_DIR, or ../shared/data beside the checkout.
+/// Folder of the third-party data: SONDE_DATA_DIR, or ../shared/data beside the checkout.
 inline std::filesystem::path data_dir() {
   if (const char* dir = std::getenv("SONDE_DATA_DIR")) return dir;
   return std::filesystem::path(SONDE_SOURCE_DIR) / ".." / "shared" / "data";
 }
 
-/// A folder that disappears with the object.
+/// Temporary folder. The destructor deletes it.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -41,7 +41,7 @@ class TemporaryFolder {
 
 }  // namespace nav::test
 
-/// Skips, saying so, when a file of the third-party data is missing.
+/// Skips the test with a message if a file of the third-party data is missing.
 #define SONDE_REQUIRE_DATA(variable, relative)                \
   const auto variable = ::nav::test::data_dir() / (relative); \
   if (!std::filesystem::exists(variable))                     \

@@ -20,9 +20,9 @@ namespace {
 
 constexpr int kThreads = 4;
 
-/// TBB is not instrumented: the thread sanitizer would report each hand-over to its workers. These
-/// tests are about threads of our own, so TBB stays on the thread that calls it; that results do
-/// not depend on the number of its workers is tested in each folder.
+/// TBB is not instrumented, so the thread sanitizer would report each hand-over to its workers.
+/// These tests are about our own threads, so TBB runs only on the calling thread. The tests of each
+/// folder check that results do not depend on the number of TBB workers.
 const tbb::global_control kNoWorkers(tbb::global_control::max_allowed_parallelism, 1);
 
 TEST(ThreadsTest, DiagnosticsCountEveryReportOfEveryThread) {
@@ -70,7 +70,7 @@ render::Scene scene() {
   return made;
 }
 
-TEST(ThreadsTest, EnginesShareNothingAndThePictureDoesNotDependOnTheirThreads) {
+TEST(ThreadsTest, EnginesRunInParallelAndGiveEqualImages) {
   const render::Scene shown = scene();
   std::vector<Image2d<Rgba8>> pictures(kThreads);
   std::vector<std::thread> threads;
@@ -89,7 +89,7 @@ TEST(ThreadsTest, EnginesShareNothingAndThePictureDoesNotDependOnTheirThreads) {
   }
 }
 
-TEST(ThreadsTest, ASimulatorIsReadByManyThreads) {
+TEST(ThreadsTest, ManyThreadsCanUseOneSimulator) {
   const sim::AbdomenPhantom phantom;
   sim::ProbeModel probe = sim::convex_abdominal();
   probe.columns = 60;
@@ -112,7 +112,7 @@ TEST(ThreadsTest, ASimulatorIsReadByManyThreads) {
   }
 }
 
-TEST(ThreadsTest, FeaturesAreAskedForGivenUpAndReadByManyThreads) {
+TEST(ThreadsTest, ManyThreadsCanRequestCancelAndReadFeatures) {
   using namespace render::features;
   const auto volume = ScalarVolume::of(scene().ct, std::nullopt);
   const auto request_of = [&](int window) {
@@ -141,7 +141,7 @@ TEST(ThreadsTest, FeaturesAreAskedForGivenUpAndReadByManyThreads) {
   for (const auto& values : found) EXPECT_EQ(values, *direct->volume.values);
 }
 
-TEST(ThreadsTest, WorkInTheBackgroundIsWatchedAndCancelled) {
+TEST(ThreadsTest, WorkInTheBackgroundCanBeWatchedAndCancelled) {
   using Count = registration::InBackground<int>;
   const auto work = [](const Count::Progress& progress) -> Result<int> {
     for (int i = 0; i < 100000; ++i) {

@@ -23,7 +23,7 @@ TEST(FrameLedgerTest, ReceivedIsShownPlusSupersededPlusRejected) {
   EXPECT_EQ(ledger.rejected().at("Probe.pose_gap"), 2u);
 }
 
-TEST(FrameLedgerTest, MoreOutThanInIsABug) {
+TEST(FrameLedgerTest, ShowingMoreImagesThanReceivedIsABug) {
   FrameLedger ledger;
   ledger.show();
   EXPECT_THROW((void)ledger.balanced(), Bug);

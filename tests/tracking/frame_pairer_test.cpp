@@ -56,7 +56,7 @@ class FramePairerTest : public ::testing::Test {
   CollectingDiagnostics diagnostics_;
 };
 
-TEST_F(FramePairerTest, GivesAPictureThePoseOfItsMoment) {
+TEST_F(FramePairerTest, GivesAnImageThePoseAtItsTime) {
   auto pairer = make();
   feed_poses(pairer, 0, 100);
   pairer.add_frame(picture(7, 50, 60));
@@ -70,7 +70,7 @@ TEST_F(FramePairerTest, GivesAPictureThePoseOfItsMoment) {
   EXPECT_EQ(ready[0].tracked->pose_gap, milliseconds(10));
 }
 
-TEST_F(FramePairerTest, RefusesPicturesOfAClockThatWasSet) {
+TEST_F(FramePairerTest, RejectsImagesWhileTheirClockIsShifted) {
   auto pairer = make();
   feed_poses(pairer, 0, 2000);
   for (int i = 0; i < 20; ++i) {
@@ -87,7 +87,7 @@ TEST_F(FramePairerTest, RefusesPicturesOfAClockThatWasSet) {
 
 TEST_F(FramePairerTest, AppliesTheTemporalOffsetOnceWithItsSign) {
   PairingOptions options;
-  options.temporal_offset = milliseconds(40);  // Pictures are stamped 40 ms late.
+  options.temporal_offset = milliseconds(40);  // Timestamps of images are 40 ms late.
   auto pairer = make(options);
   feed_poses(pairer, 0, 200);
   pairer.add_frame(picture(1, 140, 150));
@@ -134,7 +134,7 @@ TEST_F(FramePairerTest, LosesNothingAtTheEndOfTheStream) {
   EXPECT_EQ(paired, 2);
 }
 
-TEST_F(FramePairerTest, RejectsDuplicateAndBackwardsPictures) {
+TEST_F(FramePairerTest, RejectsDuplicateAndBackwardsImages) {
   auto pairer = make();
   feed_poses(pairer, 0, 200);
   pairer.add_frame(picture(1, 100, 105));
@@ -149,7 +149,7 @@ TEST_F(FramePairerTest, RejectsDuplicateAndBackwardsPictures) {
   EXPECT_TRUE(out[3].tracked);
 }
 
-TEST_F(FramePairerTest, DoesNotUseAPoseAcrossABadOne) {
+TEST_F(FramePairerTest, DoesNotInterpolateAcrossAnInvalidPose) {
   auto pairer = make();
   pairer.add_reference_pose(raw(kTrackerFromReference.matrix(), 0, 0));
   pairer.add_reference_pose(raw(kTrackerFromReference.matrix(), 100, 100));
@@ -165,7 +165,7 @@ TEST_F(FramePairerTest, DoesNotUseAPoseAcrossABadOne) {
   EXPECT_NE(diagnostics_.entries()[0].message.find("nan"), std::string::npos);
 }
 
-TEST_F(FramePairerTest, TheTrackerAsReferenceMustBeDeclared) {
+TEST_F(FramePairerTest, AcceptsADeclaredFixedReferencePose) {
   FramePairer pairer(
       kProbeFromImage,
       Transform<Reference, Tracker>(Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), {},
@@ -181,7 +181,7 @@ TEST_F(FramePairerTest, TheTrackerAsReferenceMustBeDeclared) {
             kRoundingMm);
 }
 
-TEST_F(FramePairerTest, RefusesSenselessOptions) {
+TEST_F(FramePairerTest, RejectsInvalidOptions) {
   PairingOptions options;
   options.temporal_offset = std::chrono::seconds(11);
   EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage, {"temporal offset", "11"}));

@@ -37,7 +37,7 @@ TEST(PoseBufferTest, InterpolatesBetweenNeighbours) {
   EXPECT_EQ(std::get<PoseAt<Probe>>(buffer.at(ms(20))).gap, milliseconds(0));
 }
 
-TEST(PoseBufferTest, RefusesToExtrapolate) {
+TEST(PoseBufferTest, DoesNotExtrapolate) {
   PoseBuffer<Probe> buffer;
   EXPECT_EQ(absence(buffer, ms(0)), PoseAbsence::kNotYet);
   buffer.push(pose_at(10, 0));
@@ -46,7 +46,7 @@ TEST(PoseBufferTest, RefusesToExtrapolate) {
   EXPECT_EQ(absence(buffer, ms(10) - nanoseconds(1)), PoseAbsence::kTooOld);
 }
 
-TEST(PoseBufferTest, DoesNotBridgeAnOcclusionOrAGap) {
+TEST(PoseBufferTest, DoesNotInterpolateAcrossAnOcclusionOrAGap) {
   PoseBuffer<Probe> buffer(16, milliseconds(50));
   buffer.push(pose_at(0, 0));
   buffer.push(occluded_at(20));
@@ -59,7 +59,7 @@ TEST(PoseBufferTest, DoesNotBridgeAnOcclusionOrAGap) {
   EXPECT_TRUE(std::holds_alternative<PoseAt<Probe>>(buffer.at(ms(40))));
 }
 
-TEST(PoseBufferTest, ForgetsTheOldestAndFindsEveryKeptSample) {
+TEST(PoseBufferTest, ForgetsTheOldestPosesAndFindsEveryKeptOne) {
   PoseBuffer<Probe> buffer(8);
   for (int i = 0; i < 100; ++i) {
     buffer.push(pose_at(10 * i, i));
@@ -75,7 +75,7 @@ TEST(PoseBufferTest, ForgetsTheOldestAndFindsEveryKeptSample) {
   EXPECT_EQ(buffer.size(), 8u);
 }
 
-TEST(PoseBufferTest, AMissingStatusDegrades) {
+TEST(PoseBufferTest, APoseWithoutStatusIsDegraded) {
   PoseBuffer<Probe> buffer;
   buffer.push(pose_at(0, 0));
   buffer.push(pose_at(10, 1, TrackingStatus::kUnknown));
@@ -83,7 +83,7 @@ TEST(PoseBufferTest, AMissingStatusDegrades) {
   EXPECT_TRUE(std::get<PoseAt<Probe>>(buffer.at(ms(5))).degraded);
 }
 
-TEST(PoseBufferTest, UnsortedPushIsABug) {
+TEST(PoseBufferTest, PushingAPoseThatIsNotNewerIsABug) {
   PoseBuffer<Probe> buffer;
   buffer.push(pose_at(10, 0));
   EXPECT_THROW(buffer.push(pose_at(10, 0)), Bug);

@@ -32,7 +32,8 @@ TEST(PoseGateTest, AdmitsARigidPose) {
 TEST(PoseGateTest, NeverTurnsAnAbsentPoseIntoIdentity) {
   PoseGate<frames::Probe> gate;
   RawPose raw = seen_at(10);
-  raw.status = TrackingStatus::kOccluded;  // Drivers send identity or the last pose with it.
+  raw.status = TrackingStatus::kOccluded;  // Drivers send the identity or the last pose together
+                                           // with this status.
   const auto admission = gate.admit(raw);
   EXPECT_EQ(admission.rejection, PoseRejection::kStatus);
   EXPECT_FALSE(admission.pose.tracker_from_body);
@@ -56,7 +57,7 @@ TEST(PoseGateTest, RejectsNanReflectionAndScale) {
   EXPECT_EQ(gate.admit(raw).rejection, PoseRejection::kNotRigid);
 }
 
-TEST(PoseGateTest, RejectsOutsideTheWorkingVolumeAndJumps) {
+TEST(PoseGateTest, RejectsPosesOutsideTheWorkingVolumeAndJumps) {
   PoseGateOptions options;
   options.working_radius_mm = 3000;
   PoseGate<frames::Probe> gate(options);
@@ -64,7 +65,8 @@ TEST(PoseGateTest, RejectsOutsideTheWorkingVolumeAndJumps) {
   EXPECT_FALSE(gate.admit(seen_at(10, 0)).rejection);
   EXPECT_EQ(gate.admit(seen_at(20, 100)).rejection, PoseRejection::kTooFast);  // 10 m/s.
   EXPECT_FALSE(gate.admit(seen_at(30, 20)).rejection);                         // 1 m/s.
-  EXPECT_FALSE(gate.admit(seen_at(2000, 2000)).rejection);  // After silence it opens again.
+  EXPECT_FALSE(gate.admit(seen_at(2000, 2000)).rejection);  // After a pause without poses, the gate
+                                                            // accepts any position.
 }
 
 TEST(PoseGateTest, RejectsDuplicateBackwardsAndFutureTimes) {
@@ -78,7 +80,7 @@ TEST(PoseGateTest, RejectsDuplicateBackwardsAndFutureTimes) {
   EXPECT_FALSE(gate.admit(seen_at(20)).rejection) << "one absurd stamp must not shut the gate";
 }
 
-TEST(PoseGateTest, NoticesAClockThatWasSet) {
+TEST(PoseGateTest, RejectsPosesAfterAClockChangeUntilItIsUndone) {
   for (const int step_ms : {-500, -70, 70, 90}) {
     PoseGate<frames::Probe> gate;
     for (int t = 0; t < 1000; t += 20) {
@@ -99,12 +101,13 @@ TEST(PoseGateTest, NoticesAClockThatWasSet) {
       again.received += milliseconds(15);
       refused += gate.admit(again).rejection ? 1 : 0;
     }
-    // At once, or after 100 ms where the data looked held up; and until a future stamp is past.
+    // The gate accepts poses again at once, or after 100 ms if the data looked delayed, and in
+    // every case only after the latest future timestamp has passed.
     EXPECT_LE(refused, 6) << "set back, it is believed again";
   }
 }
 
-TEST(PoseGateTest, OneLateFirstSampleDoesNotDecideWhatIsUsual) {
+TEST(PoseGateTest, OneLateFirstPoseDoesNotSetTheUsualDelay) {
   for (const int first_ms : {315, -90}) {
     PoseGate<frames::Probe> gate;
     RawPose raw = seen_at(0);
@@ -120,7 +123,7 @@ TEST(PoseGateTest, OneLateFirstSampleDoesNotDecideWhatIsUsual) {
   }
 }
 
-TEST(PoseGateTest, WhatWasHeldUpAndStampedFalselyAtOnceIsNotBelieved) {
+TEST(PoseGateTest, RejectsPosesThatAreDelayedAndShiftedInTimeAtOnce) {
   PoseGate<frames::Probe> gate;
   const auto send = [&gate](int acquired_ms, int received_ms) {
     RawPose raw = seen_at(acquired_ms);
@@ -128,14 +131,14 @@ TEST(PoseGateTest, WhatWasHeldUpAndStampedFalselyAtOnceIsNotBelieved) {
     return !gate.admit(raw).rejection;
   };
   for (int t = 0; t < 1000; t += 20) EXPECT_TRUE(send(t, t + 15));
-  // The clock is 150 ms ahead, and everything from now on arrives at 1315: the stamp of the eighth
-  // sample looks just as old as it should.
+  // The clock is 150 ms ahead, and all samples up to 1300 ms arrive at 1315 ms. The timestamp of
+  // the eighth sample therefore has the usual age.
   for (int t = 1000; t < 1300; t += 20) EXPECT_FALSE(send(t + 150, 1315)) << t;
   EXPECT_FALSE(send(1500, 1515));
   EXPECT_TRUE(send(1640, 1655));
 }
 
-TEST(PoseGateTest, RefusesAHalfTurnThatNoHandMakes) {
+TEST(PoseGateTest, RejectsAHalfTurnThatIsFasterThanAHand) {
   PoseGate<frames::Probe> gate;
   EXPECT_FALSE(gate.admit(seen_at(0)).rejection);
   for (int t = 20; t < 1000; t += 20) {
@@ -146,7 +149,7 @@ TEST(PoseGateTest, RefusesAHalfTurnThatNoHandMakes) {
   EXPECT_FALSE(gate.admit(seen_at(1000)).rejection);
 }
 
-TEST(PoseGateTest, RefusesSenselessLimits) {
+TEST(PoseGateTest, RejectsInvalidLimits) {
   PoseGateOptions options;
   options.working_radius_mm = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(validate(options));

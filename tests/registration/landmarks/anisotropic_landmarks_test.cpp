@@ -20,8 +20,8 @@ Eigen::Matrix3d shaped(double a, double b, double c, const Eigen::Vector3d& axis
   return r * Eigen::Vector3d(a * a, b * b, c * c).asDiagonal() * r.transpose();
 }
 
-/// Exact pairs whose errors are needles in different directions: a tracker that is bad in depth
-/// and a CT with thick slices, worse for some points than for others.
+/// Exact pairs whose errors are elongated in different directions, like those of a tracker with
+/// poor depth accuracy and a CT with thick slices. The errors differ between the points.
 std::vector<AnisotropicLandmark> exact(const Eigen::Vector3d& offset = Eigen::Vector3d::Zero()) {
   const std::vector<Eigen::Vector3d> points{{-60, 20, 10}, {55, -5, 30},  {0, 70, -40},
                                             {20, 10, 90},  {-30, -50, 5}, {40, 35, -70}};
@@ -59,7 +59,7 @@ double cost_of(const std::vector<AnisotropicLandmark>& list,
   return sum;
 }
 
-TEST(AnisotropicLandmarksTest, RecoversThePlantedTransformFarFromTheOrigin) {
+TEST(AnisotropicLandmarksTest, FindsTheTrueTransformFarFromTheOrigin) {
   const Eigen::Vector3d offset(1e4, -1e4, 1e4);
   const auto result = register_anisotropic_landmarks(exact(offset));
   ASSERT_TRUE(test::has_value(result));
@@ -69,7 +69,7 @@ TEST(AnisotropicLandmarksTest, RecoversThePlantedTransformFarFromTheOrigin) {
   EXPECT_LT(result->residuals[3].leave_one_out_mm, kRoundingMm);
 }
 
-TEST(AnisotropicLandmarksTest, EqualSpheresGiveTheClosedForm) {
+TEST(AnisotropicLandmarksTest, EqualIsotropicErrorsGiveTheClosedForm) {
   test::Normal normal(4);
   auto list = noisy(normal);
   std::vector<LandmarkPair> pairs;
@@ -96,8 +96,8 @@ TEST(AnisotropicLandmarksTest, NoNeighbouringPoseIsMoreLikely) {
   ASSERT_TRUE(test::has_value(found));
   const auto& pose = found->ct_from_reference;
   const double least = cost_of(list, pose);
-  // The gradient of the definition, by central differences, vanishes: the exact Jacobian includes
-  // the turning of the covariances.
+  // The gradient of the definition, by central differences, is zero there, because the exact
+  // Jacobian includes the rotation of the covariances.
   for (Eigen::Index axis = 0; axis < 6; ++axis) {
     const double h = axis < 3 ? 1e-5 : 1e-3;
     const Vector6d step = h * Vector6d::Unit(axis);
@@ -113,7 +113,7 @@ TEST(AnisotropicLandmarksTest, PredictsTheTargetErrorAndBeatsTheClosedForm) {
   const auto truth = test::true_pose();
   const Point<frames::Reference> target{{30, -80, 60}};
   constexpr int kTrials = 3000;
-  // Standard error of an RMS of 3000 draws is about 1 %.
+  // The standard error of an RMS of 3000 draws is about 1 %.
   constexpr double kRelative = 0.03;
   test::Normal normal(3);
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
@@ -143,8 +143,8 @@ TEST(AnisotropicLandmarksTest, PredictsTheTargetErrorAndBeatsTheClosedForm) {
   EXPECT_LT(scatter.trace(), 0.8 * closed2);
 }
 
-TEST(AnisotropicLandmarksTest, ThePoseFollowsTheSharpAxes) {
-  // Each point knows one axis only: errors along the blind axes must not matter.
+TEST(AnisotropicLandmarksTest, ThePoseIsDeterminedByTheAccurateAxes) {
+  // Each point is accurate along one axis only. Errors along the inaccurate axes must not matter.
   auto list = exact();
   for (std::size_t i = 0; i < list.size(); ++i) {
     Eigen::Vector3d sigmas = Eigen::Vector3d::Constant(300.0);
@@ -157,11 +157,11 @@ TEST(AnisotropicLandmarksTest, ThePoseFollowsTheSharpAxes) {
   }
   const auto result = register_anisotropic_landmarks(list);
   ASSERT_TRUE(test::has_value(result));
-  // Weights are 1 : 9e6.
+  // The weights are 1 : 9e6.
   EXPECT_LT(test::cube_error_mm(result->ct_from_reference, test::true_pose()), 0.01);
 }
 
-TEST(AnisotropicLandmarksTest, RefusesBadCovariancesByName) {
+TEST(AnisotropicLandmarksTest, RejectsInvalidCovariancesByName) {
   const auto code = ErrorCode::kMalformedData;
   auto list = exact();
   list[1].ct_covariance_mm2(0, 1) += 1;
@@ -181,7 +181,7 @@ TEST(AnisotropicLandmarksTest, RefusesBadCovariancesByName) {
   EXPECT_TRUE(test::refuses(register_anisotropic_landmarks(list), code, {"at least 3"}));
 }
 
-TEST(TreMapTest, FollowsTheFormulaAtItsNodes) {
+TEST(TreMapTest, EqualsTheFormulaAtItsNodes) {
   const auto fit = register_anisotropic_landmarks(exact());
   ASSERT_TRUE(test::has_value(fit));
   VoxelGrid ct = test::cubic_grid(80, 2.0);
@@ -195,8 +195,8 @@ TEST(TreMapTest, FollowsTheFormulaAtItsNodes) {
   EXPECT_LT(map.fraction_within(fit->tre_rms_mm(fit->uncertainty.centre_ct)), 0.2);
 }
 
-TEST(TreMapTest, OfACtInAnotherUnitHasNoMoreNodesThanCanBeHeld) {
-  // Millimetres read as metres: nodes 20 mm apart would be 10^11.
+TEST(TreMapTest, LimitsTheNumberOfNodesOfAHugeCt) {
+  // A CT whose millimetres were read as metres. Nodes 20 mm apart would be 10^11.
   VoxelGrid ct;
   ct.size = {256, 256, 128};
   ct.spacing_mm.setConstant(700);

@@ -28,7 +28,7 @@ std::vector<LandmarkPair> exact_pairs(const Eigen::Vector3d& offset_mm = Eigen::
   return pairs;
 }
 
-TEST(LandmarksTest, RecoversThePlantedTransform) {
+TEST(LandmarksTest, FindsTheTrueTransform) {
   const auto result = register_landmarks(exact_pairs());
   ASSERT_TRUE(test::has_value(result));
   EXPECT_TRUE(
@@ -41,7 +41,7 @@ TEST(LandmarksTest, RecoversThePlantedTransform) {
   }
 }
 
-TEST(LandmarksTest, ThreePointsDetermineAPoseButNoLeaveOneOut) {
+TEST(LandmarksTest, ThreePointsGiveAPoseButNoLeaveOneOutError) {
   auto pairs = exact_pairs();
   pairs.resize(3);
   const auto result = register_landmarks(pairs);
@@ -51,7 +51,7 @@ TEST(LandmarksTest, ThreePointsDetermineAPoseButNoLeaveOneOut) {
   EXPECT_TRUE(std::isnan(result->residuals[0].leave_one_out_mm));
 }
 
-TEST(LandmarksTest, FarOriginsDoNotMatter) {
+TEST(LandmarksTest, DistantOriginsDoNotMatter) {
   const Eigen::Vector3d offset(1e4, -1e4, 1e4);
   constexpr double kTolerance = 1e-7;  // 1e4 mm with 16 digits, times the lever arm of 1e4 mm.
   const auto result = register_landmarks(exact_pairs(offset));
@@ -66,7 +66,7 @@ TEST(LandmarksTest, PredictsTheTargetErrorOfNoisyPoints) {
   const std::vector<double> sigmas{0.5, 0.5, 1.0, 1.0, 2.0, 1.5};
   const Point<frames::Reference> target{{30, -80, 60}};
   constexpr int kTrials = 20000;
-  // Standard error of an RMS of 20000 draws is 0.5 %; second-order terms are far smaller.
+  // The standard error of an RMS of 20000 draws is 0.5 %. Second-order terms are far smaller.
   constexpr double kRelative = 0.03;
   test::Normal normal(3);
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
@@ -91,13 +91,13 @@ TEST(LandmarksTest, PredictsTheTargetErrorOfNoisyPoints) {
   }
   EXPECT_NEAR(std::sqrt(scatter.trace()) / predicted_mm, 1.0, kRelative);
   EXPECT_LT((scatter - predicted).norm() / predicted.norm(), 3 * kRelative);
-  EXPECT_NEAR(std::sqrt(scale2), 1.0, kRelative);  // Honest sigmas look honest.
+  EXPECT_NEAR(std::sqrt(scale2), 1.0, kRelative);  // Correct sigmas give a scale of 1.
 }
 
 TEST(LandmarksTest, AgreesWithFitzpatrickForEqualWeights) {
-  // TRE² = FLE²/N (1 + 1/3 Σ d²/f²) with d, f the distances of target and points to the principal
-  // axes: here the coordinate axes of an octahedron, f² = 2 a²/3·... counted by hand: each axis is
-  // at distance a from four of the six points, so f² = 4a²/6.
+  // Fitzpatrick: TRE² = FLE²/N (1 + 1/3 Σ d²/f²), where d and f are the distances of the target and
+  // of the points from the principal axes. Here these are the coordinate axes of an octahedron.
+  // Each axis is at distance a from four of the six points, so f² = 4a²/6.
   const double a = 50;
   std::vector<LandmarkPair> pairs;
   for (int axis = 0; axis < 3; ++axis) {
@@ -117,7 +117,7 @@ TEST(LandmarksTest, AgreesWithFitzpatrickForEqualWeights) {
   EXPECT_NEAR(result->tre_rms_mm(target), expected, 1e-9);
 }
 
-TEST(LandmarksTest, TrustsThePairsWithSmallSigma) {
+TEST(LandmarksTest, TrustsPairsWithASmallSigmaMore) {
   auto pairs = exact_pairs();
   pairs[0].ct.mm += Eigen::Vector3d(10, 0, 0);
   const auto equal = register_landmarks(pairs);
@@ -128,21 +128,21 @@ TEST(LandmarksTest, TrustsThePairsWithSmallSigma) {
   const double equal_error = test::cube_error_mm(equal->ct_from_reference, test::true_pose());
   const double error = test::cube_error_mm(weighted->ct_from_reference, test::true_pose());
   EXPECT_GT(equal_error, 1.0);
-  // Its weight is 1e-4 of the others'.
+  // The weight of this pair is 1e-4 of the weight of the others.
   EXPECT_LT(error, 1e-3 * equal_error);
 }
 
-TEST(LandmarksTest, LeaveOneOutNamesTheBadPoint) {
+TEST(LandmarksTest, LeaveOneOutErrorIdentifiesTheBadPoint) {
   auto pairs = exact_pairs();
   pairs[2].ct.mm += Eigen::Vector3d(0, 12, 0);
   const auto result = register_landmarks(pairs);
   ASSERT_TRUE(test::has_value(result));
-  // The others are exact, so that the fit without it sees the whole planted error.
+  // The other points are exact, so the fit without this point shows its whole error.
   EXPECT_NEAR(result->residuals[2].leave_one_out_mm, 12.0, 1e-9);
   EXPECT_LT(result->residuals[2].distance_mm, 11.0);
 }
 
-TEST(LandmarksTest, RefusesWhatDeterminesNoPose) {
+TEST(LandmarksTest, RejectsPointsThatDetermineNoPose) {
   const auto code = ErrorCode::kMalformedData;
   auto pairs = exact_pairs();
   EXPECT_TRUE(test::refuses(register_landmarks(std::span(pairs).first(2)), code,
@@ -156,7 +156,7 @@ TEST(LandmarksTest, RefusesWhatDeterminesNoPose) {
   EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"Ct", "coincident"}));
 }
 
-TEST(LandmarksTest, RefusesBadPairsByName) {
+TEST(LandmarksTest, RejectsInvalidPairsByName) {
   const auto code = ErrorCode::kMalformedData;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   auto pairs = exact_pairs();
@@ -177,10 +177,10 @@ TEST(LandmarksTest, RefusesBadPairsByName) {
   EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"landmark 5", "name"}));
 }
 
-TEST(LandmarksTest, RefusesPlacesAndNumbersBeyondReason) {
+TEST(LandmarksTest, RejectsHugeCoordinatesAndTooManyPairs) {
   const auto code = ErrorCode::kMalformedData;
   auto pairs = exact_pairs();
-  for (auto& pair : pairs) pair.ct.mm *= 1e200;  // Whose squares are infinite.
+  for (auto& pair : pairs) pair.ct.mm *= 1e200;  // The squares of these coordinates are infinite.
   EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"point 0", "Ct", "1e7 mm"}));
   pairs = exact_pairs();
   pairs[2].reference.mm.y() = -2e7;
@@ -194,14 +194,14 @@ TEST(LandmarksTest, RefusesPlacesAndNumbersBeyondReason) {
   EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"at most 1000", "found 1001"}));
 }
 
-TEST(LandmarksTest, RefusesAMirroredList) {
+TEST(LandmarksTest, RejectsAMirroredList) {
   auto pairs = exact_pairs();
   for (auto& pair : pairs) pair.ct.mm.x() = -pair.ct.mm.x();
   EXPECT_TRUE(test::refuses(register_landmarks(pairs), ErrorCode::kMalformedData, {"reflection"}));
 }
 
-TEST(LandmarksTest, NearPlanarNoiseIsNoMirror) {
-  // Noise decides the sign of the third axis here; a rotation must come out nevertheless.
+TEST(LandmarksTest, NearlyPlanarNoisyPointsAreNotMirrored) {
+  // Noise determines the sign of the third axis here. The result must be a rotation nevertheless.
   test::Normal normal(8);
   for (int trial = 0; trial < 200; ++trial) {
     std::vector<LandmarkPair> pairs;
@@ -211,7 +211,7 @@ TEST(LandmarksTest, NearPlanarNoiseIsNoMirror) {
     }
     const auto result = register_landmarks(pairs);
     ASSERT_TRUE(test::has_value(result));
-    EXPECT_LT(result->fre_rms_mm, 5.0);  // 5 sigma.
+    EXPECT_LT(result->fre_rms_mm, 5.0);  // Five sigma.
   }
 }
 

@@ -19,7 +19,7 @@ Pose truth() {
           {40, -10, 200}};
 }
 
-/// Points in a 120 mm cube with noise of 0.5 mm per axis.
+/// Point pairs in a cube of 120 mm with noise of 0.5 mm per axis.
 std::vector<LandmarkPair> pairs_of(int count, unsigned seed) {
   std::mt19937 random(seed);
   const auto uniform = [&] { return static_cast<double>(random()) / 4294967296.0; };
@@ -41,7 +41,7 @@ double error_mm(const Pose& found) {
   return (found * p - truth() * p).v.norm();
 }
 
-TEST(RobustLandmarksTest, WithoutOutliersItIsTheClosedForm) {
+TEST(RobustLandmarksTest, WithoutOutliersTheResultIsTheClosedForm) {
   const auto pairs = pairs_of(8, 1);
   const auto plain = register_landmarks(pairs);
   const auto robust = register_landmarks_robustly(pairs);
@@ -51,7 +51,7 @@ TEST(RobustLandmarksTest, WithoutOutliersItIsTheClosedForm) {
   EXPECT_EQ(robust->fit.ct_from_reference.matrix(), plain->ct_from_reference.matrix());
 }
 
-TEST(RobustLandmarksTest, SwappedNamesAreFoundAndNamed) {
+TEST(RobustLandmarksTest, SwappedNamesAreDetectedAndNamed) {
   auto pairs = pairs_of(8, 2);
   std::swap(pairs[2].ct, pairs[5].ct);
   const auto robust = register_landmarks_robustly(pairs);
@@ -60,7 +60,7 @@ TEST(RobustLandmarksTest, SwappedNamesAreFoundAndNamed) {
   EXPECT_LT(error_mm(robust->fit.ct_from_reference), 1.0);  // Two sigmas of 0.5 mm.
 }
 
-TEST(RobustLandmarksTest, SwappedNamesAreNoMirroredList) {
+TEST(RobustLandmarksTest, SwappedNamesAreNotReportedAsMirrored) {
   int looked_mirrored = 0;
   int found = 0;
   int called_mirrored = 0;
@@ -77,14 +77,14 @@ TEST(RobustLandmarksTest, SwappedNamesAreNoMirroredList) {
       ++called_mirrored;
     }
   }
-  // Else an honest pair was rejected, as one in a hundred is, and the rest is no majority, or four
-  // points lie so near a plane that as many agree flipped.
+  // Otherwise a correct pair was rejected, as one in a hundred is, and the rest is no majority. Or
+  // four points lie so near a plane that as many agree with the mirrored pose.
   EXPECT_GE(looked_mirrored, 10);
   EXPECT_GE(found, 0.6 * looked_mirrored);
   EXPECT_LE(called_mirrored, 0.2 * looked_mirrored);
 }
 
-TEST(RobustLandmarksTest, AMirroredListWithAWrongPairIsStillMirrored) {
+TEST(RobustLandmarksTest, AMirroredListWithAWrongPairIsReportedAsMirrored) {
   for (unsigned seed = 1; seed <= test::trials(20U); ++seed) {
     auto pairs = pairs_of(8, seed);
     for (auto& pair : pairs) pair.ct.mm.x() *= -1;
@@ -97,7 +97,7 @@ TEST(RobustLandmarksTest, AMirroredListWithAWrongPairIsStillMirrored) {
   }
 }
 
-TEST(RobustLandmarksTest, WithstandsJustBelowHalfOutliers) {
+TEST(RobustLandmarksTest, ToleratesJustBelowHalfOutliers) {
   for (unsigned seed = 1; seed <= test::trials(10U); ++seed) {
     auto pairs = pairs_of(11, seed);
     for (std::size_t i = 0; i < 5; ++i) {
@@ -105,14 +105,14 @@ TEST(RobustLandmarksTest, WithstandsJustBelowHalfOutliers) {
     }
     const auto robust = register_landmarks_robustly(pairs);
     ASSERT_TRUE(test::has_value(robust)) << seed;
-    // An honest pair is rejected once in a hundred.
+    // One correct pair in a hundred is rejected.
     EXPECT_GE(robust->rejected.size(), 5u);
     EXPECT_LE(robust->rejected.size(), 6u);
     EXPECT_LT(error_mm(robust->fit.ct_from_reference), 1.5) << seed;
   }
 }
 
-TEST(RobustLandmarksTest, RefusesWithoutAMajority) {
+TEST(RobustLandmarksTest, RejectsAListWithoutAMajority) {
   auto pairs = pairs_of(8, 3);
   for (std::size_t i = 0; i < 5; ++i) {
     pairs[i].ct.mm += 30.0 * Eigen::Vector3d(std::sin(2.0 * static_cast<double>(i)),
@@ -122,14 +122,14 @@ TEST(RobustLandmarksTest, RefusesWithoutAMajority) {
                             {"more than half of the 8 pairs", "'0'"}));
 }
 
-TEST(RobustLandmarksTest, RefusesFourPairsWithOneWrong) {
+TEST(RobustLandmarksTest, RejectsFourPairsWithOneWrong) {
   auto pairs = pairs_of(4, 4);
   pairs[3].ct.mm.x() += 25;
   EXPECT_TRUE(test::refuses(register_landmarks_robustly(pairs), ErrorCode::kRefused,
                             {"at least 4", "found 3"}));
 }
 
-TEST(RobustLandmarksTest, RefusesWhatTheClosedFormRefuses) {
+TEST(RobustLandmarksTest, RejectsWhatTheClosedFormRejects) {
   auto pairs = pairs_of(6, 5);
   for (auto& pair : pairs) pair.ct.mm.x() *= -1;  // A flipped axis.
   EXPECT_FALSE(register_landmarks_robustly(pairs).has_value());

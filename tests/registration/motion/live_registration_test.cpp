@@ -17,7 +17,7 @@ using Vec = Eigen::Vector3d;
 
 constexpr int kFrames = 60;
 constexpr double kPeriodS = 0.066;
-// Solves stop at steps of 1e-3 mm, some iterations early; rounding decides when.
+// Solves stop at steps of 1e-3 mm or some iterations earlier, depending on rounding.
 constexpr double kStopMm = 0.05;
 
 struct Scene {
@@ -49,7 +49,7 @@ const Scene& scene() {
   return instance;
 }
 
-/// The pose that a picture really has when the patient's tissue has moved in Reference.
+/// True pose of an image after the tissue of the patient moved in Reference.
 Pose true_pose(const Transform<Reference, Reference>& tissue) {
   return test::true_pose() * tissue.inverse();
 }
@@ -60,7 +60,7 @@ TrackedFrame carried(const TrackedFrame& picture, const Transform<Reference, Ref
   return moved_picture;
 }
 
-/// Breath of so many mm, mostly along one axis, 4 s.
+/// Displacement by a breath of 4 s and \p mm amplitude, mostly along one axis.
 Transform<Reference, Reference> breath(double mm, std::size_t frame) {
   const double s = std::sin(M_PI * kPeriodS * static_cast<double>(frame) / 4);
   const double depth = s * s;
@@ -100,22 +100,22 @@ TEST(LiveRegistrationTest, FollowsABreathingPatient) {
   }
   EXPECT_GT(without, 8) << "the patient does move";
   std::ranges::sort(errors);
-  // Mostly across the pictures, which say least about that direction.
+  // The motion is mostly perpendicular to the images, which determine that direction least.
   EXPECT_LT(errors[errors.size() / 2], 1.8);
   EXPECT_LT(errors.back(), 4);
   RecordProperty("median_um", static_cast<int>(1000 * errors[errors.size() / 2]));
   RecordProperty("max_um", static_cast<int>(1000 * errors.back()));
 }
 
-TEST(LiveRegistrationTest, ManyPicturesOfAnotherPatientWithdrawTheRegistration) {
+TEST(LiveRegistrationTest, ManyImagesOfAnotherPatientWithdrawTheRegistration) {
   test::SweepSpec spec;
   spec.frames = kFrames;
   spec.step_mm = 1;
   spec.size_px = 80;
   const Sweep other = test::blob_sweep(test::BlobPatient(9, 150), spec);
   LiveOptions options;
-  options.max_cost = 1;   // No picture is given up for itself,
-  options.drift_mm = 90;  // and wherever it leads, the pose is followed.
+  options.max_cost = 1;   // No single image is rejected.
+  options.drift_mm = 90;  // The registration follows the pose wherever it leads.
   options.jump_mm = 100;
   options.evidence_pictures = 39;
   auto right = start(options);
@@ -137,7 +137,7 @@ TEST(LiveRegistrationTest, ManyPicturesOfAnotherPatientWithdrawTheRegistration) 
   EXPECT_EQ(wrong.update(next)->state, LiveState::kFollowing) << "a new registration counts anew";
 }
 
-TEST(LiveRegistrationTest, StaysWhereAStillPatientLies) {
+TEST(LiveRegistrationTest, StaysFixedForAPatientWhoDoesNotMove) {
   auto live = start({});
   double worst = 0;
   for (const auto& picture : scene().frames) {
@@ -150,7 +150,7 @@ TEST(LiveRegistrationTest, StaysWhereAStillPatientLies) {
   EXPECT_LT(worst, 3.2);
 }
 
-TEST(LiveRegistrationTest, PullsInASmallErrorOfTheAcceptedPose) {
+TEST(LiveRegistrationTest, ReducesASmallErrorOfTheAcceptedPose) {
   auto live = start({}, test::off_by(test::true_pose(), 3, 0.03, 4));
   double last = 0;
   for (const auto& picture : scene().frames) {
@@ -161,14 +161,14 @@ TEST(LiveRegistrationTest, PullsInASmallErrorOfTheAcceptedPose) {
   EXPECT_LT(last, 1.6);
 }
 
-TEST(LiveRegistrationTest, RaisesTheAlarmWhenThePatientWasMoved) {
+TEST(LiveRegistrationTest, ReportsDriftIfThePatientWasMoved) {
   LiveOptions options;
   options.drift_s = 1;
   auto live = start(options);
   const Transform<Reference, Reference> pushed(Eigen::Quaterniond::Identity(), {0, 12, 0});
   bool alarmed = false;
   for (std::size_t i = 0; i < scene().frames.size(); ++i) {
-    // Pushed slowly, as a leaning surgeon does.
+    // The patient is pushed slowly, as by a surgeon who leans on the patient.
     const double share = std::min(1.0, static_cast<double>(i) / 25);
     const Transform<Reference, Reference> tissue(Eigen::Quaterniond::Identity(),
                                                  share * pushed.translation_mm());
@@ -185,7 +185,7 @@ TEST(LiveRegistrationTest, RaisesTheAlarmWhenThePatientWasMoved) {
   EXPECT_TRUE(alarmed);
 }
 
-TEST(LiveRegistrationTest, PicturesOfNothingAreHeldAndThenLost) {
+TEST(LiveRegistrationTest, BlackImagesHoldThePoseAndThenLoseIt) {
   auto live = start({});
   for (std::size_t i = 0; i < 10; ++i) ASSERT_TRUE(live.update(scene().frames[i]));
   std::vector<LiveState> states;
@@ -204,10 +204,10 @@ TEST(LiveRegistrationTest, PicturesOfNothingAreHeldAndThenLost) {
   EXPECT_LT(error_mm(scene().frames[20], back->ct_from_reference, test::true_pose()), 3);
 }
 
-TEST(LiveRegistrationTest, GoesOnWhenTheDepthOfThePicturesChanges) {
+TEST(LiveRegistrationTest, ContinuesIfTheDepthOfTheImagesChanges) {
   auto live = start({});
   for (std::size_t i = 0; i < 10; ++i) ASSERT_TRUE(live.update(scene().frames[i]));
-  // As many pixels, of another size: the middle of the picture, larger.
+  // The number of pixels stays equal, but their size changes: the middle of the image is enlarged.
   constexpr double kSize = 0.8;
   constexpr double kFirst = 8;
   for (std::size_t i = 10; i < 20; ++i) {
@@ -237,7 +237,8 @@ TEST(LiveRegistrationTest, AnotherPatientIsNotFollowedSilently) {
   spec.size_px = 80;
   const Sweep sweep = test::blob_sweep(other, spec);
   LiveOptions options;
-  options.max_cost = 0.4;  // These pictures have less noise than real ones: right poses cost 0.2.
+  options.max_cost = 0.4;  // These images have less noise than real ones. Correct poses have a cost
+                           // of 0.2.
   auto live = start(options);
   int following = 0;
   for (const auto& picture : sweep.frames()) {
@@ -248,12 +249,12 @@ TEST(LiveRegistrationTest, AnotherPatientIsNotFollowedSilently) {
   EXPECT_LT(following, 5);
 }
 
-TEST(LiveRegistrationTest, StressGainNoiseRepeatsAndFarOrigins) {
+TEST(LiveRegistrationTest, ToleratesSaturationRepeatedImagesAndDistantOrigins) {
   auto live = start({});
   double worst = 0;
   for (std::size_t i = 0; i < scene().frames.size(); ++i) {
     TrackedFrame picture = scene().frames[i];
-    if (i % 3 == 1) {  // Saturated.
+    if (i % 3 == 1) {  // A saturated image.
       std::vector<std::uint8_t> grey;
       for (const auto v : picture.frame.pixels.pixels()) {
         grey.push_back(static_cast<std::uint8_t>(std::min(255, 2 * v)));
@@ -268,7 +269,7 @@ TEST(LiveRegistrationTest, StressGainNoiseRepeatsAndFarOrigins) {
   EXPECT_LT(worst, 3.2);
   EXPECT_FALSE(live.update(scene().frames.back())) << "the same time again";
 
-  // The same scene with the tracker ten metres away gives the same answer.
+  // A tracker ten metres away gives the same result.
   const Transform<Reference, Reference> far(Eigen::Quaterniond::Identity(), {1e4, -1e4, 1e4});
   auto near_live = start({});
   auto far_live = start({}, test::true_pose() * far.inverse());
@@ -282,7 +283,7 @@ TEST(LiveRegistrationTest, StressGainNoiseRepeatsAndFarOrigins) {
   }
 }
 
-TEST(LiveRegistrationTest, ThreadsDoNotChangeABit) {
+TEST(LiveRegistrationTest, ResultDoesNotDependOnTheNumberOfThreads) {
   LiveOptions two;
   two.threads = 2;
   auto a = start({});
@@ -295,7 +296,7 @@ TEST(LiveRegistrationTest, ThreadsDoNotChangeABit) {
   }
 }
 
-TEST(LiveRegistrationTest, RefusesOptionsOutOfRange) {
+TEST(LiveRegistrationTest, RejectsOptionsOutOfRange) {
   LiveOptions options;
   options.wander_mm = std::nan("");
   EXPECT_FALSE(validate(options));

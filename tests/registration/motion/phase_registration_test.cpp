@@ -18,7 +18,7 @@ using Vec = Eigen::Vector3d;
 using ::testing::HasSubstr;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-/// Pictures of a patient who moves rigidly with the breath: down and a little round.
+/// Images of a patient who moves rigidly with breathing: downwards, with a small rotation.
 struct Breathing {
   test::BlobPatient patient;
   std::optional<Volume> volume;
@@ -26,9 +26,10 @@ struct Breathing {
   CtChannels ct;
   PatchSet patches;
   std::vector<double> phases;
-  std::vector<Vec> places;  ///< Reference, inside the sweep.
+  std::vector<Vec> places;  ///< Positions inside the sweep, Reference, mm.
 
-  /// Tissue at rest comes to lie at depth · this.
+  /// Displacement of tissue from its position at rest. The amplitude is \p mm at full depth of the
+  /// breath.
   static Transform<frames::Ct, frames::Ct> motion(double phase, double mm) {
     const double depth = std::pow(std::sin(std::numbers::pi * phase), 4);
     return {Eigen::Quaterniond(Eigen::AngleAxisd(0.004 * mm * depth, Vec::UnitX())),
@@ -55,7 +56,7 @@ struct Breathing {
     patches = make_patches(*sweep, *shadow_masks(*sweep, {}), {1.6, 9, 1500, 1}, 1.2);
   }
 
-  /// Root mean square over phases and places.
+  /// Root mean square over phases and positions.
   [[nodiscard]] double error_mm(const PhaseMotion& found, double mm) const {
     double sum = 0;
     int count = 0;
@@ -71,9 +72,9 @@ struct Breathing {
   }
 };
 
-TEST(PhaseMotionTest, RepeatsWithEveryBreathAndKnowsItsAmplitude) {
+TEST(PhaseMotionTest, MotionIsPeriodicAndReportsItsAmplitude) {
   Eigen::MatrixXd series = Eigen::MatrixXd::Zero(6, 3);
-  series(5, 1) = 4;  // 4 mm cos along z.
+  series(5, 1) = 4;  // 4 mm · cos along z.
   const PhaseMotion motion(test::true_pose(), {1, 2, 3}, series);
   const Point<frames::Reference> p{{10, -20, 30}};
   const Vec at_rest = (motion.ct_from_reference(0) * p).mm;
@@ -82,7 +83,7 @@ TEST(PhaseMotionTest, RepeatsWithEveryBreathAndKnowsItsAmplitude) {
   EXPECT_NEAR(motion.amplitude_mm({{0, 0, 0}}), 8, 1e-9);
 }
 
-TEST(PhaseRegistrationTest, FollowsEightMillimetresOfBreath) {
+TEST(PhaseRegistrationTest, FollowsABreathOfEightMillimetres) {
   const Breathing moving(8);
   const auto result =
       refine_by_phase(moving.ct, moving.patches, moving.phases, test::true_pose(), {});
@@ -112,7 +113,7 @@ Result<MovingRegistration> hold_still(const Volume& ct, const Breathing& patient
   return register_moving(ct, *patient.sweep, phases, test::true_pose(), {}, solver, diagnostics);
 }
 
-TEST(MovingRegistrationTest, JudgesPicturesHeldStillAndKnowsThePoseOfEachPhase) {
+TEST(MovingRegistrationTest, RegistersImagesNearRestAndGivesThePoseOfEachPhase) {
   const Breathing moving(8);
   const auto found = hold_still(*moving.volume, moving, moving.phases);
   ASSERT_TRUE(found) << found.error().message;
@@ -120,14 +121,14 @@ TEST(MovingRegistrationTest, JudgesPicturesHeldStillAndKnowsThePoseOfEachPhase) 
   const Decision decision = decide(*found, {}, {{0, 0, 0}});
   EXPECT_TRUE(decision.accepted) << (decision.reasons.empty() ? "" : decision.reasons[0]);
   EXPECT_LT(moving.error_mm(found->motion, 8), 0.8);
-  // sin^4 rests at phase 0; the pose at rest is the one that is judged.
+  // sin^4 is at rest at phase 0. The pose at rest is the one that is judged.
   EXPECT_LT(std::min(found->rest_phase, 1 - found->rest_phase), 0.1);
   const Vec p = moving.places.front();
   EXPECT_LT(((found->motion.ct_from_reference(found->rest_phase) * Point<frames::Reference>{p}) -
              (found->at_rest->ct_from_reference * Point<frames::Reference>{p}))
                 .v.norm(),
             1e-6);
-  // Only pictures of that half of the breath about rest take part.
+  // Only images from the half of the breath around rest are used.
   const auto near = std::ranges::count_if(moving.phases, [&](double phase) {
     const double apart = std::abs(phase - found->rest_phase);
     return std::min(apart, 1 - apart) <= 0.25;
@@ -135,7 +136,7 @@ TEST(MovingRegistrationTest, JudgesPicturesHeldStillAndKnowsThePoseOfEachPhase) 
   ASSERT_TRUE(found->held_still);
   EXPECT_EQ(found->held_still->frames().size(), static_cast<std::size_t>(near));
   EXPECT_LT(static_cast<std::size_t>(near), moving.phases.size());
-  // The limits of a still patient hold, and the pose at rest may not run away.
+  // The limits for a patient who does not move apply, and the pose at rest must not move away.
   MovingRegistration bad = *found;
   bad.at_rest->final_cost = 0.5;
   EXPECT_FALSE(decide(bad, {}, {{0, 0, 0}}).accepted);
@@ -144,17 +145,17 @@ TEST(MovingRegistrationTest, JudgesPicturesHeldStillAndKnowsThePoseOfEachPhase) 
   EXPECT_FALSE(decide(bad, {}, {{0, 0, 0}}).accepted);
 }
 
-TEST(MovingRegistrationTest, RefusesTheCtOfAnotherPatient) {
+TEST(MovingRegistrationTest, RejectsTheCtOfAnotherPatient) {
   const Breathing moving(8);
   for (const unsigned seed : {8u, 9u}) {
     const auto other = test::blob_ct(test::BlobPatient{seed, 150}, test::cubic_grid(75));
     const auto found = hold_still(other, moving, moving.phases);
-    if (!found || !found->at_rest) continue;  // Not even a motion.
+    if (!found || !found->at_rest) continue;  // In this case no motion was found.
     EXPECT_FALSE(decide(*found, {}, {{0, 0, 0}}).accepted) << seed;
   }
 }
 
-TEST(MovingRegistrationTest, NeverAcceptsAWrongMotionByAWrongPeriod) {
+TEST(MovingRegistrationTest, AWrongBreathingPeriodIsNeverAccepted) {
   const Breathing moving(8);
   for (const double factor : {0.37, 1.3, 1.7}) {
     std::vector<double> phases;
@@ -165,7 +166,7 @@ TEST(MovingRegistrationTest, NeverAcceptsAWrongMotionByAWrongPeriod) {
   }
 }
 
-TEST(PhaseRegistrationTest, LeavesAPatientWhoHoldsHisBreathRigid) {
+TEST(PhaseRegistrationTest, KeepsThePoseRigidIfThePatientHoldsTheBreath) {
   const Breathing still(0);
   const auto result = refine_by_phase(still.ct, still.patches, still.phases, test::true_pose(), {});
   ASSERT_TRUE(result) << result.error().message;
@@ -174,7 +175,7 @@ TEST(PhaseRegistrationTest, LeavesAPatientWhoHoldsHisBreathRigid) {
   EXPECT_EQ(result->motion.amplitude_mm({{0, 0, 0}}), 0);
 }
 
-TEST(PhaseRegistrationTest, RefusesWhatDoesNotShowTheBreath) {
+TEST(PhaseRegistrationTest, RejectsImagesThatDoNotCoverTheBreath) {
   Breathing still(0);
   const auto refine = [&](const PhaseOptions& options = {}) {
     return refine_by_phase(still.ct, still.patches, still.phases, test::true_pose(), options);
@@ -184,7 +185,7 @@ TEST(PhaseRegistrationTest, RefusesWhatDoesNotShowTheBreath) {
   ASSERT_FALSE(refine(bad));
   EXPECT_THAT(refine(bad).error().message, HasSubstr("harmonics"));
   const auto known = still.phases;
-  for (double& phase : still.phases) phase *= 0.5;  // Only while breathing in.
+  for (double& phase : still.phases) phase *= 0.5;  // Only phases of breathing in.
   ASSERT_FALSE(refine());
   EXPECT_THAT(refine().error().message, HasSubstr("whole breath"));
   for (std::size_t i = 8; i < known.size(); ++i) still.phases[i] = kNan;

@@ -19,14 +19,14 @@ namespace {
 
 constexpr double kRadiusX = 95, kRadiusY = 70;
 
-/// Below 0 inside an elliptic trunk along z, mm to first order.
+/// Signed distance to an elliptic trunk along z, mm, to first order. Negative inside.
 double trunk(const Eigen::Vector3d& p) {
   const double r = std::hypot(p.x() / kRadiusX, p.y() / kRadiusY);
   const double slope = std::hypot(p.x() / (kRadiusX * kRadiusX), p.y() / (kRadiusY * kRadiusY));
   return slope > 0 ? (r - 1) * r / slope : -kRadiusY;
 }
 
-/// Blobs in a trunk in air, with a lung that the CT's upper end cuts.
+/// Blobs in a trunk in air, with a lung that the upper end of the CT cuts off.
 struct Trunk {
   test::BlobPatient blobs{11, 110, 75};
   [[nodiscard]] static bool lung(const Eigen::Vector3d& p) {
@@ -48,14 +48,14 @@ const Volume& trunk_ct() {
   return ct;
 }
 
-TEST(BodySurfaceTest, KnowsTheDepthBelowTheSkin) {
+TEST(BodySurfaceTest, ComputesTheDepthBelowTheSkin) {
   const BodySurface body(trunk_ct());
   for (const double angle : {0.0, 0.7, 1.6, 3.0, 4.4, 5.5}) {
     const Eigen::Vector3d skin(kRadiusX * std::cos(angle), kRadiusY * std::sin(angle), -10);
     const Eigen::Vector3d inward =
         -Eigen::Vector3d(std::cos(angle) / kRadiusX, std::sin(angle) / kRadiusY, 0).normalized();
     for (const double depth : {-8.0, 0.0, 10.0}) {
-      // Half a cell, and what the skin curves within the smoothing.
+      // Half a cell, plus the effect of the curvature of the skin within the smoothing.
       EXPECT_NEAR(body.depth_mm({skin + depth * inward}), depth, 4) << angle << ' ' << depth;
     }
   }
@@ -63,9 +63,9 @@ TEST(BodySurfaceTest, KnowsTheDepthBelowTheSkin) {
   EXPECT_GE(body.depth_mm({{30, 0, 70}}), 10) << "a lung is inside, cut or not";
 }
 
-TEST(BodySurfaceTest, ItsPointsLieOnTheSkinAndLookInwards) {
+TEST(BodySurfaceTest, PointsLieOnTheSkinWithInwardNormals) {
   const auto points = BodySurface(trunk_ct()).points(20);
-  // The trunk's sides over the CT's height; its cut ends have no skin.
+  // The points cover the sides of the trunk over the height of the CT. The cut ends have no skin.
   EXPECT_GE(points.size(), 100u);
   EXPECT_LE(points.size(), 500u);
   for (const auto& [place, inward] : points) {
@@ -82,7 +82,7 @@ TEST(BodySurfaceTest, ACtWithoutAirHasNoSkin) {
   EXPECT_TRUE(BodySurface(ct).points(20).empty());
 }
 
-/// A sweep over the side of the trunk: linear pictures that begin 3 mm below the skin.
+/// Sweep over the side of the trunk, with images of a linear probe that begin 3 mm below the skin.
 Sweep side_sweep(const Trunk& patient) {
   std::vector<TrackedFrame> frames;
   std::mt19937 random(9);
@@ -118,7 +118,7 @@ Sweep side_sweep(const Trunk& patient) {
   return *Sweep::create(std::move(frames), "synthetic");
 }
 
-TEST(PatchSetTest, CoarsenedPatchesAreTheSameWithFewerSamples) {
+TEST(PatchSetTest, CoarsenedPatchesAreEqualWithFewerSamples) {
   PatchSet all;
   all.side = 7;
   all.frames = 1;
@@ -129,7 +129,7 @@ TEST(PatchSetTest, CoarsenedPatchesAreTheSameWithFewerSamples) {
     patch.weight = i == 2 ? 0.5 : 0.25;
     all.patches.push_back(patch);
     for (int k = 0; k < 49; ++k) {
-      // The last one varies only between the samples that are left.
+      // The last patch varies only between the samples that remain.
       const float ramp = static_cast<float>(k % 7 - 3 + 2 * (k / 7 - 3));
       all.samples.push_back(i == 2 ? static_cast<float>(k % 7 % 3 != 0) : ramp);
     }
@@ -139,7 +139,7 @@ TEST(PatchSetTest, CoarsenedPatchesAreTheSameWithFewerSamples) {
   EXPECT_EQ(few.side, 3);
   EXPECT_EQ(few.patches[0].step_a, Eigen::Vector3d(4.5, 0, 0));
   EXPECT_DOUBLE_EQ(few.patches[0].weight + few.patches[1].weight, 1);
-  // 3 (a + 2 b) for a, b in −1, 0, 1, over its norm.
+  // 3 (a + 2 b) for a and b in −1, 0, 1, divided by its norm.
   const double norm = std::sqrt(6 * (1.0 + 4.0));
   for (int k = 0; k < 9; ++k) {
     const double expected = (k % 3 - 1 + 2 * (k / 3 - 1)) / norm;
@@ -147,7 +147,7 @@ TEST(PatchSetTest, CoarsenedPatchesAreTheSameWithFewerSamples) {
   }
 }
 
-TEST(PatchSetTest, CoarsenedPatchesKeepTheirGreys) {
+TEST(PatchSetTest, CoarsenedPatchesKeepTheirGreyValues) {
   PatchSet all;
   all.side = 7;
   all.patches.push_back({});
@@ -160,7 +160,7 @@ TEST(PatchSetTest, CoarsenedPatchesKeepTheirGreys) {
   const auto grey = [](const PatchSet& set, std::size_t k) {
     return set.patches[0].mean_grey + set.patches[0].norm_grey * static_cast<double>(set.u(0)[k]);
   };
-  constexpr double kRounding = 1e-4;  // Of 256 greys, float.
+  constexpr double kRounding = 1e-4;  // Rounding of 256 grey values in float.
   for (std::size_t b = 0; b < 3; ++b) {
     for (std::size_t a = 0; a < 3; ++a) {
       EXPECT_NEAR(grey(few, 3 * b + a), grey(all, 21 * b + 3 * a), kRounding);
@@ -168,7 +168,7 @@ TEST(PatchSetTest, CoarsenedPatchesKeepTheirGreys) {
   }
 }
 
-/// One slice of fat between air to its left and right.
+/// One slice of fat with air on its left and right.
 Volume slab_ct(double slice_mm) {
   VoxelGrid grid;
   grid.size = {60, 20, 1};
@@ -180,7 +180,7 @@ Volume slab_ct(double slice_mm) {
   return *Volume::create(grid, std::move(hu), "slab");
 }
 
-TEST(BodySurfaceTest, OfOneSliceDoesNotDependOnItsThickness) {
+TEST(BodySurfaceTest, SurfaceOfOneSliceDoesNotDependOnItsThickness) {
   const BodySurface thick(slab_ct(5));
   const BodySurface thin(slab_ct(1e-4));
   constexpr double kRoundingMm = 1e-4;
@@ -189,7 +189,7 @@ TEST(BodySurfaceTest, OfOneSliceDoesNotDependOnItsThickness) {
   }
 }
 
-TEST(SkinSearchTest, RefusesOptionsOutOfRangeByName) {
+TEST(SkinSearchTest, RejectsOptionsOutOfRangeByName) {
   EXPECT_TRUE(validate(SkinSearchOptions()));
   SkinSearchOptions options;
   options.tried = 0;
@@ -201,13 +201,13 @@ TEST(SkinSearchTest, RefusesOptionsOutOfRangeByName) {
   EXPECT_FALSE(validate(options));
 }
 
-/// Where the left edge of a sweep's middle picture points, Ct.
+/// Direction in Ct in which the left edge of the middle image of the sweep points.
 Eigen::Vector3d left_of(const Sweep& sweep, const Transform<frames::Ct, frames::Reference>& pose) {
   const TrackedFrame& middle = sweep.frames()[sweep.frames().size() / 2];
   return pose.rotation() * (middle.reference_from_image.rotation() * -Eigen::Vector3d::UnitX());
 }
 
-TEST(SkinSearchTest, TriesOnlyPosesWithTheMarkerAsDeclared) {
+TEST(SkinSearchTest, TriesOnlyPosesThatAgreeWithTheMarker) {
   const Sweep sweep = side_sweep(Trunk());
   ImageRegistrationOptions options;
   options.threads = 1;
@@ -224,7 +224,7 @@ TEST(SkinSearchTest, TriesOnlyPosesWithTheMarkerAsDeclared) {
   search.marker_towards = -left;
   const auto turned = register_on_skin(trunk_ct(), sweep, options, search, diagnostics);
   ASSERT_TRUE(test::has_value(turned));
-  // What is tried may turn on its way to a minimum, but not around.
+  // A tried pose may rotate on its way to a minimum, but not by a half turn.
   EXPECT_GE(left_of(sweep, turned->ct_from_reference).dot(-left), std::cos(1.2));
   EXPECT_GE(turned->final_cost, 1.5 * found->final_cost);
   search.marker_towards = Eigen::Vector3d(1, 1, 0);
@@ -233,7 +233,7 @@ TEST(SkinSearchTest, TriesOnlyPosesWithTheMarkerAsDeclared) {
   EXPECT_NE(refused.error().message.find("marker_towards"), std::string::npos);
 }
 
-TEST(SkinSearchTest, FindsAPoseWithoutAnyStart) {
+TEST(SkinSearchTest, FindsThePoseWithoutAStart) {
   const Sweep sweep = side_sweep(Trunk());
   ImageRegistrationOptions options;
   options.threads = 1;
@@ -242,7 +242,8 @@ TEST(SkinSearchTest, FindsAPoseWithoutAnyStart) {
   const auto found = register_on_skin(trunk_ct(), sweep, options, {}, diagnostics);
   const double wall_s = seconds_since(begin);
   ASSERT_TRUE(test::has_value(found));
-  // All of the search but for what is freed at its end, not what the last place took alone.
+  // The reported time covers the whole search except for freeing memory at its end, not only the
+  // last start.
   EXPECT_LE(found->total_s, wall_s);
   EXPECT_GE(found->total_s, 0.6 * wall_s);
   for (const TrackedFrame& tracked : sweep.frames()) {
@@ -267,7 +268,7 @@ TEST(SkinSearchTest, TheTimeLimitBoundsTheSearch) {
   ASSERT_TRUE(test::has_value(run(1e9)));
   const double whole_s = process_s() - before_s;
   const double wall_s = seconds_since(start);
-  // What cannot be interrupted: the skin of the CT and one level of patches.
+  // Parts that cannot be interrupted: the skin of the CT and one level of patches.
   constexpr double kUninterrupted = 0.5;
   EXPECT_TRUE(test::refuses(run(1e-9), ErrorCode::kTimeout, {"time limit", "found none"}));
   EXPECT_LT(process_s() - before_s - whole_s, kUninterrupted * whole_s);
@@ -282,7 +283,7 @@ TEST(SkinSearchTest, TheTimeLimitBoundsTheSearch) {
   }
 }
 
-TEST(SkinSearchTest, ACancelledSearchSaysSo) {
+TEST(SkinSearchTest, ACancelledSearchReportsIt) {
   int asked = 0;
   ImageRegistrationOptions options;
   options.threads = 1;
@@ -295,7 +296,7 @@ TEST(SkinSearchTest, ACancelledSearchSaysSo) {
   }
 }
 
-TEST(SkinSearchTest, ACtWithoutSkinIsRefused) {
+TEST(SkinSearchTest, RejectsACtWithoutSkin) {
   const Volume ct = test::blob_ct(test::BlobPatient(3), test::cubic_grid(60, 3));
   CollectingDiagnostics diagnostics;
   const auto found = register_on_skin(ct, side_sweep(Trunk()), {}, {}, diagnostics);

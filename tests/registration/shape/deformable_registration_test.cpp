@@ -45,8 +45,8 @@ TEST(SplineFieldTest, JacobianIsTheDerivativeAndWeightsSumToOne) {
   EXPECT_EQ(field.displacement(Vec::Constant(std::nan(""))), Vec(0, 0, 0));
 }
 
-TEST(SplineFieldTest, ARowIsTheFieldAlongALine) {
-  // Sums in another order.
+TEST(SplineFieldTest, ARowEqualsTheFieldAlongALine) {
+  // The sums are computed in another order.
   constexpr double kRoundingMm = 1e-12;
   SplineField field({{-40, -30, -20}, {55, 30, 45}}, 22);
   Eigen::VectorXd c(3 * field.control_points());
@@ -74,7 +74,7 @@ TEST(SplineFieldTest, ARowIsTheFieldAlongALine) {
 TEST(SplineFieldTest, BendingEnergyIsTheIntegralOfSquaredSecondDerivatives) {
   SplineField field(kBox, 30);
   Eigen::VectorXd c = Eigen::VectorXd::Zero(field.coefficients().size());
-  // One component, away from the border, of two neighbouring control points.
+  // One component of two neighbouring control points, away from the border.
   const auto reach = field.reach({0, 0, 0});
   c[3 * reach.index[21]] = 2;
   c[3 * reach.index[22]] = -1;
@@ -119,7 +119,8 @@ TEST(SplineFieldTest, GradientBoundHoldsEverywhere) {
   peak.set_coefficients(c);
   EXPECT_EQ(peak.gradient_bound(), 0);
   const auto reach = peak.reach({0, 0, 0});
-  c[3 * reach.index[21]] = 3;  // One control point: steepest difference 3 mm over 30, each way.
+  c[3 * reach.index[21]] = 3;  // One control point: the steepest difference is 3 mm over 30 mm in
+                               // each direction.
   peak.set_coefficients(c);
   EXPECT_NEAR(peak.gradient_bound(), std::sqrt(3.0) * 0.1, 1e-12);
   const Eigen::VectorXd u = c;
@@ -129,17 +130,17 @@ TEST(SplineFieldTest, GradientBoundHoldsEverywhere) {
   EXPECT_NEAR(peak.bending_energy_mm(), energy, 1e-12);
 }
 
-TEST(SplineFieldTest, TellsFoldsFromSmoothMaps) {
+TEST(SplineFieldTest, DeterminantDistinguishesFoldsFromSmoothMaps) {
   EXPECT_GT(random_field(2, 1).min_determinant(), 0.7);
   EXPECT_LT(random_field(2, 60).min_determinant(), 0);
 }
 
-/// Pictures of a patient whose tissue has moved by a smooth bump since the CT.
+/// Images of a patient whose tissue has been displaced by a smooth bump since the CT.
 struct Case {
   test::BlobPatient patient{7, 150};
   CtChannels ct;
   PatchSet patches;
-  std::vector<Vec> targets;  ///< Now; inside the sweep.
+  std::vector<Vec> targets;  ///< Current positions inside the sweep.
 
   static Vec bump(const Vec& p, double mm) {
     const double w = std::exp(-0.5 * (p - Vec(5, -5, 0)).squaredNorm() / (35.0 * 35.0));
@@ -178,11 +179,11 @@ TEST(DeformableRegistrationTest, FindsASmoothDeformation) {
   EXPECT_LT(result->final_cost, result->rigid_cost);
   EXPECT_GT(result->min_determinant, 0.5);
   EXPECT_GT(result->bending_energy_mm, 0);
-  // One-to-one anywhere, not only where the determinant was looked at.
+  // The field is one-to-one everywhere, not only at the samples of the determinant.
   EXPECT_LT(result->max_gradient, 1);
 }
 
-TEST(DeformableRegistrationTest, LeavesARigidPatientRigid) {
+TEST(DeformableRegistrationTest, KeepsARigidPatientRigid) {
   const Case rigid(0);
   const auto result = refine_deformable(rigid.ct, rigid.patches, test::true_pose(), {});
   ASSERT_TRUE(result) << result.error().message;
@@ -194,7 +195,7 @@ TEST(DeformableRegistrationTest, LeavesARigidPatientRigid) {
   EXPECT_FALSE(result->reason.empty());
 }
 
-TEST(DeformedRegistrationTest, ABentCtShowsAtEachPlaceWhatLiesWhereTheFieldPoints) {
+TEST(DeformedRegistrationTest, ADeformedCtHasTheValueAtTheDisplacedPosition) {
   VoxelGrid grid = test::cubic_grid(60);
   std::vector<std::int16_t> hu;
   const auto slope = [](const Vec& p) { return 3 * p.x() - 2 * p.y() + 5 * p.z(); };
@@ -213,14 +214,14 @@ TEST(DeformedRegistrationTest, ABentCtShowsAtEachPlaceWhatLiesWhereTheFieldPoint
   for (const Vec& p : {Vec(0, 0, 0), Vec(10, -20, 8), Vec(-24, 12, -16), Vec(20, 20, -20)}) {
     const Vec index = grid.index_of({p}).array().round();
     const Vec voxel = grid.at(index).mm;
-    // Rounded twice.
+    // The value was rounded twice.
     EXPECT_NEAR(*bent->sample({voxel}), slope(voxel + field.displacement(voxel)), 1.1);
     seen += field.displacement(voxel).norm() > 1;
   }
   EXPECT_GT(seen, 1) << "the field moves something";
 }
 
-TEST(DeformableRegistrationTest, StressNaNConstantCtAndTooFewPictures) {
+TEST(DeformableRegistrationTest, HandlesNanAConstantCtAndTooFewImages) {
   Case rigid(0);
   PatchSet few = subset(rigid.patches, [](const Patch& p) { return p.frame < 3; });
   const auto refused = refine_deformable(rigid.ct, few, test::true_pose(), {});
@@ -241,9 +242,9 @@ TEST(DeformableRegistrationTest, StressNaNConstantCtAndTooFewPictures) {
   EXPECT_FALSE(validate(options));
 }
 
-TEST(DeformableRegistrationTest, PicturesFarApartAreRefusedNotWorkedOn) {
+TEST(DeformableRegistrationTest, RejectsImagesThatAreFarApart) {
   Case rigid(0);
-  // A tracker that loses its way for a few pictures: 9 m off, and some 4 m along every axis.
+  // A tracker that is wrong for a few images: 9 m away, or 4 m along every axis.
   for (const Vec& away : {Vec(9000, 0, 0), Vec(4000, 4000, 4000)}) {
     PatchSet torn = rigid.patches;
     for (Patch& patch : torn.patches) {

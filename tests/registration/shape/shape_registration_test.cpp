@@ -31,7 +31,7 @@ class Random {
   std::mt19937 random_;
 };
 
-/// A closed surface r(u, v), u and v in [0, 1], as triangles.
+/// Returns a surface r(u, v) with u and v in [0, 1] as triangles.
 TriangleMesh mesh_of(const std::function<Eigen::Vector3d(double, double)>& surface, int nu,
                      int nv) {
   TriangleMesh mesh{{}, {}, "test surface"};
@@ -50,7 +50,7 @@ TriangleMesh mesh_of(const std::function<Eigen::Vector3d(double, double)>& surfa
   return mesh;
 }
 
-/// A bone-like bump landscape without symmetry.
+/// A surface with bumps like a bone, without symmetry.
 Eigen::Vector3d landscape(double u, double v) {
   const double x = 140 * (u - 0.5);
   const double y = 110 * (v - 0.5);
@@ -97,32 +97,32 @@ const ShapeField& landscape_field() {
   return field;
 }
 
-TEST(ShapeFieldTest, APlaneIsExactAtAnySpacing) {
+TEST(ShapeFieldTest, APlaneIsExactForEverySpacing) {
   const ShapeField field = field_of(mesh_of(plane, 30, 30), 7);
   for (const double height : {-9.0, -0.1, 0.0, 0.7, 12.0}) {
     const Eigen::Vector3d p(11.3, -20.7, 20 + height);
     const ShapeSample sample = field.at(p);
     EXPECT_NEAR(sample.offset_mm.z(), height, 1e-9);
-    // The piece of a node 7 mm away does not reach to the point.
+    // The surface element of a node 7 mm away does not reach the point.
     EXPECT_NEAR(sample.distance_mm, std::abs(height), 2.0);
     EXPECT_GE(sample.distance_mm, std::abs(height));
     EXPECT_EQ(field.distance_mm(p), sample.distance_mm);
     EXPECT_LT((sample.by_point - Eigen::Vector3d::UnitZ() * Eigen::RowVector3d::UnitZ()).norm(),
               1e-9);
   }
-  // Beyond the rim the plane goes on for the offset, not for the distance.
+  // Beyond its rim, the plane continues for the offset but not for the distance.
   EXPECT_NEAR(field.at({95, 0, 20}).offset_mm.norm(), 0, 1e-9);
   EXPECT_NEAR(field.distance_mm({95, 0, 20}), 20, 4);
 }
 
-TEST(ShapeFieldTest, TheDerivativeIsThatOfTheOffset) {
+TEST(ShapeFieldTest, DerivativeIsThatOfTheOffset) {
   Random random(3);
   for (int trial = 0; trial < 50; ++trial) {
     const Eigen::Vector3d p =
         landscape(random.uniform(), random.uniform()) +
         6 * Eigen::Vector3d(random.normal(), random.normal(), random.normal());
     const ShapeSample sample = landscape_field().at(p);
-    constexpr double kStep = 1e-6;  // A kink between two cells is hit once in 10⁶.
+    constexpr double kStep = 1e-6;  // The step meets a kink between two cells once in 10⁶.
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
       const Eigen::Vector3d e = kStep * Eigen::Vector3d::Unit(axis);
       const Eigen::Vector3d slope =
@@ -133,7 +133,7 @@ TEST(ShapeFieldTest, TheDerivativeIsThatOfTheOffset) {
   }
 }
 
-TEST(ShapeFieldTest, TheDistanceIsThatOfBruteForce) {
+TEST(ShapeFieldTest, DistanceAgreesWithBruteForce) {
   const auto shape = surface_shape(mesh_of(landscape, 70, 55), 2);
   ASSERT_TRUE(test::has_value(shape));
   const auto field = ShapeField::create(*shape, {.spacing_mm = 2, .margin_mm = 20});
@@ -148,10 +148,11 @@ TEST(ShapeFieldTest, TheDistanceIsThatOfBruteForce) {
     for (const auto& e : shape->elements) least = std::min(least, (e.point_mm - p).norm());
     worst = std::max(worst, std::abs(least - field->distance_mm(p)));
   }
-  EXPECT_LT(worst, 1.5);  // The pieces are points for brute force and 2 mm wide for the field.
+  EXPECT_LT(worst, 1.5);  // The surface elements are points for brute force but 2 mm wide for the
+                          // field.
 }
 
-TEST(ShapeRegistrationTest, FindsThePlantedPoseFrom30MillimetresAnd20Degrees) {
+TEST(ShapeRegistrationTest, FindsTheTruePoseFrom30MillimetresAnd20Degrees) {
   const auto points = touched(landscape, 600, 0.3, 1);
   for (unsigned seed = 1; seed <= test::trials(4U); ++seed) {
     const Pose start = test::off_by(test::true_pose(), 30, 20 * kPi / 180, seed);
@@ -166,7 +167,7 @@ TEST(ShapeRegistrationTest, FindsThePlantedPoseFrom30MillimetresAnd20Degrees) {
   }
 }
 
-TEST(ShapeRegistrationTest, PointsThatMissTheSurfaceAreTrimmedAway) {
+TEST(ShapeRegistrationTest, TrimsPointsThatMissTheSurface) {
   auto points = touched(landscape, 600, 0.2, 2);
   for (std::size_t i = 0; i < points.size(); i += 5) {
     points[i].mm += Eigen::Vector3d(25 + static_cast<double>(i % 7), 15, -20);
@@ -200,8 +201,8 @@ TEST(ShapeRegistrationTest, PredictsItsErrorWithinAFactorOfTwo) {
   EXPECT_LT(predicted2 / found2, 4.0);
 }
 
-TEST(ShapeRegistrationTest, ASurfaceThatIsBentWidensThePrediction) {
-  // A planted discrepancy: waves of 60 mm, 1.2 mm RMS, that no pose can take up.
+TEST(ShapeRegistrationTest, ADeformedSurfaceIncreasesThePredictedError) {
+  // A known discrepancy that no pose can compensate: waves of 60 mm with 1.2 mm RMS.
   constexpr double kRms = 1.2;
   const auto bent = [](double u, double v) {
     Eigen::Vector3d p = landscape(u, v);
@@ -218,9 +219,10 @@ TEST(ShapeRegistrationTest, ASurfaceThatIsBentWidensThePrediction) {
   ASSERT_TRUE(test::has_value(plain));
   ASSERT_TRUE(test::has_value(result));
   EXPECT_EQ(plain->discrepancy_mm, 0);
-  EXPECT_GT(result->discrepancy_mm, 0.5 * kRms);  // Along the normals, which are oblique.
+  EXPECT_GT(result->discrepancy_mm, 0.5 * kRms);  // The discrepancy is measured along the normals,
+                                                  // which are oblique.
   EXPECT_LT(result->discrepancy_mm, 1.2 * kRms);
-  // A point of the true surface is off by the pose's error and by the wave.
+  // A point of the true surface has the error of the pose plus the wave.
   EXPECT_GT(result->tre_rms_mm({{20, 10, -40}}), kRms);
 }
 
@@ -234,7 +236,7 @@ TEST(ShapeRegistrationTest, APlaneSlidesInThreeDirections) {
   EXPECT_EQ(result->sliding[1].description.rfind("translation along Ct", 0), 0u);
   EXPECT_EQ(result->sliding[2].description.rfind("rotation about Ct (0.00, 0.00, 1.00)", 0), 0u)
       << result->sliding[2].description;
-  // What is determined is found, to 0.2 mm of noise over the root of 300 points.
+  // The determined directions are found to 0.2 mm of noise over the root of 300 points.
   for (const double x : {-40.0, 40.0}) {
     const auto p = test::true_pose().inverse() * Point<frames::Ct>{{x, -x, 20}};
     EXPECT_NEAR((result->ct_from_reference * p).mm.z(), 20, 0.1);
@@ -252,12 +254,12 @@ TEST(ShapeRegistrationTest, ACylinderSlidesAlongAndAboutItsAxis) {
   EXPECT_EQ(result->sliding[0].description, "translation along Ct (0.00, 0.00, 1.00)");
   EXPECT_EQ(result->sliding[1].description.rfind("rotation about Ct (0.00, 0.00, 1.00)", 0), 0u)
       << result->sliding[1].description;
-  // Kept as the start has them, not guessed: the start's shift along the axis is still there.
+  // Undetermined directions keep the value of the start pose: its shift along the axis remains.
   const auto p = test::true_pose().inverse() * Point<frames::Ct>{{0, 0, 0}};
   EXPECT_NEAR((result->ct_from_reference * p).mm.z(), (start * p).mm.z(), 1.5);
 }
 
-TEST(ShapeRegistrationTest, ASphereTurnsAboutItsCentre) {
+TEST(ShapeRegistrationTest, ASphereRotatesAboutItsCentre) {
   ShapeRegistrationOptions options;
   options.starts = 0;
   const auto result =
@@ -272,7 +274,7 @@ TEST(ShapeRegistrationTest, ASphereTurnsAboutItsCentre) {
   EXPECT_LT(((result->ct_from_reference * centre).mm - Eigen::Vector3d(10, 0, 0)).norm(), 0.1);
 }
 
-/// A tree: a bent trunk and three branches.
+/// A vessel tree: a curved trunk and three branches.
 template <class Frame>
 std::vector<CentreLine<Frame>> tree(const Transform<Frame, frames::Ct>& pose, double from = 0) {
   std::vector<CentreLine<Frame>> lines(4);
@@ -290,12 +292,12 @@ std::vector<CentreLine<Frame>> tree(const Transform<Frame, frames::Ct>& pose, do
   return lines;
 }
 
-TEST(ShapeRegistrationTest, VesselsFindTheirCentreLines) {
+TEST(ShapeRegistrationTest, FindsThePoseFromVesselCentreLines) {
   const auto shape = curve_shape(tree(Transform<frames::Ct, frames::Ct>::identity()), 1, "vessels");
   ASSERT_TRUE(test::has_value(shape));
   const auto field = ShapeField::create(*shape);
   ASSERT_TRUE(test::has_value(field));
-  // The ultrasound sees the outer parts of the branches only, with half a millimetre of noise.
+  // The ultrasound shows only the outer parts of the branches, with noise of 0.5 mm.
   auto points = points_along(tree(test::true_pose().inverse(), 0.3), 1.5);
   Random random(6);
   for (auto& p : points)
@@ -326,7 +328,7 @@ TEST(ShapeRegistrationTest, AStraightVesselSlidesAlongItself) {
   EXPECT_EQ(result->sliding[1].description.rfind("rotation about Ct (0.00, 1.00, 0.00)", 0), 0u);
 }
 
-TEST(ShapeRegistrationTest, AnotherShapeIsRefused) {
+TEST(ShapeRegistrationTest, RejectsAnotherShape) {
   const auto result = register_points(touched(landscape, 400, 0.2, 7),
                                       field_of(mesh_of(sphere, 60, 40)), test::true_pose());
   ASSERT_TRUE(test::has_value(result));
@@ -334,13 +336,13 @@ TEST(ShapeRegistrationTest, AnotherShapeIsRefused) {
   EXPECT_FALSE(decision.accepted);
 }
 
-TEST(ShapeRegistrationTest, RefusesWhatItCannotUse) {
+TEST(ShapeRegistrationTest, RejectsInvalidInput) {
   const auto code = ErrorCode::kMalformedData;
   auto points = touched(landscape, 50, 0, 1);
   const auto solve = [&] { return register_points(points, landscape_field(), test::true_pose()); };
   points[7].mm.x() = std::nan("");
   EXPECT_TRUE(test::refuses(solve(), code, {"point 7", "NaN"}));
-  points[7].mm.x() = 1e300;  // Whose square is infinite.
+  points[7].mm.x() = 1e300;  // The square of this coordinate is infinite.
   EXPECT_TRUE(test::refuses(solve(), code, {"point 7", "1e7 mm", "1e+300"}));
   points = touched(landscape, 19, 0, 1);
   EXPECT_TRUE(test::refuses(solve(), code, {"20 points", "19"}));

@@ -19,7 +19,7 @@
 namespace nav::registration {
 namespace {
 
-// Sums of a few hundred floats of the size of 1.
+// Sums of a few hundred floats of magnitude 1.
 constexpr double kTexelRounding = 3e-6;
 
 Volume random_ct(std::array<int, 3> size, const Eigen::Vector3d& spacing_mm) {
@@ -34,8 +34,8 @@ Volume random_ct(std::array<int, 3> size, const Eigen::Vector3d& spacing_mm) {
   return *Volume::create(grid, std::move(hu), "random");
 }
 
-/// f by its definition, in doubles: block means of the held HU, a Gaussian along each axis in turn
-/// that is cut at three sigmas, the nearest texel beyond the border.
+/// Channel f by its definition, in doubles: block means of the clamped HU, then a Gaussian along
+/// each axis that is cut at three sigmas. Beyond the border the nearest texel counts.
 class Definition {
  public:
   Definition(const Volume& ct, double sigma_mm, const CtChannels& channels)
@@ -94,8 +94,8 @@ std::size_t index_of(const CtChannels& channels, int i, int j, int k) {
   return static_cast<std::size_t>((k * channels.size[1] + j) * channels.size[0] + i);
 }
 
-TEST(CtChannelsTest, AreTheSmoothedBlockMeansAndTheirDifferencesAtEveryTexel) {
-  // Radii of one to five texels, blocks of one to three voxels, a border within every radius.
+TEST(CtChannelsTest, TexelsAreSmoothedBlockMeansAndTheirDifferences) {
+  // Radii of one to five texels, blocks of one to three voxels, and a border within every radius.
   for (const double sigma_mm : {0.5, 1.5, 3.75}) {
     for (const double texel_sigmas : {0.3, 0.7, 1.0}) {
       const Volume ct = random_ct({11, 9, 7}, {1.5, 1.0, 2.0});
@@ -127,7 +127,7 @@ TEST(CtChannelsTest, AreTheSmoothedBlockMeansAndTheirDifferencesAtEveryTexel) {
   }
 }
 
-TEST(CtChannelsTest, APartHasTheTexelsOfTheWholeToTheLastBit) {
+TEST(CtChannelsTest, TexelsOfAPartAreExactlyThoseOfTheWhole) {
   const Volume ct = random_ct({23, 19, 17}, {0.8, 1.0, 2.5});
   for (const double sigma_mm : {0.9, 2.25}) {
     CtChannels whole;
@@ -161,7 +161,7 @@ TEST(CtChannelsTest, APartHasTheTexelsOfTheWholeToTheLastBit) {
   }
 }
 
-TEST(CtChannelsTest, RunsOfManyPartsInOnePassHaveTheTexelsOfTheWholeAndNothingElseIsTouched) {
+TEST(CtChannelsTest, RunsOfSeveralPartsHaveExactlyTheTexelsOfTheWhole) {
   const Volume ct = random_ct({29, 23, 31}, {1.0, 1.2, 1.1});
   for (const double sigma_mm : {1.4, 2.9}) {
     CtChannels whole;
@@ -172,8 +172,8 @@ TEST(CtChannelsTest, RunsOfManyPartsInOnePassHaveTheTexelsOfTheWholeAndNothingEl
     std::mt19937 random(5);
     const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
     for (int trial = 0; trial < 30; ++trial) {
-      // Far apart, overlapping, beyond the ends of the lattice, and with rows and slices of which
-      // nothing is wanted.
+      // The parts are far apart, overlap, or reach beyond the ends of the lattice. Some rows and
+      // slices are not needed by any part.
       std::vector<TexelOrder> orders(static_cast<std::size_t>(1 + trial % 4));
       std::vector<TexelArray> out(orders.size());
       for (std::size_t n = 0; n < orders.size(); ++n) {
@@ -215,7 +215,8 @@ TEST(CtChannelsTest, RunsOfManyPartsInOnePassHaveTheTexelsOfTheWholeAndNothingEl
 }
 
 TEST(CtChannelsTest, ManyRowsOfOneBlockDoNotOverflow) {
-  // 15 x 15 rows of a voxel each, all at the window's end: more than 16 bits hold.
+  // 15 x 15 rows of one voxel each, all at the upper end of the window. The sum does not fit into
+  // 16 bits.
   VoxelGrid grid;
   grid.size = {30, 30, 30};
   grid.spacing_mm.setConstant(0.2);
@@ -243,7 +244,7 @@ TEST(CtChannelsTest, AnAxisOfOneVoxelIsRepeatedAndHasNoSlope) {
 }
 
 TEST(CtChannelsTest, GaussiansReachNoFartherThanTheTexels) {
-  // Slices a tenth of a micrometre apart: three sigmas are 45 000 of them.
+  // The slices are a tenth of a micrometre apart, so three sigmas are 45 000 slices.
   const Volume thick = random_ct({6, 5, 1}, {2, 2, 2});
   const Volume thin = random_ct({6, 5, 1}, {2, 2, 1e-4});
   CtChannels channels;
@@ -262,7 +263,7 @@ TEST(CtChannelsTest, GaussiansReachNoFartherThanTheTexels) {
   }
 }
 
-/// A level's patches with the whole CT and with the CT near each of them.
+/// Patches of a level with the whole CT, and with the CT near each patch.
 struct ChannelScene {
   Volume ct = test::blob_ct(test::BlobPatient(11), test::oblique_grid());
   CtChannels whole = *make_ct_channels(ct, box_of(ct.grid()), 1.5);
@@ -270,14 +271,14 @@ struct ChannelScene {
   PatchSet patches = make_patches(sweep, *shadow_masks(sweep, {}), {2.0, 7, 120, 6.0}, 1.5);
 };
 
-TEST(PatchChannelsTest, CostAndDerivativesAreThoseOfTheWholeCtWhereverThePatchesGo) {
+TEST(PatchChannelsTest, CostAndDerivativesEqualThoseOfTheWholeCt) {
   const ChannelScene scene;
   auto near = PatchChannels::create(scene.ct, 1.5, kTexelSigmas, scene.patches.patches.size());
   ASSERT_TRUE(test::has_value(near));
   constexpr double kRidge = 0.02;
   const Lc2Cost dense(scene.whole, scene.patches, kRidge, 1);
   const Lc2Cost sparse = Lc2Cost(near->whole(), scene.patches, kRidge, 2).where(&*near);
-  // Within the room of the first boxes, beyond it, half outside the CT, and far away.
+  // Within the margin of the first boxes, beyond it, half outside the CT, and far away.
   for (const double off_mm : {0.0, 0.5, 1.5, 9.0, 60.0, 3000.0}) {
     const Pose pose = test::off_by(test::true_pose(), off_mm, 0.01 * std::min(off_mm, 20.0), 4);
     const Eigen::Vector3d centre(5, -8, 3);
@@ -290,7 +291,7 @@ TEST(PatchChannelsTest, CostAndDerivativesAreThoseOfTheWholeCtWhereverThePatches
   }
 }
 
-TEST(PatchChannelsTest, PartsOfAPatchSetLookAtTheSameBoxes) {
+TEST(PatchChannelsTest, SubsetsOfPatchesUseTheSameBoxes) {
   const ChannelScene scene;
   auto near = PatchChannels::create(scene.ct, 1.5, kTexelSigmas, scene.patches.patches.size());
   ASSERT_TRUE(test::has_value(near));
@@ -303,7 +304,8 @@ TEST(PatchChannelsTest, PartsOfAPatchSetLookAtTheSameBoxes) {
   EXPECT_NEAR(sparse.on(odd).cost(pose).cost, dense.on(odd).cost(pose).cost, 1e-6);
 }
 
-/// Texels that a patch is interpolated from in its box and that differ from those of the whole.
+/// Counts the texels of the box from which a patch is interpolated and that differ from those of
+/// the whole CT.
 std::size_t other_texels(const CtChannels& box, const CtChannels& whole,
                          const PlacedPatch& placed) {
   const Eigen::Vector3d first =
@@ -316,7 +318,7 @@ std::size_t other_texels(const CtChannels& box, const CtChannels& whole,
     const auto axis = static_cast<Eigen::Index>(a);
     const double middle = placed.centre[axis] / box.spacing_mm[axis];
     const double wide = reach[axis] / box.spacing_mm[axis];
-    // Beyond the border, which is the whole's, the nearest texels count.
+    // Beyond the border, which is the border of the whole CT, the nearest texels count.
     low[a] = std::clamp(static_cast<int>(std::floor(middle - wide)), 0, box.size[a] - 1);
     high[a] = std::clamp(static_cast<int>(std::floor(middle + wide)) + 1, 0, box.size[a] - 1);
   }
@@ -333,9 +335,9 @@ std::size_t other_texels(const CtChannels& box, const CtChannels& whole,
   return other;
 }
 
-TEST(PatchChannelsTest, SharedBoxesHaveTheTexelsOfTheWholeToTheLastBitAndHoldTheirPatches) {
+TEST(PatchChannelsTest, SharedBoxesHoldTheirPatchesAndExactlyTheTexelsOfTheWhole) {
   ChannelScene scene;
-  // Neither may spoil the box of others.
+  // A non-finite or distant patch must not spoil the box of others.
   scene.patches.patches[3].centre_mm.x() = std::nan("");
   scene.patches.patches[4].centre_mm.y() = 1e300;
   scene.patches.patches[5].centre_mm.y() += 4000;
@@ -357,7 +359,7 @@ TEST(PatchChannelsTest, SharedBoxesHaveTheTexelsOfTheWholeToTheLastBitAndHoldThe
     texels_of_each += near->texels_for(all[i].placed);
     if (boxes.insert(&box).second) texels += static_cast<double>(box.texels.size());
     EXPECT_EQ(other_texels(box, whole, placed), 0u) << "patch " << i;
-    // Wherever it has room to go, up to where it has none.
+    // The patch is moved within its margin, and then beyond it.
     for (const Eigen::Vector3d& off : {Eigen::Vector3d(1, -1, 1), Eigen::Vector3d(-2, 2, 2),
                                        Eigen::Vector3d(3.9, 3.9, -3.9), Eigen::Vector3d(0, 0, 9)}) {
       PlacedPatch moved = all[i].placed;
@@ -372,13 +374,13 @@ TEST(PatchChannelsTest, SharedBoxesHaveTheTexelsOfTheWholeToTheLastBitAndHoldThe
   }
   EXPECT_LT(boxes.size(), count / 2);
   EXPECT_LT(texels, 0.7 * texels_of_each);
-  // Nothing is made anew for who lies in his box.
+  // No new box is made for a patch that lies inside its box.
   near->share(all);
   PlacedPatch again = all[0].placed;
   EXPECT_EQ(boxes.count(&near->around(0, again)), 1u);
 }
 
-TEST(PatchChannelsTest, SharedBoxesMatchWhereverThePatchesGo) {
+TEST(PatchChannelsTest, SharedBoxesMatchForAllPoses) {
   const ChannelScene scene;
   auto near = PatchChannels::create(scene.ct, 1.5, kTexelSigmas, scene.patches.patches.size());
   ASSERT_TRUE(test::has_value(near));
@@ -386,7 +388,7 @@ TEST(PatchChannelsTest, SharedBoxesMatchWhereverThePatchesGo) {
   const Lc2Cost sparse = Lc2Cost(near->whole(), scene.patches, 0.02, 1).where(&*near);
   for (const double off_mm : {0.0, 1.5, 9.0, 60.0, 0.5}) {
     const Pose pose = test::off_by(test::true_pose(), off_mm, 0.01 * std::min(off_mm, 20.0), 4);
-    if (off_mm != 1.5) {  // Some share again on their way, some do not.
+    if (off_mm != 1.5) {  // Some poses share boxes again, some do not.
       std::vector<IndexedPatch> all;
       const GridPose at = grid_pose(near->whole(), pose);
       for (std::size_t i = 0; i < scene.patches.patches.size(); ++i) {
@@ -398,7 +400,7 @@ TEST(PatchChannelsTest, SharedBoxesMatchWhereverThePatchesGo) {
   }
 }
 
-TEST(PatchChannelsTest, OnlyPatchesWithStructureAmongSmootherTexelsAreLookedAtClosely) {
+TEST(PatchChannelsTest, ComputesBoxesOnlyForPatchesWithStructure) {
   ChannelScene scene;
   scene.patches =
       make_patches(scene.sweep, *shadow_masks(scene.sweep, {}), {2.0, 7, 600, 3.0}, 1.5);
@@ -421,13 +423,13 @@ TEST(PatchChannelsTest, OnlyPatchesWithStructureAmongSmootherTexelsAreLookedAtCl
     }
     EXPECT_GT(smooth, 5u);
     EXPECT_LT(all.patches.size(), count);
-    // What is left out had no structure, but for one in a hundred.
+    // The patches that were left out had no structure, except for one in a hundred.
     EXPECT_LE(found.patches.size(), all.patches.size());
     EXPECT_GE(100 * found.patches.size(), 99 * all.patches.size());
   }
 }
 
-TEST(PatchChannelsTest, APatchThatIsNotFiniteIsNoMatch) {
+TEST(PatchChannelsTest, ANonFinitePatchIsNoMatch) {
   ChannelScene scene;
   scene.patches.patches[3].centre_mm.x() = std::nan("");
   scene.patches.patches[4].centre_mm.y() = 1e300;
@@ -439,8 +441,8 @@ TEST(PatchChannelsTest, APatchThatIsNotFiniteIsNoMatch) {
   EXPECT_TRUE(std::isfinite(found.cost));
 }
 
-TEST(CtChannelsTest, SaysHowFarABoxLiesOutsideTheCt) {
-  const Volume ct = random_ct({20, 20, 20}, {2, 2, 3});  // 0 to 38, 38 and 57 mm.
+TEST(CtChannelsTest, ReportsHowFarABoxLiesOutsideTheCt) {
+  const Volume ct = random_ct({20, 20, 20}, {2, 2, 3});  // The CT spans 0 to 38, 38 and 57 mm.
   const CtBox beyond{{0, 0, 60.5}, {10, 10, 70}};
   EXPECT_TRUE(test::refuses(make_ct_channels(ct, beyond, 2), ErrorCode::kRefused,
                             {"random", "wholly outside along axis 2, 3.5 mm beyond"}));

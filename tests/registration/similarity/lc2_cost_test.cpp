@@ -38,17 +38,18 @@ const CostScene& cost_scene() {
   static const CostScene instance;
   return instance;
 }
-/// Off the optimum, where the gradient is large.
+/// A pose away from the optimum, where the gradient is large.
 Pose off_pose() { return test::off_by(test::true_pose(), 3, 0.05, 2); }
 
 class Lc2CostLossTest : public testing::TestWithParam<PatchLoss> {};
 
-TEST_P(Lc2CostLossTest, GradientMatchesCentralDifferencesInCt) {
+TEST_P(Lc2CostLossTest, GradientMatchesCentralDifferences) {
   const Lc2Cost cost =
       Lc2Cost(cost_scene().channels, cost_scene().patches, kRidge, 1).robust({GetParam(), 0.3});
   const Eigen::Vector3d centre(5, -8, 3);
   const Vector6d gradient = cost.terms(off_pose(), centre).gradient;
-  // Float sums need a step that moves the cost well; kinks of the interpolant limit it above.
+  // Float sums need a step that changes the cost enough. Kinks of the interpolant limit the step
+  // from above.
   constexpr double kStepMm = 0.02;
   constexpr double kRelative = 0.01;
   for (int i = 0; i < 6; ++i) {
@@ -71,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(Losses, Lc2CostLossTest,
                                       : std::string(to_string(tested.param));
                          });
 
-TEST(Lc2CostTest, ALossIsOfEveryPatchAndStaysOnOtherPatches) {
+TEST(Lc2CostTest, ALossAppliesToEveryPatchAndToSubsets) {
   const Lc2Cost plain(cost_scene().channels, cost_scene().patches, kRidge, 1);
   const RobustLoss loss{PatchLoss::kCauchy, 0.2};
   const GridPose pose = grid_pose(cost_scene().channels, off_pose());
@@ -97,7 +98,7 @@ TEST(Lc2CostTest, HessianIsPositiveAndPatchGradientsAddUp) {
   EXPECT_LT((sum - terms.gradient).norm(), 1e-12 * terms.gradient.norm() + 1e-15);
 }
 
-TEST(Lc2CostTest, HessianIsThatOfThePatchesMovedToTheCommonCentre) {
+TEST(Lc2CostTest, HessianIsTheSumOfPatchHessiansAboutTheCommonCentre) {
   const Lc2Cost cost(cost_scene().channels, cost_scene().patches, kRidge, 1);
   const Eigen::Vector3d centre(5, -8, 3);
   const GridPose pose = grid_pose(cost_scene().channels, off_pose());
@@ -113,7 +114,7 @@ TEST(Lc2CostTest, HessianIsThatOfThePatchesMovedToTheCommonCentre) {
   EXPECT_LT((cost.terms(off_pose(), centre).hessian - expected).norm(), 1e-12 * expected.norm());
 }
 
-TEST(Lc2CostTest, GradientAloneIsThatOfTheTerms) {
+TEST(Lc2CostTest, GradientWithoutHessianIsEqual) {
   const Lc2Cost cost(cost_scene().channels, cost_scene().patches, kRidge, 1);
   const CostTerms terms = cost.terms(off_pose(), {1, 2, 3}, true);
   const CostTerms alone = cost.gradient(off_pose(), {1, 2, 3}, true);
@@ -123,7 +124,7 @@ TEST(Lc2CostTest, GradientAloneIsThatOfTheTerms) {
   EXPECT_EQ(alone.hessian, Matrix6d::Zero());
 }
 
-TEST(Lc2CostTest, ThreadsDoNotChangeABit) {
+TEST(Lc2CostTest, ResultDoesNotDependOnTheNumberOfThreads) {
   const Lc2Cost one(cost_scene().channels, cost_scene().patches, kRidge, 1);
   const Lc2Cost two(cost_scene().channels, cost_scene().patches, kRidge, 2);
   const CostTerms a = one.terms(off_pose(), {1, 2, 3});
@@ -152,21 +153,21 @@ TEST(Lc2CostTest, TheSolverDescendsToTheTruth) {
   const PoseSolution solution = solve_pose(cost, off_pose(), centroid, {30}, {});
   EXPECT_EQ(solution.termination, Termination::kConverged) << solution.message;
   EXPECT_LT(solution.final_cost, 0.5 * solution.initial_cost);
-  constexpr double kDescentMm = 0.6;  // 3 mm samples, 200 patches of 10 pictures.
+  constexpr double kDescentMm = 0.6;  // Samples of 3 mm, 200 patches of 10 images.
   EXPECT_LT(test::cube_error_mm(solution.pose, test::true_pose()), kDescentMm);
-  // Ceres squares and adds roots.
+  // Ceres squares the residuals and adds the squares.
   EXPECT_NEAR(solution.final_cost, cost.cost(solution.pose).cost, 1e-9);
 }
 
-TEST(Lc2CostTest, TheSolverStopsWhenAsked) {
+TEST(Lc2CostTest, TheSolverStopsWhenCancelled) {
   const Lc2Cost cost(cost_scene().channels, cost_scene().patches, kRidge, 1);
   const auto solution =
       solve_pose(cost, off_pose(), cost_scene().sweep.centroid(), {30}, [] { return false; });
   EXPECT_TRUE(solution.cancelled);
 }
 
-/// 10 + (x − 1)², said to be bent so little that the first step goes to x = 2: hardly dearer, no
-/// cheaper.
+/// The cost 10 + (x − 1)² with a curvature that is reported too small. The first step goes to x =
+/// 2, where the cost is almost equal but not lower.
 class Mirror final : public ceres::SizedCostFunction<2, 1> {
  public:
   bool Evaluate(double const* const* x, double* residuals, double** jacobians) const override {
@@ -175,7 +176,8 @@ class Mirror final : public ceres::SizedCostFunction<2, 1> {
     residuals[0] = 0;
     residuals[1] = std::sqrt(cost);
     if (jacobians == nullptr || jacobians[0] == nullptr) return true;
-    constexpr double kTrustRegion = 3;  // The solver's first: it shortens steps by 1 + 1/3.
+    constexpr double kTrustRegion = 3;  // The first trust region of the solver. It shortens steps
+                                        // by a factor of 1 + 1/3.
     const double root = std::sqrt(0.4999999 / (1 + 1 / kTrustRegion));
     residuals[0] = off / root;
     residuals[1] = std::sqrt(cost - residuals[0] * residuals[0]);
@@ -185,7 +187,7 @@ class Mirror final : public ceres::SizedCostFunction<2, 1> {
   }
 };
 
-TEST(CostSolverTest, ARefusedStepThatChangesNothingIsNoEnd) {
+TEST(CostSolverTest, ARejectedStepWithoutChangeDoesNotEndTheSolve) {
   Eigen::VectorXd x(1);
   const CostSolution found = minimise(new Mirror, x, {50, 1e-6}, {});
   EXPECT_EQ(found.termination, Termination::kConverged) << found.message;
@@ -195,7 +197,7 @@ TEST(CostSolverTest, ARefusedStepThatChangesNothingIsNoEnd) {
 }
 
 TEST(SandwichTest, NamesADirectionThatTheCtDoesNotShow) {
-  // A CT that does not change along z: sliding along z costs nothing.
+  // The CT does not change along z, so a shift along z costs nothing.
   CtChannels prism = cost_scene().channels;
   const auto slice = static_cast<std::size_t>(prism.size[0] * prism.size[1]);
   for (std::size_t i = 0; i < prism.texels.size(); ++i) {
@@ -209,7 +211,7 @@ TEST(SandwichTest, NamesADirectionThatTheCtDoesNotShow) {
   EXPECT_NE(result.fault.find("does not determine"), std::string::npos) << result.fault;
 }
 
-TEST(SandwichTest, TellsADirectionThatFallsFromOneThatIsFlat) {
+TEST(SandwichTest, DistinguishesADirectionThatFallsFromAFlatOne) {
   Matrix6d hessian = Matrix6d::Identity();
   EXPECT_EQ(curvature_fault(hessian), "");
   hessian(5, 5) = 0;
@@ -222,7 +224,7 @@ TEST(SandwichTest, TellsADirectionThatFallsFromOneThatIsFlat) {
             "no minimum of the cost along it");
 }
 
-/// Patches of so many pictures, whose gradients pull along x by turns.
+/// Patches of several images, whose gradients pull alternately in opposite directions along x.
 struct Pulls {
   LocalShape shape{{{0, 0, 0}}, Matrix6d::Identity(), {}, {}};
   PatchSet patches;
@@ -244,14 +246,14 @@ struct Pulls {
   }
 };
 
-TEST(DisagreementTest, IsTheWayBetweenWhereHalvesPull) {
+TEST(DisagreementTest, IsTheDistanceBetweenThePosesOfTheHalves) {
   const Pulls pulls(4, 10);
   EXPECT_EQ(pulls.of(Halves::kOddEven).fault, "");
   EXPECT_NEAR(pulls.of(Halves::kOddEven).rms_mm, 6, 1e-9);
   EXPECT_NEAR(pulls.of(Halves::kFirstSecond).rms_mm, 0, 1e-9);
 }
 
-TEST(DisagreementTest, SaysWhyHalvesCannotBeCompared) {
+TEST(DisagreementTest, ReportsWhyTheHalvesCannotBeCompared) {
   EXPECT_TRUE(std::isinf(Pulls(1, 100).of(Halves::kOddEven).rms_mm));
   EXPECT_EQ(Pulls(1, 100).of(Halves::kOddEven).fault,
             "expected pictures with patches at two places or more, found one place");
@@ -265,7 +267,7 @@ TEST(DisagreementTest, SaysWhyHalvesCannotBeCompared) {
   EXPECT_NE(unknown.of(Halves::kOddEven).fault.find("finite gradients"), std::string::npos);
 }
 
-TEST(SandwichTest, RespectsTheBiasFloor) {
+TEST(SandwichTest, AddsTheBiasFloor) {
   const Lc2Cost cost(cost_scene().channels, cost_scene().patches, 0.005, 1);
   const auto solution = solve_pose(cost, off_pose(), cost_scene().sweep.centroid(), {30}, {});
   const Point<frames::Ct> centre = solution.pose * cost_scene().sweep.centroid();
@@ -275,13 +277,13 @@ TEST(SandwichTest, RespectsTheBiasFloor) {
   ASSERT_TRUE(small.valid) << small.fault;
   ASSERT_TRUE(large.valid) << large.fault;
   EXPECT_GT(small.uncertainty.tre_rms_mm(centre), 0.0);
-  // Three translations of 2 mm each, in quadrature.
+  // Three translations of 2 mm each, added in quadrature.
   EXPECT_NEAR(std::pow(large.uncertainty.tre_rms_mm(centre), 2) -
                   std::pow(small.uncertainty.tre_rms_mm(centre), 2),
               3 * 4.0, 1e-9);
 }
 
-TEST(StartsTest, FillTheBoxEvenlyAndRepeat) {
+TEST(StartsTest, FillTheBoxEvenlyAndAreReproducible) {
   const auto twists = spread_twists(600, 0.2, 15, 7);
   ASSERT_EQ(twists.size(), 600u);
   Vector6d mean = Vector6d::Zero();
@@ -290,7 +292,7 @@ TEST(StartsTest, FillTheBoxEvenlyAndRepeat) {
     EXPECT_LE(twist.tail<3>().cwiseAbs().maxCoeff(), 15);
     mean += twist / 600;
   }
-  // A random set would have 15/√3/√600 = 0.35 mm; Halton points lie closer to even.
+  // A random set would have 15/√3/√600 = 0.35 mm. Halton points are more even.
   EXPECT_LT(mean.tail<3>().cwiseAbs().maxCoeff(), 0.35);
   EXPECT_LT(mean.head<3>().cwiseAbs().maxCoeff(), 0.2 / 15 * 0.35);
   EXPECT_EQ(twists, spread_twists(600, 0.2, 15, 7));

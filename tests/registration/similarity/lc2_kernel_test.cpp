@@ -13,10 +13,10 @@ namespace nav::registration {
 namespace {
 
 constexpr double kKernelRidge = 0.02;
-// Float sums of about 100 centred products against doubles.
+// Float sums of about 100 centred products, compared with doubles.
 constexpr double kFloatRelative = 2e-5;
 
-/// Smooth made-up channels on a 24³ grid with anisotropic texels.
+/// Smooth artificial channels on a grid of 24 x 22 x 20 anisotropic texels.
 CtChannels channels(bool constant = false) {
   CtChannels ct;
   ct.size = {24, 22, 20};
@@ -42,7 +42,7 @@ struct TestPatch {
   PlacedPatch placed;
 };
 
-/// u: zero mean, unit norm noise; the patch lies obliquely inside the grid.
+/// The values u are noise with zero mean and unit norm. The patch lies obliquely inside the grid.
 TestPatch oblique_patch(int side = 9, unsigned seed = 4) {
   TestPatch patch;
   std::mt19937 random(seed);
@@ -67,7 +67,7 @@ PlacedPatch placed(const TestPatch& patch) {
   return p;
 }
 
-/// Trilinear value of a channel in doubles, straight from the definition.
+/// Trilinear value of a channel in doubles, directly from the definition.
 double trilinear(const CtChannels& ct, const Eigen::Vector3d& y, std::size_t channel) {
   const Eigen::Vector3d index = y.cwiseQuotient(ct.spacing_mm);
   double sum = 0;
@@ -88,7 +88,8 @@ double trilinear(const CtChannels& ct, const Eigen::Vector3d& y, std::size_t cha
   return sum;
 }
 
-/// min over c of ‖u − Ac‖² + nλ²‖c‖² as an ordinary least-squares problem with stacked rows.
+/// Minimum over c of ‖u − Ac‖² + nλ²‖c‖², solved as an ordinary least-squares problem with stacked
+/// rows.
 double oracle(const CtChannels& ct, const PlacedPatch& patch, double ridge) {
   const int half = patch.side / 2;
   const int n = patch.side * patch.side;
@@ -115,7 +116,7 @@ double oracle(const CtChannels& ct, const PlacedPatch& patch, double ridge) {
   return (right - stacked * c).squaredNorm();
 }
 
-/// The patch after a twist [rotation | translation] about its centre.
+/// Returns the patch after a twist [rotation | translation] about its centre.
 PlacedPatch twisted(const PlacedPatch& patch, const Vector6d& twist) {
   PlacedPatch moved = patch;
   const Eigen::Quaterniond r = exp_rotation(twist.head<3>());
@@ -162,7 +163,7 @@ TEST(Lc2KernelTest, GradientMatchesCentralDifferencesOfTheOracle) {
   const CtChannels ct = channels();
   const TestPatch patch = oblique_patch(11, 2);
   const PatchTerms terms = patch_terms(ct, placed(patch), kKernelRidge);
-  // Small, because the interpolant has kinks at texel borders; doubles allow it.
+  // The step is small because the interpolant has kinks at texel borders. Doubles allow it.
   constexpr double kStep = 1e-6;
   constexpr double kRelative = 1e-3;
   for (int i = 0; i < 6; ++i) {
@@ -192,7 +193,7 @@ TEST(Lc2KernelTest, GradientMatchesAcrossTheBorder) {
   }
 }
 
-/// u exactly linear in the two channels as the oracle samples them.
+/// Patch whose values u are exactly linear in the two channels.
 TestPatch linear_patch(const CtChannels& ct, double on_f, double on_g) {
   TestPatch patch = oblique_patch(11);
   const PlacedPatch& p = patch.placed;
@@ -214,16 +215,16 @@ TestPatch linear_patch(const CtChannels& ct, double on_f, double on_g) {
   return patch;
 }
 
-TEST(Lc2KernelTest, IsZeroWhereTheUltrasoundIsLinearInTheChannels) {
+TEST(Lc2KernelTest, IsZeroIfTheUltrasoundIsLinearInTheChannels) {
   const CtChannels ct = channels();
   constexpr double kTinyRidge = 1e-4;
-  // Ridge bias λ²/variance plus float rounding.
+  // Ridge bias λ²/variance, plus float rounding.
   constexpr double kZero = 1e-5;
   const TestPatch patch = linear_patch(ct, 1.3, -0.6);
   EXPECT_LT(patch_cost(ct, placed(patch), kTinyRidge), kZero);
   const PatchTerms terms = patch_terms(ct, placed(patch), kTinyRidge);
   EXPECT_LT(terms.gradient.norm(), 1e-3);
-  // And it grows away from there as the Gauss–Newton Hessian says.
+  // Away from this pose, the cost grows as the Gauss–Newton Hessian predicts.
   for (int i = 0; i < 6; ++i) {
     Vector6d step = Vector6d::Zero();
     step[i] = i < 3 ? 0.002 : 0.02;
@@ -234,7 +235,7 @@ TEST(Lc2KernelTest, IsZeroWhereTheUltrasoundIsLinearInTheChannels) {
   }
 }
 
-TEST(Lc2KernelTest, SignAndGainOfTheUltrasoundDoNotMatter) {
+TEST(Lc2KernelTest, SignOfTheUltrasoundDoesNotMatter) {
   const CtChannels ct = channels();
   const TestPatch plus = oblique_patch();
   TestPatch minus = plus;
@@ -262,7 +263,7 @@ TEST(Lc2KernelTest, CollinearChannelsStayFinite) {
   EXPECT_NEAR(terms.s, oracle(ct, placed(patch), kKernelRidge), 1e-4);
 }
 
-TEST(Lc2KernelTest, NotANumberNeverLooksLikeAMatch) {
+TEST(Lc2KernelTest, NanNeverCountsAsAMatch) {
   CtChannels ct = channels();
   const TestPatch patch = oblique_patch();
   for (const float bad :
@@ -279,7 +280,7 @@ TEST(Lc2KernelTest, NotANumberNeverLooksLikeAMatch) {
   EXPECT_TRUE(std::isnan(patch_terms(ct, placed(lost), kKernelRidge).s));
 }
 
-TEST(Lc2KernelTest, FarOutsideThereIsNothingToSee) {
+TEST(Lc2KernelTest, FarOutsideTheCtNothingMatches) {
   const CtChannels ct = channels();
   TestPatch patch = oblique_patch();
   patch.placed.centre = {-2000, 2000, 2000};

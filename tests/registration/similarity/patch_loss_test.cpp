@@ -7,7 +7,7 @@
 namespace nav::registration {
 namespace {
 
-TEST(PatchLossTest, GoesFromZeroToOneAndBendsDown) {
+TEST(PatchLossTest, IsZeroAtZeroOneAtOneAndConcave) {
   for (const PatchLoss kind : {PatchLoss::kNone, PatchLoss::kCauchy, PatchLoss::kGemanMcClure}) {
     for (const double scale : {1e-3, 0.3, 1000.0}) {
       const RobustLoss loss{kind, scale};
@@ -25,7 +25,7 @@ TEST(PatchLossTest, GoesFromZeroToOneAndBendsDown) {
   }
 }
 
-TEST(PatchLossTest, WithAnEndlessScaleEveryPatchPullsAlike) {
+TEST(PatchLossTest, WithAHugeScaleEveryPatchHasEqualWeight) {
   for (const PatchLoss kind : {PatchLoss::kCauchy, PatchLoss::kGemanMcClure}) {
     const RobustLoss loss{kind, 1000};
     EXPECT_NEAR(loss.value(0.3), 0.3, 1e-3);

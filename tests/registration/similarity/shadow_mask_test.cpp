@@ -16,7 +16,7 @@ constexpr int kWidth = 120;
 constexpr int kHeight = 100;
 constexpr int kFrames = 4;
 
-/// Pictures of 1 mm pixels, grey(frame, position in mm).
+/// Images of 1 mm pixels whose values are grey(frame, position in mm).
 Sweep painted(const std::function<int(int, Eigen::Vector2d)>& grey,
               const std::optional<SectorOutline>& outline = {}) {
   std::vector<TrackedFrame> frames;
@@ -40,13 +40,13 @@ Sweep painted(const std::function<int(int, Eigen::Vector2d)>& grey,
   return *Sweep::create(std::move(frames), "painted");
 }
 
-/// The mask at a position in mm of a 1 mm picture.
+/// Value of the mask at a position in mm, for 1 mm pixels.
 int at(const Image2d<std::uint8_t>& mask, double x, double y) {
   return mask.at(static_cast<int>(std::lround(x + 0.5 * (kWidth - 1))),
                  static_cast<int>(std::lround(y)));
 }
 
-TEST(ShadowMaskTest, KeepsAnEvenPictureBelowTheNearField) {
+TEST(ShadowMaskTest, KeepsAUniformImageBelowTheNearField) {
   const auto masks = shadow_masks(painted([](int, const Eigen::Vector2d&) { return 100; }), {});
   ASSERT_TRUE(test::has_value(masks));
   ASSERT_EQ(masks->size(), static_cast<std::size_t>(kFrames));
@@ -57,8 +57,8 @@ TEST(ShadowMaskTest, KeepsAnEvenPictureBelowTheNearField) {
   }
 }
 
-TEST(ShadowMaskTest, LeavesOutWhatIsBlackInEveryPictureUpToItsBorder) {
-  // A sector that nobody outlined, with a vessel in it.
+TEST(ShadowMaskTest, LeavesOutPixelsThatAreBlackInEveryImage) {
+  // A sector without an outline in the recording, and with a vessel inside.
   const auto sector = [](const Eigen::Vector2d& p) { return std::abs(p.x()) < 20 + 0.5 * p.y(); };
   const auto vessel = [](const Eigen::Vector2d& p) {
     return (p - Eigen::Vector2d(5, 40)).norm() < 4;
@@ -82,8 +82,8 @@ TEST(ShadowMaskTest, LeavesOutWhatIsBlackInEveryPictureUpToItsBorder) {
   EXPECT_EQ(at(mask, -10, 60), 1);
 }
 
-TEST(ShadowMaskTest, CutsAShadowAndItsNeighboursInThatPictureOnly) {
-  // In picture 1 a rib at 40 mm darkens |x| < 8 mm from there on.
+TEST(ShadowMaskTest, CutsAShadowAndItsNeighboursInOneImageOnly) {
+  // In image 1 a rib at a depth of 40 mm darkens |x| < 8 mm from there on.
   const auto masks = shadow_masks(painted([](int f, const Eigen::Vector2d& p) {
                                     const bool shadow =
                                         f == 1 && std::abs(p.x()) < 8 && p.y() >= 40;
@@ -93,15 +93,15 @@ TEST(ShadowMaskTest, CutsAShadowAndItsNeighboursInThatPictureOnly) {
   ASSERT_TRUE(test::has_value(masks));
   const auto& mask = (*masks)[1];
   EXPECT_EQ(at(mask, 0, 30), 1);   // In front of the rib.
-  EXPECT_EQ(at(mask, 0, 41), 0);   // Behind it.
-  EXPECT_EQ(at(mask, 0, 90), 0);   // Far behind it.
+  EXPECT_EQ(at(mask, 0, 41), 0);   // Behind the rib.
+  EXPECT_EQ(at(mask, 0, 90), 0);   // Far behind the rib.
   EXPECT_EQ(at(mask, 11, 60), 0);  // A neighbour within 4 lines.
-  EXPECT_EQ(at(mask, 15, 60), 1);  // Beyond.
+  EXPECT_EQ(at(mask, 15, 60), 1);  // Beyond the neighbours.
   EXPECT_EQ(at((*masks)[0], 0, 60), 1);
 }
 
 TEST(ShadowMaskTest, BrightNoiseBelowTheUsualGreyIsStillShadow) {
-  // The noise floor at depth, amplified by the depth gain: well above black, well below tissue.
+  // The depth gain amplifies the noise floor: it is well above black and well below tissue.
   const auto masks = shadow_masks(painted([](int f, const Eigen::Vector2d& p) {
                                     const bool shadow = f == 2 && p.x() > 20 && p.y() >= 50;
                                     return shadow ? 60 : 120;
@@ -114,7 +114,7 @@ TEST(ShadowMaskTest, BrightNoiseBelowTheUsualGreyIsStillShadow) {
 
 TEST(ShadowMaskTest, FollowsTheScanLinesOfASector) {
   const SectorOutline outline{{0, -60}, 60, 150, 0.5};
-  // A shadow along one direction of 0.3 rad, from 100 mm radius on.
+  // A shadow in the direction of 0.3 rad, from a radius of 100 mm on.
   const auto masks = shadow_masks(painted(
                                       [&](int f, const Eigen::Vector2d& p) {
                                         if (!outline.contains(p)) return 0;
@@ -134,17 +134,18 @@ TEST(ShadowMaskTest, FollowsTheScanLinesOfASector) {
   EXPECT_EQ(on_line(0.3, 104), 0);
   EXPECT_EQ(on_line(0.3, 135), 0);
   EXPECT_EQ(on_line(-0.3, 135), 1);
-  EXPECT_EQ(on_line(0.0, 66), 0);         // Near field: 10 mm from the face at radius 60.
+  EXPECT_EQ(on_line(0.0, 66), 0);  // In the near field: within 10 mm of the face at a radius of 60
+                                   // mm.
   EXPECT_EQ(at((*masks)[0], -59, 5), 0);  // Outside the sector.
 }
 
-TEST(ShadowMaskTest, BlackPicturesHaveNothingUsable) {
+TEST(ShadowMaskTest, BlackImagesHaveNoUsablePixels) {
   const auto masks = shadow_masks(painted([](int, const Eigen::Vector2d&) { return 0; }), {});
   ASSERT_TRUE(test::has_value(masks));
   for (const std::uint8_t value : (*masks)[0].pixels()) EXPECT_EQ(value, 0);
 }
 
-TEST(ShadowMaskTest, RefusesBadOptionsAndGeometry) {
+TEST(ShadowMaskTest, RejectsInvalidOptionsAndGeometry) {
   const Sweep sweep = painted([](int, const Eigen::Vector2d&) { return 100; });
   ShadowMaskOptions options;
   options.near_field_mm = std::nan("");
@@ -156,7 +157,7 @@ TEST(ShadowMaskTest, RefusesBadOptionsAndGeometry) {
   EXPECT_TRUE(test::refuses(
       shadow_masks(painted([](int, const Eigen::Vector2d&) { return 100; }, inverted), {}),
       ErrorCode::kMalformedData, {"frame 0", "radius"}));
-  // Depth bins of a millimetre, and lines as far apart: of these there would be 10^10.
+  // Depth bins and lines are one millimetre apart. These outlines would need 10^10 of them.
   for (const SectorOutline& far :
        {SectorOutline{{0, -60}, 60, 1e10, 0.5}, SectorOutline{{0, -1e10}, 1e10, 1e10 + 100, 1.0}}) {
     EXPECT_TRUE(test::refuses(
@@ -169,9 +170,9 @@ TEST(ShadowMaskTest, RefusesBadOptionsAndGeometry) {
                             ErrorCode::kMalformedData, {"frame 0", "at most 1000 mm", "pixels"}));
 }
 
-TEST(PictureOutlineTest, FindsTheSectorThatARecordingDoesNotName) {
+TEST(PictureOutlineTest, FindsTheSectorOfARecordingWithoutOutline) {
   const SectorOutline truth{{2, -30}, 42, 118, 0.45};
-  // Shadows and a vessel here and there; a gap of contact at one side of the face.
+  // With shadows, a vessel, and a lack of contact at one side of the face.
   const auto grey = [&](int f, const Eigen::Vector2d& p) {
     if (!truth.contains(p)) return 0;
     const Eigen::Vector2d d = p - truth.apex_mm;
@@ -181,7 +182,7 @@ TEST(PictureOutlineTest, FindsTheSectorThatARecordingDoesNotName) {
   };
   const auto found = sector_of(painted(grey));
   ASSERT_TRUE(found.has_value());
-  // Half a pixel at the edge turns a side of 60 mm by half a degree.
+  // Half a pixel at the edge rotates a side of 60 mm by half a degree.
   EXPECT_LE((found->apex_mm - truth.apex_mm).norm(), 1.5);
   EXPECT_NEAR(found->half_angle_rad, truth.half_angle_rad, 0.015);
   EXPECT_NEAR(found->apex_mm.y() + found->radius_min_mm, truth.apex_mm.y() + 42, 1);
@@ -197,12 +198,12 @@ TEST(PictureOutlineTest, ALinearProbeOrABlackSweepHasNoSector) {
   EXPECT_TRUE(none([](int, const Eigen::Vector2d&) { return 80; }));
   EXPECT_TRUE(none([](int, const Eigen::Vector2d& p) { return std::abs(p.x()) < 30 ? 80 : 0; }));
   EXPECT_TRUE(none([](int, const Eigen::Vector2d&) { return 0; }));
-  // A shadow that lies over one side of a rectangle is no sector either.
+  // A shadow over one side of a rectangle is no sector either.
   EXPECT_TRUE(
       none([](int, const Eigen::Vector2d& p) { return p.x() > 0.6 * p.y() - 50 ? 80 : 0; }));
 }
 
-TEST(PictureOutlineTest, AnOutlineThatCameWithThePicturesStays) {
+TEST(PictureOutlineTest, KeepsAnOutlineFromTheRecording) {
   const SectorOutline own{{0, -20}, 25, 100, 0.3};
   const auto sweep = with_outline(painted([](int, const Eigen::Vector2d&) { return 80; }, own));
   EXPECT_EQ(sweep.frames().front().frame.outline->radius_max_mm, 100);

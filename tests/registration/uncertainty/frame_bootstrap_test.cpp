@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kWayMm = 2;
 
-/// Pictures that pull at random about a minimum; each has the same share of the Hessian.
+/// Images with random gradients around a minimum. Each image has an equal share of the Hessian.
 LocalShape shape_of(int pictures, unsigned seed = 3) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
@@ -59,7 +59,7 @@ TEST(PictureDrawsTest, DrawsBlocksOfNeighboursEvenly) {
   for (const double one : mean) EXPECT_NEAR(one, 1, 5 * std::sqrt(1.0 / kReplicates));
 }
 
-TEST(PictureDrawsTest, PicturesOfOnePlaneAreOneBlock) {
+TEST(PictureDrawsTest, ImagesOfOnePlaneAreOneBlock) {
   EXPECT_EQ(PictureDraws(std::vector<double>(11, 0.0), {}).block(), 12);
   EXPECT_EQ(PictureDraws({}, {}).block(), 1);
   EXPECT_EQ(PictureDraws(std::vector<double>(11, 50.0), {}).block(), 1);
@@ -73,7 +73,8 @@ TEST(FrameBootstrapTest, AgreesWithItsClosedForm) {
     const FrameBootstrap found = frame_bootstrap(shape, many(block * kWayMm));
     ASSERT_TRUE(found.valid) << found.fault;
     EXPECT_EQ(found.block, block);
-    // With one Hessian for all: of 32 / l blocks, each of the 32 as likely.
+    // With one Hessian for all images, 32 / l blocks are drawn, and each of the 32 blocks is
+    // equally likely.
     Matrix6d scatter = Matrix6d::Zero();
     for (std::size_t first = 0; first < 32; ++first) {
       Vector6d sum = Vector6d::Zero();
@@ -93,7 +94,7 @@ TEST(FrameBootstrapTest, AgreesWithItsClosedForm) {
   }
 }
 
-TEST(FrameBootstrapTest, SameSeedGivesTheSameBits) {
+TEST(FrameBootstrapTest, TheSeedDeterminesTheBits) {
   const LocalShape shape = shape_of(20);
   const FrameBootstrap a = frame_bootstrap(shape, {});
   const FrameBootstrap b = frame_bootstrap(shape, {});
@@ -103,7 +104,7 @@ TEST(FrameBootstrapTest, SameSeedGivesTheSameBits) {
   EXPECT_NE(a.twists, frame_bootstrap(shape, other).twists);
 }
 
-TEST(FrameBootstrapTest, FewPicturesAreNamedAndNeverNan) {
+TEST(FrameBootstrapTest, TooFewImagesAreReportedAndNeverGiveNan) {
   for (const int pictures : {0, 1, 2, 3, kLeastPictures - 1}) {
     const FrameBootstrap found = frame_bootstrap(shape_of(pictures), {});
     EXPECT_FALSE(found.valid);
@@ -116,8 +117,8 @@ TEST(FrameBootstrapTest, FewPicturesAreNamedAndNeverNan) {
   EXPECT_FALSE(frame_bootstrap(shape_of(20), {.replicates = 0}).valid);
 }
 
-TEST(FrameBootstrapTest, PicturesOfFewPlacesAreNamed) {
-  // Draws of one block, or of two, hardly differ.
+TEST(FrameBootstrapTest, ImagesAtTooFewPositionsAreReported) {
+  // Draws of one or two blocks hardly differ.
   for (const int places : {1, 2, 3}) {
     const FrameBootstrap found = frame_bootstrap(shape_of(12), many(12 / places * kWayMm));
     EXPECT_EQ(found.places, places);
@@ -129,7 +130,7 @@ TEST(FrameBootstrapTest, PicturesOfFewPlacesAreNamed) {
   }
 }
 
-TEST(FrameBootstrapTest, PicturesWithoutWeightAreNotDrawn) {
+TEST(FrameBootstrapTest, ImagesWithoutWeightAreNotDrawn) {
   const LocalShape shape = shape_of(20);
   LocalShape more = shape;
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -141,7 +142,7 @@ TEST(FrameBootstrapTest, PicturesWithoutWeightAreNotDrawn) {
   EXPECT_EQ(found.twists, frame_bootstrap(shape, {}).twists);
 }
 
-TEST(FrameBootstrapTest, ADirectionThatIsNotDeterminedIsNamed) {
+TEST(FrameBootstrapTest, AnUndeterminedDirectionIsReported) {
   LocalShape shape = shape_of(20);
   shape.hessian.row(5).setZero();
   shape.hessian.col(5).setZero();
@@ -154,7 +155,7 @@ TEST(FrameBootstrapTest, ADirectionThatIsNotDeterminedIsNamed) {
   EXPECT_NE(frame_bootstrap(shape, {}).fault.find("NaN"), std::string::npos);
 }
 
-/// A shape whose sixth direction is known from the first so many of 30 pictures only.
+/// A shape whose sixth direction is determined only by the first \p pictures of 30 images.
 LocalShape known_from(int pictures) {
   LocalShape shape = shape_of(30);
   for (PictureShape& picture : shape.pictures) {
@@ -166,7 +167,7 @@ LocalShape known_from(int pictures) {
   return shape;
 }
 
-TEST(FrameBootstrapTest, DrawsThatDetermineNothingAreCountedOrNamed) {
+TEST(FrameBootstrapTest, DrawsThatDetermineNoPoseAreCountedOrReported) {
   BootstrapOptions single;
   single.block_mm = 0;
   const FrameBootstrap seldom = frame_bootstrap(known_from(4), single);
@@ -180,7 +181,7 @@ TEST(FrameBootstrapTest, DrawsThatDetermineNothingAreCountedOrNamed) {
   EXPECT_NE(often.fault.find("of 400 draws"), std::string::npos) << often.fault;
 }
 
-TEST(FrameBootstrapTest, APullThatIsNotFiniteIsNoTwist) {
+TEST(FrameBootstrapTest, ANonFiniteGradientGivesNoTwist) {
   LocalShape shape = shape_of(12);
   for (PictureShape& picture : shape.pictures) {
     picture.gradient[2] = std::numeric_limits<double>::infinity();
@@ -190,13 +191,13 @@ TEST(FrameBootstrapTest, APullThatIsNotFiniteIsNoTwist) {
   EXPECT_EQ(found.unsolved, 400);
 }
 
-/// Least eigenvalue of a difference in units of the larger.
+/// Smallest eigenvalue of a - b, relative to the norm of a.
 double least_of(const Matrix6d& a, const Matrix6d& b) {
   const Matrix6d scaled = symmetric_inverse(twist_from_scaled());
   return eigenpairs<6>(scaled * (a - b) * scaled).values[0] / (scaled * a * scaled).norm();
 }
 
-TEST(WithBootstrapTest, IsTheLargerInEveryDirection) {
+TEST(WithBootstrapTest, IsAtLeastAsLargeAsBothInEveryDirection) {
   constexpr double kRounding = 1e-9;
   const LocalShape shape = shape_of(24);
   const FrameBootstrap drawn = frame_bootstrap(shape, {});
@@ -208,7 +209,7 @@ TEST(WithBootstrapTest, IsTheLargerInEveryDirection) {
   const Matrix6d found = with_bootstrap(clusters, drawn, 0).covariance;
   EXPECT_GT(least_of(found, clusters.uncertainty.covariance), -kRounding);
   EXPECT_GT(least_of(found, drawn.uncertainty().covariance), -kRounding);
-  // Neither alone is: the test could fail.
+  // Neither covariance alone passes, so the test can fail.
   EXPECT_LT(least_of(clusters.uncertainty.covariance, drawn.uncertainty().covariance), -0.01);
   EXPECT_LT(least_of(drawn.uncertainty().covariance, clusters.uncertainty.covariance), -0.01);
   clusters.uncertainty.covariance *= 1e6;
@@ -221,7 +222,7 @@ TEST(WithBootstrapTest, IsTheLargerInEveryDirection) {
   EXPECT_EQ(with_bootstrap(clusters, drawn, 0).covariance, clusters.uncertainty.covariance);
 }
 
-TEST(FrameBootstrapTest, ARegistrationHasTheSameForAnyThreads) {
+TEST(FrameBootstrapTest, IsEqualForAnyNumberOfThreads) {
   const auto start = test::off_by(test::true_pose(), 4, 0.04, 1);
   CollectingDiagnostics diagnostics;
   auto options = test::small_options();
@@ -243,7 +244,7 @@ TEST(FrameBootstrapTest, ARegistrationHasTheSameForAnyThreads) {
   EXPECT_EQ(none->clusters.covariance, one->clusters.covariance);
 }
 
-TEST(FrameBootstrapTest, RefusesOptionsOutOfRangeByName) {
+TEST(FrameBootstrapTest, RejectsOptionsOutOfRangeByName) {
   EXPECT_TRUE(test::refuses(validate(BootstrapOptions{.replicates = 19}), ErrorCode::kUsage,
                             {"replicates"}));
   EXPECT_TRUE(test::refuses(validate(BootstrapOptions{.block_mm = std::nan("")}), ErrorCode::kUsage,

@@ -22,7 +22,7 @@ using ImagePose = Transform<frames::Ct, frames::Image>;
 using Rest = std::function<test::AtRest(int, const Vec&, const Vec&)>;
 
 constexpr int kPictures = 48;
-constexpr double kStepS = 0.1;  // Between pictures.
+constexpr double kStepS = 0.1;  // Time between images.
 
 const test::BlobPatient& patient() {
   static const test::BlobPatient instance(7, 150);
@@ -34,9 +34,9 @@ const Volume& ct() {
   return instance;
 }
 
-/// A hand that slides at an uneven pace, tilts and turns.
+/// A hand that moves at an uneven speed, tilts and turns.
 ImagePose hand_at(double seconds) {
-  const double t = seconds / (kStepS * (kPictures - 1));  // 0 to 1.
+  const double t = seconds / (kStepS * (kPictures - 1));  // Ranges from 0 to 1.
   const Eigen::Quaterniond turn = Eigen::AngleAxisd(0.5 * std::sin(5 * t), Vec::UnitY()) *
                                   Eigen::AngleAxisd(0.25 * std::sin(9 * t), Vec::UnitX());
   const double along = 70 * (t - 0.5) + 6 * std::sin(7 * t);
@@ -84,7 +84,7 @@ std::map<MisfitCause, Misfit> by_cause(const std::vector<Misfit>& misfits) {
   return out;
 }
 
-/// Refused, in a sentence that says this.
+/// Expects a rejection with a reason that contains \p words.
 void expect_refused(const ImageRegistrationResult& result, const std::string& words) {
   const Decision decision = decide(result, {}, {{0, 0, 0}});
   EXPECT_FALSE(decision.accepted);
@@ -93,7 +93,7 @@ void expect_refused(const ImageRegistrationResult& result, const std::string& wo
   EXPECT_THAT(reasons, HasSubstr(words));
 }
 
-TEST(MisfitTest, NothingIsFoundWhereNothingIsWrong) {
+TEST(MisfitTest, FindsNoMisfitInCorrectInput) {
   const auto result = fitted(right_sweep());
   ASSERT_EQ(result.misfits.size(), static_cast<std::size_t>(kMisfitCauses));
   for (const Misfit& misfit : result.misfits) {
@@ -104,9 +104,9 @@ TEST(MisfitTest, NothingIsFoundWhereNothingIsWrong) {
   EXPECT_TRUE(decide(result, {}, {{0, 0, 0}}).accepted);
 }
 
-TEST(MisfitTest, ADelayIsFoundWithItsSignAndSize) {
+TEST(MisfitTest, FindsADelayWithItsSignAndSize) {
   for (const double late_s : {-0.08, 0.08}) {
-    // The poses are those of a moment so much before the pictures.
+    // The poses are those of a time late_s before the images.
     const Sweep sweep = altered([&](int f, TrackedFrame& tracked) {
       tracked.reference_from_image = test::true_pose().inverse() * hand_at(kStepS * f - late_s);
     });
@@ -119,8 +119,8 @@ TEST(MisfitTest, ADelayIsFoundWithItsSignAndSize) {
   }
 }
 
-TEST(MisfitTest, PixelsOfAnotherSizeAreFoundAlongEachAxis) {
-  // The echoes of this scene alone look 1.5 % too deep.
+TEST(MisfitTest, FindsAWrongPixelSizeAlongEachAxis) {
+  // The echoes of this scene alone appear 1.5 % too deep.
   const Misfit right = by_cause(fitted(right_sweep()).misfits).at(MisfitCause::kPixelSize);
   for (const int axis : {0, 1}) {
     const Sweep sweep = altered([&](int, TrackedFrame& tracked) {
@@ -139,7 +139,7 @@ TEST(MisfitTest, PixelsOfAnotherSizeAreFoundAlongEachAxis) {
   }
 }
 
-TEST(MisfitTest, PicturesThatLieElsewhereOnTheProbeAreFound) {
+TEST(MisfitTest, FindsAWrongCalibrationOfTheProbe) {
   const ImagePose wrong(Eigen::Quaterniond(Eigen::AngleAxisd(0.03, Vec(1, 1, 1).normalized())),
                         Vec(2, -2, 2));
   const Transform<frames::Image, frames::Image> error(wrong.rotation(), wrong.translation_mm());
@@ -150,7 +150,7 @@ TEST(MisfitTest, PicturesThatLieElsewhereOnTheProbeAreFound) {
   expect_refused(result, "elsewhere on the probe");
 }
 
-TEST(MisfitTest, APatientWhoMovesIsFound) {
+TEST(MisfitTest, FindsThatThePatientMoved) {
   const Sweep sweep = sweep_of([](int f, const Vec& now, const Vec& beam) -> test::AtRest {
     return {now - 2.5 * std::sin(0.3 * f) * Vec(0, 0.6, 0.8), beam};
   });
@@ -159,7 +159,7 @@ TEST(MisfitTest, APatientWhoMovesIsFound) {
   expect_refused(result, "who moved");
 }
 
-TEST(MisfitTest, TissueThatIsBentIsFound) {
+TEST(MisfitTest, FindsDeformedTissue) {
   const Sweep sweep = sweep_of([](int, const Vec& now, const Vec& beam) -> test::AtRest {
     const double x = now.x() / 40, z = now.z() / 40;
     return {now - 3 * Vec(z * z, x * x, x * z), beam};
@@ -169,12 +169,12 @@ TEST(MisfitTest, TissueThatIsBentIsFound) {
   const Misfit bend = by_cause(result.misfits).at(MisfitCause::kBend);
   EXPECT_GT(bend.excess_mm(), 0.9);
   EXPECT_TRUE(bend.values.empty());
-  // What is not explained is part of the predicted error.
+  // The misfit is part of the predicted error.
   EXPECT_GE(result.tre_rms_mm({{0, 0, 0}}), bend.excess_mm());
   EXPECT_LT(result.clusters.tre_rms_mm({{0, 0, 0}}), bend.excess_mm());
 }
 
-TEST(MisfitTest, WhatWouldNotBeNoticedIsSaid) {
+TEST(MisfitTest, ReportsTheErrorsThatItWouldNotNotice) {
   const auto right = by_cause(fitted(right_sweep()).misfits);
   const double delay_s = right.at(MisfitCause::kDelay).unnoticed;
   EXPECT_GT(delay_s, 0.01);
@@ -184,7 +184,7 @@ TEST(MisfitTest, WhatWouldNotBeNoticedIsSaid) {
   EXPECT_GT(right.at(MisfitCause::kCalibration).unnoticed, 0.3);
   EXPECT_LT(right.at(MisfitCause::kCalibration).unnoticed, 10);
   for (const MisfitCause cause : {MisfitCause::kMotion, MisfitCause::kBend}) {
-    // No less than its warning where there is no noise.
+    // Without noise, the value is not below the warning limit.
     const double telling_mm = kTellingMm[static_cast<std::size_t>(cause)];
     EXPECT_GT(right.at(cause).unnoticed, telling_mm) << to_string(cause);
     EXPECT_LT(right.at(cause).unnoticed, 2 * telling_mm) << to_string(cause);
@@ -200,7 +200,7 @@ TEST(MisfitTest, WhatWouldNotBeNoticedIsSaid) {
   EXPECT_GT(excess_mm(1.6 * delay_s), telling_mm);
 }
 
-TEST(MisfitTest, WhatWouldNotBeNoticedIsSaidInWords) {
+TEST(MisfitTest, DescribesTheErrorsThatItWouldNotNotice) {
   Misfit delay{MisfitCause::kDelay};
   delay.unnoticed = 0.034;
   Misfit size{MisfitCause::kPixelSize};
@@ -228,14 +228,14 @@ TEST(MisfitTest, WhatWouldNotBeNoticedIsSaidInWords) {
   EXPECT_EQ(unnoticed_in_words({}), "");
 }
 
-/// The hand turns about the width of its pictures, and about nothing else.
+/// A hand that turns only about the lateral axis of its images.
 ImagePose fanning_hand_at(int f) {
   const double t = static_cast<double>(f) / (kPictures - 1);
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.9 * (t - 0.5), Vec::UnitX()));
   return {turn, Vec(0, 0, 30 * (t - 0.5)) - turn * Vec(0, 45, 0)};
 }
 
-/// A fan whose pictures lie elsewhere on the probe.
+/// A fan whose images have a calibration error.
 Sweep fan_off_by(const Vec& shift_mm, const Vec& turn_rad = Vec::Zero()) {
   static const Sweep fan =
       test::pictures_along(patient(), kPictures, fanning_hand_at, at_rest()).sweep;
@@ -252,24 +252,24 @@ Sweep fan_off_by(const Vec& shift_mm, const Vec& turn_rad = Vec::Zero()) {
   return *Sweep::create(std::move(frames), "shifted");
 }
 
-TEST(MisfitTest, AShiftAlongTheAxisThatAProbeTurnsAboutIsSaidToBeHidden) {
+TEST(MisfitTest, ReportsAShiftAlongTheTurningAxisAsHidden) {
   const auto right = fitted(fan_off_by({0, 0, 0}));
   const Misfit known = by_cause(right.misfits).at(MisfitCause::kCalibration);
   ASSERT_EQ(known.unnoticed_along.size(), 3U);
   EXPECT_GT(std::abs(known.unnoticed_along[0]), 0.99);
   EXPECT_GT(known.unnoticed, 20);
   EXPECT_THAT(unnoticed_in_words(right.misfits), HasSubstr("across the pictures"));
-  // It is hidden indeed: the pose takes it up.
+  // The shift is hidden: the pose compensates for it.
   const auto across = fitted(fan_off_by({8, 0, 0}));
   EXPECT_TRUE(decide(across, {}, {{0, 0, 0}}).accepted);
   EXPECT_NEAR(test::cube_error_mm(across.ct_from_reference, test::true_pose()), 8, 0.5);
-  // Others are not.
+  // Other shifts are not hidden.
   EXPECT_FALSE(decide(fitted(fan_off_by({0, 8, 0})), {}, {{0, 0, 0}}).accepted);
-  // A probe that turns about two axes hides none of that size.
+  // A probe that turns about two axes hides no shift of this size.
   EXPECT_LT(by_cause(fitted(right_sweep()).misfits).at(MisfitCause::kCalibration).unnoticed, 10);
 }
 
-TEST(MisfitTest, HowWellTheCalibrationIsKnownIsPartOfThePredictedError) {
+TEST(MisfitTest, TheUncertaintyOfTheCalibrationIsPartOfThePredictedError) {
   constexpr double kSigmaMm = 1.5;
   constexpr double kTurnRad = kSigmaMm / 60;
   const auto known = fitted(fan_off_by({0, 0, 0}));
@@ -283,8 +283,8 @@ TEST(MisfitTest, HowWellTheCalibrationIsKnownIsPartOfThePredictedError) {
     shifted.push_back(fitted(fan_off_by(kSigmaMm * Vec::Unit(axis))));
     turned.push_back(fitted(fan_off_by({0, 0, 0}, kTurnRad * Vec::Unit(axis))));
   }
-  // The variance of six independent errors is what each moves a target by, squared. Far
-  // from the pictures turns count as much as shifts.
+  // The variance of six independent errors is the sum of the squared displacements of the target.
+  // Far from the images, rotations count as much as shifts.
   const Point<frames::Ct> near{{20, -10, 30}};
   const Point<frames::Ct> far{{20, -10, 230}};
   for (const Point<frames::Ct>& target : {near, far}) {
@@ -298,7 +298,8 @@ TEST(MisfitTest, HowWellTheCalibrationIsKnownIsPartOfThePredictedError) {
     };
     const double shifts = squares_of(shifted);
     const double turns = squares_of(turned);
-    EXPECT_GT(shifts, kSigmaMm * kSigmaMm);  // All of that across alone.
+    EXPECT_GT(shifts, kSigmaMm * kSigmaMm);  // The shift across the images alone contributes its
+                                             // full size.
     if (target.mm == far.mm) {
       EXPECT_GT(turns, 0.8 * shifts);
     }
@@ -314,9 +315,9 @@ TEST(MisfitTest, HowWellTheCalibrationIsKnownIsPartOfThePredictedError) {
   EXPECT_FALSE(validate(solver).has_value());
 }
 
-TEST(MisfitTest, AProbeThatStaysTellsNoDelay) {
+TEST(MisfitTest, AProbeThatHardlyMovesShowsNoDelay) {
   std::vector<TrackedFrame> frames = right_sweep().frames();
-  // Stamps so far apart that the hand hardly moved about any of them.
+  // The timestamps are so far apart that the hand hardly moves around any of them.
   for (std::size_t f = 0; f < frames.size(); ++f) {
     frames[f].frame.acquired = Timestamp(from_seconds(2.0 * static_cast<double>(f)));
   }
@@ -329,7 +330,7 @@ TEST(MisfitTest, AProbeThatStaysTellsNoDelay) {
   EXPECT_THAT(in_words(delay), HasSubstr("different moments"));
 }
 
-TEST(MisfitTest, AFarReferenceChangesNothing) {
+TEST(MisfitTest, ADistantReferenceChangesNothing) {
   const Vec far(3e4, -2e4, 5e4);
   const Sweep sweep = altered([&](int, TrackedFrame& tracked) {
     const auto& pose = tracked.reference_from_image;
@@ -348,23 +349,24 @@ TEST(MisfitTest, AFarReferenceChangesNothing) {
   }
 }
 
-TEST(MisfitTest, ASimilarityWithoutPartsHasNone) {
+TEST(MisfitTest, ASimilarityWithoutPatchTermsHasNoMisfits) {
   ImageRegistrationOptions solver = options();
   solver.similarity = Similarity::kMutualInformation;
   EXPECT_TRUE(fitted(right_sweep(), solver).misfits.empty());
 }
 
-TEST(MisfitTest, ExcessIsWhatIsBeyondNoise) {
+TEST(MisfitTest, ExcessIsThePartBeyondNoise) {
   Misfit misfit{MisfitCause::kBend, 2, 1, 5};
   EXPECT_DOUBLE_EQ(misfit.excess_mm(), 1);
   misfit.noise_mm = 1.2;
   EXPECT_EQ(misfit.excess_mm(), 0);
 }
 
-TEST(MisfitTest, OnlyWhatIsNoChanceIsPartOfThePredictedError) {
+TEST(MisfitTest, OnlySignificantMisfitsArePartOfThePredictedError) {
   const Misfit delay{MisfitCause::kDelay, 0.5, 0, 1};
   const auto bent = [](double mm) { return Misfit{MisfitCause::kBend, mm, 0, 1}; };
-  EXPECT_EQ(telling_excess_mm({bent(0.47)}), 0);  // May be chance: less than half of 0.95.
+  EXPECT_EQ(telling_excess_mm({bent(0.47)}), 0);  // This may be chance: it is less than half of
+                                                  // 0.95.
   EXPECT_DOUBLE_EQ(telling_excess_mm({bent(0.75 * 0.95)}), 0.5 * 0.75 * 0.95);
   EXPECT_DOUBLE_EQ(telling_excess_mm({delay, bent(0.6)}), 0.5);
   EXPECT_DOUBLE_EQ(telling_excess_mm({delay, bent(1)}), 1);
@@ -372,7 +374,7 @@ TEST(MisfitTest, OnlyWhatIsNoChanceIsPartOfThePredictedError) {
   EXPECT_TRUE(std::isnan(telling_excess_mm({delay, {MisfitCause::kMotion, NAN, 0, 1}})));
 }
 
-TEST(PictureMotionTest, IsThatOfTheHand) {
+TEST(PictureMotionTest, EqualsTheMotionOfTheHand) {
   const auto motions = picture_motions(right_sweep(), right_sweep());
   ASSERT_EQ(motions.size(), static_cast<std::size_t>(kPictures));
   const auto reference_from_ct = test::true_pose().inverse();
@@ -384,7 +386,7 @@ TEST(PictureMotionTest, IsThatOfTheHand) {
       const auto& grid = right_sweep().frames()[0].frame.grid;
       return (reference_from_ct * hand_at(s) * grid.at(middle, middle)).mm;
     };
-    // One picture before and after: a chord over 0.2 s.
+    // A chord over 0.2 s, from the image before to the image after.
     const Vec velocity = (at(kStepS * (f + 1)) - at(kStepS * (f - 1))) / (2 * kStepS);
     EXPECT_LT((motion.velocity_mm_s - velocity).norm(), 1e-9);
     EXPECT_LT((motion.middle_mm - at(kStepS * f)).norm(), 1e-9);
@@ -396,7 +398,7 @@ TEST(PictureMotionTest, IsThatOfTheHand) {
   }
 }
 
-TEST(PictureMotionTest, OfSomePicturesIsToldByAll) {
+TEST(PictureMotionTest, MotionOfSomeImagesUsesTheWholeSweep) {
   std::vector<TrackedFrame> some;
   for (std::size_t f = 0; f < right_sweep().frames().size(); f += 10) {
     some.push_back(right_sweep().frames()[f]);
@@ -409,7 +411,7 @@ TEST(PictureMotionTest, OfSomePicturesIsToldByAll) {
   }
 }
 
-TEST(PictureMotionTest, OfOnePictureIsNone) {
+TEST(PictureMotionTest, MotionOfOneImageIsZero) {
   const auto one = Sweep::create({right_sweep().frames()[3]}, "one");
   const auto motions = picture_motions(*one, *one);
   ASSERT_EQ(motions.size(), 1U);

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kRoundingMm = 1e-12;
 
-TEST(PoseUncertaintyTest, WideningAddsTheSameToEveryPointInEveryDirection) {
-  // Rotation and translation errors that go together, so that no two points are alike.
+TEST(PoseUncertaintyTest, WideningAddsAnEqualErrorToEveryPointInEveryDirection) {
+  // Correlated rotation and translation errors, so that every point has a different error.
   Eigen::Matrix<double, 6, 6> root = Eigen::Matrix<double, 6, 6>::Identity();
   for (int i = 0; i < 6; ++i) root.row(i) *= i < 3 ? 0.01 * (i + 1) : 0.2 * i;
   root.bottomLeftCorner<3, 3>().setConstant(0.1);
@@ -29,13 +29,13 @@ TEST(PoseUncertaintyTest, WideningAddsTheSameToEveryPointInEveryDirection) {
   }
 }
 
-TEST(PoseUncertaintyTest, ItIsNotWidenedByLessThanNothing) {
+TEST(PoseUncertaintyTest, WideningByANegativeErrorIsABug) {
   PoseUncertainty one{{{0, 0, 0}}, Eigen::Matrix<double, 6, 6>::Identity()};
   EXPECT_THROW(one.widen(-1), Bug);
   EXPECT_EQ(one.covariance, (Eigen::Matrix<double, 6, 6>::Identity()));
 }
 
-TEST(PoseUncertaintyTest, WhatIsNotANumberLeavesNoError) {
+TEST(PoseUncertaintyTest, WideningByNanGivesANanError) {
   PoseUncertainty one{{{0, 0, 0}}, Eigen::Matrix<double, 6, 6>::Identity()};
   one.widen(std::nan(""));
   EXPECT_TRUE(std::isnan(one.tre_rms_mm({{1, 2, 3}})));

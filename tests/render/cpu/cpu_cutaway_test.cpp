@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The CPU engine's cutaway, culled by blocks of pixels, against spec::meet_cutaway().
+// Compares the cutaway of the CPU engine, which culls by blocks of pixels, with
+// spec::meet_cutaway().
 #include "render/cpu/cpu_cutaway_plan.hpp"
 #include "render/cpu/cpu_inputs.hpp"
 #include "render/cpu/cpu_marches.hpp"
@@ -19,7 +20,8 @@ std::shared_ptr<const Volume> any_volume() {
                            [](int, int, int) { return 0; });
 }
 
-/// A sector, a needle, spheres, a box, a polygon that is not convex; each with an even chance.
+/// A sector, a needle, spheres, a box, and a polygon that is not convex. Each has a probability of
+/// one half.
 Scene random_scene(std::mt19937& random) {
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto vector = [&](double size) {
@@ -57,7 +59,7 @@ Scene random_scene(std::mt19937& random) {
   return scene;
 }
 
-/// Greatest error over all pixels, mm; adds the share of edges that was met.
+/// Largest error over all pixels, mm. \p share: share of the edges that were not culled.
 double worst_error(const Scene& scene, const MarchSet& marches, double& share) {
   const auto objects = spec::make_cutaway(scene, true);
   const auto view =
@@ -101,7 +103,7 @@ double worst_error(const Scene& scene, const MarchSet& marches, double& share) {
   return worst;
 }
 
-TEST(CpuCutawayTest, MeetsEveryRayWhereTheSpecificationSays) {
+TEST(CpuCutawayTest, MeetsEachRayLikeTheSpecification) {
   constexpr double kToleranceMm = 0.01;  // Single precision at theta = 0.1.
   for (const CpuLanes lanes : {CpuLanes::kPortable, CpuLanes::kAvx2, CpuLanes::kAvx512}) {
     const CpuMarches marches = cpu_marches(lanes);
@@ -116,12 +118,13 @@ TEST(CpuCutawayTest, MeetsEveryRayWhereTheSpecificationSays) {
           << marches.name << ", scene " << i;
       shares += share;
     }
-    // Blocks of 8 of only 96 pixels are wide: far fewer edges are left in pictures of use.
+    // Blocks of 8 pixels are large in an image of 96 pixels. In larger images far fewer edges
+    // remain.
     EXPECT_LT(shares / kScenes, 0.6) << "nothing was culled";
   }
 }
 
-TEST(CpuCutawayTest, AFarEyeCostsNoDigits) {
+TEST(CpuCutawayTest, ADistantEyeLosesNoPrecision) {
   constexpr double kToleranceMm = 0.01;
   std::mt19937 random(22);
   Scene scene = random_scene(random);

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The CPU engine against itself (skipping, threads, vectors) and against the reference.
+// Compares the CPU engine with itself (skipping, threads, vector instructions) and with the
+// reference.
 #include <algorithm>
 #include <cstring>
 #include <limits>
@@ -15,7 +16,7 @@
 namespace nav::render {
 namespace {
 
-/// Blobs of tissue with single bright voxels, half of them at the corners of bricks.
+/// Blobs of tissue with single bright voxels. Half of these lie at the corners of bricks.
 std::shared_ptr<const Volume> random_volume(std::mt19937& random, const VoxelGrid& grid) {
   std::uniform_real_distribution<double> unit(0, 1);
   Eigen::Vector3d centre;
@@ -61,7 +62,7 @@ std::vector<TransferNode> random_nodes(std::mt19937& random) {
   return nodes;
 }
 
-/// One component, or two, or one of them only within a window of gradients.
+/// One component, two components, or two of which one has a window of gradients.
 TransferFunction random_transfer(std::mt19937& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   std::vector<TransferComponent> components{{"first", random_nodes(random), {}}};
@@ -85,7 +86,7 @@ Shading random_shading(std::mt19937& random) {
   return shading;
 }
 
-/// Around everything there may be; sometimes simple, sometimes without a clear region.
+/// Cutaway around all objects. Some are simple, and some have no clear region.
 Cutaway random_cutaway(std::mt19937& random) {
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto point = [&] {
@@ -105,7 +106,7 @@ Cutaway random_cutaway(std::mt19937& random) {
   return cutaway;
 }
 
-/// Surfaces of every kind, each with an even chance.
+/// Surfaces of every kind, each with a probability of one half.
 void add_surfaces(std::mt19937& random, Scene& scene) {
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto vector = [&](double size) {
@@ -125,7 +126,7 @@ void add_surfaces(std::mt19937& random, Scene& scene) {
   }
 }
 
-/// A scene with everything in it, seen from anywhere, sometimes from within.
+/// A scene with all elements, from any view, sometimes from inside.
 Scene random_scene(std::mt19937& random, std::shared_ptr<const Volume> ct) {
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto vector = [&](double size) {
@@ -157,7 +158,7 @@ Scene random_scene(std::mt19937& random, std::shared_ptr<const Volume> ct) {
   return scene;
 }
 
-/// 33 × 29 × 41 voxels and smaller, one in three oblique and left-handed.
+/// Grids of up to 33 × 29 × 41 voxels. One in three is oblique and left-handed.
 VoxelGrid random_grid(int i) {
   const Eigen::Vector3d spacing(1, i % 2 == 0 ? 1.0 : 1.7, i % 5 == 0 ? 3.0 : 0.8);
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
@@ -172,7 +173,7 @@ VoxelGrid random_grid(int i) {
 class SkippingTest : public ::testing::TestWithParam<CpuLanes> {};
 INSTANTIATE_TEST_SUITE_P(Instructions, SkippingTest, test::every_lanes(), test::lanes_name);
 
-TEST_P(SkippingTest, IsBitIdenticalToNotSkipping) {
+TEST_P(SkippingTest, SkippingGivesBitIdenticalImages) {
   std::mt19937 random(GetParam() == CpuLanes::kPortable ? 2 : 1);
   const auto engine = make_cpu_engine({1, GetParam()});
   std::uint64_t with = 0;
@@ -189,17 +190,17 @@ TEST_P(SkippingTest, IsBitIdenticalToNotSkipping) {
       const RenderedImage full = test::draw(*engine, scene);
       ASSERT_TRUE(test::same_bytes(skipped, full))
           << "volume " << v << ", scene " << s << ": " << test::max_difference(skipped, full);
-      // A leap costs two samples in front of what follows, and may be of a single cell.
+      // A leap costs two samples in front of the next region, and may be a single cell long.
       EXPECT_LE(skipped.statistics.volume_samples, full.statistics.volume_samples * 101 / 100 + 9);
       EXPECT_EQ(skipped.statistics.gradient_samples, full.statistics.gradient_samples);
       with += skipped.statistics.volume_samples;
       without += full.statistics.volume_samples;
-      // By now the visible cells of smaller volumes are known.
+      // At this point the visible cells of smaller volumes are known.
       scene.quality.skip_empty_bricks = true;
       const RenderedImage passed = test::draw(*engine, scene);
       ASSERT_TRUE(test::same_bytes(passed, full)) << "volume " << v << ", scene " << s;
       if (passed.statistics.passed_samples == 0) continue;
-      // So may passing over a cell.
+      // Passing over a cell may also cost samples.
       EXPECT_LE(passed.statistics.volume_samples,
                 skipped.statistics.volume_samples * 101 / 100 + 9);
       EXPECT_EQ(passed.statistics.gradient_samples, full.statistics.gradient_samples);
@@ -213,7 +214,8 @@ TEST_P(SkippingTest, IsBitIdenticalToNotSkipping) {
 TEST_P(SkippingTest, VisibleCellsOfASpeckledVolumeChangeNoBit) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(0, 1);
-  // Every brick is occupied, most cells are not visible; values lie on either side of what is.
+  // Every brick is occupied, but most cells are invisible. Values lie on both sides of the visible
+  // range.
   const auto ct =
       test::make_volume(test::centred_grid({37, 30, 43}, {1, 1.3, 0.9}), [&](int, int, int) {
         const double u = unit(random);
@@ -233,7 +235,7 @@ TEST_P(SkippingTest, VisibleCellsOfASpeckledVolumeChangeNoBit) {
       if (kind == 5) {
         scene.plane = test::upright_plane(test::grey_picture(50, 50, 120), 1, {0, 20, 25});
         scene.cutaway = Cutaway{};
-        scene.cutaway->theta2_rad = 1.2;  // Much lies in the transition.
+        scene.cutaway->theta2_rad = 1.2;  // Much of the volume lies in the transition.
       }
       scene.width = scene.height = 50;
       const RenderedImage first = test::draw(*engine, scene);
@@ -256,11 +258,12 @@ TEST_P(SkippingTest, VisibleCellsOfASpeckledVolumeChangeNoBit) {
   }
 }
 
-TEST_P(SkippingTest, CellsOfAnyLengthMissNothingBetweenEmptyOnes) {
+TEST_P(SkippingTest, LongCellsMissNothingBetweenEmptyOnes) {
   const auto engine = make_cpu_engine({1, GetParam()});
-  (void)test::draw(*engine, test::sheet_scene(100, 64));  // Now visible cells are looked at.
+  (void)test::draw(*engine, test::sheet_scene(100, 64));  // From now on the engine tests visible
+                                                          // cells.
   for (const double step : {0.9, 0.95, 1.0, 1.3, 1.9, 2.0, 3.4, 4.0, 6.0, 7.4, 9.0, 12.0, 16.0}) {
-    for (int shift = 0; shift < 16; ++shift) {  // Of the lattice of samples.
+    for (int shift = 0; shift < 16; ++shift) {  // Shifts the lattice of samples.
       Scene scene = test::sheet_scene(100 + shift * step / 16, 8);
       scene.quality.step_voxels = step;
       scene.quality.skip_empty_bricks = true;
@@ -298,21 +301,21 @@ TEST_P(SkippingTest, VisibleCellsFollowTheVolumeAndTheTransferFunction) {
   expect_anew();
   scene.ct = noise();
   expect_anew();
-  scene.quality.step_voxels = 1.5;  // Blocks of cells.
+  scene.quality.step_voxels = 1.5;  // A step of 1.5 voxels needs blocks of cells.
   scene.camera.eye_ct.mm.x() += 1;
   EXPECT_TRUE(test::same_bytes(test::draw(*engine, scene),
                                test::draw(*make_cpu_engine({1, GetParam()}), scene)));
 }
 
-/// Nothing below -500 HU.
+/// Invisible below -500 HU.
 TransferFunction from_tissue_on() {
   return *TransferFunction::create("tissue", {{-500, {1, 1, 1}, 0, 1}, {500, {1, 1, 1}, 0.1, 1}});
 }
 
-TEST_P(SkippingTest, LooksAtNoCellsWhereNearlyAllAreVisible) {
+TEST_P(SkippingTest, DoesNotTestCellsIfNearlyAllAreVisible) {
   const auto engine = make_cpu_engine({1, GetParam()});
   for (const int side : {4, 5}) {
-    // In the middle of each brick, in none of its eighths alone, hide 27 or 64 cells of 512.
+    // 27 or 64 of 512 cells are hidden in the middle of each brick, but no whole eighth of a brick.
     const auto hole = [&](int i) { return i % 8 >= 2 && i % 8 < 2 + side; };
     const auto ct = test::make_volume(
         test::centred_grid({33, 33, 33}, {1, 1, 1}),
@@ -327,8 +330,8 @@ TEST_P(SkippingTest, LooksAtNoCellsWhereNearlyAllAreVisible) {
 
 TEST_P(SkippingTest, CountsTheSamplesThatVisibleCellsNeed) {
   const auto engine = make_cpu_engine({1, GetParam()});
-  // Anywhere in a brick and in a run; far enough from one another for leaps between them, or too
-  // near for any.
+  // The sheets lie anywhere in a brick and in a run. They are far enough apart for leaps between
+  // them, or too near for any.
   for (int first = 16; first < 25; ++first) {
     for (const int between : {5, 6, 7, 8, 9, 10, 30}) {
       const int other = first + between;
@@ -352,13 +355,13 @@ TEST_P(SkippingTest, CountsTheSamplesThatVisibleCellsNeed) {
   }
 }
 
-TEST_P(SkippingTest, TakesNoSampleOfWhatTheCutawayHides) {
+TEST_P(SkippingTest, TakesNoSampleWhereTheCutawayHidesTheVolume) {
   const auto ct = test::make_volume(test::centred_grid({48, 48, 48}, {1, 1, 1}),
                                     [](int, int, int) { return 100; });
   const auto haze =
       TransferFunction::create("unimportant", {{0, {1, 1, 1}, 1e-3, 0}, {300, {1, 1, 1}, 1e-3, 0}});
   Scene scene = test::plain_scene(ct, *haze, test::frontal(120, 40, true));
-  // It fills the view, so that half of the volume lies in front of it and nothing is empty.
+  // The plane fills the view, so half of the volume lies in front of it and nothing is empty.
   scene.plane = test::upright_plane(test::grey_picture(60, 60, 120), 1, {0, 0, 30});
   scene.cutaway = Cutaway{};
   const auto engine = make_cpu_engine({1, GetParam()});
@@ -370,7 +373,7 @@ TEST_P(SkippingTest, TakesNoSampleOfWhatTheCutawayHides) {
   EXPECT_LT(skipped.statistics.volume_samples, full.statistics.volume_samples / 4);
 }
 
-/// What a scene is made of, for messages.
+/// Text that describes a scene, for messages.
 std::string description(const Scene& s) {
   std::ostringstream out;
   out << "projection " << static_cast<int>(s.projection) << ", step " << s.quality.step_voxels
@@ -382,7 +385,7 @@ std::string description(const Scene& s) {
   return out.str();
 }
 
-TEST_P(SkippingTest, EmptyAndFullVolumesAreTheSameToo) {
+TEST_P(SkippingTest, EmptyAndFullVolumesGiveIdenticalImages) {
   const auto engine = make_cpu_engine({1, GetParam()});
   for (const int hu : {-1000, 40, 900}) {
     const auto ct = test::make_volume(test::centred_grid({33, 25, 17}, {1, 1, 1}),
@@ -404,13 +407,14 @@ TEST_P(SkippingTest, EmptyAndFullVolumesAreTheSameToo) {
 class AgreementTest : public ::testing::TestWithParam<CpuLanes> {};
 INSTANTIATE_TEST_SUITE_P(Instructions, AgreementTest, test::every_lanes(), test::lanes_name);
 
-TEST_P(AgreementTest, WithTheReferenceOnEverythingAtOnce) {
+TEST_P(AgreementTest, AgreesWithTheReferenceOnRandomScenes) {
   constexpr float kTwoGreyLevels = 2.0F / 255;
   std::mt19937 random(11);
   const auto engine = make_cpu_engine({0, GetParam()});
   const auto reference = make_reference_engine();
   constexpr int kScenes = 150;
-  constexpr float kRounding = 2e-5F;  // Of single precision; steep colours in noise have more.
+  constexpr float kRounding = 2e-5F;  // Rounding of single precision. Steep colours in noise have
+                                      // larger differences.
   int within_rounding = 0;
   for (int i = 0; i < kScenes; ++i) {
     Scene scene = random_scene(random, random_volume(random, random_grid(i)));
@@ -423,7 +427,7 @@ TEST_P(AgreementTest, WithTheReferenceOnEverythingAtOnce) {
   EXPECT_GE(within_rounding, kScenes * 4 / 5);
 }
 
-TEST(CpuEngineTest, PictureDoesNotDependOnThreads) {
+TEST(CpuEngineTest, ImageDoesNotDependOnTheNumberOfThreads) {
   std::mt19937 random(3);
   const auto one = make_cpu_engine({1});
   const auto two = make_cpu_engine({2});
@@ -439,7 +443,7 @@ TEST(CpuEngineTest, PictureDoesNotDependOnThreads) {
 }
 
 TEST(CpuEngineTest, VectorAndPortablePathsAgree) {
-  // Fused against separate rounding, over whole rays.
+  // Fused and separate rounding differ, over whole rays.
   constexpr float kTolerance = 1e-4F;
   constexpr float kRounding = 2e-5F;
   constexpr int kScenes = 200;
@@ -451,7 +455,8 @@ TEST(CpuEngineTest, VectorAndPortablePathsAgree) {
   std::mt19937 random(4);
   for (int i = 0; i < kScenes; ++i) {
     Scene scene = random_scene(random, random_volume(random, random_grid(i)));
-    scene.quality.opaque_at = 1;  // A last bit decides where a ray ends otherwise.
+    scene.quality.opaque_at = 1;  // With early termination, the last bit may decide where a ray
+                                  // ends.
     const float difference =
         test::max_difference(test::draw(*vector, scene), test::draw(*portable, scene));
     EXPECT_LT(difference, kTolerance) << i << ": " << description(scene);
@@ -460,7 +465,7 @@ TEST(CpuEngineTest, VectorAndPortablePathsAgree) {
   EXPECT_LE(beyond_rounding, kScenes / 50);
 }
 
-TEST(CpuEngineTest, AllVectorsDrawTheSameBytes) {
+TEST(CpuEngineTest, AllVectorInstructionsGiveEqualBytes) {
   const auto eight = make_cpu_engine({0, CpuLanes::kAvx2});
   const auto sixteen = make_cpu_engine({0, CpuLanes::kAvx512});
   const auto gathers = make_cpu_engine({0, CpuLanes::kAvx512Gathers});
@@ -476,7 +481,7 @@ TEST(CpuEngineTest, AllVectorsDrawTheSameBytes) {
   }
 }
 
-TEST(CpuEngineTest, AsksForVoxelsInTimeWhereTheyLieFarFromTheProcessor) {
+TEST(CpuEngineTest, PrefetchesVoxelsOfLargeVolumes) {
   struct Row {
     int side;
     double step_voxels;
@@ -493,8 +498,8 @@ TEST(CpuEngineTest, AsksForVoxelsInTimeWhereTheyLieFarFromTheProcessor) {
   }
 }
 
-TEST(CpuEngineTest, VoxelsThatAreAskedForAreThoseOfTheReference) {
-  // More than 3 million voxels, noise: what is asked for ahead lies outside of it too.
+TEST(CpuEngineTest, PrefetchingDoesNotChangeTheImage) {
+  // Noise in more than 3 million voxels. Prefetching also reaches outside of the volume.
   const auto ct = test::make_volume(
       test::centred_grid({150, 145, 142}, {0.5, 0.5, 0.5}),
       [](int i, int j, int k) { return (i * 37 + j * 101 + k * 53) % 400 - 100; });
@@ -517,7 +522,7 @@ TEST(CpuEngineTest, VoxelsThatAreAskedForAreThoseOfTheReference) {
   }
 }
 
-TEST(CpuEngineTest, ProjectionsOfRaysThatGrazeAnEdgeStayWithinTheVolume) {
+TEST(CpuEngineTest, ProjectionsOfGrazingRaysStayWithinTheVolume) {
   // The outer columns look along edges of the box, a millionth of a micrometre inside.
   const auto ct = test::make_volume(test::centred_grid({9, 9, 9}, {1, 1, 1}),
                                     [](int, int, int) { return 100; });
@@ -561,7 +566,7 @@ TEST(CpuEngineTest, CachesFollowTheVolumeAndTheTransferFunction) {
   }
 }
 
-/// Share of pixels that differ by more than a limit.
+/// Share of the pixels that differ by more than a limit.
 double share_beyond(const RenderedImage& a, const RenderedImage& b, float limit) {
   std::size_t beyond = 0;
   for (std::size_t i = 0; i < a.pixels.pixels().size(); ++i) {
@@ -570,9 +575,9 @@ double share_beyond(const RenderedImage& a, const RenderedImage& b, float limit)
   return static_cast<double>(beyond) / static_cast<double>(a.pixels.pixels().size());
 }
 
-TEST(CpuEngineTest, NoisyTissueIsShadedAtSeveralPlacesOfACell) {
-  // Gradients of noise turn within a voxel. With one place a cell these are 0.0108 and 0.0031,
-  // with several 0.0029 and 0.0024.
+TEST(CpuEngineTest, ShadesNoisyTissueAtSeveralPointsOfACell) {
+  // Gradients of noise change direction within a voxel. With one point per cell the errors are
+  // 0.0108 and 0.0031, with several points 0.0029 and 0.0024.
   std::mt19937 random(1);
   std::normal_distribution<double> noise(40, 30);
   Scene scene = test::plain_scene(test::make_volume(test::centred_grid({24, 24, 24}, {2, 2, 2}),
@@ -610,7 +615,7 @@ TEST(CpuEngineTest, AgreesWithTheReferenceOnAnAbdomen) {
     const RenderedImage fast = test::draw(*cpu, scene);
     const RenderedImage exact = test::draw(*reference, scene);
     EXPECT_LE(share_beyond(fast, exact, kTwoGreyLevels), kShare) << preset;
-    scene.quality.opaque_at = 1;  // Without early termination nothing but rounding is left.
+    scene.quality.opaque_at = 1;  // Without early termination, only rounding remains.
     scene.shading.enabled = false;
     EXPECT_LE(share_beyond(test::draw(*cpu, scene), test::draw(*reference, scene), 1e-3F), kShare)
         << preset << ", unshaded";

@@ -21,7 +21,7 @@ ConfidenceOptions exact() {
   return options;
 }
 
-TEST(ConfidenceTest, OfAHomogeneousBlockFallsLinearlyWithDepth) {
+TEST(ConfidenceTest, FallsLinearlyWithDepthInAHomogeneousBlock) {
   auto options = exact();
   options.alpha = 0;
   for (const std::array<int, 3> size : {std::array{9, 17, 7}, {1, 33, 1}, {5, 12, 1}, {1, 9, 6}}) {
@@ -39,7 +39,7 @@ TEST(ConfidenceTest, OfAHomogeneousBlockFallsLinearlyWithDepth) {
   }
 }
 
-TEST(ConfidenceTest, OfAColumnIsTheVoltageAlongResistorsInSeries) {
+TEST(ConfidenceTest, IsTheVoltageAlongResistorsInSeriesInAColumn) {
   const auto grid = test::centred_grid({1, 24, 1}, {1, 1, 1});
   std::mt19937 random(2);
   std::uniform_real_distribution<double> grey(100, 110);
@@ -63,14 +63,15 @@ TEST(ConfidenceTest, OfAColumnIsTheVoltageAlongResistorsInSeries) {
     drop.push_back(drop.back() + 1 / weight);
   }
   for (int j = 0; j < 24; ++j) {
-    // Attenuated intensities are kept as floats, which beta = 90 magnifies.
+    // Attenuated intensities are stored as floats. beta = 90 magnifies their rounding.
     EXPECT_NEAR(found->volume.at(0, j, 0), 1 - drop[static_cast<std::size_t>(j)] / drop.back(),
                 2e-5);
   }
 }
 
-// Edges of all eight directions, at angles that are none of the paper's, by the formula itself.
-TEST(ConfidenceTest, OfNineVoxelsIsThatOfItsFormula) {
+// Edges in all eight directions, at angles that are not in the paper. The expected values come
+// directly from the formula.
+TEST(ConfidenceTest, EqualsItsFormulaForNineVoxels) {
   const auto grid = test::centred_grid({3, 3, 1}, {0.4, 0.5, 1});
   std::mt19937 random(4);
   std::uniform_real_distribution<double> grey(80, 140);
@@ -93,7 +94,8 @@ TEST(ConfidenceTest, OfNineVoxelsIsThatOfItsFormula) {
   }
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
-  for (int i = 0; i < 3; ++i) {  // The middle row; the first is fixed at 1, the last at 0.
+  for (int i = 0; i < 3; ++i) {  // The middle row. The first row is fixed at 1 and the last one at
+                                 // 0.
     for (int x = std::max(i - 1, 0); x <= std::min(i + 1, 2); ++x) {
       for (int y = 0; y < 3; ++y) {
         if (x == i && y == 1) continue;
@@ -112,7 +114,7 @@ TEST(ConfidenceTest, OfNineVoxelsIsThatOfItsFormula) {
   for (int i = 0; i < 3; ++i) EXPECT_NEAR(found->volume.at(i, 1, 0), x[i], 5e-6);
 }
 
-/// The mean of a row of pixels half way down, as the paper prints the weights.
+/// Mean of the row of pixels at half depth, with the weights as the paper prints them.
 double printed_half_way(const ScalarVolume& volume, const ConfidenceOptions& options) {
   const auto [width, height, slices] = volume.grid().size;
   const auto attenuated = [&](int i, int j) {
@@ -141,9 +143,9 @@ double printed_half_way(const ScalarVolume& volume, const ConfidenceOptions& opt
   return x.segment((height / 2 - 1) * width, width).mean();
 }
 
-// Differences deep down are the least there, so that walks run free and all confidence is lost in
-// front of them.
-TEST(ConfidenceTest, ThePrintedWeightsLoseItAllInFrontOfSpeckle) {
+// With the printed weights the differences are smallest at depth. Random walks run freely there, so
+// all confidence is lost in front of them.
+TEST(ConfidenceTest, ThePrintedWeightsLoseAllConfidenceInFrontOfSpeckle) {
   const auto grid = test::centred_grid({16, 40, 1}, {1, 1, 1});
   std::mt19937 random(7);
   std::uniform_real_distribution<double> grey(0, 1);
@@ -158,7 +160,7 @@ TEST(ConfidenceTest, ThePrintedWeightsLoseItAllInFrontOfSpeckle) {
   EXPECT_NEAR(mean, 0.5, 0.2);
 }
 
-/// Of the voxels that there is something to solve for, as the estimate is.
+/// RMS difference over the voxels that are solved for, like the estimate.
 double rms_apart(const FeatureVolume& a, const FeatureVolume& b) {
   double squares = 0;
   std::size_t open = 0;
@@ -172,10 +174,10 @@ double rms_apart(const FeatureVolume& a, const FeatureVolume& b) {
   return std::sqrt(squares / static_cast<double>(open));
 }
 
-/// What a solve says of its error, against one that goes on.
+/// Compares the estimated error of a solve with that of a solve that continues.
 void expect_honest_estimates(const std::string& name, const ScalarVolume& volume,
                              const ScanLines& lines) {
-  constexpr double kFactor = 3;  // 0.33 to 1.6 was found.
+  constexpr double kFactor = 3;  // Ratios of 0.33 to 1.6 were found.
   const auto truth = confidence(volume, lines, exact());
   ASSERT_TRUE(test::has_value(truth)) << name;
   for (const double error : {1e-2, SolveOptions{}.error, 3e-4}) {
@@ -190,7 +192,7 @@ void expect_honest_estimates(const std::string& name, const ScalarVolume& volume
   }
 }
 
-/// 8-bit pixels of a file that is stored from the bottom up, from the top down.
+/// Returns the 8-bit pixels from the top down. The file stores them from the bottom up.
 std::vector<std::uint8_t> turned(const std::filesystem::path& path, int width, int height) {
   std::vector<std::uint8_t> stored(static_cast<std::size_t>(width * height));
   std::ifstream file(path, std::ios::binary);
@@ -203,8 +205,8 @@ std::vector<std::uint8_t> turned(const std::filesystem::path& path, int width, i
   return rows;
 }
 
-// A picture of vessels beside its confidence as the authors' laboratory published it.
-TEST(ConfidenceTest, IsThatOfItsAuthors) {
+// An image of vessels and its confidence map as published by the laboratory of the authors.
+TEST(ConfidenceTest, AgreesWithTheMapOfItsAuthors) {
   SONDE_REQUIRE_DATA(map, "us-predicate/cm.raw");
   constexpr int kWidth = 720, kHeight = 500;
   const auto picture = turned(map.parent_path() / "us.raw", kWidth, kHeight);
@@ -224,7 +226,7 @@ TEST(ConfidenceTest, IsThatOfItsAuthors) {
   expect_honest_estimates("their picture", volume, down());
 }
 
-TEST(ConfidenceTest, UnknownVoxelsInFrontCountForNothing) {
+TEST(ConfidenceTest, UnknownVoxelsInFrontDoNotCount) {
   const auto inside = [](int i, int j, int k) { return 80.0 + (7 * i + 5 * j + 3 * k) % 11; };
   const auto found = confidence(test::make_scalar(test::centred_grid({5, 10, 4}, {1, 1, 1}),
                                                   [&](int i, int j, int k) {
@@ -242,7 +244,7 @@ TEST(ConfidenceTest, UnknownVoxelsInFrontCountForNothing) {
   }
 }
 
-TEST(ConfidenceTest, IsTheDirectSolutionForEveryGeometry) {
+TEST(ConfidenceTest, EqualsTheDirectSolutionForEveryGeometry) {
   const auto grid = test::centred_grid({14, 19, 12}, {0.4, 0.4, 0.4});
   const auto volume = test::speckled(grid, 3);
   const std::vector<ScanLines> geometries{down(), *ScanLines::parallel({{1, 0, 0}}, {{0, 0, 0}}),
@@ -260,7 +262,7 @@ TEST(ConfidenceTest, IsTheDirectSolutionForEveryGeometry) {
   }
 }
 
-TEST(ConfidenceTest, TheDefaultErrorIsMet) {
+TEST(ConfidenceTest, MeetsTheDefaultError) {
   const auto volume = test::speckled(test::centred_grid({24, 30, 16}, {0.4, 0.4, 0.4}), 6);
   const auto truth = definition::confidence(volume, down(), {});
   const auto found = confidence(volume, down(), {});
@@ -273,7 +275,7 @@ TEST(ConfidenceTest, TheDefaultErrorIsMet) {
   EXPECT_LT(std::sqrt(squares / static_cast<double>(truth->size())), SolveOptions{}.error);
 }
 
-/// Layers with a vessel and a bone with its shadow, in speckle that is correlated along the row.
+/// Layers with a vessel, and a bone with its shadow, in speckle that is correlated along the row.
 ScalarVolume tissue(const VoxelGrid& grid, unsigned seed) {
   std::mt19937 random(seed);
   std::exponential_distribution<double> power;
@@ -292,7 +294,7 @@ ScalarVolume tissue(const VoxelGrid& grid, unsigned seed) {
   });
 }
 
-TEST(ConfidenceTest, SaysItsErrorWithinAFactor) {
+TEST(ConfidenceTest, EstimatesItsErrorWithinAFactor) {
   expect_honest_estimates(
       "speckle", test::speckled(test::centred_grid({24, 30, 16}, {0.4, 0.4, 0.4}), 6), down());
   if (test::kSanitized) return;
@@ -317,7 +319,7 @@ TEST(ConfidenceTest, IsLowerBehindAShadow) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> grain(-4, 4);
   const auto volume = test::make_scalar(grid, [&](int i, int j, int) {
-    if (j == 12 && i < 10) return 250.0;  // Bone
+    if (j == 12 && i < 10) return 250.0;  // Bone.
     return j > 12 && i < 10 ? 2.0 : 110 + grain(random);
   });
   const auto found = confidence(volume, down(), {});
@@ -342,13 +344,13 @@ TEST(ConfidenceTest, UnknownVoxelsAreHolesNotTransducers) {
   EXPECT_EQ(found->volume.at(5, 2, 4), 1);              // The first known voxel of its line.
   EXPECT_EQ(found->volume.at(5, 19, 4), 0);
   EXPECT_LT(found->volume.at(5, 12, 4), 0.6F);  // Just behind the hole.
-  EXPECT_GT(found->volume.at(5, 8, 4), 0.4F);   // Just in front.
+  EXPECT_GT(found->volume.at(5, 8, 4), 0.4F);   // Just in front of the hole.
   EXPECT_LT(
       test::largest_difference(found->volume, *definition::confidence(volume, down(), options)),
       1e-5);
 }
 
-TEST(ConfidenceTest, SaturatedConstantAndSingleVoxelVolumesAreSolved) {
+TEST(ConfidenceTest, SolvesSaturatedConstantAndSingleVoxelVolumes) {
   for (const std::array<int, 3> size : {std::array{8, 8, 8}, {1, 1, 1}, {7, 1, 3}}) {
     for (const double value : {0.0, 255.0}) {
       const auto volume = test::make_scalar(test::centred_grid(size, {0.2, 0.2, 1}),
@@ -362,8 +364,9 @@ TEST(ConfidenceTest, SaturatedConstantAndSingleVoxelVolumesAreSolved) {
   }
 }
 
-TEST(ConfidenceTest, AnErrorThatIsNotKnownIsNotStated) {
-  // One bright layer, whose voxels are tied together 10^5 times as much as to any other.
+TEST(ConfidenceTest, ReportsNoErrorThatItCannotEstimate) {
+  // One bright layer whose voxels are connected 10^5 times as strongly to each other as to any
+  // other.
   const auto layer = test::make_scalar(test::centred_grid({12, 24, 8}, {0.5, 0.5, 0.5}),
                                        [](int, int j, int) { return j == 12 ? 255.0 : 20.0; });
   ConfidenceOptions options;
@@ -375,7 +378,7 @@ TEST(ConfidenceTest, AnErrorThatIsNotKnownIsNotStated) {
   EXPECT_TRUE(std::isnan(tied->report.estimated_error));
 }
 
-TEST(ConfidenceTest, RefusesByNameAndStops) {
+TEST(ConfidenceTest, RejectsInvalidInputByNameAndStopsOnRequest) {
   const auto grid = test::centred_grid({6, 6, 6}, {1, 1, 1});
   const auto nothing = test::make_scalar(grid, [](int, int, int) { return std::nan(""); });
   EXPECT_EQ(confidence(nothing, down(), {}).error().code, ErrorCode::kMalformedData);
@@ -399,21 +402,22 @@ TEST(ConfidenceTest, RefusesByNameAndStops) {
   RunOptions stopped;
   stopped.stop = stop.get_token();
   EXPECT_EQ(confidence(volume, down(), {}, stopped).error().code, ErrorCode::kCancelled);
-  // Before there is anything to solve.
+  // The stop comes before there is anything to solve.
   const auto system = confidence_system(volume, down(), {}, stopped);
   ASSERT_FALSE(system.has_value());
   EXPECT_EQ(system.error().code, ErrorCode::kCancelled);
 }
 
-TEST(ConfidenceTest, OfAFanBeginsAtItsApexWhereverThatLies) {
-  // On a voxel, between voxels and outside; the lines of the first two end in all directions.
+TEST(ConfidenceTest, StartsAtTheApexOfAFanForEveryPosition) {
+  // The apex is on a voxel, between voxels, and outside. For the first two, the lines end in all
+  // directions.
   const auto grid = test::centred_grid({15, 13, 11}, {1, 1, 1});
   const auto volume = test::make_scalar(grid, [](int, int, int) { return 90; });
   auto options = exact();
   options.alpha = 0;
   struct Case {
     Eigen::Vector3d apex;
-    int first;  ///< Known voxel of the line down the middle.
+    int first;  ///< First known voxel of the line down the middle.
   };
   for (const auto& [apex, first] :
        {Case{{0, 0, 0}, 7}, Case{{0.3, -0.2, 0.4}, 6}, Case{{0, -9, 0}, 0}}) {
@@ -432,8 +436,8 @@ TEST(ConfidenceTest, OfAFanBeginsAtItsApexWhereverThatLies) {
   }
 }
 
-// Penalties of a fan are computed another way than those of parallel lines.
-TEST(ConfidenceTest, AFarApexIsAsParallelLines) {
+// Penalties of a fan and of parallel lines are computed in different ways.
+TEST(ConfidenceTest, ADistantApexEqualsParallelLines) {
   const auto volume = test::speckled(test::centred_grid({12, 16, 10}, {0.4, 0.4, 0.4}), 9);
   const auto far = ScanLines::fan({{0, -1e6, 0}}, 0);
   const auto fan = definition::confidence(volume, *far, {});
@@ -443,19 +447,20 @@ TEST(ConfidenceTest, AFarApexIsAsParallelLines) {
   for (std::size_t n = 0; n < fan->size(); ++n) EXPECT_NEAR((*fan)[n], (*parallel)[n], 1e-4) << n;
 }
 
-TEST(ConfidenceTest, ThinVolumesTakeMoreMemoryThanTheirVoxels) {
-  // With its border a row of one voxel is 16 by 3 nodes.
+TEST(ConfidenceTest, ThinVolumesNeedMoreMemoryThanTheirVoxels) {
+  // Including its border, a row of one voxel has 16 by 3 nodes.
   const auto grid = test::centred_grid({1, 1, 20000}, {1, 1, 1});
   const auto volume = test::make_scalar(grid, [](int, int, int) { return 90; });
   const auto along = ScanLines::parallel({{0, 0, 1}}, {{0, 0, -1e6}});
   RunOptions run;
-  run.memory_limit = 21120000;  // Of the nodes' values and the rounded weights alone.
+  run.memory_limit = 21120000;  // Memory of the values of the nodes and of the rounded weights
+                                // alone.
   const auto refused = confidence(volume, *along, {}, run);
   ASSERT_FALSE(refused.has_value());
   EXPECT_EQ(refused.error().code, ErrorCode::kUnsupportedData);
 }
 
-TEST(ConfidenceTest, DoesNotDependOnThreads) {
+TEST(ConfidenceTest, DoesNotDependOnTheNumberOfThreads) {
   const auto volume = test::speckled(test::centred_grid({18, 25, 14}, {0.4, 0.4, 0.4}), 8);
   RunOptions one;
   one.threads = 1;

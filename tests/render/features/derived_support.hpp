@@ -15,7 +15,7 @@
 
 namespace nav::test {
 
-/// Float voxels as a function of their indices; NaN is unknown.
+/// Returns float voxels as a function of their indices. NaN is unknown.
 inline render::features::ScalarVolume make_scalar(
     const VoxelGrid& grid, const std::function<double(int, int, int)>& value) {
   std::vector<float> values;
@@ -29,14 +29,14 @@ inline render::features::ScalarVolume make_scalar(
   return *render::features::ScalarVolume::create(grid, std::move(values), "test volume");
 }
 
-/// And as a function of their positions, mm.
+/// Returns float voxels as a function of their positions, mm.
 inline render::features::ScalarVolume make_scalar_at(
     const VoxelGrid& grid, const std::function<double(const Eigen::Vector3d&)>& value) {
   return make_scalar(
       grid, [&](int i, int j, int k) { return value(grid.at(Eigen::Vector3d(i, j, k)).mm); });
 }
 
-/// Speckle-like values of 0 to 255 with smooth structure below.
+/// Returns speckle-like values of 0 to 255 with smooth structure below.
 inline render::features::ScalarVolume speckled(const VoxelGrid& grid, unsigned seed) {
   std::mt19937 random(seed);
   std::normal_distribution<double> noise;
@@ -47,12 +47,12 @@ inline render::features::ScalarVolume speckled(const VoxelGrid& grid, unsigned s
   });
 }
 
-/// NaN is equal to NaN.
+/// Compares bits, so NaN equals NaN.
 inline bool same_bytes(const std::vector<float>& a, const std::vector<float>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
 
-/// Of the same voxels known; those of unknown ones are looked at too.
+/// Largest difference over the known voxels. Expects that the same voxels are unknown in both.
 inline double largest_difference(const render::features::FeatureVolume& found,
                                  const std::vector<double>& truth) {
   double worst = 0;

@@ -8,8 +8,8 @@
 namespace nav::render::features {
 namespace {
 
-/// Conjugate gradients in double on a diagonal matrix, whose eigenvalues and solution are known.
-/// Calls see(n, r · r, |e|) before each step; returns what the estimate has learnt.
+/// Conjugate gradients in double on a diagonal matrix whose eigenvalues and solution are known.
+/// Calls see(n, estimate, r · r, |e|) before each step. Returns the final estimate.
 template <class See>
 ErrorEstimate solve_diagonal(const Eigen::VectorXd& matrix, const Eigen::VectorXd& b, int steps,
                              const See& see) {
@@ -35,9 +35,9 @@ Eigen::VectorXd spread_evenly(int size, double least, double greatest) {
   return Eigen::VectorXd::LinSpaced(size, std::log(least), std::log(greatest)).array().exp();
 }
 
-TEST(ErrorEstimateTest, FindsTheLeastEigenvalueAndWithItTheError) {
+TEST(ErrorEstimateTest, FindsTheSmallestEigenvalueAndTheError) {
   constexpr double kLeast = 0.02;
-  constexpr double kBelow = 2;  // Without M the residual leaps, which the estimate sees.
+  constexpr double kBelow = 2;  // Without M the residual jumps, which affects the estimate.
   constexpr double kAbove = 6;
   const Eigen::VectorXd matrix = spread_evenly(40, kLeast, 2);
   const Eigen::VectorXd b = Eigen::VectorXd::Ones(40);
@@ -60,8 +60,8 @@ TEST(ErrorEstimateTest, FindsTheLeastEigenvalueAndWithItTheError) {
   EXPECT_NEAR(estimate.least_eigenvalue(), kLeast, 1e-4 * kLeast) << "remains";
 }
 
-// One small eigenvalue is found late: until then what is known of it is far too large.
-TEST(ErrorEstimateTest, WhatStillFallsIsTakenToFallOn) {
+// One small eigenvalue is found late. Until then its estimate is far too large.
+TEST(ErrorEstimateTest, ExtrapolatesAnEigenvalueThatStillFalls) {
   Eigen::VectorXd matrix = spread_evenly(40, 0.2, 2);
   matrix[0] = 0.02;
   Eigen::VectorXd b = Eigen::VectorXd::Ones(40);
@@ -72,7 +72,7 @@ TEST(ErrorEstimateTest, WhatStillFallsIsTakenToFallOn) {
       farthest = std::max(farthest, error / so_far.error(rr));
     }
   });
-  EXPECT_LT(farthest, 4);  // Without it 9.2 is found.
+  EXPECT_LT(farthest, 4);  // Without the extrapolation, 9.2 is found.
 }
 
 }  // namespace

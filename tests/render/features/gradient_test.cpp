@@ -20,14 +20,14 @@ Eigen::Matrix3d oblique() {
 
 ScanLines along(const Eigen::Vector3d& d) { return *ScanLines::parallel({d}, {{0, 0, 0}}); }
 
-TEST(GradientTest, OfALinearRampIsExactOnObliqueAnisotropicGrids) {
+TEST(GradientTest, IsExactForALinearRampOnObliqueAnisotropicGrids) {
   const Eigen::Vector3d slope(3, -2, 5);
   const Eigen::Vector3d line = Eigen::Vector3d(1, 1, 0.5).normalized();
   for (const std::array<int, 3> size : {std::array{9, 8, 7}, {2, 2, 2}, {5, 1, 6}}) {
     const auto grid = test::centred_grid(size, {0.2, 0.2, 1}, oblique());
     const auto volume =
         test::make_scalar_at(grid, [&](const Eigen::Vector3d& p) { return slope.dot(p); });
-    Eigen::Vector3d seen = slope;  // An axis of one voxel sees nothing.
+    Eigen::Vector3d seen = slope;  // There is no gradient along an axis of one voxel.
     if (size[1] == 1) seen -= slope.dot(oblique().col(1)) * oblique().col(1);
     const auto lines = along(line);
     const double across = seen.cross(line).norm();
@@ -48,7 +48,7 @@ TEST(GradientTest, OfALinearRampIsExactOnObliqueAnisotropicGrids) {
   }
 }
 
-TEST(GradientTest, BesideUnknownVoxelsIsOneSided) {
+TEST(GradientTest, IsOneSidedBesideUnknownVoxels) {
   const auto grid = test::centred_grid({7, 3, 3}, {0.5, 1, 1});
   const auto volume = test::make_scalar(
       grid, [](int i, int, int) { return i == 3 || i == 5 ? std::nan("") : 2.0 * i; });
@@ -57,14 +57,14 @@ TEST(GradientTest, BesideUnknownVoxelsIsOneSided) {
   EXPECT_FLOAT_EQ(found->at(0, 1, 1), 4);
   EXPECT_FLOAT_EQ(found->at(2, 1, 1), 4);
   EXPECT_TRUE(std::isnan(found->at(3, 1, 1)));
-  EXPECT_TRUE(std::isnan(found->at(4, 1, 1)));  // No neighbour along i.
+  EXPECT_TRUE(std::isnan(found->at(4, 1, 1)));  // There is no neighbour along i.
 }
 
 TEST(GradientTest, PartsFollowTheScanLineOfEveryVoxel) {
   const auto grid = test::centred_grid({9, 9, 9}, {1, 1, 1});
   const auto fan = ScanLines::fan({{0, 0, 0}}, 0);
   ASSERT_TRUE(test::has_value(fan));
-  // Brighter with the distance from the apex, which is a voxel: there is no line.
+  // Values grow with the distance from the apex. The apex is a voxel and has no line.
   const auto volume =
       test::make_scalar_at(grid, [](const Eigen::Vector3d& p) { return 2 * p.squaredNorm(); });
   const auto along = gradient_part(volume, GradientPart::kAlong, &*fan);
@@ -85,7 +85,7 @@ TEST(GradientTest, PartsFollowTheScanLineOfEveryVoxel) {
   }
 }
 
-TEST(GradientTest, RefusesAPartOfALineWithoutLines) {
+TEST(GradientTest, RejectsAPartAlongALineWithoutScanLines) {
   const auto volume = test::speckled(test::centred_grid({4, 4, 4}, {1, 1, 1}), 1);
   for (const auto part : {GradientPart::kAngle, GradientPart::kAlong, GradientPart::kAcross}) {
     const auto refused = gradient_part(volume, part, nullptr);
@@ -94,11 +94,11 @@ TEST(GradientTest, RefusesAPartOfALineWithoutLines) {
   }
 }
 
-TEST(GradientTest, AngleIsExactNearZeroAndPiAndNaNWithoutADirection) {
+TEST(GradientTest, AngleIsExactNearZeroAndPiAndNanWithoutADirection) {
   const Eigen::Vector3d z(0, 0, 1);
   EXPECT_EQ(gradient_angle({0, 0, 2}, z, 1e-3), 0);
   EXPECT_DOUBLE_EQ(gradient_angle({0, 0, -2}, z, 1e-3), std::numbers::pi);
-  EXPECT_NEAR(gradient_angle({1e-9, 0, 1}, z, 1e-3), 1e-9, 1e-18);  // acos gives 0.
+  EXPECT_NEAR(gradient_angle({1e-9, 0, 1}, z, 1e-3), 1e-9, 1e-18);  // acos would give 0.
   EXPECT_NEAR(gradient_angle({1, 0, 0}, z * (1 + 1e-15), 1e-3), std::numbers::pi / 2, 1e-15);
   EXPECT_TRUE(std::isnan(gradient_angle({1e-4, 0, 0}, z, 1e-3)));
   EXPECT_TRUE(std::isnan(gradient_angle({0, 0, 0}, z, 1e-3)));
@@ -107,7 +107,7 @@ TEST(GradientTest, AngleIsExactNearZeroAndPiAndNaNWithoutADirection) {
   EXPECT_TRUE(std::isnan(gradient_angle(nowhere, z, 1e-3)));
 }
 
-TEST(GradientTest, SmoothedGradientOfARampIsTheRampAndOfASineItsDampedSlope) {
+TEST(GradientTest, SmoothingKeepsARampAndDampsASine) {
   const auto grid = test::centred_grid({40, 21, 21}, {0.5, 0.5, 1});
   GradientOptions options;
   options.smoothing_mm = 0.8;
@@ -118,7 +118,7 @@ TEST(GradientTest, SmoothedGradientOfARampIsTheRampAndOfASineItsDampedSlope) {
     EXPECT_TRUE(test::has_value(found));
     return found->at(20, 10, 10);
   };
-  EXPECT_NEAR(magnitude(ramp), 5, 0.01);  // 1e5 resolves 0.008.
+  EXPECT_NEAR(magnitude(ramp), 5, 0.01);  // Floats near 1e5 resolve 0.008.
   const double q = 0.9;
   const auto sine = test::make_scalar_at(
       grid, [&](const Eigen::Vector3d& p) { return 100 * std::sin(q * p.x()); });
@@ -127,7 +127,7 @@ TEST(GradientTest, SmoothedGradientOfARampIsTheRampAndOfASineItsDampedSlope) {
   EXPECT_NEAR(magnitude(sine), std::abs(damped * std::cos(q * p.x())), 0.01 * damped);
 }
 
-TEST(GradientTest, SmoothedIsUnknownOnlyWhereVoxelsAre) {
+TEST(GradientTest, SmoothedGradientIsUnknownOnlyAtUnknownVoxels) {
   const auto grid = test::centred_grid({11, 10, 9}, {0.5, 0.5, 0.5});
   const auto volume = test::make_scalar(
       grid, [](int i, int j, int k) { return i == 5 && j == 4 && k == 3 ? std::nan("") : i + j; });
@@ -138,7 +138,7 @@ TEST(GradientTest, SmoothedIsUnknownOnlyWhereVoxelsAre) {
   for (int i = 0; i < 11; ++i) EXPECT_EQ(std::isnan(found->at(i, 4, 3)), i == 5) << i;
 }
 
-TEST(GradientTest, SmoothedIsItsDefinition) {
+TEST(GradientTest, SmoothedGradientEqualsItsDefinition) {
   for (const std::array<int, 3> size : {std::array{19, 13, 9}, {8, 1, 6}}) {
     const auto grid = test::centred_grid(size, {0.2, 0.3, 1}, oblique());
     const auto volume = test::speckled(grid, 7);
@@ -164,12 +164,13 @@ TEST(GradientTest, SmoothedIsItsDefinition) {
       EXPECT_LT(rms, rms_before) << truncate;
       rms_before = rms;
     }
-    EXPECT_LT(rms_before, 2e-4);  // Of slopes of some hundreds per mm.
+    EXPECT_LT(rms_before, 2e-4);  // For slopes of some hundreds per mm.
   }
 }
 
-TEST(GradientTest, RefusesFiltersOfHundredsOfVoxels) {
-  // Spacing in metres: 0.4 mm of smoothing would take filters of 4000 voxels either way.
+TEST(GradientTest, RejectsFiltersOfHundredsOfVoxels) {
+  // The spacing is in metres. A smoothing of 0.4 mm would need filters of 4000 voxels in each
+  // direction.
   const auto volume = test::speckled(test::centred_grid({4, 4, 4}, {4e-4, 4e-4, 4e-4}), 1);
   GradientOptions options;
   options.smoothing_mm = kUsualSmoothingMm;
@@ -182,7 +183,7 @@ TEST(GradientTest, RefusesFiltersOfHundredsOfVoxels) {
   EXPECT_TRUE(test::has_value(gradient_part(volume, GradientPart::kMagnitude, nullptr, options)));
 }
 
-TEST(ScanLinesTest, FanPointsAwayFromItsApexAndCountsDepthFromItsFace) {
+TEST(ScanLinesTest, AFanPointsAwayFromItsApexWithDepthFromItsFace) {
   const auto grid = test::centred_grid({5, 5, 5}, {1, 1, 1});
   const auto fan = ScanLines::fan({{0, 0, -10}}, 8);
   ASSERT_TRUE(test::has_value(fan));
@@ -209,7 +210,7 @@ TEST(ScanLinesTest, PackedDirectionsAreNearlyExact) {
   EXPECT_TRUE(PackedDirection{}.unpack().hasNaN());
 }
 
-/// Pictures side by side along z, each turned about y by an angle that grows.
+/// Images side by side along z. Each is rotated about x by an angle that grows.
 std::vector<SweepPlane> linear_sweep(int count, double turn_rad) {
   std::vector<SweepPlane> planes;
   for (int n = 0; n < count; ++n) {
@@ -219,7 +220,7 @@ std::vector<SweepPlane> linear_sweep(int count, double turn_rad) {
   return planes;
 }
 
-TEST(ScanLinesTest, OfASweepAreThoseOfItsPictures) {
+TEST(ScanLinesTest, LinesOfASweepAreThoseOfItsImages) {
   const auto grid = test::centred_grid({9, 21, 11}, {1, 1, 1});
   const auto lines = compound_scan_lines(grid, linear_sweep(12, 0), 1.0);
   ASSERT_TRUE(test::has_value(lines));
@@ -232,7 +233,7 @@ TEST(ScanLinesTest, OfASweepAreThoseOfItsPictures) {
   EXPECT_TRUE(std::isnan(few->depth_mm(grid, 4, 4, 10)));
 }
 
-TEST(ScanLinesTest, OfTurnedConvexPicturesAreTheRaysOfTheirApex) {
+TEST(ScanLinesTest, LinesOfRotatedConvexImagesStartAtTheirApex) {
   const auto grid = test::centred_grid({15, 21, 3}, {1, 1, 1});
   const SectorOutline outline{{0, -5}, 5, 40, 1.0};
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitZ()));
@@ -243,21 +244,22 @@ TEST(ScanLinesTest, OfTurnedConvexPicturesAreTheRaysOfTheirApex) {
   const Eigen::Vector3d p = grid.at(Eigen::Vector3d(9, 15, 1)).mm;
   EXPECT_LT((lines->away(grid, 9, 15, 1) - (p - apex).normalized()).norm(), 1e-4);
   EXPECT_NEAR(lines->depth_mm(grid, 9, 15, 1), (p - apex).norm() - 5, 1e-5);
-  EXPECT_TRUE(lines->away(grid, 9, 15, 0).hasNaN());  // 1 mm beside the picture.
+  EXPECT_TRUE(lines->away(grid, 9, 15, 0).hasNaN());  // 1 mm beside the image.
 }
 
-TEST(ScanLinesTest, PicturesThatOverlapWeighByTheirDistance) {
+TEST(ScanLinesTest, OverlappingImagesAreWeightedByTheirDistance) {
   const auto grid = test::centred_grid({5, 21, 5}, {1, 1, 1});
   const auto picture = [](const Eigen::Quaterniond& turn, double y, double z) {
     return SweepPlane{{turn, {0, y, z}}, {-8, 0}, {8, 40}, {}};
   };
   const auto straight = Eigen::Quaterniond::Identity();
-  // 0.2 and 0.6 mm from the voxels in the middle: 0.8 and 0.4. The second began 3 mm before.
+  // The distances to the voxels in the middle are 0.2 and 0.6 mm, so the weights are 0.8 and 0.4.
+  // The second image starts 3 mm earlier.
   const auto both = compound_scan_lines(
       grid, std::vector{picture(straight, -10, -0.2), picture(straight, -13, 0.6)}, 1.0);
   ASSERT_TRUE(test::has_value(both));
   EXPECT_NEAR(both->depth_mm(grid, 2, 6, 2), 6 + 3 * 0.4 / 1.2, 1e-5);
-  // Turned by 0.5 rad, at 0.4 of 1.2: between the two by weight.
+  // Rotated by 0.5 rad with a share of 0.4 of 1.2: the weighted mean of the two directions.
   const Eigen::Quaterniond aside(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()));
   const auto turned = compound_scan_lines(
       grid, std::vector{picture(straight, -10, -0.2), picture(aside, -13, 0.6)}, 1.0);
@@ -271,7 +273,7 @@ TEST(ScanLinesTest, PicturesThatOverlapWeighByTheirDistance) {
   EXPECT_TRUE(std::isnan(opposite->depth_mm(grid, 2, 10, 2)));
 }
 
-TEST(ScanLinesTest, AConvexPictureInsonifiesItsSectorAlone) {
+TEST(ScanLinesTest, AConvexImageCoversOnlyItsSector) {
   const auto grid = test::centred_grid({21, 21, 1}, {1, 1, 1});
   const SectorOutline outline{{0, -5}, 8, 20, 0.4};
   const SweepPlane plane{
@@ -281,7 +283,7 @@ TEST(ScanLinesTest, AConvexPictureInsonifiesItsSectorAlone) {
   for (int j = 0; j < 21; ++j) {
     for (int i = 0; i < 21; ++i) {
       const double x = i - 10;
-      const double y = j + 5;  // From the apex.
+      const double y = j + 5;  // Depth from the apex.
       const double radius = std::hypot(x, y);
       const double angle = std::atan2(std::abs(x), y);
       if (std::abs(radius - 8) < 1e-6 || std::abs(radius - 20) < 1e-6) continue;
@@ -292,7 +294,7 @@ TEST(ScanLinesTest, AConvexPictureInsonifiesItsSectorAlone) {
   }
 }
 
-TEST(ScanLinesTest, RefuseByName) {
+TEST(ScanLinesTest, RejectsInvalidInputByName) {
   EXPECT_FALSE(ScanLines::parallel({{0, 0, 0}}, {{0, 0, 0}}));
   EXPECT_FALSE(ScanLines::fan({{0, 0, 0}}, -1));
   const auto grid = test::centred_grid({4, 4, 4}, {1, 1, 1});

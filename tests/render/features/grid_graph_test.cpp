@@ -24,7 +24,7 @@ void for_each_node(const std::array<int, 3>& size, const Visit& visit) {
   }
 }
 
-/// Values with holes, and a penalty of its own for every direction.
+/// Values with holes, and a separate penalty for every direction.
 EdgeRule random_rule(unsigned seed) {
   const GraphLayout layout(kSize);
   EdgeRule rule{ZeroedArray<float>(layout.cells()), {}, {3.0F, 1e-5F}};
@@ -61,7 +61,7 @@ void expect_same_rows(const GridGraph& a, const GridGraph& b) {
   });
 }
 
-TEST(GridGraphTest, ByRuleHasTheEdgesOfTheRule) {
+TEST(GridGraphTest, HasTheEdgesOfItsRule) {
   const EdgeRule rule = random_rule(1);
   const GridGraph graph(kSize, rule);
   int edges = 0;
@@ -82,7 +82,7 @@ TEST(GridGraphTest, ByRuleHasTheEdgesOfTheRule) {
   EXPECT_GT(edges, 1000);
 }
 
-TEST(GridGraphTest, ByRuleIsAsTheOneThatKeepsItsEdges) {
+TEST(GridGraphTest, ARuleEqualsStoredEdges) {
   GridGraph graph(kSize, random_rule(2));
   GridGraph kept = kept_as(graph);
   expect_same_rows(graph, kept);
@@ -94,8 +94,8 @@ TEST(GridGraphTest, ByRuleIsAsTheOneThatKeepsItsEdges) {
   expect_same_rows(graph, kept);
 }
 
-// x · A x of values that are one number in each box is that of the boxes.
-TEST(PackedGraphTest, OfBoxesHasTheQuadraticFormOfItsNodes) {
+// The quadratic form x · A x of values that are constant in each box equals that of the boxes.
+TEST(PackedGraphTest, BoxesHaveTheQuadraticFormOfTheirNodes) {
   GridGraph exact(kSize, random_rule(3));
   exact.leak.writable(2, 3)[4] = 0.7F;
   exact.leak.writable(5, 4)[12] = 0.2F;
@@ -135,7 +135,7 @@ TEST(PackedGraphTest, OfBoxesHasTheQuadraticFormOfItsNodes) {
   }
 }
 
-TEST(FewRowsTest, AreZeroButWhereTheyWereWritten) {
+TEST(FewRowsTest, AreZeroExceptWhereTheyWereWritten) {
   FewRows rows(GraphLayout({5, 4, 3}));
   EXPECT_EQ(rows.norm(), 0);
   rows.writable(3, 2)[4] = 3;
@@ -152,7 +152,7 @@ TEST(FewRowsTest, AreZeroButWhereTheyWereWritten) {
   });
 }
 
-TEST(GraphKernelsTest, PenaltiesAreHowFarEdgesLeadAside) {
+TEST(GraphKernelsTest, PenaltiesMeasureHowFarEdgesDeviateFromTheLine) {
   constexpr int kCount = 24;
   std::array<std::array<float, kCount>, 3> here{}, there{};
   std::mt19937 random(4);
@@ -185,7 +185,7 @@ TEST(GraphKernelsTest, PenaltiesAreHowFarEdgesLeadAside) {
   }
 }
 
-TEST(GraphKernelsTest, AStepIsDampedScaledAndOnlyWhereThereIsSomethingToSolve) {
+TEST(GraphKernelsTest, AStepIsDampedScaledAndLimitedToFreeNodes) {
   constexpr int kCount = 16;
   std::array<float, kCount> x{}, step{}, pivot{}, b{};
   for (std::size_t i = 0; i < kCount; ++i) {

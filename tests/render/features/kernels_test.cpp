@@ -16,7 +16,7 @@ namespace {
 
 using Values = std::array<double, 3>;
 
-/// Ascending eigenvalues of many matrices by a set of kernels.
+/// Eigenvalues of many matrices in ascending order, computed by a set of kernels.
 std::vector<Values> solve(const Kernels& set, const std::vector<Eigen::Matrix3d>& matrices) {
   const int count = padded(static_cast<int>(matrices.size()));
   std::array<std::vector<float>, 6> h;
@@ -43,7 +43,8 @@ Eigen::Matrix3d rotation(std::mt19937& random) {
       .toRotationMatrix();
 }
 
-/// Exactly symmetric, rounded to float, so that both sides solve the same matrix.
+/// Returns a matrix that is exactly symmetric and rounded to float, so that both solvers get the
+/// same matrix.
 Eigen::Matrix3d with_eigenvalues(const Eigen::Vector3d& values, std::mt19937& random) {
   const Eigen::Matrix3d r = rotation(random);
   const Eigen::Matrix3d m = r * values.asDiagonal() * r.transpose();
@@ -55,13 +56,13 @@ const std::array<const Kernels*, 2>& sets() {
   return both;
 }
 
-TEST(EigenvaluesTest, AgreeWithIterationToAFewUnitsInTheLastPlaceOfTheNorm) {
+TEST(EigenvaluesTest, AgreeWithTheIterativeSolverToFloatPrecision) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
   std::vector<Eigen::Matrix3d> matrices;
   for (int n = 0; n < 4000; ++n) {
     matrices.push_back(with_eigenvalues({normal(random), normal(random), normal(random)}, random));
-    // Pairs and triples that meet, exactly or nearly.
+    // Pairs and triples of eigenvalues that are equal or nearly equal.
     const double near = std::pow(10, -1 - 7 * (n % 8) / 8.0);
     matrices.push_back(with_eigenvalues({1, 1 + near, -0.3}, random));
     matrices.push_back(with_eigenvalues({-1, -1, near}, random));
@@ -83,7 +84,7 @@ TEST(EigenvaluesTest, AgreeWithIterationToAFewUnitsInTheLastPlaceOfTheNorm) {
   }
 }
 
-TEST(EigenvaluesTest, OfDiagonalZeroAndEqualMatricesAreTheirs) {
+TEST(EigenvaluesTest, AreCorrectForDiagonalZeroAndEqualMatrices) {
   const std::vector<Eigen::Matrix3d> matrices{
       Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Identity(), -7 * Eigen::Matrix3d::Identity(),
       Eigen::Vector3d(1e-30, 0, 0).asDiagonal(), Eigen::Vector3d(3, -1, 2).asDiagonal()};
@@ -99,7 +100,7 @@ TEST(EigenvaluesTest, OfDiagonalZeroAndEqualMatricesAreTheirs) {
   }
 }
 
-TEST(GaussianTapsTest, AreExactOnConstantsLinesAndParabolas) {
+TEST(GaussianTapsTest, AreExactForConstantsLinesAndParabolas) {
   for (const double sigma : {1e-3, 0.05, 0.3, 0.5, 1.0, 2.7, 9.0}) {
     const GaussianTaps taps = gaussian_taps(sigma, 4);
     double sum = taps.smooth[0], bends = taps.bend[0], slope = 0, second = 0;
@@ -117,7 +118,7 @@ TEST(GaussianTapsTest, AreExactOnConstantsLinesAndParabolas) {
   }
 }
 
-TEST(GaussianTapsTest, OfATinySigmaAreCentralDifferences) {
+TEST(GaussianTapsTest, ATinySigmaGivesCentralDifferences) {
   const GaussianTaps taps = gaussian_taps(1e-3, 4);
   EXPECT_EQ(taps.radius, 1);
   EXPECT_DOUBLE_EQ(taps.slope[1], 0.5);

@@ -8,7 +8,7 @@
 namespace nav::render::features {
 namespace {
 
-/// Control points on a plane: a B-spline reproduces it. Control point c lies at knot c - 1.
+/// Control points on a plane, which a B-spline reproduces. Control point c lies at knot c - 1.
 LayerSurface tilted(int axis, const std::array<int, 3>& size, double base, double du, double dv) {
   const std::array<int, 2> control{7, 6};
   const auto across = axis == 0   ? std::array{size[1], size[2]}
@@ -46,7 +46,7 @@ TEST(LayerSurfaceTest, ReproducesPlanesOverEveryAxis) {
   }
 }
 
-TEST(LayerSurfaceTest, IsNowhereSteeperThanItSays) {
+TEST(LayerSurfaceTest, IsNeverSteeperThanItsBound) {
   const auto surface = wavy({30, 25, 20}, 10, 3);
   const Eigen::Vector2d most = surface.steepest();
   constexpr double kStep = 1e-5;
@@ -59,7 +59,7 @@ TEST(LayerSurfaceTest, IsNowhereSteeperThanItSays) {
   }
 }
 
-TEST(LayerModelTest, RasterisesExactlyAtVoxelCentresAndWithinItsErrorBetween) {
+TEST(LayerModelTest, RasterIsExactAtVoxelCentresAndWithinItsErrorElsewhere) {
   const auto grid = test::centred_grid({30, 25, 20}, {0.3, 0.3, 0.5});
   const auto low = wavy(grid.size, 6, 1), high = wavy(grid.size, 13, 2);
   const auto model = LayerModel::create({low, high});
@@ -84,12 +84,12 @@ TEST(LayerModelTest, RasterisesExactlyAtVoxelCentresAndWithinItsErrorBetween) {
                                  std::abs(high.height(p.x(), p.y()) - p.z()));
     EXPECT_LE(away, model->raster_error_voxels());
   }
-  EXPECT_GT(wrong, 0);  // There is an error to state.
+  EXPECT_GT(wrong, 0);  // The error of the raster is not zero.
   EXPECT_EQ(labels->nearest({-0.6, 0, 0}), 0U);
   EXPECT_EQ(labels->nearest({std::nan(""), 0, 0}), 0U);
 }
 
-TEST(LayerModelTest, AVoxelOnASurfaceIsBehindItAndFlatOnesErrByHalfAVoxel) {
+TEST(LayerModelTest, AVoxelOnAFlatSurfaceIsBehindIt) {
   const std::array<int, 3> size{6, 5, 4};
   const auto flat = LayerSurface::create(2, size, {4, 4}, std::vector<double>(16, 0.0));
   const auto model = LayerModel::create({*flat});
@@ -103,7 +103,7 @@ TEST(LayerModelTest, AVoxelOnASurfaceIsBehindItAndFlatOnesErrByHalfAVoxel) {
 
 TEST(LayerModelTest, AFlatSurfaceThroughVoxelsHasThemAllOnOneSide) {
   const std::array<int, 3> size{40, 30, 36};
-  for (const double height : {13.0, 7.0, 26.0}) {  // Voxels; sums of splines are rounded.
+  for (const double height : {13.0, 7.0, 26.0}) {  // In voxels. The sums of splines are rounded.
     const auto flat =
         LayerSurface::create(1, size, {9, 7}, std::vector<double>(63, 0.5 * height / 0.5));
     const auto model = LayerModel::create({*flat});
@@ -120,7 +120,7 @@ TEST(LayerModelTest, AFlatSurfaceThroughVoxelsHasThemAllOnOneSide) {
   }
 }
 
-TEST(LayerModelTest, RefusesByName) {
+TEST(LayerModelTest, RejectsInvalidInputByName) {
   const std::array<int, 3> size{8, 8, 8};
   EXPECT_FALSE(LayerSurface::create(3, size, {4, 4}, std::vector<double>(16)));
   EXPECT_FALSE(LayerSurface::create(2, size, {3, 4}, std::vector<double>(12)));
@@ -173,7 +173,7 @@ TEST(ScribbleTest, MarksTheVoxelsWithinReachOnObliquePlanes) {
   EXPECT_NEAR(static_cast<double>(marked->changed), static_cast<double>(expected), 2);
 }
 
-TEST(ScribbleTest, LaterStrokesReplaceErasersClearAndOutsideIsLeftOut) {
+TEST(ScribbleTest, LaterStrokesReplaceAndErasersClear) {
   const auto grid = test::centred_grid({9, 9, 9}, {1, 1, 1});
   ScribbleMask mask(grid);
   auto stroke = line({-2, 0, 0}, {2, 0, 0}, {0, 0, 1}, 0.4);
@@ -202,7 +202,7 @@ TEST(ScribbleTest, LaterStrokesReplaceErasersClearAndOutsideIsLeftOut) {
   EXPECT_FALSE(mask.add(line({0, 0, std::nan("")}, {1, 0, 0}, {0, 0, 1}, 1)));
 }
 
-TEST(ScribbleTest, RefusesPointsThatLeaveTheirSlice) {
+TEST(ScribbleTest, RejectsPointsThatLeaveTheirSlice) {
   const auto grid = test::centred_grid({9, 9, 9}, {1, 1, 0.5});
   ScribbleMask mask(grid);
   auto stroke = line({-2, 0, 0}, {2, 0, 0.24}, {0, 0, 1}, 0.4);
@@ -219,7 +219,7 @@ TEST(ScribbleTest, RefusesPointsThatLeaveTheirSlice) {
   EXPECT_TRUE(test::has_value(mask.add(stroke)));
 }
 
-TEST(ScribbleTest, CountsPredicatesOfMarkedVoxelsOnly) {
+TEST(ScribbleTest, CountsPredicatesOnlyAtMarkedVoxels) {
   const auto grid = test::centred_grid({9, 9, 9}, {1, 1, 1});
   ScribbleMask mask(grid);
   ASSERT_TRUE(mask.add(line({-2, 0, 0}, {2, 0, 0}, {0, 0, 1}, 0.4)));

@@ -12,7 +12,7 @@
 namespace nav::render::features {
 namespace {
 
-/// Weights of 1e-5 to 1 between the nodes of a grid, as those of a random walk; every node leaks.
+/// Weights of 1e-5 to 1 between the nodes of a grid, as in a random walk. Every node has a leak.
 GridGraph random_graph(const std::array<int, 3>& size, unsigned seed) {
   GridGraph graph(size);
   std::mt19937 random(seed);
@@ -34,7 +34,7 @@ GridGraph random_graph(const std::array<int, 3>& size, unsigned seed) {
   return graph;
 }
 
-TEST(PackedWeightTest, IsTheNearestOfSixteenBits) {
+TEST(PackedWeightTest, IsTheNearestValueOfSixteenBits) {
   for (const float exact : {0.0F, 1.0F, 0.5F, 1.0F + 1.0F / 128, 18.0F}) {
     EXPECT_EQ(unpacked_weight(packed_weight(exact)), exact);
   }
@@ -48,7 +48,7 @@ TEST(PackedWeightTest, IsTheNearestOfSixteenBits) {
   }
 }
 
-TEST(PackedGraphTest, BothKernelsApplyTheMatrixOfItsWeights) {
+TEST(PackedGraphTest, BothKernelsApplyTheMatrixOfTheWeights) {
   const std::array<int, 3> size{13, 5, 4};
   const GridGraph graph = random_graph(size, 3);
   GridGraph rounded = graph;
@@ -79,7 +79,7 @@ TEST(PackedGraphTest, BothKernelsApplyTheMatrixOfItsWeights) {
   }
 }
 
-TEST(MultigridTest, IsSymmetricPositiveAndSaysItsProducts) {
+TEST(MultigridTest, IsSymmetricPositiveAndReportsItsProducts) {
   for (const std::array<int, 3> size :
        {std::array{21, 18, 17}, {40, 9, 20}, {11, 12, 40}, {3, 4, 5}, {40, 40, 30}}) {
     Multigrid multigrid(random_graph(size, 5), {});

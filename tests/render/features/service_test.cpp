@@ -15,7 +15,7 @@ ScalarVolume small(unsigned seed) {
   return test::speckled(test::centred_grid({20, 18, 16}, {0.5, 0.5, 0.5}), seed);
 }
 
-/// Takes long enough to be stopped on any machine.
+/// A request that takes long enough to be stopped on any machine.
 DerivedRequest slow(unsigned seed) {
   VesselnessOptions options;
   options.smallest_radius_mm = 4;
@@ -25,7 +25,7 @@ DerivedRequest slow(unsigned seed) {
   return {test::speckled(test::centred_grid({64, 64, 64}, {0.5, 0.5, 0.5}), seed), options, {}};
 }
 
-TEST(DerivedVolumesTest, ComputesEveryFeatureAsTheDirectCallDoes) {
+TEST(DerivedVolumesTest, ComputesEveryFeatureLikeTheDirectCall) {
   DerivedVolumes service;
   const auto volume = small(1);
   const auto lines = ScanLines::fan({{0, -20, 0}}, 10);
@@ -50,7 +50,7 @@ TEST(DerivedVolumesTest, ComputesEveryFeatureAsTheDirectCallDoes) {
   EXPECT_EQ(service.counts().computed, 8U);
 }
 
-TEST(DerivedVolumesTest, FindsTheSameContentAgainAndComputesAnythingElseAnew) {
+TEST(DerivedVolumesTest, FindsEqualContentAgainAndComputesAnythingElse) {
   DerivedVolumes service;
   const auto ask = [&](const DerivedRequest& request) {
     auto ticket = service.request(request);
@@ -58,7 +58,7 @@ TEST(DerivedVolumesTest, FindsTheSameContentAgainAndComputesAnythingElseAnew) {
     return ticket->wait()->volume.values;
   };
   const auto first = ask({small(1), SnrOptions{}, {}});
-  EXPECT_EQ(ask({small(1), SnrOptions{}, {}}), first);  // Another volume object, the same content.
+  EXPECT_EQ(ask({small(1), SnrOptions{}, {}}), first);  // Another volume object with equal content.
   EXPECT_EQ(service.counts().computed, 1U);
   EXPECT_EQ(service.counts().found, 1U);
   EXPECT_NE(ask({small(2), SnrOptions{}, {}}), first);
@@ -68,10 +68,10 @@ TEST(DerivedVolumesTest, FindsTheSameContentAgainAndComputesAnythingElseAnew) {
   const auto up = *ScanLines::parallel({{0, -1, 0}}, {{0, 0, 0}});
   const auto down = *ScanLines::parallel({{0, 1, 0}}, {{0, 0, 0}});
   EXPECT_NE(ask({small(1), ScanDepthOptions{}, up}), ask({small(1), ScanDepthOptions{}, down}));
-  EXPECT_EQ(ask({small(1), SnrOptions{}, up}), first);  // Does not depend on scan lines.
+  EXPECT_EQ(ask({small(1), SnrOptions{}, up}), first);  // The result does not depend on scan lines.
 }
 
-TEST(DerivedVolumesTest, ScanLinesThatDifferAnywhereAreOthers) {
+TEST(DerivedVolumesTest, ScanLinesThatDifferHaveDifferentDigests) {
   const auto grid = test::centred_grid({2, 2, 2}, {1, 1, 1});
   const std::vector<PackedDirection> away(8, PackedDirection::pack({0, 1, 0}));
   std::vector<PackedDirection> other_away = away;
@@ -97,7 +97,7 @@ TEST(DerivedVolumesTest, ScanLinesThatDifferAnywhereAreOthers) {
   EXPECT_EQ(lines[2].digest(), ScanLines::parallel({{0, 1, 0}}, {{0, 3, 0}})->digest());
 }
 
-TEST(DerivedVolumesTest, LetsTheLeastRecentlyUsedGo) {
+TEST(DerivedVolumesTest, RemovesTheLeastRecentlyUsedResult) {
   DerivedLimits limits;
   limits.cache_bytes = 2 * 20 * 18 * 16 * sizeof(float);
   DerivedVolumes service(limits);
@@ -108,7 +108,7 @@ TEST(DerivedVolumesTest, LetsTheLeastRecentlyUsedGo) {
   ask(1);
   ask(2);
   ask(1);
-  ask(3);  // 2 goes.
+  ask(3);  // The result of seed 2 is removed.
   ask(1);
   EXPECT_EQ(service.counts().computed, 3U);
   EXPECT_LE(service.counts().cached_bytes, limits.cache_bytes);
@@ -116,7 +116,7 @@ TEST(DerivedVolumesTest, LetsTheLeastRecentlyUsedGo) {
   EXPECT_EQ(service.counts().computed, 4U);
 }
 
-TEST(DerivedVolumesTest, KeepsResultsNotWhatTheyWereMadeOf) {
+TEST(DerivedVolumesTest, KeepsResultsButNotTheirInputs) {
   DerivedVolumes service;
   const auto grid = test::centred_grid({8, 8, 8}, {0.5, 0.5, 0.5});
   auto voxels = std::make_shared<const Volume>(
@@ -131,7 +131,7 @@ TEST(DerivedVolumesTest, KeepsResultsNotWhatTheyWereMadeOf) {
   EXPECT_TRUE(watched.expired());
 }
 
-TEST(DerivedVolumesTest, StopsWhenNobodyIsInterestedAnyMore) {
+TEST(DerivedVolumesTest, StopsWhenEveryRequestIsCancelled) {
   DerivedVolumes service;
   auto running = service.request(slow(1));
   auto waiting = service.request({small(1), SnrOptions{}, {}});
@@ -139,10 +139,10 @@ TEST(DerivedVolumesTest, StopsWhenNobodyIsInterestedAnyMore) {
   ASSERT_TRUE(test::has_value(waiting));
   running->cancel();
   EXPECT_EQ(running->wait().error().code, ErrorCode::kCancelled);
-  EXPECT_TRUE(waiting->wait());  // The next one is served.
+  EXPECT_TRUE(waiting->wait());  // The next request is computed.
 }
 
-TEST(DerivedVolumesTest, GoesOnWhileSomebodyElseIsInterested) {
+TEST(DerivedVolumesTest, ContinuesWhileAnotherRequestIsActive) {
   DerivedVolumes service;
   const DerivedRequest request{test::speckled(test::centred_grid({48, 48, 48}, {0.5, 0.5, 0.5}), 3),
                                VesselnessOptions{},
@@ -154,7 +154,7 @@ TEST(DerivedVolumesTest, GoesOnWhileSomebodyElseIsInterested) {
   EXPECT_EQ(service.counts().computed, 1U);
 }
 
-TEST(DerivedVolumesTest, EndsWithWorkLeft) {
+TEST(DerivedVolumesTest, TheDestructorCancelsTheRemainingWork) {
   std::optional<DerivedVolumes::Ticket> left;
   {
     DerivedVolumes service;
@@ -165,7 +165,7 @@ TEST(DerivedVolumesTest, EndsWithWorkLeft) {
   EXPECT_EQ(left->wait().error().code, ErrorCode::kCancelled);
 }
 
-TEST(DerivedVolumesTest, WhatAComputationThrowsReachesWhoeverAsks) {
+TEST(DerivedVolumesTest, ExceptionsOfAComputationReachTheCaller) {
   DerivedVolumes service({}, [](const DerivedRequest& request, const RunOptions& run) {
     if (std::holds_alternative<ScanDepthOptions>(request.options)) throw Bug("a broken check");
     return compute(request, run);
@@ -178,13 +178,13 @@ TEST(DerivedVolumesTest, WhatAComputationThrowsReachesWhoeverAsks) {
   EXPECT_THROW(static_cast<void>(ticket->poll()), Bug);
   EXPECT_EQ(ticket->progress(), 1);
   EXPECT_EQ(service.counts().cached_bytes, 0U);
-  // The next one is served.
+  // The next request is computed.
   auto next = service.request({small(1), SnrOptions{}, {}});
   ASSERT_TRUE(test::has_value(next));
   EXPECT_TRUE(test::has_value(next->wait()));
 }
 
-TEST(DerivedVolumesTest, RefusesAtOnceWhatCannotBe) {
+TEST(DerivedVolumesTest, RejectsInvalidRequestsAtOnce) {
   DerivedVolumes service;
   EXPECT_NE(service.request({small(1), ConfidenceOptions{}, {}}).error().message.find("scan-line"),
             std::string::npos);

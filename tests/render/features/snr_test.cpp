@@ -31,7 +31,7 @@ void expect_definition(const ScalarVolume& volume, const SnrOptions& options, do
   }
 }
 
-TEST(SnrTest, IsItsDefinitionForSizesWindowsAndWeights) {
+TEST(SnrTest, EqualsItsDefinitionForAllSizesWindowsAndWeights) {
   unsigned seed = 1;
   for (const std::array<int, 3> size :
        {std::array{19, 11, 9}, {8, 8, 8}, {1, 17, 5}, {23, 1, 1}, {3, 2, 1}, {1, 1, 1}}) {
@@ -55,7 +55,7 @@ TEST(SnrTest, LeavesUnknownVoxelsOutOfTheWindow) {
   expect_definition(volume, {}, kFloatRounding);
 }
 
-TEST(SnrTest, SignalCountsFromBlack) {
+TEST(SnrTest, SignalIsRelativeToBlack) {
   const auto grid = test::centred_grid({14, 10, 9}, {1, 1, 1});
   const auto at = [&](double shift) {
     std::mt19937 random(11);
@@ -75,26 +75,26 @@ TEST(SnrTest, SignalCountsFromBlack) {
                             {"black", "nan"}));
 }
 
-TEST(SnrTest, LosesNothingToALargeOffset) {
+TEST(SnrTest, ALargeOffsetLosesNoPrecision) {
   const auto grid = test::centred_grid({12, 12, 12}, {1, 1, 1});
   std::mt19937 random(3);
   std::normal_distribution<double> noise;
-  // A float near 2^20 resolves 1/16: the sum of squares of doubles would lose 8 of 15 digits.
+  // A float near 2^20 resolves 1/16. The sum of squares in double would lose 8 of 15 digits.
   const auto volume = test::make_scalar(
       grid, [&](int, int, int) { return 1048576 + std::round(noise(random) * 16) / 16; });
   expect_definition(volume, {}, kFloatRounding);
 }
 
-TEST(SnrTest, OfARampIsMeanOverTheSpreadOfSevenSteps) {
+TEST(SnrTest, ARampHasTheMeanOverTheSpreadOfSevenSteps) {
   const auto grid = test::centred_grid({15, 15, 15}, {1, 1, 1});
   const auto volume = test::make_scalar(grid, [](int i, int, int) { return 10.0 + 2 * i; });
   const auto snr = signal_to_noise(volume);
   ASSERT_TRUE(test::has_value(snr));
-  // -3 … 3 in steps of 2 units: variance 4 * 4.
+  // -3 … 3 in steps of 2 units has the variance 4 * 4.
   EXPECT_FLOAT_EQ(snr->at(7, 7, 7), 24.0F / 4.0F);
 }
 
-TEST(SnrTest, OfAConstantIsBoundByRoundingOrInfinite) {
+TEST(SnrTest, AConstantIsLimitedByRoundingOrInfinite) {
   const auto grid = test::centred_grid({9, 9, 9}, {1, 1, 1});
   const auto whole = ScalarVolume::of(test::make_volume(grid, [](int, int, int) { return 255; }));
   EXPECT_NEAR(signal_to_noise(whole)->at(4, 4, 4), 255 * std::sqrt(12.0), 1e-3);
@@ -113,7 +113,7 @@ TEST(SnrTest, WindowIsLinearBetweenItsEnds) {
   EXPECT_TRUE(std::isnan(windowed(std::nan(""), 2, 4)));
 }
 
-TEST(SnrTest, RefusesEvenWindowsAndTooLittleMemory) {
+TEST(SnrTest, RejectsEvenWindowsAndTooLittleMemory) {
   const auto volume = test::speckled(test::centred_grid({4, 4, 4}, {1, 1, 1}), 1);
   EXPECT_EQ(signal_to_noise(volume, {6, WindowWeights::kUniform}).error().code, ErrorCode::kUsage);
   RunOptions run;
@@ -121,7 +121,7 @@ TEST(SnrTest, RefusesEvenWindowsAndTooLittleMemory) {
   EXPECT_EQ(signal_to_noise(volume, {}, run).error().code, ErrorCode::kUnsupportedData);
 }
 
-TEST(SnrTest, DoesNotDependOnThreads) {
+TEST(SnrTest, DoesNotDependOnTheNumberOfThreads) {
   const auto volume = test::speckled(test::centred_grid({33, 21, 18}, {1, 1, 1}), 5);
   RunOptions one;
   one.threads = 1;

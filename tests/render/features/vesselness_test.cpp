@@ -10,7 +10,7 @@
 namespace nav::render::features {
 namespace {
 
-/// 1 inside, 0 outside, with an edge of one sample: the share of a voxel that is inside.
+/// 1 inside, 0 outside, with an edge as wide as one voxel: the share of the voxel that is inside.
 double soft(double inside_mm, double voxel_mm) {
   return std::clamp(0.5 + inside_mm / voxel_mm, 0.0, 1.0);
 }
@@ -38,8 +38,9 @@ float middle_of(const FeatureVolume& v) {
   return v.at(v.grid.size[0] / 2, v.grid.size[1] / 2, v.grid.size[2] / 2);
 }
 
-TEST(VesselnessTest, EigenvaluesInATubeAreThoseOfTheClosedForm) {
-  // A disc of radius r smoothed with sigma: cross eigenvalues -C (r^2 / 2 s^2) exp(-r^2 / 2 s^2).
+TEST(VesselnessTest, EigenvaluesInATubeEqualTheClosedForm) {
+  // A disc of radius r smoothed with sigma has the transverse eigenvalues -C (r^2 / 2 s^2) exp(-r^2
+  // / 2 s^2).
   const auto grid = test::centred_grid({41, 41, 33}, {0.5, 0.5, 0.5});
   const double radius = 3;
   const auto volume = tube(grid, radius, {0, 0, 1}, 100);
@@ -53,7 +54,7 @@ TEST(VesselnessTest, EigenvaluesInATubeAreThoseOfTheClosedForm) {
   }
 }
 
-TEST(VesselnessTest, ATubeAnswersMostAtItsOwnRadiusWhateverItsDirection) {
+TEST(VesselnessTest, ATubeHasTheLargestResponseAtItsOwnRadius) {
   const auto grid = test::centred_grid({45, 45, 45}, {0.5, 0.5, 0.5});
   for (const Eigen::Vector3d& along : {Eigen::Vector3d(0, 0, 1), {1, 0, 0}, {1, 2, -1}}) {
     const auto volume = tube(grid, 2.5, along, 100);
@@ -61,14 +62,14 @@ TEST(VesselnessTest, ATubeAnswersMostAtItsOwnRadiusWhateverItsDirection) {
       return middle_of(*vesselness(volume, bright(r, r, 1, 100)));
     };
     const float best = at_radius(2.5);
-    // The ideal tube: (1 - e^-2) (1 - e^-2).
+    // For the ideal tube: (1 - e^-2) (1 - e^-2).
     EXPECT_NEAR(best, std::pow(1 - std::exp(-2.0), 2), 0.03);
     EXPECT_GT(best, 1.1 * at_radius(1.4));
     EXPECT_GT(best, 1.1 * at_radius(4.4));
   }
 }
 
-TEST(VesselnessTest, PlatesBlobsAndTheOtherPolarityDoNotAnswer) {
+TEST(VesselnessTest, PlatesBlobsAndTheOppositePolarityHaveNoResponse) {
   const auto grid = test::centred_grid({41, 41, 41}, {0.5, 0.5, 0.5});
   const auto options = bright(2, 3, 3, 100);
   const auto plate = test::make_scalar_at(
@@ -76,7 +77,8 @@ TEST(VesselnessTest, PlatesBlobsAndTheOtherPolarityDoNotAnswer) {
   const auto blob = test::make_scalar_at(
       grid, [](const Eigen::Vector3d& p) { return 100 * soft(2.5 - p.norm(), 0.5); });
   EXPECT_LT(middle_of(*vesselness(plate, options)), 1e-3);
-  EXPECT_LT(middle_of(*vesselness(blob, options)), 0.13);  // exp(-2), the measure's own limit
+  EXPECT_LT(middle_of(*vesselness(blob, options)), 0.13);  // exp(-2), the limit of the measure
+                                                           // itself.
   auto dark = options;
   dark.polarity = Polarity::kDark;
   const auto vessel = tube(grid, 2.5, {0, 0, 1}, 100);
@@ -84,8 +86,8 @@ TEST(VesselnessTest, PlatesBlobsAndTheOtherPolarityDoNotAnswer) {
   EXPECT_GT(middle_of(*vesselness(tube(grid, 2.5, {0, 0, 1}, -15), dark)), 0.01);
 }
 
-TEST(VesselnessTest, MillimetresCountNotVoxels) {
-  // The same smooth tube on a grid of 0.4 x 0.4 x 1 mm, along and across the thick slices.
+TEST(VesselnessTest, DependsOnMillimetresNotOnVoxels) {
+  // A smooth tube on a grid of 0.4 x 0.4 x 1 mm, along and across the thick slices.
   for (const Eigen::Vector3d& along : {Eigen::Vector3d(0, 0, 1), {0, 1, 0}}) {
     const auto profile = [&](const Eigen::Vector3d& p) {
       return 100 * std::exp(-p.cross(along).squaredNorm() / (2 * 2.2 * 2.2));
@@ -100,7 +102,7 @@ TEST(VesselnessTest, MillimetresCountNotVoxels) {
   }
 }
 
-TEST(VesselnessTest, IsItsDefinition) {
+TEST(VesselnessTest, EqualsItsDefinition) {
   unsigned seed = 1;
   for (const auto& [size, spacing] :
        {std::pair{std::array{27, 20, 18}, Eigen::Vector3d(0.4, 0.4, 0.4)},
@@ -112,12 +114,12 @@ TEST(VesselnessTest, IsItsDefinition) {
     options.truncate = 6;
     const auto found = vesselness(volume, options);
     ASSERT_TRUE(test::has_value(found));
-    // Float eigenvalues near a change of sign move the response steeply, but nowhere further.
+    // Float eigenvalues near a change of sign change the response steeply, but only there.
     EXPECT_LT(test::largest_difference(*found, definition::vesselness(volume, options)), 2e-4);
   }
 }
 
-TEST(VesselnessTest, UnknownVoxelsStayUnknownAndRaiseNoWall) {
+TEST(VesselnessTest, UnknownVoxelsStayUnknownAndCauseNoResponse) {
   const auto grid = test::centred_grid({31, 31, 31}, {0.5, 0.5, 0.5});
   const auto volume = test::make_scalar(
       grid, [](int i, int j, int) { return i < 8 || j > 25 ? std::nan("") : 1e6 + 100; });
@@ -127,7 +129,7 @@ TEST(VesselnessTest, UnknownVoxelsStayUnknownAndRaiseNoWall) {
   for (int i = 8; i < 31; ++i) EXPECT_EQ(found->at(i, 20, 15), 0) << i;
 }
 
-TEST(VesselnessTest, UnknownVoxelsAreExtendedIntoAsDefined) {
+TEST(VesselnessTest, ExtendsValuesIntoUnknownVoxelsAsDefined) {
   const auto grid = test::centred_grid({21, 19, 15}, {0.5, 0.5, 0.5});
   std::mt19937 random(2);
   std::normal_distribution<double> noise;
@@ -142,7 +144,7 @@ TEST(VesselnessTest, UnknownVoxelsAreExtendedIntoAsDefined) {
             2e-4);
 }
 
-TEST(VesselnessTest, ConstantSaturatedAndUnknownVolumesAreSilent) {
+TEST(VesselnessTest, ConstantAndSaturatedVolumesHaveNoResponse) {
   const auto grid = test::centred_grid({17, 9, 5}, {0.2, 0.2, 1});
   for (const double value : {0.0, 255.0, 1e6, std::nan("")}) {
     const auto volume = test::make_scalar(grid, [&](int, int, int) { return value; });
@@ -152,12 +154,12 @@ TEST(VesselnessTest, ConstantSaturatedAndUnknownVolumesAreSilent) {
   }
 }
 
-TEST(VesselnessTest, ContrastOfFewVoxelsIsThatOfTheirValuesWhateverTheUnit) {
+TEST(VesselnessTest, ContrastDependsOnTheValuesNotOnTheUnit) {
   const auto grid = test::centred_grid({41, 41, 41}, {0.5, 0.5, 0.5});
   auto options = bright(1, 1, 1, 0);
   std::vector<float> middles;
   for (const double unit : {1e-3, 1.0, 1e3}) {
-    // Seven voxels of each slice of 1681 differ.
+    // Seven of 1681 voxels in each slice differ.
     const auto volume = test::make_scalar(grid, [&](int i, int j, int) {
       const bool inside = std::abs(i - 20) <= 1 && std::abs(j - 20) <= 1 &&
                           (i == 20 || j == 20 || (i == 19 && j == 19) || (i == 21 && j == 21));
@@ -171,7 +173,7 @@ TEST(VesselnessTest, ContrastOfFewVoxelsIsThatOfTheirValuesWhateverTheUnit) {
   EXPECT_NEAR(middles[2], middles[1], 1e-3);
 }
 
-TEST(VesselnessTest, OneLoudVoxelDoesNotSetTheContrast) {
+TEST(VesselnessTest, OneOutlierDoesNotDetermineTheContrast) {
   const auto grid = test::centred_grid({21, 21, 21}, {0.5, 0.5, 0.5});
   const auto value = [](int i, int j, int k) { return 10.0 * ((3 * i + 5 * j + 7 * k) % 11); };
   const auto quiet = test::make_scalar(grid, value);
@@ -182,9 +184,9 @@ TEST(VesselnessTest, OneLoudVoxelDoesNotSetTheContrast) {
   EXPECT_NEAR(contrast_of(options, loud, 1), 50, 0.1);
 }
 
-TEST(VesselnessTest, SkippingChangesNoMoreThanItSays) {
+TEST(VesselnessTest, SkippingChangesNoMoreThanStated) {
   const auto grid = test::centred_grid({48, 40, 40}, {0.5, 0.5, 0.5});
-  // A tube beside a slope so gentle that its bricks are skipped.
+  // A tube beside a slope that is so gentle that its bricks are skipped.
   const auto volume = test::make_scalar_at(grid, [](const Eigen::Vector3d& p) {
     return 1e-3 * p.x() + 100 * soft(1.5 - std::hypot(p.y() - 6, p.z() - 6), 0.5);
   });
@@ -199,7 +201,7 @@ TEST(VesselnessTest, SkippingChangesNoMoreThanItSays) {
   EXPECT_LE(worst, 1e-4F);
 }
 
-TEST(VesselnessTest, AFaintTubeThatWouldAnswerIsNotSkipped) {
+TEST(VesselnessTest, AFaintTubeWithAResponseIsNotSkipped) {
   const auto grid = test::centred_grid({32, 32, 32}, {0.5, 0.5, 0.5});
   auto options = bright(2, 2, 1, 100);
   options.negligible_response = 0.1;
@@ -227,7 +229,7 @@ TEST(VesselnessTest, ScalesAreRadiiOverTheRootOfTwoInEqualRatios) {
   EXPECT_NEAR(sigmas_mm(options)[0], std::sqrt(2.0), 1e-12);
 }
 
-TEST(VesselnessTest, DoesNotDependOnThreadsAndStopsWhenAsked) {
+TEST(VesselnessTest, DoesNotDependOnThreadsAndStopsOnRequest) {
   const auto volume = test::speckled(test::centred_grid({30, 22, 26}, {0.4, 0.4, 0.4}), 9);
   RunOptions one;
   one.threads = 1;
@@ -244,14 +246,14 @@ TEST(VesselnessTest, DoesNotDependOnThreadsAndStopsWhenAsked) {
   EXPECT_EQ(vesselness(volume, {}, stopped).error().code, ErrorCode::kCancelled);
 }
 
-TEST(VesselnessTest, RefusesByName) {
+TEST(VesselnessTest, RejectsInvalidOptionsByName) {
   const auto volume = test::speckled(test::centred_grid({4, 4, 4}, {0.01, 1, 1}), 1);
   auto options = bright(3, 2, 1, 1);
   EXPECT_NE(vesselness(volume, options).error().message.find("largest_radius_mm"),
             std::string::npos);
   options = bright(1, 2, 99, 1);
   EXPECT_NE(vesselness(volume, options).error().message.find("scales"), std::string::npos);
-  options = bright(1, 9, 2, 1);  // 6.4 mm of sigma are 636 voxels.
+  options = bright(1, 9, 2, 1);  // A sigma of 6.4 mm is 636 voxels.
   EXPECT_NE(vesselness(volume, options).error().message.find("reach"), std::string::npos);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// What devices other than software rasterisers are given: compute shaders, one cell at a time,
-// pictures that are read by way of the driver's memory.
+// Tests the settings for devices other than software rasterisers: compute shaders, one cell at a
+// time, and images that are read through the memory of the driver.
 
 #include <algorithm>
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ class GlComputeTest : public test::GlViewTest {
     out.statistics = statistics();
     return out;
   }
-  /// Between two pictures of one scene, of any channel, [0, 1].
+  /// Largest difference of two images of one scene over all channels, [0, 1].
   static float largest_difference(const Drawn& a, const Drawn& b) {
     EXPECT_EQ(a.pixels.size(), b.pixels.size());
     float most = 0;
@@ -39,7 +39,7 @@ class GlComputeTest : public test::GlViewTest {
       most = std::max(most, static_cast<float>(test::difference(a.pixels[i], b.pixels[i])));
     return most;
   }
-  /// Without fewer rays than pixels, which compute shaders do not spare.
+  /// Expects equal images without interpolated pixels, because compute shaders cast every ray.
   void expect_same(Scene scene, unsigned which) {
     constexpr float kRounding = 2e-5F;
     scene.quality.pixel_error = 0;
@@ -55,23 +55,23 @@ class GlComputeTest : public test::GlViewTest {
   }
 };
 
-TEST_F(GlComputeTest, DrawsWhatFragmentShadersDraw) {
+TEST_F(GlComputeTest, DrawsTheSameAsFragmentShaders) {
   for (unsigned seed = 0; seed < 10; ++seed) expect_same(test::RandomScenes(seed).next(), seed);
 }
 
-TEST_F(GlComputeTest, DrawsPredicatesAndTwoVolumesToo) {
+TEST_F(GlComputeTest, DrawsPredicatesAndTwoVolumesLikeFragmentShaders) {
   std::mt19937 random(3);
   for (int i = 0; i < 2; ++i) {
     const Scene both = test::random_two(random, i);
     const Scene alone = ultrasound_scene(both);
-    caster().set_settled_after(1000 * i);  // Its own program, then the generic one.
+    caster().set_settled_after(1000 * i);  // Its own program first, then the generic one.
     expect_same(both, static_cast<unsigned>(i));
     expect_same(alone, static_cast<unsigned>(i));
   }
 }
 
-// Not two volumes: GlRaycaster::know_device().
-TEST_F(GlComputeTest, TablesInStorageBuffersDrawTheSame) {
+// Two volumes are excluded, see GlRaycaster::know_device().
+TEST_F(GlComputeTest, TablesInStorageBuffersGiveEqualImages) {
   caster().set_compute(true);
   int programs = 0;
   const auto expect_same_of_storage = [&](const Scene& scene, const std::string& which) {
@@ -100,8 +100,8 @@ TEST_F(GlComputeTest, TablesInStorageBuffersDrawTheSame) {
   EXPECT_GT(programs, 2);
 }
 
-TEST_F(GlComputeTest, AnyEditsShowWhatAFullDrawingWouldShow) {
-  draw_anew(test::RandomScenes(0).next());  // So that there is one.
+TEST_F(GlComputeTest, EditsGiveTheSameImageAsAFullRendering) {
+  draw_anew(test::RandomScenes(0).next());  // Creates the second caster.
   caster().set_compute(true);
   other_->raycaster().set_compute(true);
   std::uint64_t rays = 0;
@@ -121,7 +121,7 @@ TEST_F(GlComputeTest, AnyEditsShowWhatAFullDrawingWouldShow) {
   EXPECT_LT(rays, pixels) << "rays that nothing moved keep what they show";
 }
 
-TEST_F(GlComputeTest, SparesNoRay) {
+TEST_F(GlComputeTest, CastsARayForEveryPixel) {
   Scene scene = test::ball_scene(test::cube_grid(48, 2), 96, 72);
   const Drawn every = drawn(scene, true);
   scene.quality.pixel_error = 0.1;
@@ -133,7 +133,7 @@ TEST_F(GlComputeTest, SparesNoRay) {
   EXPECT_TRUE(test::same_bits(drawn(scene, false).pixels, spared.pixels));
 }
 
-TEST_F(GlComputeTest, OneCellAtATimeDrawsTheSamePicture) {
+TEST_F(GlComputeTest, OneCellAtATimeGivesTheSameImage) {
   constexpr double kAgreement = 0.02;
   for (unsigned seed = 0; seed < 8; ++seed) {
     Scene scene = test::RandomScenes(seed).next();
@@ -150,7 +150,7 @@ TEST_F(GlComputeTest, OneCellAtATimeDrawsTheSamePicture) {
   }
 }
 
-TEST_F(GlComputeTest, PredicatesOneCellAtATimeDrawTheSamePicture) {
+TEST_F(GlComputeTest, PredicatesOneCellAtATimeGiveTheSameImage) {
   constexpr double kAgreement = 0.02;
   std::mt19937 random(5);
   caster().set_settled_after(0);
@@ -174,7 +174,7 @@ TEST_F(GlComputeTest, PredicatesOneCellAtATimeDrawTheSamePicture) {
   }
 }
 
-TEST_F(GlComputeTest, PicturesAreReadAndTimedAsTheyAre) {
+TEST_F(GlComputeTest, ReadsAndTimesImagesWithoutChangingThem) {
   Scene scene = test::ball_scene(test::cube_grid(24, 2), 61, 47);
   scene.cutaway.emplace().around_spheres = true;
   scene.spheres = {{scene.ct->grid().centre(), 4}};
@@ -212,11 +212,11 @@ TEST_F(GlComputeTest, PicturesAreReadAndTimedAsTheyAre) {
   }
 }
 
-TEST_F(GlComputeTest, ADriverThatRefusesThemDrawsFragments) {
+TEST_F(GlComputeTest, ADriverWithoutComputeShadersUsesFragmentShaders) {
   Scene scene = test::ball_scene(test::cube_grid(24, 2), 61, 47);
   const Drawn fragment = drawn(scene, false);
   caster().refuse_compute();
-  scene.quality.jitter = true;  // Another program.
+  scene.quality.jitter = true;  // Needs another program.
   const Drawn jittered = drawn(scene, true);
   EXPECT_FALSE(caster().computes());
   EXPECT_GT(jittered.statistics.rays, 0U);

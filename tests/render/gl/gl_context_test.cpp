@@ -8,11 +8,11 @@
 #include "tests/render/gl/gl_scenes.hpp"
 #include "tests/support/matchers.hpp"
 
-// A program of its own: EGL and X11 read these variables once per process.
+// A separate program, because EGL and X11 read these variables once per process.
 namespace nav::render {
 namespace {
 
-TEST(GlContextTest, WithoutEglSaysWhatIsMissing) {
+TEST(GlContextTest, WithoutEglTheErrorNamesWhatIsMissing) {
   ::setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent/vendor.json", 1);
   CollectingDiagnostics diagnostics;
   EXPECT_TRUE(test::refuses(make_gl_engine(diagnostics), ErrorCode::kUnavailable,

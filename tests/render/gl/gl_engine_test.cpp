@@ -35,7 +35,7 @@ void add_everything(Scene& scene) {
   scene.spheres = test::test_spheres(scene.ct->grid());
 }
 
-/// Every second voxel bone: the smallest volumes have no room for a ball.
+/// Every second voxel is bone. The smallest volumes are too small for a ball.
 Scene blocks(const std::array<int, 3>& size) {
   VoxelGrid grid = test::cube_grid(2, 30.0 / std::max(size[0], 2));
   grid.size = size;
@@ -48,7 +48,7 @@ Scene blocks(const std::array<int, 3>& size) {
   return scene;
 }
 
-/// Part of the picture that is not background: a blank picture would agree with anything.
+/// Part of the image that is not background. A blank image would agree with anything.
 double drawn_part(const Scene& scene, const RenderedImage& image) {
   const auto pixels = image.pixels.pixels();
   const auto is_drawn = [&](const RgbaF& p) {
@@ -61,7 +61,7 @@ double drawn_part(const Scene& scene, const RenderedImage& image) {
 
 class GlAgreementTest : public testing::TestWithParam<AgreementCase> {};
 
-TEST_P(GlAgreementTest, WithReferenceAtTheSameStep) {
+TEST_P(GlAgreementTest, AgreesWithTheReferenceAtTheSameStep) {
   CollectingDiagnostics diagnostics;
   auto gl = make_gl_engine(diagnostics);
   ASSERT_TRUE(test::has_value(gl));
@@ -124,7 +124,7 @@ INSTANTIATE_TEST_SUITE_P(
                           s.transfer =
                               *TransferFunction::create("fog", {{-2000, {0.2, 0.9, 0.4}, 0.02, 1},
                                                                 {2000, {0.2, 0.9, 0.4}, 0.02, 1}});
-                          // Its front lies in front of the volume.
+                          // The front of the sphere lies in front of the volume.
                           s.spheres = {{s.ct->grid().centre(), 60, {1, 0, 0}, 0.5}};
                         });
                       }},
@@ -168,7 +168,7 @@ INSTANTIATE_TEST_SUITE_P(
                       }}),
     [](const auto& tested) { return tested.param.name; });
 
-/// Draws a scene without skipping and with it, expects the same bits, and returns the latter.
+/// Renders a scene without and with skipping, expects equal bits, and returns the latter image.
 RenderedImage expect_same_skipped(Engine& engine, Scene scene) {
   scene.quality.skip_empty_bricks = false;
   const RenderedImage all = test::draw(engine, scene);
@@ -194,7 +194,7 @@ TEST(GlEngineTest, CellsLongerThanABrickMissNothingBetweenEmptyOnes) {
   auto gl = make_gl_engine(diagnostics);
   ASSERT_TRUE(test::has_value(gl));
   for (const double step : {6.0, 7.9, 8.0, 9.0, 12.0, 16.0}) {
-    for (int shift = 0; shift < 32; ++shift) {  // Of the lattice of samples, by half voxels.
+    for (int shift = 0; shift < 32; ++shift) {  // Shifts the lattice of samples by half voxels.
       SCOPED_TRACE(std::to_string(step) + ", " + std::to_string(shift));
       Scene scene = test::sheet_scene(100 + 0.5 * shift, 8);
       scene.quality.step_voxels = step;
@@ -214,12 +214,12 @@ TEST(GlEngineTest, EarlyTerminationStaysWithinItsBound) {
   const auto early = (*gl)->render(scene);
   ASSERT_TRUE(test::has_value(full));
   ASSERT_TRUE(test::has_value(early));
-  // What is left unseen weighs at most 1 - 0.99.
+  // The part that stays unseen has a weight of at most 1 - 0.99.
   const auto found = test::difference(early->pixels, full->pixels, 255 * 0.01 + 1e-3);
   EXPECT_EQ(found.fraction_above, 0) << found.max;
 }
 
-TEST(GlEngineTest, SaysWhatItRunsOn) {
+TEST(GlEngineTest, ReportsItsDevice) {
   CollectingDiagnostics diagnostics;
   auto gl = make_gl_engine(diagnostics);
   ASSERT_TRUE(test::has_value(gl));
@@ -228,7 +228,7 @@ TEST(GlEngineTest, SaysWhatItRunsOn) {
   EXPECT_NE(diagnostics.entries()[0].message.find((*gl)->device()), std::string::npos);
 }
 
-TEST(GlEngineTest, RefusesAnInvalidSceneByName) {
+TEST(GlEngineTest, RejectsAnInvalidScene) {
   CollectingDiagnostics diagnostics;
   auto gl = make_gl_engine(diagnostics);
   ASSERT_TRUE(test::has_value(gl));
@@ -237,13 +237,13 @@ TEST(GlEngineTest, RefusesAnInvalidSceneByName) {
   EXPECT_FALSE((*gl)->render(scene).has_value());
 }
 
-TEST(GlEngineTest, DrawsAVolumeBeyondTheDeviceReducedAndSaysSo) {
+TEST(GlEngineTest, DrawsAVolumeThatIsTooLargeAtReducedResolution) {
   CollectingDiagnostics diagnostics;
   auto gl = make_gl_engine(diagnostics);
   ASSERT_TRUE(test::has_value(gl));
   Scene scene = plain();
   VoxelGrid grid = test::cube_grid(2, 0.001);
-  grid.size = {40000, 2, 2};  // No device of today has 3D textures of this length.
+  grid.size = {40000, 2, 2};  // No current device has 3D textures of this length.
   scene.ct = std::make_shared<const Volume>(
       *Volume::create(grid, std::vector<std::int16_t>(160000, 300), "long.nrrd"));
   const auto image = (*gl)->render(scene);
@@ -254,7 +254,7 @@ TEST(GlEngineTest, DrawsAVolumeBeyondTheDeviceReducedAndSaysSo) {
   EXPECT_EQ((*gl)->render(plain())->statistics.note, "");
 }
 
-TEST(GlEngineTest, CutsAroundALargeMeshAsTheReference) {
+TEST(GlEngineTest, CutsAroundALargeMeshLikeTheReference) {
   CollectingDiagnostics diagnostics;
   auto gl = make_gl_engine(diagnostics);
   ASSERT_TRUE(test::has_value(gl));

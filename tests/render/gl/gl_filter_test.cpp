@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// How shaders interpolate between voxels of textures: GlFilter.
+// Tests how shaders interpolate between the voxels of textures: GlFilter.
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ class GlFilterTest : public test::GlViewTest {
     EXPECT_EQ(caster().gathers(), filter == GlFilter::kGathers);
     return picture;
   }
-  /// Both interpolate by hand, by the same formula.
+  /// Both filters interpolate in the shader, by the same formula.
   void expect_same(const Scene& scene, const std::string& which) {
     constexpr double kRounding255 = 0.01;
     const Image2d<RgbaF> fetched = drawn(scene, GlFilter::kFetches);
@@ -38,7 +38,7 @@ class GlFilterTest : public test::GlViewTest {
 
 TEST_F(GlFilterTest, IsChosenByMeasurement) {
   draw(test::ball_scene(test::cube_grid(16, 2), 40, 30));
-  // Mesa's software rasteriser interpolates in single precision.
+  // The software rasteriser of Mesa interpolates in single precision.
   if (window_->device().find("llvmpipe") == std::string::npos) {
     GTEST_SKIP() << "only llvmpipe's filter is known, this is " << window_->device();
   }
@@ -46,7 +46,7 @@ TEST_F(GlFilterTest, IsChosenByMeasurement) {
   EXPECT_FALSE(caster().gathers());
 }
 
-TEST_F(GlFilterTest, EveryKindDrawsTheSamePicture) {
+TEST_F(GlFilterTest, EveryFilterGivesTheSameImage) {
   const Scene scene = test::ball_scene(test::oblique_grid());
   const Image2d<RgbaF> by_device = drawn(scene, GlFilter::kDevice);
   for (const GlFilter filter : {GlFilter::kFetches, GlFilter::kGathers})
@@ -55,17 +55,17 @@ TEST_F(GlFilterTest, EveryKindDrawsTheSamePicture) {
   EXPECT_EQ(caster().uploads().volumes, 2) << "again as slices, and only then";
 }
 
-TEST_F(GlFilterTest, GathersDrawWhatFetchesDraw) {
+TEST_F(GlFilterTest, GathersGiveTheSameImageAsFetches) {
   for (unsigned seed = 0; seed < 4; ++seed)
     expect_same(test::RandomScenes(seed).next(), "seed " + std::to_string(seed));
 }
 
-TEST_F(GlFilterTest, GathersDrawPredicatesAndTwoVolumesToo) {
+TEST_F(GlFilterTest, GathersDrawPredicatesAndTwoVolumesLikeFetches) {
   std::mt19937 random(3);
   for (int i = 0; i < 2; ++i) {
     const Scene both = test::random_two(random, i);
     const Scene alone = ultrasound_scene(both);
-    caster().set_settled_after(1000 * i);  // Its own program, then the generic one.
+    caster().set_settled_after(1000 * i);  // Its own program first, then the generic one.
     expect_same(both, "both " + std::to_string(i));
     expect_same(alone, "alone " + std::to_string(i));
   }
@@ -85,7 +85,7 @@ TEST_F(GlFilterTest, GathersReachTheLastVoxelOfEveryAxis) {
   }
 }
 
-TEST_F(GlFilterTest, VolumesOfTooManySlicesAreFetched) {
+TEST_F(GlFilterTest, VolumesWithTooManySlicesAreFetched) {
   Scene scene = test::ball_scene(test::cube_grid(24, 2), 60, 45);
   const Image2d<RgbaF> gathered = drawn(scene, GlFilter::kGathers);
   caster().set_most_slices(23);

@@ -12,7 +12,7 @@
 namespace nav::render {
 namespace {
 
-/// Another picture of the same size.
+/// Another image of the same size.
 Image2d<std::uint8_t> noise_like(const Image2d<std::uint8_t>& picture, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<std::uint8_t> pixels(picture.pixels().size());
@@ -22,7 +22,7 @@ Image2d<std::uint8_t> noise_like(const Image2d<std::uint8_t>& picture, unsigned 
 
 class GlLiveTest : public test::GlViewTest {};
 
-TEST_F(GlLiveTest, AnyEditsShowWhatAFullDrawingWouldShow) {
+TEST_F(GlLiveTest, EditsGiveTheSameImageAsAFullRendering) {
   constexpr unsigned kSeeds = 4;
   constexpr int kEdits = 15;
   for (unsigned seed = 0; seed < kSeeds; ++seed) {
@@ -36,11 +36,11 @@ TEST_F(GlLiveTest, AnyEditsShowWhatAFullDrawingWouldShow) {
   }
 }
 
-TEST_F(GlLiveTest, APlaneThatIsLostLeavesRoomForMoreRays) {
+TEST_F(GlLiveTest, ALostPlaneFreesSpaceForMoreRays) {
   Scene scene = test::ball_scene(test::cube_grid(48, 2), 320, 240);
   scene.quality.pixel_error = 1e-3;
   const Camera near = scene.camera;
-  scene.camera.eye_ct.mm *= 4;  // Few rays have something to show.
+  scene.camera.eye_ct.mm *= 4;  // Few rays meet anything visible.
   scene.plane = test::test_plane(scene.ct->grid(), SafetyState::kValid);
   draw(scene);
   scene.plane->safety = {SafetyState::kLost, "lost"};
@@ -49,7 +49,7 @@ TEST_F(GlLiveTest, APlaneThatIsLostLeavesRoomForMoreRays) {
   EXPECT_TRUE(test::same_bits(kept, draw_anew(scene)));
 }
 
-TEST_F(GlLiveTest, ANewPictureTakesNoSampleAndIsWhatAFullDrawingWouldBe) {
+TEST_F(GlLiveTest, ANewUltrasoundImageTakesNoSample) {
   for (const double opacity : {1.0, 0.6}) {
     for (const bool cut : {false, true}) {
       Scene scene = test::ball_scene(test::oblique_grid());
@@ -70,19 +70,19 @@ TEST_F(GlLiveTest, ANewPictureTakesNoSampleAndIsWhatAFullDrawingWouldBe) {
   }
 }
 
-TEST_F(GlLiveTest, NothingIsDrawnWhenNothingChanged) {
+TEST_F(GlLiveTest, AnUnchangedSceneIsNotDrawnAgain) {
   Scene scene = test::ball_scene(test::cube_grid(32, 1.0));
   scene.plane = test::test_plane(scene.ct->grid(), SafetyState::kValid);
   const auto before = draw(scene);
   const GlUploads sent = caster().uploads();
-  scene.background_rgb.setConstant(0.7);  // Not the ray caster's.
+  scene.background_rgb.setConstant(0.7);  // The background does not concern the ray caster.
   const auto after = draw(scene);
   EXPECT_EQ(statistics().volume_samples, 0U);
   EXPECT_EQ(caster().uploads().pictures, sent.pictures);
   EXPECT_TRUE(test::same_bits(before, after));
 }
 
-TEST_F(GlLiveTest, CellsTakenAsOneFollowTheVolumeAndTheTransferFunction) {
+TEST_F(GlLiveTest, AdaptiveCellsFollowTheVolumeAndTheTransferFunction) {
   Scene scene = test::ball_scene(test::cube_grid(48, 1.0));
   const TransferFunction materials = scene.transfer;
   const auto ball = scene.ct;
@@ -93,14 +93,14 @@ TEST_F(GlLiveTest, CellsTakenAsOneFollowTheVolumeAndTheTransferFunction) {
   };
   const auto flat = test::make_volume(ball->grid(), [](int, int, int) { return -200; });
   scene.ct = flat;
-  (void)draw(scene);  // Whole bricks are one cell.
+  (void)draw(scene);  // Here whole bricks are one cell.
   scene.ct = ball;
   expect_anew();
   scene.ct = flat;
   scene.transfer = test::fog(1e-6);
   (void)draw(scene);
   scene.ct = ball;
-  (void)draw(scene);  // Here too.
+  (void)draw(scene);  // Whole bricks are one cell here too.
   scene.transfer = materials;
   expect_anew();
 }
@@ -138,7 +138,7 @@ TEST_F(GlLiveTest, EveryOtherChangeCastsRaysAgain) {
   }
 }
 
-/// A plane in a small cutaway, so that most rays have nothing to do with it.
+/// A plane in a small cutaway that does not affect most rays.
 Scene small_cutaway() {
   Scene scene = test::ball_scene(test::oblique_grid());
   scene.plane = test::test_plane(scene.ct->grid(), SafetyState::kValid);
@@ -173,7 +173,7 @@ TEST_F(GlLiveTest, AMovedPlaneCastsOnlyTheRaysItCanAffect) {
       const Eigen::Vector3d shift(jitter(random), jitter(random), jitter(random));
       scene.plane->ct_from_image = {scene.plane->ct_from_image.rotation(),
                                     scene.plane->ct_from_image.translation_mm() + shift};
-      // A new picture may come with the new place.
+      // A new image may arrive with the new position.
       if (i == 2) scene.plane->frame.pixels = noise_like(scene.plane->frame.pixels, 5);
       const auto moved = draw(scene);
       const RenderStatistics cast = statistics();
@@ -185,7 +185,7 @@ TEST_F(GlLiveTest, AMovedPlaneCastsOnlyTheRaysItCanAffect) {
   }
 }
 
-TEST_F(GlLiveTest, EveryMoveAndStateIsSeenByTheRaysItConcerns) {
+TEST_F(GlLiveTest, EveryEditCastsOnlyTheRaysItConcerns) {
   Scene scene = small_cutaway();
   scene.needle = test::test_needle(scene.ct->grid(), SafetyState::kValid);
   scene.lines = {{scene.needle->tip_ct, scene.ct->grid().centre()}};
@@ -215,7 +215,7 @@ TEST_F(GlLiveTest, EveryMoveAndStateIsSeenByTheRaysItConcerns) {
   }
 }
 
-TEST_F(GlLiveTest, CountsOfTheCutawayAreThoseOfTheCpuEngine) {
+TEST_F(GlLiveTest, CutawayCountsAgreeWithTheCpuEngine) {
   const Scene scene = small_cutaway();
   (void)draw(scene);
   const RenderStatistics found = statistics();
@@ -228,7 +228,7 @@ TEST_F(GlLiveTest, CountsOfTheCutawayAreThoseOfTheCpuEngine) {
   EXPECT_GT(found.cutaway_rays, 0U);
   EXPECT_TRUE(close(found.cutaway_rays, expected->statistics.cutaway_rays, 0.01))
       << found.cutaway_rays << " " << expected->statistics.cutaway_rays;
-  // The CPU engine counts no cells that it sees to be empty only once it has sampled them.
+  // The CPU engine does not count cells that it finds to be empty only after sampling them.
   EXPECT_GE(found.faded_cells, expected->statistics.faded_cells);
   EXPECT_TRUE(close(found.faded_cells, expected->statistics.faded_cells, 1))
       << found.faded_cells << " " << expected->statistics.faded_cells;
@@ -239,7 +239,7 @@ TEST_F(GlLiveTest, CountsOfTheCutawayAreThoseOfTheCpuEngine) {
   EXPECT_EQ(statistics().faded_cells, 0U);
 }
 
-TEST_F(GlLiveTest, ThePictureIsInterpolatedFinely) {
+TEST_F(GlLiveTest, InterpolatesTheUltrasoundImageFinely) {
   Scene scene = test::ball_scene(test::cube_grid(16, 1.0));
   scene.transfer =
       *TransferFunction::create("clear", {{0, {1, 1, 1}, 0.0, 0}, {1, {1, 1, 1}, 0.0, 0}});
@@ -248,12 +248,13 @@ TEST_F(GlLiveTest, ThePictureIsInterpolatedFinely) {
   const auto expected = make_reference_engine()->render(scene);
   ASSERT_TRUE(test::has_value(expected));
   const auto found = draw(scene);
-  // 256 levels between two pixels of noise would miss by up to 2e-3.
+  // With 256 levels between two pixels of noise, the error would be up to 2e-3.
   constexpr float kRounding = 1e-4F;
   int seen = 0;
   float worst = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
-    // Grey and fully inside: the border is coloured, and where it begins is a matter of rounding.
+    // Only grey pixels that are fully inside. The border is coloured, and its exact start depends
+    // on rounding.
     const RgbaF& truth = expected->pixels.pixels()[i];
     if (found[i].a < 1 || found[i].r != found[i].g || truth.r != truth.g) continue;
     worst = std::max(worst, std::abs(found[i].r - truth.r));

@@ -74,7 +74,8 @@ PictureDifference difference(const Image2d<RgbaF>& a, const Image2d<RgbaF>& b, d
   if (actual.width() != expected.width() || actual.height() != expected.height()) {
     return ::testing::AssertionFailure() << "pictures of different size";
   }
-  constexpr double kOutliers = 1e-3;  // Rays that graze an edge: single against double precision.
+  constexpr double kOutliers = 1e-3;  // Share of rays that graze an edge, where single and double
+                                      // precision differ.
   const PictureDifference found = difference(actual, expected, limit_255);
   if (found.fraction_above <= kOutliers) return ::testing::AssertionSuccess();
   return ::testing::AssertionFailure()

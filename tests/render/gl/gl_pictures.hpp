@@ -9,22 +9,22 @@
 
 namespace nav::test {
 
-/// Writes a PNG into the folder named by SONDE_PICTURES, if it is set: to be looked at.
+/// Writes a PNG into the folder named by SONDE_PICTURES, if it is set, for a person to view.
 void keep_picture(const std::string& name, const Image2d<Rgba8>& pixels);
 
-/// What the renderer has to keep to: beyond this a difference from the reference can be seen.
+/// Limit for the renderer. Beyond it, a difference from the reference is visible.
 inline constexpr double kAgreement255 = 2.0;
 
-/// How two pictures of equal size differ, in 1/255 of a channel.
+/// Difference of two images of equal size, in 1/255 of a channel.
 struct PictureDifference {
   int max = 0;
-  double fraction_above = 0;  ///< Pixels with a channel above the limit.
+  double fraction_above = 0;  ///< Share of the pixels with a channel above the limit.
 };
 PictureDifference difference(const Image2d<Rgba8>& a, const Image2d<Rgba8>& b, int limit);
-/// The same in single precision, before rounding to 8 bits.
+/// The difference in single precision, before rounding to 8 bits.
 PictureDifference difference(const Image2d<RgbaF>& a, const Image2d<RgbaF>& b, double limit_255);
 
-/// At least 99.9 % of the pixels differ by at most limit/255 in every channel.
+/// Succeeds if at least 99.9 % of the pixels differ by at most limit/255 in every channel.
 ::testing::AssertionResult agree(const Image2d<RgbaF>& actual, const Image2d<RgbaF>& expected,
                                  double limit_255);
 

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Values exactly at the ends of ranges, by a set's own program and by the generic one.
+// Values exactly at the ends of ranges, drawn by the own program of a predicate set and by the
+// generic one.
 #include "tests/render/gl/gl_predicate_view.hpp"
 #include "tests/render/predicates/edge_scenes.hpp"
 
@@ -21,15 +22,15 @@ class GlPredicateEdgesTest : public test::GlPredicateViewTest {
   }
 };
 
-TEST_F(GlPredicateEdgesTest, GradientsExactlyAlongTheScanLineHaveTheirAngle) {
-  caster().set_settled_after(1000);  // Never: by the generic program.
+TEST_F(GlPredicateEdgesTest, GradientsAlongTheScanLineHaveTheirExactAngle) {
+  caster().set_settled_after(1000);  // Never settled, so the generic program draws.
   check(test::angle_cases());
   caster().set_settled_after(0);
   check(test::angle_cases());
 }
 
-TEST_F(GlPredicateEdgesTest, ConstantsAreInRangesThatHoldThemAndInNoOther) {
-  caster().set_settled_after(1000);  // Never: by the generic program.
+TEST_F(GlPredicateEdgesTest, ConstantsAreOnlyInRangesThatContainThem) {
+  caster().set_settled_after(1000);  // Never settled, so the generic program draws.
   check(test::constant_cases());
   caster().set_settled_after(0);
   check(test::constant_cases());

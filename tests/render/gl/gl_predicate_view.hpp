@@ -12,17 +12,17 @@
 
 namespace nav::test {
 
-/// A view whose predicates are drawn by their own programs at once, beside the reference.
+/// A view that draws predicate sets by their own programs at once. Compares with the reference.
 class GlPredicateViewTest : public GlViewTest {
  protected:
-  /// Of pixels whose values lie on an end of a range but for rounding.
+  /// Share of the pixels whose values lie at an end of a range, except for rounding.
   static constexpr double kShare = 0.002;
 
   void SetUp() override {
     GlViewTest::SetUp();
-    caster().set_settled_after(0);  // Each set by its own program.
+    caster().set_settled_after(0);  // Each predicate set uses its own program.
   }
-  /// Over the background, as engines give it.
+  /// Returns the image over the background, like engines do.
   render::RenderedImage draw(const render::Scene& scene) {
     EXPECT_TRUE(has_value(try_to_draw(scene)));
     std::vector<RgbaF> pixels = caster().read();
@@ -34,7 +34,7 @@ class GlPredicateViewTest : public GlViewTest {
     }
     return {{scene.width, scene.height, std::move(pixels)}, caster().statistics()};
   }
-  /// Of pixels that differ by more from the reference.
+  /// Share of the pixels that differ from the reference by more than the limit.
   double share_beyond(const render::Scene& scene, double limit_255 = kAgreement255) {
     const render::RenderedImage expected = test::draw(*reference_, scene);
     return difference(draw(scene).pixels, expected.pixels, limit_255).fraction_above;

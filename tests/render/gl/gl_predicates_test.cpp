@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The GL engine by predicates against the reference and against itself.
+// Compares the predicates of the GL engine with the reference and with itself.
 
 #include "tests/render/gl/gl_predicate_view.hpp"
 #include "tests/render/predicates/predicate_scenes.hpp"
@@ -42,8 +42,8 @@ class GlPredicatesTest : public test::GlPredicateViewTest {
   }
 };
 
-/// Scenes with everything that predicates may ask for. Few sets, as each is compiled, and of each
-/// several views.
+/// Scenes with all elements that predicates may ask for. There are few predicate sets, because each
+/// is compiled, and several views of each.
 std::vector<Scene> random_scenes(unsigned seed, const std::vector<int>& volumes) {
   std::mt19937 random(seed);
   std::vector<Scene> all;
@@ -63,7 +63,7 @@ std::vector<Scene> random_scenes(unsigned seed, const std::vector<int>& volumes)
   return all;
 }
 
-TEST_F(GlPredicatesTest, AgreesWithTheReferenceOnEverythingAtOnce) {
+TEST_F(GlPredicatesTest, AgreesWithTheReferenceOnRandomScenes) {
   double beyond = 0;
   const std::vector<Scene> scenes = random_scenes(11, {0, 1, 3, 6});
   for (Scene scene : scenes) {
@@ -75,14 +75,14 @@ TEST_F(GlPredicatesTest, AgreesWithTheReferenceOnEverythingAtOnce) {
   EXPECT_LE(beyond, kShare * static_cast<double>(scenes.size()));
 }
 
-TEST_F(GlPredicatesTest, SkippingIsBitIdenticalToNotSkipping) {
+TEST_F(GlPredicatesTest, SkippingGivesBitIdenticalImages) {
   std::uint64_t with = 0;
   std::uint64_t without = 0;
   int i = 0;
   for (Scene scene : random_scenes(2, {1, 6})) {
     if (++i % 3 == 0) scene.predicates->termination_error = 0;
     if (i % 3 == 1) scene.predicates->opacity_length_mm = 0.2;
-    // The cutaway hides whole bricks of what is not most important.
+    // The cutaway hides whole bricks whose material is not most important.
     if (i % 2 == 0) scene.predicates->cutaway_importance = 0.5;
     const RenderedImage skipped = draw(scene);
     scene.quality.skip_empty_bricks = false;
@@ -112,11 +112,11 @@ TEST_F(GlPredicatesTest, EarlyTerminationStaysWithinItsError) {
   EXPECT_LT(with, without * 9 / 10) << "nothing was left out";
 }
 
-TEST_F(GlPredicatesTest, LayersOfNearlyTheSameImportanceStayWithinTheirError) {
+TEST_F(GlPredicatesTest, LayersOfNearlyEqualImportanceStayWithinTheirError) {
   test::expect_layers_within_error([&](const Scene& scene) { return draw(scene); });
 }
 
-/// As many entries as there may be, each a range of intensities of its own.
+/// A model with \p count entries. Each is a separate range of intensities.
 PredicateModel many(std::size_t count, const std::function<double(std::size_t)>& importance) {
   std::vector<std::pair<E, double>> entries;
   for (std::size_t j = 0; j < count; ++j) {
@@ -126,7 +126,7 @@ PredicateModel many(std::size_t count, const std::function<double(std::size_t)>&
   return test::model_of(std::move(entries));
 }
 
-TEST_F(GlPredicatesTest, AsManyPredicatesAsThereMayBe) {
+TEST_F(GlPredicatesTest, DrawsTheLargestNumberOfPredicates) {
   Scene scene =
       scene_with(many(32, [](std::size_t j) { return 1.0 + 0.3 * static_cast<double>(j % 5); }));
   EXPECT_LE(share_beyond(scene), kShare);
@@ -135,10 +135,11 @@ TEST_F(GlPredicatesTest, AsManyPredicatesAsThereMayBe) {
   EXPECT_EQ(caster().compiled(), 1);
 }
 
-TEST_F(GlPredicatesTest, OfOppositeHuesTheFirstOneCounts) {
+TEST_F(GlPredicatesTest, TheFirstOfTwoOppositeHuesCounts) {
   for (const std::size_t count : {2U, 32U}) {
     std::vector<std::pair<E, double>> entries(2, {E::kind("intensity", {-1, 2}), 1});
-    while (entries.size() < count) {  // Never true, and all different: too many for a table.
+    while (entries.size() < count) {  // Never true, and all different, so that they do not fit into
+                                      // a table.
       entries.push_back({E::kind("intensity", {7, 8.0 + static_cast<double>(entries.size())}), 1});
     }
     Scene scene = scene_with(test::model_of(std::move(entries)));
@@ -148,14 +149,14 @@ TEST_F(GlPredicatesTest, OfOppositeHuesTheFirstOneCounts) {
   }
 }
 
-TEST_F(GlPredicatesTest, OneHasAllImportance) {
+TEST_F(GlPredicatesTest, OnePredicateMayHaveAllImportance) {
   for (const std::size_t n : {3U, 9U, 32U}) {
     Scene scene = scene_with(many(n, [](std::size_t j) { return j == 1 ? 1.0 : 0.0; }));
     EXPECT_LE(share_beyond(scene), kShare) << n;
   }
 }
 
-TEST_F(GlPredicatesTest, WhatNoPredicateIsTrueOfIsNotDrawn) {
+TEST_F(GlPredicatesTest, VoxelsWithoutATruePredicateAreNotDrawn) {
   Scene scene = scene_with(test::model_of({{E::kind("intensity", {7, 8}), 1}}));
   scene.needle.reset();
   scene.spheres.clear();
@@ -165,7 +166,7 @@ TEST_F(GlPredicatesTest, WhatNoPredicateIsTrueOfIsNotDrawn) {
   EXPECT_EQ(image.statistics.volume_samples, 0U);
 }
 
-TEST_F(GlPredicatesTest, EqualImportancesCompositeAsPlainOver) {
+TEST_F(GlPredicatesTest, EqualImportancesCompositeWithPlainOver) {
   Scene scene = scene_with(test::model_of({{E::kind("snr", {0.1, 0.7}), 1},
                                            {E::kind("vesselness", {0.3, 1}), 1},
                                            {E::kind("intensity", {0.1, 1}), 1}}));
@@ -209,7 +210,8 @@ TEST_F(GlPredicatesTest, ParameterEditsNeverCompile) {
   scene.needle->tip_ct.mm.x() += 3;
   scene.quality.skip_empty_bricks = false;
   draw(scene);
-  // How they combine is a table as well, as long as the predicates themselves stay.
+  // The combination of the predicates is a table as well, as long as the predicates themselves
+  // stay.
   p.model.entries[0].expression.op = PredicateExpression::Operator::kOr;
   draw(scene);
   EXPECT_EQ(caster().compiled(), 1);
@@ -217,7 +219,7 @@ TEST_F(GlPredicatesTest, ParameterEditsNeverCompile) {
   EXPECT_LE(share_beyond(scene), kShare);
 }
 
-TEST_F(GlPredicatesTest, FeaturesAreSentOnce) {
+TEST_F(GlPredicatesTest, FeaturesAreUploadedOnce) {
   Scene scene = scene_with(test::model_of({{E::kind("snr", {0.1, 0.7}), 1}}));
   draw(scene);
   const int first = caster().predicates().features().uploads();
@@ -232,11 +234,11 @@ TEST_F(GlPredicatesTest, FeaturesAreSentOnce) {
   EXPECT_EQ(caster().uploads().transfers, 0) << "nothing reads the transfer function";
 }
 
-TEST_F(GlPredicatesTest, FeaturesThatAreSentInSeveralSlabsAgreeWithTheReference) {
+TEST_F(GlPredicatesTest, FeaturesInSeveralSlabsAgreeWithTheReference) {
   std::mt19937 random(4);
   const auto ct = test::small_ultrasound(test::centred_grid({100, 90, 80}, {0.4, 0.4, 0.4}), 3);
   Scene scene = test::random_predicate_scene(random, ct, test::random_features(ct, 3));
-  // Seen along the slices' normal and from the side.
+  // The views are along the normal of the slices and from the side.
   for (int view = 0; view < 2; ++view) {
     EXPECT_LT(share_beyond(scene), 0.02) << view;
     const Eigen::Vector3d from = scene.camera.eye_ct.mm - scene.camera.look_at_ct.mm;
@@ -269,7 +271,7 @@ TEST_F(GlPredicatesTest, CachesFollowEveryEdit) {
   check("another context");
 }
 
-TEST_F(GlPredicatesTest, NewUltrasoundPictureNeedsNoSample) {
+TEST_F(GlPredicatesTest, ANewUltrasoundImageTakesNoSample) {
   Scene scene = scene_with(
       test::model_of({{E::kind("vesselness", {0.4, 1}), 3}, {E::kind("intensity", {0.1, 1}), 1}}));
   scene.plane = test::upright_plane(test::grey_picture(20, 16, 120), 1, {0, 0, 0});
@@ -280,17 +282,17 @@ TEST_F(GlPredicatesTest, NewUltrasoundPictureNeedsNoSample) {
   EXPECT_EQ(caster().statistics().volume_samples, 0U);
 }
 
-/// The same numbers in another order of operations, nothing else.
+/// Both programs compute the same numbers. Only the order of the operations differs.
 constexpr double kGenericAgreement255 = 0.02;
 
-TEST_F(GlPredicatesTest, TheGenericProgramDrawsTheSamePicture) {
+TEST_F(GlPredicatesTest, TheGenericProgramGivesTheSameImage) {
   std::vector<Scene> scenes = random_scenes(11, {0, 3});
   scenes.push_back(scene_with(many(32, [](std::size_t j) { return 1.0 + double(j % 5); })));
   scenes.push_back(scene_with(test::model_of(
       {{E::all({E::kind("snr", {0.2, 0.9}), E::negation(E::kind("label", {1}))}), 3},
        {E::kind("gradient_angle", {0.1, 1.2, 0.003}), 2},
        {E::any({E::kind("needle_distance", {-1, 5}), E::kind("depth", {2, 9})}), 1}})));
-  caster().set_settled_after(1000);  // Never.
+  caster().set_settled_after(1000);  // Never settled.
   std::vector<RenderedImage> generic;
   for (const Scene& scene : scenes) {
     generic.push_back(draw(scene));
@@ -309,7 +311,7 @@ TEST_F(GlPredicatesTest, TheGenericProgramDrawsTheSamePicture) {
   EXPECT_LE(beyond, kShare * static_cast<double>(scenes.size()));
 }
 
-TEST_F(GlPredicatesTest, ANewSetWaitsForNoCompiler) {
+TEST_F(GlPredicatesTest, ANewPredicateSetDoesNotWaitForTheCompiler) {
   caster().set_settled_after(GlRaycaster::kSettledAfter);
   Scene scene = scene_with(
       test::model_of({{E::kind("vesselness", {0.4, 1}), 3}, {E::kind("intensity", {0.1, 1}), 1}}));
@@ -322,7 +324,7 @@ TEST_F(GlPredicatesTest, ANewSetWaitsForNoCompiler) {
   for (int i = 1; i < GlRaycaster::kSettledAfter; ++i) EXPECT_EQ(draw_moved(), 1) << i;
   EXPECT_EQ(draw_moved(), 2) << "its own";
   for (const double low : {0.1, 0.2, 0.3}) {
-    // Another kind of leaf each time, and so another program.
+    // Another kind of leaf each time, and therefore another program.
     scene.predicates->model = test::model_of(
         {{E::kind(low < 0.25 ? "snr" : "confidence", {low, 0.9}), 2},
          {E::negation(E::kind(low < 0.15 ? "needle_distance" : "depth", {-1, 5})), 1}});
@@ -334,14 +336,14 @@ TEST_F(GlPredicatesTest, ANewSetWaitsForNoCompiler) {
   EXPECT_EQ(draw_moved(), 3);
 }
 
-/// As many labels as bits of `used`, one after the other along the volume.
+/// Labels with the bits of `used`, one after the other along the volume.
 LabelVolume labels_of(const Volume& ct, const std::vector<std::uint32_t>& used) {
   std::vector<std::uint32_t> bits(ct.grid().voxel_count());
   for (std::size_t i = 0; i < bits.size(); ++i) bits[i] = used[i * used.size() / bits.size()];
   return *LabelVolume::create(ct.grid(), std::move(bits), "labels");
 }
 
-TEST_F(GlPredicatesTest, LabelsOfAnyBitsAreOfOneKind) {
+TEST_F(GlPredicatesTest, LabelsWithAnyBitsUseOneProgram) {
   const double mask = 2147483648.0;
   Scene scene = scene_with(test::model_of({{E::kind("label", {2 + mask}), 1}}));
   const std::uint32_t top = 1U << 31;
@@ -364,11 +366,11 @@ TEST_F(GlPredicatesTest, LabelsOfAnyBitsAreOfOneKind) {
   EXPECT_NE(caster().predicates().label_format(), formats[0]);
 }
 
-TEST_F(GlPredicatesTest, ADeviceOfFewTexturesIsToldBeforeCompiling) {
+TEST_F(GlPredicatesTest, TooFewTexturesAreReportedBeforeCompiling) {
   Scene scene = scene_with(
       test::model_of({{E::kind("vesselness", {0.4, 1}), 3}, {E::kind("intensity", {0.1, 1}), 1}}));
   caster().set_settled_after(1000);
-  caster().set_most_samplers(8);  // Its own program fits, the generic one does not.
+  caster().set_most_samplers(8);  // Its own program fits, but the generic one does not.
   EXPECT_LE(share_beyond(scene), kShare);
   const int compiled = caster().compiled();
   scene.predicates->model = test::model_of({{E::kind("snr", {0.1, 0.9}), 1}});
@@ -395,7 +397,7 @@ TEST_F(GlPredicatesTest, AMovedPlaneCastsOnlyTheRaysThatMeetIt) {
   EXPECT_TRUE(test::same_bits(moved, draw_anew(scene)));
 }
 
-TEST_F(GlPredicatesTest, AMovedNeedleThatPredicatesMeasureFromCastsAllRays) {
+TEST_F(GlPredicatesTest, AMovedNeedleOfADistancePredicateCastsAllRays) {
   Scene scene = scene_with(test::model_of(
       {{E::kind("needle_distance", {0, 6}), 3}, {E::kind("intensity", {0.1, 1}), 1}}));
   draw(scene);
@@ -405,7 +407,7 @@ TEST_F(GlPredicatesTest, AMovedNeedleThatPredicatesMeasureFromCastsAllRays) {
   EXPECT_TRUE(test::same_bits(moved, draw_anew(scene)));
 }
 
-TEST_F(GlPredicatesTest, AVolumeThatTheDeviceDoesNotHoldIsRefused) {
+TEST_F(GlPredicatesTest, RejectsAVolumeThatTheDeviceCannotHold) {
   const Scene scene = scene_with(test::model_of({{E::kind("intensity", {0.1, 1}), 1}}));
   caster().set_largest_edge(16);
   const auto drawn = try_to_draw(scene);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Pictures of a new set of predicates while what it reads is being sent.
+// Tests the images of a new predicate set while its data are being uploaded.
 
 #include "render/skipping/coarse_volumes.hpp"
 #include "tests/render/gl/gl_predicate_view.hpp"
@@ -12,9 +12,9 @@ namespace {
 using E = PredicateExpression;
 
 constexpr std::size_t kFewBytesAPicture = std::size_t{16} << 10U;
-constexpr int kMostPictures = 200;  // More than everything here takes.
+constexpr int kMostPictures = 200;  // More than any test here needs.
 
-/// As pairs of voxels, or as textures.
+/// Runs with pairs of voxels and with textures.
 class GlProvisionalTest : public test::GlPredicateViewTest,
                           public testing::WithParamInterface<bool> {
  protected:
@@ -25,7 +25,7 @@ class GlProvisionalTest : public test::GlPredicateViewTest,
     ct_ = test::small_ultrasound(test::centred_grid({37, 33, 26}, {1, 0.8, 0.9}), 5);
     features_ = test::random_features(ct_, 4);
   }
-  /// While it moves, by a set.
+  /// A scene that moves, with a predicate set.
   Scene asking(std::vector<std::pair<E, double>> entries) {
     Scene scene = test::plain_scene(ct_, test::fog(0.1), test::frontal(80, 30, false));
     scene.width = 48;
@@ -43,7 +43,7 @@ class GlProvisionalTest : public test::GlPredicateViewTest,
                    {E::all({E::kind("label", {1}), E::kind("intensity", {0.05, 1})}), 1}});
   }
   Scene confidence() { return asking({{E::kind("confidence", {0.4, 0.9}), 1}}); }
-  /// Its provisional pictures until one is whole, which is then the last one.
+  /// Number of provisional images until the image is complete. last_ is then the complete image.
   int pictures_until_whole(const Scene& scene) {
     int pictures = 0;
     do {
@@ -51,7 +51,7 @@ class GlProvisionalTest : public test::GlPredicateViewTest,
     } while (last_.statistics.provisional && ++pictures < kMostPictures);
     return pictures;
   }
-  /// As a caster draws it that may not give anything up.
+  /// Returns the image of a caster that must not draw provisionally.
   std::vector<RgbaF> whole(Scene scene) {
     scene.quality.provisional = false;
     other_ = std::make_unique<SceneView>(window_->window());
@@ -72,7 +72,7 @@ class GlProvisionalTest : public test::GlPredicateViewTest,
 
 INSTANTIATE_TEST_SUITE_P(Memory, GlProvisionalTest, testing::Bool());
 
-TEST_P(GlProvisionalTest, TheWholePictureHasTheSameBytes) {
+TEST_P(GlProvisionalTest, TheCompleteImageHasEqualBytes) {
   std::mt19937 random(3);
   int provisional = 0;
   for (int i = 0; i < 6; ++i) {
@@ -86,11 +86,11 @@ TEST_P(GlProvisionalTest, TheWholePictureHasTheSameBytes) {
   EXPECT_GT(provisional, 10);
 }
 
-TEST_P(GlProvisionalTest, SendingEndsAfterAsManyPicturesAsItHasParts) {
+TEST_P(GlProvisionalTest, UploadingEndsAfterAsManyImagesAsThereAreParts) {
   draw(intensity());
   const std::size_t voxels = ct_->grid().voxel_count();
-  // Two features, marks of voxels without a value, labels, and two ranges of bricks to look
-  // through; a texture holds four components.
+  // Two features, marks of voxels without a value, labels, and two ranges of bricks to search. A
+  // texture holds four components.
   const std::size_t bytes = voxels * (2 * (GetParam() ? 4 : 8) + 2 + 4 + 2 * 2);
   const auto parts = static_cast<int>(bytes / kFewBytesAPicture);
   const int pictures = pictures_until_whole(features());
@@ -99,7 +99,7 @@ TEST_P(GlProvisionalTest, SendingEndsAfterAsManyPicturesAsItHasParts) {
   expect_whole(features());
 }
 
-TEST_P(GlProvisionalTest, NothingIsSentBeforeTheFirstPicture) {
+TEST_P(GlProvisionalTest, NothingIsUploadedBeforeTheFirstImage) {
   draw(intensity());
   const int before = uploads();
   EXPECT_TRUE(draw(features()).statistics.provisional);
@@ -108,7 +108,7 @@ TEST_P(GlProvisionalTest, NothingIsSentBeforeTheFirstPicture) {
   EXPECT_GT(uploads(), before);
 }
 
-TEST_P(GlProvisionalTest, ProvisionalPicturesAreOfCoarseVolumes) {
+TEST_P(GlProvisionalTest, ProvisionalImagesUseCoarseVolumes) {
   draw(intensity());
   const Scene scene = features();
   const RenderedImage found = draw(scene);
@@ -122,7 +122,7 @@ TEST_P(GlProvisionalTest, ProvisionalPicturesAreOfCoarseVolumes) {
       << "not to be told from the whole one";
 }
 
-TEST_P(GlProvisionalTest, ProvisionalPicturesAreNeitherKeptNorDrawnTwice) {
+TEST_P(GlProvisionalTest, ProvisionalImagesAreNeitherKeptNorDrawnTwice) {
   draw(intensity());
   Scene scene = features();
   const std::vector<RgbaF> first = (draw(scene), caster().read());
@@ -132,7 +132,7 @@ TEST_P(GlProvisionalTest, ProvisionalPicturesAreNeitherKeptNorDrawnTwice) {
   EXPECT_TRUE(test::same_bits(caster().read(), first));
   scene.camera.eye_ct.mm.x() += 1;
   EXPECT_GT(draw(scene).statistics.volume_samples, 0U) << "moved";
-  // Asked for in full, whatever is still missing.
+  // Requested in full, whatever is still missing.
   scene.quality.provisional = false;
   last_ = draw(scene);
   EXPECT_GT(last_.statistics.volume_samples, 0U);
@@ -143,14 +143,14 @@ TEST_P(GlProvisionalTest, ProvisionalPicturesAreNeitherKeptNorDrawnTwice) {
   expect_whole(scene);
 }
 
-TEST_P(GlProvisionalTest, SetsThatChangeWhileTheyAreSent) {
+TEST_P(GlProvisionalTest, HandlesPredicateSetsThatChangeDuringTheUpload) {
   draw(intensity());
   for (int i = 0; i < 4; ++i) {
     for (const Scene& scene : {features(), confidence(), features()}) {
       EXPECT_TRUE(draw(scene).statistics.provisional || i > 0);
     }
   }
-  // One that needs nothing, one in the middle.
+  // One predicate set needs no upload, and one changes in the middle.
   last_ = draw(intensity());
   expect_whole(intensity());
   draw(features());
@@ -162,7 +162,7 @@ TEST_P(GlProvisionalTest, SetsThatChangeWhileTheyAreSent) {
   expect_whole(features());
 }
 
-TEST_P(GlProvisionalTest, OtherFeaturesWhileTheyAreSent) {
+TEST_P(GlProvisionalTest, HandlesFeaturesThatChangeDuringTheUpload) {
   draw(intensity());
   for (int i = 0; i < 4; ++i) EXPECT_TRUE(draw(features()).statistics.provisional);
   features_ = test::random_features(ct_, 9);
@@ -171,7 +171,7 @@ TEST_P(GlProvisionalTest, OtherFeaturesWhileTheyAreSent) {
   expect_whole(features());
 }
 
-TEST_P(GlProvisionalTest, WhatIsThereIsNotSentAgain) {
+TEST_P(GlProvisionalTest, DataOnTheDeviceAreNotUploadedAgain) {
   draw(intensity());
   pictures_until_whole(features());
   const int sent = uploads();
@@ -183,7 +183,7 @@ TEST_P(GlProvisionalTest, WhatIsThereIsNotSentAgain) {
   EXPECT_EQ(uploads(), sent);
 }
 
-TEST_P(GlProvisionalTest, ANewVolumeIsWholeAtOnce) {
+TEST_P(GlProvisionalTest, ANewVolumeIsCompleteAtOnce) {
   EXPECT_EQ(pictures_until_whole(features()), 0);
   expect_whole(features());
   draw(intensity());
@@ -193,7 +193,7 @@ TEST_P(GlProvisionalTest, ANewVolumeIsWholeAtOnce) {
   expect_whole(features());
 }
 
-TEST_P(GlProvisionalTest, WhatWasHalvedGoesWhenAllIsThere) {
+TEST_P(GlProvisionalTest, CoarseVolumesAreFreedWhenTheUploadEnds) {
   draw(intensity());
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(draw(features()).statistics.provisional);
   const std::weak_ptr<const Volume> snr = features_.volumes.at(feature::kSnr).codes();

@@ -8,7 +8,7 @@
 
 namespace nav::test {
 
-/// Scenes in which everything that a picture can have comes and goes, from a seed.
+/// Random scenes from a seed. Every element of an image comes and goes.
 class RandomScenes {
  public:
   explicit RandomScenes(unsigned seed) : random_(seed) {}
@@ -31,8 +31,8 @@ class RandomScenes {
     return scene;
   }
 
-  /// Some fields of the scene as those of another one, and now and then no more than a new picture,
-  /// another state or a small motion.
+  /// Replaces some fields of the scene by those of another random scene. Sometimes also changes the
+  /// ultrasound image, its safety state, or its position a little.
   void edit(render::Scene& scene) {
     render::Scene other = next();
     const auto take = [&](auto member) {
@@ -58,7 +58,7 @@ class RandomScenes {
     if (scene.cutaway && coin(0.1)) scene.cutaway->overlay_mm = number(0, 20);
   }
 
-  /// The same elements with another transfer function, camera and step: no other program.
+  /// Changes the transfer function, the camera and the step, so that the program stays the same.
   void vary(render::Scene& scene) {
     const bool windows = scene.transfer.uses_gradient();
     do {

@@ -12,7 +12,7 @@
 namespace nav::render {
 namespace {
 
-/// A scene of every seed, each with other features.
+/// One random scene per seed. The scenes differ in their elements.
 class GlRandomTest : public testing::TestWithParam<unsigned> {
  protected:
   void SetUp() override {
@@ -30,7 +30,7 @@ bool same_bits(const RenderedImage& a, const RenderedImage& b) {
   return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size_bytes()) == 0;
 }
 
-TEST_P(GlRandomTest, AgreesWithReferenceAndSkippingChangesNoBit) {
+TEST_P(GlRandomTest, AgreesWithTheReferenceAndSkippingChangesNoBit) {
   Scene scene = test::RandomScenes(GetParam()).next();
   const auto skipped = gl_->render(scene);
   const auto expected = make_reference_engine()->render(scene);
@@ -47,7 +47,7 @@ TEST_P(GlRandomTest, AgreesWithReferenceAndSkippingChangesNoBit) {
   EXPECT_LE(skipped->statistics.volume_samples, all->statistics.volume_samples);
 }
 
-/// Of all seeds together 1000 transfer functions and views.
+/// All seeds together test 1000 transfer functions and views.
 TEST_P(GlRandomTest, SkippingChangesNoBitOfAnyView) {
   test::RandomScenes scenes(GetParam());
   Scene scene = scenes.next();
@@ -68,9 +68,9 @@ TEST_P(GlRandomTest, SkippingChangesNoBitOfAnyView) {
   EXPECT_GT(samples, 0U) << "nothing was drawn";
 }
 
-/// What the two single-precision engines differ by is rounding; only where a number of places to
-/// shade or the edge of something hard hangs on the last bit is it more.
-TEST(GlAndCpuTest, DifferByRoundingAlone) {
+/// The two single-precision engines differ by rounding. The difference is larger only if the last
+/// bit decides the number of shaded points or the edge of a solid.
+TEST(GlAndCpuTest, DifferOnlyByRounding) {
   constexpr float kRounding = 2e-5F;
   CollectingDiagnostics diagnostics;
   auto gl = make_gl_engine(diagnostics);
@@ -98,8 +98,8 @@ TEST(GlAndCpuTest, DifferByRoundingAlone) {
   EXPECT_GE(whole_scenes, 25);
 }
 
-/// Whatever an engine keeps from picture to picture, and however many threads draw them.
-TEST(CpuEngineTest, ShowsAfterAnyEditsWhatAFreshEngineShows) {
+/// Tests what an engine keeps between images, with different numbers of threads.
+TEST(CpuEngineTest, AnEditedSceneEqualsThatOfANewEngine) {
   constexpr unsigned kSeeds = 25;
   constexpr int kEdits = 20;
   int drawn = 0;

@@ -21,7 +21,7 @@
 namespace nav::render {
 namespace {
 
-/// With a scene of the phantom, drawn once by each call.
+/// Each call draws the scene of the phantom once.
 class GlRaycasterTest : public test::GlViewTest {
  protected:
   void draw() { ASSERT_TRUE(test::has_value(try_to_draw(scene_))); }
@@ -61,7 +61,7 @@ TEST_F(GlRaycasterTest, ParameterEditsNeverCompile) {
   EXPECT_EQ(caster().compiled(), 1);
 }
 
-TEST_F(GlRaycasterTest, SparingRaysCompilesOnce) {
+TEST_F(GlRaycasterTest, InterpolatedPixelsCompileOnce) {
   caster().set_compute(false);
   scene_ = test::ball_scene(test::cube_grid(24, 1.0), 160, 120);
   draw();
@@ -69,7 +69,8 @@ TEST_F(GlRaycasterTest, SparingRaysCompilesOnce) {
   scene_.quality.pixel_error = 0.1;
   draw();
   EXPECT_GT(statistics().pixels_without_ray, 1000U);
-  const int of_packed = caster().voxel_pairs() ? 2 : 3;  // Rays from a list; else means besides.
+  const int of_packed = caster().voxel_pairs() ? 2 : 3;  // One program for packed rays, otherwise
+                                                         // also one for the means.
   EXPECT_EQ(caster().compiled(), of_packed);
   for (const double error : {0.2, 0.0, 0.05}) {
     scene_.quality.pixel_error = error;
@@ -85,9 +86,9 @@ TEST_F(GlRaycasterTest, SparingRaysCompilesOnce) {
   EXPECT_EQ(caster().compiled(), of_means);
 }
 
-TEST_F(GlRaycasterTest, SparesTheRaysThatTheCpuEngineSpares) {
+TEST_F(GlRaycasterTest, OmitsTheSameRaysAsTheCpuEngine) {
   caster().set_compute(false);
-  constexpr double kRounding = 0.001;  // Of the pixels: squares at the edge of even.
+  constexpr double kRounding = 0.001;  // Share of the pixels: squares at the limit of being even.
   for (const bool plane : {false, true}) {
     scene_ = test::ball_scene(test::cube_grid(48, 1.0), 240, 180);
     const auto expect_same = [&](const std::string& where) {
@@ -124,7 +125,8 @@ TEST_F(GlRaycasterTest, SparesTheRaysThatTheCpuEngineSpares) {
 
 TEST_F(GlRaycasterTest, PackedRaysAreThoseOfTheDepthTest) {
   caster().set_compute(false);
-  // Lists take the surroundings of shapes by blocks: so much of a picture has rays there alone.
+  // Lists treat the surroundings of shapes in blocks. This share of an image has rays only with
+  // lists.
   constexpr double kAroundShapes = 0.05;
   constexpr double kRounding = 0.001;
   for (unsigned seed = 0; seed < 12; ++seed) {
@@ -153,7 +155,7 @@ TEST_F(GlRaycasterTest, PackedRaysAreThoseOfTheDepthTest) {
   }
 }
 
-TEST(PackedOrderTest, EveryRayHasAPlaceOfItsOwnInBlocksOfFour) {
+TEST(PackedOrderTest, EveryRayHasItsOwnPositionInBlocksOfFour) {
   for (const std::size_t count :
        {std::size_t{1}, std::size_t{16}, std::size_t{17}, std::size_t{4099}, std::size_t{600000}}) {
     const PackedOrder order = PackedOrder::of(count);
@@ -167,7 +169,7 @@ TEST(PackedOrderTest, EveryRayHasAPlaceOfItsOwnInBlocksOfFour) {
       const auto [column, row] = order.place(n);
       ASSERT_LT(column, order.columns);
       ASSERT_LT(row, rows);
-      // As the shader has it.
+      // The formula of the shader.
       const int block = (row >> 2) * (order.columns >> 2) + (column >> 2);
       ASSERT_EQ(static_cast<std::size_t>(block * 16 + (row & 3) * 4 + (column & 3)), n);
       const auto at = static_cast<std::size_t>(row * order.columns + column);
@@ -177,7 +179,7 @@ TEST(PackedOrderTest, EveryRayHasAPlaceOfItsOwnInBlocksOfFour) {
   }
 }
 
-TEST_F(GlRaycasterTest, WhatImportanceLeavesUnshadedFetchesNoGradient) {
+TEST_F(GlRaycasterTest, UnimportantTissueNeedsNoGradient) {
   scene_.transfer = *TransferFunction::create(
       "unimportant",
       {{-300, {1, 0.5, 0.3}, 0.0, 0.0}, {50, {1, 0.5, 0.3}, 0.1, 0.0}, {900, {1, 1, 1}, 0.5, 0.0}});
@@ -188,7 +190,7 @@ TEST_F(GlRaycasterTest, WhatImportanceLeavesUnshadedFetchesNoGradient) {
   EXPECT_EQ(caster().statistics().gradient_samples, 0U);
 }
 
-TEST_F(GlRaycasterTest, CutawayTakesFewerSamplesThanItClears) {
+TEST_F(GlRaycasterTest, TheCutawayReducesTheSamples) {
   scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
   scene_.shading.enabled = false;
   draw();
@@ -199,7 +201,7 @@ TEST_F(GlRaycasterTest, CutawayTakesFewerSamplesThanItClears) {
   EXPECT_LT(caster().statistics().volume_samples, without);
 }
 
-TEST_F(GlRaycasterTest, EachSetOfFeaturesCompilesOnce) {
+TEST_F(GlRaycasterTest, EachFeatureSetCompilesOnce) {
   draw();
   scene_.shading.enabled = false;
   draw();
@@ -207,18 +209,19 @@ TEST_F(GlRaycasterTest, EachSetOfFeaturesCompilesOnce) {
   scene_.spheres = test::test_spheres(scene_.ct->grid());
   draw();
   EXPECT_EQ(caster().compiled(), 3);
-  scene_.spheres.pop_back();  // Their number is no feature.
+  scene_.spheres.pop_back();  // The number of spheres is not a feature.
   draw();
   EXPECT_EQ(caster().compiled(), 3);
   scene_.spheres.clear();
-  scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kLost);  // Compiles no plane.
+  scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kLost);  // A lost plane needs no
+                                                                           // program for planes.
   draw();
   scene_.shading.enabled = true;
   draw();
   EXPECT_EQ(caster().compiled(), 3);
 }
 
-TEST_F(GlRaycasterTest, SendsOnlyWhatChanged) {
+TEST_F(GlRaycasterTest, UploadsOnlyWhatChanged) {
   scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
   draw();
   scene_.camera.eye_ct.mm.x() += 20;
@@ -257,7 +260,7 @@ TEST_F(GlRaycasterTest, ProjectionsSkipWhatCannotChangeThem) {
   }
 }
 
-TEST_F(GlRaycasterTest, KeptGradientsAreCentralDifferences) {
+TEST_F(GlRaycasterTest, StoredGradientsAreCentralDifferences) {
   scene_ = test::ball_scene(test::oblique_grid());
   caster().set_voxel_pairs(false);
   draw();
@@ -270,10 +273,10 @@ TEST_F(GlRaycasterTest, KeptGradientsAreCentralDifferences) {
   EXPECT_TRUE(test::agree(kept, Image2d<RgbaF>(96, 72, caster().read()), 0.05));
 }
 
-TEST_F(GlRaycasterTest, AVolumeBeyondALimitIsDrawnFromMeans) {
+TEST_F(GlRaycasterTest, AVolumeBeyondTheLargestEdgeIsDrawnFromMeans) {
   scene_.quality.opaque_at = 1;
   scene_.background_rgb.setZero();
-  caster().set_largest_edge(24);  // The phantom has 48.
+  caster().set_largest_edge(24);  // The phantom has 48 voxels per edge.
   draw();
   EXPECT_NE(caster().statistics().note.find("means of 2 x 2 x 2 voxels"), std::string::npos)
       << caster().statistics().note;
@@ -291,7 +294,7 @@ TEST_F(GlRaycasterTest, AVolumeThatFillsTheMemoryIsHalvedUntilItFits) {
   scene_.background_rgb.setZero();
   caster().set_memory(48 * 48 * 48 / 6);
   draw();
-  // Half of the voxels three times: once along each axis.
+  // The number of voxels is halved three times: once along each axis.
   EXPECT_NE(caster().statistics().note.find("means of 2 x 2 x 2 voxels"), std::string::npos)
       << caster().statistics().note;
   EXPECT_EQ(caster().uploads().volumes, 1);
@@ -301,13 +304,13 @@ TEST_F(GlRaycasterTest, AVolumeThatFillsTheMemoryIsHalvedUntilItFits) {
   const auto expected = make_reference_engine()->render(scene_);
   ASSERT_TRUE(test::has_value(expected));
   EXPECT_TRUE(test::agree(found, expected->pixels, test::kAgreement255));
-  // What fits is drawn whole again, without a note.
+  // A volume that fits is drawn completely again, without a note.
   scene_.ct = test::ball_phantom(test::cube_grid(24, 1.0));
   draw();
   EXPECT_EQ(caster().statistics().note, "");
 }
 
-TEST_F(GlRaycasterTest, AVolumeThatNeverFitsIsRefusedByName) {
+TEST_F(GlRaycasterTest, AVolumeThatNeverFitsIsRejectedByName) {
   caster().set_memory(0);
   EXPECT_TRUE(test::refuses(try_to_draw(scene_), ErrorCode::kUnsupportedData,
                             {"ball phantom", "free memory of this OpenGL device"}));
@@ -317,13 +320,13 @@ TEST_F(GlRaycasterTest, AVolumeThatNeverFitsIsRefusedByName) {
   EXPECT_GT(caster().statistics().volume_samples, 0U);
 }
 
-TEST_F(GlRaycasterTest, ACoarsePictureIsTheSameOneWithFewerRays) {
+TEST_F(GlRaycasterTest, ACoarseImageAgreesWithTheFullOne) {
   scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
   const Image2d<Rgba8> whole = picture();
   ASSERT_TRUE(test::has_value(try_to_draw(scene_, 2)));
   EXPECT_EQ(caster().statistics().rays, 48U * 36U);
   const Image2d<Rgba8> coarse = read_pixels(window_->window());
-  // Edges blur; a picture that were moved by a pixel would differ in most of the ball.
+  // Edges are blurred. An image that is shifted by one pixel would differ in most of the ball.
   constexpr int kBlur255 = 24;
   EXPECT_LT(test::difference(coarse, whole, kBlur255).fraction_above, 0.15);
   EXPECT_GT(test::difference(coarse, whole, 0).fraction_above, 0.1);
@@ -331,7 +334,7 @@ TEST_F(GlRaycasterTest, ACoarsePictureIsTheSameOneWithFewerRays) {
 }
 
 TEST_F(GlRaycasterTest, LeapsOverPartsOfBricks) {
-  // A wall across x in the first part of each brick of a row; rays run along it.
+  // A wall across x in the first part of each brick of a row. The rays run along the wall.
   scene_ = test::plain_scene(
       test::make_volume(test::centred_grid({17, 33, 17}, {1, 1, 1}),
                         [](int i, int, int) { return i == 1 || i == 9 ? 1000 : -1000; }),
@@ -345,12 +348,12 @@ TEST_F(GlRaycasterTest, LeapsOverPartsOfBricks) {
     scene_.quality.skip_empty_bricks = true;
     return taken;
   };
-  // Cells of 4 voxels leap over bricks only.
+  // Cells of 4 voxels leap only over whole bricks.
   EXPECT_LT(samples(2), 1.5 * samples(4));
   EXPECT_GT(samples(2), 0);
 }
 
-TEST_F(GlRaycasterTest, PairsOfVoxelsDrawTheSamePicture) {
+TEST_F(GlRaycasterTest, PairsOfVoxelsGiveTheSameImage) {
   for (const VoxelGrid& grid :
        {test::oblique_grid(), test::cube_grid(1, 8.0), test::cube_grid(2, 8.0)}) {
     scene_ = test::ball_scene(grid);
@@ -364,8 +367,8 @@ TEST_F(GlRaycasterTest, PairsOfVoxelsDrawTheSamePicture) {
   EXPECT_EQ(caster().uploads().volumes, 6);
 }
 
-TEST_F(GlRaycasterTest, GradientsOfPairsOfVoxelsAreThoseOfSixFetches) {
-  // Rays cross all edges, where neighbours are repeated, and axes of one to five voxels.
+TEST_F(GlRaycasterTest, GradientsFromPairsOfVoxelsEqualThoseFromSixFetches) {
+  // The rays cross all edges, where neighbours are repeated, and axes of one to five voxels.
   for (const std::array<int, 3>& size :
        {std::array{1, 1, 1}, std::array{2, 1, 3}, std::array{1, 4, 2}, std::array{3, 2, 1},
         std::array{5, 4, 3}}) {
@@ -389,14 +392,14 @@ TEST_F(GlRaycasterTest, GradientsOfPairsOfVoxelsAreThoseOfSixFetches) {
   }
 }
 
-TEST_F(GlRaycasterTest, PairsOfVoxelsAreForSoftware) {
+TEST_F(GlRaycasterTest, PairsOfVoxelsAreUsedInSoftware) {
   draw();
   EXPECT_EQ(caster().voxel_pairs(), runs_in_software(window_->device()));
   EXPECT_TRUE(runs_in_software("llvmpipe (LLVM 15.0.6, 256 bits)"));
   EXPECT_FALSE(runs_in_software("NVIDIA GeForce RTX 4070/PCIe/SSE2"));
 }
 
-TEST_F(GlRaycasterTest, PaysOnlyForWhatTheSceneNeeds) {
+TEST_F(GlRaycasterTest, CostsDependOnTheElementsOfTheScene) {
   draw();
   const RenderStatistics shaded = caster().statistics();
   EXPECT_GT(shaded.gradient_samples, 0U);
@@ -413,7 +416,7 @@ TEST_F(GlRaycasterTest, PaysOnlyForWhatTheSceneNeeds) {
   scene_.quality.opaque_at = 1;
   draw();
   EXPECT_GT(caster().statistics().volume_samples, shaded.volume_samples);
-  // A lid over the whole picture leaves nothing to sample.
+  // A sphere that covers the whole image leaves nothing to sample.
   scene_.spheres = {{scene_.camera.eye_ct, 1, {1, 0, 0}, 1}};
   scene_.spheres[0].centre_ct.mm +=
       20 * (scene_.camera.look_at_ct.mm - scene_.camera.eye_ct.mm).normalized();
@@ -422,7 +425,7 @@ TEST_F(GlRaycasterTest, PaysOnlyForWhatTheSceneNeeds) {
   EXPECT_EQ(caster().statistics().volume_samples, 0U);
 }
 
-/// A green ball of VTK in the middle of the CT.
+/// A green VTK ball.
 vtkNew<vtkActor> green_ball(const Eigen::Vector3d& centre_mm, double radius_mm) {
   vtkNew<vtkSphereSource> source;
   source->SetCenter(centre_mm.x(), centre_mm.y(), centre_mm.z());
@@ -438,7 +441,8 @@ vtkNew<vtkActor> green_ball(const Eigen::Vector3d& centre_mm, double radius_mm) 
   return actor;
 }
 
-/// A homogeneous block whose extinction is known, so that the light before a surface is too.
+/// A homogeneous block with a known extinction, so that the light in front of a surface is known
+/// too.
 Scene block_scene(bool orthographic) {
   const VoxelGrid grid = test::cube_grid(41, 1.0);
   Scene scene = test::ball_scene(grid);
@@ -465,21 +469,22 @@ TEST_F(GlRaycasterTest, RaysStopAtVtkGeometry) {
     const Image2d<Rgba8> seen = picture();
     view_->renderer().RemoveActor(ball);
     test::keep_picture(orthographic ? "shared_depth_orthographic" : "shared_depth", seen);
-    // The middle ray crosses the block from -20 to -10 mm, 5 % opacity per mm, then the ball.
+    // The middle ray crosses the block from -20 to -10 mm with 5 % opacity per mm, and then meets
+    // the ball.
     const double through = std::pow(0.95, 20 - kRadiusMm);
     const Rgba8 middle = seen.at(48, 36);
-    // The ball is a polyhedron seen half a pixel beside its pole: 0.1 mm, 0.5 % of the light.
+    // The ball is a polyhedron, seen half a pixel beside its pole: 0.1 mm, or 0.5 % of the light.
     constexpr double kTolerance255 = 2.5;
     EXPECT_NEAR(middle.r, 255 * (1 - through), kTolerance255) << orthographic;
     EXPECT_NEAR(middle.g, 255 * through, kTolerance255) << orthographic;
-    // Beside the ball (14 pixels, 12 to 15 mm from the middle) the rays go on to the far side of
-    // the block.
+    // Beside the ball (14 pixels, 12 to 15 mm from the middle), the rays continue to the far side
+    // of the block.
     EXPECT_NEAR(seen.at(48, 22).r, 255 * (1 - std::pow(0.95, 40)), kTolerance255) << orthographic;
     EXPECT_EQ(seen.at(48, 22).g, 0) << orthographic;
   }
 }
 
-TEST_F(GlRaycasterTest, RaysAsideTheAxisStopAtVtkGeometryToo) {
+TEST_F(GlRaycasterTest, ObliqueRaysStopAtVtkGeometry) {
   scene_ = block_scene(false);
   scene_.camera.eye_ct.mm = {0, -40, 0};
   scene_.camera.vertical_fov_rad = 1.2;
@@ -487,8 +492,8 @@ TEST_F(GlRaycasterTest, RaysAsideTheAxisStopAtVtkGeometryToo) {
   constexpr double kRadiusMm = 2;
   const vtkNew<vtkActor> ball = green_ball(centre, kRadiusMm);
   view_->renderer().AddActor(ball);
-  // The ray of pixel (66, 36), 18.5 pixels to the right of the middle and half a pixel down, in
-  // the camera's axes (x, depth, up): it meets the ball nearly in the middle.
+  // The ray of pixel (66, 36) is 18.5 pixels to the right of the middle and half a pixel below it,
+  // in the axes of the camera (x, depth, up). It meets the ball nearly in the middle.
   const double pixel = std::tan(0.6) / 36;
   const Eigen::Vector3d direction = Eigen::Vector3d(18.5 * pixel, 1, -0.5 * pixel).normalized();
   const Eigen::Vector3d to_centre = centre - scene_.camera.eye_ct.mm;
@@ -497,13 +502,13 @@ TEST_F(GlRaycasterTest, RaysAsideTheAxisStopAtVtkGeometryToo) {
   const double ball_mm = along - std::sqrt(kRadiusMm * kRadiusMm - aside * aside);
   const double face_mm = 20 / direction.y();
   const double through = std::pow(0.95, ball_mm - face_mm);
-  // Taking the depth for the distance would be 2.3 mm, 12/255, off.
+  // Using the depth instead of the distance would cause an error of 2.3 mm, or 12/255.
   constexpr double kTolerance255 = 2.5;
   EXPECT_NEAR(picture().at(66, 36).r, 255 * (1 - through), kTolerance255);
   EXPECT_NEAR(picture().at(66, 36).g, 255 * through, kTolerance255);
 }
 
-TEST_F(GlRaycasterTest, PixelsThatVtkGeometryEndsKeepTheirRays) {
+TEST_F(GlRaycasterTest, PixelsOfVtkGeometryKeepTheirRays) {
   caster().set_compute(false);
   scene_ = block_scene(true);
   const vtkNew<vtkActor> ball = green_ball({0, 0, 0}, 10);
@@ -515,7 +520,7 @@ TEST_F(GlRaycasterTest, PixelsThatVtkGeometryEndsKeepTheirRays) {
   for (int y = 0; y < dense.height(); ++y) {
     for (int x = 0; x < dense.width(); ++x) {
       EXPECT_NEAR(sparse.at(x, y).r, dense.at(x, y).r, 13) << x << ' ' << y;
-      if (std::hypot(x - 47.5, y - 35.5) > 13) continue;  // The ball: 12 pixels.
+      if (std::hypot(x - 47.5, y - 35.5) > 13) continue;  // The ball has a radius of 12 pixels.
       EXPECT_EQ(sparse.at(x, y), dense.at(x, y)) << x << ' ' << y;
     }
   }

@@ -12,11 +12,11 @@
 #include "tests/render/gl/gl_scenes.hpp"
 #include "tests/support/matchers.hpp"
 
-// A program of its own: it takes the display of the whole process away.
+// A separate program, because it ends the display of the whole process.
 namespace nav::render {
 namespace {
 
-TEST(GlRecoveryTest, AProgramThatDoesNotLinkSaysWhy) {
+TEST(GlRecoveryTest, AProgramThatDoesNotLinkReportsTheReason) {
   auto window = OffscreenWindow::create(8, 8);
   ASSERT_TRUE(test::has_value(window));
   const auto linked =
@@ -26,7 +26,7 @@ TEST(GlRecoveryTest, AProgramThatDoesNotLinkSaysWhy) {
   EXPECT_TRUE(test::refuses(linked, ErrorCode::kUnsupportedData, {"shader", "the driver says"}));
 }
 
-TEST(GlRecoveryTest, ALostContextIsReplacedBeforeThePictureIsGivenUp) {
+TEST(GlRecoveryTest, ALostContextIsReplaced) {
   CollectingDiagnostics diagnostics;
   auto gl = make_gl_engine(diagnostics);
   ASSERT_TRUE(test::has_value(gl));
@@ -34,7 +34,7 @@ TEST(GlRecoveryTest, ALostContextIsReplacedBeforeThePictureIsGivenUp) {
   const auto before = (*gl)->render(scene);
   ASSERT_TRUE(test::has_value(before));
   {
-    // Contexts share the display of their process, which ends here for all of them.
+    // All contexts of a process share one display. It ends here for all of them.
     auto other = OffscreenWindow::create(8, 8);
     ASSERT_TRUE(test::has_value(other));
     EGLDisplay display = eglGetCurrentDisplay();

@@ -11,8 +11,8 @@
 
 namespace nav::test {
 
-/// A ball of bone with a hollow inside a ball of soft tissue in air, with smooth transitions one
-/// voxel wide; and a small dense sphere beside the centre, so that mirroring shows.
+/// A ball of bone with a hollow, inside a ball of soft tissue, in air. The transitions are smooth
+/// and one voxel wide. A small dense sphere beside the centre makes mirroring visible.
 inline std::shared_ptr<const Volume> ball_phantom(VoxelGrid grid) {
   std::vector<std::int16_t> hu;
   hu.reserve(grid.voxel_count());
@@ -47,7 +47,8 @@ inline VoxelGrid cube_grid(int n, double spacing_mm) {
   return grid;
 }
 
-/// Anisotropic, turned, left-handed, sizes that are no multiple of a brick, far from the origin.
+/// Anisotropic, rotated and left-handed, far from the origin. The sizes are no multiples of a
+/// brick.
 inline VoxelGrid oblique_grid() {
   VoxelGrid grid;
   grid.size = {61, 45, 37};
@@ -59,7 +60,7 @@ inline VoxelGrid oblique_grid() {
   return grid;
 }
 
-/// Soft tissue half transparent, bone nearly opaque; nodes at whole HU.
+/// Soft tissue is half transparent and bone nearly opaque. The nodes are at whole HU.
 inline render::TransferFunction test_transfer() {
   return *render::TransferFunction::create("test", {{-1000, {0.8, 0.6, 0.5}, 0.0, 0.0},
                                                     {-300, {0.8, 0.6, 0.5}, 0.0, 0.0},
@@ -68,7 +69,7 @@ inline render::TransferFunction test_transfer() {
                                                     {1500, {1.0, 1.0, 1.0}, 0.8, 1.0}});
 }
 
-/// The phantom on a grid, seen from an oblique direction so that it fills the picture.
+/// The phantom on a grid, seen from an oblique direction so that it fills the image.
 inline render::Scene ball_scene(const VoxelGrid& grid, int width = 96, int height = 72) {
   const double size_mm = grid.extent_mm().maxCoeff();
   const Eigen::Vector3d centre = grid.centre().mm;
@@ -94,8 +95,8 @@ inline render::Scene ball_scene(const VoxelGrid& grid, int width = 96, int heigh
           .grey = {}};
 }
 
-/// An ultrasound picture with a ramp and a checkerboard, through the middle of a volume and
-/// facing the camera of ball_scene() at an angle.
+/// An ultrasound image with a ramp and a checkerboard. It passes through the middle of a volume and
+/// faces the camera of ball_scene() at an angle.
 inline render::UltrasoundPlane test_plane(const VoxelGrid& grid, SafetyState state) {
   constexpr int kWidth = 40;
   constexpr int kHeight = 30;

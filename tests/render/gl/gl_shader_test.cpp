@@ -12,8 +12,8 @@
 namespace nav::render {
 namespace {
 
-/// Sets of features in which every pair of settings of two members occurs: members count through
-/// their settings at different speeds.
+/// Feature sets that contain every pair of values of any two members. The members run through their
+/// values at different speeds.
 std::vector<GlFeatures> many_features() {
   std::vector<GlFeatures> all;
   for (int i = 0; i < 192; ++i) {
@@ -41,7 +41,7 @@ std::vector<GlFeatures> many_features() {
   return all;
 }
 
-/// What predicates.frag has besides the set itself, whose text others check.
+/// The parts of predicates.frag other than the text of the predicate set, which other tests check.
 GlPredicateForm some_form(int i) {
   GlPredicateForm form;
   form.feature_textures = i % 4;
@@ -58,13 +58,13 @@ GlPredicateForm some_form(int i) {
   return form;
 }
 
-TEST(ShadersTest, UnknownNamesAreEmpty) {
+TEST(ShadersTest, UnknownNamesGiveAnEmptySource) {
   EXPECT_TRUE(shaders::source("no.such").empty());
   EXPECT_FALSE(shaders::source("raycast.frag").empty());
 }
 
-TEST(ShadersTest, LeaveOutWhatAPictureDoesNotNeed) {
-  // The feature's code is there in the text but no #define switches it on.
+TEST(ShadersTest, LeaveOutWhatAnImageDoesNotNeed) {
+  // The text contains the code of the feature, but no #define switches it on.
   const std::string none = raycast_source({});
   for (const char* feature :
        {"PROJECTION", "MAXIMUM",   "MINIMUM",    "GRADIENT_WINDOWS", "SHADING",
@@ -77,7 +77,7 @@ TEST(ShadersTest, LeaveOutWhatAPictureDoesNotNeed) {
   EXPECT_NE(none.find("#define PREINTEGRATED\n"), std::string::npos);
 }
 
-TEST(ShadersTest, ASecondVolumeIsInNoProgramOfOne) {
+TEST(ShadersTest, ProgramsForOneVolumeContainNoSecondVolume) {
   GlFeatures features;
   features.skipping = features.cutaway = features.plane = true;
   const std::string ct = raycast_source(features);
@@ -106,7 +106,7 @@ TEST(ShadersTest, AProjectionNeedsNoTransferFunction) {
   EXPECT_NE(text.find("#define SKIPPING\n"), std::string::npos) << "by ranges of values";
 }
 
-TEST(ShadersTest, EverySetOfFeaturesIsValidGlsl) {
+TEST(ShadersTest, EveryFeatureSetIsValidGlsl) {
   if (std::system("command -v glslangValidator > /dev/null") != 0) {
     GTEST_SKIP() << "glslangValidator not found (Debian: glslang-tools)";
   }
@@ -116,7 +116,7 @@ TEST(ShadersTest, EverySetOfFeaturesIsValidGlsl) {
     std::ofstream(folder / name) << text;
     files += ' ' + (folder / name).string();
   };
-  // As a compute shader every other time, where there is one.
+  // If a compute shader exists, every second text is compiled as one.
   int added = 0;
   const auto add_features = [&](const std::string& name, GlFeatures features) {
     features.unrolled = ++added % 3 == 0;

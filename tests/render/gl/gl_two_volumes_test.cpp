@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// A CT with an ultrasound volume in it on the GL engine, against the reference and against itself.
+// Compares a CT with an ultrasound volume on the GL engine with the reference and with itself.
 
 #include "tests/render/gl/gl_predicate_view.hpp"
 #include "tests/render/predicates/two_volume_scenes.hpp"
@@ -12,8 +12,9 @@ class GlTwoVolumesTest : public test::GlPredicateViewTest {};
 
 constexpr int kViews = 4;
 
-/// Everything at once: few sets, as each is compiled, and of each several views, from either side,
-/// with the ultrasound partly and wholly outside of the CT; every other set is cut.
+/// Scenes with all elements. There are few predicate sets, because each is compiled, and several
+/// views of each from both sides. The ultrasound lies partly or completely outside of the CT. Every
+/// second predicate set has a cutaway.
 std::vector<Scene> random_pairs(unsigned seed, const std::vector<int>& volumes) {
   std::mt19937 random(seed);
   std::vector<Scene> all;
@@ -40,7 +41,8 @@ std::vector<Scene> random_pairs(unsigned seed, const std::vector<int>& volumes) 
   return all;
 }
 
-// In one test, since each set is compiled with and without skipping; the second, which is cut.
+// Both checks are in one test, because each predicate set is compiled with and without skipping.
+// The second one has a cutaway.
 TEST_F(GlTwoVolumesTest, AgreesWithTheReferenceAndSkipsBitIdentically) {
   double beyond = 0;
   std::uint64_t with = 0;
@@ -87,7 +89,7 @@ TEST_F(GlTwoVolumesTest, EarlyTerminationStaysWithinItsError) {
   EXPECT_LT(with, without);
 }
 
-TEST_F(GlTwoVolumesTest, TwoMediaInOnePlaceMixWithSecondOrder) {
+TEST_F(GlTwoVolumesTest, TwoMediaAtOnePositionMixWithSecondOrder) {
   Scene scene = test::fog_scene(test::centred_grid({31, 31, 31}, {1, 1, 1}), 0.08);
   const double grey = test::grey_tau();
   const double tau = 0.08 + grey;
@@ -102,7 +104,7 @@ TEST_F(GlTwoVolumesTest, TwoMediaInOnePlaceMixWithSecondOrder) {
   }
 }
 
-TEST_F(GlTwoVolumesTest, WhatLiesOutsideOfTheOtherIsInOrderExactly) {
+TEST_F(GlTwoVolumesTest, MediaOutsideOfEachOtherAreInExactOrder) {
   for (const double y : {-25.0, 25.0}) {
     VoxelGrid thin = test::centred_grid({31, 9, 31}, {1, 0.5, 1});
     thin.origin_mm.y() += y;
@@ -115,7 +117,7 @@ TEST_F(GlTwoVolumesTest, WhatLiesOutsideOfTheOtherIsInOrderExactly) {
   }
 }
 
-TEST_F(GlTwoVolumesTest, EitherVolumeMayShowNothing) {
+TEST_F(GlTwoVolumesTest, EitherVolumeMayBeInvisible) {
   Scene scene = test::fog_scene(test::centred_grid({21, 21, 21}, {0.7, 0.9, 0.8}), 0.1);
   scene.width = 40;
   scene.height = 30;
@@ -131,7 +133,7 @@ TEST_F(GlTwoVolumesTest, EitherVolumeMayShowNothing) {
   EXPECT_LE(share_beyond(scene, 0.1), 0);
 }
 
-TEST_F(GlTwoVolumesTest, AreDrawnTogetherOnlyWhereTheyComposite) {
+TEST_F(GlTwoVolumesTest, TheUltrasoundIsNotDrawnInProjections) {
   Scene scene = test::fog_scene(test::centred_grid({21, 21, 21}, {1, 1, 1}), 0.1);
   scene.projection = Projection::kMean;
   const RenderedImage both = draw(scene);
@@ -139,7 +141,7 @@ TEST_F(GlTwoVolumesTest, AreDrawnTogetherOnlyWhereTheyComposite) {
   EXPECT_TRUE(test::same_bytes(both, draw(scene)));
 }
 
-/// As many predicates as asked for.
+/// A model with \p count predicates.
 PredicateModel many(std::size_t count) {
   std::vector<std::pair<PredicateExpression, double>> entries;
   for (std::size_t j = 0; j < count; ++j) {
@@ -150,7 +152,7 @@ PredicateModel many(std::size_t count) {
   return test::model_of(std::move(entries));
 }
 
-TEST_F(GlTwoVolumesTest, FromOnePredicateToAsManyAsThereMayBe) {
+TEST_F(GlTwoVolumesTest, DrawsOneToTheLargestNumberOfPredicates) {
   std::mt19937 random(4);
   Scene scene = test::random_two(random, 5);
   scene.cutaway.reset();
@@ -163,7 +165,7 @@ TEST_F(GlTwoVolumesTest, FromOnePredicateToAsManyAsThereMayBe) {
   }
 }
 
-TEST_F(GlTwoVolumesTest, ParameterEditsNeverCompileNorSendVolumes) {
+TEST_F(GlTwoVolumesTest, ParameterEditsNeverCompileOrUploadVolumes) {
   std::mt19937 random(9);
   Scene scene = test::random_two(random, 2);
   scene.cutaway.reset();
@@ -186,7 +188,7 @@ TEST_F(GlTwoVolumesTest, ParameterEditsNeverCompileNorSendVolumes) {
   EXPECT_EQ(caster().second_uploads().volumes, 1);
 }
 
-TEST_F(GlTwoVolumesTest, ANewSetWaitsForNoCompilerInSoftware) {
+TEST_F(GlTwoVolumesTest, ANewPredicateSetDoesNotWaitForTheCompilerInSoftware) {
   caster().set_in_software(true);
   caster().set_settled_after(GlRaycaster::kSettledAfter);
   Scene scene = test::fog_scene(test::centred_grid({15, 15, 15}, {1, 1, 1}), 0.05);
@@ -204,7 +206,7 @@ TEST_F(GlTwoVolumesTest, ANewSetWaitsForNoCompilerInSoftware) {
   EXPECT_EQ(caster().compiled(), 2);
 }
 
-TEST_F(GlTwoVolumesTest, DevicesCompileEachSetAtOnce) {
+TEST_F(GlTwoVolumesTest, DevicesCompileEachPredicateSetAtOnce) {
   caster().set_in_software(false);
   caster().set_settled_after(GlRaycaster::kSettledAfter);
   Scene scene = test::fog_scene(test::centred_grid({15, 15, 15}, {1, 1, 1}), 0.05);
@@ -239,7 +241,7 @@ TEST_F(GlTwoVolumesTest, AMovedPlaneCastsOnlyTheRaysThatMeetIt) {
   EXPECT_TRUE(test::same_bits(moved, draw_anew(scene)));
 }
 
-TEST_F(GlTwoVolumesTest, AnUltrasoundThatTheDeviceDoesNotHoldIsRefused) {
+TEST_F(GlTwoVolumesTest, RejectsAnUltrasoundThatTheDeviceCannotHold) {
   const Scene scene = test::fog_scene(test::centred_grid({33, 9, 9}, {1, 1, 1}), 0.05);
   caster().set_largest_edge(32);
   const auto drawn = try_to_draw(scene);

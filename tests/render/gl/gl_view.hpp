@@ -19,7 +19,7 @@ inline bool same_bits(const std::vector<RgbaF>& a, const std::vector<RgbaF>& b) 
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(RgbaF)) == 0;
 }
 
-/// A window with a view whose ray caster tests may look into.
+/// A window with a view. Tests have access to its ray caster.
 class GlViewTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -35,12 +35,12 @@ class GlViewTest : public testing::Test {
     if (!drawn) return drawn.error();
     return {};
   }
-  /// Without its background.
+  /// Returns the image without its background.
   std::vector<RgbaF> draw(const render::Scene& scene) {
     EXPECT_TRUE(has_value(try_to_draw(scene)));
     return caster().read();
   }
-  /// As draw(), with every ray cast.
+  /// Returns the image of draw(), with every ray cast again.
   std::vector<RgbaF> draw_anew(const render::Scene& scene) {
     if (!other_) other_ = std::make_unique<render::SceneView>(window_->window());
     other_->raycaster().forget_picture();
@@ -58,7 +58,7 @@ class GlViewTest : public testing::Test {
 
   std::unique_ptr<render::OffscreenWindow> window_;
   std::unique_ptr<render::SceneView> view_;
-  std::unique_ptr<render::SceneView> other_;  ///< Of draw_anew(); keeps its programs.
+  std::unique_ptr<render::SceneView> other_;  ///< The view of draw_anew(). It keeps its programs.
 };
 
 }  // namespace nav::test

@@ -9,7 +9,7 @@
 namespace nav::render {
 namespace {
 
-TEST(GlVolumeFitTest, FactorsAreTheLeastThatFit) {
+TEST(GlVolumeFitTest, FactorsAreTheSmallestThatFit) {
   constexpr std::size_t kEndless = std::size_t{1} << 40;
   EXPECT_EQ(factors_to_fit({512, 300, 1}, 512, kEndless), (std::array<int, 3>{1, 1, 1}));
   EXPECT_EQ(factors_to_fit({513, 300, 1}, 512, kEndless), (std::array<int, 3>{2, 1, 1}));
@@ -18,7 +18,8 @@ TEST(GlVolumeFitTest, FactorsAreTheLeastThatFit) {
   EXPECT_EQ(factors[0] * factors[1] * factors[2], 4);
 }
 
-/// HU linear in the place: every mean and interpolation is exact but where boxes are cut off.
+/// HU are linear in the position, so every mean and interpolation is exact, except where boxes are
+/// cut off.
 Volume ramp(const std::array<int, 3>& size) {
   VoxelGrid grid = test::oblique_grid();
   grid.size = size;
@@ -41,13 +42,14 @@ TEST(GlVolumeFitTest, MeansLieInTheMiddleOfTheirBoxes) {
     const Point<frames::Ct> at = small.volume->grid().at({2.0, 1.0, double(k)});
     EXPECT_NEAR(*full.sample(at), *small.volume->sample(at), 1e-6);
   }
-  // Outside the outermost means the values are held: half a box less half a voxel in each axis.
+  // Outside the outermost means the values are constant: half a box minus half a voxel along each
+  // axis.
   EXPECT_NEAR(small.max_error_hu, 0.5 * 4 + 1.5 * 8 + 1 * 12, 1e-9);
   EXPECT_GT(small.rms_error_hu, 0);
   EXPECT_LT(small.rms_error_hu, small.max_error_hu);
 }
 
-TEST(GlVolumeFitTest, AWholeVolumeOfOneValueHasNoError) {
+TEST(GlVolumeFitTest, AConstantVolumeHasNoError) {
   VoxelGrid grid = test::cube_grid(7, 1.0);
   const Volume full =
       *Volume::create(grid, std::vector<std::int16_t>(grid.voxel_count(), -77), "flat");

@@ -24,7 +24,7 @@ namespace {
 NamedScene small_scene(bool shaded) {
   NamedScene named{"ball", test::ball_scene(test::cube_grid(32, 1.0))};
   named.scene.shading.enabled = shaded;
-  named.scene.width = 192;  // Three times the reference's.
+  named.scene.width = 192;  // Three times the size of the reference.
   named.scene.height = 144;
   return named;
 }
@@ -39,12 +39,12 @@ TEST(RenderComparisonTest, MeasuresEveryEngineAtEveryStep) {
   CollectingDiagnostics diagnostics;
   const auto report = compare_renderers({small_scene(false)}, options, diagnostics);
   ASSERT_TRUE(test::has_value(report));
-  ASSERT_EQ(report->rows.size(), 15U);  // The last one at the step that was chosen.
-  // Loose: VTK classifies after rounding and keeps 8 bits. A wrong camera, transfer function or
-  // placement is ten times off.
+  ASSERT_EQ(report->rows.size(), 15U);  // The last row has the step that was chosen.
+  // The limit is loose because VTK classifies after rounding and keeps 8 bits. A wrong camera,
+  // transfer function or position gives a ten times larger error.
   constexpr double kSamePicture = 0.06;
   for (const RenderBenchRow& row : report->rows) {
-    if (row.step > 1) continue;  // Two voxels are coarse.
+    if (row.step > 1) continue;  // Two voxels are a coarse step.
     EXPECT_LT(row.rms, kSamePicture) << row.engine << " at " << row.step;
     EXPECT_GE(row.max, row.rms);
     EXPECT_GT(row.cpu_s, 0);
@@ -76,14 +76,14 @@ TEST(RenderComparisonTest, OurErrorFallsWithTheStep) {
   CollectingDiagnostics diagnostics;
   const auto report = compare_renderers({small_scene(false)}, options, diagnostics);
   ASSERT_TRUE(test::has_value(report));
-  // Rows alternate between two engines; behind them is that of the step that was chosen.
+  // The rows alternate between two engines. The last row is that of the chosen step.
   ASSERT_EQ(report->rows.size(), 9U);
   for (std::size_t i = 2; i < 8; ++i) {
     EXPECT_LT(report->rows[i].rms, report->rows[i - 2].rms) << report->rows[i].engine;
   }
 }
 
-TEST(RenderComparisonTest, OnADeviceOfItsOwnTheClockDecidesAndFragmentsAreShownToo) {
+TEST(RenderComparisonTest, OnAGpuWallTimesAndFragmentShadersAreReported) {
   RenderBenchOptions options;
   options.step_voxels = {1, 0.5};
   options.own_step_voxels = {};
@@ -110,7 +110,7 @@ TEST(RenderComparisonTest, OnADeviceOfItsOwnTheClockDecidesAndFragmentsAreShownT
   EXPECT_NE(to_text(*report).find("gl-fragment_vs_vtk_gpu"), std::string::npos);
 }
 
-TEST(RenderComparisonTest, RefusesPicturesWhoseMiddlesAreNotTheReferences) {
+TEST(RenderComparisonTest, RejectsImageSizesWithOtherPixelCentres) {
   NamedScene named = small_scene(false);
   named.scene.width = 128;
   CollectingDiagnostics diagnostics;
@@ -118,7 +118,7 @@ TEST(RenderComparisonTest, RefusesPicturesWhoseMiddlesAreNotTheReferences) {
                             {"scene ball", "odd multiple of 64 x 48", "128 x 144"}));
 }
 
-TEST(RenderComparisonTest, RefusesWhatVtkCannotDraw) {
+TEST(RenderComparisonTest, RejectsScenesThatVtkCannotDraw) {
   NamedScene named = small_scene(false);
   named.scene.spheres = test::test_spheres(named.scene.ct->grid());
   CollectingDiagnostics diagnostics;
@@ -126,7 +126,7 @@ TEST(RenderComparisonTest, RefusesWhatVtkCannotDraw) {
                             {"scene ball", "CT alone"}));
 }
 
-TEST(GlPredicateBenchTest, MeasuresTheSameScenesOnADeviceOfItsOwn) {
+TEST(GlPredicateBenchTest, MeasuresTheSameScenesOnAGpu) {
   auto neck = neck_phantom(32);
   ASSERT_TRUE(test::has_value(neck));
   neck->looks.resize(1);
@@ -153,7 +153,7 @@ TEST(GlPredicateBenchTest, MeasuresTheSameScenesOnADeviceOfItsOwn) {
   }
 }
 
-TEST(GlPredicateBenchTest, ComparesNoTimesOfDifferentPictures) {
+TEST(GlPredicateBenchTest, DoesNotCompareTimesOfDifferentImages) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   for (const double rms : {1.01 * kSamePictureRms, kNone}) {
     GlPredicateReport report;
@@ -173,7 +173,7 @@ TEST(GlPredicateBenchTest, ComparesNoTimesOfDifferentPictures) {
   }
 }
 
-TEST(PaperShaderTest, DrawsTheSameByEitherKindOfProgram) {
+TEST(PaperShaderTest, FragmentAndComputeShadersGiveTheSameImage) {
   const auto neck = neck_phantom(32);
   ASSERT_TRUE(test::has_value(neck));
   const auto scene = predicate_scene(*neck, neck->looks.back(), 40, 30);
@@ -185,7 +185,7 @@ TEST(PaperShaderTest, DrawsTheSameByEitherKindOfProgram) {
     const auto picture = (*shader)->render(scene);
     ASSERT_TRUE(test::has_value(picture));
     if (!first) first = *picture;
-    // Fractions of 8 bits move single samples over the edge of a predicate.
+    // Fractions of 8 bits move single samples over the limit of a predicate.
     EXPECT_LT(rms_difference(*first, *picture), kSamePictureRms);
     if (!manual) {
       EXPECT_LT(largest_difference(*first, *picture), 2e-5);
@@ -204,7 +204,7 @@ Image2d<Rgba8> silhouette(const Image2d<Rgba8>& picture) {
   return {picture.width(), picture.height(), std::move(pixels)};
 }
 
-TEST(VtkBaselineTest, DrawsAnObliqueVolumeWhereItIs) {
+TEST(VtkBaselineTest, DrawsAnObliqueVolumeAtItsPosition) {
   render::Scene scene = test::ball_scene(test::oblique_grid());
   scene.shading.enabled = false;
   const auto truth = render::make_reference_engine()->render(scene);
@@ -214,8 +214,9 @@ TEST(VtkBaselineTest, DrawsAnObliqueVolumeWhereItIs) {
     ASSERT_TRUE(test::has_value(baseline));
     const auto found = (*baseline)->render(scene);
     test::keep_picture("oblique_" + to_string(mapper), found);
-    // The silhouettes: edges differ by half a step, a misplaced ball by far more. Not the colours:
-    // the fixed-point mapper brightens the whole ball by a tenth in one run out of twenty.
+    // Only the silhouettes are compared: edges differ by half a step, but a wrong position by far
+    // more. Colours are not compared, because the fixed-point mapper brightens the whole ball by a
+    // tenth in one of twenty runs.
     EXPECT_LT(test::difference(silhouette(found), silhouette(render::to_8bit(truth->pixels)), 1)
                   .fraction_above,
               0.02)

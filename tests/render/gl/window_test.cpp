@@ -24,7 +24,7 @@ namespace {
 #define SONDE_REQUIRE_DISPLAY() \
   if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no X display (run under xvfb-run)"
 
-TEST(WindowTest, ShowsTheSamePictureAsTheHeadlessEngine) {
+TEST(WindowTest, ShowsTheSameImageAsTheHeadlessEngine) {
   SONDE_REQUIRE_DISPLAY();
   Scene scene = test::ball_scene(test::oblique_grid(), 160, 120);
   scene.plane = test::test_plane(scene.ct->grid(), SafetyState::kValid);
@@ -38,13 +38,14 @@ TEST(WindowTest, ShowsTheSamePictureAsTheHeadlessEngine) {
   const auto window = capture_window(scene);
   ASSERT_TRUE(test::has_value(window));
   test::keep_picture("window", *window);
-  // The window blends in 8 bits, colour and background rounded apart; the engine rounds once.
+  // The window blends in 8 bits and rounds colour and background separately. The engine rounds
+  // once.
   constexpr int kTwoRoundings = 1;
   const auto found = test::difference(*window, to_8bit(headless->pixels), kTwoRoundings);
   EXPECT_EQ(found.fraction_above, 0) << found.max;
 }
 
-TEST(WindowTest, WordsStandOverThePictureAndChangeNothingElse) {
+TEST(WindowTest, OverlayTextChangesOnlyItsOwnPixels) {
   SONDE_REQUIRE_DISPLAY();
   const Scene scene = test::ball_scene(test::oblique_grid(), 320, 240);
   const auto silent = capture_window(scene);
@@ -66,7 +67,7 @@ TEST(WindowTest, WordsStandOverThePictureAndChangeNothingElse) {
   EXPECT_GT(changed, 500);
 }
 
-TEST(WindowTest, ShowsUltrasoundInACtAndItsEditsAsTheHeadlessEngine) {
+TEST(WindowTest, ShowsUltrasoundInACtLikeTheHeadlessEngine) {
   SONDE_REQUIRE_DISPLAY();
   VoxelGrid where = test::centred_grid({15, 15, 15}, {1, 0.8, 0.9});
   where.origin_mm.y() += 9;
@@ -96,7 +97,7 @@ TEST(WindowTest, ShowsUltrasoundInACtAndItsEditsAsTheHeadlessEngine) {
   EXPECT_EQ(view.raycaster().compiled(), 1);
 }
 
-TEST(WindowTest, DrawsTheSameAfterItsContextIsGone) {
+TEST(WindowTest, DrawsTheSameImageAfterItsContextIsLost) {
   SONDE_REQUIRE_DISPLAY();
   auto scene = std::make_shared<Scene>(test::ball_scene(test::cube_grid(24, 1.0), 96, 64));
   scene->plane = test::test_plane(scene->ct->grid(), SafetyState::kValid);
@@ -106,7 +107,7 @@ TEST(WindowTest, DrawsTheSameAfterItsContextIsGone) {
   SceneView view(*window);
   ASSERT_TRUE(test::has_value(view.draw(scene)));
   const Image2d<Rgba8> before = read_pixels(*window);
-  // The window's context, and all textures and programs in it, end here.
+  // The context of the window ends here, with all its textures and programs.
   window->Finalize();
   ASSERT_TRUE(test::has_value(view.draw(scene)));
   const Image2d<Rgba8> after = read_pixels(*window);
@@ -118,7 +119,7 @@ TEST(WindowTest, DrawsTheSameAfterItsContextIsGone) {
                           [&](const Rgba8& p) { return p.r != background.r; }));
 }
 
-TEST(WindowTest, AsksForScenesAndClosesByItself) {
+TEST(WindowTest, RequestsScenesAndClosesByItself) {
   SONDE_REQUIRE_DISPLAY();
   const auto scene =
       std::make_shared<const Scene>(test::ball_scene(test::cube_grid(16, 1.0), 64, 48));
@@ -127,10 +128,10 @@ TEST(WindowTest, AsksForScenesAndClosesByItself) {
     return asked++ % 3 == 0 ? scene : nullptr;
   };
   EXPECT_TRUE(test::has_value(show_window(source, {.refresh_hz = 100, .close_after_s = 2})));
-  EXPECT_GT(asked, 3);  // The first picture waits for the compiler.
+  EXPECT_GT(asked, 3);  // The first image waits for the compiler.
 }
 
-TEST(WindowTest, HeadlessEngineWorksWhileAWindowIsOpen) {
+TEST(WindowTest, TheHeadlessEngineWorksWhileAWindowIsOpen) {
   SONDE_REQUIRE_DISPLAY();
   const auto scene =
       std::make_shared<const Scene>(test::ball_scene(test::cube_grid(16, 1.0), 64, 48));
@@ -146,7 +147,7 @@ TEST(WindowTest, HeadlessEngineWorksWhileAWindowIsOpen) {
   EXPECT_GT(rendered, 1);
 }
 
-TEST(WindowTest, AnInvalidSceneEndsItWithTheError) {
+TEST(WindowTest, AnInvalidSceneClosesTheWindowWithTheError) {
   SONDE_REQUIRE_DISPLAY();
   Scene bad = test::ball_scene(test::cube_grid(16, 1.0), 64, 48);
   const auto good = std::make_shared<const Scene>(bad);
@@ -159,7 +160,7 @@ TEST(WindowTest, AnInvalidSceneEndsItWithTheError) {
   EXPECT_EQ(asked, 3);
 }
 
-TEST(WindowTest, RefusesAnImpossibleRefreshRate) {
+TEST(WindowTest, RejectsAnInvalidRefreshRate) {
   EXPECT_TRUE(test::refuses(
       show_window(test::ball_scene(test::cube_grid(4, 1.0)), WindowOptions{.refresh_hz = 0}),
       ErrorCode::kUsage, {"refresh_hz"}));
@@ -187,7 +188,7 @@ TEST(WindowCameraTest, OrbitPassesThePole) {
   EXPECT_LT((camera.eye_ct.mm - start.eye_ct.mm).norm(), kRoundingMm);
 }
 
-TEST(WindowCameraTest, PanMovesByPictureHeights) {
+TEST(WindowCameraTest, PanMovesByFractionsOfTheImageHeight) {
   Camera camera = test::ball_scene(test::cube_grid(16, 1.0)).camera;
   camera.orthographic = true;
   const Camera moved = panned(camera, 0, 0.25);
@@ -211,7 +212,7 @@ bool is_seen_by(const Camera& camera) {
   return test::has_value(validate(scene));
 }
 
-TEST(WindowCameraTest, NoTurnOfTheWheelLosesTheCamera) {
+TEST(WindowCameraTest, ZoomingNeverLosesTheCamera) {
   constexpr int kManyTurns = 2000;
   for (const bool orthographic : {false, true}) {
     Camera start = test::ball_scene(test::cube_grid(16, 1.0)).camera;
@@ -220,7 +221,7 @@ TEST(WindowCameraTest, NoTurnOfTheWheelLosesTheCamera) {
       Camera camera = start;
       for (int i = 0; i < kManyTurns; ++i) camera = zoomed(camera, factor);
       EXPECT_TRUE(is_seen_by(camera)) << orthographic << ' ' << factor;
-      // As many turns come back from the limit as go there from here.
+      // The return from the limit takes as many turns as the way from here to the limit.
       const auto size = [&](const Camera& c) {
         return orthographic ? c.orthographic_height_mm : (c.eye_ct.mm - c.look_at_ct.mm).norm();
       };
@@ -234,7 +235,7 @@ TEST(WindowCameraTest, NoTurnOfTheWheelLosesTheCamera) {
   }
 }
 
-TEST(WindowCameraTest, NoDragLosesTheCamera) {
+TEST(WindowCameraTest, DraggingNeverLosesTheCamera) {
   constexpr int kManyDrags = 1000;
   for (const bool orthographic : {false, true}) {
     Camera camera = test::ball_scene(test::cube_grid(16, 1.0)).camera;
@@ -252,7 +253,7 @@ TEST(WindowCameraTest, NoDragLosesTheCamera) {
   }
 }
 
-TEST(WindowCameraTest, AViewFromBeyondTheLimitsGoesNoFurtherButComesBack) {
+TEST(WindowCameraTest, AViewBeyondTheLimitsCanOnlyReturn) {
   Camera camera = test::ball_scene(test::cube_grid(16, 1.0)).camera;
   constexpr double kFarMm = 1e6;
   camera.eye_ct.mm = camera.look_at_ct.mm + Eigen::Vector3d(0, -kFarMm, 0);

@@ -13,7 +13,8 @@ namespace {
 
 using E = PredicateExpression;
 
-const std::array<int, 3> kEdges{385, 33, 7};  // Loses three of four, half, none.
+const std::array<int, 3> kEdges{385, 33, 7};  // The axes keep every fourth voxel, every second
+                                              // voxel, and every voxel.
 
 class CoarseVolumesTest : public ::testing::Test {
  protected:
@@ -35,7 +36,7 @@ class CoarseVolumesTest : public ::testing::Test {
   CoarseVolumes coarse_volumes_;
 };
 
-TEST_F(CoarseVolumesTest, EveryVoxelThatIsKeptStaysWhereItIs) {
+TEST_F(CoarseVolumesTest, EveryKeptVoxelKeepsItsPosition) {
   const Scene scene = scene_asking({{E::kind("snr", {0.1, 0.7}), 1}, {E::kind("label", {1}), 1}});
   const Scene coarse = coarse_of(scene);
   EXPECT_TRUE(test::has_value(validate(coarse)));
@@ -62,7 +63,7 @@ TEST_F(CoarseVolumesTest, EveryVoxelThatIsKeptStaysWhereItIs) {
   }
 }
 
-TEST_F(CoarseVolumesTest, EdgesArePowersOfTwoOnlyWhereTheyWere) {
+TEST_F(CoarseVolumesTest, EdgesStayPowersOfTwoOnlyIfTheyWere) {
   const auto edges = [](int n) {
     return coarse_grid(test::centred_grid({n, n, n}, {1, 1, 1})).size[0];
   };
@@ -86,7 +87,7 @@ TEST_F(CoarseVolumesTest, EdgesArePowersOfTwoOnlyWhereTheyWere) {
   }
 }
 
-TEST_F(CoarseVolumesTest, OnlyWhatIsAskedForIsMadeAndOnlyOnce) {
+TEST_F(CoarseVolumesTest, ComputesOnlyWhatIsNeededAndOnlyOnce) {
   const Scene first = coarse_of(scene_asking({{E::kind("snr", {0.1, 0.7}), 1}}));
   EXPECT_EQ(first.predicates->features.volumes.size(), 1U);
   EXPECT_FALSE(first.predicates->features.labels);
@@ -102,7 +103,7 @@ TEST_F(CoarseVolumesTest, OnlyWhatIsAskedForIsMadeAndOnlyOnce) {
   EXPECT_EQ(later.predicates->features.volumes.size(), 1U) << "of features that are gone";
 }
 
-TEST_F(CoarseVolumesTest, NothingIsHeldThatIsNoMoreOffered) {
+TEST_F(CoarseVolumesTest, HoldsNothingThatTheSceneNoLongerOffers) {
   std::weak_ptr<const Volume> snr = features_.volumes.at(feature::kSnr).codes();
   coarse_of(scene_asking({{E::kind("snr", {0.1, 0.7}), 1}, {E::kind("label", {1}), 1}}));
   features_ = test::random_features(ct_, 8);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The CPU engine's pictures of a new set of predicates while what it reads is being prepared.
+// Tests the images of the CPU engine for a new predicate set while its data are being prepared.
 
 #include <gtest/gtest.h>
 
@@ -13,11 +13,11 @@ namespace {
 
 using E = PredicateExpression;
 
-constexpr int kMostPictures = 20;  // More than everything here takes.
+constexpr int kMostPictures = 20;  // More than any test here needs.
 
 class CpuProvisionalTest : public ::testing::Test {
  protected:
-  /// Two features of it, copies and ranges, are more than a picture may wait for.
+  /// Copies and ranges of two features of this volume take longer than one image may wait.
   static void SetUpTestSuite() {
     ct_ = test::small_ultrasound(test::centred_grid({250, 136, 132}, {0.2, 0.3, 0.3}), 5);
     features_ = test::random_features(ct_, 4);
@@ -51,7 +51,7 @@ class CpuProvisionalTest : public ::testing::Test {
   static Scene other_features() {
     return asking({{E::kind("snr", {0.1, 0.5}), 2}, {E::kind("confidence", {0.4, 0.9}), 1}});
   }
-  /// The same volume inside of a CT.
+  /// Moves the volume of a scene into a CT as its ultrasound volume.
   static Scene beside_ct(Scene scene) {
     scene.ultrasound = UltrasoundVolume{ct_, *scene.predicates, 1};
     scene.predicates.reset();
@@ -59,12 +59,12 @@ class CpuProvisionalTest : public ::testing::Test {
     return scene;
   }
   RenderedImage draw(const Scene& scene) { return test::draw(*engine_, scene); }
-  /// As an engine draws it that may not give anything up.
+  /// Returns the image of an engine that must not draw provisionally.
   static RenderedImage whole(Scene scene) {
     scene.quality.provisional = false;
     return test::draw(*make_cpu_engine({1}), scene);
   }
-  /// Its provisional pictures until one is whole, which then has the right bytes.
+  /// Number of provisional images until the image is complete. Expects that it has the right bytes.
   int pictures_until_whole(const Scene& scene) {
     for (int pictures = 0; pictures < kMostPictures; ++pictures) {
       const RenderedImage image = draw(scene);
@@ -85,7 +85,7 @@ std::shared_ptr<const Volume> CpuProvisionalTest::ct_;
 std::shared_ptr<const Volume> CpuProvisionalTest::inside_;
 Features CpuProvisionalTest::features_;
 
-TEST_F(CpuProvisionalTest, TheWholePictureFollowsWithTheSameBytes) {
+TEST_F(CpuProvisionalTest, TheCompleteImageFollowsWithEqualBytes) {
   EXPECT_EQ(pictures_until_whole(intensity()), 0) << "a new volume";
   const int pictures = pictures_until_whole(features());
   EXPECT_GE(pictures, 2);
@@ -93,7 +93,7 @@ TEST_F(CpuProvisionalTest, TheWholePictureFollowsWithTheSameBytes) {
   EXPECT_EQ(pictures_until_whole(intensity()), 0);
 }
 
-TEST_F(CpuProvisionalTest, ProvisionalPicturesAreOfCoarseVolumes) {
+TEST_F(CpuProvisionalTest, ProvisionalImagesUseCoarseVolumes) {
   draw(intensity());
   const Scene scene = features();
   const RenderedImage found = draw(scene);
@@ -104,7 +104,7 @@ TEST_F(CpuProvisionalTest, ProvisionalPicturesAreOfCoarseVolumes) {
   EXPECT_FALSE(test::same_bytes(found, whole(scene)));
 }
 
-TEST_F(CpuProvisionalTest, ProvisionalPicturesAreNeitherKeptNorDrawnTwice) {
+TEST_F(CpuProvisionalTest, ProvisionalImagesAreNeitherKeptNorDrawnTwice) {
   draw(intensity());
   Scene scene = features();
   const RenderedImage first = draw(scene);
@@ -113,7 +113,7 @@ TEST_F(CpuProvisionalTest, ProvisionalPicturesAreNeitherKeptNorDrawnTwice) {
   EXPECT_GT(first.statistics.volume_samples, 0U);
   EXPECT_EQ(again.statistics.volume_samples, 0U);
   EXPECT_TRUE(test::same_bytes(first, again));
-  // Asked for in full, whatever is still missing.
+  // Requested in full, whatever is still missing.
   scene.quality.provisional = false;
   const RenderedImage full = draw(scene);
   EXPECT_FALSE(full.statistics.provisional);
@@ -123,7 +123,7 @@ TEST_F(CpuProvisionalTest, ProvisionalPicturesAreNeitherKeptNorDrawnTwice) {
   EXPECT_EQ(pictures_until_whole(scene), 0);
 }
 
-TEST_F(CpuProvisionalTest, SetsThatChangeWhileTheyArePrepared) {
+TEST_F(CpuProvisionalTest, HandlesPredicateSetsThatChangeDuringPreparation) {
   draw(intensity());
   for (const Scene& scene : {features(), other_features(), features()}) {
     EXPECT_TRUE(draw(scene).statistics.provisional);
@@ -133,7 +133,7 @@ TEST_F(CpuProvisionalTest, SetsThatChangeWhileTheyArePrepared) {
   EXPECT_LT(pictures_until_whole(features()), kMostPictures);
 }
 
-TEST_F(CpuProvisionalTest, BesideACtOnlyTheUltrasoundIsOfCoarseVolumes) {
+TEST_F(CpuProvisionalTest, BesideACtOnlyTheUltrasoundIsCoarse) {
   EXPECT_EQ(pictures_until_whole(beside_ct(intensity())), 0) << "a new volume";
   const Scene alone = features();
   const Scene scene = beside_ct(alone);

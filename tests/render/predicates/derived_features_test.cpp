@@ -16,7 +16,8 @@ namespace {
 
 using E = PredicateExpression;
 
-/// A dark tube of 2 mm along x in bright tissue, voxels of 0.5 mm, sound along y.
+/// A dark tube of 2 mm radius along x in bright tissue. The voxels are 0.5 mm, and sound travels
+/// along y.
 std::shared_ptr<const Volume> tube() {
   const VoxelGrid grid =
       test::centred_grid({40, 32, 32}, {0.5, 0.5, 0.5}, Eigen::Matrix3d::Identity());
@@ -43,7 +44,7 @@ PredicateScene asking_for(const std::vector<std::string>& kinds) {
   return scene;
 }
 
-TEST(DerivedFeaturesTest, ComputeNothingThatNoPredicateAsksFor) {
+TEST(DerivedFeaturesTest, ComputesNothingThatNoPredicateNeeds) {
   features::DerivedVolumes service;
   PredicateScene scene = asking_for({"intensity"});
   ASSERT_TRUE(test::has_value(add_derived_features(tube(), {}, service, scene)));
@@ -51,7 +52,7 @@ TEST(DerivedFeaturesTest, ComputeNothingThatNoPredicateAsksFor) {
   EXPECT_EQ(service.counts().computed, 0U);
 }
 
-TEST(DerivedFeaturesTest, ComputeWhatIsAskedForOnceAndFindTheTube) {
+TEST(DerivedFeaturesTest, ComputesEachNeededFeatureOnceAndFindsTheTube) {
   const auto volume = tube();
   features::DerivedVolumes service;
   DerivedFeatureOptions options;
@@ -72,7 +73,7 @@ TEST(DerivedFeaturesTest, ComputeWhatIsAskedForOnceAndFindTheTube) {
   EXPECT_LT(at(4, 16), 0.05);
 }
 
-TEST(DerivedFeaturesTest, AVolumeShiftedWithItsBlackHasTheSameFeatures) {
+TEST(DerivedFeaturesTest, AVolumeShiftedWithItsBlackLevelHasEqualFeatures) {
   const std::vector<std::string> kinds{"snr", "vesselness", "confidence", "gradient_magnitude",
                                        "gradient_angle"};
   const auto derived = [&](int black) {
@@ -103,7 +104,7 @@ TEST(DerivedFeaturesTest, AVolumeShiftedWithItsBlackHasTheSameFeatures) {
   }
 }
 
-TEST(DerivedFeaturesTest, WhatAChannelIsMadeFrom) {
+TEST(DerivedFeaturesTest, NamesTheSourceOfEachChannel) {
   EXPECT_FALSE(source_of_channel(feature::kIntensity).derived);
   EXPECT_FALSE(source_of_channel(feature::kDepth).derived);
   EXPECT_FALSE(source_of_channel("none of them").derived);
@@ -116,7 +117,7 @@ TEST(DerivedFeaturesTest, WhatAChannelIsMadeFrom) {
   EXPECT_TRUE(source_of_channel(feature::kGradientAcross).scan_lines);
 }
 
-/// Speckle of 16 bits beside a slab that is saturated.
+/// 16-bit speckle beside a saturated slab.
 std::shared_ptr<const Volume> saturated() {
   const VoxelGrid grid = test::centred_grid({40, 32, 32}, {0.5, 0.5, 0.5});
   std::mt19937 random(6);
@@ -126,7 +127,7 @@ std::shared_ptr<const Volume> saturated() {
   });
 }
 
-TEST(DerivedFeaturesTest, ASaturatedSlabDoesNotTakeTheStepsOfTheSnrOfTissue) {
+TEST(DerivedFeaturesTest, ASaturatedSlabDoesNotReduceTheResolutionOfTheSnr) {
   const auto volume = saturated();
   features::DerivedVolumes service;
   PredicateScene scene = asking_for({"snr"});
@@ -154,13 +155,13 @@ TEST(DerivedFeaturesTest, ASaturatedSlabDoesNotTakeTheStepsOfTheSnrOfTissue) {
   EXPECT_GT(above, 1000);
 }
 
-TEST(DerivedFeaturesTest, UnknownVoxelsEnterNoFeature) {
+TEST(DerivedFeaturesTest, UnknownVoxelsDoNotEnterFeatures) {
   constexpr std::int16_t kNone = -7;
   const VoxelGrid grid = test::centred_grid({30, 24, 20}, {0.5, 0.5, 0.5});
   const auto at = [&](int i, int j, int k) {
     return static_cast<std::size_t>((k * grid.size[1] + j) * grid.size[0] + i);
   };
-  // A ramp; what no picture reached holds anything.
+  // A ramp. Voxels that no image reached can have any value.
   const auto with = [&](int other) {
     return test::make_volume(grid, [&](int i, int j, int) {
       return i >= 15 && j >= 8 ? static_cast<double>(other) : 40.0 + 5 * j;
@@ -179,7 +180,7 @@ TEST(DerivedFeaturesTest, UnknownVoxelsEnterNoFeature) {
     EXPECT_EQ(found.codes()->hu()[at(20, 12, 10)], FeatureVolume::kUndefined) << name;
     EXPECT_NE(found.codes()->hu()[at(5, 12, 10)], FeatureVolume::kUndefined) << name;
   }
-  // Beside the unknown the slope goes on, as its known neighbours say.
+  // Beside unknown voxels the slope continues, as the known neighbours show.
   const FeatureVolume& magnitude = scene.features.volumes.at(feature::kGradientMagnitude);
   for (const int i : {13, 14}) {
     const double slope =
@@ -190,7 +191,7 @@ TEST(DerivedFeaturesTest, UnknownVoxelsEnterNoFeature) {
 }
 
 TEST(DerivedFeaturesTest, GradientsAreSharesOfWhitePerMillimetre) {
-  // 4 per mm along y, of a window of 200; scan lines 0.6 rad aside.
+  // 4 per mm along y with a window of 200. The scan lines are inclined by 0.6 rad.
   const auto ramp = test::make_volume(test::centred_grid({9, 21, 9}, {1, 0.5, 1}),
                                       [](int, int j, int) { return 2 * j; });
   PredicateScene scene = asking_for({"gradient_magnitude", "gradient_angle"});
@@ -220,7 +221,7 @@ TEST(DerivedFeaturesTest, ConfidenceNeedsScanLines) {
   EXPECT_EQ(scene.features.volumes.count(feature::kConfidence), 1U);
 }
 
-TEST(DerivedFeaturesTest, ConfidenceFollowsDirectionsPerVoxelAsItDoesOneForAll) {
+TEST(DerivedFeaturesTest, ConfidenceIsEqualForOneDirectionAndForDirectionsPerVoxel) {
   const auto volume = tube();
   const VoxelGrid& grid = volume->grid();
   features::DerivedVolumes service;
@@ -247,7 +248,8 @@ TEST(DerivedFeaturesTest, ConfidenceFollowsDirectionsPerVoxelAsItDoesOneForAll) 
     worst = std::max(worst, std::abs(a.offset() + a.scale() * a.codes()->hu()[i] - b.offset() -
                                      b.scale() * b.codes()->hu()[i]));
   }
-  constexpr double kSolved = 2e-3;  // Twice what a solve may be off; directions of 16 bits.
+  constexpr double kSolved = 2e-3;  // Twice the allowed error of a solve, plus the rounding of
+                                    // 16-bit directions.
   EXPECT_LT(worst, kSolved);
 }
 

@@ -4,16 +4,18 @@
 
 #include "tests/render/predicates/predicate_scenes.hpp"
 
-/// Scenes by one predicate of which all that the middle ray meets lies at an end of its range.
+/// Scenes with one predicate. All values that the middle ray meets lie at an end of the range of
+/// the predicate.
 namespace nav::test {
 
 struct EdgeCase {
   std::string name;
   render::Scene scene;
-  bool seen;  ///< All of the volume in the middle of the picture, or nothing of it.
+  bool seen;  ///< In the middle of the image the volume is either completely visible or completely
+              ///< invisible.
 };
 
-/// Seen along +y from afar, orthographic.
+/// Scene seen along +y from far away, orthographic.
 inline render::Scene edge_scene(std::shared_ptr<const Volume> ct,
                                 const render::PredicateExpression& expression) {
   render::Scene scene = plain_scene(std::move(ct), fog(0.1), frontal(80, 10, true));
@@ -23,19 +25,20 @@ inline render::Scene edge_scene(std::shared_ptr<const Volume> ct,
   return scene;
 }
 
-/// The same by a predicate that is true everywhere.
+/// Returns the scene with a predicate that is true everywhere.
 inline render::Scene without_condition(render::Scene scene) {
   scene.predicates->model =
       model_of({{render::PredicateExpression::kind("intensity", {-1e6, 1e6}), 1}});
   return scene;
 }
 
-/// A ramp exactly along the scan line, beside noise in which gradients have every size and angle.
+/// A ramp exactly along the scan line, beside noise whose gradients have every size and angle.
 inline std::vector<EdgeCase> angle_cases() {
   using E = render::PredicateExpression;
   struct Wanted {
     double low_deg, high_deg;
-    bool with_depth, against;  ///< Of a ramp that gets brighter with depth, and of the reverse.
+    bool with_depth, against;  ///< Expected visibility of a ramp that gets brighter with depth, and
+                               ///< of the opposite ramp.
   };
   std::mt19937 random(12);
   const auto ct = make_volume(centred_grid({41, 31, 31}, {1, 1, 1}), [&](int i, int j, int) {
@@ -62,7 +65,7 @@ inline std::vector<EdgeCase> angle_cases() {
   return out;
 }
 
-/// Features that are the same everywhere.
+/// Features that are constant everywhere.
 inline std::vector<EdgeCase> constant_cases() {
   using E = render::PredicateExpression;
   struct Wanted {

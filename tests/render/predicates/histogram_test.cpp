@@ -23,7 +23,7 @@ double sum_of(const PredicateHistogram& histogram) {
   return sum;
 }
 
-TEST(PredicateHistogramTest, SumStaysOneAfterAMillionRandomEdits) {
+TEST(PredicateHistogramTest, TheSumStaysOneAfterAMillionRandomEdits) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> unit(0, 1);
   PredicateHistogram histogram = bars({1, 2, 3});
@@ -42,7 +42,7 @@ TEST(PredicateHistogramTest, SumStaysOneAfterAMillionRandomEdits) {
       for (auto& n : hidden) n = random() % 1000;
       histogram.scribble(shown, hidden, unit(random));
     } else {
-      // To the ends often, and by tiny amounts.
+      // Often to the ends, and by tiny amounts.
       const double to = kind < 0.2   ? std::round(unit(random))
                         : kind < 0.3 ? 1e-300 * unit(random)
                                      : unit(random);
@@ -54,7 +54,7 @@ TEST(PredicateHistogramTest, SumStaysOneAfterAMillionRandomEdits) {
   EXPECT_LT(worst, PredicateHistogram::kSumTolerance);
 }
 
-TEST(PredicateHistogramTest, DragKeepsTheProportionsOfTheOthers) {
+TEST(PredicateHistogramTest, ADragKeepsTheProportionsOfTheOthers) {
   PredicateHistogram histogram = bars({1, 2, 3, 4});
   histogram.drag(3, 0.7);
   EXPECT_NEAR(histogram.bars()[0].importance, 0.05, 1e-15);
@@ -63,7 +63,7 @@ TEST(PredicateHistogramTest, DragKeepsTheProportionsOfTheOthers) {
   EXPECT_NEAR(histogram.bars()[3].importance, 0.70, 1e-15);
 }
 
-TEST(PredicateHistogramTest, DragFromOneSharesAlikeWhenAllOthersAreZero) {
+TEST(PredicateHistogramTest, ADragFromOneSharesEquallyIfAllOthersAreZero) {
   PredicateHistogram histogram = bars({0, 1, 0});
   histogram.drag(1, 0.5);
   EXPECT_EQ(histogram.bars()[0].importance, 0.25);
@@ -78,9 +78,10 @@ TEST(PredicateHistogramTest, ASingleBarStaysAtOne) {
   EXPECT_EQ(histogram.bars()[0].importance, 1);
 }
 
-TEST(PredicateHistogramTest, ScribblesRaiseWhatIsShownAndLowerWhatIsHidden) {
+TEST(PredicateHistogramTest, ScribblesRaiseShownAndLowerHiddenPredicates) {
   PredicateHistogram histogram = bars({1, 1, 1, 1});
-  // m = q (N+ - N-) / sum |N+ - N-|, less the mean: (60, -20, 20, 0) / 100, mean 0.15.
+  // m = q (N+ - N-) / sum |N+ - N-|, minus the mean. Here (60, -20, 20, 0) / 100, with a mean of
+  // 0.15.
   const std::uint64_t shown[] = {60, 0, 30, 5};
   const std::uint64_t hidden[] = {0, 20, 10, 5};
   histogram.scribble(shown, hidden, 0.25);
@@ -90,7 +91,7 @@ TEST(PredicateHistogramTest, ScribblesRaiseWhatIsShownAndLowerWhatIsHidden) {
   EXPECT_NEAR(histogram.bars()[3].importance, 0.25 + 0.25 * (0 - 0.15), 1e-15);
 }
 
-TEST(PredicateHistogramTest, ScribblesThatHideMoreThanTheyShowDoNotTurnAround) {
+TEST(PredicateHistogramTest, ScribblesThatMainlyHideDoNotInvertTheEffect) {
   PredicateHistogram histogram = bars({1, 1});
   const std::uint64_t shown[] = {0, 10};
   const std::uint64_t hidden[] = {100, 10};
@@ -109,7 +110,7 @@ TEST(PredicateHistogramTest, BalancedAndEmptyScribblesChangeNothing) {
   EXPECT_EQ(histogram.bars(), before);
 }
 
-TEST(PredicateHistogramTest, ScribblesKeepImportancesPositiveOrZero) {
+TEST(PredicateHistogramTest, ScribblesKeepImportancesNonNegative) {
   PredicateHistogram histogram = bars({0.01, 0.01, 0.98});
   const std::uint64_t shown[] = {0, 0, 0};
   const std::uint64_t hidden[] = {100, 1, 0};
@@ -118,17 +119,17 @@ TEST(PredicateHistogramTest, ScribblesKeepImportancesPositiveOrZero) {
   EXPECT_NEAR(sum_of(histogram), 1, 1e-15);
 }
 
-TEST(PredicateHistogramTest, WhatScribblesLackBelowZeroIsTakenFromTheOthersAlike) {
-  // m = (-70, 0, 30) / 100 less the mean of -40 / 300: (-0.5667, 0.1333, 0.4333).
+TEST(PredicateHistogramTest, ADeficitBelowZeroIsSharedEquallyByTheOthers) {
+  // m = (-70, 0, 30) / 100, minus the mean of -40 / 300: (-0.5667, 0.1333, 0.4333).
   const std::uint64_t shown[] = {0, 0, 30};
   const std::uint64_t hidden[] = {70, 0, 0};
   PredicateHistogram histogram = bars({0.1, 0.2, 0.7});
-  histogram.scribble(shown, hidden, 1);  // 0.4667 are missing, 0.2333 from each of two.
+  histogram.scribble(shown, hidden, 1);  // 0.4667 are missing: 0.2333 from each of the two others.
   EXPECT_EQ(histogram.bars()[0].importance, 0);
   EXPECT_NEAR(histogram.bars()[1].importance, 0.1, 1e-15);
   EXPECT_NEAR(histogram.bars()[2].importance, 0.9, 1e-15);
   histogram = bars({0.1, 0.05, 0.85});
-  histogram.scribble(shown, hidden, 1);  // The second one lacks 0.05 after that.
+  histogram.scribble(shown, hidden, 1);  // The second bar then lacks 0.05.
   EXPECT_EQ(histogram.bars()[0].importance, 0);
   EXPECT_EQ(histogram.bars()[1].importance, 0);
   EXPECT_NEAR(histogram.bars()[2].importance, 1, 1e-15);
@@ -136,13 +137,13 @@ TEST(PredicateHistogramTest, WhatScribblesLackBelowZeroIsTakenFromTheOthersAlike
 
 TEST(PredicateHistogramTest, ANewBarHasTheMeanHeight) {
   PredicateHistogram histogram = bars({1, 3});
-  histogram.add(0, 0);  // 1/4, 3/4 and their mean, together 3/2.
+  histogram.add(0, 0);  // 1/4, 3/4 and their mean add up to 3/2.
   EXPECT_NEAR(histogram.bars()[0].importance, 1.0 / 6, 1e-15);
   EXPECT_NEAR(histogram.bars()[1].importance, 3.0 / 6, 1e-15);
   EXPECT_NEAR(histogram.bars()[2].importance, 2.0 / 6, 1e-15);
 }
 
-TEST(PredicateHistogramTest, HuesAreTakenWithinATurn) {
+TEST(PredicateHistogramTest, HuesAreReducedToOneTurn) {
   PredicateHistogram histogram = *PredicateHistogram::create({{1, -30, 0.5}, {1, 725, 1}});
   EXPECT_EQ(histogram.bars()[0].hue_deg, 330);
   EXPECT_EQ(histogram.bars()[1].hue_deg, 5);
@@ -151,7 +152,7 @@ TEST(PredicateHistogramTest, HuesAreTakenWithinATurn) {
   EXPECT_EQ(histogram.bars()[0].saturation, 1);
 }
 
-TEST(PredicateHistogramTest, RefusesWhatCannotBeNormalised) {
+TEST(PredicateHistogramTest, RejectsBarsThatCannotBeNormalised) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   using test::refuses;
   const auto code = ErrorCode::kMalformedData;

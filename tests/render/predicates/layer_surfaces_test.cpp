@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Labels between B-spline surfaces: exact in the reference, from the raster elsewhere.
+// Tests labels between B-spline surfaces. The reference uses the exact surfaces, the other engines
+// use the raster.
 #include <cmath>
 #include <cstdio>
 #include <gtest/gtest.h>
@@ -20,7 +21,8 @@ using features::LayerSurface;
 constexpr double kSideMm = 16;
 constexpr int kControl = 9;
 
-/// Heights of control points, mm along j over a box of kSideMm, a wavy layer from 5 to 11 mm.
+/// Heights of the control points in mm along j, over a box of kSideMm. The layer is wavy, between 5
+/// and 11 mm.
 double control_mm(int u, int v, double base) {
   return base + 1.5 * std::sin(0.9 * u + 0.4 * v) + 0.7 * std::cos(1.1 * v);
 }
@@ -31,7 +33,7 @@ VoxelGrid grid_of(double spacing_mm) {
                             Eigen::Matrix3d::Identity());
 }
 
-/// The same two surfaces on any grid.
+/// Labels of layers between two surfaces, which have the same positions in mm on all grids.
 LabelVolume layers_on(const VoxelGrid& grid) {
   std::vector<LayerSurface> surfaces;
   for (const double base : {5.0, 10.0}) {
@@ -60,7 +62,7 @@ Scene scene_of(double spacing_mm, bool exact) {
   return scene;
 }
 
-/// Share of places of the box where the raster's entries are not those of the surfaces.
+/// Share of the positions in the box for which the raster and the surfaces give different entries.
 double differing(double spacing_mm) {
   const Scene exact = scene_of(spacing_mm, true);
   const Scene raster = scene_of(spacing_mm, false);
@@ -79,7 +81,7 @@ double differing(double spacing_mm) {
   return 1.0 * other / kSamples;
 }
 
-TEST(LayerSurfacesTest, TheReferenceAsksTheSurfaceAndNotTheVoxel) {
+TEST(LayerSurfacesTest, TheReferenceUsesTheSurfaceNotTheVoxel) {
   const Scene scene = scene_of(2, true);
   const auto set = *PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
   const PredicateSampler sampler(set);
@@ -92,13 +94,14 @@ TEST(LayerSurfacesTest, TheReferenceAsksTheSurfaceAndNotTheVoxel) {
   }
 }
 
-TEST(LayerSurfacesTest, TheRastersErrorFallsWithTheVoxel) {
+TEST(LayerSurfacesTest, TheErrorOfTheRasterFallsWithTheVoxelSize) {
   double before = 0;
   for (const double spacing_mm : {2.0, 1.0, 0.5, 0.25}) {
     const double share = differing(spacing_mm);
     std::printf("voxels of %.2f mm: %.2f %% of samples differ\n", spacing_mm, 100 * share);
     EXPECT_GT(share, 0);
-    // Half as large voxels: half as many samples, as the layer of doubt is half as thick.
+    // With half the voxel size, half as many samples differ, because the uncertain layer is half as
+    // thick.
     if (before > 0) {
       EXPECT_NEAR(share / before, 0.5, 0.06) << spacing_mm;
     }
@@ -106,7 +109,7 @@ TEST(LayerSurfacesTest, TheRastersErrorFallsWithTheVoxel) {
   }
 }
 
-TEST(LayerSurfacesTest, PicturesOfTheRasterConvergeToTheReferences) {
+TEST(LayerSurfacesTest, ImagesOfTheRasterConvergeToTheReference) {
   const auto reference = make_reference_engine({.threads = 2});
   double before = 1;
   for (const double spacing_mm : {2.0, 1.0, 0.5}) {
@@ -115,7 +118,8 @@ TEST(LayerSurfacesTest, PicturesOfTheRasterConvergeToTheReferences) {
     for (Scene* scene : {&exact, &raster}) {
       scene->width = 48;
       scene->height = 48;
-      scene->quality.step_voxels = 0.25 / spacing_mm;  // The same samples of every grid.
+      scene->quality.step_voxels = 0.25 / spacing_mm;  // The sample positions are equal for every
+                                                       // grid.
     }
     const auto a = reference->render(exact);
     const auto b = reference->render(raster);
@@ -129,7 +133,7 @@ TEST(LayerSurfacesTest, PicturesOfTheRasterConvergeToTheReferences) {
   }
 }
 
-TEST(LayerSurfacesTest, ScribblesCountVoxelsAsTheRasterDoes) {
+TEST(LayerSurfacesTest, ScribblesCountVoxelsLikeTheRaster) {
   const Scene exact = scene_of(1, true);
   const Scene raster = scene_of(1, false);
   std::vector<std::size_t> voxels(exact.ct->grid().voxel_count());

@@ -15,7 +15,7 @@ double exact(const IntensityOpacity& extinction, double x, double step_mm) {
   return -std::expm1(-extinction.tau(x) * step_mm);
 }
 
-/// As the lanes find it.
+/// Evaluates the pieces like the vector code.
 double by_pieces(const OpacityPieces& pieces, float x) {
   EXPECT_LE(x, OpacityPieces::kWhitest);
   const float z = OpacityPieces::kMost - x;
@@ -29,7 +29,7 @@ double by_pieces(const OpacityPieces& pieces, float x) {
   return sum;
 }
 
-/// Of intensities of which the least and the greatest are told; relative: in parts of the opacity.
+/// Largest error over the intensities [\p from, \p up_to]. If \p relative, relative to the opacity.
 double greatest_error(double step_mm, float from, float up_to, bool relative) {
   const IntensityOpacity extinction(2);
   const OpacityPieces pieces = opacity_pieces(extinction, step_mm).value();
@@ -44,9 +44,9 @@ double greatest_error(double step_mm, float from, float up_to, bool relative) {
   return most;
 }
 
-TEST(OpacityPieces, MeetsTheOpacityOfEveryStep) {
-  // 254/255 is the greatest intensity of 8 bits but white itself. There the definition, which is
-  // linear between entries, has corners.
+TEST(OpacityPieces, ApproximatesTheOpacityForEveryStep) {
+  // 254/255 is the largest 8-bit intensity except for white. There the definition, which is linear
+  // between entries, has corners.
   for (const double step_mm : {0.005, 0.05, 0.3, 1.0, 3.0}) {
     EXPECT_LT(greatest_error(step_mm, 0, 0.95F, false), 2e-5) << step_mm;
     EXPECT_LT(greatest_error(step_mm, 0, 254.0F / 255, false), 5e-4) << step_mm;
@@ -62,7 +62,7 @@ TEST(OpacityPieces, WhiteIsExact) {
   }
 }
 
-TEST(OpacityPieces, BlackAndWhatIsNearlyBlackStaysSo) {
+TEST(OpacityPieces, BlackAndNearlyBlackAreAccurate) {
   const IntensityOpacity extinction(2);
   const OpacityPieces pieces = opacity_pieces(extinction, 0.05).value();
   EXPECT_NEAR(by_pieces(pieces, 0.0F), 0, 1e-8);
@@ -72,8 +72,9 @@ TEST(OpacityPieces, BlackAndWhatIsNearlyBlackStaysSo) {
   }
 }
 
-TEST(OpacityPieces, AreNotUsedWhereTheyWouldErr) {
-  // 2 mm of opacity's length and ever longer cells: either right, or left to the definition.
+TEST(OpacityPieces, IsNotUsedIfItWouldBeInaccurate) {
+  // With an opacity length of 2 mm and ever longer cells, the pieces are either accurate or not
+  // used.
   constexpr double kMostError = 2e-3;
   bool refused = false;
   for (double step_mm = 1; step_mm < 1e5; step_mm *= 1.3) {
@@ -88,7 +89,7 @@ TEST(OpacityPieces, AreNotUsedWhereTheyWouldErr) {
   EXPECT_TRUE(refused);
 }
 
-TEST(OpacityPieces, RisesWithTheIntensity) {
+TEST(OpacityPieces, GrowsWithTheIntensity) {
   constexpr double kStepMm = 0.1;
   constexpr int kCount = 4096;
   const IntensityOpacity extinction(2);

@@ -29,7 +29,7 @@ class PredicateBrickCacheTest : public ::testing::Test {
   PredicateBrickCache cache_;
 };
 
-TEST_F(PredicateBrickCacheTest, RangesStayAsLongAsTheirVoxels) {
+TEST_F(PredicateBrickCacheTest, RangesAreKeptAsLongAsTheirVoxels) {
   EXPECT_EQ(cache_.missing_channels(set_of("snr")), 2U) << "the volume and its feature";
   cache_.update(set_of("snr"), 1);
   EXPECT_EQ(cache_.missing_channels(set_of("snr")), 0U);
@@ -45,7 +45,7 @@ TEST_F(PredicateBrickCacheTest, RangesStayAsLongAsTheirVoxels) {
   EXPECT_EQ(cache_.missing_channels(set_of("snr")), 0U);
 }
 
-TEST_F(PredicateBrickCacheTest, LeavesOfAPlaceAreClassifiedAnewWhenItMoves) {
+TEST_F(PredicateBrickCacheTest, LeavesOfAMovedObjectAreTestedAgain) {
   Scene scene = test::plain_scene(ct_, test::fog(0.1), test::frontal(80, 30, false));
   scene.predicates.emplace();
   scene.predicates->scan = ParallelScan{{{0, 0, 0}}, {{0, 1, 0}}};
@@ -72,17 +72,17 @@ TEST_F(PredicateBrickCacheTest, LeavesOfAPlaceAreClassifiedAnewWhenItMoves) {
   moved("needle_distance");
   moved("target_distance");
   moved("depth");
-  // What asks for no place does not care.
+  // A predicate set that depends on no position is not tested again.
   (void)cache_.update(set_of_kind("intensity"), 1);
   scene.needle->tip_ct.mm.y() += 4;
   EXPECT_FALSE(cache_.update(set_of_kind("intensity"), 1));
-  // One that is lost has no place.
+  // A lost needle has no position.
   scene.needle->safety = {SafetyState::kLost, "lost"};
   for (int time = 0; time < 2; ++time)
     EXPECT_TRUE(cache_.update(set_of_kind("needle_distance"), 1));
 }
 
-TEST_F(PredicateBrickCacheTest, NothingIsHeldButWhatTheLastSetReads) {
+TEST_F(PredicateBrickCacheTest, HoldsOnlyWhatTheLastPredicateSetReads) {
   const std::weak_ptr<const Volume> snr = features_.volumes.at(feature::kSnr).codes();
   cache_.update(set_of("snr"), 1);
   features_.volumes.erase(feature::kSnr);
@@ -91,7 +91,7 @@ TEST_F(PredicateBrickCacheTest, NothingIsHeldButWhatTheLastSetReads) {
   EXPECT_TRUE(snr.expired());
 }
 
-TEST_F(PredicateBrickCacheTest, WhatIsPreparedIsWhatUpdatesFind) {
+TEST_F(PredicateBrickCacheTest, PreparationAndUpdateGiveEqualLeaves) {
   PredicateBrickCache prepared;
   while (prepared.prepare_channel(set_of("confidence"), 1)) {
   }

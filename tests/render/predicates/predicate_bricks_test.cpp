@@ -13,16 +13,16 @@
 namespace nav::render {
 namespace {
 
-constexpr int kEdge = 8;  // Voxels; a brick also has the first ones of its neighbours.
+constexpr int kEdge = 8;  // Voxels. A brick also has the first voxels of its neighbours.
 
-/// About whole bricks, one voxel more and less, and single voxels.
+/// Sizes of whole bricks, of one voxel more and less, and of single voxels.
 class PredicateBricks : public testing::TestWithParam<std::array<int, 3>> {
  protected:
   [[nodiscard]] Eigen::Vector3i bricks() const {
     const auto& n = GetParam();
     return {(n[0] - 1) / kEdge + 1, (n[1] - 1) / kEdge + 1, (n[2] - 1) / kEdge + 1};
   }
-  /// Calls visit(brick, its voxels).
+  /// Calls visit(brick, indices of its voxels).
   template <class Visit>
   void for_each_brick(const Visit& visit) const {
     const auto& n = GetParam();
@@ -47,11 +47,11 @@ class PredicateBricks : public testing::TestWithParam<std::array<int, 3>> {
   }
 };
 
-TEST_P(PredicateBricks, HaveTheRangeOfWhatHasAValue) {
+TEST_P(PredicateBricks, HaveTheRangeOfTheirDefinedVoxels) {
   std::mt19937 random(7);
   std::uniform_int_distribution<int> code(-32767, 32767);
   std::uniform_int_distribution<int> percent(0, 99);
-  // The first brick has nothing, about half of the others some voxels without a value.
+  // The first brick has no values. About half of the others have some voxels without a value.
   const auto codes =
       test::make_volume(test::centred_grid(GetParam(), {1, 1, 1}), [&](int i, int j, int k) -> int {
         const bool first = i <= kEdge && j <= kEdge && k <= kEdge;

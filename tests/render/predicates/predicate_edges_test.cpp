@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Values exactly at the ends of ranges, on every CPU-side engine; gl/gl_predicate_edges_test.cpp.
+// Values exactly at the ends of ranges, on every CPU engine. For OpenGL see
+// gl/gl_predicate_edges_test.cpp.
 #include "tests/render/predicates/edge_scenes.hpp"
 
 namespace nav::render {
@@ -23,11 +24,11 @@ class PredicateEdgesTest : public test::EngineTest {
 INSTANTIATE_TEST_SUITE_P(Engines, PredicateEdgesTest, ::testing::ValuesIn(test::engine_cases()),
                          [](const auto& of) { return std::string(of.param.name); });
 
-TEST_P(PredicateEdgesTest, GradientsExactlyAlongTheScanLineHaveTheirAngle) {
+TEST_P(PredicateEdgesTest, GradientsAlongTheScanLineHaveTheirExactAngle) {
   for (const auto& edge : test::angle_cases()) check(edge);
 }
 
-TEST_P(PredicateEdgesTest, ConstantsAreInRangesThatHoldThemAndInNoOther) {
+TEST_P(PredicateEdgesTest, ConstantsAreOnlyInRangesThatContainThem) {
   for (const auto& edge : test::constant_cases()) check(edge);
 }
 

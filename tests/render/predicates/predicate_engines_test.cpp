@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The CPU engine by predicates against the reference and against itself.
+// Compares the predicates of the CPU engine with the reference and with itself.
 
 #include "tests/render/predicates/predicate_scenes.hpp"
 
@@ -32,7 +32,7 @@ VoxelGrid grid_of(int i) {
 class PredicateEngineTest : public ::testing::TestWithParam<CpuLanes> {};
 INSTANTIATE_TEST_SUITE_P(Instructions, PredicateEngineTest, test::every_lanes(), test::lanes_name);
 
-TEST_P(PredicateEngineTest, SkippingIsBitIdenticalToNotSkipping) {
+TEST_P(PredicateEngineTest, SkippingGivesBitIdenticalImages) {
   std::mt19937 random(GetParam() == CpuLanes::kPortable ? 2 : 1);
   const auto engine = make_cpu_engine({1, GetParam()});
   std::uint64_t with = 0;
@@ -56,7 +56,7 @@ TEST_P(PredicateEngineTest, SkippingIsBitIdenticalToNotSkipping) {
   EXPECT_LT(with, without) << "nothing was skipped";
 }
 
-TEST_P(PredicateEngineTest, DarkIsNotBlack) {
+TEST_P(PredicateEngineTest, DarkTissueIsNotTreatedAsBlack) {
   const auto engine = make_cpu_engine({1, GetParam()});
   const auto ct = test::make_volume(test::centred_grid({40, 40, 40}, {1, 1, 1}),
                                     [](int i, int, int) { return i < 20 ? -100 : 2; });
@@ -69,13 +69,13 @@ TEST_P(PredicateEngineTest, DarkIsNotBlack) {
   const RenderedImage full = test::draw(*engine, scene);
   EXPECT_TRUE(test::same_bytes(skipped, full));
   EXPECT_LT(skipped.statistics.volume_samples, full.statistics.volume_samples);
-  // 39 mm of 2 / 255 each 2 mm.
+  // 39 mm with an opacity of 2 / 255 for each 2 mm.
   const double alpha = 1 - std::pow(1 - 2.0 / 255, 39 / scene.predicates->opacity_length_mm);
   const auto& pixels = skipped.pixels;
   EXPECT_NEAR(pixels.at(3 * pixels.width() / 4, pixels.height() / 2).r, alpha * 2 / 255, 1e-4);
 }
 
-TEST_P(PredicateEngineTest, BricksWithoutTheTargetAreLeaptOver) {
+TEST_P(PredicateEngineTest, LeapsOverBricksWithoutTheTarget) {
   const auto engine = make_cpu_engine({1, GetParam()});
   const VoxelGrid grid = test::centred_grid({64, 64, 64}, {0.5, 0.5, 0.5});
   const auto ct = test::small_ultrasound(grid, 3);
@@ -94,9 +94,10 @@ TEST_P(PredicateEngineTest, BricksWithoutTheTargetAreLeaptOver) {
   EXPECT_LT(5 * skipped.statistics.volume_samples, full.statistics.volume_samples);
 }
 
-TEST_P(PredicateEngineTest, AgreesWithTheReferenceOnEverythingAtOnce) {
+TEST_P(PredicateEngineTest, AgreesWithTheReferenceOnRandomScenes) {
   constexpr float kTwoGreyLevels = 2.0F / 255;
-  constexpr double kShare = 0.002;  // Values that lie on an end of a range but for rounding.
+  constexpr double kShare = 0.002;  // Share of values that lie at an end of a range, except for
+                                    // rounding.
   std::mt19937 random(11);
   const auto engine = make_cpu_engine({0, GetParam()});
   const auto reference = make_reference_engine();
@@ -137,14 +138,15 @@ TEST_P(PredicateEngineTest, EarlyTerminationStaysWithinItsError) {
   EXPECT_LT(with, without * 9 / 10) << "nothing was left out";
 }
 
-TEST_P(PredicateEngineTest, LayersOfNearlyTheSameImportanceStayWithinTheirError) {
+TEST_P(PredicateEngineTest, LayersOfNearlyEqualImportanceStayWithinTheirError) {
   const auto engine = make_cpu_engine({0, GetParam()});
   test::expect_layers_within_error([&](const Scene& scene) { return test::draw(*engine, scene); });
 }
 
-TEST_P(PredicateEngineTest, LooksOfManyLeavesAreFoundHoweverManyDiffer) {
+TEST_P(PredicateEngineTest, FindsTheAppearanceOfManyLeafCombinations) {
   constexpr float kTwoGreyLevels = 2.0F / 255;
-  constexpr double kShare = 0.002;  // Values that lie on an end of a range but for rounding.
+  constexpr double kShare = 0.002;  // Share of values that lie at an end of a range, except for
+                                    // rounding.
   const VoxelGrid grid = test::centred_grid({33, 30, 20}, {1, 1, 1});
   const auto ct = test::small_ultrasound(grid, 9);
   const auto engine = make_cpu_engine({1, GetParam()});
@@ -158,7 +160,7 @@ TEST_P(PredicateEngineTest, LooksOfManyLeavesAreFoundHoweverManyDiffer) {
         entries.emplace_back(j % 2 == 0 ? E::kind("intensity", {low, 1}) : steep,
                              few ? 1 : 1 + 0.3 * static_cast<double>(j));
       }
-      // Few: leaves of one entry look alike.
+      // If \p few, the leaves of one entry have one appearance.
       std::vector<std::pair<E, double>> sets = entries;
       if (few) {
         std::vector<E> all;
@@ -178,10 +180,10 @@ TEST_P(PredicateEngineTest, LooksOfManyLeavesAreFoundHoweverManyDiffer) {
   }
 }
 
-TEST_P(PredicateEngineTest, WhatIsWhiteAndNearlyWhiteIsAsOpaqueAsTheReferenceHasIt) {
+TEST_P(PredicateEngineTest, WhiteAndNearlyWhiteAreAsOpaqueAsInTheReference) {
   constexpr float kTolerance = 2e-3F;
   const VoxelGrid grid = test::centred_grid({30, 30, 30}, {1, 1, 1});
-  // From 250 to beyond 255 along x, in cells of which some are all white and some none.
+  // From 250 to above 255 along x. Some cells are completely white and some not at all.
   const auto ct = test::make_volume(grid, [](int i, int j, int) { return 250 + i / 4 - j % 2; });
   Scene scene = test::plain_scene(ct, test::fog(0.1), test::frontal(50, 30, true));
   scene.predicates.emplace();
@@ -197,7 +199,7 @@ TEST_P(PredicateEngineTest, WhatIsWhiteAndNearlyWhiteIsAsOpaqueAsTheReferenceHas
   }
 }
 
-TEST(PredicateCpuEngineTest, AllVectorsDrawTheSameBytes) {
+TEST(PredicateCpuEngineTest, AllVectorInstructionsGiveEqualBytes) {
   const auto eight = make_cpu_engine({0, CpuLanes::kAvx2});
   const auto sixteen = make_cpu_engine({0, CpuLanes::kAvx512});
   const auto gathers = make_cpu_engine({0, CpuLanes::kAvx512Gathers});
@@ -207,7 +209,7 @@ TEST(PredicateCpuEngineTest, AllVectorsDrawTheSameBytes) {
     const auto ct = test::small_ultrasound(grid_of(i), static_cast<unsigned>(i));
     Scene scene = test::random_predicate_scene(random, ct,
                                                test::random_features(ct, static_cast<unsigned>(i)));
-    // Rays end early, each for itself: what their neighbours look up must not matter.
+    // Each ray ends early by itself. The look-ups of its neighbours must not matter.
     if (i % 3 != 0) scene.predicates->opacity_length_mm = 0.05 + 0.1 * (i % 3);
     if (i % 2 != 0) scene.cutaway.reset();
     const RenderedImage image = test::draw(*sixteen, scene);
@@ -216,10 +218,11 @@ TEST(PredicateCpuEngineTest, AllVectorsDrawTheSameBytes) {
   }
 }
 
-TEST(PredicateCpuEngineTest, VoxelsAndFeaturesThatAreAskedForAreThoseOfTheReference) {
-  // More than 3 million voxels; the features are asked for with them.
+TEST(PredicateCpuEngineTest, PrefetchingDoesNotChangeTheImage) {
+  // More than 3 million voxels. The features are prefetched together with them.
   constexpr float kTwoGreyLevels = 2.0F / 255;
-  constexpr double kShare = 0.002;  // Values that lie on an end of a range but for rounding.
+  constexpr double kShare = 0.002;  // Share of values that lie at an end of a range, except for
+                                    // rounding.
   const auto ct = test::small_ultrasound(test::centred_grid({150, 145, 142}, {0.5, 0.5, 0.5}), 5);
   std::mt19937 random(7);
   Scene scene = test::random_predicate_scene(random, ct, test::random_features(ct, 5));
@@ -255,7 +258,7 @@ TEST(PredicateCpuEngineTest, VectorAndPortablePathsAgree) {
   EXPECT_LT(beyond, 0.002);
 }
 
-TEST(PredicateCpuEngineTest, PictureDoesNotDependOnThreads) {
+TEST(PredicateCpuEngineTest, ImageDoesNotDependOnTheNumberOfThreads) {
   std::mt19937 random(3);
   const auto one = make_cpu_engine({1});
   const auto two = make_cpu_engine({2});
@@ -298,7 +301,7 @@ TEST(PredicateCpuEngineTest, CachesFollowEveryEdit) {
   check("another volume");
 }
 
-TEST(PredicateCpuEngineTest, NewUltrasoundPictureNeedsNoSample) {
+TEST(PredicateCpuEngineTest, ANewUltrasoundImageTakesNoSample) {
   std::mt19937 random(8);
   const auto ct = test::small_ultrasound(grid_of(1), 1);
   const auto engine = make_cpu_engine();

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The predicate library: each kind against its own words, and its bounds against its samples.
+// Tests the predicate library: each kind against its description, and its bounds against its
+// samples.
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
@@ -46,7 +47,7 @@ TEST(PredicateKindsTest, RangesAreClosedAtBothEnds) {
   }
 }
 
-TEST(PredicateKindsTest, QuantumWidensAnEndByHalf) {
+TEST(PredicateKindsTest, TheQuantumWidensAnEndByHalf) {
   PredicateSample sample = sample_of(0.7501);
   sample.quantum[0] = 0.0002;
   EXPECT_TRUE(holds(snr_predicate(), sample, {0.25, 0.75}));
@@ -54,7 +55,7 @@ TEST(PredicateKindsTest, QuantumWidensAnEndByHalf) {
   EXPECT_FALSE(holds(snr_predicate(), sample, {0.25, 0.75}));
 }
 
-TEST(PredicateKindsTest, GradientAngleIsThatOfAtan2) {
+TEST(PredicateKindsTest, GradientAngleAgreesWithAtan2) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(0, 1);
   for (int i = 0; i < 20'000; ++i) {
@@ -63,7 +64,7 @@ TEST(PredicateKindsTest, GradientAngleIsThatOfAtan2) {
     const double low = M_PI * unit(random);
     const double high = low + (M_PI - low) * unit(random);
     const double off = std::min(std::abs(angle - low), std::abs(angle - high));
-    if (off < 1e-12) continue;  // Decided by rounding.
+    if (off < 1e-12) continue;  // Rounding decides these cases.
     const auto sample = sample_of(size * std::cos(angle), size * std::sin(angle));
     EXPECT_EQ(holds(gradient_angle_predicate(), sample, {low, high, 1e-6}),
               angle >= low && angle <= high)
@@ -71,9 +72,10 @@ TEST(PredicateKindsTest, GradientAngleIsThatOfAtan2) {
   }
 }
 
-TEST(PredicateKindsTest, GradientAngleAtItsEdges) {
+TEST(PredicateKindsTest, GradientAngleIsCorrectAtItsLimits) {
   const PredicateKind& kind = gradient_angle_predicate();
-  const double more_than_one = std::nextafter(1.0, 2.0);  // A dot product beyond 1 by an ulp.
+  const double more_than_one = std::nextafter(1.0, 2.0);  // A dot product that exceeds 1 by one
+                                                          // ulp.
   EXPECT_FALSE(holds(kind, sample_of(0, 0), {0, M_PI, 1e-6})) << "no gradient, no angle";
   EXPECT_FALSE(holds(kind, sample_of(kNaN, 0), {0, M_PI, 1e-6}));
   EXPECT_TRUE(holds(kind, sample_of(more_than_one, 0), {0, 0, 1e-6})) << "parallel";
@@ -84,7 +86,7 @@ TEST(PredicateKindsTest, GradientAngleAtItsEdges) {
   EXPECT_TRUE(holds(kind, sample_of(-1, 1e-17), {0, M_PI, 1e-6})) << "every angle";
 }
 
-TEST(PredicateKindsTest, LabelSeesBit31) {
+TEST(PredicateKindsTest, LabelsIncludeBit31) {
   PredicateSample sample = sample_of(0);
   sample.labels = 0x80000000U;
   EXPECT_TRUE(holds(label_predicate(), sample, {2147483648.0}));
@@ -92,14 +94,14 @@ TEST(PredicateKindsTest, LabelSeesBit31) {
   EXPECT_FALSE(holds(label_predicate(), sample, {2147483647.0}));
 }
 
-TEST(PredicateKindsTest, DistancesCountFromTheSurface) {
+TEST(PredicateKindsTest, DistancesAreMeasuredFromTheSurface) {
   PredicateSample sample = sample_of(0);
-  sample.position_mm = {2, 2, 8};  // 3 mm from the target's centre, 1.5 from its surface.
+  sample.position_mm = {2, 2, 8};  // 3 mm from the centre of the target, 1.5 mm from its surface.
   EXPECT_TRUE(holds(target_distance_predicate(), sample, {1.5, 1.5}));
   EXPECT_FALSE(holds(target_distance_predicate(), sample, {-1.5, 1.4}));
   sample.position_mm = {2, 2, 5};
   EXPECT_TRUE(holds(target_distance_predicate(), sample, {-1.5, -1.5}));
-  sample.position_mm = {1, 1, 0};  // 2 mm before the needle's tip.
+  sample.position_mm = {1, 1, 0};  // 2 mm before the tip of the needle.
   EXPECT_TRUE(holds(needle_distance_predicate(), sample, {1.6, 1.6 + 1e-12}));
 }
 
@@ -114,7 +116,7 @@ TEST(PredicateKindsTest, NothingIsNearALostNeedle) {
   EXPECT_EQ(kind.form(place, anywhere).kind, PredicateForm::Kind::kNever);
 }
 
-TEST(PredicateKindsTest, DepthOfParallelLinesAndOfAFan) {
+TEST(PredicateKindsTest, DepthWorksForParallelLinesAndForAFan) {
   PredicatePlace place = place_with_everything();
   place.scan = ParallelScan{{{5, 1, 5}}, {{0, 10, 0}}};
   PredicateSample sample = sample_of(kNaN);
@@ -149,7 +151,7 @@ TEST(PredicateKindsTest, ParametersHaveUnitsAndInitialValuesInTheirRanges) {
   }
 }
 
-/// A random number of the kind that a parameter takes, not at its far ends.
+/// A random valid value of a parameter, away from its far ends.
 double random_value(std::mt19937& random, const PredicateParameter& p) {
   std::uniform_real_distribution<double> unit(0, 1);
   const double low = std::max(p.low, -3.0);
@@ -233,7 +235,7 @@ TEST(PredicateKindsTest, BoundsAreNeverWrong) {
   }
 }
 
-TEST(PredicateKindsTest, BoundsNeverPromiseTruthWhereVoxelsAreUndefined) {
+TEST(PredicateKindsTest, BoundsNeverPromiseTruthForUndefinedVoxels) {
   RandomBrick brick;
   brick.bounds.value[0] = {0.5, 0.6};
   brick.bounds.undefined[0] = true;
@@ -244,7 +246,7 @@ TEST(PredicateKindsTest, BoundsNeverPromiseTruthWhereVoxelsAreUndefined) {
   EXPECT_EQ(snr_predicate().bounds(brick.bounds, place, p), Truth::kFalse);
 }
 
-/// A random tree of NOT, AND and OR over four leaves in postfix order.
+/// A random tree of NOT, AND and OR over four leaves, in postfix order.
 void random_tree(std::mt19937& random, int depth, std::vector<PredicateProgram::Token>& out) {
   using Op = PredicateProgram::Op;
   const auto kind = random() % (depth > 0 ? 5 : 2);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Pictures by predicates against closed forms, on every CPU-side engine, and what is refused.
+// Tests images by predicates against closed forms on each CPU engine, and tests what is rejected.
 #include <cmath>
 #include <limits>
 
@@ -14,7 +14,7 @@ using E = PredicateExpression;
 
 PredicateExpression everything() { return E::kind("intensity", {-1e6, 1e6}); }
 
-/// Seen along +y from afar, orthographic, by one predicate that is true everywhere.
+/// A scene from far away along +y with parallel rays and one predicate that is true everywhere.
 Scene frontal_scene(std::shared_ptr<const Volume> ct, PredicateModel model) {
   Scene scene = test::plain_scene(std::move(ct), test::fog(0.1), test::frontal(80, 10, true));
   scene.predicates.emplace();
@@ -27,7 +27,7 @@ class PredicateSceneTest : public test::EngineTest {};
 INSTANTIATE_TEST_SUITE_P(Engines, PredicateSceneTest, ::testing::ValuesIn(test::engine_cases()),
                          [](const auto& of) { return std::string(of.param.name); });
 
-TEST_P(PredicateSceneTest, OpacityOfAConstantBlockIsThatOfItsLength) {
+TEST_P(PredicateSceneTest, OpacityOfAConstantBlockFollowsItsLength) {
   constexpr float kTolerance = 2e-4F;  // 1024 entries of extinction, single precision.
   for (const Eigen::Vector3d& spacing : {Eigen::Vector3d(1, 1, 1), Eigen::Vector3d(0.2, 0.2, 1)}) {
     for (const double step : {0.25, 1.0, 3.0}) {
@@ -44,12 +44,12 @@ TEST_P(PredicateSceneTest, OpacityOfAConstantBlockIsThatOfItsLength) {
   }
 }
 
-TEST_P(PredicateSceneTest, WhereAFeatureIsUndefinedNoRangeHoldsIt) {
+TEST_P(PredicateSceneTest, NoRangeHoldsAnUndefinedFeature) {
   const VoxelGrid grid = test::centred_grid({21, 21, 21}, {1, 1, 1});
   const auto ct = test::make_volume(grid, [](int, int, int) { return 200; });
   const double infinity = std::numeric_limits<double>::infinity();
   for (const double undefined : {std::nan(""), infinity, -infinity}) {
-    // In the middle of the picture alone; the last voxel has a value.
+    // Only in the middle of the image. The last voxel has a value.
     const auto snr = test::feature(grid, feature::kSnr, [&](int i, int, int k) {
       return std::abs(i - 10) < 3 && std::abs(k - 10) < 3 ? undefined : 0.1 * i;
     });
@@ -62,7 +62,7 @@ TEST_P(PredicateSceneTest, WhereAFeatureIsUndefinedNoRangeHoldsIt) {
   }
 }
 
-TEST_P(PredicateSceneTest, WhatNoPredicateTakesIsNotThere) {
+TEST_P(PredicateSceneTest, VoxelsOfNoPredicateAreInvisible) {
   const auto ct = test::make_volume(test::centred_grid({21, 21, 21}, {1, 1, 1}),
                                     [](int, int, int) { return 200; });
   Scene scene = frontal_scene(ct, test::model_of({{E::kind("intensity", {0, 0.5}), 1}}));
@@ -94,8 +94,8 @@ TEST_P(PredicateSceneTest, ClosedEndsHoldForStoredValuesAndQuantisedFeatures) {
   EXPECT_FALSE(is_seen(E::kind("snr", {5.301, 9})));
 }
 
-TEST_P(PredicateSceneTest, TheImportantIsSeenThroughWhatHidesIt) {
-  // A bright wall in front (small y), a target of half the intensity behind it.
+TEST_P(PredicateSceneTest, AnImportantObjectShowsThroughAnObjectInFront) {
+  // A bright wall in front (small y) and a target of half the intensity behind it.
   const auto ct =
       test::make_volume(test::centred_grid({21, 41, 21}, {1, 1, 1}), [](int, int j, int) {
         return j < 12 ? 204 : j > 28 ? 102 : 0;
@@ -110,7 +110,7 @@ TEST_P(PredicateSceneTest, TheImportantIsSeenThroughWhatHidesIt) {
   EXPECT_NEAR(focused, 0.4 + std::exp(-std::pow(2 * 0.98, 2)) * 0.4, 0.02);
 }
 
-TEST_P(PredicateSceneTest, OpaqueSurfacesEndTheRayAndTheImportantInFrontStays) {
+TEST_P(PredicateSceneTest, AnOpaqueSurfaceEndsTheRay) {
   const auto ct = test::make_volume(test::centred_grid({21, 41, 21}, {1, 1, 1}),
                                     [](int, int j, int) { return j > 25 ? 255 : 0; });
   Scene scene = frontal_scene(
@@ -119,7 +119,7 @@ TEST_P(PredicateSceneTest, OpaqueSurfacesEndTheRayAndTheImportantInFrontStays) {
   EXPECT_NEAR(test::middle(test::draw(*engine_, scene)).r, 0.2, 1e-5) << "behind it, nothing";
 }
 
-TEST_P(PredicateSceneTest, ThirtyTwoPredicatesWithOneImportance) {
+TEST_P(PredicateSceneTest, DrawsThirtyTwoPredicatesWithOneImportance) {
   std::vector<std::pair<E, double>> entries;
   for (int j = 0; j < 32; ++j) {
     entries.emplace_back(E::kind("intensity", {0.01 * j, 0.01 * j + 0.3}), j == 20 ? 1 : 0);
@@ -127,7 +127,7 @@ TEST_P(PredicateSceneTest, ThirtyTwoPredicatesWithOneImportance) {
   const auto ct = test::small_ultrasound(test::centred_grid({25, 25, 25}, {1, 1, 1}), 4);
   Scene scene = frontal_scene(ct, test::model_of(std::move(entries)));
   const auto reference = make_reference_engine();
-  const RenderedImage image = test::draw(*engine_, scene);  // No NaN.
+  const RenderedImage image = test::draw(*engine_, scene);  // There is no NaN.
   float sum = 0;
   std::size_t beyond = 0;
   const RenderedImage exact = test::draw(*reference, scene);
@@ -139,7 +139,7 @@ TEST_P(PredicateSceneTest, ThirtyTwoPredicatesWithOneImportance) {
   EXPECT_LE(beyond, 8U) << "of 825 pixels; values on the end of a range but for rounding";
 }
 
-TEST_P(PredicateSceneTest, StrangeVolumesDraw) {
+TEST_P(PredicateSceneTest, DrawsUnusualVolumes) {
   const E angle = E::kind("gradient_angle", {0, M_PI, 1e-3});
   const auto model = test::model_of({{angle, 1}, {E::kind("snr", {0, 1}), 2}});
   for (const auto& size : {std::array<int, 3>{21, 21, 21}, {21, 1, 21}, {1, 21, 21}, {1, 1, 1}}) {
@@ -157,7 +157,7 @@ TEST_P(PredicateSceneTest, StrangeVolumesDraw) {
       scene.predicates->model = test::model_of({{everything(), 1}});
       const float all = test::middle(test::draw(*engine_, scene)).r;
       EXPECT_EQ(all > 0, value > 0);
-      // What a constant volume gives: no gradient, no tube, and the SNR of rounding.
+      // The features of a constant volume: no gradient, no tube, and the SNR of rounding.
       for (const char* name : {feature::kGradientMagnitude, feature::kVesselness, feature::kSnr}) {
         const double constant = std::string(name) == feature::kSnr ? value * std::sqrt(12.0) : 0;
         const auto volume = test::feature(grid, name, [&](int, int, int) { return constant; });
@@ -173,8 +173,8 @@ TEST_P(PredicateSceneTest, StrangeVolumesDraw) {
   }
 }
 
-TEST_P(PredicateSceneTest, AngleSeesLayersAcrossTheScanLine) {
-  // Brighter with y only: gradients along +y.
+TEST_P(PredicateSceneTest, AngleShowsLayersAcrossTheScanLine) {
+  // Only y makes it brighter, so the gradients point along +y.
   const auto ct = test::make_volume(test::centred_grid({21, 21, 21}, {1, 1, 1}),
                                     [](int, int j, int) { return 10 * j + 20; });
   const auto seen = [&](const Eigen::Vector3d& into) {
@@ -216,7 +216,7 @@ TEST_P(PredicateSceneTest, ProjectionsIgnorePredicates) {
   EXPECT_EQ(test::max_difference(with, test::draw(*engine_, scene)), 0);
 }
 
-// ---- Refusals ----------------------------------------------------------------------------------
+// ---- Errors ------------------------------------------------------------------------------------
 
 class PredicateRefusalTest : public ::testing::Test {
  protected:
@@ -233,12 +233,12 @@ class PredicateRefusalTest : public ::testing::Test {
                                test::model_of({{everything(), 1}}));
 };
 
-TEST_F(PredicateRefusalTest, UnknownPredicate) {
+TEST_F(PredicateRefusalTest, RejectsAnUnknownPredicate) {
   use({{E::kind("elasticity"), 1}});
   EXPECT_TRUE(refused({"entry 0", "elasticity", "vesselness"}, ErrorCode::kNotFound));
 }
 
-TEST_F(PredicateRefusalTest, RangesThatAreInvertedOrOutOfBounds) {
+TEST_F(PredicateRefusalTest, RejectsRangesThatAreInvertedOrOutOfBounds) {
   use({{E::kind("intensity", {0.7, 0.2}), 1}});
   EXPECT_TRUE(refused({"entry 0", "intensity", "low <= high", "0.7 and 0.2"}));
   use({{E::kind("vesselness", {0, 1.5}), 1}});
@@ -251,7 +251,7 @@ TEST_F(PredicateRefusalTest, RangesThatAreInvertedOrOutOfBounds) {
   EXPECT_TRUE(refused({"label", "whole number", "1.5"}));
 }
 
-TEST_F(PredicateRefusalTest, MissingFeaturesAndOtherGrids) {
+TEST_F(PredicateRefusalTest, RejectsMissingFeaturesAndOtherGrids) {
   use({{E::kind("snr"), 1}});
   EXPECT_TRUE(refused({"entry 0: snr", "feature volume snr", "none"}));
   const VoxelGrid other = test::centred_grid({5, 6, 8}, {1, 1, 1});
@@ -265,7 +265,7 @@ TEST_F(PredicateRefusalTest, MissingFeaturesAndOtherGrids) {
   EXPECT_TRUE(refused({"layers", "5 x 6 x 7", "5 x 6 x 8"}));
 }
 
-TEST_F(PredicateRefusalTest, MissingScanNeedleAndTarget) {
+TEST_F(PredicateRefusalTest, RejectsAMissingScanNeedleOrTarget) {
   use({{E::kind("gradient_angle"), 1}});
   EXPECT_TRUE(refused({"gradient_angle", "scan-line directions", "none"}));
   use({{E::kind("needle_distance"), 1}});
@@ -289,7 +289,7 @@ TEST_F(PredicateRefusalTest, MissingScanNeedleAndTarget) {
   EXPECT_TRUE(refused({"scan.into_ct", "210 voxels", "found 0"}));
 }
 
-TEST_F(PredicateRefusalTest, ANeedleThatIsStaleOrLostHasNoDistances) {
+TEST_F(PredicateRefusalTest, AStaleOrLostNeedleHasNoDistances) {
   use({{E::kind("needle_distance"), 1}});
   scene_.needle = NeedleShape{{{0, 0, 0}}, {{0, 0, -9}}, 0.8, {1, 1, 1}, {}};
   for (const SafetyState state :
@@ -308,7 +308,7 @@ TEST_F(PredicateRefusalTest, ANeedleThatIsStaleOrLostHasNoDistances) {
   EXPECT_FALSE(place_of(scene_).needle->a.allFinite());
 }
 
-TEST_F(PredicateRefusalTest, CyclesAndUnknownEntries) {
+TEST_F(PredicateRefusalTest, RejectsCyclesAndUnknownEntries) {
   use({{E::entry("entry 1"), 1}, {E::negation(E::entry("entry 0")), 1}});
   EXPECT_TRUE(refused({"cycle", "\"entry 0\" -> \"entry 1\" -> \"entry 0\""}));
   use({{E::entry("entry 0"), 1}});
@@ -317,7 +317,7 @@ TEST_F(PredicateRefusalTest, CyclesAndUnknownEntries) {
   EXPECT_TRUE(refused({"entry 0", "\"nothing\""}));
 }
 
-TEST_F(PredicateRefusalTest, CombinationsWithoutOperandsOrTooDeep) {
+TEST_F(PredicateRefusalTest, RejectsCombinationsThatAreEmptyOrTooDeep) {
   use({{E::all({}), 1}});
   EXPECT_TRUE(refused({"AND or OR", "found 0"}));
   E deep = everything();
@@ -326,7 +326,7 @@ TEST_F(PredicateRefusalTest, CombinationsWithoutOperandsOrTooDeep) {
   EXPECT_TRUE(refused({"at most 16 deep"}));
 }
 
-TEST_F(PredicateRefusalTest, TooManyPredicates) {
+TEST_F(PredicateRefusalTest, RejectsTooManyPredicates) {
   scene_.predicates->model = {};
   EXPECT_TRUE(refused({"1 to 32", "found 0"}));
   std::vector<std::pair<E, double>> entries(32, {everything(), 1});
@@ -339,7 +339,7 @@ TEST_F(PredicateRefusalTest, TooManyPredicates) {
   EXPECT_TRUE(refused({"1 to 32", "found 33"}));
 }
 
-TEST_F(PredicateRefusalTest, NumbersOfTheScene) {
+TEST_F(PredicateRefusalTest, RejectsInvalidNumbersOfTheScene) {
   scene_.predicates->intensity = {100, 100};
   EXPECT_TRUE(refused({"predicates.intensity.white", "above black"}));
   scene_.predicates->intensity = {};
@@ -350,7 +350,7 @@ TEST_F(PredicateRefusalTest, NumbersOfTheScene) {
   EXPECT_TRUE(refused({"termination_error"}));
 }
 
-TEST_F(PredicateRefusalTest, PresetsAreSoundAndOthersAreListed) {
+TEST_F(PredicateRefusalTest, PresetsAreValidAndAnUnknownNameListsThem) {
   for (const std::string& name : predicate_preset_names()) {
     const auto model = preset_predicates(name);
     ASSERT_TRUE(test::has_value(model)) << name;
@@ -360,7 +360,7 @@ TEST_F(PredicateRefusalTest, PresetsAreSoundAndOthersAreListed) {
                             {"carotid-context", "\"kidney\""}));
 }
 
-TEST(PredicateSetTest, CountsVoxelsForScribbles) {
+TEST(PredicateSetTest, CountsTheVoxelsOfScribbles) {
   const VoxelGrid grid = test::centred_grid({4, 1, 1}, {1, 1, 1});
   const auto ct = test::make_volume(grid, [](int i, int, int) { return 51 * (i + 1); });
   Scene scene = frontal_scene(ct, test::model_of({{E::kind("intensity", {0, 0.5}), 1},

@@ -13,7 +13,7 @@
 #include "render/predicates/predicate_sampler.hpp"
 #include "tests/render/scene_support.hpp"
 
-/// Scenes that are drawn by predicates.
+/// Scenes that engines draw by predicates.
 namespace nav::test {
 
 inline render::PredicateModel model_of(
@@ -29,7 +29,7 @@ inline render::PredicateModel model_of(
   return model;
 }
 
-/// A feature as a function of the voxel.
+/// Makes a feature from a function of the voxel.
 inline render::FeatureVolume feature(const VoxelGrid& grid, const std::string& name,
                                      const std::function<double(int, int, int)>& value) {
   std::vector<float> values;
@@ -41,7 +41,7 @@ inline render::FeatureVolume feature(const VoxelGrid& grid, const std::string& n
   return *render::FeatureVolume::create(grid, values, name);
 }
 
-/// What its predicates read and it does not have.
+/// Adds the features that the predicates read and that the scene does not have.
 inline Result<void> add_features(const std::shared_ptr<const Volume>& ct, double smoothing_mm,
                                  render::PredicateScene& predicates) {
   render::DerivedFeatureOptions options;
@@ -50,7 +50,7 @@ inline Result<void> add_features(const std::shared_ptr<const Volume>& ct, double
   return render::add_derived_features(ct, options, service, predicates);
 }
 
-/// Speckle, a bright layer, a dark tube with a wall: ultrasound in small, 0 to 255.
+/// A small model of ultrasound, 0 to 255: speckle, a bright layer, and a dark tube with a wall.
 inline std::shared_ptr<const Volume> small_ultrasound(const VoxelGrid& grid, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -67,7 +67,7 @@ inline std::shared_ptr<const Volume> small_ultrasound(const VoxelGrid& grid, uns
   });
 }
 
-/// Features of every name, some voxels undefined, and labels.
+/// Features of all names, some with undefined voxels, and labels.
 inline render::Features random_features(const std::shared_ptr<const Volume>& ct, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -134,7 +134,7 @@ inline render::PredicateExpression random_expression(std::mt19937& random, int d
   return kind == 3 ? E::all({a, b}) : E::any({a, b});
 }
 
-/// Models of every way of compositing: equal importances, few predicates, many.
+/// Models for each method to composite: equal importances, few predicates, many predicates.
 inline render::PredicateModel random_model(std::mt19937& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   const bool equal = random() % 5 == 0;
@@ -149,7 +149,7 @@ inline render::PredicateModel random_model(std::mt19937& random) {
   return model_of(std::move(entries));
 }
 
-/// A scene with everything that predicates may ask for, seen from anywhere.
+/// A scene with all data that predicates can read, from a random direction.
 inline render::Scene random_predicate_scene(std::mt19937& random,
                                             const std::shared_ptr<const Volume>& ct,
                                             const render::Features& features) {
@@ -186,10 +186,10 @@ inline render::Scene random_predicate_scene(std::mt19937& random,
   return scene;
 }
 
-/// What tries early ends: layers along the view, of labels of nearly the same importance, each
-/// square of rays through others. The first one leaves hardly more light than an error lets go, and
-/// dark and bright ones follow. Layers and squares are two bricks wide, so that bricks know what
-/// they hold.
+/// A scene that tests early ends. It has layers along the view. Their labels have nearly the same
+/// importance. Each square of rays goes through other labels. The light behind the first layer is
+/// hardly more than the permitted error. Dark and bright layers follow. Layers and squares are two
+/// bricks wide, so that each brick knows its labels.
 inline render::Scene layered_scene(unsigned seed, double error) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -235,8 +235,8 @@ inline render::Scene layered_scene(unsigned seed, double error) {
   return scene;
 }
 
-/// Draws layered scenes with early ends and without. 106 and 733 come nearest to their error among
-/// 800. draw: from a scene to its RenderedImage.
+/// Draws layered scenes with and without early ends. Seeds 106 and 733 come nearest to their error
+/// of 800 seeds. draw: a function from a scene to its RenderedImage.
 template <class Draw>
 void expect_layers_within_error(const Draw& draw) {
   std::uint64_t with = 0;

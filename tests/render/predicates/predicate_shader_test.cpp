@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The GLSL that building blocks are put together to.
+// Tests the GLSL that the program assembles from its building blocks.
 #include <cstdlib>
 #include <fstream>
 
@@ -17,7 +17,8 @@ PredicateSet set_of(const Scene& scene) {
   return *PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
 }
 
-/// Spread over two textures, the last channel in the second.
+/// Puts the channels into two textures: the last channel into the second one, the others into the
+/// first.
 std::vector<PredicateTexel> texels_of(const PredicateSet& set) {
   const int count = static_cast<int>(set.channels().size());
   std::vector<PredicateTexel> texels;
@@ -37,7 +38,7 @@ Scene some_scene(unsigned seed) {
   return test::random_predicate_scene(random, ct, test::random_features(ct, seed));
 }
 
-TEST(PredicateShaderTest, IsValidGlslForEveryKindAndCombination) {
+TEST(PredicateShaderTest, IsValidGlslForEachKindAndCombination) {
   if (std::system("command -v glslangValidator > /dev/null") != 0) {
     GTEST_SKIP() << "glslangValidator not found (Debian: glslang-tools)";
   }
@@ -62,7 +63,7 @@ TEST(PredicateShaderTest, IsValidGlslForEveryKindAndCombination) {
   EXPECT_EQ(result, 0) << std::string(std::istreambuf_iterator<char>(said), {});
 }
 
-TEST(PredicateShaderTest, ChangesWithTheSetAndWithNothingElse) {
+TEST(PredicateShaderTest, ChangesWithTheSetOnly) {
   Scene scene = some_scene(3);
   scene.predicates->model =
       test::model_of({{E::kind("snr", {0.1, 0.5}), 1}, {E::negation(E::kind("label", {1})), 2}});
@@ -82,7 +83,7 @@ TEST(PredicateShaderTest, ChangesWithTheSetAndWithNothingElse) {
   EXPECT_NE(text_of(scene), before) << "another predicate";
 }
 
-/// Entries of a range each, beyond the leaves that a table holds.
+/// Adds entries of one range each, to exceed the number of leaves that a table holds.
 void add_ranges(int count, PredicateModel& model) {
   std::vector<PredicateHistogram::Bar> bars = model.histogram.bars();
   for (int i = 0; i < count; ++i) {
@@ -92,7 +93,7 @@ void add_ranges(int count, PredicateModel& model) {
   model.histogram = *PredicateHistogram::create(std::move(bars));
 }
 
-TEST(PredicateShaderTest, ReadsAsTheCombinationSays) {
+TEST(PredicateShaderTest, ContainsTheCombinationAsAnExpression) {
   Scene scene = some_scene(3);
   scene.predicates->model = test::model_of(
       {{E::any({E::kind("snr"), E::all({E::kind("label"), E::negation(E::entry("entry 1"))})}), 1},

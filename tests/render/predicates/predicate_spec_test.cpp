@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Classification and compositing of predicates against their published definitions.
+// Tests classification and compositing of predicates against their published definitions.
 #include <cmath>
 #include <complex>
 #include <gtest/gtest.h>
@@ -20,7 +20,8 @@ struct Sample {
 };
 using Samples = std::vector<Sample>;
 
-/// Eqs. 10 to 12 as De Moura Pinto and Freitas wrote them, with premultiplied colours: the oracle.
+/// Eqs. 10 to 12 as De Moura Pinto and Freitas printed them, with premultiplied colours. The test
+/// compares with this.
 struct Published {
   Rgb<double> rgb = Rgb<double>::Zero();
   double alpha = 0;
@@ -45,7 +46,7 @@ class RayMaker {
   double unit() { return unit_(random_); }
   std::size_t below(std::size_t n) { return static_cast<std::size_t>(random_()) % n; }
 
-  /// Of a few importances, opaque ones and faint ones.
+  /// A ray with a few importances, opaque samples and faint samples.
   Samples ray(std::size_t most, double most_importance) {
     Samples out(1 + below(most));
     const double faint = std::pow(10, -4 * unit());
@@ -92,7 +93,7 @@ double off(const ImportanceState<S>& a, const ImportanceState<double>& b) {
 
 Rgb<double> premultiplied(const ImportanceState<double>& s) { return s.alpha * s.rgb; }
 
-/// Impacts of importances, in the order given.
+/// Impacts of importances, in the given order.
 std::vector<PredicateWeight> weights_of(const std::vector<double>& kappas) {
   std::vector<PredicateWeight> out;
   for (std::size_t j = 0; j < kappas.size(); ++j) {
@@ -116,10 +117,11 @@ TEST(PredicateCompositingTest, StableFormsEqualThePublishedRecurrence) {
   }
 }
 
-TEST(PredicateCompositingTest, EqualImportancesAreOverWhateverTheirSize) {
+TEST(PredicateCompositingTest, EqualImportancesOfAnySizeGiveTheOverOperator) {
   constexpr double kDouble = 1e-12;
   constexpr double kSingle = 1e-5;
-  // I itself has the digits of its size; engines composite equal importances by plain over.
+  // I has as many correct digits as its size permits. Engines composite equal importances with
+  // "over".
   constexpr double kDigitsOfI = 4e-7;
   RayMaker make(2);
   for (const double kappa : {1e-30, 1e-6, 0.5, 1.0, 9.0, 64.0, 1024.0}) {
@@ -179,7 +181,7 @@ TEST(PredicateCompositingTest, LogAndWeightFormsAgreeForManyPredicatesWithoutOve
   EXPECT_FALSE(weights_suffice(0, 9.0 * 9));
 }
 
-TEST(PredicateCompositingTest, OpacitiesAtTheirEnds) {
+TEST(PredicateCompositingTest, OpacitiesOfZeroAndOneGiveFiniteColours) {
   for (const float alpha : {0.0F, 1e-38F, 1e-7F, 1 - 0x1p-24F, 1.0F}) {
     ImportanceState<float> log;
     ImportanceState<float> weight;
@@ -211,7 +213,7 @@ TEST(PredicateCompositingTest, SinglePrecisionDoesNotDriftAlongLongRays) {
   }
 }
 
-/// Black and opaque in front, white and more important by a little behind: the worst for stopping.
+/// The worst ray to stop: black and opaque in front, white and a little more important behind.
 Samples adversarial(RayMaker& make, double more) {
   Samples ray(5, {Rgb<double>::Zero(), 0.9, 2});
   const std::size_t behind = 1 + make.below(400);
@@ -220,7 +222,7 @@ Samples adversarial(RayMaker& make, double more) {
   return ray;
 }
 
-/// Greatest importance of the samples from i on.
+/// The greatest importance of the samples from i to the end.
 std::vector<double> suffix_maxima(const Samples& ray) {
   std::vector<double> out(ray.size() + 1, 0);
   for (std::size_t i = ray.size(); i-- > 0;) out[i] = std::max(out[i + 1], ray[i].importance);
@@ -264,7 +266,7 @@ TEST(EarlyTerminationTest, BoundHoldsOnAHundredThousandRays) {
   EXPECT_GT(naive_worst, 0.5) << "stopping by opacity alone is wrong, and this must show it";
 }
 
-/// The two rules of EarlyEnds on one ray, with the exact suffix maxima.
+/// The two rules of EarlyEnds on one ray, with the exact maxima of the rest of the ray.
 ImportanceState<double> terminated(const Samples& ray, double error) {
   const auto budget = early_ends<double>(error, false);
   const auto maxima = suffix_maxima(ray);
@@ -290,7 +292,7 @@ TEST(EarlyTerminationTest, BothRulesTogetherStayWithinTheirError) {
   double worst = 0;
   for (int i = 0; i < 50'000; ++i) {
     Samples ray = i % 3 == 0 ? adversarial(make, make.unit()) : make.ray(80, 4);
-    // Often opaque, and then again something that matters more, and something that does not.
+    // Samples are often opaque. Some later samples matter more and some do not.
     for (std::size_t s = 0; s + 1 < ray.size() && i % 2 == 0; s += 2) ray[s].alpha = make.unit();
     const auto full = logs<double>(ray);
     const auto fast = terminated(ray, kError);
@@ -305,7 +307,7 @@ TEST(EarlyTerminationTest, BothRulesTogetherStayWithinTheirError) {
 }
 
 TEST(EarlyTerminationTest, BoundHoldsBehindAHundredThousandFaintSamples) {
-  constexpr double kRounding = 1e-9;  // Of 10^5 steps.
+  constexpr double kRounding = 1e-9;  // The error of 10^5 steps.
   for (const double more : {0.0, 1e-6, 1e-3, 0.1, 1.0, 5.0}) {
     Samples ray(5, {Rgb<double>::Zero(), 0.9, 2});
     ray.insert(ray.end(), 100'000, {Rgb<double>::Ones(), 1e-5, 2 + more});
@@ -331,9 +333,9 @@ TEST(EarlyTerminationTest, BoundHoldsBehindAHundredThousandFaintSamples) {
   }
 }
 
-/// Opaque at once, then pairs of a white sample a little more important than all before and a black
-/// one that is so by a little more: whoever leaves out the white ones and takes the black ones
-/// adds up errors.
+/// An opaque start, then pairs of samples. A white sample is a little more important than all
+/// samples before, and a black sample is a little more important than the white one. A program that
+/// leaves out the white samples and takes the black ones adds up errors.
 Samples staircase(RayMaker& make, double rise) {
   Samples ray(8, {Rgb<double>::Zero(), 0.9, 1});
   double importance = 1;
@@ -346,14 +348,14 @@ Samples staircase(RayMaker& make, double rise) {
   return ray;
 }
 
-TEST(EarlyTerminationTest, ARayThatLeftSomethingOutDoesNotEndByTheTheoremToo) {
+TEST(EarlyTerminationTest, ARayThatLeftSamplesOutDoesNotAlsoEndByTheTheorem) {
   constexpr double kError = 1.0 / 255;
   const Rgb<double> black = Rgb<double>::Zero();
   const Rgb<double> white = Rgb<double>::Ones();
   Samples ray{{black, 1, 1}};
-  ray.push_back({white, 1, 1 + 0.3 * kError});  // Left out and paid for.
-  ray.push_back({black, 1, 1 + 2 * kError});    // Too much for either rule.
-  ray.push_back({white, 1, 1 + 2.9 * kError});  // The theorem alone would allow to end here.
+  ray.push_back({white, 1, 1 + 0.3 * kError});  // The ray leaves this out and counts its error.
+  ray.push_back({black, 1, 1 + 2 * kError});    // Too much for each of the rules.
+  ray.push_back({white, 1, 1 + 2.9 * kError});  // The theorem alone would permit an end here.
   const auto full = logs<double>(ray);
   const auto fast = terminated(ray, kError);
   EXPECT_GT(full.rgb.x(), 1.1 * kError) << "what both rules together would lose";
@@ -361,7 +363,7 @@ TEST(EarlyTerminationTest, ARayThatLeftSomethingOutDoesNotEndByTheTheoremToo) {
   EXPECT_LE((premultiplied(full) - premultiplied(fast)).cwiseAbs().maxCoeff(), kError);
 }
 
-TEST(EarlyTerminationTest, LeavingOutALittleMoreImportantSamplesStaysPaidFor) {
+TEST(EarlyTerminationTest, LeavingOutSlightlyMoreImportantSamplesStaysWithinTheError) {
   constexpr double kError = 1.0 / 255;
   RayMaker make(8);
   double worst = 0;
@@ -371,7 +373,8 @@ TEST(EarlyTerminationTest, LeavingOutALittleMoreImportantSamplesStaysPaidFor) {
     const auto full = logs<double>(ray);
     const auto fast = terminated(ray, kError);
     worst = std::max(worst, (premultiplied(full) - premultiplied(fast)).cwiseAbs().maxCoeff());
-    // Leaving out whatever is at most error / 8 more important, without an account.
+    // Leaves out each sample that is at most error / 8 more important, without a count of the
+    // errors.
     ImportanceState<double> state;
     for (const auto& sample : ray) {
       if (state.alpha > 1 - kError / 16 && sample.importance <= state.importance + kError / 8) {
@@ -385,7 +388,7 @@ TEST(EarlyTerminationTest, LeavingOutALittleMoreImportantSamplesStaysPaidFor) {
   EXPECT_GT(naive, 10 * kError) << "without an account the errors add up, and this must show it";
 }
 
-/// Eqs. 6 to 8 in extended precision against classify().
+/// Compares classify() with eqs. 6 to 8 in extended precision.
 void expect_formula(std::uint32_t mask, const std::vector<PredicateWeight>& weights) {
   constexpr long double kRad = 0.017453292519943295769L;
   long double sum = 0;
@@ -411,7 +414,7 @@ void expect_formula(std::uint32_t mask, const std::vector<PredicateWeight>& weig
   if (!(saturation > 0)) return;
   const auto hue = static_cast<double>(linear / saturation);
   ASSERT_NEAR(classify(mask, weights, HueMean::kLinear).hue_deg, hue, 360 * kDigits) << mask;
-  // Pointers that all but cancel have no direction to speak of.
+  // Pointers that nearly cancel have no usable direction.
   if (std::abs(pointer) < 1e-6L * saturation) return;
   const long double turned = static_cast<long double>(c.hue_deg) - std::arg(pointer) / kRad;
   ASSERT_LT(std::abs(std::remainder(static_cast<double>(turned), 360.0)), 1e-7) << mask;
@@ -453,7 +456,7 @@ TEST(PredicateClassTest, EqualImportancesGiveExactlyOne) {
   }
 }
 
-TEST(PredicateClassTest, OneImportanceOfOneAndTheRestZero) {
+TEST(PredicateClassTest, OneImportanceOfOneAndTheRestZeroGiveTheSquareOfTheCount) {
   std::vector<double> kappas(32, 0);
   kappas[5] = 1;
   const auto weights = weights_of(kappas);
@@ -476,7 +479,7 @@ TEST(PredicateClassTest, HuesAreAveragedOnTheCircle) {
   EXPECT_NEAR(hue({{1, 0, 1}, {3, 90, 1}}), 71.565, 0.001);
 }
 
-TEST(PredicateClassTest, HuesThatCancelOrWeighNothingAreDecided) {
+TEST(PredicateClassTest, HuesThatCancelOrHaveNoWeightAreDefined) {
   EXPECT_EQ(hue({{1, 30, 0.5}, {1, 210, 0.5}}), 30) << "the first of equals";
   EXPECT_EQ(hue({{1, 30, 0.5}, {1, 150, 0.5}, {1, 270, 0.5}}), 30);
   EXPECT_EQ(hue({{1, 77, 0}, {2, 120, 0}}), 0) << "no saturation, no hue";
@@ -486,7 +489,7 @@ TEST(PredicateClassTest, HuesThatCancelOrWeighNothingAreDecided) {
       0);
 }
 
-TEST(PredicateClassTest, ColoursAreThoseOfHsl) {
+TEST(PredicateClassTest, ColoursFollowHsl) {
   const auto at = [](double hue, double s, double l) { return hsl(hsl_tint(hue, s), l); };
   EXPECT_TRUE(at(0, 1, 0.5).isApprox(Rgb<double>(1, 0, 0)));
   EXPECT_TRUE(at(120, 1, 0.5).isApprox(Rgb<double>(0, 1, 0)));

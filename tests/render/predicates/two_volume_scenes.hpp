@@ -4,10 +4,10 @@
 
 #include "tests/render/predicates/predicate_scenes.hpp"
 
-/// Scenes with a CT and an ultrasound volume in it.
+/// Scenes with a CT and an ultrasound volume.
 namespace nav::test {
 
-/// Every sample shows, all alike: grey without hue.
+/// Ultrasound with all samples visible and equal: grey without hue.
 inline render::UltrasoundVolume grey_ultrasound(const VoxelGrid& grid, double value,
                                                 double opacity_length_mm) {
   render::UltrasoundVolume out;
@@ -18,7 +18,7 @@ inline render::UltrasoundVolume grey_ultrasound(const VoxelGrid& grid, double va
   return out;
 }
 
-/// Fog all over a box of 30 mm, and ultrasound in the box that is asked for.
+/// Fog in a box of 30 mm, with ultrasound in the given grid.
 inline render::Scene fog_scene(const VoxelGrid& where, double tau_per_mm) {
   const VoxelGrid grid = centred_grid({31, 31, 31}, {1, 1, 1});
   const auto ct = make_volume(grid, [](int, int, int) { return 0; });
@@ -27,11 +27,11 @@ inline render::Scene fog_scene(const VoxelGrid& where, double tau_per_mm) {
   return scene;
 }
 
-inline constexpr double kGrey = 0.4;  // Of the value 102.
+inline constexpr double kGrey = 0.4;  // Grey of the value 102.
 
 inline double grey_tau() { return -std::log(1 - kGrey) / 2; }
 
-/// Any scene by predicates, as the second volume of one with a CT.
+/// A random scene by predicates as the second volume of a scene with a CT.
 inline render::Scene random_two(std::mt19937& random, int i) {
   std::uniform_real_distribution<double> unit(0, 1);
   const VoxelGrid grid = centred_grid(
@@ -53,7 +53,7 @@ inline render::Scene random_two(std::mt19937& random, int i) {
   return scene;
 }
 
-/// The same with the CT elsewhere.
+/// Returns a copy of the scene with the CT at another position.
 inline render::Scene moved_ct(render::Scene scene, const Eigen::Vector3d& by_mm) {
   VoxelGrid grid = scene.ct->grid();
   grid.origin_mm += by_mm;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// A CT with a 3D ultrasound volume in it: ray_spec.hpp, "Two volumes".
+// Tests a CT with a 3D ultrasound volume in it. See "Two volumes" in ray_spec.hpp.
 #include "render/two_volumes.hpp"
 
 #include "render/scene_compare.hpp"
@@ -9,7 +9,7 @@
 namespace nav::render {
 namespace {
 
-/// A CT that is a bright slab, everything else is air: y from -6 to -4 mm.
+/// A CT with a bright slab, y from -6 to -4 mm. The rest is air.
 std::shared_ptr<const Volume> slab_in_front() {
   return test::make_volume(test::centred_grid({31, 31, 31}, {1, 1, 1}),
                            [](int, int j, int) { return j >= 9 && j <= 11 ? 1000 : -1000; });
@@ -19,7 +19,7 @@ class TwoVolumesTest : public test::EngineTest {};
 INSTANTIATE_TEST_SUITE_P(Engines, TwoVolumesTest, ::testing::ValuesIn(test::engine_cases()),
                          [](const auto& engine) { return std::string(engine.param.name); });
 
-TEST_P(TwoVolumesTest, TwoMediaInOnePlaceMixWithSecondOrder) {
+TEST_P(TwoVolumesTest, TwoMediaAtOnePositionMixWithSecondOrder) {
   Scene scene = test::fog_scene(test::centred_grid({31, 31, 31}, {1, 1, 1}), 0.08);
   const double tau = 0.08 + test::grey_tau();
   const double alpha = -std::expm1(-tau * 30);
@@ -29,13 +29,13 @@ TEST_P(TwoVolumesTest, TwoMediaInOnePlaceMixWithSecondOrder) {
     scene.quality.step_voxels = step;
     const RgbaF pixel = test::middle(test::draw(*engine_, scene));
     const double error = std::max(std::abs(pixel.r - red), std::abs(pixel.b - blue));
-    // What two media in one slab do to each other by their order; pairs of slabs cancel.
+    // The order of two media in one slab has this error. Pairs of slabs cancel it.
     EXPECT_LT(error, 0.5 * 0.08 * test::grey_tau() * step * step + 2e-5) << step;
   }
 }
 
-TEST_P(TwoVolumesTest, WhatLiesOutsideOfTheOtherIsInOrderExactly) {
-  // Ultrasound of 4 mm thickness, first in front of the CT's box, then behind it.
+TEST_P(TwoVolumesTest, AVolumeOutsideTheOtherIsCompositedInExactOrder) {
+  // Ultrasound of 4 mm thickness, first in front of the box of the CT, then behind it.
   for (const double y : {-25.0, 25.0}) {
     VoxelGrid thin = test::centred_grid({31, 9, 31}, {1, 0.5, 1});
     thin.origin_mm.y() += y;
@@ -59,14 +59,14 @@ TEST_P(TwoVolumesTest, ImportanceDecidesWhetherUltrasoundShinesThroughTheCt) {
   EXPECT_NEAR(hidden.r, 1, 1e-3);
   EXPECT_NEAR(hidden.b, 0, 1e-3);
   scene.ultrasound->ct_importance = 0;
-  // One predicate has impact 1: the bone keeps exp(-1) of its weight.
+  // One predicate has impact 1, so the bone keeps exp(-1) of its weight.
   const double kept = std::exp(-1.0);
   const RgbaF shown = test::middle(test::draw(*engine_, scene));
   EXPECT_NEAR(shown.b, (1 - kept) * test::kGrey, 2e-3);
   EXPECT_NEAR(shown.r, kept + (1 - kept) * test::kGrey, 2e-3);
 }
 
-TEST_P(TwoVolumesTest, WithoutVisibleUltrasoundTheCtIsAsAlone) {
+TEST_P(TwoVolumesTest, InvisibleUltrasoundDoesNotChangeTheCt) {
   Scene scene = test::fog_scene(test::centred_grid({21, 21, 21}, {0.7, 0.9, 0.8}), 0.1);
   scene.ultrasound->volume =
       test::make_volume(scene.ultrasound->volume->grid(), [](int, int, int) { return 0; });
@@ -77,7 +77,7 @@ TEST_P(TwoVolumesTest, WithoutVisibleUltrasoundTheCtIsAsAlone) {
   EXPECT_LT(test::max_difference(both, test::draw(*engine_, scene)), 2e-5F);
 }
 
-TEST_P(TwoVolumesTest, ProjectionsLeaveTheUltrasoundOut) {
+TEST_P(TwoVolumesTest, ProjectionsIgnoreTheUltrasound) {
   Scene scene = test::fog_scene(test::centred_grid({21, 21, 21}, {1, 1, 1}), 0.1);
   scene.projection = Projection::kMean;
   const RenderedImage both = test::draw(*engine_, scene);
@@ -88,7 +88,7 @@ TEST_P(TwoVolumesTest, ProjectionsLeaveTheUltrasoundOut) {
 class TwoVolumesCpuTest : public ::testing::TestWithParam<CpuLanes> {};
 INSTANTIATE_TEST_SUITE_P(Instructions, TwoVolumesCpuTest, test::every_lanes(), test::lanes_name);
 
-TEST_P(TwoVolumesCpuTest, AgreesWithTheReferenceOnEverythingAtOnce) {
+TEST_P(TwoVolumesCpuTest, AgreesWithTheReferenceOnRandomScenes) {
   constexpr float kTwoGreyLevels = 2.0F / 255;
   std::mt19937 random(21);
   const auto engine = make_cpu_engine({0, GetParam()});
@@ -108,7 +108,7 @@ TEST_P(TwoVolumesCpuTest, AgreesWithTheReferenceOnEverythingAtOnce) {
     EXPECT_LT(here, 0.02) << i;
     beyond += here / kScenes;
   }
-  EXPECT_LE(beyond, 0.003);  // Values that lie on an end of a range but for rounding.
+  EXPECT_LE(beyond, 0.003);  // Values that lie at an end of a range, except for rounding.
 }
 
 TEST_P(TwoVolumesCpuTest, SkippingIsBitIdenticalToNotSkipping) {
@@ -177,7 +177,7 @@ TEST_P(TwoVolumesCpuTest, MeshesOfManyTrianglesCutBothVolumes) {
   EXPECT_LT(test::max_difference(cut, test::draw(*make_reference_engine(), scene)), 0.02F);
 }
 
-TEST(TwoVolumes, ANewUltrasoundOrImportanceIsAnotherView) {
+TEST(TwoVolumes, ANewUltrasoundOrImportanceChangesTheView) {
   const Scene before = test::fog_scene(test::centred_grid({9, 9, 9}, {1, 1, 1}), 0.1);
   Scene after = before;
   EXPECT_EQ(change_between(before, after), SceneChange::kNothing);
@@ -190,7 +190,7 @@ TEST(TwoVolumes, ANewUltrasoundOrImportanceIsAnotherView) {
   EXPECT_EQ(change_between(before, after), SceneChange::kView);
 }
 
-TEST(TwoVolumes, ASlabIsACellOfTheCoarserOne) {
+TEST(TwoVolumes, ASlabHasTheSizeOfTheCoarserVolume) {
   Scene scene = test::fog_scene(test::centred_grid({9, 9, 9}, {1, 1, 1}), 0.1);
   scene.quality.step_voxels = 0.5;
   for (const double mm : {0.25, 3.0}) {
@@ -200,7 +200,7 @@ TEST(TwoVolumes, ASlabIsACellOfTheCoarserOne) {
   }
 }
 
-TEST(TwoVolumes, RefusesWhatCannotBeDrawn) {
+TEST(TwoVolumes, RejectsInvalidScenes) {
   const Scene good = test::fog_scene(test::centred_grid({9, 9, 9}, {1, 1, 1}), 0.1);
   EXPECT_TRUE(test::has_value(validate(good)));
   const auto message = [](const Scene& scene) {

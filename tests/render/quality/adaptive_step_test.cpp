@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The adaptive step: that the stated error is a bound, whatever values do, and what it saves.
+// Tests the adaptive step: its stated error is a bound for all values, and it saves samples.
 #include "render/quality/adaptive_step.hpp"
 
 #include <algorithm>
@@ -15,7 +15,7 @@ using AdaptiveStepTest = test::VerificationTest;
 INSTANTIATE_TEST_SUITE_P(Engines, AdaptiveStepTest, ::testing::ValuesIn(test::verified_engines()),
                          [](const auto& c) { return c.param.name; });
 
-/// Smooth in parts, jumping in others, with a gap.
+/// A transfer function that is smooth in parts and jumps in others, with a gap.
 TransferFunction lively(std::mt19937& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   std::vector<TransferNode> nodes;
@@ -40,7 +40,7 @@ Light piece(const TransferSample& look, double length_mm) {
   return light;
 }
 
-/// Values along a segment, between two limits.
+/// Values along a segment between two limits.
 std::vector<double> profile(std::mt19937& random, double low, double high) {
   constexpr int kCount = 400;
   std::uniform_real_distribution<double> any(low, high);
@@ -48,16 +48,16 @@ std::vector<double> profile(std::mt19937& random, double low, double high) {
   std::vector<double> values;
   double v = any(random);
   for (int i = 0; i < kCount; ++i) {
-    if (kind == 0) v = any(random);                                         // Noise.
-    if (kind == 1) v = i % 2 == 0 ? low : high;                             // Between the limits.
-    if (kind == 2) v = i == 0 || i == kCount - 1 ? low : high;              // The ends lie.
-    if (kind == 3) v = std::clamp(v + 0.1 * (any(random) - v), low, high);  // A walk.
+    if (kind == 0) v = any(random);                             // Noise.
+    if (kind == 1) v = i % 2 == 0 ? low : high;                 // Alternates between the limits.
+    if (kind == 2) v = i == 0 || i == kCount - 1 ? low : high;  // The ends mislead.
+    if (kind == 3) v = std::clamp(v + 0.1 * (any(random) - v), low, high);  // A random walk.
     values.push_back(v);
   }
   return values;
 }
 
-TEST(AdaptiveBoundTest, HoldsForAnyValuesInTheRange) {
+TEST(AdaptiveBoundTest, HoldsForAllValuesInTheRange) {
   std::mt19937 random(7);
   double tightest = 0;
   for (int round = 0; round < 300; ++round) {
@@ -82,7 +82,7 @@ TEST(AdaptiveBoundTest, HoldsForAnyValuesInTheRange) {
   EXPECT_GT(tightest, 0.5) << "a looser bound than it need be";
 }
 
-TEST(AdaptiveBoundTest, BricksAllowWhatTheBoundAllows) {
+TEST(AdaptiveBoundTest, BricksAllowAsManyCellsAsTheBound) {
   std::mt19937 random(3);
   const auto ct =
       test::make_volume(test::centred_grid({40, 33, 20}, {1, 1, 1}), [&](int i, int, int) {
@@ -103,7 +103,7 @@ TEST(AdaptiveBoundTest, BricksAllowWhatTheBoundAllows) {
   }
 }
 
-/// One brick of values that go up and down from voxel to voxel along the ray.
+/// One brick with values that go up and down from voxel to voxel along the ray.
 Scene zigzag(double low, double high) {
   const auto ct = test::make_volume(test::centred_grid({8, 8, 8}, {1, 1, 1}),
                                     [=](int, int j, int) { return j % 2 == 0 ? low : high; });
@@ -115,7 +115,7 @@ Scene zigzag(double low, double high) {
   return scene;
 }
 
-TEST_P(AdaptiveStepTest, SumsToNoMoreThanTheStatedErrorOfEachSegment) {
+TEST_P(AdaptiveStepTest, ErrorIsAtMostTheSumOfTheStatedErrors) {
   const auto reference = make_reference_engine();
   double most_saved = 0;
   for (const auto& [low, high] : {std::pair{100.0, 140.0}, {300.0, 600.0}, {0.0, 1000.0}}) {
@@ -131,7 +131,7 @@ TEST_P(AdaptiveStepTest, SumsToNoMoreThanTheStatedErrorOfEachSegment) {
       constexpr double kLengthMm = 7;
       const double cells = std::floor(error / (per_mm * 0.125));
       const double segments = std::ceil(kLengthMm / (0.125 * std::clamp(cells, 1.0, 56.0))) + 2;
-      constexpr double kRest = 1e-4;  // Of the cells of the exact picture, and of rounding.
+      constexpr double kRest = 1e-4;  // The error of the cells of the exact image and of rounding.
       EXPECT_LE(test::difference(test::middle(image), exact), segments * error + kRest);
       EXPECT_LE(test::difference(test::middle(image), exact), kLengthMm * per_mm + kRest);
       EXPECT_LE(image.statistics.volume_samples, fixed.statistics.volume_samples);
@@ -142,7 +142,7 @@ TEST_P(AdaptiveStepTest, SumsToNoMoreThanTheStatedErrorOfEachSegment) {
   EXPECT_GT(most_saved, 5) << "nothing was saved";
 }
 
-/// Flat tissue with a noisy lump in air; a plane with a cutaway if asked.
+/// Flat tissue with a noisy lump, in air. If \p cut, there is a plane with a cutaway.
 Scene patchy(bool orthographic, bool cut) {
   std::mt19937 random(5);
   std::normal_distribution<double> noise(0, 30);
@@ -182,20 +182,20 @@ TEST_P(AdaptiveStepTest, SkippingStaysBitIdentical) {
   }
 }
 
-TEST_P(AdaptiveStepTest, EnginesAgreeAndSaveSamplesWhereTissueIsFlat) {
+TEST_P(AdaptiveStepTest, EnginesAgreeAndSaveSamplesInFlatTissue) {
   const auto reference = make_reference_engine();
   for (const bool shaded : {false, true}) {
     for (const bool cut : {false, true}) {
       Scene scene = patchy(false, cut);
       scene.shading.enabled = shaded;
       const RenderedImage image = test::draw(*engine_, scene);
-      // An engine may leave a brick one cell earlier than another; then a segment is two.
+      // An engine can leave a brick one cell earlier than another. Then one segment becomes two.
       EXPECT_LE(test::max_difference(image, test::draw(*reference, scene)),
                 2 * scene.quality.adaptive_error);
       scene.quality.adaptive_error = 0;
       const RenderedImage fixed = test::draw(*engine_, scene);
       EXPECT_LE(image.statistics.volume_samples, fixed.statistics.volume_samples);
-      if (shaded || cut) continue;  // Then few bricks allow anything.
+      if (shaded || cut) continue;  // Then few bricks allow more than one cell.
       EXPECT_LT(image.statistics.volume_samples, fixed.statistics.volume_samples);
     }
   }

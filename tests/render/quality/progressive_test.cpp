@@ -9,7 +9,7 @@
 namespace nav::render {
 namespace {
 
-/// Notes what it is asked for; every picture is a ramp and takes as long as told.
+/// Records each request. Each image is a ramp and takes the given time.
 class SlowEngine final : public Engine {
  public:
   [[nodiscard]] std::string name() const override { return "slow"; }
@@ -35,7 +35,7 @@ class SlowEngine final : public Engine {
   double asked_pixel_error = 0;
   double takes_s = 0.2;
   double sparse_s = 0.1;
-  bool sends = false;  ///< What pictures need.
+  bool sends = false;  ///< True if the engine sends what images need.
 };
 
 Scene scene() {
@@ -69,27 +69,28 @@ class ProgressiveTest : public ::testing::Test {
   Scene scene_ = scene();
 };
 
-TEST_F(ProgressiveTest, DrawsCoarselyWhileTheViewMovesAndInFullOnceStill) {
-  EXPECT_TRUE(draw(0));  // Nothing is known about the cost yet.
+TEST_F(ProgressiveTest, DrawsCoarselyWhileTheViewMovesAndInFullAfterwards) {
+  EXPECT_TRUE(draw(0));  // The cost is not known yet.
   turn();
-  EXPECT_FALSE(draw(0.03));  // Fewer rays may be enough.
+  EXPECT_FALSE(draw(0.03));  // Fewer rays are perhaps enough.
   EXPECT_EQ(engine_.asked, std::make_pair(81, 61));
   EXPECT_EQ(engine_.asked_pixel_error, 0.1);
   EXPECT_TRUE(progressive_.wants_refinement());
   turn();
-  EXPECT_FALSE(draw(0.06));  // They were not.
+  EXPECT_FALSE(draw(0.06));  // Fewer rays were not enough.
   EXPECT_EQ(engine_.asked, std::make_pair(41, 31));
-  EXPECT_FALSE(draw(0.15));  // Still for 90 ms only.
+  EXPECT_FALSE(draw(0.15));  // The view has been still for only 90 ms.
   EXPECT_TRUE(draw(0.161));
   EXPECT_EQ(engine_.asked, std::make_pair(81, 61));
   EXPECT_EQ(engine_.asked_pixel_error, 0);
   EXPECT_FALSE(progressive_.wants_refinement());
   turn();
-  EXPECT_FALSE(draw(0.2));  // Nor would they be now, and half of the pixels a side took 0.1 s.
+  EXPECT_FALSE(draw(0.2));  // Fewer rays would not be enough now. Half the pixels per side took 0.1
+                            // s.
   EXPECT_EQ(engine_.asked, std::make_pair(21, 16));
 }
 
-TEST_F(ProgressiveTest, GivesUpNoMorePixelsThanTheBudgetAsksFor) {
+TEST_F(ProgressiveTest, ReducesPixelsOnlyAsMuchAsTheBudgetRequires) {
   scene_.quality.pixel_error = 0.2;
   engine_.sparse_s = 0.12;
   EXPECT_TRUE(draw(0));
@@ -100,14 +101,14 @@ TEST_F(ProgressiveTest, GivesUpNoMorePixelsThanTheBudgetAsksFor) {
     return engine_.asked;
   };
   const auto half = std::make_pair(41, 31), third = std::make_pair(27, 21);
-  EXPECT_EQ(next(0.06), half);                  // 0.12 s of all pixels are 0.03 s of a half.
-  EXPECT_EQ(next(0.027), third);                // 0.06 s of a half are 0.027 s of a third.
-  EXPECT_EQ(next(0.012), third);                // A half would take 0.06 s again.
-  EXPECT_EQ(next(0.5), half);                   // It would take 0.027 s now.
-  EXPECT_EQ(next(0.5), std::make_pair(11, 8));  // No fewer than an eighth a side.
+  EXPECT_EQ(next(0.06), half);    // 0.12 s with all pixels is 0.03 s with half per side.
+  EXPECT_EQ(next(0.027), third);  // 0.06 s with half per side is 0.027 s with a third.
+  EXPECT_EQ(next(0.012), third);  // Half per side would take 0.06 s again.
+  EXPECT_EQ(next(0.5), half);     // Half per side would take 0.027 s now.
+  EXPECT_EQ(next(0.5), std::make_pair(11, 8));  // There is a minimum of an eighth per side.
 }
 
-TEST_F(ProgressiveTest, KeepsItsPixelsWhereFewerRaysAreEnough) {
+TEST_F(ProgressiveTest, KeepsAllPixelsIfFewerRaysAreEnough) {
   engine_.sparse_s = 0.02;
   EXPECT_TRUE(draw(0));
   for (int i = 1; i < 4; ++i) {
@@ -118,13 +119,13 @@ TEST_F(ProgressiveTest, KeepsItsPixelsWhereFewerRaysAreEnough) {
   }
 }
 
-TEST_F(ProgressiveTest, APictureThatIsKeptTellsNothingAboutFewerRays) {
+TEST_F(ProgressiveTest, AnUnchangedImageDoesNotCountForFewerRays) {
   engine_.sparse_s = 0.03;
   EXPECT_TRUE(draw(0));
   turn();
   EXPECT_FALSE(draw(0.03));
   engine_.sparse_s = 0;
-  EXPECT_FALSE(draw(0.05));  // Nothing has changed.
+  EXPECT_FALSE(draw(0.05));  // There is no change.
   engine_.takes_s = 1;
   EXPECT_TRUE(draw(0.2));
   turn();
@@ -132,13 +133,13 @@ TEST_F(ProgressiveTest, APictureThatIsKeptTellsNothingAboutFewerRays) {
   EXPECT_EQ(engine_.asked, std::make_pair(41, 31));
 }
 
-TEST_F(ProgressiveTest, GivesUpPixelsAtOnceWhereRaysAreFewAlready) {
+TEST_F(ProgressiveTest, ReducesPixelsAtOnceIfRaysAreAlreadyFew) {
   scene_.quality.pixel_error = 0.2;
   engine_.sparse_s = 0.2;
   EXPECT_TRUE(draw(0));
   turn();
   EXPECT_FALSE(draw(0.03));
-  EXPECT_EQ(engine_.asked, std::make_pair(27, 21));  // 0.2 s of all pixels.
+  EXPECT_EQ(engine_.asked, std::make_pair(27, 21));  // 0.2 s with all pixels.
   EXPECT_EQ(engine_.asked_pixel_error, 0.2);
 }
 
@@ -150,7 +151,7 @@ TEST_F(ProgressiveTest, AFastEngineIsNeverCoarse) {
   }
 }
 
-TEST_F(ProgressiveTest, ProvisionalPicturesAreNotCalledRefined) {
+TEST_F(ProgressiveTest, ProvisionalImagesAreNotReportedAsRefined) {
   engine_.takes_s = 0.001;
   EXPECT_TRUE(draw(0));
   engine_.sends = true;
@@ -174,7 +175,7 @@ TEST_F(ProgressiveTest, NewUltrasoundPixelsNeitherCoarsenNorDelayRefinement) {
   EXPECT_TRUE(draw(0.145));
 }
 
-TEST_F(ProgressiveTest, EnlargingKeepsEveryPlaceOfTheView) {
+TEST_F(ProgressiveTest, EnlargingKeepsEachPositionOfTheView) {
   Scene small = scene_;
   for (const auto& [width, height] : {std::pair(27, 21), std::pair(41, 31), std::pair(40, 30)}) {
     small.width = width;
@@ -182,7 +183,7 @@ TEST_F(ProgressiveTest, EnlargingKeepsEveryPlaceOfTheView) {
     const RenderedImage coarse = *engine_.render(small);
     const RenderedImage full = *engine_.render(scene_);
     const RenderedImage large = enlarged(coarse, scene_.width, scene_.height);
-    // Exact inside of the outermost coarse rays, beyond which values are held.
+    // Exact inside the outermost coarse rays. Outside, the values stay constant.
     for (int y = 3; y < scene_.height - 3; ++y) {
       for (int x = 3; x < scene_.width - 3; ++x) {
         EXPECT_NEAR(large.pixels.at(x, y).r, full.pixels.at(x, y).r, 1e-5);

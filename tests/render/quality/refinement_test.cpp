@@ -34,7 +34,7 @@ Scene plane_scene() {
   return scene;
 }
 
-/// Scenes whose pictures take as long as told.
+/// Scenes whose images take the given time.
 class RefinementTest : public ::testing::Test {
  protected:
   struct Drawn {
@@ -62,10 +62,10 @@ class RefinementTest : public ::testing::Test {
   Refinement refinement_;
 };
 
-TEST_F(RefinementTest, CoarseOnlyWhileMovingAndSlow) {
+TEST_F(RefinementTest, IsCoarseOnlyWhileMovingAndSlow) {
   EXPECT_FALSE(refinement_.wants_refinement());
-  expect_whole(0, 0.2);  // The first picture.
-  expect_whole(0.5, 0);  // Nothing moves.
+  expect_whole(0, 0.2);  // The first image.
+  expect_whole(0.5, 0);  // There is no motion.
   turn();
   EXPECT_TRUE(draw(1, 0.03).sparse);
   EXPECT_FALSE(refinement_.wants_refinement(time_at(1.05)));
@@ -76,11 +76,11 @@ TEST_F(RefinementTest, CoarseOnlyWhileMovingAndSlow) {
   EXPECT_TRUE(refinement_.wants_refinement());
   expect_whole(1.17, 0.2);
   EXPECT_FALSE(refinement_.wants_refinement(time_at(2)));
-  // With a refresh every 33 ms there are 160 ms left to draw within 300.
+  // With an update each 33 ms, 160 ms are left to draw within 300 ms.
   EXPECT_LE(ProgressiveOptions{}.refine_after_s + 0.04, 0.15);
 }
 
-TEST_F(RefinementTest, NeverCoarseWhenFastOrNotAsked) {
+TEST_F(RefinementTest, IsNeverCoarseIfFastOrUnlimited) {
   expect_whole(0, 0.02);
   turn();
   expect_whole(0.01, 0.02);
@@ -93,8 +93,8 @@ TEST_F(RefinementTest, NeverCoarseWhenFastOrNotAsked) {
   }
 }
 
-TEST_F(RefinementTest, TheFirstSmallPictureIsOfTheSizeThatTheWholeOneAsksFor) {
-  scene_.quality.pixel_error = 0.5;  // No ray left to spare.
+TEST_F(RefinementTest, TheTimeOfTheFullImageSetsTheSizeOfTheFirstSmallOne) {
+  scene_.quality.pixel_error = 0.5;  // No rays can be saved.
   expect_whole(0, 1.0);
   turn();
   EXPECT_EQ(draw(0.01, 0.1).factor, 6);  // 1 / 36 s.
@@ -102,7 +102,7 @@ TEST_F(RefinementTest, TheFirstSmallPictureIsOfTheSizeThatTheWholeOneAsksFor) {
   EXPECT_EQ(draw(0.02, 0.1).factor, 8);  // 0.1 s with a 36th of the pixels.
 }
 
-TEST_F(RefinementTest, APlaneThatMovesIsMeasuredApartFromTheView) {
+TEST_F(RefinementTest, AMovingPlaneIsMeasuredSeparatelyFromTheView) {
   expect_whole(0, 0.2);
   for (int i = 1; i < 5; ++i) {
     move_plane();
@@ -112,10 +112,10 @@ TEST_F(RefinementTest, APlaneThatMovesIsMeasuredApartFromTheView) {
   EXPECT_FALSE(draw(0.2, 0.02).refined);
 }
 
-TEST_F(RefinementTest, OneSlowPictureIsNotBelievedForEver) {
+TEST_F(RefinementTest, OneSlowImageDoesNotCountForever) {
   expect_whole(0, 0.02);
   move_plane();
-  expect_whole(0.02, 0.06);  // For whatever reason.
+  expect_whole(0.02, 0.06);  // The reason does not matter.
   int coarse = 0;
   for (double now = 1; now < 20; now += 1) {
     move_plane();
@@ -129,48 +129,48 @@ TEST_F(RefinementTest, OneSlowPictureIsNotBelievedForEver) {
   expect_whole(30, 0.01);
 }
 
-TEST_F(RefinementTest, WhatWasDrawnWholeAfterAllTellsNothingOfSmallPictures) {
+TEST_F(RefinementTest, AnImageDrawnInFullDoesNotCountForSmallImages) {
   scene_.quality.pixel_error = 0.5;
   expect_whole(0, 0.2);
   turn();
   const auto plan = refinement_.plan(scene_, time_at(0.01));
   EXPECT_EQ(plan.factor, 3);
-  refinement_.drawn(0.2, 1);  // Other geometry needs every pixel.
+  refinement_.drawn(0.2, 1);  // Other geometry needs all pixels.
   turn();
   EXPECT_EQ(draw(0.02, 0.2).factor, 3);
 }
 
-TEST_F(RefinementTest, AnotherSetOfPredicatesIsExpectedToBeDearer) {
+TEST_F(RefinementTest, AnotherPredicateSetIsExpectedToBeSlower) {
   const auto intensity = Expression::kind("intensity", {0.1, 0.5});
   const auto gradient = Expression::kind("gradient_magnitude");
   show(asking({intensity, gradient}));
   expect_whole(0, 0.02);
   turn();
   expect_whole(0.1, 0.02);
-  // The same set: parameters, names and importances are tables.
+  // This is the same set, because tables hold parameters, names and importances.
   show(asking({Expression::kind("intensity", {0.2, 0.9}), gradient}));
   scene_.predicates->model.histogram.drag(0, 0.3);
   scene_.predicates->model.entries[0].name = "bright";
   expect_whole(0.2, 0.02);
   show(asking({intensity, Expression::negation(gradient)}));
   const Drawn first = draw(0.3, 0.015);
-  EXPECT_EQ(first.factor, 2);  // 0.12 s expected.
+  EXPECT_EQ(first.factor, 2);  // 0.12 s are expected.
   EXPECT_FALSE(first.refined);
   turn();
   EXPECT_EQ(draw(0.31, 0.015).factor, 2);  // Nothing else is known yet.
   expect_whole(0.5, 0.06);
   turn();
   EXPECT_FALSE(draw(0.6, 0.015).refined);
-  expect_whole(0.8, 0.02);  // It has a program of its own now.
+  expect_whole(0.8, 0.02);  // The set has its own program now.
   turn();
   expect_whole(1, 0.02);
   scene_.predicates.reset();
-  expect_whole(1.1, 0.02);  // Without predicates nothing is dearer.
+  expect_whole(1.1, 0.02);  // Without predicates no image is slower.
   show(asking({intensity}));
   EXPECT_FALSE(draw(1.2, 0.01).refined);
 }
 
-TEST_F(RefinementTest, ProvisionalPicturesAreAllowedInMotionAndFollowedByWholeOnes) {
+TEST_F(RefinementTest, ProvisionalImagesAreAllowedInMotionAndFullOnesFollow) {
   expect_whole(0, 0.01);
   const auto draw_provisional = [&](double seconds) {
     const auto plan = refinement_.plan(scene_, time_at(seconds));
@@ -189,14 +189,14 @@ TEST_F(RefinementTest, ProvisionalPicturesAreAllowedInMotionAndFollowedByWholeOn
   EXPECT_TRUE(refinement_.wants_refinement(time_at(1.2)));
   EXPECT_FALSE(draw_provisional(1.2));
   EXPECT_FALSE(refinement_.wants_refinement());
-  // What they took tells nothing of whole ones.
+  // The time of provisional images does not count for full images.
   turn();
   expect_whole(2, 0.01);
-  scene_.quality.provisional = true;  // Not for callers to decide.
+  scene_.quality.provisional = true;  // Callers do not decide this.
   EXPECT_FALSE(refinement_.plan(scene_, time_at(3)).scene.quality.provisional);
 }
 
-TEST_F(RefinementTest, WhereNothingMayBeCoarseNothingIsProvisional) {
+TEST_F(RefinementTest, NoImageIsProvisionalIfNoneMayBeCoarse) {
   ProgressiveOptions never;
   never.budget_s = std::numeric_limits<double>::infinity();
   refinement_ = Refinement(never);
@@ -205,7 +205,7 @@ TEST_F(RefinementTest, WhereNothingMayBeCoarseNothingIsProvisional) {
   EXPECT_FALSE(refinement_.plan(scene_, time_at(0.01)).scene.quality.provisional);
 }
 
-TEST(SameSetTest, TellsCombinationsApart) {
+TEST(SameSetTest, DistinguishesCombinations) {
   const auto a = Expression::kind("intensity"), b = Expression::kind("snr");
   EXPECT_TRUE(same_set(asking({a, b}), asking({a, b})));
   EXPECT_FALSE(same_set(asking({a, b}), asking({b, a})));

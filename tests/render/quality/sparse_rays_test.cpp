@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Fewer rays than pixels: the rule, what it may never touch, and what it saves. Every engine that
-// has it.
+// Tests images with fewer rays than pixels: the rule, the pixels that always get a ray, and the
+// saved work. Runs on each engine that has this feature.
 #include "render/quality/sparse_rays.hpp"
 
 #include <algorithm>
@@ -12,7 +12,8 @@
 namespace nav::render {
 namespace {
 
-/// Waves of some voxels' length, so that means are close but not equal; a third is empty.
+/// Waves with a length of some voxels, so that means are close but not equal. A third of the volume
+/// is empty.
 std::shared_ptr<const Volume> waves(double spacing_mm) {
   return test::make_volume(test::centred_grid({40, 36, 44}, Eigen::Vector3d::Constant(spacing_mm)),
                            [](int i, int j, int k) {
@@ -28,12 +29,12 @@ TransferFunction ramp() {
       {{-900, {0, 0, 0}, 0, 1}, {-300, {0.2, 0.4, 1}, 0.02, 1}, {300, {1, 0.7, 0.3}, 0.1, 1}});
 }
 
-/// pixels_per_voxel: in the middle of the volume.
+/// pixels_per_voxel: the value in the middle of the volume.
 Scene wavy(double pixels_per_voxel, bool orthographic) {
   const double height_mm = 60;
   const int height = static_cast<int>(std::lround(height_mm * pixels_per_voxel));
   Scene scene = test::plain_scene(waves(1), ramp(), test::frontal(250, height_mm, orthographic));
-  scene.height = height + 1;  // So that pixels lie beyond the lattice.
+  scene.height = height + 1;  // So that some pixels lie outside the lattice.
   scene.width = height + 3;
   scene.quality.opaque_at = 0.996;
   return scene;
@@ -47,7 +48,7 @@ Scene with_plane_and_shapes(Scene scene) {
   return scene;
 }
 
-/// The reference and compute shaders cast all rays.
+/// The engines with this feature. The reference and compute shaders cast all rays.
 std::vector<test::EngineCase> engines_with_it() {
   std::vector<test::EngineCase> cases = test::verified_engines();
   std::erase_if(cases, [](const auto& one) {
@@ -79,7 +80,7 @@ TEST(SparseRaysRuleTest, TheLatticeIsNeverWiderThanTwoVoxels) {
   }
 }
 
-TEST(SparseRaysRuleTest, RefusesWhatIsNoError) {
+TEST(SparseRaysRuleTest, RejectsInvalidErrors) {
   Scene scene = wavy(2.2, false);
   for (const double error : {-0.1, 1.1, std::nan("")}) {
     scene.quality.pixel_error = error;
@@ -87,7 +88,7 @@ TEST(SparseRaysRuleTest, RefusesWhatIsNoError) {
   }
 }
 
-TEST_P(SparseRaysTest, EveryPixelHasARayOrIsAMeanOfRaysThatAgree) {
+TEST_P(SparseRaysTest, EachPixelHasARayOrIsAMeanOfRaysThatAgree) {
   for (const bool orthographic : {false, true}) {
     for (const double pixels_per_voxel : {1.3, 2.6}) {
       Scene scene = wavy(pixels_per_voxel, orthographic);
@@ -102,10 +103,10 @@ TEST_P(SparseRaysTest, EveryPixelHasARayOrIsAMeanOfRaysThatAgree) {
         const double spared = static_cast<double>(sparse.statistics.pixels_without_ray);
         EXPECT_GT(spared, before);
         before = spared;
-        // Rays that lie apart look at bricks elsewhere: a few samples more in vain.
+        // Rays that lie apart visit bricks at other positions, which takes a few more samples.
         EXPECT_LE(static_cast<double>(sparse.statistics.volume_samples),
                   1.01 * static_cast<double>(dense.statistics.volume_samples));
-        // Waves hold nothing narrower than the lattice.
+        // No part of the waves is narrower than the lattice.
         EXPECT_LT(test::max_difference(sparse, dense), error);
         int equal = 0;
         for (std::size_t i = 0; i < pixels; ++i) {
@@ -118,7 +119,7 @@ TEST_P(SparseRaysTest, EveryPixelHasARayOrIsAMeanOfRaysThatAgree) {
   }
 }
 
-TEST_P(SparseRaysTest, LargeErrorsAndSmallPicturesAreSane) {
+TEST_P(SparseRaysTest, LargeErrorsAndSmallImagesDraw) {
   for (const int width : {1, 2, 3, 5, 8, 33}) {
     for (const int height : {1, 2, 4, 5, 31}) {
       Scene scene = with_plane_and_shapes(wavy(2.6, false));
@@ -143,11 +144,11 @@ TEST_P(SparseRaysTest, SkippingChangesNoBit) {
   EXPECT_TRUE(test::same_bytes(test::draw(*engine_, scene), with));
 }
 
-// A needle is narrower than the lattice, and the outlines of all shapes are sharp.
-TEST_P(SparseRaysTest, ShapesAndTheOutlineOfTheUltrasoundPictureKeepTheirRays) {
+// A needle is narrower than the lattice, and all shapes have sharp outlines.
+TEST_P(SparseRaysTest, ShapesAndTheOutlineOfTheUltrasoundImageKeepTheirRays) {
   Scene scene = with_plane_and_shapes(wavy(2.6, false));
   scene.transfer = test::fog(1e-9);
-  for (const double opacity : {1.0, 0.5, 0.0}) {  // 0: stale, a border alone.
+  for (const double opacity : {1.0, 0.5, 0.0}) {  // 0: stale, only a border.
     if (opacity > 0) scene.plane->opacity = opacity;
     if (!(opacity > 0)) scene.plane->safety = {SafetyState::kStale, "test"};
     scene.quality.pixel_error = 0;
@@ -159,8 +160,9 @@ TEST_P(SparseRaysTest, ShapesAndTheOutlineOfTheUltrasoundPictureKeepTheirRays) {
   }
 }
 
-// Its pixels are put in after the means are taken: stripes of single pixels stay as they are.
-TEST_P(SparseRaysTest, TheUltrasoundPictureStaysSharp) {
+// The engine inserts the pixels of the image after it takes the means. Stripes of single pixels do
+// not change.
+TEST_P(SparseRaysTest, TheUltrasoundImageStaysSharp) {
   std::vector<std::uint8_t> stripes;
   for (int i = 0; i < 120 * 120; ++i) stripes.push_back(i % 120 % 2 == 0 ? 40 : 220);
   Scene scene = wavy(2.6, false);
@@ -174,7 +176,7 @@ TEST_P(SparseRaysTest, TheUltrasoundPictureStaysSharp) {
   EXPECT_LT(test::max_difference(sparse, dense), 0.02);
 }
 
-TEST_P(SparseRaysTest, WhatMovesInTheSameViewLeavesNoTrace) {
+TEST_P(SparseRaysTest, MovedObjectsLeaveNoTrace) {
   Scene scene = with_plane_and_shapes(wavy(2.6, false));
   scene.quality.pixel_error = 0.08;
   const auto anew = [&] { return test::draw(*GetParam().make(), scene); };
@@ -197,7 +199,8 @@ TEST_P(SparseRaysTest, WhatMovesInTheSameViewLeavesNoTrace) {
   EXPECT_TRUE(test::same_bytes(test::draw(*engine_, scene), anew()));
 }
 
-/// Of the pixels that differ by more: sharp edges bend between the rays of the lattice.
+/// The share of pixels that differ by more than \p most. Sharp edges bend between the rays of the
+/// lattice.
 double share_beyond(const RenderedImage& a, const RenderedImage& b, double most) {
   const auto pixels = a.pixels.pixels();
   double count = 0;
@@ -207,7 +210,7 @@ double share_beyond(const RenderedImage& a, const RenderedImage& b, double most)
   return count / static_cast<double>(pixels.size());
 }
 
-TEST_P(SparseRaysTest, CutawayProjectionsAndShadingMaySpareRaysToo) {
+TEST_P(SparseRaysTest, CutawayProjectionsAndShadingAlsoUseFewerRays) {
   Scene scene = with_plane_and_shapes(wavy(2.6, true));
   scene.shading.enabled = true;
   scene.cutaway.emplace();

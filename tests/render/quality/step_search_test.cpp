@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The step and pixel error that an error asks for, against converged pictures.
+// Compares the step and pixel error for a requested error with converged images.
 #include "render/quality/step_search.hpp"
 
 #include <cmath>
@@ -32,22 +32,23 @@ RenderedImage at_quality(Engine& engine, Scene scene, double step, double pixel_
   return test::draw(engine, scene);
 }
 
-/// The whole picture, converged.
+/// The whole image, converged.
 RenderedImage truth_of(Engine& engine, Scene scene) {
   scene.quality.opaque_at = 1;
   return at_quality(engine, scene, 1.0 / 32, 0);
 }
 
-/// What a picture takes, gradients as samples.
+/// The work for an image. Gradients count as samples.
 double work(const RenderedImage& image) {
   return static_cast<double>(image.statistics.volume_samples + image.statistics.gradient_samples);
 }
 
-TEST(StepSearchTest, TheChosenQualityErrsAboutAsMuchAsIsSaidAndNoMoreThanAsked) {
-  // Of the whole picture, of which the search sees a twentieth: true over estimated.
+TEST(StepSearchTest, TheErrorIsNearTheEstimateAndAtMostTheRequestedOne) {
+  // True over estimated error of the whole image. The search uses a twentieth of it.
   constexpr double kLeast = 0.6;
   constexpr double kMost = 1.15;
-  // A coarser step must err more than was asked, or the choice is too fine.
+  // The error of a coarser step must exceed the request. If it does not, the chosen step is too
+  // fine.
   constexpr double kCoarser = 1.6;
   const auto engine = make_cpu_engine();
   for (const char* preset : test::trials({"ct-bone", "ct-soft-tissue", "cta-vessels"})) {
@@ -78,7 +79,7 @@ TEST(StepSearchTest, TheChosenQualityErrsAboutAsMuchAsIsSaidAndNoMoreThanAsked) 
   }
 }
 
-/// Of a picture as it is shown, against one that is not rounded.
+/// The error of an image as shown, against an image without rounding.
 double shown_error(const Image2d<RgbaF>& picture, const Image2d<RgbaF>& truth) {
   const Image2d<Rgba8> bytes = to_8bit(picture);
   std::vector<RgbaF> shown;
@@ -89,13 +90,13 @@ double shown_error(const Image2d<RgbaF>& picture, const Image2d<RgbaF>& truth) {
   return rms_difference({picture.width(), picture.height(), std::move(shown)}, truth);
 }
 
-TEST(StepSearchTest, PicturesOfEightBitsErrNoMoreThanAsked) {
-  // Rounding alone errs by 0.0011: most of this.
+TEST(StepSearchTest, EightBitImagesStayWithinTheRequestedError) {
+  // Rounding alone has an error of 0.0011, most of this.
   constexpr double kAsked = 1.5e-3;
   const auto engine = make_cpu_engine();
   for (const bool shaded : test::trials({false, true})) {
     Scene scene = abdomen("ct-soft-tissue", shaded);
-    scene.camera = {{{-50, -300, 40}}, {{0, 0, 0}}, {{0, 0, 1}}};  // All tissue.
+    scene.camera = {{{-50, -300, 40}}, {{0, 0, 0}}, {{0, 0, 1}}};  // Shows tissue only.
     const auto choice = step_for_error(*engine, scene, kAsked);
     ASSERT_TRUE(test::has_value(choice));
     EXPECT_TRUE(choice->reached);
@@ -109,16 +110,17 @@ TEST(StepSearchTest, PicturesOfEightBitsErrNoMoreThanAsked) {
   }
 }
 
-TEST(StepSearchTest, WhereEightBitsErrByMoreThanAskedThatIsSaid) {
+TEST(StepSearchTest, ReportsThatEightBitsCannotReachTheError) {
   constexpr double kHalfLevel = 0.5 / 255;
   Scene scene = abdomen("ct-bone", false);
-  scene.background_rgb.setConstant(100.5 / 255);  // Nothing that 8 bits can hold.
+  scene.background_rgb.setConstant(100.5 / 255);  // A value that 8 bits cannot hold.
   const auto engine = make_cpu_engine();
   const auto choice = step_for_error(*engine, scene, kHalfLevel / 2);
   ASSERT_TRUE(test::has_value(choice));
   EXPECT_FALSE(choice->reached);
   EXPECT_GT(choice->rms, 0.8 * kHalfLevel);
-  // No step can help it: none is taken that is much finer than what was asked for needs.
+  // No step can correct it. The search must not take a step that is much finer than the request
+  // needs.
   scene.background_rgb.setZero();
   const auto dark = step_for_error(*engine, scene, kHalfLevel / 2);
   ASSERT_TRUE(test::has_value(dark));
@@ -133,7 +135,7 @@ TEST(StepSearchTest, WhereEightBitsErrByMoreThanAskedThatIsSaid) {
   EXPECT_NEAR(empty->rms, kHalfLevel, 1e-5);
 }
 
-TEST(StepSearchTest, AMeanIsAsUncertainAsItsValuesScatter) {
+TEST(StepSearchTest, TheUncertaintyOfAMeanFollowsTheSpreadOfItsValues) {
   const std::vector<double> values{1, 3, 1, 3};
   const Estimate four = Estimate::of(values);
   EXPECT_DOUBLE_EQ(four.mean, 2);
@@ -143,13 +145,13 @@ TEST(StepSearchTest, AMeanIsAsUncertainAsItsValuesScatter) {
   EXPECT_TRUE(std::isinf(Estimate::of({}).deviation));
 }
 
-TEST(StepSearchTest, WhatSparingRaysErrsAndSavesIsThatOfTheWholePicture) {
-  constexpr double kError = 1.6;  // Factor.
+TEST(StepSearchTest, ErrorAndSavingOfSparseRaysMatchTheWholeImage) {
+  constexpr double kError = 1.6;  // A factor.
   constexpr double kSamples = 0.15;
   const auto engine = make_cpu_engine();
   Scene scene = abdomen("ct-soft-tissue", false);
   scene.width *= 3;
-  scene.height *= 3;  // Of which the tiles see a sixtieth.
+  scene.height *= 3;  // The tiles use a sixtieth of it.
   const auto all = ray_sparings(*engine, scene, 0.5);
   ASSERT_TRUE(test::has_value(all));
   ASSERT_GE(all->size(), 2U);
@@ -161,7 +163,7 @@ TEST(StepSearchTest, WhatSparingRaysErrsAndSavesIsThatOfTheWholePicture) {
     const double found = rms_difference(spared.pixels, dense.pixels);
     EXPECT_LT(std::sqrt(one.error.mean), kError * found) << one.pixel_error;
     EXPECT_GT(std::sqrt(one.error.mean), found / kError) << one.pixel_error;
-    const double scattered = 1.2;  // Of a sample where rays lie apart.
+    const double scattered = 1.2;  // The cost of a sample where rays lie apart.
     EXPECT_NEAR(one.cost.samples_at_one_voxel / all->front().cost.samples_at_one_voxel / scattered,
                 work(spared) / work(dense), kSamples);
   }
@@ -171,7 +173,7 @@ TEST(StepSearchTest, WhatSparingRaysErrsAndSavesIsThatOfTheWholePicture) {
   EXPECT_TRUE(jittered->empty()) << "no ray may be spared, so nothing is drawn";
 }
 
-TEST(StepSearchTest, RaysAreSparedOnlyWhereThatIsLessWork) {
+TEST(StepSearchTest, UsesFewerRaysOnlyIfThatIsLessWork) {
   constexpr double kSaves = 0.95;
   const auto engine = make_cpu_engine();
   int spared = 0;
@@ -196,7 +198,7 @@ TEST(StepSearchTest, RaysAreSparedOnlyWhereThatIsLessWork) {
   EXPECT_TRUE(spared > 0 || test::kSanitized);
 }
 
-TEST(StepSearchTest, PicturesOfAnySizeAndAnyErrorHaveAStep) {
+TEST(StepSearchTest, FindsAStepForEachImageSizeAndError) {
   const auto engine = make_cpu_engine();
   Scene scene = abdomen("ct-soft-tissue", true);
   const auto huge = step_for_error(*engine, scene, 1);
@@ -215,7 +217,7 @@ TEST(StepSearchTest, PicturesOfAnySizeAndAnyErrorHaveAStep) {
   }
 }
 
-TEST(StepSearchTest, WhatCannotBeReachedIsSaid) {
+TEST(StepSearchTest, ReportsAnUnreachableError) {
   const auto choice = step_for_error(*make_cpu_engine(), abdomen("cta-vessels", true), 1e-7);
   ASSERT_TRUE(test::has_value(choice));
   EXPECT_FALSE(choice->reached);
@@ -223,8 +225,8 @@ TEST(StepSearchTest, WhatCannotBeReachedIsSaid) {
   EXPECT_GT(choice->rms, 1e-7);
 }
 
-TEST(StepSearchTest, CellsThatAreTakenAsOneErrToo) {
-  // True over estimated, as without.
+TEST(StepSearchTest, CountsTheErrorOfMergedCells) {
+  // True over estimated error, as without merged cells.
   constexpr double kLeast = 0.6;
   constexpr double kMost = 1.15;
   const auto engine = make_cpu_engine();
@@ -256,7 +258,7 @@ TEST(StepSearchTest, CellsThatAreTakenAsOneErrToo) {
   EXPECT_TRUE(out_of_reach > 0 || test::kSanitized);
 }
 
-TEST(StepSearchTest, AnEmptyPictureTakesTheCoarsestStep) {
+TEST(StepSearchTest, AnEmptyImageTakesTheCoarsestStep) {
   Scene scene = abdomen("ct-bone", false);
   scene.transfer =
       *TransferFunction::create("nothing", {{-1024, {0, 0, 0}, 0, 0}, {3000, {0, 0, 0}, 0, 0}});
@@ -266,7 +268,7 @@ TEST(StepSearchTest, AnEmptyPictureTakesTheCoarsestStep) {
   EXPECT_EQ(choice->rms, 0);
 }
 
-TEST(StepSearchTest, WhatHidesTheVolumeDoesNotHideItsError) {
+TEST(StepSearchTest, AnObjectInFrontOfTheVolumeDoesNotHideItsError) {
   const Scene bare = abdomen("ct-soft-tissue", true);
   Scene covered = bare;
   covered.spheres.push_back({{{0, -150, 0}}, 140, {1, 1, 1}, 1});
@@ -280,8 +282,8 @@ TEST(StepSearchTest, WhatHidesTheVolumeDoesNotHideItsError) {
   EXPECT_EQ(one->rms, other->rms);
 }
 
-TEST(StepSearchTest, ACutawayErrsNoMoreThanIsSaid) {
-  // True over estimated, of the whole picture.
+TEST(StepSearchTest, TheErrorOfACutawayIsAtMostTheEstimate) {
+  // True over estimated error of the whole image.
   constexpr double kMost = 1.2;
   const auto engine = make_cpu_engine();
   bool finer = false;
@@ -310,7 +312,7 @@ TEST(StepSearchTest, ACutawayErrsNoMoreThanIsSaid) {
   EXPECT_TRUE(finer || test::kSanitized) << "the cutaway is the harder one in some of them";
 }
 
-TEST(StepSearchTest, RefusesAnErrorThatIsNone) {
+TEST(StepSearchTest, RejectsAnInvalidError) {
   for (const double rms : {0.0, -1.0, 1.5, std::nan("")}) {
     const auto choice = step_for_error(*make_cpu_engine(), abdomen("ct-bone", true), rms);
     EXPECT_TRUE(test::refuses(choice, ErrorCode::kUsage, {"rms in (0, 1]"}));

@@ -26,7 +26,7 @@ Eigen::Vector3i brick_of(const Eigen::Vector3i& count, int at) {
 
 VoxelGrid grid_of(std::array<int, 3> size) { return test::centred_grid(size, {1, 1, 1}); }
 
-/// Nothing is visible up to 399 HU, everything from 401 HU.
+/// Invisible up to 399 HU, visible from 401 HU.
 TransferTable bone_table() {
   return TransferTable(*TransferFunction::create(
       "bone", {{-1000, {1, 1, 1}, 0, 0}, {400, {1, 1, 1}, 0, 0}, {600, {1, 1, 1}, 0.5, 0}}));
@@ -38,8 +38,8 @@ std::shared_ptr<const Volume> noise(const VoxelGrid& grid, unsigned seed) {
   return test::make_volume(grid, [&](int, int, int) { return hu(random); });
 }
 
-TEST(BrickGridTest, CountsTheBricksOfEverySample) {
-  // A sample exactly at the last voxel n - 1 has a brick of its own when n = 8 m + 1.
+TEST(BrickGridTest, CountsTheBricksOfAllSamples) {
+  // A sample exactly at the last voxel n - 1 has its own brick if n = 8 m + 1.
   for (const auto& [voxels, bricks] :
        {std::pair{1, 1}, {2, 1}, {8, 1}, {9, 2}, {10, 2}, {16, 2}, {17, 3}}) {
     const auto grid = make_brick_grid(*noise(grid_of({voxels, 1, 3}), 1), 1);
@@ -49,7 +49,7 @@ TEST(BrickGridTest, CountsTheBricksOfEverySample) {
   }
 }
 
-TEST(BrickGridTest, RangesAreThoseOfTheVoxelsThatASampleInsideTouches) {
+TEST(BrickGridTest, RangesContainAllVoxelsThatASampleInTheBrickUses) {
   unsigned seed = 2;
   for (const std::array<int, 3> size :
        {std::array{16, 24, 8}, {17, 9, 25}, {21, 13, 7}, {30, 19, 1}, {1, 1, 1}, {1, 33, 2}}) {
@@ -57,7 +57,7 @@ TEST(BrickGridTest, RangesAreThoseOfTheVoxelsThatASampleInsideTouches) {
     const BrickGrid grid = make_brick_grid(*volume, 2);
     for (int at = 0; at < grid.count.prod(); ++at) {
       const Eigen::Vector3i b = brick_of(grid.count, at);
-      // Lower voxels 8 b ... 8 b + 7, and the upper neighbour of each where there is one.
+      // Lower voxels 8 b ... 8 b + 7, and the upper neighbour of each, if it exists.
       std::array<int, 3> end{};
       for (int a = 0; a < 3; ++a) {
         const auto axis = static_cast<std::size_t>(a);
@@ -79,7 +79,7 @@ TEST(BrickGridTest, RangesAreThoseOfTheVoxelsThatASampleInsideTouches) {
   }
 }
 
-TEST(BrickGridTest, AVoxelAtABrickBorderIsInTheApronBelowOnly) {
+TEST(BrickGridTest, AVoxelAtABrickBorderAlsoBelongsToTheBrickBelow) {
   const auto bricks_with_bone = [](const Eigen::Vector3i& bone) {
     const auto volume = test::make_volume(grid_of({24, 24, 24}), [&](int i, int j, int k) {
       return Eigen::Vector3i(i, j, k) == bone ? kBone : kAir;
@@ -116,7 +116,7 @@ TEST(BrickGridTest, DoesNotDependOnThreads) {
   }
 }
 
-/// Bricks of air and, with a probability, of bone.
+/// Bricks of air, some of bone with the given probability.
 BrickGrid random_bricks(std::mt19937& random, const Eigen::Vector3i& count, double bone) {
   std::bernoulli_distribution occupied(bone);
   BrickGrid grid;
@@ -128,7 +128,7 @@ BrickGrid random_bricks(std::mt19937& random, const Eigen::Vector3i& count, doub
   return grid;
 }
 
-TEST(BrickDistancesTest, AreThoseToTheNearestOccupiedBrick) {
+TEST(BrickDistancesTest, IsTheDistanceToTheNearestOccupiedBrick) {
   std::mt19937 random(8);
   const TransferTable table = bone_table();
   for (const Eigen::Vector3i& count :
@@ -153,7 +153,7 @@ TEST(BrickDistancesTest, AreThoseToTheNearestOccupiedBrick) {
   }
 }
 
-TEST(BrickDistancesTest, StopAt255) {
+TEST(BrickDistancesTest, StopsAt255) {
   std::mt19937 random(9);
   BrickGrid grid = random_bricks(random, {600, 1, 1}, 0);
   grid.high[300] = kBone;
@@ -165,7 +165,7 @@ TEST(BrickDistancesTest, StopAt255) {
   }
 }
 
-TEST(BrickDepthsTest, AreThoseToTheNearestEmptyBrick) {
+TEST(BrickDepthsTest, IsTheDistanceToTheNearestEmptyBrick) {
   std::mt19937 random(10);
   for (const Eigen::Vector3i& count : {Eigen::Vector3i(9, 7, 5), {17, 1, 3}, {8, 8, 8}}) {
     for (const double bone : {0.3, 0.95, 0.99, 1.0}) {
@@ -185,7 +185,7 @@ TEST(BrickDepthsTest, AreThoseToTheNearestEmptyBrick) {
   }
 }
 
-TEST(VisiblePartsTest, AreThoseWithABrightVoxelThatASampleInsideTouches) {
+TEST(VisiblePartsTest, MarksPartsWithABrightVoxelThatASampleUses) {
   std::mt19937 random(12);
   std::bernoulli_distribution bone(0.004);
   for (const std::array<int, 3> size :
@@ -200,7 +200,7 @@ TEST(VisiblePartsTest, AreThoseWithABrightVoxelThatASampleInsideTouches) {
     for (int k = 0; k < size[2]; ++k) {
       for (int j = 0; j < size[1]; ++j) {
         for (int i = 0; i < size[0]; ++i) {
-          // A sample whose lower voxel this is touches those up to one further on.
+          // A sample with this lower voxel uses voxels up to one step further.
           bool bright = false;
           for (int corner = 0; corner < 8; ++corner) {
             const auto next = [&](int axis, int at) {
@@ -221,7 +221,7 @@ TEST(VisiblePartsTest, AreThoseWithABrightVoxelThatASampleInsideTouches) {
   }
 }
 
-/// A few nodes anywhere, some invisible; sometimes within a window of gradients.
+/// A few nodes at random values, some invisible, sometimes in a gradient window.
 TransferTable random_table(std::mt19937& random) {
   std::uniform_real_distribution<double> unit(0, 1);
   std::vector<TransferNode> nodes;
@@ -236,7 +236,7 @@ TransferTable random_table(std::mt19937& random) {
   return TransferTable(*TransferFunction::blend("random", {{"part", nodes, window}}));
 }
 
-TEST(BrickClassificationTest, IsThatOfTheTablesOwnRanges) {
+TEST(BrickClassificationTest, AgreesWithTheRangesOfTheTable) {
   std::mt19937 random(11);
   std::uniform_int_distribution<int> hu(-3000, 3000);
   for (int i = 0; i < 200; ++i) {

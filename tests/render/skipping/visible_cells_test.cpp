@@ -14,7 +14,7 @@
 namespace nav::render {
 namespace {
 
-/// Visible at so many values, far apart from one another.
+/// A table that is visible at the given values only. They are far from each other.
 TransferTable table_of(const std::vector<int>& hus) {
   std::vector<TransferNode> nodes;
   for (const int hu : hus) {
@@ -36,7 +36,7 @@ class Cells {
   }
   [[nodiscard]] std::size_t count() const { return cells_.count(); }
 
-  /// By the definition: the range of the eight voxels of a cell.
+  /// The definition: the range of the eight voxels of a cell.
   [[nodiscard]] bool expected(const TransferTable& table, int i, int j, int k) const {
     const auto& n = ct_.grid().size;
     int low = 32767;
@@ -62,7 +62,7 @@ class Cells {
   VisibleCells cells_;
 };
 
-/// Smooth, so that many bricks are empty, with noise in some of them.
+/// Smooth, so that many bricks are empty, with noise in some bricks.
 std::shared_ptr<const Volume> hills(std::array<int, 3> size, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_int_distribution<int> noise(-300, 300);
@@ -74,7 +74,7 @@ std::shared_ptr<const Volume> hills(std::array<int, 3> size, unsigned seed) {
 constexpr std::array<std::array<int, 3>, 6> kSizes = {
     {{40, 17, 24}, {41, 25, 9}, {33, 8, 30}, {70, 19, 1}, {1, 1, 1}, {1, 33, 2}}};
 
-TEST(VisibleCellsTest, AreThoseWhoseVoxelsSpanSomethingVisible) {
+TEST(VisibleCellsTest, ACellIsVisibleIfItsVoxelsSpanAVisibleValue) {
   const std::vector<std::vector<int>> visible = {{400}, {-700, 350}, {-600, -200, 100, 430}};
   for (unsigned seed = 0; seed < kSizes.size(); ++seed) {
     const auto ct = hills(kSizes[seed], seed);
@@ -97,7 +97,7 @@ TEST(VisibleCellsTest, AreThoseWhoseVoxelsSpanSomethingVisible) {
   }
 }
 
-TEST(VisibleCellsTest, OfABlockAllAreVisibleOrNone) {
+TEST(VisibleCellsTest, AllCellsOfABlockAreVisibleOrNone) {
   const TransferTable table = table_of({-700, 350});
   for (unsigned seed = 0; seed < 2 * kSizes.size(); ++seed) {
     const auto ct = hills(kSizes[seed / 2], seed);
@@ -126,7 +126,7 @@ TEST(VisibleCellsTest, OfABlockAllAreVisibleOrNone) {
   }
 }
 
-TEST(VisibleCellsTest, OfManyVisibleValuesNoneIsMissed) {
+TEST(VisibleCellsTest, MissesNoneOfManyVisibleValues) {
   std::vector<int> hus;
   for (int hu = -700; hu <= 700; hu += 70) hus.push_back(hu);
   const TransferTable table = table_of(hus);
@@ -142,7 +142,7 @@ TEST(VisibleCellsTest, OfManyVisibleValuesNoneIsMissed) {
   }
 }
 
-TEST(VisibleIntervalsTest, HoldTheEndsOfTheTable) {
+TEST(VisibleIntervalsTest, ContainTheEndsOfTheTable) {
   const TransferTable table(*TransferFunction::create("ends", {{-100, {1, 1, 1}, 0.5, 1},
                                                                {0, {1, 1, 1}, 0, 1},
                                                                {50, {1, 1, 1}, 0, 1},
@@ -150,7 +150,7 @@ TEST(VisibleIntervalsTest, HoldTheEndsOfTheTable) {
   const auto found = visible_intervals(table);
   ASSERT_EQ(found.size(), 2U);
   EXPECT_EQ(found[0].least_high, -32768);
-  EXPECT_EQ(found[0].greatest_low, 0);  // One beyond the last visible entry, -1 HU.
+  EXPECT_EQ(found[0].greatest_low, 0);  // One above the last visible entry, -1 HU.
   EXPECT_EQ(found[1].least_high, 50);
   EXPECT_EQ(found[1].greatest_low, 32767);
   for (int low = -200; low <= 200; low += 7) {

@@ -19,7 +19,7 @@ TransferFunction bone() {
       "bone", {{-1000, {1, 1, 1}, 0, 0}, {400, {1, 1, 1}, 0, 0}, {600, {1, 1, 1}, 0.5, 0}});
 }
 
-/// A ball of bone of so many voxels of radius in the middle of 65^3 voxels of 1 mm.
+/// A ball of bone with the given radius in voxels, in the middle of 65^3 voxels of 1 mm.
 std::shared_ptr<const Volume> ball(double radius) {
   return test::make_volume(test::centred_grid({65, 65, 65}, {1, 1, 1}), [&](int i, int j, int k) {
     return Eigen::Vector3d(i - 32, j - 32, k - 32).norm() <= radius ? kBoneHu : kOutsideHu;
@@ -39,9 +39,9 @@ Scene scene_of(std::shared_ptr<const Volume> ct, double distance_mm, bool orthog
   return scene;
 }
 
-TEST(VisibleSpansTest, TheShellIsWhatAFaceOpens) {
+TEST(VisibleSpansTest, TheShellHasTheBricksWithAFreeFace) {
   EXPECT_TRUE(shell_of(*ball(-1)).bricks.empty());
-  // 65 voxels are 9 bricks an axis; all are occupied, and those at the border are the shell.
+  // 65 voxels are 9 bricks per axis. All are occupied, and the ones at the border are the shell.
   const auto full = test::make_volume(test::centred_grid({65, 65, 65}, {1, 1, 1}),
                                       [](int, int, int) { return kBoneHu; });
   EXPECT_EQ(shell_of(*full).bricks.size(), 9U * 9 * 9 - 7U * 7 * 7);
@@ -53,13 +53,13 @@ TEST(VisibleSpansTest, TheShellIsWhatAFaceOpens) {
   EXPECT_EQ(shell_of(*box).bricks.size(), 4U * 4 * 4 - 2U * 2 * 2);
 }
 
-TEST(VisibleSpansTest, BracketsABallFromAfarAndLeavesOutTheCorners) {
+TEST(VisibleSpansTest, EnclosesADistantBallAndLeavesOutTheCorners) {
   constexpr double kRadius = 12;
   for (const bool orthographic : {false, true}) {
     const Scene scene = scene_of(ball(kRadius), 200, orthographic);
     const VisibleSpans spans(scene, shell_of(*scene.ct), 2);
     const VisibleSpan middle = spans.at(scene.width / 2, scene.height / 2);
-    // frontal() counts from the middle of the volume.
+    // frontal() measures from the middle of the volume.
     EXPECT_LE(middle.near, 200 - kRadius);
     EXPECT_GE(middle.far, 200 + kRadius);
     EXPECT_GT(middle.near, 200 - kRadius - 30);
@@ -70,7 +70,7 @@ TEST(VisibleSpansTest, BracketsABallFromAfarAndLeavesOutTheCorners) {
   }
 }
 
-TEST(VisibleSpansTest, NothingVisibleIsNowhereAndFromInsideItIsEverywhere) {
+TEST(VisibleSpansTest, AnEmptyVolumeHasNoSpanAndAnEyeInsideHasAFullSpan) {
   for (const bool orthographic : {false, true}) {
     const Scene nothing = scene_of(ball(-1), 200, orthographic);
     EXPECT_TRUE(VisibleSpans(nothing, shell_of(*nothing.ct), 1).at(40, 30).empty());
@@ -81,7 +81,7 @@ TEST(VisibleSpansTest, NothingVisibleIsNowhereAndFromInsideItIsEverywhere) {
   }
 }
 
-TEST(VisibleSpansTest, WhatLiesBehindTheEyeIsNotSeen) {
+TEST(VisibleSpansTest, ObjectsBehindTheEyeHaveNoSpan) {
   Scene scene = scene_of(ball(12), 200, false);
   scene.camera.look_at_ct.mm = 2 * scene.camera.eye_ct.mm - scene.camera.look_at_ct.mm;
   const VisibleSpans spans(scene, shell_of(*scene.ct), 1);

@@ -13,9 +13,9 @@ namespace nav::render {
 namespace {
 
 using V = Eigen::Vector3d;
-constexpr double kSingle = 2e-3;  // HU of some thousand, in single precision.
+constexpr double kSingle = 2e-3;  // The error of some thousand HU in single precision.
 
-/// HU = 3 x - 2 y + 5 z + 10, CT mm: trilinear interpolation is exact.
+/// HU = 3 x - 2 y + 5 z + 10, CT mm. Trilinear interpolation of this is exact.
 double planted(const V& p) { return 3 * p.x() - 2 * p.y() + 5 * p.z() + 10; }
 
 std::shared_ptr<const Volume> ramp_volume(const Eigen::Matrix3d& directions) {
@@ -52,7 +52,7 @@ void expect_planted(const Volume& ct, const SlicePlane& plane, double tolerance)
     for (int column = 0; column < o.width; ++column) {
       const V p = place(plane, o, column, row);
       const V index = ct.grid().index_of({p});
-      double edge = 1e9;  // Distance to the box, in voxels; negative outside.
+      double edge = 1e9;  // Distance to the box in voxels, negative outside.
       for (int a = 0; a < 3; ++a) {
         edge =
             std::min({edge, index[a], ct.grid().size[static_cast<std::size_t>(a)] - 1 - index[a]});
@@ -68,7 +68,7 @@ void expect_planted(const Volume& ct, const SlicePlane& plane, double tolerance)
   EXPECT_GT(inside, 500);
 }
 
-TEST(SliceTest, ShowsTheValueOfEveryPlaceInEveryDirection) {
+TEST(SliceTest, ShowsTheValueOfEachPositionInEachDirection) {
   const auto ct = ramp_volume(Eigen::Matrix3d::Identity());
   const Point<frames::Ct> centre{{1.25, 0.5, -0.75}};
   for (const auto& plane :
@@ -77,15 +77,15 @@ TEST(SliceTest, ShowsTheValueOfEveryPlaceInEveryDirection) {
   }
 }
 
-TEST(SliceTest, TurnedAndLeftHandedVolumesAreTheSame) {
+TEST(SliceTest, RotatedAndLeftHandedVolumesGiveTheSameValues) {
   Eigen::Matrix3d turn = Eigen::Quaterniond(0.9, 0.1, 0.3, -0.2).normalized().toRotationMatrix();
-  constexpr double kRounded = 1.01;  // Planted values of turned voxels are rounded to whole HU.
+  constexpr double kRounded = 1.01;  // The values of rotated voxels are rounded to whole HU.
   expect_planted(*ramp_volume(turn), oblique(), kRounded);
   turn.col(1) *= -1;
   expect_planted(*ramp_volume(turn), oblique(), kRounded);
 }
 
-TEST(SliceTest, ASingleLayerIsHalfAVoxelThickEachSide) {
+TEST(SliceTest, ASingleLayerReachesHalfAVoxelToEachSide) {
   const auto ct = test::make_volume(test::centred_grid({9, 9, 1}, {1, 1, 4}),
                                     [](int i, int, int) { return 100 * i; });
   const SliceOptions o{5, 5, 1};
@@ -93,7 +93,7 @@ TEST(SliceTest, ASingleLayerIsHalfAVoxelThickEachSide) {
   EXPECT_TRUE(std::isnan(slice_values(*ct, axial_slice({{0, 0, 2.1}}), o)->at(2, 2)));
 }
 
-TEST(SliceTest, SlabsCombineWhatLiesAcross) {
+TEST(SliceTest, SlabsCombineTheValuesAcrossTheSlice) {
   const auto ct = ramp_volume(Eigen::Matrix3d::Identity());
   const SlicePlane plane = axial_slice({{0, 0, 0}});
   SliceOptions o{21, 21, 1, 12};
@@ -105,14 +105,14 @@ TEST(SliceTest, SlabsCombineWhatLiesAcross) {
   EXPECT_NEAR(middle(SlabMode::kMaximum), 10 + reach, kSingle);
   EXPECT_NEAR(middle(SlabMode::kMinimum), 10 - reach, kSingle);
   EXPECT_NEAR(middle(SlabMode::kMean), 10, kSingle);
-  // Half of the slab outside: only the rest counts. Box: |z| <= 30.
+  // Half of the slab is outside. Only the rest counts. Box: |z| <= 30.
   const SlicePlane edge = axial_slice({{0, 0, 30}});
   o.slab = SlabMode::kMean;
   EXPECT_NEAR(slice_values(*ct, edge, o)->at(10, 10), 10 + 5 * (30 - 3), kSingle);
   EXPECT_TRUE(std::isnan(slice_values(*ct, axial_slice({{0, 0, 37}}), o)->at(10, 10)));
 }
 
-TEST(SliceTest, AThinVesselStandsOutOfAMaximumSlabAndNotOfAMean) {
+TEST(SliceTest, AMaximumSlabShowsAThinVesselAndAMeanSlabDoesNot) {
   const auto ct = test::make_volume(test::centred_grid({32, 32, 32}, {1, 1, 1}),
                                     [](int i, int, int k) { return i == 16 && k == 20 ? 300 : 0; });
   SliceOptions o{32, 32, 1, 20};
@@ -123,11 +123,12 @@ TEST(SliceTest, AThinVesselStandsOutOfAMaximumSlabAndNotOfAMean) {
     return *std::max_element(values->pixels().begin(), values->pixels().end());
   };
   EXPECT_EQ(peak(SlabMode::kMaximum), 300);
-  EXPECT_NEAR(peak(SlabMode::kMean), 300.0 / 20, kSingle);  // Its area over the thickness.
+  EXPECT_NEAR(peak(SlabMode::kMean), 300.0 / 20, kSingle);  // The area of the vessel over the
+                                                            // thickness.
   EXPECT_EQ(peak(SlabMode::kMinimum), 0);
 }
 
-TEST(SliceTest, ASlabAlongVoxelPlanesHasTheirExtremesWhateverItsPlaceAndDirection) {
+TEST(SliceTest, ASlabAlongVoxelPlanesHasTheirExtremes) {
   std::mt19937 random(7);
   std::uniform_int_distribution<int> noise(-1000, 1000);
   const auto ct = test::make_volume(test::centred_grid({21, 19, 17}, {1, 1.5, 2.5}),
@@ -137,7 +138,7 @@ TEST(SliceTest, ASlabAlongVoxelPlanesHasTheirExtremesWhateverItsPlaceAndDirectio
     return axis == 0 ? sagittal_slice(at) : axis == 1 ? coronal_slice(at) : axial_slice(at);
   };
   for (const int axis : {0, 1, 2}) {
-    // Slabs about planes and between them, one of which leaves the CT.
+    // Slabs centred on planes and between planes. One of them leaves the CT.
     for (const auto& [first, last] : {std::pair{4, 10}, {5, 10}, {-2, 4}}) {
       V index(8, 9, 8);
       index[axis] = 0.5 * (first + last);
@@ -160,7 +161,7 @@ TEST(SliceTest, ASlabAlongVoxelPlanesHasTheirExtremesWhateverItsPlaceAndDirectio
   }
 }
 
-TEST(SliceTest, TheMeanOfASlabIsThatOfTheCtInIt) {
+TEST(SliceTest, TheMeanOfASlabIsTheMeanOfTheCtInIt) {
   const auto ct = ramp_volume(Eigen::Matrix3d::Identity());
   const auto at = [&](const SlicePlane& plane, double slab_mm) {
     const SliceOptions o{1, 1, 1, slab_mm, SlabMode::kMean};
@@ -173,7 +174,7 @@ TEST(SliceTest, TheMeanOfASlabIsThatOfTheCtInIt) {
     }
     EXPECT_NEAR(at(oblique(), slab_mm), planted(oblique().centre_ct.mm), kSingle) << slab_mm;
   }
-  // From 24.75 mm to where the CT ends, at 30 mm.
+  // From 24.75 mm to the end of the CT at 30 mm.
   EXPECT_NEAR(at(axial_slice({{0, 0, 29}}), 8.5), planted({0, 0, 0.5 * (24.75 + 30)}), kSingle);
 }
 
@@ -185,14 +186,14 @@ TEST(SliceTest, TheMeanOfAnObliqueSlabIsAnIntegral) {
   });
   SlicePlane plane = axial_slice({{0, 0, 0}});
   plane.down.v = V(0, std::cos(0.4), std::sin(0.4));
-  // Half a period: from one zero to the next.
+  // Half a period, from one zero to the next.
   const double slab_mm = 0.5 * kPeriodMm / std::cos(0.4);
   const SliceOptions o{1, 1, 1, slab_mm, SlabMode::kMean};
-  constexpr double kLinear = 0.02;  // Between voxels: (2 pi / 16)^2 / 12.
+  constexpr double kLinear = 0.02;  // The error between voxels: (2 pi / 16)^2 / 12.
   EXPECT_NEAR(slice_values(*ct, plane, o)->at(0, 0), 2000 / M_PI, kLinear * 2000 / M_PI);
 }
 
-TEST(SliceTest, HangsAsRadiologistsDo) {
+TEST(SliceTest, IsOrientedByRadiologicalConvention) {
   const auto labels = [](const SlicePlane& plane) {
     const SliceLabels l = labels_of(plane);
     return l.left + "|" + l.right + "|" + l.top + "|" + l.bottom;
@@ -206,7 +207,7 @@ TEST(SliceTest, HangsAsRadiologistsDo) {
   EXPECT_EQ(labels(turned), "RA|LP|AL|PR");
 }
 
-TEST(SliceTest, AlongTheNeedleTheShaftIsTheVerticalInTheMiddle) {
+TEST(SliceTest, SlicesAlongTheNeedleHaveAVerticalShaftInTheMiddle) {
   for (const V& hub :
        {V(30, -80, 40), V(1, -90, 3), V(1, 90, 3), V(0, 0, 100), V(1, 2, -90), V(-50, 1, 2)}) {
     const V tip(1, 2, 3);
@@ -218,11 +219,11 @@ TEST(SliceTest, AlongTheNeedleTheShaftIsTheVerticalInTheMiddle) {
     }
     EXPECT_NEAR(planes[0].right.v.dot(planes[1].right.v), 0, 1e-12);
   }
-  // A needle from the patient's head: the first slice hangs as a coronal one.
+  // A needle from the head of the patient. The first slice has the orientation of a coronal one.
   EXPECT_NEAR((needle_slices({{0, 0, 90}}, {{0, 0, 0}})[0].right.v - V::UnitX()).norm(), 0, 1e-12);
 }
 
-TEST(SliceTest, AnObliqueSliceHangsAsTheNearestOfTheThree) {
+TEST(SliceTest, AnObliqueSliceIsOrientedLikeTheNearestStandardSlice) {
   const Point<frames::Ct> at{{1, 2, 3}};
   for (const double sign : {1.0, -1.0}) {
     for (const auto& [normal, like] : {std::pair(V(0, 0, 1), axial_slice(at)),
@@ -239,12 +240,12 @@ TEST(SliceTest, AnObliqueSliceHangsAsTheNearestOfTheThree) {
         << "seen from the feet";
     EXPECT_EQ(plane.centre_ct.mm, at.mm);
   }
-  // Tilted by 45° from axial to coronal, seen from the feet and the front.
+  // A slice tilted by 45° from axial to coronal, seen from the feet and the front.
   const SliceLabels labels = labels_of(oblique_slice(at, {{0, 0.7, 0.71}}));
   EXPECT_EQ(labels.left + "|" + labels.right + "|" + labels.top, "R|L|AS");
 }
 
-TEST(SliceTest, RefusesWhatCannotBe) {
+TEST(SliceTest, RejectsInvalidPlanesAndOptions) {
   const auto ct = ramp_volume(Eigen::Matrix3d::Identity());
   const SlicePlane good = axial_slice({{0, 0, 0}});
   const auto refused = [&](auto change, const std::string& field) {
@@ -264,7 +265,7 @@ TEST(SliceTest, RefusesWhatCannotBe) {
   EXPECT_TRUE(refused([](auto& p, auto&) { p.right.v = -p.down.v; }, "right angle"));
 }
 
-TEST(ToGreyTest, WindowsAndMarksTheOutside) {
+TEST(ToGreyTest, AppliesTheWindowAndMarksPixelsOutside) {
   const float nan = std::numeric_limits<float>::quiet_NaN();
   const auto grey = to_grey(Image2d<float>(5, 1, {-1000, -140, 60, 260, nan}), {60, 400});
   EXPECT_EQ(grey.at(0, 0).r, 0);
@@ -275,7 +276,7 @@ TEST(ToGreyTest, WindowsAndMarksTheOutside) {
   EXPECT_NE(kOutsideCt.r, kOutsideCt.b) << "no grey";
 }
 
-/// The colour of a live plane's border.
+/// The border colour of a live plane.
 bool is_green(const Rgba8& p) { return p.g > p.r + 50; }
 
 class FusionTest : public ::testing::Test {
@@ -296,17 +297,17 @@ class FusionTest : public ::testing::Test {
   Image2d<Rgba8> ct_;
 };
 
-TEST_F(FusionTest, BlendsInsideThePictureAlone) {
+TEST_F(FusionTest, BlendsInsideTheImageOnly) {
   EXPECT_EQ(at(50, 40, {}), (Rgba8{120, 120, 120, 255}));
   EXPECT_EQ(at(50, 40, {FusionMode::kBlend, 0.25}), (Rgba8{80, 80, 80, 255}));
   EXPECT_EQ(at(50, 40, {FusionMode::kBlend, 0}), (Rgba8{40, 40, 40, 255}));
-  // The picture spans 40 mm × 30 mm about the middle of its rows, 14.5 mm below the first.
+  // The image covers 40 mm × 30 mm. Its rows have their middle 14.5 mm below the first row.
   EXPECT_EQ(at(50 - 41, 40, {}), (Rgba8{40, 40, 40, 255})) << "left of it";
   const Rgba8 border = at(50 - 39, 40, {});
   EXPECT_GT(border.g, border.r + 50) << "green: live";
 }
 
-TEST_F(FusionTest, PixelsShowThePictureWhereTheyLie) {
+TEST_F(FusionTest, PixelsShowTheImageAtTheirPosition) {
   std::vector<std::uint8_t> ramp;
   for (int row = 0; row < 30; ++row) {
     for (int column = 0; column < 40; ++column) {
@@ -322,7 +323,7 @@ TEST_F(FusionTest, PixelsShowThePictureWhereTheyLie) {
   }
 }
 
-TEST_F(FusionTest, CheckerboardAndWipeShowOneOfTheTwo) {
+TEST_F(FusionTest, CheckerboardAndWipeShowOneOfTheTwoImages) {
   const Fusion squares{FusionMode::kCheckerboard, 0.5, 5};
   EXPECT_EQ(at(52, 42, squares).r, 200);
   EXPECT_EQ(at(48, 42, squares).r, 40);
@@ -357,7 +358,7 @@ TEST_F(FusionTest, TheBorderOfACoarseSliceHasNoGap) {
   EXPECT_GT(inside, 100) << "and is at most two pixels wide";
 }
 
-TEST_F(FusionTest, AStalePictureIsNeverDrawnAsLive) {
+TEST_F(FusionTest, AStaleImageIsNeverDrawnAsLive) {
   us_.safety.state = SafetyState::kStale;
   EXPECT_EQ(at(50, 40, {}), (Rgba8{40, 40, 40, 255}));
   const Rgba8 border = at(50 - 39, 40, {});
@@ -370,13 +371,13 @@ TEST_F(FusionTest, AStalePictureIsNeverDrawnAsLive) {
   EXPECT_GT(at(50 - 39, 40, {}).r, at(50 - 39, 40, {}).b) << "amber";
 }
 
-TEST_F(FusionTest, KeepsToTheTrueOutline) {
+TEST_F(FusionTest, RespectsTheTrueOutline) {
   us_.frame.outline = SectorOutline{{0, -5}, 8, 30, 0.4};
   EXPECT_EQ(at(50, 40, {}).r, 120);
   EXPECT_EQ(at(50 - 36, 20, {}).r, 40) << "beside the sector, inside the rectangle";
 }
 
-TEST_F(FusionTest, ACrossingPlaneShowsTheUltrasoundWhereItCrosses) {
+TEST_F(FusionTest, ACrossingPlaneShowsTheUltrasoundOnTheLineOfBoth) {
   plane_ = axial_slice(plane_.centre_ct);
   EXPECT_TRUE(is_green(at(50, 40, {}))) << "on the line of both";
   EXPECT_EQ(at(50, 43, {}).r, 40) << "1.5 mm off the ultrasound plane";
@@ -384,7 +385,7 @@ TEST_F(FusionTest, ACrossingPlaneShowsTheUltrasoundWhereItCrosses) {
   EXPECT_EQ(at(50, 43, {}).r, 120) << "0.3 mm off it";
 }
 
-/// Turned about a line of the ultrasound plane through the middle of its picture.
+/// Rotates a plane about a line of the ultrasound plane through the middle of its image.
 SlicePlane turned(const SlicePlane& plane, double about_rad, double by_rad) {
   const Eigen::Vector3d line =
       std::cos(about_rad) * plane.right.v + std::sin(about_rad) * plane.down.v;
@@ -392,9 +393,9 @@ SlicePlane turned(const SlicePlane& plane, double about_rad, double by_rad) {
   return {plane.centre_ct, {turn * plane.right.v}, {turn * plane.down.v}};
 }
 
-TEST_F(FusionTest, ACrossingPlaneIsALineOfItsStateWithoutGaps) {
+TEST_F(FusionTest, ACrossingPlaneIsALineInTheColourOfItsStateWithoutGaps) {
   constexpr double kDeg = M_PI / 180;
-  constexpr double kHalfPictureMm = 12;  // Of 40 mm × 30 mm, off its border.
+  constexpr double kHalfPictureMm = 12;  // Image of 40 mm × 30 mm, without border.
   for (const double mm_per_pixel : {0.1, 0.5, 1.2, 3.0}) {
     for (const double by_deg : {90.0, 60.0, -30.0, 16.0}) {
       for (const double about_deg : {0.0, 35.0, 90.0, 120.0}) {
@@ -418,12 +419,12 @@ TEST_F(FusionTest, ACrossingPlaneIsALineOfItsStateWithoutGaps) {
   }
 }
 
-TEST_F(FusionTest, ThePictureIsNotCrossedOutWhereThePlanesNearlyAgree) {
+TEST_F(FusionTest, PlanesThatNearlyAgreeDrawNoLineOverTheImage) {
   plane_ = turned(plane_, 0, 0.02);
   EXPECT_EQ(at(50, 40, {}), (Rgba8{120, 120, 120, 255}));
 }
 
-TEST_F(FusionTest, TheLineOfAStalePlaneIsGreyAndThatOfALostOneIsNotDrawn) {
+TEST_F(FusionTest, TheLineOfAStalePlaneIsGreyAndALostPlaneHasNone) {
   plane_ = axial_slice(plane_.centre_ct);
   us_.safety.state = SafetyState::kStale;
   const Rgba8 line = at(50, 40, {});
@@ -434,7 +435,7 @@ TEST_F(FusionTest, TheLineOfAStalePlaneIsGreyAndThatOfALostOneIsNotDrawn) {
   EXPECT_EQ(at(50, 40, {}).r, 40);
 }
 
-TEST_F(FusionTest, ASecondVolumeIsFusedAsThePictureIs) {
+TEST_F(FusionTest, ASecondVolumeIsFusedLikeAnImage) {
   std::vector<Rgba8> pixels(101 * 81, Rgba8{200, 200, 200, 255});
   pixels[0] = kOutsideCt;
   const Image2d<Rgba8> second(101, 81, std::move(pixels));
@@ -456,7 +457,7 @@ TEST_F(FusionTest, ASecondVolumeIsFusedAsThePictureIs) {
                             {"share"}));
 }
 
-TEST_F(FusionTest, RefusesWhatCannotBe) {
+TEST_F(FusionTest, RejectsInvalidFusionOptions) {
   const auto refused = [&](const Fusion& fusion, const std::string& field) {
     return test::refuses(fuse(ct_, plane_, options_, us_, fusion), ErrorCode::kUsage, {field});
   };
@@ -468,7 +469,7 @@ TEST_F(FusionTest, RefusesWhatCannotBe) {
   EXPECT_TRUE(refused({FusionMode::kBlend, 0.5, 10, 0.5, -1}, "reach_mm"));
 }
 
-TEST(SliceTest, AlongAnImagePixelsLieWhereThePictureHasThem) {
+TEST(SliceTest, ASliceAlongAnImageHasThePixelPositionsOfTheImage) {
   const auto ct = ramp_volume(Eigen::Matrix3d::Identity());
   const Transform<frames::Ct, frames::Image> ct_from_image{
       Eigen::Quaterniond(0.8, 0.3, -0.4, 0.2).normalized(), V(1, -2, 3)};

@@ -25,7 +25,7 @@ double distance_to_segment(const V& p, const V& a, const V& b) {
   return (p - a - t * u).norm();
 }
 
-TEST(ValueAtTest, IsTrilinearBetweenVoxelsAndTheNearestOutside) {
+TEST(ValueAtTest, IsTrilinearBetweenVoxelsAndTheNearestVoxelOutside) {
   VoxelGrid grid;
   grid.size = {4, 3, 1};
   std::vector<std::int16_t> hu;
@@ -61,13 +61,13 @@ TEST(EnterCapsuleTest, AgreesWithSphereTracing) {
     }
     const double found = enter_capsule(c, ray);
     if (gap > 1e-9) {
-      // A miss, or a graze that the tracer has not decided.
+      // A miss, or a ray that touches the surface only, which the tracer cannot decide.
       const bool misses = !(found > 0 && std::isfinite(found));
       EXPECT_TRUE(misses || gap < 1e-3) << i;
       continue;
     }
     ++hits;
-    // Near a graze the tracer stops early: the surface point itself must be right.
+    // The tracer stops early if the ray nearly touches. The surface point itself must be correct.
     EXPECT_NEAR(distance_to_segment(ray.origin + found * ray.direction, c.a, c.b), c.radius,
                 kTolerance)
         << i;
@@ -76,7 +76,7 @@ TEST(EnterCapsuleTest, AgreesWithSphereTracing) {
   EXPECT_GT(hits, 1000);
 }
 
-TEST(ClipToBoxTest, ContainsExactlyWhatIsInside) {
+TEST(ClipToBoxTest, ContainsExactlyThePointsInside) {
   std::mt19937 random(9);
   const std::array<int, 3> size{7, 1, 12};
   for (int i = 0; i < 2000; ++i) {
@@ -93,12 +93,12 @@ TEST(ClipToBoxTest, ContainsExactlyWhatIsInside) {
   }
 }
 
-TEST(RayOfTest, CornersSpanTheFieldOfView) {
+TEST(RayOfTest, RaysOfTheCornersSpanTheFieldOfView) {
   VoxelGrid grid;
   Camera camera{{{1, 2, 3}}, {{1, 12, 3}}, {{0, 0, 2}}};
   camera.vertical_fov_rad = 0.8;
   const auto view = make_view<double>(camera, 400, 200, grid);
-  // Middle of the top row: half a pixel below the upper edge.
+  // The middle of the top row is half a pixel below the upper edge.
   const V top = 0.5 * (ray_of(view, 199, 0).direction + ray_of(view, 200, 0).direction);
   EXPECT_NEAR(top.z() / top.y(), std::tan(0.4) * (1 - 1.0 / 200), 1e-5);
   const V right = 0.5 * (ray_of(view, 399, 99).direction + ray_of(view, 399, 100).direction);
@@ -132,7 +132,7 @@ TEST(ShadeSampleTest, FadesInWithTheGradientAndIsTwoSided) {
   EXPECT_EQ(shade({1e-320, 0, 0}, 1).allFinite(), true) << "denormal gradients";
 }
 
-TEST(ShadedShareTest, IsThePapersBlendOfShadedAndPlain) {
+TEST(ShadedShareTest, BlendsShadedAndPlainColourAsInThePaper) {
   Shading shading;
   for (const double importance : {0.0, 0.3, 1.0}) {
     shading.emphasis = 0;
@@ -176,7 +176,7 @@ TEST(GoochTest, IsTwoSidedAndLitFromTheUpperLeft) {
   EXPECT_GT(lit.x(), shade({40, -40, -40}).x()) << "warm towards the light";
 }
 
-TEST(JitterTest, IsEvenAndWithoutRows) {
+TEST(JitterTest, IsUniformWithoutCorrelationAlongRows) {
   double sum = 0;
   double product = 0;
   constexpr int kSize = 200;
@@ -188,7 +188,7 @@ TEST(JitterTest, IsEvenAndWithoutRows) {
       product += (u - 0.5) * (jitter_of(x + 1, y) - 0.5);
     }
   }
-  // Three standard deviations of 40 000 even numbers.
+  // Three standard deviations of 40 000 uniform numbers.
   EXPECT_NEAR(sum / (kSize * kSize), 0.5, 3 * std::sqrt(1.0 / 12) / kSize);
   EXPECT_NEAR(product / (kSize * kSize), 0, 3.0 / 12 / kSize);
 }

@@ -18,7 +18,7 @@ std::vector<TransferNode> ramp() {
   return {{0, {0, 0.5, 1}, 0.0, 0.0}, {100, {1, 0.5, 0}, 0.5, 1.0}};
 }
 
-TEST(TransferFunctionTest, ExtinctionIsLinearInHuAndOpacityIsOfOneMillimetre) {
+TEST(TransferFunctionTest, ExtinctionIsLinearInHuAndOpacityIsPerMillimetre) {
   const auto f = TransferFunction::create("ramp", ramp());
   ASSERT_TRUE(test::has_value(f));
   const TransferSample end = f->at(100);
@@ -46,7 +46,7 @@ TEST(TransferFunctionTest, KeepsTinyOpacitiesExact) {
   EXPECT_NEAR(f->at(0).tau_per_mm / 1e-15, 1.0, kTauRounding);
 }
 
-TEST(TransferFunctionTest, NamesTheBadNode) {
+TEST(TransferFunctionTest, NamesTheInvalidNode) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto with = [](auto change) {
     auto nodes = ramp();
@@ -69,7 +69,7 @@ constexpr double kNoEnd = std::numeric_limits<double>::infinity();
 
 double opacity_of(const TransferSample& sample) { return -std::expm1(-sample.tau_per_mm); }
 
-/// The same look at every value.
+/// A component with the same appearance for all values.
 TransferComponent even(const std::string& name, const Eigen::Vector3d& rgb, double opacity,
                        double importance) {
   return {name, {{-10, rgb, opacity, importance}, {10, rgb, opacity, importance}}, {}};
@@ -84,7 +84,7 @@ TransferFunction blended(std::vector<TransferComponent> components) {
 TEST(TransferFunctionBlendTest, WeightsColoursByOpacityTimesImportance) {
   const auto f = blended({even("a", {1, 0, 0}, 0.2, 0.25), even("b", {0, 1, 0}, 0.1, 1.0),
                           even("c", {0, 0, 1}, 0.4, 0.5)});
-  // Weights 0.05, 0.1, 0.2 of 0.35.
+  // Weights 0.05, 0.1 and 0.2 of 0.35.
   const TransferSample s = f.at(0);
   EXPECT_NEAR(s.rgb.x(), 1.0 / 7, kTauRounding);
   EXPECT_NEAR(s.rgb.y(), 2.0 / 7, kTauRounding);
@@ -93,7 +93,7 @@ TEST(TransferFunctionBlendTest, WeightsColoursByOpacityTimesImportance) {
   EXPECT_EQ(s.importance, 1);
 }
 
-TEST(TransferFunctionBlendTest, OrderOfComponentsIsOfNoConsequence) {
+TEST(TransferFunctionBlendTest, TheOrderOfComponentsDoesNotMatter) {
   const auto a = even("a", {1, 0.3, 0}, 0.2, 0.25);
   const auto b = even("b", {0, 1, 0.7}, 0.1, 0.9);
   const TransferSample one = blended({a, b}).at(0);
@@ -115,14 +115,14 @@ TEST(TransferFunctionBlendTest, AllImportancesZeroIsTheLimitOfEqualSmallOnes) {
   EXPECT_NEAR((at(1e-300).rgb - zero.rgb).norm(), 0, kTauRounding);
 }
 
-TEST(TransferFunctionBlendTest, AnInvisibleComponentHasNoSay) {
+TEST(TransferFunctionBlendTest, AnInvisibleComponentHasNoEffect) {
   const TransferSample s =
       blended({even("clear", {1, 0, 0}, 0, 1), even("seen", {0, 1, 0}, 1e-9, 0.2)}).at(0);
   EXPECT_EQ(s.rgb, Eigen::Vector3d(0, 1, 0));
   EXPECT_EQ(s.importance, 0.2);
 }
 
-/// Visible on (low, high), with zeros at both.
+/// Visible in (low, high), zero at both ends.
 TransferComponent peak(const Eigen::Vector3d& rgb, double low, double high, double importance) {
   return {"peak",
           {{low, rgb, 0, importance},
@@ -143,7 +143,7 @@ TEST(TransferFunctionBlendTest, InvisibleValuesTakeTheColourOfTheNearestVisibleR
   }
 }
 
-TEST(TransferFunctionBlendTest, HiddenByItsWindowItStillLendsItsColour) {
+TEST(TransferFunctionBlendTest, AComponentHiddenByItsWindowStillGivesItsColour) {
   TransferComponent edge = even("edge", {1, 0, 0}, 0.5, 1);
   edge.gradient = GradientWindow{50, 50, kNoEnd, kNoEnd};
   const auto f = blended({peak({0, 0, 1}, 20, 40, 1), edge});
@@ -151,7 +151,7 @@ TEST(TransferFunctionBlendTest, HiddenByItsWindowItStillLendsItsColour) {
   EXPECT_EQ(f.at(0, 0).tau_per_mm, 0);
 }
 
-TEST(TransferFunctionBlendTest, NothingVisibleAnywhereIsStillAColour) {
+TEST(TransferFunctionBlendTest, AFunctionThatIsNowhereVisibleStillHasAColour) {
   const TransferSample s = blended({even("clear", {0.2, 0.4, 0.6}, 0, 1)}).at(3);
   EXPECT_EQ(s.rgb, Eigen::Vector3d(0.2, 0.4, 0.6));
   EXPECT_EQ(s.tau_per_mm, 0);
@@ -194,7 +194,7 @@ TEST(TransferFunctionBlendTest, GradientWindowIsATrapezoidOnTheExtinction) {
   EXPECT_EQ(share({0, 0, kNoEnd, kNoEnd}, 0), 1) << "a window over everything";
 }
 
-TEST(TransferFunctionBlendTest, RefusesWhatCannotBe) {
+TEST(TransferFunctionBlendTest, RejectsInvalidComponents) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto refused = [](const std::vector<TransferComponent>& components,
                           std::initializer_list<std::string> pieces) {
@@ -249,7 +249,7 @@ TEST(TransferFunctionBlendTest, RandomBlendsStayInRange) {
   }
 }
 
-TEST(PresetTransferFunctionTest, ShowsWhatItsNamePromises) {
+TEST(PresetTransferFunctionTest, ShowsTheTissueThatItsNameStates) {
   const auto bone = preset_transfer_function("ct-bone");
   const auto soft = preset_transfer_function("ct-soft-tissue");
   const auto vessels = preset_transfer_function("cta-vessels");
@@ -261,7 +261,7 @@ TEST(PresetTransferFunctionTest, ShowsWhatItsNamePromises) {
   }
   EXPECT_EQ(bone->at(60).tau_per_mm, 0) << "no soft tissue among bone";
   EXPECT_GT(bone->at(900).tau_per_mm, 2) << "cortex is opaque within a millimetre";
-  // A plane under 100 mm of liver keeps a third of its light.
+  // A plane below 100 mm of liver keeps a third of its light.
   EXPECT_GT(std::exp(-100 * soft->at(110).tau_per_mm), 0.33);
   EXPECT_GT(soft->at(110).tau_per_mm, 0);
   const TransferSample artery = vessels->at(330);
@@ -270,7 +270,7 @@ TEST(PresetTransferFunctionTest, ShowsWhatItsNamePromises) {
   EXPECT_GT(vessels->at(900).rgb.y(), 0.8) << "bone is ivory";
 }
 
-TEST(PresetTransferFunctionTest, ListsTheKnownOnes) {
+TEST(PresetTransferFunctionTest, AnUnknownNameListsTheKnownOnes) {
   EXPECT_TRUE(test::refuses(preset_transfer_function("mri"), ErrorCode::kNotFound,
                             {"mri", "ct-bone", "ct-soft-tissue", "ct-liver", "cta-vessels",
                              "cta-liver-vessels", "mr-default"}));

@@ -12,7 +12,7 @@ namespace nav::render {
 namespace {
 
 std::shared_ptr<const Volume> head_like(double scale) {
-  // Background about 0, tissue about 400, bright 1000; times a scale.
+  // Background near 0, tissue near 400, bright values 1000, times a scale.
   return test::make_volume(test::centred_grid({40, 40, 40}, {1, 1, 1}), [=](int i, int j, int k) {
     const double r = std::hypot(i - 20, j - 20, k - 20);
     const double noise = (i * 7 + j * 13 + k * 29) % 11;
@@ -20,7 +20,7 @@ std::shared_ptr<const Volume> head_like(double scale) {
   });
 }
 
-TEST(PresetTest, EveryNameGivesAFunctionWithOrderedImportance) {
+TEST(PresetTest, EachNameGivesAFunctionWithOrderedImportance) {
   const auto ct = head_like(1);
   EXPECT_EQ(preset_names().size(), 6U);
   for (const std::string& name : preset_names()) {
@@ -36,7 +36,7 @@ TEST(PresetTest, EveryNameGivesAFunctionWithOrderedImportance) {
   EXPECT_TRUE(test::refuses(preset_for("x-ray", *ct), ErrorCode::kNotFound, {"x-ray", "ct-liver"}));
 }
 
-TEST(PresetTest, CtLooksRankTissuesAsThePaper) {
+TEST(PresetTest, CtAppearancesRankTissuesAsInThePaper) {
   const auto importance = [](const char* name, double hu) {
     return preset_transfer_function(name)->at(hu).importance;
   };
@@ -51,7 +51,7 @@ TEST(PresetTest, CtLooksRankTissuesAsThePaper) {
   EXPECT_LT(importance("cta-vessels", 60), 0.2);
 }
 
-TEST(ValueRangeTest, IsThatOfTheImageWithoutBackgroundAndOutliers) {
+TEST(ValueRangeTest, LeavesOutBackgroundAndOutliers) {
   const ValueRange range = value_range(*head_like(1));
   EXPECT_GT(range.low, 5);
   EXPECT_LT(range.low, 400);
@@ -61,8 +61,8 @@ TEST(ValueRangeTest, IsThatOfTheImageWithoutBackgroundAndOutliers) {
   EXPECT_GT(value_range(*flat).high, value_range(*flat).low);
 }
 
-TEST(ValueRangeTest, EndsWhereAHalfPercentOfTheForegroundIsBrighter) {
-  // 1000 voxels of background, and 1001, 1002, ... 2000.
+TEST(ValueRangeTest, EndsBelowTheBrightestHalfPercentOfTheForeground) {
+  // 1000 voxels of background, then 1001, 1002, ... 2000.
   const auto volume =
       test::make_volume(test::centred_grid({10, 10, 20}, {1, 1, 1}), [](int i, int j, int k) {
         const int n = (k * 10 + j) * 10 + i;
@@ -72,14 +72,14 @@ TEST(ValueRangeTest, EndsWhereAHalfPercentOfTheForegroundIsBrighter) {
   EXPECT_EQ(value_range(*volume).high, 1995);
 }
 
-TEST(PresetTest, MrIsLaidOverTheVolumesValues) {
+TEST(PresetTest, MrIsFittedToTheValuesOfTheVolume) {
   const auto one = preset_for("mr-default", *head_like(1));
   const auto ten = preset_for("mr-default", *head_like(10));
   ASSERT_TRUE(test::has_value(one) && test::has_value(ten));
   EXPECT_EQ(one->at(5).tau_per_mm, 0) << "background";
   EXPECT_EQ(ten->at(50).tau_per_mm, 0);
   EXPECT_GE(one->at(1005).importance, 0.99);
-  // The same tissue looks alike, whatever the scanner's scale.
+  // Tissue has the same appearance for each scale of the scanner.
   EXPECT_NEAR(ten->at(4250).tau_per_mm / one->at(425).tau_per_mm, 1, 0.15);
   EXPECT_NEAR((ten->at(4250).rgb - one->at(425).rgb).norm(), 0, 0.05);
 }
@@ -101,7 +101,7 @@ TEST(RescaledTest, MapsValuesAndGradientWindows) {
   EXPECT_EQ(rescaled(shading, {0, 10}, {100, 300}).full_gradient_per_mm, 200);
 }
 
-TEST(RescaledTest, RefusesWhatFallsTogetherOrLeavesTheNumbers) {
+TEST(RescaledTest, RejectsValuesThatBecomeEqualOrExceedTheNumberRange) {
   const auto near = *TransferFunction::create(
       "near", {{0, {1, 0, 0}, 0.1, 0.3}, {std::nextafter(0.0, 1.0), {0, 1, 0}, 0.5, 0.6}});
   EXPECT_TRUE(test::refuses(rescaled(near, {0, 10}, {100, 300}), ErrorCode::kMalformedData,
@@ -112,7 +112,7 @@ TEST(RescaledTest, RefusesWhatFallsTogetherOrLeavesTheNumbers) {
                             {"far", "finite"}));
 }
 
-TEST(WithImportanceTest, SetsItInARangeAndChangesNothingElse) {
+TEST(WithImportanceTest, SetsImportanceInARangeAndChangesNothingElse) {
   const auto f = *TransferFunction::create(
       "f", {{0, {1, 0, 0}, 0.0, 0.2}, {100, {0, 1, 0}, 0.5, 0.4}, {300, {0, 0, 1}, 0.9, 0.6}});
   const auto g = with_importance(f, {{150, 250, 1.0}});
@@ -140,7 +140,7 @@ TEST(WithImportanceTest, RulesApplyInOrderAndByComponent) {
   EXPECT_EQ(g->at(20).importance, 0.25);
 }
 
-TEST(WithImportanceTest, RefusesBadRules) {
+TEST(WithImportanceTest, RejectsInvalidRules) {
   const auto f = *preset_transfer_function("ct-bone");
   const auto refused = [&](const ImportanceRule& rule, const std::string& piece) {
     return test::refuses(with_importance(f, {rule}), ErrorCode::kUsage, {"importance of", piece});

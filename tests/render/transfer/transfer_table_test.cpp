@@ -13,7 +13,7 @@
 namespace nav::render {
 namespace {
 
-/// Entries are stored in single precision.
+/// The table stores entries in single precision.
 constexpr double kTableRounding = 1e-6;
 constexpr double kEndless = std::numeric_limits<double>::infinity();
 
@@ -37,7 +37,7 @@ TransferFunction random_function(std::mt19937& random, bool whole) {
   return *TransferFunction::create("random", random_component(random, whole).nodes);
 }
 
-/// Colour times extinction, and extinction, by definition linear between entries.
+/// Colour times extinction, and extinction, linear between entries by definition.
 Eigen::Vector4d premultiplied(const TransferTable& table, double hu) {
   const double x = std::clamp(hu - table.first_hu(), 0.0, table.size() - 1.0);
   const auto i = std::min(static_cast<std::size_t>(x), static_cast<std::size_t>(table.size()) - 2);
@@ -51,7 +51,7 @@ Eigen::Vector4d premultiplied(const TransferTable& table, double hu) {
   return (1 - w) * entry(i) + w * entry(i + 1);
 }
 
-/// The mean over [a, b] by the midpoint rule between the whole values, where it is exact.
+/// The mean over [a, b] by the midpoint rule between whole values, where it is exact.
 Eigen::Vector4d dense_mean(const TransferTable& table, double a, double b) {
   const auto [low, high] = std::minmax(a, b);
   Eigen::Vector4d sum = Eigen::Vector4d::Zero();
@@ -66,7 +66,7 @@ Eigen::Vector4d dense_mean(const TransferTable& table, double a, double b) {
 void expect_mean(const TransferTable& table, double a, double b) {
   const Eigen::Vector4d expected = dense_mean(table, a, b);
   const TransferSample found = table.mean(a, b);
-  // Integrals of some hundred HU are subtracted.
+  // The function subtracts integrals of some hundred HU.
   const double tolerance = 1e-11 * (1 + 100 / std::abs(b - a));
   EXPECT_NEAR(found.tau_per_mm, expected[3], tolerance) << a << ' ' << b;
   for (int c = 0; c < 3; ++c) {
@@ -74,7 +74,7 @@ void expect_mean(const TransferTable& table, double a, double b) {
   }
 }
 
-TEST(TransferTableTest, ABowMovesTheMeanOfALinearFunctionByItself) {
+TEST(TransferTableTest, ABowShiftsTheMeanOfALinearFunctionByTheBow) {
   const TransferTable table(*TransferFunction::create(
       "ramp", {{0, {1, 1, 1}, 0, 1}, {1000, {1, 1, 1}, -std::expm1(-1.0), 1}}));
   for (const auto& [a, b] : {std::pair{200.0, 600.0}, {600.0, 200.0}, {300.0, 340.0}}) {
@@ -84,12 +84,12 @@ TEST(TransferTableTest, ABowMovesTheMeanOfALinearFunctionByItself) {
           << a << ' ' << b << ' ' << bow;
       EXPECT_EQ(there.tau_per_mm, table.mean(b, a, bow).tau_per_mm);
     }
-    // Held where it is more than half of the change.
+    // A bow above half of the change is limited to half of it.
     EXPECT_EQ(table.mean(a, b, 1e6).tau_per_mm, table.mean(a, b, 0.5 * std::abs(b - a)).tau_per_mm);
   }
 }
 
-TEST(TransferTableTest, ABowShowsNothingBetweenInvisibleEndsAndNeverLessThanNothing) {
+TEST(TransferTableTest, ABowBetweenInvisibleEndsShowsNothingAndIsNeverNegative) {
   std::mt19937 random(31);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (int i = 0; i < 200; ++i) {
@@ -111,7 +111,7 @@ bool is_visible(const TransferFunction& function, double hu) {
   return static_cast<float>(function.at(hu).tau_per_mm) > 0;
 }
 
-/// Of the nearest visible whole value, the lower one of two; 0: there is none.
+/// The importance of the nearest visible whole value, the lower one of two. 0 if there is none.
 double entry_importance(const TransferFunction& function, const TransferTable& table, double hu) {
   for (double away = 0; away <= table.last_hu() - table.first_hu(); ++away) {
     for (const double at : {hu - away, hu + away}) {
@@ -141,7 +141,7 @@ TEST(TransferTableTest, IsExactForNodesAtWholeHu) {
   }
 }
 
-TEST(TransferTableTest, ImportanceIsThatOfTheNearestEntry) {
+TEST(TransferTableTest, ImportanceComesFromTheNearestEntry) {
   const TransferTable table(*TransferFunction::create(
       "jump", {{0, {1, 1, 1}, 0.5, 0.25}, {1, {1, 1, 1}, 0.5, 0.75}, {2, {1, 1, 1}, 0, 1}}));
   EXPECT_EQ(table.at(0.49).importance, 0.25);
@@ -152,7 +152,7 @@ TEST(TransferTableTest, ImportanceIsThatOfTheNearestEntry) {
   EXPECT_TRUE(table.importance_matters());
 }
 
-TEST(TransferTableTest, ImportanceMattersOnlyWhereSomethingIsVisible) {
+TEST(TransferTableTest, ImportanceMattersOnlyIfAValueIsVisible) {
   const auto matters = [](double opacity, double importance) {
     return TransferTable(*TransferFunction::create("one", {{0, {1, 1, 1}, opacity, importance},
                                                            {9, {1, 1, 1}, opacity, importance}}))
@@ -180,7 +180,7 @@ TEST(TransferTableTest, MeanEqualsDenseIntegration) {
   }
 }
 
-TEST(TransferTableTest, MeanIsSymmetricAndMeetsTheValue) {
+TEST(TransferTableTest, MeanIsSymmetricAndEqualsTheValueIfTheEndsAreEqual) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> anywhere(-250, 300);
   for (int f = 0; f < 40; ++f) {
@@ -192,7 +192,8 @@ TEST(TransferTableTest, MeanIsSymmetricAndMeetsTheValue) {
     for (const double gap : {0.0, 1e-9, 0.0009, 0.0011, 0.01}) {
       const TransferSample at = table.at(a);
       const TransferSample mean = table.mean(a, a + gap);
-      constexpr double kSteepest = 2.4;  // Of extinction, per HU: opacity 0.9 within one.
+      constexpr double kSteepest = 2.4;  // The steepest extinction per HU: opacity 0.9 within one
+                                         // HU.
       EXPECT_NEAR(mean.tau_per_mm, at.tau_per_mm, 1e-8 + gap * kSteepest) << gap;
     }
   }
@@ -214,7 +215,7 @@ TEST(TransferTableTest, SpikesAndStepsOfOneHuKeepTheirArea) {
   EXPECT_NEAR(step.mean(100, 4000).tau_per_mm, tau, 1e-7);
 }
 
-TEST(TransferTableTest, IntegralsAreWholeQuantaOfTheSameIntegral) {
+TEST(TransferTableTest, IntegralsAreWholeQuantaOfTheExactIntegral) {
   std::mt19937 random(6);
   for (int f = 0; f < 20; ++f) {
     const TransferTable table(random_function(random, true));
@@ -233,7 +234,7 @@ TEST(TransferTableTest, IntegralsAreWholeQuantaOfTheSameIntegral) {
   }
 }
 
-TEST(TransferTableTest, RoundsAsTheLibraryDoes) {
+TEST(TransferTableTest, RoundsLikeTheStandardLibrary) {
   for (const double x : {0.0, std::nextafter(0.5, 0), 0.5, 1.5, 2.5, std::nextafter(2.5, 0)}) {
     EXPECT_EQ(rounded(x), std::lround(x)) << x;
   }
@@ -276,7 +277,7 @@ TEST(TransferTableTest, RangeQueriesEqualBruteForce) {
   EXPECT_LT(visible, kFunctions * kRanges * 9 / 10);
 }
 
-TEST(TransferTableTest, NoValueExceedsWhatItsRangePromises) {
+TEST(TransferTableTest, NoValueExceedsTheBoundsOfItsRange) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> anywhere(-250, 450);
   std::uniform_real_distribution<double> gradient(0, 150);
@@ -324,7 +325,7 @@ TEST(TransferTableTest, RowsFollowTheGradientWindows) {
   EXPECT_EQ(table.at(50, 21.51).importance, 1) << "the nearest row decides";
 }
 
-TEST(TransferTableTest, AWindowOverEverythingChangesNothing) {
+TEST(TransferTableTest, AWindowThatContainsAllGradientsChangesNothing) {
   const std::vector<TransferNode> nodes{{0, {1, 0, 0}, 0.1, 1}, {50, {0, 1, 0}, 0.6, 0.5}};
   const TransferTable plain(*TransferFunction::create("plain", nodes));
   const TransferTable windowed(
@@ -336,7 +337,7 @@ TEST(TransferTableTest, AWindowOverEverythingChangesNothing) {
   }
 }
 
-TEST(TransferTableTest, KnowsUpToWhereNothingIsVisible) {
+TEST(TransferTableTest, KnowsTheHighestInvisibleValue) {
   const auto up_to = [](double first_opacity, double last_opacity) {
     return TransferTable(*TransferFunction::create("ramp", {{-10, {1, 1, 1}, first_opacity, 0},
                                                             {20, {1, 1, 1}, first_opacity, 0},
@@ -357,7 +358,7 @@ TEST(TransferTableTest, RoundsNodesBetweenWholeHuOutwards) {
   EXPECT_EQ(table.size(), 13);
 }
 
-TEST(TransferTableTest, KeepsToInt16) {
+TEST(TransferTableTest, LimitsValuesToInt16) {
   const auto wide =
       *TransferFunction::create("wide", {{-40000, {1, 1, 1}, 0, 0}, {40000, {1, 1, 1}, 0.5, 0}});
   const TransferTable table(wide);

@@ -15,7 +15,7 @@ using Align = WindowWords::Align;
 using Stack = WindowWords::Stack;
 constexpr Rgba8 kInk = {255, 255, 255, 255};
 
-/// What a replay says in the worst case.
+/// The texts of a replay in the worst case.
 std::vector<WindowWords> much() {
   std::vector<WindowWords> words{{"R", kInk, 0.01, 0.5, Align::kLeft, 17},
                                  {"L", kInk, 0.99, 0.5, Align::kRight, 17},
@@ -40,7 +40,7 @@ std::string said(const std::vector<PlacedWords>& lines) {
   return all;
 }
 
-/// Whether lines lie in the window and apart from one another.
+/// Tests that lines lie in the window and do not overlap.
 void expect_apart(const std::vector<PlacedWords>& lines, int width, int height) {
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const PlacedWords& a = lines[i];
@@ -58,7 +58,7 @@ void expect_apart(const std::vector<PlacedWords>& lines, int width, int height) 
   }
 }
 
-TEST(WindowLayoutTest, WordsStandApartAndWholeInSmallWindows) {
+TEST(WindowLayoutTest, TextsDoNotOverlapAndStayWholeInSmallWindows) {
   for (const auto& [width, height] : {std::pair(300, 225), {400, 300}, {900, 700}, {1920, 1080}}) {
     SCOPED_TRACE(std::to_string(width) + " x " + std::to_string(height));
     const auto lines = placed_words(much(), width, height);
@@ -69,7 +69,7 @@ TEST(WindowLayoutTest, WordsStandApartAndWholeInSmallWindows) {
   }
 }
 
-TEST(WindowLayoutTest, AWrappedLineReadsDownwardsInEitherStack) {
+TEST(WindowLayoutTest, AWrappedLineReadsDownwardsInBothStacks) {
   for (const Stack stack : {Stack::kDown, Stack::kUp}) {
     const auto lines = placed_words(
         {{"one two three four five six seven", kInk, 0.01, 0.5, Align::kLeft, 14, stack}}, 90, 300);
@@ -80,7 +80,7 @@ TEST(WindowLayoutTest, AWrappedLineReadsDownwardsInEitherStack) {
   }
 }
 
-TEST(WindowLayoutTest, StatesStayWhereNothingElseHasRoom) {
+TEST(WindowLayoutTest, OnlyStatesRemainInATinyWindow) {
   const auto lines = placed_words(much(), 200, 110);
   expect_apart(lines, 200, 110);
   EXPECT_NE(said(lines).find("needle lost"), std::string::npos) << said(lines);

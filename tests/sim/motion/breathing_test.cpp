@@ -26,7 +26,7 @@ BreathingOptions regular(BreathingKind kind) {
   return options;
 }
 
-TEST(BreathingTest, RegularDepthIsTheClosedForm) {
+TEST(BreathingTest, DepthOfRegularBreathingFollowsTheClosedForm) {
   const Breathing breathing(regular(BreathingKind::kSmooth));
   for (double s = 0; s < 12; s += 0.13) {
     const double expected = std::pow(std::sin(std::numbers::pi * s / 4), 4);
@@ -48,9 +48,9 @@ TEST(BreathingTest, MovesTheCentreByItsAmplitudeAtFullDepth) {
   }
 }
 
-TEST(BreathingTest, LagMakesALoop) {
+TEST(BreathingTest, LagGivesDifferentPathsInAndOut) {
   const Breathing breathing(regular(BreathingKind::kSmooth));
-  // Same depth on the way in and on the way out, different displacement to the front.
+  // The depth is equal on the way in and on the way out, but the displacement to the front differs.
   const auto in = breathing.state(at(1.2));
   const auto out = breathing.state(at(2.8));
   EXPECT_NEAR(in.depth, out.depth, 1e-9);
@@ -71,7 +71,7 @@ TEST(BreathingTest, IrregularBreathsAreContinuousAndDiffer) {
     const auto now = breathing.state(at(s));
     ASSERT_GE(now.phase, 0);
     ASSERT_LT(now.phase, 1);
-    // Steepest: 1.5 · π · 4 sin³ cos / (shortest cycle of 2 s) = 3.1 per second.
+    // Steepest slope: 1.5 · π · 4 sin³ cos / (shortest cycle of 2 s) = 3.1 per second.
     ASSERT_NEAR(now.depth, before, 3.2e-3) << s;
     ASSERT_TRUE(now.cycle == cycle || now.cycle == cycle + 1);
     if (now.cycle != cycle) {
@@ -87,7 +87,7 @@ TEST(BreathingTest, IrregularBreathsAreContinuousAndDiffer) {
   EXPECT_GT(most, 1.2);
 }
 
-TEST(BreathingTest, SeedDecidesAndOrderDoesNot) {
+TEST(BreathingTest, ResultDependsOnTheSeedButNotOnTheOrderOfQueries) {
   BreathingOptions options = options_of(BreathingKind::kSmooth);
   const Breathing a(options), b(options);
   const double late = a.state(at(33.3)).depth;
@@ -97,12 +97,12 @@ TEST(BreathingTest, SeedDecidesAndOrderDoesNot) {
   EXPECT_NE(Breathing(options).state(at(33.3)).depth, late);
 }
 
-TEST(BreathingTest, NoneMovesNothing) {
+TEST(BreathingTest, WithoutBreathingNothingMoves) {
   const Breathing breathing(BreathingOptions{});
   EXPECT_EQ(breathing.warp(at(1.7))->apply({1, 2, 3}), Vec(1, 2, 3));
 }
 
-TEST(BreathingTest, RefusesWhatCannotBe) {
+TEST(BreathingTest, RejectsInvalidOptions) {
   BreathingOptions folding = options_of(BreathingKind::kSmooth);
   folding.extent_mm = {20, 20, 20};
   folding.amplitude_mm = {0, 0, -40};

@@ -28,7 +28,7 @@ Transform<Image, Image> from_middle(const HandPath& path, double seconds) {
   return kMiddle.inverse() * path.steady(time_at(seconds));
 }
 
-TEST(HandPathTest, PassesItsMiddleHalfWay) {
+TEST(HandPathTest, PassesThroughItsMiddlePoseAtHalfTime) {
   for (const auto kind :
        {HandPathKind::kSweep, HandPathKind::kFan, HandPathKind::kRock, HandPathKind::kTilt}) {
     const auto middle = from_middle(make(kind), 2);
@@ -37,7 +37,7 @@ TEST(HandPathTest, PassesItsMiddleHalfWay) {
   }
 }
 
-TEST(HandPathTest, SweepSlidesAcrossThePlaneByItsLength) {
+TEST(HandPathTest, SweepMovesAcrossThePlaneByItsLength) {
   const auto path = make(HandPathKind::kSweep);
   const auto begin = from_middle(path, 0);
   const auto end = from_middle(path, 4);
@@ -46,7 +46,7 @@ TEST(HandPathTest, SweepSlidesAcrossThePlaneByItsLength) {
   EXPECT_LE((from_middle(path, 99).translation_mm() - Vec(0, 0, 30)).norm(), 1e-9);
 }
 
-TEST(HandPathTest, FanAndRockTurnInPlaceAboutTheirAxes) {
+TEST(HandPathTest, FanAndRockRotateAboutTheirAxes) {
   const Point<Image> deep{{0, 100, 0}};
   const auto fan = from_middle(make(HandPathKind::kFan), 4);
   EXPECT_LE((fan * Point<Image>{Vec::Zero()}).mm.norm(), 1e-9);
@@ -55,7 +55,7 @@ TEST(HandPathTest, FanAndRockTurnInPlaceAboutTheirAxes) {
   EXPECT_LE(((rock * deep).mm - Vec(-100 * std::sin(0.45), 100 * std::cos(0.45), 0)).norm(), 1e-9);
 }
 
-TEST(HandPathTest, TiltSwingsToAndFroWhileItSlides) {
+TEST(HandPathTest, TiltSwingsBothWaysWhileItMoves) {
   const auto path = make(HandPathKind::kTilt);
   double most = 0, least = 0;
   for (double s = 0; s <= 4; s += 0.01) {
@@ -68,7 +68,7 @@ TEST(HandPathTest, TiltSwingsToAndFroWhileItSlides) {
   EXPECT_NEAR(least, -0.45, 1e-3);
 }
 
-TEST(HandPathTest, WobbleHasItsStandardDeviationAndIsSmooth) {
+TEST(HandPathTest, TremorIsSmoothAndHasItsStandardDeviation) {
   HandTremor tremor;
   double sum = 0, square = 0, jerk = 0;
   int count = 0;
@@ -86,14 +86,14 @@ TEST(HandPathTest, WobbleHasItsStandardDeviationAndIsSmooth) {
   EXPECT_LT(jerk, 0.035);
 }
 
-TEST(HandPathTest, SameSeedSameHand) {
+TEST(HandPathTest, TheSeedDeterminesTheTremor) {
   HandTremor a, b;
   b.seed = 2;
   EXPECT_EQ(wobble_at(a, time_at(3)).turn_rad, wobble_at(a, time_at(3)).turn_rad);
   EXPECT_NE(wobble_at(a, time_at(3)).turn_rad, wobble_at(b, time_at(3)).turn_rad);
 }
 
-TEST(HandPathTest, RefusesWhatCannotBe) {
+TEST(HandPathTest, RejectsInvalidOptions) {
   HandPathOptions options;
   options.length_mm = std::nan("");
   EXPECT_FALSE(validate(options));
@@ -104,7 +104,7 @@ TEST(HandPathTest, RefusesWhatCannotBe) {
   EXPECT_EQ(*hand_path_kind_from("rock"), HandPathKind::kRock);
 }
 
-/// A round body about the z axis.
+/// Cylindrical body around the z axis.
 class Barrel final : public Anatomy {
  public:
   explicit Barrel(double radius_mm) : radius_mm_(radius_mm) {}
@@ -130,10 +130,11 @@ class Barrel final : public Anatomy {
   double radius_mm_;
 };
 
-TEST(HandPathTest, ASlideFollowsTheSkinAtItsDepthAndAngle) {
+TEST(HandPathTest, ASweepOnTheSkinKeepsItsDepthAndAngle) {
   constexpr double kRadius = 60, kPress = 3, kLength = 50;
   const Barrel patient(kRadius);
-  // From the front, leaning by 0.2 rad across the way, which leads around the body.
+  // The probe looks from the front and leans by 0.2 rad across the path. The path leads around the
+  // body.
   Eigen::Matrix3d axes;
   axes << 0, 0, 1, 0, 1, 0, -1, 0, 0;
   const Transform<Ct, Image> middle(
@@ -142,7 +143,7 @@ TEST(HandPathTest, ASlideFollowsTheSkinAtItsDepthAndAngle) {
   HandPathOptions options;
   options.length_mm = kLength;
   const HandPath path(patient, middle, options);
-  // Between poses a millimetre apart a chord lies 0.002 mm below the skin.
+  // A chord between poses one millimetre apart lies 0.002 mm below the skin.
   EXPECT_LE((path.steady(time_at(2)).translation_mm() - middle.translation_mm()).norm(), 1e-9);
   for (const double s : {0.0, 1.0, 1.7, 3.1, 4.0}) {
     const auto pose = path.steady(time_at(s));

@@ -22,7 +22,7 @@ SmoothWarp breath() {
   return std::move(*warp);
 }
 
-TEST(RestPathTest, IsTheStraightLineAtRestToTheLastBit) {
+TEST(RestPathTest, WithoutMotionItIsExactlyTheStraightLine) {
   const Vec start(1.1, 2.7, -3.9);
   const Vec along = Vec(0.3, 0.9, 0.1).normalized();
   const Vec across = along.unitOrthogonal();
@@ -33,7 +33,7 @@ TEST(RestPathTest, IsTheStraightLineAtRestToTheLastBit) {
   }
 }
 
-TEST(RestPathTest, FollowsTheInverseOfASmoothMotionToAHundredthOfAMillimetre) {
+TEST(RestPathTest, FollowsTheInverseMotionToAHundredthOfAMillimetre) {
   const SmoothWarp warp = breath();
   const Vec start(-20, 5, 3);
   const Vec along = Vec(0.3, 0.9, 0.1).normalized();
@@ -58,7 +58,7 @@ class MovingSpeckleTest : public testing::TestWithParam<AcousticModel> {
  protected:
   MovingSpeckleTest() {
     probe_.model = GetParam();
-    probe_.lines = 256;  // Finer than the beam.
+    probe_.lines = 256;  // The lines are finer than the beam.
     probe_.half_angle_rad = 0.3;
     probe_.depth_mm = 100;
     probe_.tgc_db_per_cm_mhz = 0.5;
@@ -73,7 +73,7 @@ class MovingSpeckleTest : public testing::TestWithParam<AcousticModel> {
              Vec(4, 2, -1)};
 };
 
-TEST_P(MovingSpeckleTest, ARigidMotionIsTheMotionOfTheProbeTheOtherWay) {
+TEST_P(MovingSpeckleTest, ARigidMotionEqualsTheInverseMotionOfTheProbe) {
   const auto warp = AffineWarp::rigid({0.05, -0.02, 0.1}, {-60, 0, 0}, {1, -4, -12});
   const Eigen::Vector3d turn(0.05, -0.02, 0.1);
   const Eigen::Quaterniond q(Eigen::AngleAxisd(turn.norm(), turn.normalized()));
@@ -86,13 +86,13 @@ TEST_P(MovingSpeckleTest, ARigidMotionIsTheMotionOfTheProbeTheOtherWay) {
     difference += d * d;
     square += static_cast<double>(probe.amplitude[i] * probe.amplitude[i]);
   }
-  // Scatterers that lie on the border of a cell may fall on either side of it.
+  // A scatterer on the border of a cell may fall on either side of it.
   EXPECT_LT(std::sqrt(difference / square), 0.01);
   EXPECT_GT(square, 0);
 }
 
-/// Correlation of the moved picture's grey values with those of the picture at rest, pixel by pixel
-/// where a map of positions (mm, image plane) says that they come from.
+/// Correlation of the grey values of the moved image with those of the image at rest. \p from maps
+/// a position in the moved image (mm, image plane) to its position in the image at rest.
 template <class Map>
 double correlation(const UltrasoundFrame& moved, const UltrasoundFrame& rest, const Map& from) {
   double n = 0, a = 0, b = 0, aa = 0, bb = 0, ab = 0;
@@ -112,11 +112,12 @@ double correlation(const UltrasoundFrame& moved, const UltrasoundFrame& rest, co
   return (n * ab - a * b) / std::sqrt((n * aa - a * a) * (n * bb - b * b));
 }
 
-TEST_P(MovingSpeckleTest, SpeckleGoesWhereItsTissueGoes) {
+TEST_P(MovingSpeckleTest, SpeckleMovesWithItsTissue) {
   const auto warp = SmoothWarp::create({{{0, 60, 0}, {50, 50, 50}, {2, 6, 0}}});
   ASSERT_TRUE(warp.has_value());
   const AffineWarp shift = AffineWarp::rigid(Vec::Zero(), Vec::Zero(), {2, 6, 0});
-  const Pose pose(Eigen::Quaterniond::Identity(), Vec::Zero());  // It moves within the picture.
+  const Pose pose(Eigen::Quaterniond::Identity(), Vec::Zero());  // The motion stays within the
+                                                                 // image plane.
   const auto rest = simulator().simulate(pose, {}, 0);
   const auto moved = simulator().simulate(pose, {}, 0, {}, &*warp);
   const auto shifted = simulator().simulate(pose, {}, 0, {}, &shift);
@@ -128,7 +129,7 @@ TEST_P(MovingSpeckleTest, SpeckleGoesWhereItsTissueGoes) {
   const auto nearest_rigid = [&](const Point<Image>& p) {
     return Point<Image>{(view.ct_from_image * p).mm};
   };
-  // What a mere shift leaves of it: beams of another direction meet the tissue.
+  // Correlation that remains after a pure shift, where beams of another direction meet the tissue.
   const double best = correlation(shifted, rest, by(shift));
   EXPECT_GT(correlation(moved, rest, by(*warp)), 0.7 * best);
   EXPECT_LT(correlation(moved, rest, nearest_rigid), 0.5 * best);

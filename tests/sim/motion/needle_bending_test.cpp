@@ -16,13 +16,13 @@ NeedleBending of(BendingKind kind) {
   return bending;
 }
 
-TEST(NeedleBendingTest, AStraightNeedleEndsAtItsOrigin) {
+TEST(NeedleBendingTest, ATipOfAStraightNeedleIsAtItsOrigin) {
   const BentNeedle needle(of(BendingKind::kStraight), 80);
   EXPECT_EQ(needle.tip_error_mm(), 0);
   EXPECT_LE((needle.at(0).mm - Vec(0, 0, -80)).norm(), 1e-12);
 }
 
-TEST(NeedleBendingTest, ABevelFollowsACircle) {
+TEST(NeedleBendingTest, ABevelTipFollowsACircle) {
   NeedleBending bending = of(BendingKind::kBevelArc);
   bending.curvature_per_mm = 5e-3;
   bending.bevel_rad = 1.1;
@@ -36,7 +36,7 @@ TEST(NeedleBendingTest, ABevelFollowsACircle) {
   EXPECT_NEAR(needle.tip().mm.dot(aside), 200 * (1 - std::cos(0.5)), 1e-9);
 }
 
-TEST(NeedleBendingTest, ATipLoadIsTheCantileverOfTheTextbook) {
+TEST(NeedleBendingTest, ATipLoadBendsTheNeedleLikeACantilever) {
   NeedleBending bending = of(BendingKind::kTipLoad);
   bending.bevel_rad = 0;
   const BentNeedle needle(bending, 100);
@@ -57,7 +57,7 @@ TEST(NeedleBendingTest, DirectionIsTheTangent) {
   }
 }
 
-TEST(NeedleBendingTest, StressNearlyStraightHasNoCancellation) {
+TEST(NeedleBendingTest, AlmostStraightNeedlesHaveNoCancellation) {
   NeedleBending bending = of(BendingKind::kBevelArc);
   for (const double curvature : {1e-15, 1e-9, 1e-6, 1.9e-6, 2.1e-6}) {
     bending.curvature_per_mm = curvature;
@@ -67,7 +67,7 @@ TEST(NeedleBendingTest, StressNearlyStraightHasNoCancellation) {
   }
 }
 
-TEST(NeedleBendingTest, TheTipGoesAsideAsFarAsAsked) {
+TEST(NeedleBendingTest, TheTipDeviatesByTheRequestedDistance) {
   for (const auto kind : {BendingKind::kBevelArc, BendingKind::kTipLoad}) {
     for (const double path : {50., 90., 160.}) {
       for (const double aside : {0., 0.01, 1., 0.19 * path}) {
@@ -84,7 +84,7 @@ TEST(NeedleBendingTest, TheTipGoesAsideAsFarAsAsked) {
   EXPECT_FALSE(bending_aside(of(BendingKind::kTipLoad), 0, 0));
 }
 
-TEST(NeedleBendingTest, KindsHaveNames) {
+TEST(NeedleBendingTest, NamesOfTheKindsReadBack) {
   for (const auto kind : {BendingKind::kStraight, BendingKind::kBevelArc, BendingKind::kTipLoad}) {
     EXPECT_EQ(*bending_kind_from(to_string(kind)), kind);
   }
@@ -93,7 +93,7 @@ TEST(NeedleBendingTest, KindsHaveNames) {
   EXPECT_NE(refused.error().message.find("banana"), std::string::npos);
 }
 
-TEST(NeedleBendingTest, RefusesWhatCannotBe) {
+TEST(NeedleBendingTest, RejectsInvalidOptions) {
   NeedleBending bending;
   bending.inner_mm = 1;
   EXPECT_FALSE(validate(bending));

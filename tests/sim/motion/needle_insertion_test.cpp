@@ -13,7 +13,7 @@ using Vec = Eigen::Vector3d;
 constexpr Timestamp kBegin{std::chrono::seconds(1)};
 constexpr Timestamp kEnd{std::chrono::seconds(5)};
 
-/// 60 mm along no axis in particular.
+/// A path of 60 mm that is parallel to no axis.
 NeedlePlan plan() { return {{{10, -120, 30}}, {{30, -80, 70}}, 0, 0}; }
 
 NeedleInsertionOptions with(BendingKind kind) {
@@ -29,7 +29,7 @@ NeedleInsertion make(const NeedleInsertionOptions& options) {
   return *insertion;
 }
 
-TEST(NeedleInsertionTest, GoesFromTheSkinToTheTargetAtConstantSpeed) {
+TEST(NeedleInsertionTest, MovesFromTheSkinToTheTargetAtConstantSpeed) {
   const auto needle = make(with(BendingKind::kStraight));
   EXPECT_DOUBLE_EQ(needle.speed_mm_s(), 15);
   EXPECT_EQ(needle.inserted_mm(Timestamp{}), 0);
@@ -45,7 +45,7 @@ TEST(NeedleInsertionTest, GoesFromTheSkinToTheTargetAtConstantSpeed) {
   EXPECT_EQ(make(fast).inserted_mm(kBegin + std::chrono::seconds(2)), 60) << "stops at the target";
 }
 
-TEST(NeedleInsertionTest, TheTipIsThatOfABentNeedleOnTheHub) {
+TEST(NeedleInsertionTest, TheTipIsThatOfTheBentNeedleOnTheHub) {
   for (const auto kind : {BendingKind::kStraight, BendingKind::kBevelArc, BendingKind::kTipLoad}) {
     const auto needle = make(with(kind));
     for (const double s : {1.0, 2.3, 4.0, 5.0, 6.0}) {
@@ -81,7 +81,7 @@ TEST(NeedleInsertionTest, TheShaftRunsFromTheTipThroughTheSkinToTheHub) {
   EXPECT_NEAR((off - off.dot(axis) * axis).norm(), 6, 1e-9);
 }
 
-TEST(NeedleInsertionTest, RefusesByName) {
+TEST(NeedleInsertionTest, RejectsInvalidOptionsByName) {
   const auto refusal = [](const NeedleInsertionOptions& o) {
     const auto made = NeedleInsertion::create(plan(), o, kBegin, kEnd);
     EXPECT_FALSE(made);

@@ -45,7 +45,7 @@ void expect_consistent(const Warp& warp, double scale_mm) {
     const Vec p = random.offset(scale_mm);
     EXPECT_LE((warp.apply(warp.invert(p)) - p).norm(), kTwiceTheTolerance) << p.transpose();
     EXPECT_LE((warp.invert(warp.apply(p)) - p).norm(), 20 * kTwiceTheTolerance);
-    // Central differences over 1 mm/1000: error of order 1e-6 / (20 mm)² and of rounding.
+    // Central differences over 1 mm / 1000 have an error of order 1e-6 / (20 mm)², plus rounding.
     EXPECT_LE((numeric_jacobian(warp, p) - warp.jacobian(p)).norm(), 1e-7);
     EXPECT_GT(warp.jacobian(p).determinant(), 0);
   }
@@ -66,20 +66,20 @@ TEST(WarpTest, JacobianAndInverseOfEveryKindAgreeWithTheMap) {
   EXPECT_EQ(ComposedWarp(bent, turned).apply(p), turned->apply(bent->apply(p)));
 }
 
-TEST(WarpTest, RigidKeepsDistancesAndItsCentre) {
+TEST(WarpTest, ARigidWarpKeepsDistancesAndItsCentre) {
   const auto warp = AffineWarp::rigid({0.2, 0.1, -0.3}, {10, 20, 30}, {1, 2, 3});
   EXPECT_LE((warp.apply({10, 20, 30}) - Vec(11, 22, 33)).norm(), 1e-12);
   EXPECT_NEAR((warp.apply({5, 5, 5}) - warp.apply({-7, 9, 2})).norm(),
               (Vec(5, 5, 5) - Vec(-7, 9, 2)).norm(), 1e-12);
 }
 
-TEST(WarpTest, SmoothReachesItsPeakAtTheCentreAndFadesAway) {
+TEST(WarpTest, ASmoothWarpPeaksAtItsCentreAndFadesAway) {
   const auto warp = smooth({{{-60, 0, 10}, {30, 30, 30}, {0, -4, -12}}});
   EXPECT_LE((warp.apply({-60, 0, 10}) - Vec(-60, -4, -2)).norm(), 1e-12);
   EXPECT_LE((warp.apply({140, 0, 10}) - Vec(140, 0, 10)).norm(), 1e-8);
 }
 
-TEST(WarpTest, SmoothKeepsPointsApartByItsBound) {
+TEST(WarpTest, ASmoothWarpKeepsDistancesAboveItsBound) {
   const auto warp = smooth(three_bumps());
   Random random(3, 2);
   for (int i = 0; i < 500; ++i) {
@@ -90,7 +90,7 @@ TEST(WarpTest, SmoothKeepsPointsApartByItsBound) {
   }
 }
 
-TEST(WarpTest, StressInverseAtTheSteepestAllowedAndFarFromTheOrigin) {
+TEST(WarpTest, InverseConvergesForTheSteepestWarpAndFarFromTheOrigin) {
   const double peak = 0.9 * 20 * std::exp(0.5) * (1 - 1e-12);
   const auto steep = smooth({{Vec::Zero(), Vec::Constant(20), {peak, 0, 0}}});
   expect_consistent(steep, 60);
@@ -102,7 +102,7 @@ TEST(WarpTest, StressInverseAtTheSteepestAllowedAndFarFromTheOrigin) {
   }
 }
 
-TEST(DeformationTest, MovesTheFarthestPointByWhatWasAskedFor) {
+TEST(DeformationTest, MovesTheFarthestPointByTheRequestedDistance) {
   std::vector<Point<frames::Ct>> points;
   Random random(5, 4);
   for (int i = 0; i < 50; ++i) points.push_back({Vec(30, -20, 10) + random.offset(40)});
@@ -145,7 +145,7 @@ TEST(MovedFieldTest, ValueAndGradientMoveWithTheTissue) {
   }
 }
 
-TEST(WarpTest, RefusesWhatFoldsAndWhatIsNotFinite) {
+TEST(WarpTest, RejectsFoldingAndNonFiniteWarps) {
   const auto folds = SmoothWarp::create({{Vec::Zero(), {20, 20, 20}, {0, 0, 40}}});
   ASSERT_FALSE(folds);
   EXPECT_THAT(folds.error().message, HasSubstr("fold"));

@@ -33,7 +33,7 @@ SimulatedSession session_of(const SimulatedSessionOptions& options) {
   return std::move(*session);
 }
 
-TEST(SessionNeedleTest, TheChainOfAnIdealTrackerIsTheTruth) {
+TEST(SessionNeedleTest, TheTransformChainOfAnIdealTrackerGivesTheTruth) {
   const auto session = session_of(small("abdomen"));
   auto source = session.needle_poses();
   int count = 0;
@@ -54,7 +54,7 @@ TEST(SessionNeedleTest, TheChainOfAnIdealTrackerIsTheTruth) {
   EXPECT_NEAR(last.needle->inserted_mm, session.needle()->path_mm(), 1e-9);
 }
 
-TEST(SessionNeedleTest, EveryTrackerSeesTheHub) {
+TEST(SessionNeedleTest, EveryTrackerTracksTheHub) {
   for (const auto kind :
        {TrackerKind::kOptical, TrackerKind::kElectromagnetic, TrackerKind::kArm}) {
     SimulatedSessionOptions options = small("abdomen");
@@ -76,7 +76,7 @@ TEST(SessionNeedleTest, EveryTrackerSeesTheHub) {
   }
 }
 
-TEST(SessionNeedleTest, TheWayMeetsNeitherBoneNorGasAndBeginsOnTheSkin) {
+TEST(SessionNeedleTest, ThePathAvoidsBoneAndGasAndStartsOnTheSkin) {
   for (const PatientFamily& family : patient_families()) {
     const auto patient = family.make({1, Contrast::kPortal});
     const StandardView& view = patient.views.front();
@@ -92,7 +92,7 @@ TEST(SessionNeedleTest, TheWayMeetsNeitherBoneNorGasAndBeginsOnTheSkin) {
   }
 }
 
-/// Mean difference of two pictures at a chain of points.
+/// Mean difference of two images at a list of points.
 double difference_along(const UltrasoundFrame& a, const UltrasoundFrame& b,
                         const Transform<frames::Image, frames::Ct>& pose,
                         const std::vector<Point<frames::Ct>>& chain) {
@@ -107,7 +107,7 @@ double difference_along(const UltrasoundFrame& a, const UltrasoundFrame& b,
   return sum / static_cast<double>(chain.size());
 }
 
-TEST(SessionNeedleTest, PicturesShowTheBentNeedleNotTheStraightOne) {
+TEST(SessionNeedleTest, ImagesShowTheBentNeedle) {
   for (const auto model : {AcousticModel::kRays, AcousticModel::kScatterers}) {
     SimulatedSessionOptions options = small("abdomen");
     options.probe.model = model;
@@ -117,7 +117,8 @@ TEST(SessionNeedleTest, PicturesShowTheBentNeedleNotTheStraightOne) {
     ASSERT_TRUE(plan);
     const UltrasoundSimulator simulator(patient->anatomy, options.probe, 1);
     options.needle->aside_at_target_mm = 8;
-    // Bent within the plane that the picture shows: the direction across the axis in the picture.
+    // The needle bends within the image plane: the bevel direction is perpendicular to the axis in
+    // the image.
     auto needle =
         NeedleInsertion::create(*plan, *options.needle, Timestamp{}, Timestamp{from_seconds(1)});
     ASSERT_TRUE(needle) << needle.error().message;
@@ -130,7 +131,7 @@ TEST(SessionNeedleTest, PicturesShowTheBentNeedleNotTheStraightOne) {
     const auto shaft = needle->shaft_ct(Timestamp{from_seconds(1)});
     const auto with = simulator.simulate(view.ct_from_image, Timestamp{}, 3, NeedleShaft(shaft));
     const auto without = simulator.simulate(view.ct_from_image, Timestamp{}, 3);
-    // The deeper half: there the bent shaft has left the straight line by more than 2 mm.
+    // The deeper half of the shaft. There the bent shaft is more than 2 mm from the straight line.
     const std::vector<Point<frames::Ct>> deep(shaft.begin(), shaft.begin() + 8);
     std::vector<Point<frames::Ct>> straight;
     for (int i = 0; i < 8; ++i) {
@@ -143,7 +144,7 @@ TEST(SessionNeedleTest, PicturesShowTheBentNeedleNotTheStraightOne) {
   }
 }
 
-TEST(SessionNeedleTest, ABadNeedleIsRefused) {
+TEST(SessionNeedleTest, RejectsInvalidNeedles) {
   SimulatedSessionOptions options = small("abdomen");
   options.needle->speed_mm_s = -1;
   auto refused = SimulatedSession::create(options);

@@ -35,7 +35,7 @@ SimulatedSession make(const SimulatedSessionOptions& options) {
   return std::move(*session);
 }
 
-TEST(RestViewTest, IsTheInverseOfARigidMotionAndLeavesTheRestOver) {
+TEST(RestViewTest, InvertsARigidMotionAndReportsTheRemainingDeformation) {
   const PixelGrid grid = PixelGrid::centred(100, 1, 1);
   const Transform<frames::Ct, frames::Image> pose(
       Eigen::Quaterniond(Eigen::AngleAxisd(0.6, Vec(1, 2, 3).normalized())), {-80, -70, 10});
@@ -54,7 +54,7 @@ TEST(RestViewTest, IsTheInverseOfARigidMotionAndLeavesTheRestOver) {
   EXPECT_GT(squeezed.deformation_rms_mm, 1);
 }
 
-TEST(SimulatedSessionTest, TheChainOfAnIdealTrackerIsTheTruth) {
+TEST(SimulatedSessionTest, TheTransformChainOfAnIdealTrackerGivesTheTruth) {
   const auto session = make(small());
   auto probe = session.probe_poses();
   auto reference = session.reference_poses();
@@ -66,7 +66,8 @@ TEST(SimulatedSessionTest, TheChainOfAnIdealTrackerIsTheTruth) {
   const auto tracker_from_reference =
       rigid_from_matrix<frames::Tracker, frames::Reference>(raw_reference->tracker_from_body);
   ASSERT_TRUE(tracker_from_probe && tracker_from_reference);
-  // Before the first picture the hand stands still but trembles: the same time is asked.
+  // Before the first image, the hand rests but trembles. Therefore the truth is taken at the time
+  // of the pose.
   const auto expected = session.tracker_from_probe(raw_probe->acquired);
   EXPECT_TRUE(test::is_near(*tracker_from_probe, expected, kRoundingMm, kRoundingRad));
   const FrameTruth truth = session.truth(3);
@@ -75,7 +76,7 @@ TEST(SimulatedSessionTest, TheChainOfAnIdealTrackerIsTheTruth) {
   EXPECT_TRUE(test::is_near(chain, truth.ct_from_image, 1e-8, kRoundingRad));
 }
 
-TEST(SimulatedSessionTest, EveryTrackerSeesBothBodiesInItsVolume) {
+TEST(SimulatedSessionTest, EveryTrackerTracksBothBodies) {
   for (const auto kind :
        {TrackerKind::kOptical, TrackerKind::kElectromagnetic, TrackerKind::kArm}) {
     SimulatedSessionOptions options = small();
@@ -99,7 +100,7 @@ TEST(SimulatedSessionTest, EveryTrackerSeesBothBodiesInItsVolume) {
   }
 }
 
-TEST(SimulatedSessionTest, PicturesShowThePatientAtRestWhereTheTissueIs) {
+TEST(SimulatedSessionTest, ImagesShowThePatientAtRestAtThePositionOfTheTissue) {
   SimulatedSessionOptions options = small();
   options.breathing.kind = BreathingKind::kRigid;
   options.breathing.period_variation = 0;
@@ -125,7 +126,7 @@ TEST(SimulatedSessionTest, PicturesShowThePatientAtRestWhereTheTissueIs) {
   EXPECT_GT(sum / (80 * 60 * count), 15) << "the probe touches the patient";
 }
 
-TEST(SimulatedSessionTest, DeformedTissueBreathesWhereItLies) {
+TEST(SimulatedSessionTest, BreathingMovesDeformedTissueFromItsDeformedPosition) {
   SimulatedSessionOptions options = small();
   EXPECT_TRUE(make(options).undeformed());
   options.deformation.largest_mm = 8;
@@ -140,7 +141,8 @@ TEST(SimulatedSessionTest, DeformedTissueBreathesWhereItLies) {
     EXPECT_EQ(still.warp(time)->apply(p.mm), lies);
     EXPECT_EQ(breathing.warp(time)->apply(p.mm), breathing.breathing().warp(time)->apply(lies));
   }
-  // The picture shows the tissue that lies there, not what the CT has at that place.
+  // The image shows the tissue that lies there after the deformation, not the tissue that the CT
+  // has at that position.
   const FrameTruth truth = still.truth(3);
   EXPECT_GT(
       std::abs((truth.rest.ct_from_image.translation_mm() - truth.ct_from_image.translation_mm())
@@ -153,7 +155,7 @@ TEST(SimulatedSessionTest, DeformedTissueBreathesWhereItLies) {
   EXPECT_FALSE(std::ranges::equal(flat->pixels.pixels(), bent->pixels.pixels()));
 }
 
-TEST(SimulatedSessionTest, EveryListedDeviceCanBeStartedAndDelivers) {
+TEST(SimulatedSessionTest, EveryListedDeviceStartsAndDeliversData) {
   for (const SimulatedDevice& device : simulated_devices()) {
     SimulatedSessionOptions options = small();
     options.duration_s = 0.2;
@@ -179,7 +181,7 @@ TEST(SimulatedSessionTest, EveryListedDeviceCanBeStartedAndDelivers) {
   EXPECT_FALSE(probe_model_from("banana"));
 }
 
-TEST(SimulatedSessionTest, SameSeedSameBytes) {
+TEST(SimulatedSessionTest, EqualSeedsGiveEqualBytes) {
   SimulatedSessionOptions options = small();
   options.tracker = TrackerKind::kOptical;
   options.duration_s = 0.2;
@@ -193,7 +195,7 @@ TEST(SimulatedSessionTest, SameSeedSameBytes) {
             b.probe_poses()->next(Timestamp::max())->tracker_from_body);
 }
 
-TEST(SimulatedSessionTest, RefusesWhatCannotBe) {
+TEST(SimulatedSessionTest, RejectsInvalidOptions) {
   SimulatedSessionOptions options = small();
   options.family = "dragon";
   const auto dragon = SimulatedSession::create(options);
@@ -208,7 +210,7 @@ TEST(SimulatedSessionTest, RefusesWhatCannotBe) {
   EXPECT_FALSE(tracker_kind_from("sonar"));
 }
 
-TEST(PacedSourceTest, DeliversWhenItWouldHaveArrived) {
+TEST(PacedSourceTest, DeliversAPoseAtItsTimeOfArrival) {
   const auto session = make(small());
   Timestamp now{};
   const auto wait = [&now](Timestamp until) { now = std::max(now, until); };

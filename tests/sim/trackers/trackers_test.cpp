@@ -34,7 +34,8 @@ OpticalTrackerOptions unbiased() {
 
 TEST(OpticalTrackerTest, NoiseFollowsTriangulation) {
   OpticalTrackerOptions options = unbiased();
-  // One body's origin is the mean of its markers, so its noise is a marker's over √4.
+  // The origin of the body is the mean of its four markers, so its noise is the noise of a marker
+  // divided by √4.
   options.markers = {{{50, 50, 0}}, {{-50, 50, 0}}, {{-50, -50, 0}}, {{50, -50, 0}}};
   const OpticalTracker tracker(options);
   const Vec at(30, -20, 1500);
@@ -50,10 +51,11 @@ TEST(OpticalTrackerTest, NoiseFollowsTriangulation) {
   EXPECT_NEAR(sigma.x() / expected[0], 1, 0.05);
   EXPECT_NEAR(sigma.y() / expected[0], 1, 0.05);
   EXPECT_NEAR(sigma.z() / expected[1], 1, 0.05);
-  EXPECT_NEAR(expected[1] / expected[0], 2 * 1500.0 / 500, 1e-9);  // Worse along the view.
+  EXPECT_NEAR(expected[1] / expected[0], 2 * 1500.0 / 500, 1e-9);  // The noise along the viewing
+                                                                   // direction is larger.
 }
 
-TEST(OpticalTrackerTest, WithoutNoiseItIsExact) {
+TEST(OpticalTrackerTest, WithoutNoiseThePoseIsExact) {
   OpticalTrackerOptions options = unbiased();
   options.centroid_px = 0;
   const OpticalTracker tracker(options);
@@ -61,7 +63,7 @@ TEST(OpticalTrackerTest, WithoutNoiseItIsExact) {
   EXPECT_LE((tracker.observe(truth, 0, 0).pose - truth).norm(), 1e-9);
 }
 
-TEST(OpticalTrackerTest, BiasIsSmoothFixedAndOfItsSize) {
+TEST(OpticalTrackerTest, BiasIsSmoothConstantAndOfItsSize) {
   OpticalTrackerOptions options;
   options.centroid_px = 0;
   options.bias_mm = 0.2;
@@ -80,7 +82,7 @@ TEST(OpticalTrackerTest, BiasIsSmoothFixedAndOfItsSize) {
   EXPECT_NEAR(std::sqrt(square / kSeeds), 0.2, 0.03);
 }
 
-TEST(OpticalTrackerTest, LosesWhatIsHiddenTurnedAwayOrOutside) {
+TEST(OpticalTrackerTest, LosesMarkersThatAreHiddenTurnedAwayOrOutside) {
   OpticalTrackerOptions options = unbiased();
   options.obstacles = {{{0, 0, 1000}, 60}};
   const OpticalTracker hidden(options);
@@ -97,13 +99,13 @@ TEST(OpticalTrackerTest, LosesWhatIsHiddenTurnedAwayOrOutside) {
   EXPECT_TRUE(away.pose.array().isNaN().all());
 }
 
-TEST(OpticalTrackerTest, RefusesMarkersOnALine) {
+TEST(OpticalTrackerTest, RejectsMarkersOnALine) {
   OpticalTrackerOptions options;
   options.markers = {{{0, 0, 0}}, {{50, 0, 0}}, {{120, 0, 0}}};
   EXPECT_FALSE(validate(options));
 }
 
-TEST(ElectromagneticTrackerTest, DistortionIsSmoothWithItsClosedFormDerivative) {
+TEST(ElectromagneticTrackerTest, JacobianOfTheDistortionIsItsDerivative) {
   const ElectromagneticTracker tracker({});
   Random random(5, 5);
   for (int i = 0; i < 100; ++i) {
@@ -129,7 +131,7 @@ TEST(ElectromagneticTrackerTest, MeasuresTruthPlusDistortionOnAverage) {
   EXPECT_LE((sum / kSamples - tracker.distortion_mm(p)).norm(), 4 * sigma / std::sqrt(kSamples));
 }
 
-TEST(ElectromagneticTrackerTest, NoiseGrowsWithTheFourthPowerAndTheVolumeEnds) {
+TEST(ElectromagneticTrackerTest, NoiseGrowsWithTheFourthPowerOfTheDistanceUpToTheVolumeLimit) {
   const ElectromagneticTracker tracker({});
   EXPECT_EQ(tracker.noise_growth(200), 1);
   EXPECT_NEAR(tracker.noise_growth(600), 16, 1e-12);
@@ -139,7 +141,7 @@ TEST(ElectromagneticTrackerTest, NoiseGrowsWithTheFourthPowerAndTheVolumeEnds) {
             TrackingStatus::kOutOfVolume);
 }
 
-TEST(EncoderArmTest, InverseUndoesForward) {
+TEST(EncoderArmTest, InverseKinematicsInvertsForwardKinematics) {
   const EncoderArm arm({});
   Random random(11, 1);
   for (int i = 0; i < 500; ++i) {
@@ -152,7 +154,7 @@ TEST(EncoderArmTest, InverseUndoesForward) {
   }
 }
 
-TEST(EncoderArmTest, StressStraightWristsAndStretchedArms) {
+TEST(EncoderArmTest, InverseHandlesStraightWristsAndStraightArms) {
   const EncoderArm arm({});
   for (const double wrist : {0.0, 1e-12, 1e-9, 1e-6, M_PI, -1e-12}) {
     for (const double elbow : {0.3, 1e-6, 2.9}) {
@@ -165,7 +167,7 @@ TEST(EncoderArmTest, StressStraightWristsAndStretchedArms) {
   }
 }
 
-TEST(EncoderArmTest, ErrorStaysWithinWhatItsEncodersResolve) {
+TEST(EncoderArmTest, ErrorStaysWithinTheEncoderResolution) {
   EncoderArmOptions options;
   options.noise_counts = 0;
   options.offset_rad = 0;
@@ -179,7 +181,7 @@ TEST(EncoderArmTest, ErrorStaysWithinWhatItsEncodersResolve) {
     ASSERT_EQ(seen.status, TrackingStatus::kOk);
     worst = std::max(worst, (seen.pose - truth).topRightCorner<3, 1>().norm());
   }
-  // Half a count at each of six joints over at most the whole reach.
+  // Half a count at each of six joints, over at most the whole reach.
   const double bound = 6 * 0.5 * arm.resolution_rad() * (550 + 500 + 80);
   EXPECT_LE(worst, bound);
   EXPECT_GT(worst, 0.05 * bound);
@@ -203,14 +205,14 @@ std::vector<RawPose> all(SensorPoseSource source) {
   return poses;
 }
 
-TEST(SensorPoseSourceTest, StampsDriftLatencyAndJitterAreAsStated) {
+TEST(SensorPoseSourceTest, TimestampsHaveTheStatedOffsetDriftLatencyAndJitter) {
   TrackerTiming timing;
   timing.clock_offset = milliseconds(3);
   timing.drift_ppm = 500;
   const auto poses = all(SensorPoseSource(stream_of(timing)));
   ASSERT_EQ(poses.size(), 501u);
   EXPECT_EQ(poses.front().acquired, Timestamp(milliseconds(1003)));
-  // 10 s at 500 parts in a million: 5 ms.
+  // 10 s at 500 parts per million: 5 ms.
   EXPECT_NEAR(to_seconds(poses.back().acquired - Timestamp(milliseconds(11003))), 5e-3, 1e-9);
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Timestamp measured = Timestamp(milliseconds(1000 + 20 * static_cast<int>(i)));
@@ -219,7 +221,7 @@ TEST(SensorPoseSourceTest, StampsDriftLatencyAndJitterAreAsStated) {
   }
 }
 
-TEST(SensorPoseSourceTest, LossesComeInBurstsOfTheirLength) {
+TEST(SensorPoseSourceTest, LossesComeInBurstsOfTheStatedLength) {
   TrackerTiming timing;
   timing.rate_hz = 1000;
   timing.loss_begins = 0.02;
@@ -238,7 +240,7 @@ TEST(SensorPoseSourceTest, LossesComeInBurstsOfTheirLength) {
   EXPECT_NEAR(lost / 10001.0, 0.02 / 0.12, 0.04);
 }
 
-TEST(SensorPoseSourceTest, IsDeterministicAndKeepsItsDeadlines) {
+TEST(SensorPoseSourceTest, IsDeterministicAndRespectsDeadlines) {
   TrackerTiming timing;
   timing.loss_begins = 0.01;
   const auto a = all(SensorPoseSource(stream_of(timing)));
@@ -258,7 +260,7 @@ TEST(SensorPoseSourceTest, IsDeterministicAndKeepsItsDeadlines) {
   EXPECT_EQ(source.next(Timestamp::max()).error().code, ErrorCode::kCancelled);
 }
 
-TEST(SensorPoseSourceTest, RefusesTimingsThatCannotBe) {
+TEST(SensorPoseSourceTest, RejectsInvalidTimings) {
   TrackerTiming timing;
   timing.rate_hz = 0;
   EXPECT_FALSE(validate(timing));
