@@ -85,8 +85,8 @@ Result<Image2d<float>> slice_values(const Volume& ct, const SlicePlane& plane,
 /// The colour outside the CT. No grey value has this colour.
 inline constexpr Rgba8 kOutsideCt{24, 28, 48, 255};
 
-/// Converts values to grey, and outside to kOutsideCt. Grey = round(255 · clamp((HU −
-/// level) / width + ½)).
+/// Converts values to grey, and outside to kOutsideCt.
+/// Grey = round(255 · clamp((HU − level) / width + ½)).
 Image2d<Rgba8> to_grey(const Image2d<float>& values, const HuWindow& window);
 
 /// A thin slice of the CT along the plane of an ultrasound image. Pixel (column, row) shows the
