@@ -24,8 +24,7 @@ bool is_hounsfield(const Volume& volume);
 /// - lung (-500, 1500) if most of what is not air is lung;
 /// - vessels and bone (200, 700) if a fifth of the tissue would be white in the soft tissue window;
 /// - else soft tissue (60, 400).
-/// For other values (MR) it is one window for the whole volume, without outliers. \p shown: HU,
-/// finite.
+/// Other values (MR) have one window for the whole volume, without outliers. \p shown: HU, finite.
 HuWindow default_window(const Volume& volume, std::span<const float> shown);
 
 }  // namespace nav::render

@@ -73,7 +73,8 @@ std::unique_ptr<Engine> make_cpu_engine(const CpuOptions& options = {});
 struct ReferenceOptions {
   int threads = 0;
 };
-/// The same equations in double precision by brute force: no skipping, no early termination.
+/// Evaluates the same equations in double precision by brute force: no skipping, no early
+/// termination.
 std::unique_ptr<Engine> make_reference_engine(const ReferenceOptions& options = {});
 
 struct GlOptions {

@@ -124,8 +124,8 @@ struct Cutaway {
   std::vector<std::shared_ptr<const MeshObject>> meshes;
 };
 
-/// What a ray shows of the volume. With kMaximum, kMinimum and kMean the grey window decides,
-/// surfaces lie over the image whatever their depth, and there is no cutaway.
+/// The values of the volume that a ray shows. With kMaximum, kMinimum and kMean the grey window
+/// decides, surfaces lie over the image whatever their depth, and there is no cutaway.
 enum class Projection {
   kComposite,  ///< Colours and opacities by the transfer function.
   kMaximum,    ///< Maximum intensity projection (MIP).

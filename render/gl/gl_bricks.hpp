@@ -9,8 +9,7 @@
 
 namespace nav::render {
 
-/// What the shader knows of every brick, four bytes each; order as in BrickGrid. Internal to
-/// render/.
+/// Data of every brick for the shader, four bytes each; order as in BrickGrid. Internal to render/.
 ///   0: distance to the nearest occupied brick, as in brick_distances().
 ///   1: an upper bound of the importance of what may be visible, in units of 1/254; 255 means 1.
 ///   2: as in visible_parts().

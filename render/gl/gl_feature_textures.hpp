@@ -92,7 +92,7 @@ class GlFeatureTextures {
   std::array<Group, kMostTextures> groups_;
   std::vector<std::pair<const Volume*, Place>> places_;
   std::vector<std::size_t> used_;
-  std::vector<Place> channels_;  ///< Of the last set's channels except the first.
+  std::vector<Place> channels_;  ///< Places of the last set's channels except the first.
   GlTexture undefined_;
   std::vector<const Volume*> undefined_of_;  ///< Volumes whose bits are sent or being sent.
   int undefined_slices_ = 0;                 ///< Number of slices that were sent.

@@ -64,7 +64,7 @@ class GlPackedRays {
   // Texels of the layers; the lowest row of the image comes first.
   std::vector<Texel> front_, spent_, behind_;
   std::vector<std::array<float, 2>> live_at_;
-  /// What may be visible in a block of pixels.
+  /// The objects that may be visible in a block of pixels.
   struct Block {
     bool something;
     SurfaceReach reach;

@@ -31,11 +31,11 @@ struct GlPredicateForm {
   auto operator<=>(const GlPredicateForm&) const = default;
 };
 
-/// How shaders interpolate between the voxels of textures.
+/// Ways in which shaders interpolate between the voxels of textures.
 enum class GlFilter {
-  kDevice,   ///< By the device's filter.
-  kFetches,  ///< By hand, from eight fetches, if the filter is coarse.
-  kGathers,  ///< The same values; the volume from two gathers of four voxels.
+  kDevice,   ///< The device's filter.
+  kFetches,  ///< Eight fetches, interpolated by hand; if the filter is coarse.
+  kGathers,  ///< Like kFetches, but the volume from two gathers of four voxels.
 };
 
 /// The parts of an image that must be compiled in; everything else is a uniform. Two scenes with

@@ -177,7 +177,7 @@ class GlRaycaster {
   std::unique_ptr<GlProgram> resolve_program_;
   std::unique_ptr<GlProgram> composite_program_;
   Source whole_;
-  std::optional<Source> coarse_;  ///< For provisional images, while there are any.
+  std::optional<Source> coarse_;  ///< Source of provisional images, while there are any.
   Source* source_ = &whole_;      ///< The source of the last image.
   CoarseVolumes coarse_volumes_;
   std::optional<Scene> provisional_;  ///< The scene of the last image if it was provisional.
@@ -186,8 +186,8 @@ class GlRaycaster {
   int settled_after_ = kSettledAfter;
   std::optional<GlFeatures> wanted_;  ///< Last features wanted, with the set's own program.
   int pictures_wanted_ = 0;           ///< Images drawn with them by the generic program.
-  GlLattice lattice_;                 ///< For fewer rays than pixels.
-  GlPackedRays packed_rays_;          ///< For the same, if OpenGL runs on the processor.
+  GlLattice lattice_;                 ///< Casts fewer rays than pixels.
+  GlPackedRays packed_rays_;          ///< Does the same if OpenGL runs on the processor.
   std::optional<CutawayField> field_;
   GlTexture field_spans_;
   GlLayers targets_;

@@ -54,8 +54,8 @@ enum GlUnit {
 GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shared_depth,
                        bool manual_filter);
 
-/// The same for shaders/sparse_means.frag, of a scene with these features; GlLattice provides the
-/// passes.
+/// The features of shaders/sparse_means.frag for a scene with these features, and its uniforms.
+/// GlLattice provides the passes.
 GlFeatures means_features(const GlFeatures& features);
 void set_means_uniforms(GlProgram& program, const GlFeatures& features, const Scene& scene,
                         const GlTextures& textures, const std::optional<SharedDepth>& depth);

@@ -16,7 +16,6 @@ namespace nav::render {
 /// of a brick may be taken as one: a segment from lattice point k to k + m, classified between its
 /// two ends like a cell.
 ///
-///
 /// The bound. Over a range of values, let the extinction lie in [t0, t1] per mm, and let each
 /// colour channel of the visible values span at most c. Take a segment of length L whose values all
 /// lie in that range. Its opacity is alpha, and its colour is a mean of colours of the range. The
@@ -27,7 +26,6 @@ namespace nav::render {
 /// segment_error_per_mm() · L over its segments, whatever the values do in between. Each term is
 /// also weighted by the remaining light, at most 1. Shading may change a colour in any way: then
 /// c = 1.
-///
 ///
 /// The rule. At a lattice point k that no surface, entry or exit cuts, and behind the outer surface
 /// of the cutaway, the segment has m cells. m is the largest number, at least 1, that the brick of

@@ -88,7 +88,7 @@ void Refinement::drawn(double took_s, int factor, bool provisional) {
   drawn_ = std::exchange(planned_, std::nullopt);
   drawn_->plan.factor = factor;
   if (provisional) drawn_->plan.refined = false;
-  // For another predicate set only the expected cost of a view is known.
+  // Only the expected cost of a view is known for another predicate set.
   if (!same_set) cost_s_ = {0, 0, 0, kAnotherSet * cost_s_[kOfView]};
   const double whole_s = cost_s_[drawn_->cost];
   if (drawn_->plan.refined) {

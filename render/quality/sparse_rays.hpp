@@ -14,7 +14,6 @@ namespace nav::render {
 /// Then the squares between four neighbours of the lattice are divided in four until they are
 /// pixels.
 ///
-///
 /// The rule. The middle of a square and the middles of its edges take the mean of the four or two
 /// corners around them if every square that they belong to is *even*. A square is even if its
 /// corners differ by no more than error in every channel of the image without the ultrasound image,
@@ -24,16 +23,13 @@ namespace nav::render {
 /// because these are narrower than a square. Means are taken before the ultrasound image is put in,
 /// so that its pixels stay sharp.
 ///
-///
 /// Both engines draw the same image by this rule, up to rounding, except near shapes. The CPU
 /// engine, and OpenGL on the processor, decide by blocks of 8 x 8 pixels what a needle, sphere or
 /// line may reach. OpenGL on a graphics card decides by pixels and so spares more rays there.
 ///
-///
 /// The error of a mean has no bound: structures between the rays of a lattice are not seen. So the
 /// lattice is never wider than two voxels in the middle of the volume, the narrowest structure that
 /// a CT can show (by the sampling theorem), and a still scene asks for a pixel error of 0.
-/// structure that a CT can show (its sampling theorem), and stillness asks for 0.
 struct SparseRays {
   int stride;   ///< Pixels between the rays of the lattice: 2 or 4.
   float error;  ///< quality.pixel_error.

@@ -28,7 +28,6 @@ struct StepChoice {
 /// is. The finer quality and the greater error count. Predicates and a second volume are left out
 /// of the estimate. Grey projections spare no rays.
 ///
-///
 /// The search draws about 4000 rays, with the step halved until the image changes little. It draws
 /// more rays, up to an eighth of the image's, if their errors scatter. Each step is measured
 /// against a quarter of it, or of a later step; with quality.adaptive_error, against a quarter of
@@ -39,12 +38,11 @@ struct StepChoice {
 /// is chosen for half of rms. Each search takes as long as 0.2 to 3 images, most when few edges
 /// err.
 ///
-///
 /// Rejects an rms outside (0, 1], and what the engine rejects.
 Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms);
 
-/// The same, if the result for ct_alone(scene) and rms is known already: for a CT, a camera and an
-/// appearance that stay, while the plane and what is cut free of it move.
+/// Does the same if the result for ct_alone(scene) and rms is known already: for a CT, a camera and
+/// an appearance that stay, while the plane and what is cut free of it move.
 Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms,
                                   const StepChoice& of_ct_alone);
 

@@ -57,7 +57,7 @@ struct SliceLabels {
 };
 SliceLabels labels_of(const SlicePlane& plane);
 
-/// How a thick slice combines the values across it.
+/// Ways in which a thick slice combines the values across it.
 enum class SlabMode { kMaximum, kMinimum, kMean };
 
 struct SliceOptions {

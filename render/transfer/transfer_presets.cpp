@@ -11,8 +11,6 @@ namespace {
 // liver 40…70, enhanced liver 100…130, arterial contrast 200…450, cancellous bone 200…500, cortical
 // bone above 700.
 //
-//
-//
 // Importance follows Burns et al. 2007 §4: skin, fat and flesh have the lowest, organs half. What
 // must stay in front of the plane has 0.99 (it vanishes only in the clear region) to 1 (it never
 // vanishes).

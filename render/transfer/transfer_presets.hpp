@@ -29,12 +29,12 @@ inline constexpr ValueRange kNominalRange{0, 1000};
 /// volume's value_range(). kNotFound lists the names.
 Result<TransferFunction> preset_for(const std::string& name, const Volume& volume);
 
-/// The same appearance on other values: maps `from` linearly to `to`. Gradient windows scale by the
+/// Moves an appearance to other values: maps `from` linearly to `to`. Gradient windows scale by the
 /// same factor. Rejects nodes that coincide or exceed the range of a double. Precondition:
 /// from.high > from.low and to.high > to.low; otherwise a Bug.
 Result<TransferFunction> rescaled(const TransferFunction& function, const ValueRange& from,
                                   const ValueRange& to);
-/// The same shading on other values: its gradients scale by the same factor. Same precondition.
+/// Moves a shading to other values: its gradients scale by the same factor. Same precondition.
 Shading rescaled(Shading shading, const ValueRange& from, const ValueRange& to);
 
 /// Sets the importance of a range of values, for one component or for all.

@@ -50,7 +50,6 @@ class TransferTable {
   /// Colour times extinction is linear between entries here. The importance is 0. Precondition:
   /// rows() == 1.
   ///
-  ///
   /// bow_hu: by how much the mean of the values lies above the mean of the line, (a + b) / 2. To
   /// first order the mean of f changes by the bow times the mean slope of f,
   /// (f(b) - f(a)) / (b - a). So a curved course costs no extra look-up, and it stays invisible if

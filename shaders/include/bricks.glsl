@@ -41,7 +41,7 @@ float leaves_box(vec3 low, vec3 high, float margin) {
   return clamp(min(min(exits.x, exits.y), exits.z), -1.0e9, 1.0e9) - kPlace;
 }
 
-// The same for the cube of all bricks that are less than reach away from a brick.
+// The cell at which a ray leaves the cube of all bricks that are less than reach away from a brick.
 float leaves_cube(ivec3 brick, int reach, float margin) {
   return leaves_box(vec3(brick + 1 - reach), vec3(brick + reach), margin);
 }

@@ -19,7 +19,7 @@ float opacity_of(float x) {
   return opacity;
 }
 
-// For a ray that ended early, what it has gathered stands for its rest too.
+// Completes a ray that ended early: what it has gathered stands for its rest too.
 vec4 closed(vec4 picture, float opaque_at) {
   return picture.a >= opaque_at ? picture / picture.a : picture;
 }

@@ -29,7 +29,8 @@ vec3 per_voxel;
 vec4 between(vec4 a, vec4 b, float w) { return fma(vec4(w), b - a, a); }
 float between(float a, float b, float w) { return fma(w, b - a, a); }
 
-// The same for four voxels of one slice and four of the next, in the order of textureGather().
+// Interpolates between four voxels of one slice and four of the next, in the order of
+// textureGather().
 float between_eight(vec4 near, vec4 far, vec3 part) {
   float front = between(between(near.w, near.z, part.x), between(near.x, near.y, part.x), part.y);
   float back = between(between(far.w, far.z, part.x), between(far.x, far.y, part.x), part.y);

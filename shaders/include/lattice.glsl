@@ -8,8 +8,7 @@ uniform float step_mm;  // Length of a cell.
 vec3 lattice_origin;  // Index at position 0, in cells.
 vec3 lattice_step;    // Index per cell.
 vec3 ray_direction;   // Unit, local mm.
-vec4 cost;            // CT samples, shaded samples, faded cells; 1, or 2 for a ray that a cutaway
-                      // meets.
+vec4 cost;            // CT samples, shaded samples, faded cells; 1, or 2 if the ray is cut.
 float lattice_shift;  // Part of a cell, [0, 1).
 
 #ifdef JITTER

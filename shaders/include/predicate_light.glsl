@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compositing by importance, front to back: render/spec/predicate_spec.hpp. With LOG_IMPORTANCE
 // importances are used as they are. Otherwise they are weights exp(I - greatest), which need
-// neither exp nor log. If all importances are equal, both begin at the greatest one, which gives
-// plain over.
+// neither exp nor log. If all importances are equal, both forms begin at the greatest one, which
+// gives plain over.
 
 uniform float first_importance;
 uniform float leave_out_for;  // spec::EarlyEnds

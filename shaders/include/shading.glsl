@@ -7,8 +7,7 @@
 uniform vec3 half_per_spacing;  // 1 / (2 * spacing), per mm.
 
 #ifdef GRADIENT_TEXTURE
-uniform sampler3D gradients;  // Differences of the neighbours of every voxel, in the format of the
-                              // CT.
+uniform sampler3D gradients;  // Differences of each voxel's neighbours, in the CT's format.
 #endif
 
 vec3 per_difference;  // A copy of half_per_spacing: taken_over.glsl.

@@ -43,7 +43,7 @@ Brick brick_at(int n) {
 }
 
 #ifdef CUTAWAY
-// The same in the part of a ray that fades: an occupied brick counts as empty where its greatest
+// Does the same in the part of a ray that fades: an occupied brick counts as empty where its greatest
 // importance cannot be visible yet. A cell is leapt over if it ends before that position.
 Brick fading_brick_at(int n) {
   ivec3 at = brick_of(n);

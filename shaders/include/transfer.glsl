@@ -4,7 +4,6 @@
 // and extinction per mm, linear between entries and constant outside; importance of the nearest
 // entry. Entry i of row r is texel r * transfer_size + i.
 //
-//
 // A texel is rgb and extinction per mm.
 #ifdef STORAGE
 layout(std430, binding = 3) readonly buffer Transfer { vec4 transfer[]; };
