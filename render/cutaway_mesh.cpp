@@ -367,7 +367,8 @@ class CutawaySquare {
     return {exact(i, j), exact(i + size, j), exact(i, j + size), exact(i + size, j + size)};
   }
 
-  /// Tests if the middles of a square and of its edges agree with the interpolation of its corners.
+  /// Tests whether the middles of a square and of its edges agree with the interpolation of its
+  /// corners.
   bool is_even(int i, int j, int half, const Corners& corners) {
     for (const Corners::value_type& corner : corners) {
       if (!(corner.t2 > CutawayField::lowest())) return false;

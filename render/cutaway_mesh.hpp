@@ -36,8 +36,8 @@ class CutawayMesh {
             spec::CutawaySpan<double>& span) const;
 
   [[nodiscard]] std::size_t triangles() const { return triangles_.size(); }
-  /// The greater of at_least and the t at which the surface of one angle meets a ray, mm. \p hint:
-  /// see Hint. \p triangles_met: receives the number of triangles tested.
+  /// The greatest t at which the surface of one angle meets a ray, mm; not less than at_least.
+  /// \p hint: see Hint. \p triangles_met: receives the number of triangles tested.
   [[nodiscard]] double greatest(const spec::Ray<double>& ray, double cot, double at_least,
                                 int& hint, int* triangles_met = nullptr) const;
 

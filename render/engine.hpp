@@ -16,10 +16,10 @@ namespace nav::render {
 
 /// The cost of an image. Values that a scene did not need are zero.
 struct RenderStatistics {
-  std::uint64_t rays = 0;                ///< Rays cast anew; reused pixels are not counted.
+  std::uint64_t rays = 0;                ///< Rays that were cast; reused pixels are not counted.
   std::uint64_t pixels_without_ray = 0;  ///< Interpolated pixels, means of others: sparse_rays.hpp.
   std::uint64_t volume_samples = 0;      ///< Interpolated CT values that rays needed.
-  std::uint64_t passed_samples = 0;      ///< Samples that visible_cells.hpp spared.
+  std::uint64_t passed_samples = 0;      ///< Samples that rays skipped, see visible_cells.hpp.
   std::uint64_t gradient_samples = 0;    ///< Shaded samples.
   std::uint64_t window_gradients = 0;    ///< Gradients that gradient windows asked for.
   std::uint64_t cutaway_rays = 0;        ///< Rays that meet a surface of the cutaway in the volume.

@@ -6,7 +6,7 @@
 
 namespace nav::render {
 
-/// The part of an image that has to be made anew, from the least work to the most.
+/// The part of an image that has to be made again, from the least work to the most.
 enum class SceneChange {
   kNothing,   ///< The image stays as it is.
   kPixels,    ///< Only the pixels of the ultrasound image: no ray is cast.

@@ -75,7 +75,7 @@ int bow_from;  // The first cell with a bow.
 
 uniform vec3 second_base_local;  // base_local of the ultrasound.
 uniform float ct_importance;     // In the unit of the light.
-uniform float ray_ends_at;       // Share of the colour that nothing to come can hide; > 1: never.
+uniform float ray_ends_at;       // A ray ends when this share of its colour is final; > 1: never.
 
 // Composites the part of the CT between two positions, in cells, as one sample.
 void add_ct(float first, float last) {

@@ -196,7 +196,7 @@ bool GlFeatureTextures::send_texture(Group& group, gl::SendLimit& limit) const {
   const gl::SliceRange slices{group.slices, group.slices + count};
   glBindTexture(GL_TEXTURE_3D, group.texture.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
-  // Also for a single feature: drivers compile anew for other kinds of textures.
+  // Also for a single feature: drivers compile again for other kinds of textures.
   gl::send_slices<std::int16_t>(
       GL_RGBA16_SNORM, GL_RGBA, GL_SHORT, size, slices, kChannels,
       [&](int k, std::int16_t* to) { interleave(group.members, with_volume, k, to); });

@@ -67,8 +67,8 @@ Result<void> GlLabelTexture::update(const LabelVolume& labels, gl::SendLimit& li
   if (count == 0) return {};
   const int begin = labels.grid().size[2] - missing;
   if (begin == 0) {
-    // Nearly always the same kind of texture, because software rasterisers compile anew for another
-    // kind.
+    // Nearly always the same kind of texture, because software rasterisers compile again for
+    // another kind.
     const std::uint32_t all = bits_used(labels);
     const bool packs = std::popcount(all) <= 16;
     bits_ = packs ? all : ~0U;

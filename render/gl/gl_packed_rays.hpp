@@ -43,7 +43,7 @@ class GlPackedRays {
   void list_lattice(const PixelLattice& lattice);
   void find_even(const PixelLattice& lattice, int side, float error);
   [[nodiscard]] Texel compared_at(std::size_t texel) const;
-  /// Tests if a square is even, from the texels of its corners.
+  /// Tests whether a square is even, from the texels of its corners.
   [[nodiscard]] static bool is_even(const std::array<Texel, 4>& corners, float error);
   [[nodiscard]] bool even_around(const PixelLattice& lattice, int x, int y, int side) const;
   void list_halves(const PixelLattice& lattice, int side, const Surfaces& surfaces,

@@ -28,8 +28,8 @@ void bind_texture(int unit, GLenum target, GLuint texture) {
   glBindTexture(target, texture);
 }
 
-/// Size along an edge for this many bricks, never a power of two: otherwise Mesa's software
-/// rasteriser would compile a program anew for volumes with edges of other sizes.
+/// Size along an edge for this many bricks, never a power of two: Mesa's software
+/// rasteriser compiles a program again if an edge becomes a power of two or stops being one.
 int edge_of_bricks(int count) {
   const int least = std::max(count, 3);
   return std::has_single_bit(static_cast<unsigned>(least)) ? least + 1 : least;

@@ -9,7 +9,7 @@
 namespace nav::render {
 
 /// Textures of a few texels in place of those that the generic program of predicates could read but
-/// a set does not need. Mesa's software rasteriser compiles a program anew if a texture is bound
+/// a set does not need. Mesa's software rasteriser compiles a program again if a texture is bound
 /// where there was none, if its format changes, or if its edges change to or from powers of two.
 /// These stand-ins are of the kinds that features, undefined voxels and labels of up to 16
 /// different bits have. Never read. Internal to render/; needs the context current.

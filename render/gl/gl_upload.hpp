@@ -85,7 +85,7 @@ struct SliceRange {
 };
 
 /// Sends slices of the 3D texture that is bound, slab by slab, so that the whole is never copied.
-/// The first slice creates the texture anew. fill(k, to) writes slice k as a sequence of numbers,
+/// The first slice creates a new texture. fill(k, to) writes slice k as a sequence of numbers,
 /// per_texel for each texel; it is called on several threads.
 template <class T, class Fill>
 void send_slices(GLint internal, GLenum format, GLenum type, const std::array<int, 3>& size,

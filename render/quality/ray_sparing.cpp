@@ -96,7 +96,8 @@ Estimate error_of(const std::vector<DrawnTile>& spared, const std::vector<DrawnT
   return Estimate::of(squares);
 }
 
-/// Tests if sparing rays leaves little enough of the cost, by more than chance in these positions.
+/// Tests whether sparing rays leaves little enough of the cost, by more than chance in these
+/// positions.
 bool pays(const std::vector<DrawnTile>& spared, const std::vector<DrawnTile>& dense,
           double step_voxels) {
   std::vector<double> saved;

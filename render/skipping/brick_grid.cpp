@@ -157,7 +157,7 @@ BrickGrid make_ranges(const Volume& volume, int edge, int threads) {
   return grid;
 }
 
-/// Tests if ranges of HU may show something. The table must outlive it.
+/// Tests whether ranges of HU may show something. The table must outlive it.
 class Visibility {
  public:
   explicit Visibility(const TransferTable& table)

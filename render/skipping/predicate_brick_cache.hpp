@@ -12,12 +12,12 @@ namespace nav::render {
 
 /// Knowledge about the bricks of a volume for the drawn predicate set. Ranges of channels stay as
 /// long as anything holds their voxels; ranges of labels stay while they are read. Leaves are
-/// classified anew if one of them changes.
+/// classified again if one of them changes.
 class PredicateBrickCache {
  public:
   /// True if the leaves are already classified for a predicate set.
   [[nodiscard]] bool knows(const PredicateSet& set) const;
-  /// Classifies the leaves if needed; true: they were classified anew. threads 0: all cores.
+  /// Classifies the leaves if needed; true: they were classified again. threads 0: all cores.
   bool update(const PredicateSet& set, int threads);
   /// Number of channels of a predicate set whose ranges update() would have to find first.
   [[nodiscard]] std::size_t missing_channels(const PredicateSet& set) const;

@@ -154,7 +154,7 @@ struct Walk {
   int before_at;     // or at this one.
 #endif
   float aside;       // See look_aside().
-  Point a;           // The point there, or at the begin of the stretch.
+  Point a;           // The point there, or at the start of the stretch.
 #endif
 };
 
@@ -253,7 +253,7 @@ bool begins_inside(Walk w) { return float(w.j) < w.begin; }
 
 // A run that does not continue the last one takes a value beside its first one. That is the value
 // at the lattice point before it, for the bow of the first cell. If the stretch begins in that
-// cell, it is the value at the lattice point after it, for the value at the begin.
+// cell, it is the value at the lattice point after it, for the value at the start.
 void look_aside(inout Walk w) {
   if (w.known == w.j - w.size) return;
   w.aside = value_at(float(begins_inside(w) ? w.j + 1 : w.j - 1));
