@@ -88,7 +88,7 @@ void Canvas::circle(Eigen::Vector2d centre, double radius, double width, Rgba8 c
 
 int Canvas::text(int x, int y, int size, const std::string& words, Rgba8 colour) {
   const TextMask mask = rasterise_text(words, size);
-  // Half a number would be another number.
+  // Part of a number would read as another number, so text that does not fit is left out.
   if (x < 0 || x + mask.coverage.width() > width_) return x + mask.coverage.width();
   for (int row = 0; row < mask.coverage.height(); ++row) {
     for (int column = 0; column < mask.coverage.width(); ++column) {

@@ -18,7 +18,7 @@ Points box_face(const BoxObject& box, int axis, double side, const Eigen::Vector
 
 }  // namespace
 
-/// Normal by Newell's sum, which does not depend on three vertices being in general position.
+/// Computes the normal by Newell's sum, which does not need three vertices in general position.
 CutawayPolygon<double> make_polygon(std::vector<Vec3<double>> vertices) {
   CutawayPolygon<double> polygon;
   polygon.normal = Vec3<double>::Zero();
@@ -33,7 +33,7 @@ CutawayPolygon<double> make_polygon(std::vector<Vec3<double>> vertices) {
     polygon.axis_u = polygon.normal.unitOrthogonal();
     polygon.axis_v = polygon.normal.cross(polygon.axis_u);
   } else {
-    polygon.normal.setZero();  // A segment, or vertices in a line: the edges are everything.
+    polygon.normal.setZero();  // A segment, or vertices in a line: only the edges count.
   }
   polygon.vertices = std::move(vertices);
   return polygon;

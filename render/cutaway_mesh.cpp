@@ -13,14 +13,14 @@ namespace nav::render {
 namespace {
 
 using Vec3 = spec::Vec3<double>;
-constexpr std::int32_t kLeafTriangles = 1;  // Bounds cost less than triangles.
+constexpr std::int32_t kLeafTriangles = 1;  // Testing a bound costs less than meeting a triangle.
 constexpr double kNoHit = -std::numeric_limits<double>::infinity();
 
 Vec3 middle_of(const spec::CutawayTriangle<double>& t) {
   return (t.vertices[0] + t.vertices[1] + t.vertices[2]) / 3;
 }
 
-/// Vertices at the same place are one: files of loose triangles repeat them.
+/// Merges vertices at the same position, because files of loose triangles repeat them.
 std::vector<std::array<int, 3>> welded(const MeshObject& mesh) {
   std::vector<int> order(mesh.vertices_ct.size());
   std::iota(order.begin(), order.end(), 0);
@@ -43,12 +43,13 @@ std::vector<std::array<int, 3>> welded(const MeshObject& mesh) {
   return triangles;
 }
 
-/// Vertices where the surface ends, branches, turns inside out or has no normal.
+/// Marks the vertices where the surface ends, branches, turns inside out or has no normal.
 std::vector<bool> open_vertices(const std::vector<std::array<int, 3>>& triangles,
                                 const std::vector<spec::CutawayTriangle<double>>& shapes,
                                 std::size_t vertices) {
   std::vector<bool> open(vertices, false);
-  std::vector<std::array<int, 3>> edges;  // Lower and higher vertex; 1: in that direction.
+  std::vector<std::array<int, 3>> edges;  // Lower and higher vertex; 1 if the edge runs from lower
+                                          // to higher.
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
       const int a = triangles[i][k];
@@ -75,12 +76,13 @@ double angle_between(const Vec3& a, const Vec3& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-/// For each triangle the largest angle of its normal to one that touches it; pi: it is open.
+/// For each triangle: the largest angle between its normal and those of the triangles that touch
+/// it, rad; pi if the surface is open there.
 std::vector<double> ring_angles(const MeshObject& mesh,
                                 const std::vector<spec::CutawayTriangle<double>>& shapes) {
   const auto triangles = welded(mesh);
   std::vector<bool> open = open_vertices(triangles, shapes, mesh.vertices_ct.size());
-  // Per vertex: a normal, and the largest angle of it to those about the vertex.
+  // Per vertex: a normal, and its largest angle to the normals of the triangles around the vertex.
   std::vector<Vec3> sum(mesh.vertices_ct.size(), Vec3::Zero());
   std::vector<double> widest(mesh.vertices_ct.size(), 0);
   const auto for_corners = [&](const auto& visit) {
@@ -89,7 +91,7 @@ std::vector<double> ring_angles(const MeshObject& mesh,
     }
   };
   for_corners([&](const Vec3& normal, std::size_t v, std::size_t) { sum[v] += normal; });
-  // Opposite normals that cancel out leave no direction to measure from.
+  // Opposite normals that cancel out leave no direction from which to measure.
   for (std::size_t v = 0; v < sum.size(); ++v) open[v] = open[v] || !(sum[v].norm() > 1e-6);
   for_corners([&](const Vec3& normal, std::size_t v, std::size_t) {
     widest[v] = std::max(widest[v], angle_between(sum[v], normal));
@@ -129,7 +131,7 @@ CutawayMesh::Normals CutawayMesh::normals_about(std::int32_t first, std::int32_t
   for (std::int32_t i = first; i < first + count; ++i) {
     sum += triangles_[static_cast<std::size_t>(i)].normal;
   }
-  double widest = 1e-6;  // More than normals and angles round.
+  double widest = 1e-6;  // Larger than the rounding of normals and angles.
   for (std::int32_t i = first; i < first + count; ++i) {
     const auto at = static_cast<std::size_t>(i);
     widest = std::max(widest, angle_between(sum, triangles_[at].normal) + ring_angles_[at] + 1e-6);
@@ -145,7 +147,7 @@ double CutawayMesh::bound(const Node& node, const Cone& cone, double best) {
   const double square = across.squaredNorm();
   const double distance = std::sqrt(square);
   const double radius = node.ball.radius;
-  // As spec::cone_ball(), with more than that and the triangles round.
+  // Like spec::cone_ball(), with a slack above the rounding of it and of the triangles.
   double t = distance * cone.norm >= radius * cone.cot
                  ? along - cone.cot * distance + radius * cone.norm
                  : along + std::sqrt(std::max(radius * radius - square, 0.0));
@@ -153,10 +155,10 @@ double CutawayMesh::bound(const Node& node, const Cone& cone, double best) {
   t += kSlack * (std::abs(along) + cone.norm * (1 + distance + radius));
   if (!(t > best)) return kNoHit;
   if (node.normals.cosine < 0 || !(distance > radius)) return t;
-  // The gradient in the middle, and how far it turns within the ball: its part across the ray has
-  // the length cot and turns by asin(radius / distance).
+  // The gradient at the ball's centre, and how far it turns within the ball: its part across the
+  // ray has the length cot and turns by asin(radius / distance).
   const Vec3 gradient = cone.ray.direction - (cone.cot / distance) * across;
-  const double turn_across = std::sqrt(1 - radius * radius / square);  // Its cosine.
+  const double turn_across = std::sqrt(1 - radius * radius / square);  // The cosine of that turn.
   const double chord_square =
       cone.cot * cone.cot / (cone.norm * cone.norm) * (2 - 2 * turn_across);  // (2 sin(turn/2))^2
   if (chord_square > 1) return t;
@@ -232,7 +234,7 @@ double CutawayMesh::greatest(const spec::Ray<double>& ray, double cot, double at
       hint = i;
     }
   };
-  // A hint is only a place to start, so any number may come in.
+  // A hint only says where to start, so any number is allowed.
   if (hint >= 0 && static_cast<std::size_t>(hint) < triangles_.size()) meet_triangle(hint);
   const Cone cone{ray, cot, std::hypot(1.0, cot)};
   const auto bound_of = [&](std::int32_t node) {
@@ -242,7 +244,7 @@ double CutawayMesh::greatest(const spec::Ray<double>& ray, double cot, double at
     std::int32_t node;
     double bound;
   };
-  // Halving: depth of at most 32, one open node per level and the two of the last.
+  // Halving limits the depth to 32: one open node per level, and two on the last.
   std::array<Open, 64> open;
   std::size_t count = 0;
   open[count++] = {0, bound_of(0)};
@@ -266,7 +268,7 @@ void CutawayMesh::meet(const spec::Ray<double>& ray, double cot1, double cot2, H
                        spec::CutawaySpan<double>& span) const {
   span.t2 = greatest(ray, cot2, span.t2, hint.at2);
   span.t1 = greatest(ray, cot1, span.t1, hint.at1);
-  span.t2 = std::max(span.t2, span.t1);  // Rounding.
+  span.t2 = std::max(span.t2, span.t1);  // Guards against rounding.
 }
 
 bool CutawayField::needed(const Scene& scene) {
@@ -295,7 +297,7 @@ CutawayField::CutawayField(const Scene& scene, const CutawayField* before)
 spec::CutawaySpan<float> CutawayField::meet(const spec::Ray<double>& ray,
                                             std::vector<CutawayMesh::Hint>& hints) const {
   auto span = spec::meet_cutaway(closed_forms_, ray);
-  // Where nothing reaches past the eye, how far behind it everything ends is of no consequence.
+  // If no surface reaches past the eye, it does not matter how far behind the eye they end.
   double deepest = std::max(span.t2, 0.0);
   for (std::size_t m = 0; m < meshes_.size(); ++m) {
     deepest = meshes_[m]->greatest(ray, closed_forms_.cot2, deepest, hints[m].at2);
@@ -324,7 +326,7 @@ class CutawaySquare {
         tolerance_(static_cast<float>(tolerance_mm)),
         hints_(field.meshes_.size()) {}
 
-  /// The pixels from (x, y) on; their corners may lie outside of the picture.
+  /// Meets the pixels from (x, y) on. The square's corners may lie outside the image.
   void meet(int x, int y, int width, int height, spec::CutawaySpan<float>* picture) {
     const bool next = y == y_ && x == x_ + kSize;
     x_ = x;
@@ -341,7 +343,7 @@ class CutawaySquare {
 
  private:
   static constexpr std::size_t kSide = kSize + 1;
-  /// Forgets all but the right edge, which is the left one of the next square.
+  /// Forgets all but the right edge, which is the left edge of the next square.
   void begin(bool next) {
     for (std::size_t row = 0; row < kSide * kSide; row += kSide) {
       const bool known = next && known_[row + kSide - 1];
@@ -365,7 +367,8 @@ class CutawaySquare {
     return {exact(i, j), exact(i + size, j), exact(i, j + size), exact(i + size, j + size)};
   }
 
-  /// Whether the middles of a square and of its edges are where its corners say.
+  /// Tests whether the middles of a square and of its edges agree with the interpolation of its
+  /// corners.
   bool is_even(int i, int j, int half, const Corners& corners) {
     for (const Corners::value_type& corner : corners) {
       if (!(corner.t2 > CutawayField::lowest())) return false;

@@ -11,43 +11,46 @@
 
 namespace nav::render {
 
-/// A mesh that cuts, however many triangles it has: the surfaces of ray_spec_cutaway.hpp as by
-/// meeting every triangle, up to rounding. A search over a tree visits only what may hold a better
-/// point than the best so far, by two bounds of the function f of a cone:
-/// - its greatest value over a ball is a closed form;
-/// - where a surface is closed, f can be greatest only where its gradient, r - cot(theta) e with e
-///   the direction away from the ray, is at right angles to the surface. So nodes also know a cone
-///   that holds the normals of their triangles and of all that touch those.
+/// A mesh of any number of triangles that cuts. Gives the surfaces of ray_spec_cutaway.hpp as if
+/// every triangle was met, up to rounding. A search over a tree visits only nodes that may hold a
+/// better point than the best so far. It uses two bounds of the function f of a cone:
+/// - The greatest value of f over a ball has a closed form.
+/// - On a closed surface f can be greatest only where its gradient is at right angles to the
+///   surface. The gradient is r - cot(theta) e; e is the direction away from the ray. So nodes also
+///   store a cone that holds the normals of their triangles and of all triangles that touch those.
 /// Immutable; any number of threads.
 class CutawayMesh {
  public:
-  /// The last best triangles of a ray: where to look first for its neighbour. Any value is right.
+  /// The last best triangles of a ray, where the search for its neighbour starts. Any value is
+  /// correct.
   struct Hint {
     int at1 = 0;
     int at2 = 0;
   };
 
-  /// origin_mm: of the volume's grid, CT mm. Precondition: a validated mesh.
+  /// \p origin_mm: origin of the volume's grid, CT mm. Precondition: a validated mesh.
   CutawayMesh(const MeshObject& mesh, const Eigen::Vector3d& origin_mm);
 
-  /// Raises the span of a ray (of other objects; -infinity: none) to that with this mesh.
+  /// Extends the span of a ray, which other objects gave (-infinity: none), by this mesh.
   void meet(const spec::Ray<double>& ray, double cot1, double cot2, Hint& hint,
             spec::CutawaySpan<double>& span) const;
 
   [[nodiscard]] std::size_t triangles() const { return triangles_.size(); }
-  /// The greatest of at_least and where the surface of one angle meets a ray. hint: as in Hint.
-  /// triangles_met: how many it took.
+  /// The greatest t at which the surface of one angle meets a ray, mm; not less than at_least.
+  /// \p hint: see Hint. \p triangles_met: receives the number of triangles tested.
   [[nodiscard]] double greatest(const spec::Ray<double>& ray, double cot, double at_least,
                                 int& hint, int* triangles_met = nullptr) const;
 
  private:
-  /// Every normal lies within an angle of an axis or of its opposite. cosine < 0: unknown.
+  /// A cone of normals: each normal lies within an angle of the axis or of its opposite.
+  /// cosine < 0: unknown.
   struct Normals {
     spec::Vec3<double> axis;
-    double cosine;  ///< Of the angle, [0, 1].
+    double cosine;  ///< Cosine of the angle, [0, 1].
     double sine;
   };
-  /// A ball about the triangles [first, first + count); inner nodes: children at first, first + 1.
+  /// A ball around the triangles [first, first + count). Inner nodes have their children at first
+  /// and first + 1.
   struct Node {
     spec::CutawayBall<double> ball;
     Normals normals;
@@ -59,40 +62,42 @@ class CutawayMesh {
   void build(std::size_t node, std::int32_t first, std::int32_t count);
   [[nodiscard]] spec::CutawayBall<double> ball_about(std::int32_t first, std::int32_t count) const;
   [[nodiscard]] Normals normals_about(std::int32_t first, std::int32_t count) const;
-  /// f of one ray and angle.
+  /// The function f for one ray and one angle.
   struct Cone {
     const spec::Ray<double>& ray;
     double cot;
-    double norm;  ///< Of the gradient of f, hypot(1, cot).
+    double norm;  ///< Norm of the gradient of f, hypot(1, cot).
   };
-  /// Upper bound of f over a node; -infinity where that is not above best, or its normals rule it
-  /// out.
+  /// An upper bound of f over a node; -infinity if the bound is not above best, or if the normals
+  /// rule the node out.
   [[nodiscard]] static double bound(const Node& node, const Cone& cone, double best);
 
   std::vector<spec::CutawayTriangle<double>> triangles_;
   std::vector<double>
-      ring_angles_;  ///< Largest to the normals of touching triangles, rad; pi: open.
+      ring_angles_;  ///< Largest angle to normals of touching triangles, rad; pi: open.
   std::vector<Node> nodes_;
 };
 
-/// The cutaway of a scene with meshes of any size, ready to meet the rays of a picture.
+/// The cutaway of a scene with meshes of any size, ready to meet the rays of an image.
 class CutawayField {
  public:
-  /// Whether a scene needs it: it has a cutaway with a mesh of more than spec::kExactTriangles. All
-  /// others are cheaper by spec::make_cutaway() alone.
+  /// True if a scene has a cutaway with a mesh of more than spec::kExactTriangles. For all other
+  /// scenes spec::make_cutaway() alone is cheaper.
   static bool needed(const Scene& scene);
 
-  /// Meshes of a field before are kept where they are the same (by address) over the same grid.
+  /// Reuses the meshes of an earlier field that are the same (by address) over the same grid.
   explicit CutawayField(const Scene& scene, const CutawayField* before = nullptr);
 
-  /// One row of pixels [x, x + count) of row y, of all objects, in single precision for CPU tiles
-  /// and textures alike; t2 = t1 = lowest() where no surface meets the ray in front of its origin.
+  /// Meets all objects with the rays of the pixels [x, x + count) of row y. The spans are in single
+  /// precision, for CPU tiles and for textures. t2 = t1 = lowest() where no surface meets the ray
+  /// in front of its origin.
   void meet_row(const spec::View<double>& view, int x, int y, int count,
                 spec::CutawaySpan<float>* spans) const;
-  /// All pixels, row by row, with threads (0: all cores). tolerance_mm 0: every pixel by a search
-  /// of its own. > 0: squares of 8 pixels that are bilinear within it, at the middles of the square
-  /// and of its edges, are interpolated, others divided; elsewhere within a square the error may be
-  /// larger (tested: 99 % of pixels within the tolerance, all within ten of it).
+  /// Meets all pixels, row by row; threads 0: all cores. tolerance_mm 0: a separate search for
+  /// every pixel. tolerance_mm > 0: squares of 8 pixels are interpolated if they are bilinear
+  /// within the tolerance at the middles of the square and of its edges; other squares are divided.
+  /// Elsewhere in a square the error may be larger (tested: 99 % of pixels within the tolerance,
+  /// all within ten times the tolerance).
   [[nodiscard]] std::vector<spec::CutawaySpan<float>> meet_all(const spec::View<double>& view,
                                                                int threads,
                                                                double tolerance_mm = 0) const;
@@ -100,12 +105,12 @@ class CutawayField {
 
  private:
   friend class CutawaySquare;
-  /// One ray; hints: one per mesh.
+  /// Meets one ray. hints: one per mesh.
   [[nodiscard]] spec::CutawaySpan<float> meet(const spec::Ray<double>& ray,
                                               std::vector<CutawayMesh::Hint>& hints) const;
   spec::CutawayObjects<double> closed_forms_;
   Eigen::Vector3d origin_mm_;
-  std::vector<std::shared_ptr<const MeshObject>> sources_;  ///< Of meshes_, in the same order.
+  std::vector<std::shared_ptr<const MeshObject>> sources_;  ///< In the order of meshes_.
   std::vector<std::shared_ptr<const CutawayMesh>> meshes_;
 };
 

@@ -13,7 +13,8 @@ namespace {
 constexpr HuWindow kVesselWindow{200, 700};
 constexpr HuWindow kSoftTissueWindow{60, 400};
 
-/// From the darkest to the brightest; tissue below the border of value_range() is not black.
+/// A window from the darkest to the brightest value. Tissue below the lower end of value_range() is
+/// not black.
 HuWindow window_of_values(const Volume& volume) {
   constexpr std::size_t kHundredth = 100;
   std::vector<std::int16_t> voxels(volume.hu().begin(), volume.hu().end());
@@ -22,7 +23,7 @@ HuWindow window_of_values(const Volume& volume) {
   const double high = std::max(value_range(volume).high, *darkest + 1.0);
   const double width = high - *darkest;
   const double level = 0.5 * (*darkest + high);
-  // A whole number is easier to read, and in a narrow window (of a mask) another one.
+  // A whole number is easier to read. Rounding would shift a narrow window (of a mask).
   constexpr double kNarrow = 20;
   return {width < kNarrow ? level : std::round(level), width};
 }

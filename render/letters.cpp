@@ -9,7 +9,7 @@
 namespace nav::render {
 namespace {
 
-/// The letter that a text begins with (RFC 3629): overlong forms and surrogates are none.
+/// The first letter of a text (RFC 3629). Overlong forms and surrogates are not letters.
 Letter first_letter(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned lead = byte(0);

@@ -12,13 +12,14 @@ namespace nav::render {
 /// A letter of a text in UTF-8.
 struct Letter {
   std::string bytes;
-  std::optional<char32_t> code;  ///< Of Unicode; absent: one byte that belongs to no letter.
+  std::optional<char32_t> code;  ///< Unicode code point; absent: one byte that belongs to no
+                                 ///< letter.
 };
 
-/// The letters of a text, in order; together they are its bytes.
+/// The letters of a text, in order. Together their bytes are the text.
 std::vector<Letter> letters_of(std::string_view text);
 
-/// Takes the last letter away. Precondition: there is one.
+/// Removes the last letter. Precondition: the text is not empty.
 void drop_last_letter(std::string& text);
 
 }  // namespace nav::render

@@ -7,8 +7,8 @@
 
 namespace nav::render {
 
-/// Calls work(i) for i in [0, count) on at most threads threads; 0: all cores. work must not
-/// depend on the order of calls.
+/// Calls work(i) for i in [0, count) on at most this many threads; 0: all cores. work must not
+/// depend on the order of the calls.
 template <class Work>
 void for_each_index(int count, int threads, const Work& work) {
   tbb::task_arena arena(threads > 0 ? threads : tbb::task_arena::automatic);

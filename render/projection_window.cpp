@@ -12,11 +12,11 @@
 namespace nav::render {
 namespace {
 
-/// What the rays of a small picture find that meet the volume, in no order.
+/// The values that the rays of a small image find in the volume, in no order.
 Result<std::vector<double>> values_found(Scene scene) {
   constexpr int kAcross = 96;
   constexpr double kStepVoxels = 0.25;
-  // Every value of 16 bits, to a hundredth.
+  // Holds every 16-bit value, to a hundredth.
   const GreyWindow all{0, 66000};
   scene.plane.reset();
   scene.needle.reset();
@@ -24,8 +24,8 @@ Result<std::vector<double>> values_found(Scene scene) {
   scene.lines.clear();
   scene.cutaway.reset();
   scene.grey = all;
-  scene.background_rgb = {1, 0, 0};  // No grey: a ray beside the volume.
-  // A window is no matter of quality: it is that of any step.
+  scene.background_rgb = {1, 0, 0};  // Not grey: marks a ray that misses the volume.
+  // The window must not depend on the quality, so the quality is fixed here.
   scene.quality = Quality{};
   scene.quality.step_voxels = kStepVoxels;
   scene.height = std::clamp(kAcross * scene.height / scene.width, 1, kAcross);
@@ -39,7 +39,7 @@ Result<std::vector<double>> values_found(Scene scene) {
   return values;
 }
 
-/// The value that this share of all lies below.
+/// The value below which this share of all values lies.
 double quantile(std::vector<double>& values, double share) {
   const double last = static_cast<double>(values.size()) - 1;
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(std::lround(share * last));
@@ -47,7 +47,7 @@ double quantile(std::vector<double>& values, double share) {
   return *at;
 }
 
-/// To two digits of what it is measured by.
+/// Rounds a value to two digits of the unit `by`.
 double rounded(double value, double by) {
   const int digits = 1 - static_cast<int>(std::floor(std::log10(by)));
   const double scale = std::pow(10.0, std::abs(digits));
@@ -61,7 +61,7 @@ Result<ProjectionWindow> window_of_projection(Scene scene) {
   const bool hounsfield = scene.ct && is_hounsfield(*scene.ct);
   const bool maximum = scene.projection == Projection::kMaximum;
   const double air_below_hu = maximum ? double{kLeastTissueHu} : double{kAirBelowHu};
-  // Beside cortical bone and metal, blood with contrast medium would be nearly black.
+  // Beside cortical bone and metal, blood with contrast agent would be nearly black.
   constexpr double kWhiteBoneHu = 1000;
   auto values = values_found(std::move(scene));
   if (!values) return values.error();
@@ -78,8 +78,8 @@ Result<ProjectionWindow> window_of_projection(Scene scene) {
     found.one_value = true;
     return found;
   }
-  constexpr double kLeftOut = 0.02;  // A metal implant has its share of the picture.
-  constexpr double kSame = 0.05;     // What the values are good for.
+  constexpr double kLeftOut = 0.02;  // A metal implant takes up part of the image.
+  constexpr double kSame = 0.05;     // The precision of the values.
   double low = quantile(*values, kLeftOut);
   double high = quantile(*values, 1 - kLeftOut);
   if (hounsfield && maximum && low < kWhiteBoneHu) high = std::min(high, kWhiteBoneHu);

@@ -7,19 +7,20 @@
 
 namespace nav::render {
 
-/// A grey window for a projection, and whether it can show anything.
+/// A grey window for a projection, and flags for projections that cannot show anything.
 struct ProjectionWindow {
   GreyWindow window;
-  bool only_air = false;   ///< Of Hounsfield units: no ray finds anything else.
-  bool one_value = false;  ///< All rays find the same, or there is none.
+  bool only_air = false;   ///< The values are Hounsfield units, and all are air.
+  bool one_value = false;  ///< All rays find the same value, or no ray finds any.
 };
 
-/// The window from the darkest to the brightest of what the rays of a scene find that meet its
-/// volume, two of a hundred left out at each end, to two digits. In Hounsfield units air does not
-/// count: what is below -950 HU, of a maximum below -200 HU, where a ray meets but the rim of a
-/// body; and a maximum is white from 1000 HU on at the latest. The same at any quality. Asked of a
-/// small picture without plane, needle and the like. Precondition: a projection other than
-/// kComposite. Refuses as validate().
+/// Computes the window from the darkest to the brightest value that the rays through the volume
+/// find. Two percent are left out at each end; the result has two digits. In Hounsfield units air
+/// does not count: values below -950 HU, and for a maximum values below -200 HU, which occur where
+/// a ray only grazes the rim of the body. A maximum is white from 1000 HU on at the latest. The
+/// window does not depend on the quality. It is computed from a small image without plane, needle,
+/// spheres, lines and cutaway. Precondition: a projection other than kComposite. Errors as in
+/// validate().
 Result<ProjectionWindow> window_of_projection(Scene scene);
 
 }  // namespace nav::render

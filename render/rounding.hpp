@@ -6,10 +6,10 @@
 
 namespace nav::render {
 
-/// Of integrals kept as int32, half of its range: sums of two cannot overflow.
+/// Half of the range of an int32, for integrals kept as int32: a sum of two cannot overflow.
 inline constexpr double kLargestIntegral = 1 << 30;
 
-/// As std::lround() for x in [0, 2^31 - 1], without a call: tables have thousands of entries.
+/// Equals std::lround() for x in [0, 2^31 - 1], without a call: tables have thousands of entries.
 inline std::int32_t rounded(double x) {
   const auto whole = static_cast<std::int32_t>(x);
   return whole + (x - whole >= 0.5 ? 1 : 0);

@@ -26,7 +26,7 @@ Result<void> check_place(const std::string& field, const Eigen::Vector3d& mm) {
   return refusal(field, "finite numbers within 1e7 mm", mm.transpose());
 }
 
-/// low <= value <= high; refuses NaN.
+/// Checks low <= value <= high; rejects NaN.
 Result<void> check_range(const std::string& field, double value, double low, double high) {
   if (value >= low && value <= high) return {};
   std::ostringstream expected;
@@ -34,7 +34,7 @@ Result<void> check_range(const std::string& field, double value, double low, dou
   return refusal(field, expected.str(), value);
 }
 
-/// 0 < value <= high; refuses NaN and infinity.
+/// Checks 0 < value <= high; rejects NaN and infinity.
 Result<void> check_positive(const std::string& field, double value, double high) {
   if (value > 0 && value <= high) return {};
   std::ostringstream expected;
@@ -49,7 +49,7 @@ Result<void> check_colour(const std::string& field, const Eigen::Vector3d& rgb) 
   return {};
 }
 
-/// The first refusal of a list, or none.
+/// The first error of a list, or none.
 Result<void> first_of(std::initializer_list<Result<void>> checks) {
   for (const auto& check : checks) {
     if (!check) return check;
@@ -89,7 +89,7 @@ Result<void> check_camera(const Camera& camera) {
 }
 
 Result<void> check_plane(const UltrasoundPlane& plane) {
-  if (plane.safety.state == SafetyState::kLost) return {};  // Not drawn, so nothing to judge.
+  if (plane.safety.state == SafetyState::kLost) return {};  // Not drawn, so not checked.
   const UltrasoundFrame& frame = plane.frame;
   if (frame.pixels.empty()) {
     return refusal("plane.frame.pixels", "a picture",
@@ -165,9 +165,9 @@ Result<void> check_lines(const std::vector<LineShape>& lines) {
   return {};
 }
 
-/// How far vertices lie off their common plane, mm: the plane through their mean at right angles to
-/// the axis of their least extent, which is defined for vertices in a line and for folded outlines
-/// too.
+/// The largest distance of the vertices from their common plane, mm. The plane goes through their
+/// mean at right angles to the axis of their least extent. This is also defined for vertices in a
+/// line and for folded outlines.
 double flatness_mm(const std::vector<Point<frames::Ct>>& vertices) {
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   for (const auto& vertex : vertices) mean += vertex.mm / static_cast<double>(vertices.size());

@@ -10,7 +10,7 @@
 namespace nav::render {
 namespace {
 
-/// Calls same on the members of two optionals; an absent one equals only an absent one.
+/// Calls same() on the values of two optionals. An absent one equals only an absent one.
 template <class T, class Same>
 bool same_optional(const std::optional<T>& a, const std::optional<T>& b, const Same& same) {
   if (!a || !b) return a.has_value() == b.has_value();
@@ -38,7 +38,7 @@ bool same_shading(const Shading& a, const Shading& b) {
   return all(a) == all(b);
 }
 
-/// Provisional pictures are not kept as those of their scene.
+/// Compares all but `provisional`: provisional images are not kept as images of their scene.
 bool same_quality(const Quality& a, const Quality& b) {
   const auto all = [](const Quality& q) {
     return std::tie(q.step_voxels, q.classification, q.opaque_at, q.skip_empty_bricks, q.jitter,
@@ -54,7 +54,7 @@ bool same_outline(const SectorOutline& a, const SectorOutline& b) {
   return all(a) == all(b);
 }
 
-/// All but the pixels: where the picture lies and how it is drawn.
+/// Compares everything but the pixels: where the ultrasound image lies and how it is drawn.
 bool same_place(const UltrasoundPlane& a, const UltrasoundPlane& b) {
   return a.frame.pixels.width() == b.frame.pixels.width() &&
          a.frame.pixels.height() == b.frame.pixels.height() &&
@@ -135,7 +135,7 @@ bool same_geometry(const Scene& a, const Scene& b) {
          same_optional(a.cutaway, b.cutaway, same_cutaway);
 }
 
-/// Of the volume or of the one beside it; null: drawn without.
+/// The model of the volume or of the second volume; null if the scene is drawn without predicates.
 const PredicateModel* model_of(const Scene& scene) {
   if (drawn_by_predicates(scene)) return &scene.predicates->model;
   return has_two_volumes(scene) ? &scene.ultrasound->predicates.model : nullptr;

@@ -6,20 +6,20 @@
 
 namespace nav::render {
 
-/// What of a picture has to be made anew, from the least work to the most.
+/// The part of an image that has to be made again, from the least work to the most.
 enum class SceneChange {
-  kNothing,   ///< The same picture.
-  kPixels,    ///< Only the pixels of the ultrasound picture: no ray is cast.
+  kNothing,   ///< The image stays as it is.
+  kPixels,    ///< Only the pixels of the ultrasound image: no ray is cast.
   kGeometry,  ///< Plane, needle, spheres, lines or objects of the cutaway moved, appeared, vanished
               ///< or changed their state: rays that none of them affects stay.
   kView,      ///< Everything else.
 };
 
-/// Compares values; the CT and meshes by identity.
+/// Compares two scenes by value, but the CT and meshes by identity.
 SceneChange change_between(const Scene& before, const Scene& after);
 
-/// Whether the predicates that `after` is drawn by, if any, are those of `before` in the same
-/// combinations: parameters, importances and colours may differ.
+/// True if `after` is drawn by no predicates, or by the predicates of `before` in the same
+/// combinations. Parameters, importances and colours may differ.
 bool asks_same_predicates(const Scene& before, const Scene& after);
 
 }  // namespace nav::render

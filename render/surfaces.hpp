@@ -9,9 +9,9 @@
 
 namespace nav::render {
 
-/// Which surfaces rays may meet.
+/// The surfaces that rays may meet.
 struct SurfaceReach {
-  bool plane;   ///< The ultrasound picture.
+  bool plane;   ///< The ultrasound image.
   bool shapes;  ///< Needle, spheres, lines.
 
   [[nodiscard]] bool any() const { return plane || shapes; }
@@ -20,23 +20,23 @@ struct SurfaceReach {
   }
 };
 
-/// Everything of a scene that is not the volume, ready to meet rays. The scene must outlive it.
-/// Thread-safe to read.
+/// All surfaces of a scene, that is everything but the volume, ready to meet rays. The scene must
+/// outlive it. Thread-safe to read.
 class Surfaces {
  public:
   explicit Surfaces(const Scene& scene);
   [[nodiscard]] bool empty() const { return !plane_ && !needle_ && solids_.empty(); }
-  /// Fills hits with what a ray (local mm) meets, nearest first, ending with the first opaque one.
+  /// Fills hits with what a ray (local mm) meets, nearest first, up to the first opaque one.
   void meet(const spec::Ray<double>& ray, std::vector<spec::Hit<double>>& hits) const;
-  /// The same where a ray can meet no others than these, without the grey of the ultrasound
-  /// picture.
+  /// Does the same for a ray that can meet only the surfaces in reach, without the grey of the
+  /// ultrasound image.
   void meet(const spec::Ray<double>& ray, const SurfaceReach& reach,
             std::vector<spec::Hit<double>>& hits) const;
-  /// Whether a ray meets the border of the ultrasound picture, be it behind something else.
+  /// True if a ray meets the border of the ultrasound image, even behind something else.
   [[nodiscard]] bool meets_border(const spec::Ray<double>& ray) const;
 
  private:
-  /// Adds what is met besides the ultrasound picture, and sorts.
+  /// Adds everything but the ultrasound image, and sorts.
   void meet_shapes(const spec::Ray<double>& ray, std::vector<spec::Hit<double>>& hits) const;
 
   Shading shading_;

@@ -1,12 +1,13 @@
 #version 410 core
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Puts the finished picture over what VTK has drawn. Premultiplied colour in [0, 1], blended with
-// (one, one minus source alpha). A picture of fewer pixels is bilinear between their centres.
+// Puts the finished image over what VTK has drawn. Premultiplied colour in [0, 1], blended with
+// (one, one minus source alpha). An image with fewer pixels is interpolated bilinearly between
+// their centres.
 
 uniform sampler2D picture;
-uniform float scale;  // Pixels of the picture per pixel of the target; 1: one to one.
-uniform vec2 offset;  // Pixels of the picture.
+uniform float scale;  // Pixels of the image per pixel of the target; 1: one to one.
+uniform vec2 offset;  // In pixels of the image.
 layout(location = 0) out vec4 colour;
 
 void main() {

@@ -1,9 +1,9 @@
 #version 410 core
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Sums what rays cost (lattice.glsl) over blocks of 16 × 16 pixels, so that little has to be read
-// back. Result: samples, gradients, faded cells; rays + 512 × those of them that a cutaway meets. All
-// are whole numbers that single precision holds.
+// Sums the cost of rays (lattice.glsl) over blocks of 16 × 16 pixels, so that little has to be read
+// back. Result: samples, gradients, faded cells; rays + 512 × those of them that a cutaway meets.
+// All are whole numbers that single precision represents.
 
 uniform sampler2D spent;
 layout(location = 0) out vec4 sums;

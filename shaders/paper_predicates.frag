@@ -1,11 +1,11 @@
 #version 410 core
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Schulte zu Berge et al. 2014 as they describe it, as a peer for the benchmark: every sample from
-// entry to exit, a texture for each feature, Eqs. 3 to 8 with the linear mean of hues and Eqs. 10 to
-// 12 for each of them. Misprints are corrected as in render/spec/predicate_spec.hpp, and samples lie on
-// the same lattice, so that the picture is the same. Before this text come the predicates, the
-// features and sum_bars(): bench/paper_shader.cpp.
+// Schulte zu Berge et al. 2014 as they describe it, to compare with in the benchmark: every sample
+// from entry to exit, a texture for each feature, Eqs. 3 to 8 with the linear mean of hues and Eqs.
+// 10 to 12 for each sample. Misprints are corrected as in render/spec/predicate_spec.hpp, and
+// samples lie on the same lattice, so that the image is the same. The predicates, the features and
+// sum_bars() come before this text: bench/paper_shader.cpp.
 // Result: premultiplied colour and alpha.
 
 #include "include/camera.glsl"

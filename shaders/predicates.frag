@@ -3,12 +3,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Casts one ray per pixel through an ultrasound volume classified by predicates, the ultrasound
 // plane and the solid shapes. The equations are those of render/predicates/predicate_scene.hpp and
-// render/spec/predicate_spec.hpp, the lattice of cells that of render/spec/ray_spec.hpp. Which predicates
-// there are comes before this text, see render/predicates/shader.hpp, or with GENERIC is read from
-// a table.
-// Results: colour and alpha in [0, 1], premultiplied, without the ultrasound picture; what it
-// cost; and with PLANE the weight of the picture in the colour and where the ray meets
-// it, column and row. resolve.frag puts the picture in.
+// render/spec/predicate_spec.hpp; the lattice of cells is that of render/spec/ray_spec.hpp. The
+// predicates come before this text, see render/predicates/shader.hpp, or with GENERIC from a table.
+// Results: colour and alpha in [0, 1], premultiplied, without the ultrasound image; the cost; and
+// with PLANE the weight of the ultrasound image in the colour, and the column and row at which the
+// ray meets it. resolve.frag inserts the ultrasound image.
 
 #include "include/camera.glsl"
 #include "include/targets.glsl"
@@ -41,7 +40,7 @@
 #include "include/signature.glsl"
 #endif
 
-// The volume between two places on the ray, mm.
+// Marches through the volume between two positions on the ray, mm.
 void march_between(float begin, float end) {
   float first = cells_of(begin);
   float last = cells_of(end);
@@ -55,7 +54,7 @@ void march_between(float begin, float end) {
 #endif
 }
 
-// box: where the ray runs through the volume, t.
+// box: the part of the ray in the volume, t.
 void cast_ray(Ray ray, float t_eye, float t_stop, vec2 box) {
   begin_light();
 #ifdef PLANE
@@ -63,7 +62,7 @@ void cast_ray(Ray ray, float t_eye, float t_stop, vec2 box) {
 #endif
   float begin = box.x;
 #ifdef SURFACES
-  // Everything up to the first opaque surface, which nothing behind it can outshine.
+  // Everything up to the first opaque surface, because nothing behind it can outshine it.
   Surface surface = next_surface(ray, t_eye, t_stop, t_eye, -1);
   for (;;) {
     march_between(begin, min(box.y, surface.t));

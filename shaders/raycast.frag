@@ -2,11 +2,11 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // Casts one ray per pixel through the CT, the ultrasound plane and the solid shapes. The equations
-// and the global lattice of cells are those of render/spec/ray_spec.hpp, which the reference engine runs
-// in double. Features that a scene does not use are not compiled: see GlFeatures.
-// Results: premultiplied colour and alpha in [0, 1], up to the ultrasound picture where the ray
-// meets it; what it cost; and with PLANE what lies behind the picture and
-// where the ray meets it, column and row. resolve.frag puts the picture between the two.
+// and the global lattice of cells are those of render/spec/ray_spec.hpp, which the reference engine
+// runs in double. Features that a scene does not use are not compiled: see GlFeatures.
+// Results: premultiplied colour and alpha in [0, 1], up to the ultrasound image if the ray meets
+// it; the cost; and with PLANE the layer behind the ultrasound image, and the column and row at
+// which the ray meets it. resolve.frag puts the ultrasound image between the two layers.
 
 #include "include/camera.glsl"
 #include "include/targets.glsl"
@@ -50,7 +50,7 @@
 uniform float opaque_at;  // The ray ends at this alpha; > 1: never.
 
 vec4 picture;  // The layer that is being composited, premultiplied.
-float enough;  // Its alpha at which the ray ends.
+float enough;  // The alpha of the layer at which the ray ends.
 #ifdef PREINTEGRATED
 int bow_from;  // The first cell with a bow.
 #endif
@@ -67,7 +67,7 @@ int bow_from;  // The first cell with a bow.
 #include "include/signature.glsl"
 #endif
 
-// The volume between two places on the ray, mm.
+// Marches through the volume between two positions on the ray, mm.
 void march_between(float begin, float end) {
 #ifndef PROJECTION
   float first = cells_of(begin);
@@ -85,8 +85,8 @@ void march_between(float begin, float end) {
 vec4 front;
 bool split = false;
 
-// The layer in front of the ultrasound picture is done; how much the one behind it can show decides
-// when that is. False: nothing.
+// Ends the layer in front of the ultrasound image. The alpha at which the layer behind it ends
+// depends on how much that layer can show. Returns false if it can show nothing.
 bool begin_behind(Surface surface) {
   front = picture;
   live_at = surface.rgb.xy;
@@ -100,7 +100,8 @@ bool begin_behind(Surface surface) {
 }
 #endif
 
-// Everything up to the first opaque surface. True: the ray goes on behind the last surface.
+// Everything up to the first opaque surface. Returns true if the ray goes on behind the last
+// surface.
 bool cast_surfaces(Ray ray, float t_eye, float t_stop, vec2 box) {
   float begin = box.x;
   Surface surface = next_surface(ray, t_eye, t_stop, t_eye, -1);
@@ -123,7 +124,7 @@ bool cast_surfaces(Ray ray, float t_eye, float t_stop, vec2 box) {
 }
 #endif
 
-// box: where the ray runs through the volume, t.
+// box: the part of the ray in the volume, t.
 void cast_ray(Ray ray, float t_eye, float t_stop, vec2 box) {
   picture = vec4(0.0);
   enough = taken_over(opaque_at);

@@ -1,22 +1,22 @@
 #version 410 core
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Puts the ultrasound picture between the layers in front of it and behind it. A new picture at the
-// same place needs this pass alone.
+// Puts the ultrasound image between the layers in front of it and behind it. A new image at the
+// same position needs only this pass.
 
 #include "include/compositing.glsl"
 
 uniform sampler2D front;       // Premultiplied.
 uniform sampler2D behind;
-uniform sampler2D live_at;     // Column and row of the picture; far below 0 where it is not seen.
+uniform sampler2D live_at;     // Column and row of the image; far below 0 if it is not visible.
 uniform sampler2D us_picture;  // Grey in [0, 1], 16 bit; first texel row: shallowest.
 uniform float plane_opacity;   // (0, 1].
-uniform float opaque_at;       // As in raycast.frag.
-uniform bool by_weight;        // One layer, whose other part is the picture's weight in it.
+uniform float opaque_at;       // See raycast.frag.
+uniform bool by_weight;        // One layer; its other part is the weight of the image in it.
 layout(location = 0) out vec4 colour;
 
-// Bilinear between pixel centres, clamped to the outermost. By hand: filters of devices have as few
-// as 256 levels between two pixels.
+// Bilinear between pixel centres, clamped to the outermost. Done by hand, because filters of
+// devices have as few as 256 levels between two pixels.
 float picture_at(vec2 pixel) {
   ivec2 size = textureSize(us_picture, 0);
   vec2 p = clamp(pixel, vec2(0.0), vec2(size - 1));

@@ -6,8 +6,8 @@
 
 namespace nav::shaders {
 
-/// Text of a file of this folder, embedded at build time; name as "include/ct.glsl". Empty when
-/// there is no such file.
+/// Text of a file of this folder, embedded at build time. \p name: for example "include/ct.glsl".
+/// Empty if there is no such file.
 std::string_view source(std::string_view name);
 
 }  // namespace nav::shaders

@@ -1,9 +1,9 @@
 #version 410 core
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Fewer rays than pixels, by the rule of render/quality/sparse_rays.hpp: takes over what the pass before has
-// drawn and means of it, and leaves the other fragments to raycast.frag by their depth. Results as
-// those of raycast.frag.
+// Fewer rays than pixels, by the rule of render/quality/sparse_rays.hpp. Copies the pixels of the
+// pass before, interpolates others from them, and leaves the other fragments to raycast.frag by
+// their depth. Results as in raycast.frag.
 
 #include "include/camera.glsl"
 #include "include/targets.glsl"
@@ -23,18 +23,19 @@
 #endif
 
 uniform int coarse_step;        // Pixels between fragments of the pass before.
-uniform ivec2 last_of_lattice;  // Last column and row; beyond them every pixel has a ray.
+uniform ivec2 last_of_lattice;  // Last column and row. Every pixel beyond has a ray.
 uniform float pixel_error;
-uniform float opaque_at;         // As in raycast.frag.
+uniform float opaque_at;         // See raycast.frag.
 uniform vec3 background_rgb;
-uniform sampler2D coarse_front;  // Its results.
+uniform sampler2D coarse_front;  // Results of the pass before.
 uniform sampler2D coarse_spent;
 #ifdef PLANE
 uniform sampler2D coarse_behind;
 uniform sampler2D coarse_live_at;
 #endif
 
-// The colour around the ultrasound picture, and its weight: as the CPU engine keeps them.
+// The colour around the ultrasound image, and the weight of that image, as the CPU engine keeps
+// them.
 vec4 compared_at(ivec2 at) {
   vec4 layers = texelFetch(coarse_front, at, 0);
   float weight = 0.0;
@@ -49,7 +50,7 @@ vec4 compared_at(ivec2 at) {
   return vec4(layers.rgb + (1.0 - layers.a) * background_rgb, weight);
 }
 
-// The square with its upper left corner there.
+// Tests the square whose upper left corner is that texel.
 bool is_even(ivec2 at) {
   vec4 low = vec4(1.0e9);
   vec4 high = vec4(-1.0e9);
@@ -61,13 +62,14 @@ bool is_even(ivec2 at) {
   return all(lessThanEqual(high - low, vec4(pixel_error))) && (low.a > 0.0) == (high.a > 0.0);
 }
 
-// Squares that are not there decide nothing.
+// Squares outside the lattice decide nothing.
 bool both_even(ivec2 first, ivec2 second, bool has_first, bool has_second) {
   return (has_first || has_second) && (!has_first || is_even(first)) &&
          (!has_second || is_even(second));
 }
 
-// rest: of the pixel beyond the corner at its upper left, which is that texel.
+// Tests the squares around a pixel. at: texel of the corner at its upper left. rest: offset of the
+// pixel from it.
 bool is_even_around(ivec2 at, ivec2 rest) {
   if (rest.x == 0)
     return both_even(at - ivec2(1, 0), at, pixel.x > 0, pixel.x < last_of_lattice.x);
@@ -76,7 +78,7 @@ bool is_even_around(ivec2 at, ivec2 rest) {
   return is_even(at);
 }
 
-// Of the two or four corners around the pixel; of one, itself.
+// The mean of the two or four corners around the pixel, or of the one corner that it is.
 vec4 mean_of(sampler2D layer, ivec2 at, ivec2 rest) {
   ivec2 other = at + ivec2(notEqual(rest, ivec2(0)));
   vec4 ends = texelFetch(layer, at, 0) + texelFetch(layer, other, 0);
@@ -86,8 +88,8 @@ vec4 mean_of(sampler2D layer, ivec2 at, ivec2 rest) {
   return 0.25 * (ends + others);
 }
 
-// Whether a needle, sphere or line may be seen there or the border of the ultrasound picture, or
-// geometry of others ends the ray.
+// True if a needle, sphere or line or the border of the ultrasound image may be visible there, or
+// if geometry of others ends the ray.
 bool meets_shapes() {
   bool meets = false;
 #if defined(PLANE) || defined(SOLIDS) || defined(SHARED_DEPTH)

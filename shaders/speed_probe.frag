@@ -1,8 +1,8 @@
 #version 410 core
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Arithmetic that no compiler can leave out, as a fragment or with COMPUTE as a compute shader.
-// Result: numbers of no meaning, [0, 1].
+// Arithmetic that no compiler can leave out, as a fragment shader or, with COMPUTE, as a compute
+// shader. Result: numbers without meaning, [0, 1].
 
 uniform int turns;
 #ifdef COMPUTE

@@ -1,8 +1,9 @@
 #version 410 core
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Casts one ray per pixel through a CT as raycast.frag and an ultrasound volume as predicates.frag,
-// composited by importance: render/spec/ray_spec.hpp, "Two volumes". Results as predicates.frag.
+// Casts one ray per pixel through a CT as in raycast.frag and through an ultrasound volume as in
+// predicates.frag, composited by importance: render/spec/ray_spec.hpp, "Two volumes". Results as in
+// predicates.frag.
 
 #include "include/camera.glsl"
 #include "include/targets.glsl"
@@ -39,7 +40,7 @@
 uniform float opaque_at;  // A stretch of the CT ends at this alpha; > 1: never.
 
 vec4 picture;  // The stretch of the CT that is being composited, premultiplied.
-float enough;  // Its alpha at which it ends.
+float enough;  // The alpha of the stretch at which it ends.
 #ifdef PREINTEGRATED
 int bow_from;  // The first cell with a bow.
 #endif
@@ -72,11 +73,11 @@ int bow_from;  // The first cell with a bow.
 #include "include/signature.glsl"
 #endif
 
-uniform vec3 second_base_local;  // As base_local, of the ultrasound.
-uniform float ct_importance;     // In the measure of the light.
-uniform float ray_ends_at;       // Share of the colour that nothing to come takes; > 1: never.
+uniform vec3 second_base_local;  // base_local of the ultrasound.
+uniform float ct_importance;     // In the unit of the light.
+uniform float ray_ends_at;       // A ray ends when this share of its colour is final; > 1: never.
 
-// One sample, of what lies of the CT between two places, cells.
+// Composites the part of the CT between two positions, in cells, as one sample.
 void add_ct(float first, float last) {
   if (!(last > first) || last <= clear_to) return;
   picture = vec4(0.0);
@@ -100,7 +101,7 @@ void add_ultrasound(float first, float last) {
 #endif
 }
 
-// What follows cannot be seen.
+// True if nothing that follows can be visible.
 bool is_final() { return light.alpha * kept_before(surface_importance) >= ray_ends_at; }
 
 vec2 ct_cells(Slabs s, int n) {
@@ -113,7 +114,7 @@ vec2 ultrasound_cells(Slabs s, int n) {
   return vec2(whole_cells(second_cells_of(part.x)), whole_cells(second_cells_of(part.y)));
 }
 
-// Whether something of a stretch may be seen.
+// True if a part of a stretch may be visible.
 bool shows_ct(Slabs s, int n) {
   vec2 part = ct_cells(s, n);
   return part.y > part.x && part.y > clear_to;
@@ -128,14 +129,14 @@ int next_turn(Slabs s, int n) {
   return turn_after(s, n, min(t_of(clear_to), second_t_of(second_clear_to)));
 }
 
-// Both volumes in front of the next surface.
+// Marches through both volumes in front of the next surface.
 void march_slabs(Slabs s) {
   int n = first_turn(s);
   int last = last_turn(s);
   bool open;
   do {
-    // Either volume goes on by itself while the other shows nothing: loops of their own, as devices
-    // that run many rays in step pass nothing else.
+    // Either volume continues alone while the other shows nothing. Each has its own loop, because
+    // devices that run many rays in step can skip nothing else.
     bool alone;
     do {
       vec2 part = ct_cells(s, n);
@@ -153,7 +154,7 @@ void march_slabs(Slabs s) {
   } while (open);
 }
 
-// Where the ray runs through the volumes, t.
+// ct_box, ultrasound_box: the parts of the ray in the volumes, t.
 void cast_ray(Ray ray, float t_eye, float t_stop, vec2 ct_box, vec2 ultrasound_box) {
   begin_light();
   clear_to = second_clear_to = -1.0e9;
@@ -165,7 +166,7 @@ void cast_ray(Ray ray, float t_eye, float t_stop, vec2 ct_box, vec2 ultrasound_b
   live_at = vec2(-1.0e9);
 #endif
 #ifdef SURFACES
-  // Everything up to the first opaque surface, which nothing behind it can outshine.
+  // Everything up to the first opaque surface, because nothing behind it can outshine it.
   float begin = t_eye;
   Surface surface = next_surface(ray, t_eye, t_stop, t_eye, -1);
   for (;;) {

@@ -5,10 +5,10 @@
 #include <vector>
 #include <vtk_glew.h>
 
-/// How compute shaders draw. Only for render/gl/*.cpp.
+/// Drawing by compute shaders. Only for render/gl/*.cpp.
 namespace nav::render::gl {
 
-/// Textures that a compute shader writes, by image unit; 0: none.
+/// Binds the textures that a compute shader writes, by image unit; 0: none.
 class ImageTargets {
  public:
   struct Target {
@@ -33,9 +33,9 @@ class ImageTargets {
   GLuint count_;
 };
 
-/// Runs the program in use for every pixel; whatever reads its targets next finds them written.
+/// Runs the program in use for every pixel. The next reader of its targets finds them written.
 inline void dispatch(int width, int height) {
-  constexpr int kGroup = 8;  // As in shaders/include/targets.glsl.
+  constexpr int kGroup = 8;  // Same as in shaders/include/targets.glsl.
   const auto groups = [](int n) { return static_cast<GLuint>((n + kGroup - 1) / kGroup); };
   glDispatchCompute(groups(width), groups(height), 1);
   glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT |

@@ -12,7 +12,7 @@
 
 namespace nav::render {
 
-/// Double precision of the CPU to the single precision of the GPU; the one place where Eigen
+/// Converts double precision of the CPU to single precision of the GPU. The only file where Eigen
 /// becomes GLM. Both are column-major.
 template <int N>
 glm::vec<N, float> to_gpu(const Eigen::Matrix<double, N, 1>& v) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include "render/gl/gl_state.hpp"
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include <Eigen/Core>
 
 #include "render/gl/gl_cost_sums.hpp"
@@ -11,7 +11,7 @@ namespace nav::render {
 
 void GlCostSums::add(const Source& source, bool in_software, GlReadBuffer& buffer,
                      RenderStatistics& statistics) {
-  constexpr int kBlock = 16;                    // As in shaders/cost_sums.frag.
+  constexpr int kBlock = 16;                    // Same as in shaders/cost_sums.frag.
   constexpr std::uint32_t kCut = 512;           // More than the rays of a block.
   Eigen::Array3d sum = Eigen::Array3d::Zero();  // Whole numbers, exact.
   std::uint64_t rays = 0;
@@ -41,7 +41,7 @@ void GlCostSums::add(const Source& source, bool in_software, GlReadBuffer& buffe
   statistics.cutaway_rays += cut;
 }
 
-/// Into the framebuffer that is then bound.
+/// Sums into a framebuffer, which is bound afterwards.
 Result<void> GlCostSums::sum_blocks(const Source& source, int columns, int rows) {
   if (!program_) {
     auto linked = GlProgram::link_fullscreen(assembled_shader("cost_sums.frag"));

@@ -14,12 +14,12 @@
 
 namespace nav::render {
 
-/// Counts what the rays of a picture cost, from the texture that they have written it to
-/// (shaders/include/lattice.glsl). Needs the context current, also to be released. Internal to
+/// Counts the cost of an image's rays from the texture to which they have written it
+/// (shaders/include/lattice.glsl). Needs the context current, also for release(). Internal to
 /// render/.
 class GlCostSums {
  public:
-  /// The second attachment of a framebuffer, which a picture of that size has been drawn to.
+  /// The second attachment of a framebuffer to which an image of this size has been drawn.
   struct Source {
     unsigned framebuffer;
     unsigned texture;
@@ -27,7 +27,7 @@ class GlCostSums {
     int height;
   };
   /// Adds samples, gradients, faded cells and rays. in_software: every pixel is read and summed
-  /// here, else the device sums blocks of them, if it can. Under a GlStateGuard.
+  /// here; otherwise the device sums blocks of pixels, if it can. Call it under a GlStateGuard.
   void add(const Source& source, bool in_software, GlReadBuffer& buffer,
            RenderStatistics& statistics);
   void release();

@@ -6,8 +6,8 @@
 
 namespace nav::render {
 
-/// Whether a GL_RENDERER draws on the processor. What such devices do faster than GPUs, and the
-/// other way round, is chosen by this, so that a device always draws in the same way.
+/// True if a GL_RENDERER draws on the processor. Decides between the ways that such devices and
+/// GPUs draw faster, so that a device always draws in the same way.
 inline bool runs_in_software(std::string_view device) {
   for (const char* name : {"llvmpipe", "softpipe", "SwiftShader"}) {
     if (device.find(name) != std::string_view::npos) return true;

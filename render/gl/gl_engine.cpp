@@ -12,7 +12,7 @@
 namespace nav::render {
 namespace {
 
-/// Holds the thread's OpenGL context for the time of one picture.
+/// Holds the thread's OpenGL context while one image is drawn.
 class CurrentContext {
  public:
   explicit CurrentContext(OffscreenWindow& window) : window_(window) {
@@ -44,9 +44,10 @@ class GlEngine final : public Engine {
     const bool kept = window_ != nullptr;
     if (auto ok = open(); !ok) return ok.error();
     auto image = draw(scene);
-    // A context that is lost, or that failed half way, is not worth keeping.
+    // A context that is lost, or that failed midway, is not worth keeping.
     if (!image) close();
-    // What was lost since the last picture is opened and sent anew, once: a second loss is told.
+    // A context lost since the last image is opened again, and its data sent again, once. A second
+    // loss is reported.
     if (image || !kept || image.error().code != ErrorCode::kUnavailable) return image;
     if (auto ok = open(); !ok) return ok.error();
     image = draw(scene);
@@ -84,7 +85,7 @@ class GlEngine final : public Engine {
                    "OpenGL: expected the context of " + device_ + ", found it lost"};
     }
     window_->window().SetSize(scene.width, scene.height);
-    // The view keeps no share of the scene beyond this call.
+    // The view does not keep the scene beyond this call.
     if (auto ok = view_->draw(std::shared_ptr<const Scene>(std::shared_ptr<void>(), &scene)); !ok) {
       return ok.error();
     }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <vtk_glew.h>
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include <algorithm>
 
 #include "nav/index.hpp"
@@ -11,8 +11,9 @@
 namespace nav::render {
 namespace {
 
-/// A slice of the codes of up to four volumes, voxel by voxel; undefined ones 0, missing ones too.
-/// as_they_are: of the first one, which is no feature.
+/// Interleaves a slice of the codes of up to four volumes, voxel by voxel. Undefined codes and
+/// missing volumes become 0. as_they_are: keeps the codes of the first volume, because it is no
+/// feature.
 void interleave(const std::vector<std::shared_ptr<const Volume>>& members, bool as_they_are, int k,
                 std::int16_t* to) {
   static_assert(GlFeatureTextures::kChannels == 4);
@@ -35,19 +36,20 @@ void interleave(const std::vector<std::shared_ptr<const Volume>>& members, bool 
   }
 }
 
-/// A volume with voxels without a value, and its bit.
+/// A volume that has undefined voxels, and its bit.
 struct Holes {
   const Volume* codes;
   std::uint16_t bit;
 };
 
-/// The cells of a slice: bits of the volumes that have no value at one of the corners.
+/// Writes for each cell of a slice the bits of the volumes that are undefined at one of its
+/// corners.
 void mark_undefined(const std::vector<Holes>& holes, int k, std::uint16_t* cells) {
   const auto& n = holes[0].codes->grid().size;
   const auto row = as_size(n[0]);
   const auto slice = row * as_size(n[1]);
   std::fill_n(cells, slice, std::uint16_t{0});
-  std::vector<std::uint8_t> here(row + 1);  // Some of the four rows; beyond the last voxel none.
+  std::vector<std::uint8_t> here(row + 1);  // 1: undefined in one of the four rows.
   for (const Holes& of : holes) {
     const std::int16_t* voxels = of.codes->hu().data();
     for (int j = 0; j < n[1]; ++j) {
@@ -149,7 +151,7 @@ Result<void> GlFeatureTextures::place(const PredicateSet& set) {
   for (std::size_t c = 1; c < set.channels().size(); ++c) {
     const auto& codes = set.channels()[c].codes;
     if (find(codes.get()) != nullptr) continue;
-    const std::size_t at = places_.size() + (pairs_ ? 0 : 1);  // Behind the volume.
+    const std::size_t at = places_.size() + (pairs_ ? 0 : 1);  // After the volume.
     if (places_.size() == kMostFeatures) {
       return Error{ErrorCode::kUnsupportedData,
                    "predicates: expected at most " + std::to_string(kMostFeatures) +
@@ -166,7 +168,7 @@ Result<void> GlFeatureTextures::place(const PredicateSet& set) {
 
 bool GlFeatureTextures::send_pairs(Group& group, gl::SendLimit& limit) const {
   const auto& size = group.members[0]->grid().size;
-  // Room for all that may come: what is not written takes no memory yet.
+  // Room for all members that may follow: unwritten parts take no memory yet.
   if (group.sent == 0 && group.slices == 0 && !gl::start_pairs(group.pairs, size, kChannels)) {
     return false;
   }
@@ -194,7 +196,7 @@ bool GlFeatureTextures::send_texture(Group& group, gl::SendLimit& limit) const {
   const gl::SliceRange slices{group.slices, group.slices + count};
   glBindTexture(GL_TEXTURE_3D, group.texture.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
-  // Also for one alone: drivers compile anew for other kinds of textures.
+  // Also for a single feature: drivers compile again for other kinds of textures.
   gl::send_slices<std::int16_t>(
       GL_RGBA16_SNORM, GL_RGBA, GL_SHORT, size, slices, kChannels,
       [&](int k, std::int16_t* to) { interleave(group.members, with_volume, k, to); });

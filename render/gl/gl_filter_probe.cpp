@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include "render/gl/gl_state.hpp"
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,7 +16,7 @@ namespace nav::render {
 Result<bool> filter_is_coarse() {
   constexpr int kUnit = kTarget;
   constexpr int kFractions = 1024;
-  constexpr double kTolerance = 1e-4;  // 0.1 HU at a step of 1000 HU; 8-bit fractions miss by 2e-3.
+  constexpr double kTolerance = 1e-4;  // 0.1 HU at a step of 1000 HU; 8-bit fractions err by 2e-3.
   auto program = GlProgram::link_fullscreen(assembled_shader("filter_probe.frag"));
   if (!program) return program.error();
   glActiveTexture(GL_TEXTURE0 + kUnit);

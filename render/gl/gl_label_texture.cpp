@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <vtk_glew.h>
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include <algorithm>
 #include <bit>
 #include <functional>
@@ -20,7 +20,7 @@ std::size_t labels_a_slice(const LabelVolume& labels) {
   return as_size(size[0]) * as_size(size[1]);
 }
 
-/// The bits that occur anywhere.
+/// The bits that occur in any voxel.
 std::uint32_t bits_used(const LabelVolume& labels) {
   const std::size_t slice = labels_a_slice(labels);
   const int slices = labels.grid().size[2];
@@ -38,7 +38,7 @@ void send_bits(const LabelVolume& labels, std::uint32_t kept, gl::SliceRange sli
   const std::size_t slice = labels_a_slice(labels);
   const auto fill = [&](int k, T* to) {
     const auto from = labels.bits().subspan(as_size(k) * slice, slice);
-    // The lowest bits, as a rule: nothing moves.
+    // Usually the kept bits are the lowest ones, so nothing moves.
     if ((kept & (kept + 1)) == 0) {
       std::transform(from.begin(), from.end(), to,
                      [&](std::uint32_t b) { return static_cast<T>(b & kept); });
@@ -67,7 +67,8 @@ Result<void> GlLabelTexture::update(const LabelVolume& labels, gl::SendLimit& li
   if (count == 0) return {};
   const int begin = labels.grid().size[2] - missing;
   if (begin == 0) {
-    // One kind of texture nearly always: software rasterisers compile anew for another.
+    // Nearly always the same kind of texture, because software rasterisers compile again for
+    // another kind.
     const std::uint32_t all = bits_used(labels);
     const bool packs = std::popcount(all) <= 16;
     bits_ = packs ? all : ~0U;

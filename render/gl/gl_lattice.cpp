@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <vtk_glew.h>
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include "render/gl/gl_lattice.hpp"
 #include "render/gl/gl_state.hpp"
 #include "render/gl/gl_uniforms.hpp"
@@ -41,7 +41,7 @@ Result<void> GlLattice::add_targets(Level& level) const {
   return gl::complete_framebuffer();
 }
 
-/// To the framebuffer that is bound.
+/// Adds depth to the framebuffer that is bound.
 void GlLattice::add_depth(Level& level) {
   glGenRenderbuffers(1, &level.depth);
   glBindRenderbuffer(GL_RENDERBUFFER, level.depth);

@@ -12,9 +12,9 @@
 
 namespace nav::render {
 
-/// The passes of sparse_rays.hpp on OpenGL. Each takes over what it may, and casts rays where that
-/// has left the depth of the target far. Every function needs the context current. Internal to
-/// render/.
+/// The passes of sparse_rays.hpp on OpenGL. Each pass first interpolates the pixels that allow it,
+/// and then casts rays where the depth of the target is still far. Every function needs the context
+/// current. Internal to render/.
 class GlLattice {
  public:
   GlLattice() = default;
@@ -22,16 +22,17 @@ class GlLattice {
   GlLattice(const GlLattice&) = delete;
   GlLattice& operator=(const GlLattice&) = delete;
 
-  /// Targets for a picture of that many pixels, which a framebuffer holds. layers: with what lies
-  /// behind the ultrasound picture. Leaves another framebuffer bound.
+  /// Makes targets for an image of this size, which framebuffer holds. layers: includes what lies
+  /// behind the ultrasound image. Leaves another framebuffer bound.
   Result<void> prepare(int width, int height, bool layers, unsigned framebuffer,
                        const SparseRays& sparse);
-  /// Draws the picture. rays: of raycast.frag; means: of sparse_means.frag; both set up.
+  /// Draws the image. rays: program of raycast.frag; means: program of sparse_means.frag; both with
+  /// their uniforms set.
   void draw(GlProgram& rays, GlProgram& means, const std::function<void()>& draw_triangle);
   void release();
 
  private:
-  /// What one pass draws.
+  /// The targets of one pass.
   struct Level {
     GlLayers layers;
     unsigned depth = 0;
@@ -43,8 +44,8 @@ class GlLattice {
   static void add_depth(Level& level);
   static void bind(Level& level);
 
-  std::array<Level, 2> levels_;  ///< Of strides 4 and 2.
-  Level last_;                   ///< The picture: of it only the depth is ours.
+  std::array<Level, 2> levels_;  ///< Strides 4 and 2.
+  Level last_;                   ///< The image itself. Only its depth belongs to this class.
   SparseRays sparse_{2, 0};
   bool layers_ = false;
 };

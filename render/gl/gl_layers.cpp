@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <vtk_glew.h>
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include <array>
 
 #include "render/gl/gl_layers.hpp"
@@ -16,7 +16,7 @@ void GlLayers::attach(int width, int height, bool plane, bool signatures) {
     gl::attach(behind, GL_COLOR_ATTACHMENT2, GL_RGBA32F, width, height);
     gl::attach(live_at, GL_COLOR_ATTACHMENT3, GL_RG32F, width, height);
   } else {
-    // What stays attached, be it smaller, limits all that is drawn.
+    // A texture that stays attached, even a smaller one, limits everything that is drawn.
     for (const GLenum unused : {GL_COLOR_ATTACHMENT2, GL_COLOR_ATTACHMENT3}) {
       glFramebufferTexture2D(GL_FRAMEBUFFER, unused, GL_TEXTURE_2D, 0, 0);
     }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <vtk_glew.h>
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include <algorithm>
 #include <bit>
 #include <optional>
@@ -15,11 +15,11 @@
 namespace nav::render {
 namespace {
 
-constexpr int kTile = 8;            // Pixels; whole squares of every pass.
-constexpr float kSeesLive = -1e6F;  // Columns of the ultrasound picture are more.
-constexpr float kNowhere = -1e9F;   // As raycast.frag has it.
+constexpr int kTile = 8;            // In pixels; whole squares of every pass.
+constexpr float kSeesLive = -1e6F;  // Columns of the ultrasound image are greater.
+constexpr float kNowhere = -1e9F;   // Same as in raycast.frag.
 
-/// Pairs first, so that a mean does not depend on a direction. b is across from a, d from c.
+/// Adds in pairs, so that a mean does not depend on a direction: b is opposite a, d opposite c.
 template <std::size_t kChannels>
 std::array<float, kChannels> mean(const std::vector<std::array<float, kChannels>>& of,
                                   std::size_t a, std::size_t b) {
@@ -113,7 +113,7 @@ void GlPackedRays::look_at_blocks(const Scene& scene, const spec::View<double>& 
   });
 }
 
-/// And what pixels of blocks show in which nothing is.
+/// Also writes the cost of pixels in blocks that can see nothing.
 void GlPackedRays::list_lattice(const PixelLattice& lattice) {
   constexpr Texel kOneRay{0, 0, 0, 1};
   listed_.clear();
@@ -125,7 +125,7 @@ void GlPackedRays::list_lattice(const PixelLattice& lattice) {
       for (int x = left; x < std::min(left + kTile, width_); ++x) {
         const bool on = ((x | y) & (lattice.stride - 1)) == 0;
         if (!something) {
-          spent_[texel_of(x, y)] = kOneRay;  // Which went without a sample.
+          spent_[texel_of(x, y)] = kOneRay;  // A ray that took no sample.
         } else if (on || lattice.beyond(x, y)) {
           listed_.push_back(x | y << 16);
         }
@@ -134,7 +134,8 @@ void GlPackedRays::list_lattice(const PixelLattice& lattice) {
   }
 }
 
-/// The colour around the ultrasound picture, and its weight: as the CPU engine keeps them.
+/// The colour around the ultrasound image, and the weight of that image, as the CPU engine keeps
+/// them.
 GlPackedRays::Texel GlPackedRays::compared_at(std::size_t texel) const {
   auto [r, g, b, alpha] = front_[texel];
   Texel out{r, g, b, 0};
@@ -203,7 +204,7 @@ void GlPackedRays::fill(int x, int y, int side) {
   live_at_[to] = two ? mean(live_at_, a, b) : mean(live_at_, a, b, c, d);
 }
 
-/// The middles of a pass' squares and of their edges: means, or into the list.
+/// Handles the middles of a pass' squares and of their edges: a mean, or an entry in the list.
 void GlPackedRays::list_halves(const PixelLattice& lattice, int side, const Surfaces& surfaces,
                                const spec::View<double>& view) {
   const int step = side / 2;

@@ -15,9 +15,9 @@
 
 namespace nav::render {
 
-/// The passes of sparse_rays.hpp where OpenGL runs on the processor. Rays are cast side by side in
-/// a target of their own, since software runs a program for several fragments at once, whether one
-/// of them is wanted or all; none are for blocks of pixels that can see nothing. What they show is
+/// The passes of sparse_rays.hpp if OpenGL runs on the processor. Rays are cast side by side in a
+/// separate target, because software runs a program for several fragments at once, no matter how
+/// many of them are wanted. Blocks of pixels that can see nothing get no rays. The results are
 /// compared and averaged here, which costs a tenth of what a program does. Every function needs the
 /// context current. Internal to render/.
 class GlPackedRays {
@@ -27,9 +27,9 @@ class GlPackedRays {
   GlPackedRays(const GlPackedRays&) = delete;
   GlPackedRays& operator=(const GlPackedRays&) = delete;
 
-  /// Draws a scene's picture into the layers, which have its size. shell: of its volume; null:
-  /// every pixel may see something. rays: of raycast.frag, set up. Leaves another framebuffer
-  /// bound.
+  /// Draws a scene's image into the layers, which have its size. shell: of its volume; null: every
+  /// pixel may see something. rays: program of raycast.frag, with its uniforms set. Leaves another
+  /// framebuffer bound.
   Result<void> draw(const Scene& scene, const SparseRays& sparse, const BrickShell* shell,
                     bool plane, GlProgram& rays, const std::function<void()>& draw_triangle,
                     GlLayers& layers);
@@ -43,7 +43,7 @@ class GlPackedRays {
   void list_lattice(const PixelLattice& lattice);
   void find_even(const PixelLattice& lattice, int side, float error);
   [[nodiscard]] Texel compared_at(std::size_t texel) const;
-  /// Of a square, by what its corners show.
+  /// Tests whether a square is even, from the texels of its corners.
   [[nodiscard]] static bool is_even(const std::array<Texel, 4>& corners, float error);
   [[nodiscard]] bool even_around(const PixelLattice& lattice, int x, int y, int side) const;
   void list_halves(const PixelLattice& lattice, int side, const Surfaces& surfaces,
@@ -57,14 +57,14 @@ class GlPackedRays {
   int width_ = 0;
   int height_ = 0;
   bool plane_ = false;
-  // Of the scene.
+  // Copied from the scene.
   std::array<float, 3> background_{};
   float plane_opacity_ = 0;
   float opaque_at_ = 1;
-  // Texels of the layers, those of the lowest row of the picture first.
+  // Texels of the layers; the lowest row of the image comes first.
   std::vector<Texel> front_, spent_, behind_;
   std::vector<std::array<float, 2>> live_at_;
-  /// What may be seen in a block of pixels.
+  /// The objects that may be visible in a block of pixels.
   struct Block {
     bool something;
     SurfaceReach reach;
@@ -72,9 +72,9 @@ class GlPackedRays {
   std::vector<Block> blocks_;
   int blocks_across_ = 0;
   int blocks_down_ = 0;
-  std::vector<std::uint8_t> even_;  ///< By square of this pass.
+  std::vector<std::uint8_t> even_;  ///< For each square of this pass; 1: even.
   int squares_across_ = 0;
-  std::vector<std::int32_t> listed_;  ///< Column | row << 16 of pixels that get rays.
+  std::vector<std::int32_t> listed_;  ///< Pixels that get rays: column | row << 16.
 
   GlLayers packed_;
   unsigned framebuffer_ = 0;
@@ -84,16 +84,16 @@ class GlPackedRays {
   GlTable list_;
 };
 
-/// Order of the fragments of a packed target: blocks of 4 × 4, row by row, as software works on
-/// them. As set_pixel() of shaders/include/sparse.glsl.
+/// Order of the fragments of a packed target: blocks of 4 × 4, row by row, as software processes
+/// them. Same as in set_pixel() of shaders/include/sparse.glsl.
 struct PackedOrder {
   static constexpr int kBlock = 4;
-  int columns;  ///< Of the target, a multiple of kBlock.
+  int columns;  ///< Columns of the target, a multiple of kBlock.
 
-  /// Enough rows for so many, at most 8192, which every device has.
+  /// An order with enough rows for count fragments, at most 8192, which every device supports.
   static PackedOrder of(std::size_t count);
   [[nodiscard]] int rows(std::size_t count) const;
-  /// Column and row of one of them.
+  /// Column and row of a fragment.
   [[nodiscard]] std::array<int, 2> place(std::size_t n) const;
 };
 

@@ -15,7 +15,7 @@ using Texel = GlPredicateRows::Texel;
 using Kind = PredicateForm::Kind;
 using Op = PredicateProgram::Op;
 
-// Numbers of predicate_generic.glsl.
+// These numbers are used in predicate_generic.glsl.
 static_assert(int(Kind::kRange) == 0 && int(Kind::kWedge) == 1 && int(Kind::kBits) == 2 &&
               int(Kind::kSegment) == 3 && int(Kind::kSlab) == 4);
 static_assert(int(Op::kLeaf) == 0 && int(Op::kEntry) == 1 && int(Op::kNot) == 2 &&
@@ -32,7 +32,7 @@ Texel numbers(const std::vector<double>& values) {
   return texel;
 }
 
-/// What the text of the set would be given for a leaf.
+/// The uniforms that the shader text of the set would have for a leaf.
 class LeafUniforms {
  public:
   explicit LeafUniforms(const PredicateSet& set) : all_(predicate_uniforms(set)) {}
@@ -48,7 +48,7 @@ class LeafUniforms {
   PredicateUniforms all_;
 };
 
-/// The texels after the first.
+/// Appends the texels after the first.
 void append_numbers(const PredicateForm& form, std::size_t leaf, const LeafUniforms& uniforms,
                     const Texel& scales, std::vector<Texel>& texels) {
   Texel limits{form.mask, 0, 0, 0};
@@ -98,7 +98,7 @@ void append_leaf(const PredicateSet& set, std::size_t i, const GlFeatureTextures
   append_numbers(form, i, uniforms, scales, texels);
 }
 
-/// False: deeper than the bits of the stack.
+/// Returns false if the expression is deeper than the bits of the stack.
 bool append_tokens(const PredicateSet& set, GlPredicateRows& rows) {
   for (const PredicateProgram& program : set.programs()) {
     int depth = 0;

@@ -12,20 +12,20 @@
 
 namespace nav::render {
 
-/// A set of predicates as a table for shaders/include/predicate_generic.glsl. Internal to render/.
+/// A predicate set as a table for shaders/include/predicate_generic.glsl. Internal to render/.
 struct GlPredicateRows {
   using Texel = std::array<std::uint32_t, 4>;
-  std::vector<Texel> texels;  ///< Of the leaves, then the tokens.
+  std::vector<Texel> texels;  ///< Texels of the leaves, then of the tokens.
   int leaves = 0;
-  int tokens = 0;  ///< 0: classes are leaves.
+  int tokens = 0;  ///< 0: each class is a leaf.
 };
 
-/// The bits of a word that are kept, next to each other, lowest first.
+/// Packs the kept bits of a word next to each other, lowest first.
 std::uint32_t packed_bits(std::uint32_t word, std::uint32_t kept);
 
-/// label_bits: those that the label texture keeps, packed_bits().
-/// undefined: for each leaf the bits of the features that it needs defined. Absent when expressions
-/// are nested deeper than the table can say: 32 operands that wait.
+/// Builds the table. undefined: for each leaf the bits of the features that must be defined.
+/// label_bits: the bits that the label texture keeps, see packed_bits(). Returns nothing if
+/// expressions are nested deeper than the table can represent: 32 waiting operands.
 std::optional<GlPredicateRows> predicate_rows(const PredicateSet& set,
                                               const GlFeatureTextures& features,
                                               const std::vector<std::uint32_t>& undefined,

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <vtk_glew.h>
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -20,24 +20,25 @@
 namespace nav::render {
 namespace {
 
-constexpr std::size_t kMostWeighed = 8;  // Entries whose weights single precision always holds.
-constexpr double kNeverReached = 2;      // Of an opacity.
+constexpr std::size_t kMostWeighed = 8;  // Up to this many, single precision holds the weights.
+constexpr double kNeverReached = 2;      // An opacity that is never reached.
 
 void bind_texture(int unit, GLenum target, GLuint texture) {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
   glBindTexture(target, texture);
 }
 
-/// Room for so many bricks along an edge, never a power of two: Mesa's software rasteriser would
-/// compile a program anew for volumes whose edges are where others' are not.
+/// Size along an edge for this many bricks, never a power of two: Mesa's software
+/// rasteriser compiles a program again if an edge becomes a power of two or stops being one.
 int edge_of_bricks(int count) {
   const int least = std::max(count, 3);
   return std::has_single_bit(static_cast<unsigned>(least)) ? least + 1 : least;
 }
 
-/// Sends a table of some room more than it needs. Mesa's software rasteriser compiles a program
-/// anew for buffer textures whose size in bytes has another answer to "are bits 8 to 15 zero": it
-/// takes them for the number of the last mipmap level. Never zero here up to 12 tabulated leaves.
+/// Sends a table that is somewhat larger than needed. Mesa's software rasteriser takes bits 8 to 15
+/// of the size in bytes of a buffer texture for the number of the last mipmap level. It compiles a
+/// program anew if one size has these bits zero and another has not. Here they are never zero, up
+/// to 12 tabulated leaves.
 template <class Texel>
 void send_roomy_table(GlTable& table, GLenum internal, std::vector<Texel> texels) {
   constexpr std::size_t kLeast = 256;
@@ -77,7 +78,8 @@ Result<void> GlPredicates::update(const Scene& scene) {
   const bool other_looks = !set_ || !same_weights(*set_, *made) || !same_programs(*set_, *made) ||
                            set_->leaves().size() != made->leaves().size();
   set_ = *std::move(made);
-  // Beside what is sent: for a new texture that is mostly pages of memory, one after the other.
+  // Runs while data is sent, because sending to a new texture mostly touches pages of memory one
+  // after the other.
   std::future<bool> other_leaves;
   if (!known_.knows(*set_)) {
     other_leaves =
@@ -266,7 +268,7 @@ void GlPredicates::set_ends(GlProgram& program, const Scene& scene) const {
   const double error = scene.predicates->termination_error;
   const bool ends = error > 0;
   const auto budget = spec::early_ends<double>(error, !Surfaces(scene).empty());
-  // Plain over never brings back what is hidden.
+  // Plain over never makes hidden material visible again.
   const bool over = set_->uniform();
   program.set("looks_at_bricks", static_cast<int>(scene.quality.skip_empty_bricks || ends));
   program.set("leave_out_from", ends && !over ? budget.leave_out_from : kNeverReached);
@@ -275,7 +277,8 @@ void GlPredicates::set_ends(GlProgram& program, const Scene& scene) const {
   program.set("first_importance", measure(over ? set_->greatest_impact() : 0));
 }
 
-// Bricks do not know what of the CT is still to come: rays end by the most important of all.
+// Bricks do not know how much of the CT is still to come, so rays end by the greatest importance of
+// all.
 void GlPredicates::set_beside(GlProgram& program, const Scene& scene, const Beside& beside) const {
   const double greatest = set_->greatest_impact();
   const bool over = set_->uniform() && beside.importance >= greatest;
@@ -350,7 +353,7 @@ void GlPredicates::set_rows(GlProgram& program) {
   program.set("has_undefined", static_cast<int>(form_.undefined));
 }
 
-/// Which leaves read what.
+/// Sets which leaves read which texture.
 void GlPredicates::set_readers(GlProgram& program) const {
   Eigen::Vector4i readers = Eigen::Vector4i::Zero();
   std::uint32_t label_leaves = 0;

@@ -19,43 +19,43 @@
 
 namespace nav::render {
 
-/// What pictures by predicates need on the device: features, labels, bricks and tables. A
-/// parameter, an importance or a hue is a table or a uniform. Internal to render/; needs the
-/// context current.
+/// The data on the device for images by predicates: features, labels, bricks and tables. Each
+/// parameter, importance and hue is a table or a uniform. Internal to render/; needs the context
+/// current.
 class GlPredicates {
  public:
-  /// Prepares for a validated scene with predicates whose volume is whole on the device, sending
-  /// what has changed. kUnsupportedData for what the device does not hold.
+  /// Prepares for a validated scene with predicates whose volume is on the device as a whole, and
+  /// sends what has changed. Returns kUnsupportedData if the device's memory is too small.
   Result<void> update(const Scene& scene);
-  /// About how many bytes update() would have to send or to look through for a scene with that set.
-  /// offered: its features.
+  /// Approximate number of bytes that update() would have to send or to scan for a scene with this
+  /// predicate set. offered: the scene's features.
   [[nodiscard]] std::size_t missing_bytes(const PredicateSet& set, const Features& offered) const;
-  /// Sends about so many of them, > 0. A picture needs update() all the same.
+  /// Sends about this many of those bytes, > 0. An image still needs update().
   Result<void> send_some(const PredicateSet& set, const Features& offered, std::size_t bytes);
-  /// What has to be compiled in for the last scene.
+  /// The form that must be compiled for the last scene.
   [[nodiscard]] const GlPredicateForm& form() const { return form_; }
-  /// The same for a program that draws any set that is as important and as large; absent where the
-  /// last scene's is nested too deeply.
+  /// The form of a program that draws any set of the same kinds of importances and tables. Absent
+  /// if the expressions of the last scene are nested too deeply.
   [[nodiscard]] std::optional<GlPredicateForm> generic_form() const;
-  /// A CT that the volume lies in.
+  /// The CT in which the volume lies.
   struct Beside {
-    double importance;   ///< Its impact.
-    double farthest_mm;  ///< As for set_brick_walk().
+    double importance;   ///< Importance of the CT, as an impact.
+    double farthest_mm;  ///< See set_brick_walk().
   };
-  /// Sets the uniforms of the program in use, of form() or of generic_form(), and binds the
-  /// textures that it reads. beside: of two_volumes.frag.
+  /// Sets the uniforms of the program in use, which is that of form() or of generic_form(), and
+  /// binds the textures that it reads. beside: for two_volumes.frag.
   void bind(GlProgram& program, bool generic, const Scene& scene,
             const std::optional<Beside>& beside = {});
   void release();
-  /// The last update() changed nothing that a sample could show.
+  /// True if the last update() changed nothing that a sample could show.
   [[nodiscard]] bool unchanged() const { return unchanged_; }
 
-  /// The volume is read as pairs of voxels, which is cheaper than with the features.
+  /// Reads the volume as pairs of voxels, which is cheaper than reading it with the features.
   void set_voxel_pairs(bool wanted) { voxel_pairs_ = wanted; }
 
   [[nodiscard]] std::size_t bricks() const { return importances_.size(); }
   [[nodiscard]] std::size_t bricks_occupied() const { return occupied_; }
-  /// Internal format of the label texture, 0: none was sent yet; for tests.
+  /// Internal format of the label texture; 0: none was sent yet. For tests.
   [[nodiscard]] int label_format() const { return labels_.format(); }
   [[nodiscard]] const GlFeatureTextures& features() const { return features_; }
 
@@ -72,7 +72,7 @@ class GlPredicates {
   void set_rows(GlProgram& program);
   void set_readers(GlProgram& program) const;
   void bind_features(GlProgram& program, bool generic);
-  /// Bits of the features that a leaf needs defined.
+  /// Bits of the features that must be defined for a leaf.
   [[nodiscard]] std::uint32_t undefined_of(const PredicateSet::Leaf& leaf) const;
 
   std::optional<PredicateSet> set_;
@@ -82,7 +82,7 @@ class GlPredicates {
   PredicateBrickCache known_;
   GlFeatureTextures features_;
   GlLabelTexture labels_;
-  std::vector<double> importances_;  ///< Of the bricks.
+  std::vector<double> importances_;  ///< One for each brick.
   std::size_t occupied_ = 0;
   double opacity_length_mm_ = 0;
   GlTexture brick_texture_;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <vtk_glew.h>
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include <algorithm>
 #include <glm/gtc/type_ptr.hpp>
 #include <iomanip>
@@ -40,7 +40,7 @@ void append_block(const std::string& name, std::set<std::string>& done, std::str
   }
 }
 
-/// The first line of a log that speaks of an error, else its first.
+/// The first line of a log that contains "error", otherwise its first line.
 std::string first_error(const std::vector<char>& log) {
   const std::string text(log.data());
   const std::size_t error = text.find("error");
@@ -68,7 +68,7 @@ void define(std::string& defines, bool on, const char* name) {
   if (on) defines += std::string("#define ") + name + '\n';
 }
 
-/// What raycast.frag alone knows.
+/// The defines of raycast.frag only.
 std::string transfer_defines(const GlFeatures& features) {
   std::string defines;
   using Classified = GlFeatures::Classified;
@@ -96,7 +96,7 @@ std::string transfer_defines(const GlFeatures& features) {
   return defines;
 }
 
-/// What predicates.frag alone knows, with the text of the set.
+/// The defines of predicates.frag only, with the text of the set.
 std::string predicate_defines(const GlPredicateForm& form) {
   std::string defines;
   if (form.feature_textures > 0)
@@ -130,7 +130,7 @@ std::string common_defines(const GlFeatures& features) {
 
 std::string constants() {
   std::string defines;
-  // Constants that the reference engine uses too: one definition for all.
+  // The reference engine uses these constants too, so there is one definition for all.
   const auto constant = [&](const char* name, double value) {
     std::ostringstream number;
     number << std::scientific << std::setprecision(9) << value;
@@ -159,12 +159,12 @@ int samplers_of(const GlFeatures& f) {
   const auto count = [](std::initializer_list<bool> used) {
     return static_cast<int>(std::count(used.begin(), used.end(), true));
   };
-  // Of the pass before: front, spent; behind and live_at with a plane.
+  // From the pass before: front and spent; with a plane also behind and live_at.
   if (f.means) return count({true, f.solids, f.shared_depth}) + (f.plane ? 4 : 2);
   int samplers = count({true, f.solids, f.cutaway, f.shared_depth, f.signature(), f.listed});
   if (f.predicates) {
     const GlPredicateForm& p = *f.predicates;
-    // Bricks, looks, opacity.
+    // Textures of bricks, appearances and opacity.
     samplers += 3 + p.feature_textures + count({p.undefined, p.labels, p.generic, f.beside_ct});
   }
   if (!f.predicates || f.beside_ct) {
@@ -228,7 +228,7 @@ Result<std::unique_ptr<GlProgram>> GlProgram::link_compute(const std::string& te
   return linked({*shader}, text);
 }
 
-/// Deletes the shaders.
+/// Links the shaders, and deletes them.
 Result<std::unique_ptr<GlProgram>> GlProgram::linked(const std::vector<unsigned>& shaders,
                                                      const std::string& text) {
   const GLuint id = glCreateProgram();

@@ -17,29 +17,29 @@
 
 namespace nav::render {
 
-/// What a set of predicates needs compiled in.
+/// The parts of a predicate set that must be compiled in.
 struct GlPredicateForm {
-  std::string text;                 ///< Of predicate_shader().
+  std::string text;                 ///< The result of predicate_shader().
   int feature_textures = 0;         ///< At most 3.
   bool feature_pairs = false;       ///< Features are tables of pairs of voxels.
   bool volume_in_features = false;  ///< VOLUME_IN_FEATURES of predicate_march.glsl.
-  bool undefined = false;           ///< Some feature has voxels without a value.
+  bool undefined = false;           ///< Some feature has undefined voxels.
   bool labels = false;
-  bool log_importance = false;  ///< Else weights.
-  bool look_table = false;      ///< Else Eqs. 6 to 8 for every sample.
+  bool log_importance = false;  ///< false: weights.
+  bool look_table = false;      ///< false: Eqs. 6 to 8 for every sample.
   bool generic = false;         ///< Reads any set from a table; text is empty.
   auto operator<=>(const GlPredicateForm&) const = default;
 };
 
-/// How shaders interpolate between voxels of textures.
+/// Ways in which shaders interpolate between the voxels of textures.
 enum class GlFilter {
-  kDevice,   ///< By the device's filter.
-  kFetches,  ///< By hand, where that one is coarse, from eight fetches.
-  kGathers,  ///< The same numbers, of the volume from two gathers of four voxels of its slices.
+  kDevice,   ///< The device's filter.
+  kFetches,  ///< Eight fetches, interpolated by hand; if the filter is coarse.
+  kGathers,  ///< Like kFetches, but the volume from two gathers of four voxels.
 };
 
-/// What a picture needs compiled in; everything else is a uniform. Two scenes with equal features
-/// share a program. Internal to render/.
+/// The parts of an image that must be compiled in; everything else is a uniform. Two scenes with
+/// equal features share a program. Internal to render/.
 struct GlFeatures {
   enum class Classified { kPreIntegrated, kAtMiddle, kByGradientToo };
   enum class Shaded { kNot, kPhong, kGooch };
@@ -50,58 +50,59 @@ struct GlFeatures {
   bool emphasis = false;          ///< Shading by importance.
   bool gradient_texture = false;  ///< Gradients take one fetch instead of six.
   bool cutaway = false;
-  bool cut_field = false;  ///< Of the cutaway: its surfaces come as a picture.
+  bool cut_field = false;  ///< The surfaces of the cutaway come as an image.
   bool skipping = false;   ///< Leaps over bricks that show nothing.
-  bool adaptive = false;   ///< Several cells may be one.
+  bool adaptive = false;   ///< Several cells may be taken as one.
   bool jitter = false;
-  bool compute = false;       ///< A compute shader instead of a fragment shader.
-  bool storage = false;       ///< Tables are storage buffers; of a compute shader.
+  bool compute = false;       ///< A compute shader, not a fragment shader.
+  bool storage = false;       ///< Tables are storage buffers; only in compute shaders.
   bool unrolled = false;      ///< Several cells are written one after the other: march.glsl.
   bool means = false;         ///< sparse_means.frag instead.
   bool sparse = false;        ///< Fewer rays than pixels.
-  bool listed = false;        ///< Pixels of rays come from a list: render/gl/gl_packed_rays.hpp.
-  bool plane = false;         ///< Ultrasound picture or its border.
+  bool listed = false;        ///< A list holds the pixels that get rays: gl_packed_rays.hpp.
+  bool plane = false;         ///< An ultrasound image or its border.
   bool solids = false;        ///< Needle, spheres or lines.
   bool capsules = false;      ///< Some of them are longer than a sphere.
   bool shared_depth = false;  ///< Rays stop at VTK's opaque geometry.
   bool voxel_pairs = false;   ///< Volumes are tables of pairs of voxels.
   GlFilter filter = GlFilter::kDevice;
-  std::optional<GlPredicateForm> predicates{};  ///< Instead of classification and shading.
-  bool beside_ct = false;  ///< Predicates of a second volume: the CT has those as well.
-  /// Something can move while the view stays: rays note what they meet.
+  std::optional<GlPredicateForm> predicates{};  ///< Replace classification and shading.
+  bool beside_ct = false;                       ///< Predicates of a second volume beside the CT.
+  /// True if something can move while the view stays: then rays note what they meet.
   [[nodiscard]] bool signature() const { return (plane || solids || cutaway) && !sparse; }
   auto operator<=>(const GlFeatures&) const = default;
 };
 
 /// Text of the fragment or compute shader for a set of features: the #defines, then the file with
-/// its blocks: raycast.frag, predicates.frag, two_volumes.frag or sparse_means.frag.
+/// its blocks. The file is raycast.frag, predicates.frag, two_volumes.frag or sparse_means.frag.
 std::string raycast_source(const GlFeatures& features);
-/// Textures that a program for a set of features declares: at most 12 without predicates.
+/// Number of textures that a program for a set of features declares: at most 12 without predicates.
 int samplers_of(const GlFeatures& features);
-/// Text of a file of shaders/ with its #include lines replaced, each block once; #include again
-/// stands for a block that is there already.
+/// Text of a file of shaders/ with its #include lines replaced, each block once. `#include again`
+/// repeats a block.
 std::string assembled_shader(const std::string& name);
 
-/// A fragment shader's text as that of a compute shader: with COMPUTE, of OpenGL 4.3.
+/// Turns the text of a fragment shader into that of a compute shader: defines COMPUTE, uses OpenGL
+/// 4.3.
 std::string as_compute(std::string text);
 
-/// A linked program. Needs a current context, also to be destroyed.
+/// A linked program. Needs a current context, also for its destruction.
 class GlProgram {
  public:
-  /// kUnsupportedData with the first line of the driver's log.
+  /// Links two shaders. Errors: kUnsupportedData with the first line of the driver's log.
   static Result<std::unique_ptr<GlProgram>> link(const std::string& vertex,
                                                  const std::string& fragment);
-  /// The same with one triangle that covers the viewport: fullscreen.vert.
+  /// Links a fragment shader with one triangle that covers the viewport: fullscreen.vert.
   static Result<std::unique_ptr<GlProgram>> link_fullscreen(const std::string& fragment);
-  /// The same of a compute shader; needs OpenGL 4.3.
+  /// Links a compute shader; needs OpenGL 4.3.
   static Result<std::unique_ptr<GlProgram>> link_compute(const std::string& text);
   ~GlProgram();
   GlProgram(const GlProgram&) = delete;
   GlProgram& operator=(const GlProgram&) = delete;
 
   void use() const;
-  /// Each sets a uniform of the program in use; one that the driver found unused is passed over. A
-  /// name that its text does not have is a Bug.
+  /// Each set() sets a uniform of the program in use. A uniform that the driver found unused is
+  /// skipped. A name that the text does not contain is a Bug.
   void set(const std::string& name, int value);
   void set(const std::string& name, double value);
   void set(const std::string& name, const Eigen::Vector2d& value);
@@ -110,9 +111,9 @@ class GlProgram {
   void set(const std::string& name, const Eigen::Vector2i& value);
   void set(const std::string& name, const Eigen::Vector3i& value);
   void set(const std::string& name, const Eigen::Vector4i& value);
-  /// 1 to 4 numbers.
+  /// Sets 1 to 4 numbers.
   void set(const std::string& name, const std::vector<double>& value);
-  /// Of a uint.
+  /// Sets a uint.
   void set_bits(const std::string& name, std::uint32_t value);
   void set(const std::string& name, const Eigen::Matrix2d& value);
   void set(const std::string& name, const Eigen::Matrix3d& value);
@@ -124,24 +125,24 @@ class GlProgram {
                                                    const std::string& text);
   int location(const std::string& name);
   unsigned id_;
-  std::string text_;  ///< With all uniforms that are set.
+  std::string text_;  ///< The source, which contains the names of all uniforms.
   std::map<std::string, int> locations_;
 };
 
-/// Programs by feature set; compiles only what has not been asked for before.
+/// Programs keyed by features; compiles each only once.
 class GlProgramCache {
  public:
-  /// kUnsupportedData for more textures than fragment shaders of this device have, before anything
-  /// is compiled.
+  /// Gets a program. Returns kUnsupportedData if it needs more textures than fragment shaders of
+  /// this device have; nothing is compiled then.
   Result<GlProgram*> get(const GlFeatures& features);
-  /// Whether the device has enough textures.
+  /// True if the device has enough textures.
   [[nodiscard]] bool fits(const GlFeatures& features) const;
   /// An artificial limit of the device's textures, for tests.
   void set_most_samplers(int most) { most_samplers_ = most; }
-  /// Compute shaders do not link, for tests.
+  /// Makes compute shaders fail to link, for tests.
   void refuse_compute() { refuses_compute_ = true; }
   [[nodiscard]] bool has(const GlFeatures& features) const { return programs_.contains(features); }
-  /// How many programs have been compiled so far.
+  /// Number of programs compiled so far.
   [[nodiscard]] int compiled() const { return compiled_; }
   void clear() { programs_.clear(); }
 

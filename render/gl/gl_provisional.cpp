@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Pictures by predicates of some of the voxels while the rest is being sent.
+// Images by predicates from some of the voxels while the rest is being sent.
 #include <vtk_glew.h>
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include <chrono>
 
 #include "render/gl/gl_raycaster.hpp"
@@ -22,11 +22,11 @@ Result<void> GlRaycaster::draw_fitted(const Scene& scene, const std::optional<Sh
   }
   statistics_.provisional = true;
   const PredicateSet& set = **lacking;
-  // The first picture is to be there soon: it waits for nothing.
+  // The first image must appear soon, so it does not wait for data.
   if (provisional_) {
     const Features& offered = scene.predicates->features;
     if (auto ok = whole_.predicates.send_some(set, offered, bytes_a_picture_); !ok) return ok;
-    // Until there is more to show, the same picture is not drawn again.
+    // Until there is more to show, the same image is not drawn again.
     cast_ = depth || change_between(*provisional_, scene) != SceneChange::kNothing;
     if (!cast_) return {};
   }
@@ -39,7 +39,7 @@ Result<void> GlRaycaster::draw_fitted(const Scene& scene, const std::optional<Sh
 Result<std::optional<PredicateSet>> GlRaycaster::set_lacking(const Scene& scene) const {
   std::optional<PredicateSet> lacking;
   const bool may_be = scene.quality.provisional && drawn_by_predicates(scene);
-  // A new volume has to be sent anyway.
+  // A new volume must be sent in any case.
   if (!may_be || !whole_.textures.has(scene.ct)) return lacking;
   auto set = PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
   if (!set) return set.error();

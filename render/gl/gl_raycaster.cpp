@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include "render/gl/gl_state.hpp"
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include <algorithm>
 #include <chrono>
 
@@ -34,7 +34,7 @@ void unbind_all() {
   for (const auto unit :
        {gl::kOpacityStorage, gl::kLooksStorage, gl::kPointsStorage, gl::kTransferStorage})
     gl::bind_storage(unit, 0);
-  // In one call: a hundred took a card 0.2 ms.
+  // In one call: a hundred calls took a card 0.2 ms.
   if (GLEW_VERSION_4_4 != 0 || GLEW_ARB_multi_bind != 0) {
     glBindTextures(kCt, kTarget - kCt + 1, nullptr);
     return;
@@ -56,7 +56,8 @@ Result<void> prepare(std::unique_ptr<GlProgram>& program, const char* fragment) 
   return {};
 }
 
-/// Features belong to the volume's own grid: means of either would be other predicates.
+/// Rejects a reduced volume. Features belong to the volume's own grid; means of either would give
+/// other predicates.
 Result<void> whole(const Volume& volume, const Volume& fitted) {
   if (&fitted == &volume) return {};
   const auto& size = volume.grid().size;
@@ -66,7 +67,7 @@ Result<void> whole(const Volume& volume, const Volume& fitted) {
                    std::to_string(size[2]) + " voxels; the CPU engine draws it"};
 }
 
-/// Of its volume, or of one beside it.
+/// True if the scene shows predicates of its volume, or of a second volume.
 bool shows_predicates(const Scene& scene) {
   return drawn_by_predicates(scene) || has_two_volumes(scene);
 }
@@ -75,7 +76,8 @@ bool shows_predicates(const Scene& scene) {
 
 Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDepth>& depth) {
   Scene keyed = scene;
-  // Not in the layers, though it says which squares of sparse rays are even.
+  // The background is not part of the layers, but with sparse rays it decides which squares are
+  // even.
   if (!sparse_rays(scene) || computes()) keyed.background_rgb.setZero();
   const SceneChange change = last_ && !depth ? change_between(*last_, keyed) : SceneChange::kView;
   statistics_ = {};
@@ -116,7 +118,8 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   features.unrolled = *unrolled_;
   features.compute = *compute_;
   features.storage = *compute_ && *storage_;
-  // A ray for every pixel errs less, and costs such a device less than to choose among them.
+  // A ray for every pixel errs less. Choosing among rays would cost such a device more than casting
+  // them.
   if (features.compute) features.sparse = features.listed = false;
   if (shows_predicates(scene)) features.predicates = form_now(features);
   const bool keep = same_view && drawn_with_ == features && features.signature() &&
@@ -137,7 +140,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   const int compiled = programs_.compiled();
   auto program = programs_.get(features);
   if (!program && features.compute && programs_.fits(features)) {
-    compute_ = false;  // A driver that does not take it as a compute shader.
+    compute_ = false;  // The driver does not accept it as a compute shader.
     return cast(scene, depth, same_view);
   }
   if (!program) return program.error();
@@ -182,7 +185,7 @@ Result<void> GlRaycaster::know_device() {
   if (!voxel_pairs_) voxel_pairs_ = software;
   if (!unrolled_) unrolled_ = software;
   if (!in_software_) in_software_ = software;
-  // Mesa's rasteriser takes other values from storage buffers for rays that have left a loop.
+  // Mesa's rasteriser reads other values from storage buffers for rays that have left a loop.
   if (!storage_) storage_ = !software;
   if (!manual_filter_) {
     auto coarse = filter_is_coarse();
@@ -222,7 +225,8 @@ GlPredicateForm GlRaycaster::form_now(GlFeatures features) {
     wanted_ = features;
     settled = settled || pictures_wanted_ >= settled_after_;
   }
-  // Beside a CT devices compile it for longer than the set's own program: docs/adr/0047.
+  // Beside a CT, devices compile the generic program for longer than the set's own program:
+  // docs/adr/0047.
   const bool too_long = features.beside_ct && !*in_software_;
   const auto generic = source_->predicates.generic_form();
   if (!generic || settled || too_long) return own;
@@ -236,7 +240,7 @@ void GlRaycaster::begin_keeping(GlProgram& program, bool keep) {
   program.set("signatures", kSignatures);
   bind(kSignatures, GL_TEXTURE_2D, signatures_before_.id());
   if (!keep) return;
-  // Rays may not read what they write: a copy has what they met before.
+  // Rays may not read what they write, so a copy holds what they met before.
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
   glReadBuffer(GL_COLOR_ATTACHMENT4);
   glCopyTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 0, 0, width_, height_);
@@ -354,7 +358,7 @@ Result<void> GlRaycaster::composite(const std::array<int, 4>& at) {
   glBlendFuncSeparate(GL_ONE, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   composite_program_->use();
   composite_program_->set("picture", kTarget);
-  // Square pixels: heights decide, and both pictures have the same middle.
+  // Pixels are square: heights give the scale, and both images have the same middle.
   const double scale = static_cast<double>(height_) / at[3];
   const Eigen::Vector2d corner(at[0], at[1]);
   const Eigen::Vector2d middle(0.5 * at[2], 0.5 * at[3]);
@@ -373,7 +377,7 @@ std::vector<RgbaF> GlRaycaster::read() {
   const auto width = static_cast<std::ptrdiff_t>(width_);
   std::vector<RgbaF> pixels;
   glBindFramebuffer(GL_READ_FRAMEBUFFER, layers_ ? resolve_framebuffer_ : framebuffer_);
-  // Rows from the top on, where the device can write them so.
+  // Reads rows from the top on, if the device can write them so.
   const bool from_top = GLEW_MESA_pack_invert != 0;
   if (from_top) glPixelStorei(GL_PACK_INVERT_MESA, GL_TRUE);
   read_buffer_.read(GL_COLOR_ATTACHMENT0, width_, height_, in_software_.value_or(false), pixels);
@@ -441,7 +445,8 @@ void GlRaycaster::release_targets() {
   }
 }
 
-/// Drivers translate a program when they first draw with it: no part of what rays take.
+/// Drivers translate a program when they first draw with it. This is done here, so that it does not
+/// count as time of the rays.
 void GlRaycaster::draw_one_pixel(const GlFeatures& features) {
   if (features.compute) return dispatch(1, 1);
   write_everything();
@@ -450,7 +455,7 @@ void GlRaycaster::draw_one_pixel(const GlFeatures& features) {
   draw_triangle();
 }
 
-/// The compute shader in use writes the targets.
+/// Runs the compute shader in use, which writes the targets.
 void GlRaycaster::dispatch(int width, int height) {
   const gl::ImageTargets targets({{targets_.front.id(), GL_RGBA32F},
                                   {targets_.spent.id(), GL_RGBA32F},

@@ -24,12 +24,12 @@
 
 namespace nav::render {
 
-/// The GLSL ray caster: draws scenes into a single-precision target of its own. Every function
-/// needs the context current; leaves all state that VTK tracks as it found it. Internal to render/.
+/// The GLSL ray caster. It draws scenes into its own single-precision target. Every function needs
+/// the context current and leaves all state that VTK tracks as it was. Internal to render/.
 class GlRaycaster {
  public:
-  /// The surfaces of a cutaway around large meshes are interpolated between rays where that moves
-  /// them by no more than this part of a cell (CutawayField::meet_all()).
+  /// Largest shift, as a part of a cell, by which surfaces of a cutaway around large meshes may be
+  /// interpolated between rays (CutawayField::meet_all()).
   static constexpr double kMeshTolerance = 0.25;
 
   GlRaycaster() = default;
@@ -37,95 +37,96 @@ class GlRaycaster {
   GlRaycaster(const GlRaycaster&) = delete;
   GlRaycaster& operator=(const GlRaycaster&) = delete;
 
-  /// Precondition: a validated scene. Refuses what does not fit the device. Draws nothing when the
-  /// picture would be the last one, and only puts in the ultrasound picture when nothing but that
-  /// has changed. When something moved in the same view, casts the rays that meet it or met it
-  /// before; geometry of others (depth) may always have changed, so that all rays are cast.
+  /// Draws a scene. Precondition: a validated scene. Rejects what does not fit on the device. Draws
+  /// nothing if the image would equal the last one. Only inserts the ultrasound image if nothing
+  /// else has changed. If something moved in the same view, it casts the rays that meet it now or
+  /// met it before. With depth, which is the geometry of others, it casts all rays, because that
+  /// geometry may always have changed.
   Result<void> draw(const Scene& scene, const std::optional<SharedDepth>& depth = {});
-  /// Blends the last picture over a part of the framebuffer that is bound: x, y of its lower left
-  /// corner, width, height. A picture of fewer pixels is enlarged, bilinear between its rays.
+  /// Blends the last image over a part of the framebuffer that is bound: x, y of its lower left
+  /// corner, width, height. An image with fewer pixels is enlarged, bilinear between its rays.
   Result<void> composite(const std::array<int, 4>& at);
-  /// The last picture, premultiplied, top row first. Waits for the device.
+  /// The last image, premultiplied, top row first. Waits for the device.
   [[nodiscard]] std::vector<RgbaF> read();
-  /// What the last picture cost; reads the number of samples back from the device.
-  /// All zero when no ray was cast.
+  /// The cost of the last image; reads the number of samples back from the device. All zero if no
+  /// ray was cast.
   [[nodiscard]] RenderStatistics statistics();
-  /// The same without samples and rays, for which it would have to be read back.
+  /// The cost without samples and rays, which would have to be read back.
   [[nodiscard]] const RenderStatistics& timings() const { return statistics_; }
-  /// Of these, what its rays took.
+  /// The time of the rays alone, s.
   [[nodiscard]] double cast_s() const { return statistics_.cast_s; }
   [[nodiscard]] bool is_provisional() const { return statistics_.provisional; }
 
-  /// Programs compiled and textures sent since the beginning, for tests.
+  /// Numbers of programs compiled and textures sent since the beginning, for tests.
   [[nodiscard]] int compiled() const { return programs_.compiled(); }
   [[nodiscard]] const GlUploads& uploads() const { return whole_.textures.uploads(); }
-  /// Of the ultrasound volume beside the CT.
+  /// Number of textures sent for the ultrasound volume beside the CT.
   [[nodiscard]] const GlUploads& second_uploads() const { return second_.uploads(); }
-  /// True when the device interpolates 16-bit voxels more coarsely than 1e-4 of a step, so that
+  /// True if the device interpolates 16-bit voxels more coarsely than 1e-4 of a step, so that
   /// shaders interpolate by hand. Known after the first draw().
   [[nodiscard]] bool manual_filter() const { return manual_filter_.value_or(false); }
-  /// By GlFilter::kGathers, in the last picture.
+  /// True if the last image used GlFilter::kGathers.
   [[nodiscard]] bool gathers() const { return whole_.textures.has_slices(); }
-  /// An artificial limit of the device's arrays of slices, for tests.
+  /// Sets an artificial limit of the device's arrays of slices, for tests.
   void set_most_slices(int slices) { most_slices_ = slices; }
-  /// Volumes are pairs of voxels: known after the first draw().
+  /// True if volumes are pairs of voxels. Known after the first draw().
   [[nodiscard]] bool voxel_pairs() const { return whole_.textures.has_voxel_pairs(); }
   [[nodiscard]] const GlPredicates& predicates() const { return whole_.predicates; }
-  /// A set of predicates gets a program of its own with its picture after this many; until then one
-  /// draws it that reads sets from a table, so that a new set waits for no compiler.
+  /// Number of images after which a predicate set gets its own program. Until then a generic
+  /// program, which reads sets from a table, draws it, so that a new set does not wait for a
+  /// compiler.
   static constexpr int kSettledAfter = 3;
   void set_settled_after(int pictures) { settled_after_ = pictures; }
-  /// The next picture casts all its rays, for tests.
+  /// Makes the next image cast all its rays, for tests.
   void forget_picture() { last_.reset(); }
-  /// Instead of kBytesAPicture, for tests.
+  /// Replaces kBytesAPicture, for tests.
   void set_bytes_a_picture(std::size_t bytes) { bytes_a_picture_ = bytes; }
-  /// Decides instead of the measurement, for tests.
+  /// Replaces the measurement of the filter, for tests.
   void set_filter(GlFilter filter) {
     manual_filter_ = filter != GlFilter::kDevice;
     gathers_ = filter == GlFilter::kGathers;
     last_.reset();
   }
-  /// Whether volumes are kept as pairs of voxels (VOXEL_PAIRS of shaders/include/ct.glsl): where
-  /// the device draws in software, unless told otherwise, for tests.
+  /// Keeps volumes as pairs of voxels (VOXEL_PAIRS of shaders/include/ct.glsl). Default: if the
+  /// device draws in software. For tests.
   void set_voxel_pairs(bool wanted) {
     voxel_pairs_ = wanted;
     last_.reset();
   }
-  /// Whether rays are cast by compute shaders, where every pixel has one: what the device does
-  /// faster, unless told otherwise, for tests. Needs OpenGL 4.3.
+  /// Casts rays by compute shaders, for every pixel. Default: what the device does faster. Needs
+  /// OpenGL 4.3. For tests.
   void set_compute(bool wanted) {
     compute_ = wanted;
     last_.reset();
   }
-  /// As on a driver that takes none of them, for tests.
+  /// Behaves like a driver that accepts no compute shader, for tests.
   void refuse_compute() { programs_.refuse_compute(); }
-  /// Known after the first draw().
+  /// True if compute shaders cast the rays. Known after the first draw().
   [[nodiscard]] bool computes() const { return compute_.value_or(false); }
-  /// Whether several cells are written one after the other: where the device draws in software,
-  /// unless told otherwise, for tests.
+  /// Writes several cells one after the other. Default: if the device draws in software. For tests.
   void set_unrolled(bool wanted) {
     unrolled_ = wanted;
     last_.reset();
   }
-  /// Whether compute shaders read tables as storage buffers: not where the device draws in
-  /// software, unless told otherwise, for tests.
+  /// Makes compute shaders read tables as storage buffers. Default: unless the device draws in
+  /// software. For tests.
   void set_storage(bool wanted) {
     storage_ = wanted;
     last_.reset();
   }
-  /// Whether pictures are read back and timed as software rasterisers need it, unless told
-  /// otherwise, for tests.
+  /// Reads images back and times them as software rasterisers need it. Default: if the device is
+  /// one. For tests.
   void set_in_software(bool wanted) { in_software_ = wanted; }
-  /// An artificial limit of the device's 3D textures, voxels along an edge, for tests.
+  /// Sets an artificial limit of the device's 3D textures, voxels along an edge, for tests.
   void set_largest_edge(int voxels) {
     whole_.textures.set_largest_edge(voxels);
     second_.set_largest_edge(voxels);
   }
-  /// An artificial limit of its memory, voxels, for tests.
+  /// Sets an artificial limit of its memory, in voxels, for tests.
   void set_memory(std::size_t voxels) { whole_.textures.set_memory(voxels); }
-  /// An artificial limit of the textures of a fragment shader, for tests.
+  /// Sets an artificial limit of the textures of a fragment shader, for tests.
   void set_most_samplers(int most) { programs_.set_most_samplers(most); }
-  /// Whether gradients may be kept on the device, 8 bytes a voxel, for tests.
+  /// Allows gradients to be kept on the device, 8 bytes per voxel, for tests.
   void set_gradient_texture(bool allowed) {
     whole_.textures.set_gradient_texture(allowed);
     last_.reset();
@@ -134,7 +135,7 @@ class GlRaycaster {
   void release();
 
  private:
-  /// What pictures of a scene are drawn from.
+  /// The data from which images of a scene are drawn.
   struct Source {
     GlTextures textures;
     GlPredicates predicates;
@@ -143,20 +144,21 @@ class GlRaycaster {
   Result<void> prepare_targets(int width, int height, bool layers, bool signatures);
   Result<void> draw_fitted(const Scene& scene, const std::optional<SharedDepth>& depth,
                            SceneChange change);
-  /// Of a scene whose picture has to be provisional; else none.
+  /// The predicate set of a scene whose image has to be provisional; otherwise none.
   [[nodiscard]] Result<std::optional<PredicateSet>> set_lacking(const Scene& scene) const;
   Result<void> cast_coarse(const Scene& scene, const PredicateSet& set,
                            const std::optional<SharedDepth>& depth);
   void release_coarse();
-  /// same_view: rays that meet what they met before may keep their pixels.
+  /// Casts the rays. same_view: rays that meet what they met before may keep their pixels.
   Result<void> cast(const Scene& scene, const std::optional<SharedDepth>& depth, bool same_view);
-  /// What draws the predicates of the last scene: their own program or the generic one.
+  /// The form that draws the predicates of the last scene: their own program or the generic one.
   GlPredicateForm form_now(GlFeatures features);
-  /// Prepares the targets so that rays of the program in use keep what they may.
+  /// Prepares the targets so that rays of the program in use keep the pixels that they may keep.
   void begin_keeping(GlProgram& program, bool keep);
   void count_bricks(const GlFeatures& features);
   Result<void> resolve(const Scene& scene);
-  /// The surfaces of a cutaway around large meshes, which are searched for every ray beforehand.
+  /// Sends the surfaces of a cutaway around large meshes, which are computed for every ray
+  /// beforehand.
   void send_field(const Scene& scene);
   Result<void> update(const Scene& scene);
   Result<void> update_second(const Scene& scene);
@@ -164,7 +166,7 @@ class GlRaycaster {
   void bind_textures(const std::optional<SharedDepth>& depth, bool projects);
   [[nodiscard]] GlTexture& picture() { return layers_ ? resolved_ : targets_.front; }
   void release_targets();
-  /// Measures what the device does well, once.
+  /// Finds out once what the device does well.
   Result<void> know_device();
   void cast_every_pixel(const GlFeatures& features);
   void draw_one_pixel(const GlFeatures& features);
@@ -175,34 +177,34 @@ class GlRaycaster {
   std::unique_ptr<GlProgram> resolve_program_;
   std::unique_ptr<GlProgram> composite_program_;
   Source whole_;
-  std::optional<Source> coarse_;  ///< Of provisional pictures, while there are any.
-  Source* source_ = &whole_;      ///< Of the last picture.
+  std::optional<Source> coarse_;  ///< Source of provisional images, while there are any.
+  Source* source_ = &whole_;      ///< The source of the last image.
   CoarseVolumes coarse_volumes_;
-  std::optional<Scene> provisional_;  ///< Whose provisional picture the last one was.
+  std::optional<Scene> provisional_;  ///< The scene of the last image if it was provisional.
   std::size_t bytes_a_picture_ = kBytesAPicture;
   GlTextures second_;  ///< The ultrasound volume beside the CT.
   int settled_after_ = kSettledAfter;
-  std::optional<GlFeatures> wanted_;  ///< Of the last picture by predicates, their own program.
-  int pictures_wanted_ = 0;           ///< Drawn with these features without their own program.
-  GlLattice lattice_;                 ///< With fewer rays than pixels.
-  GlPackedRays packed_rays_;          ///< The same where OpenGL runs on the processor.
+  std::optional<GlFeatures> wanted_;  ///< Last features wanted, with the set's own program.
+  int pictures_wanted_ = 0;           ///< Images drawn with them by the generic program.
+  GlLattice lattice_;                 ///< Casts fewer rays than pixels.
+  GlPackedRays packed_rays_;          ///< Does the same if OpenGL runs on the processor.
   std::optional<CutawayField> field_;
   GlTexture field_spans_;
   GlLayers targets_;
   GlTexture resolved_;
-  GlTexture signatures_;         ///< Of the rays, with signed_.
-  GlTexture signatures_before_;  ///< Of the picture that the targets hold.
+  GlTexture signatures_;         ///< Signatures of the rays, with signed_.
+  GlTexture signatures_before_;  ///< Signatures of the image that the targets hold.
   unsigned framebuffer_ = 0;
   unsigned resolve_framebuffer_ = 0;
-  bool layers_ = false;                   ///< The scene has a plane.
-  bool signed_ = false;                   ///< The targets include signatures.
-  std::optional<GlFeatures> drawn_with_;  ///< Of the program that filled the targets.
-  std::optional<Scene> last_;             ///< Whose picture the targets hold.
+  bool layers_ = false;                   ///< true: the scene has a plane.
+  bool signed_ = false;                   ///< true: the targets include signatures.
+  std::optional<GlFeatures> drawn_with_;  ///< Features of the program that filled the targets.
+  std::optional<Scene> last_;             ///< The scene whose image the targets hold.
   unsigned vertex_array_ = 0;
   int width_ = 0;
   int height_ = 0;
   std::optional<bool> manual_filter_;
-  bool gathers_ = true;  ///< By hand, where volumes fit.
+  bool gathers_ = true;  ///< Interpolates with gathers if volumes fit.
   int most_slices_ = std::numeric_limits<int>::max();
   std::optional<bool> voxel_pairs_;
   std::optional<bool> compute_;
@@ -213,7 +215,7 @@ class GlRaycaster {
   GlTimer timer_;
   GlReadBuffer read_buffer_;
   GlCostSums cost_sums_;
-  bool cast_ = false;  ///< The last picture took rays through the volume.
+  bool cast_ = false;  ///< true: the last image cast rays.
 };
 
 }  // namespace nav::render

@@ -9,9 +9,9 @@
 
 namespace nav::render {
 
-/// Reads pictures back from the device, through memory that it copies them to: to read video memory
-/// itself can take 350 ms for 832 × 624 pixels (docs/adr/0047).
-/// Needs the context current, also to be released. Internal to render/.
+/// Reads images back from the device through memory to which the device copies them. Reading video
+/// memory itself can take 350 ms for 832 × 624 pixels (docs/adr/0047). Needs the context current,
+/// also for release(). Internal to render/.
 class GlReadBuffer {
  public:
   GlReadBuffer() = default;
@@ -19,18 +19,18 @@ class GlReadBuffer {
   GlReadBuffer(const GlReadBuffer&) = delete;
   GlReadBuffer& operator=(const GlReadBuffer&) = delete;
 
-  /// The colours of an attachment of the framebuffer that is bound for reading, from its lower left
-  /// corner on, bottom row first. Waits for the device. direct: without that memory, which software
-  /// rasterisers do not need.
+  /// Reads the colours of an attachment of the framebuffer that is bound for reading, from its
+  /// lower left corner on, bottom row first. Waits for the device. direct: without that memory,
+  /// which software rasterisers do not need.
   void read(unsigned attachment, int width, int height, bool direct, std::vector<RgbaF>& pixels);
   void release();
 
  private:
-  /// A buffer of so many bytes or more, in memory of the process if the driver can.
+  /// Makes a buffer of at least this many bytes, in memory of the process if the driver can.
   void make_room(std::size_t bytes);
 
   unsigned buffer_ = 0;
-  std::size_t room_ = 0;  ///< Bytes.
+  std::size_t room_ = 0;  ///< Size in bytes.
 };
 
 }  // namespace nav::render

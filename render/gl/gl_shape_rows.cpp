@@ -7,7 +7,7 @@
 namespace nav::render {
 namespace {
 
-constexpr std::size_t kFirstVertex = 4;  // The shader's too.
+constexpr std::size_t kFirstVertex = 4;  // Same in the shader.
 
 void append(const Eigen::Vector3d& v, double w, std::vector<float>& out) {
   for (const double number : {v.x(), v.y(), v.z(), w}) out.push_back(static_cast<float>(number));
@@ -20,7 +20,7 @@ void append(const spec::CapsuleSurface<double>& solid, GlRows& rows) {
   ++rows.height;
 }
 
-/// A ball that holds a polygon, a little larger so that rounding cannot leave a vertex outside.
+/// A ball around a polygon, slightly enlarged so that rounding cannot leave a vertex outside.
 spec::CutawayBall<double> around(const spec::CutawayPolygon<double>& polygon) {
   spec::CutawayBall<double> ball{Eigen::Vector3d::Zero(), 0};
   for (const auto& vertex : polygon.vertices) ball.centre += vertex;

@@ -9,21 +9,21 @@
 
 namespace nav::render {
 
-/// Texels of four numbers, row after row, as a texture of shapes holds them. Internal to render/.
+/// Texels of four numbers, row by row, as a texture of shapes holds them. Internal to render/.
 struct GlRows {
-  int width = 0;  ///< Texels.
+  int width = 0;  ///< In texels.
   int height = 0;
   std::vector<float> texels;
   bool operator==(const GlRows&) const = default;
 };
 
-/// Needle, spheres and lines in their order, each (a, radius), (b, 0), (rgb, alpha); local mm.
+/// Rows of needle, spheres and lines, in this order: (a, radius), (b, 0), (rgb, alpha); local mm.
 GlRows solid_rows(const Scene& scene);
-/// Whether one of them is longer than a sphere.
+/// True if one of them is longer than a sphere.
 bool has_capsules(const Scene& scene);
 
-/// What cuts: normal and number of vertices (0: a ball), two axes of the plane, a ball around it,
-/// then the vertices; local mm. See shaders/include/cutaway.glsl.
+/// Rows of the objects that cut: normal and number of vertices (0: a ball), two axes of the plane,
+/// a ball around the object, then the vertices; local mm. See shaders/include/cutaway.glsl.
 GlRows cut_rows(const spec::CutawayObjects<double>& objects);
 
 }  // namespace nav::render

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include "render/gl/gl_state.hpp"
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include <algorithm>
 #include <array>
 #include <functional>
@@ -19,9 +19,9 @@
 namespace nav::render {
 namespace {
 
-constexpr int kSpeedSide = 512;  ///< Of the picture, pixels.
+constexpr int kSpeedSide = 512;  ///< Side of the image, pixels.
 
-/// The fastest of some turns, s.
+/// The least time of several turns, s.
 double least_time(const std::function<void()>& draw) {
   constexpr int kTurns = 4;  // The first one translates the program.
   double least = 1e9;

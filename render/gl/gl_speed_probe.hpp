@@ -4,9 +4,9 @@
 
 namespace nav::render {
 
-/// Whether the compute shaders of the device calculate faster than its fragment shaders by enough
-/// to be worth it: measured once for every device in a process, some 50 ms. Never on software
-/// rasterisers, where both are the same processor, nor where the measurement's programs do not
+/// True if the compute shaders of the device calculate faster than its fragment shaders by a
+/// worthwhile factor. Measured once per device and process, about 50 ms. Always false on software
+/// rasterisers, where both run on the same processor, and if the programs of the measurement do not
 /// link. Needs the context current; leaves another framebuffer, program and vertex array bound.
 /// Internal to render/.
 bool compute_is_faster();

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <vtk_glew.h>
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include <algorithm>
 #include <bit>
 #include <cstdint>
@@ -21,7 +21,7 @@ struct StandInKind {
   GLint filter;
 };
 
-/// As GlFeatureTextures and GlPredicates send them.
+/// The kinds that GlFeatureTextures and GlPredicates send.
 constexpr StandInKind kFeatureKind{GL_RGBA16_SNORM, GL_RGBA, GL_SHORT, GL_LINEAR};
 constexpr StandInKind kUndefinedKind{GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, GL_NEAREST};
 constexpr StandInKind kLabelKind{GL_R16UI, GL_RED_INTEGER, GL_UNSIGNED_SHORT, GL_NEAREST};

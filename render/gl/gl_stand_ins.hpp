@@ -8,14 +8,14 @@
 
 namespace nav::render {
 
-/// Textures of a few texels for what the generic program of predicates could read and a set does
-/// not. Mesa's software rasteriser compiles a program anew when a texture is bound where there was
-/// none, one of another format, or one whose edges are powers of two where they were not: these
-/// are of the kinds that features, undefined voxels and labels of up to 16 different bits have.
-/// Never read. Internal to render/; needs the context current.
+/// Textures of a few texels in place of those that the generic program of predicates could read but
+/// a set does not need. Mesa's software rasteriser compiles a program again if a texture is bound
+/// where there was none, if its format changes, or if its edges change to or from powers of two.
+/// These stand-ins are of the kinds that features, undefined voxels and labels of up to 16
+/// different bits have. Never read. Internal to render/; needs the context current.
 class GlStandIns {
  public:
-  /// size: of the volume, voxels.
+  /// Makes the stand-ins for a volume of this size, voxels.
   void update(const std::array<int, 3>& size);
   void release();
   [[nodiscard]] unsigned feature() { return feature_.id(); }

@@ -7,7 +7,7 @@
 
 namespace nav::render {
 
-/// Puts back what a ray casting pass changes, so that VTK's record of the OpenGL state stays true.
+/// Restores what a ray casting pass changes, so that VTK's record of the OpenGL state stays true.
 /// Only for render/gl/*.cpp.
 class GlStateGuard {
  public:
@@ -61,7 +61,8 @@ class GlStateGuard {
   std::array<GLboolean, 5> switches_{};
 };
 
-/// A pass that writes every pixel: no test, no blending, no depth. Under a GlStateGuard.
+/// Sets up a pass that writes every pixel: no test, no blending, no depth. Call it under a
+/// GlStateGuard.
 inline void write_everything() {
   for (const GLenum test : {GL_BLEND, GL_DEPTH_TEST, GL_CULL_FACE, GL_SCISSOR_TEST}) {
     glDisable(test);
@@ -70,7 +71,8 @@ inline void write_everything() {
   glDepthMask(GL_FALSE);
 }
 
-/// The pass writes the depth of every pixel; the next one only the pixels that lie behind it.
+/// Sets up a pass that writes the depth of every pixel. After keep_nearer() the next pass draws
+/// only where that depth is farther.
 inline void write_depth() {
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_ALWAYS);

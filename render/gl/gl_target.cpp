@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include "render/gl/gl_state.hpp"
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include "render/gl/gl_target.hpp"
 #include "render/gl/gl_uniforms.hpp"
 #include "render/gl/gl_upload.hpp"

@@ -7,9 +7,9 @@
 
 namespace nav::render {
 
-/// A picture of four floats a pixel that a program fills beside those of a scene. Needs the context
-/// current, also to be released; changes the state that a GlStateGuard restores. Internal to
-/// render/.
+/// An image of four floats per pixel that a program fills, apart from the images of a scene. Needs
+/// the context current, also for release(); changes the state that a GlStateGuard restores.
+/// Internal to render/.
 class GlTarget {
  public:
   GlTarget() = default;
@@ -17,10 +17,10 @@ class GlTarget {
   GlTarget(const GlTarget&) = delete;
   GlTarget& operator=(const GlTarget&) = delete;
 
-  /// Binds its framebuffer, of that many pixels, all of which what follows writes. Error: one that
-  /// the device does not draw to.
+  /// Binds its framebuffer with this size; the next pass must write all of its pixels. Errors: the
+  /// device cannot draw to it.
   Result<void> bind(int width, int height);
-  /// One triangle over all of them, by the program in use.
+  /// Draws one triangle over all pixels by the program in use.
   void draw() const;
   unsigned texture() { return texture_.id(); }
   void release();

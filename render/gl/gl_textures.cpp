@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <vtk_glew.h>
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include <algorithm>
 #include <bit>
 #include <sys/mman.h>
@@ -17,7 +17,7 @@
 namespace nav::render {
 namespace {
 
-/// Sends rows that differ from those on the device.
+/// Sends rows if they differ from those on the device.
 void send(GlRows&& rows, GlTexture& texture, GlRows& sent) {
   if (rows == sent || rows.height == 0) return;
   glBindTexture(GL_TEXTURE_2D, texture.id());
@@ -27,7 +27,7 @@ void send(GlRows&& rows, GlTexture& texture, GlRows& sent) {
   sent = std::move(rows);
 }
 
-/// Three texels for each entry and for one in front of them: shaders/include/preintegrated.glsl.
+/// Three texels for each entry, and for one before the first: shaders/include/preintegrated.glsl.
 std::vector<std::int32_t> point_texels(const TransferTable& table) {
   const auto value = [&](int entry) {
     const float* at = table.rgbat().data() + std::size_t{4} * static_cast<std::size_t>(entry);
@@ -130,7 +130,7 @@ Result<void> GlTextures::update(const Scene& scene) {
 void GlTextures::set_slices(bool wanted) {
   if (wanted == slices_) return;
   slices_ = wanted;
-  // A texture is of one kind as long as it lives.
+  // A texture keeps its kind for its whole life.
   ct.release();
   volume_ = nullptr;
 }
@@ -251,7 +251,7 @@ void GlTextures::update_gradients() {
   gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
   glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16_SNORM, size[0], size[1], size[2], 0, GL_RGBA, GL_SHORT,
                differences.data());
-  // Not enough memory is no reason not to draw: six fetches do as well.
+  // Too little memory does not prevent drawing: six fetches give the same.
   if (glGetError() == GL_NO_ERROR) gradients_of_ = volume_;
 }
 
@@ -311,7 +311,7 @@ void GlTextures::update_picture(const Image2d<std::uint8_t>& pixels) {
   pixels_ = pixels;
   glBindTexture(GL_TEXTURE_2D, picture.id());
   gl::set_sampling(GL_TEXTURE_2D, GL_NEAREST);
-  // 16 bit: some devices interpolate no finer than the format.
+  // 16 bits, because some devices interpolate no finer than the format.
   std::vector<std::uint16_t> values;
   values.reserve(pixels.pixels().size());
   for (const std::uint8_t value : pixels.pixels()) {

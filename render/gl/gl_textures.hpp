@@ -21,14 +21,14 @@
 
 namespace nav::render {
 
-/// A texture name that deletes itself; needs the context current. Internal to render/.
+/// A texture name that deletes itself. Needs the context current. Internal to render/.
 class GlTexture {
  public:
   GlTexture() = default;
   ~GlTexture() { release(); }
   GlTexture(const GlTexture&) = delete;
   GlTexture& operator=(const GlTexture&) = delete;
-  /// The texture, made on first use.
+  /// The texture, created on first use.
   unsigned id();
   void release();
 
@@ -36,7 +36,8 @@ class GlTexture {
   unsigned id_ = 0;
 };
 
-/// A buffer texture with its buffer; needs the context current, as GlTexture. Internal to render/.
+/// A buffer texture with its buffer. Needs the context current, like GlTexture. Internal to
+/// render/.
 class GlTable {
  public:
   GlTable() = default;
@@ -44,8 +45,9 @@ class GlTable {
   GlTable(const GlTable&) = delete;
   GlTable& operator=(const GlTable&) = delete;
   unsigned buffer_id();
-  /// Memory of the process for the buffer to lie in, as long as it is there; zeros, and no page
-  /// before it is touched. Null when there is none. The device must be at rest when it goes.
+  /// Reserves memory of the process for the buffer. It holds zeros, uses no page before that page
+  /// is touched, and exists as long as the buffer. Returns null if there is none. The device must
+  /// be idle when it is released.
   void* own_memory(std::size_t bytes);
   [[nodiscard]] void* memory() const { return memory_; }
   void release();
@@ -58,7 +60,7 @@ class GlTable {
   std::size_t memory_bytes_ = 0;
 };
 
-/// How often each kind of texture was sent to the device.
+/// Number of times each kind of texture was sent to the device.
 struct GlUploads {
   int volumes = 0;
   int transfers = 0;
@@ -66,16 +68,17 @@ struct GlUploads {
   int pictures = 0;
 };
 
-/// What the scenes need on the device, sent again only when it is another object or has other
-/// values. Keeps a share of what it has sent, so an address cannot come to mean something else.
+/// The data that scenes need on the device. Data is sent again only if it is another object or has
+/// other values. Keeps a share of what it has sent, so that an address cannot come to mean
+/// something else.
 class GlTextures {
  public:
-  /// Sends what has changed. kUnsupportedData when a volume does not fit the device, with its
-  /// limits. Leaves the bindings of the active texture unit changed.
+  /// Sends what has changed. Returns kUnsupportedData, with the device's limits, if a volume does
+  /// not fit on the device. Leaves the bindings of the active texture unit changed.
   Result<void> update(const Scene& scene);
-  /// The same for a volume alone.
+  /// Sends only a volume.
   Result<void> update_volume(const std::shared_ptr<const Volume>& volume);
-  /// That volume is on the device.
+  /// True if the volume is on the device.
   [[nodiscard]] bool has(const std::shared_ptr<const Volume>& volume) const {
     return volume_ == volume;
   }
@@ -85,34 +88,35 @@ class GlTextures {
   [[nodiscard]] const TransferTable& table() const { return *table_; }
   [[nodiscard]] Eigen::Vector3i brick_count() const { return ranges_.count; }
   [[nodiscard]] std::uint64_t bricks_occupied() const { return bricks_occupied_; }
-  /// Of the volume, as the transfer function has it; found when first asked for. Precondition: the
+  /// The shell of the volume for the transfer function, computed on first use. Precondition: the
   /// last update() was of a scene that skips empty bricks.
   const BrickShell& shell();
 
-  /// The volume to draw in place of one that the device does not hold: the same, or one of fewer
-  /// voxels, made once. Leaves the bindings of the active texture unit changed.
+  /// The volume to draw in place of one that the device may not hold: the same volume, or one with
+  /// fewer voxels, made once. Leaves the bindings of the active texture unit changed.
   std::shared_ptr<const Volume> fitting(const std::shared_ptr<const Volume>& volume);
-  /// How the volume of the last fitting() was reduced; empty: not at all.
+  /// Says how the last fitting() reduced the volume; empty: not reduced.
   [[nodiscard]] const std::string& note() const { return note_; }
-  /// After a refused update(): whether fewer voxels are worth another fitting().
+  /// Call it after update() failed. True if fitting() should be called again, for fewer voxels.
   bool ask_for_less();
-  /// An artificial limit of the device, for tests.
+  /// Sets an artificial limit of the device, for tests.
   void set_largest_edge(int voxels) { largest_edge_ = voxels; }
-  /// Uploads of more voxels fail as if the device's memory were full, for tests.
+  /// Makes uploads of more voxels fail as if the device's memory were full, for tests.
   void set_memory(std::size_t voxels) { memory_voxels_ = voxels; }
-  /// Objects of the cutaway of the last scene.
+  /// The objects of the cutaway of the last scene.
   [[nodiscard]] const spec::CutawayObjects<double>& cut() const { return cut_; }
 
-  /// Gradients of the last scene's volume are on the device.
+  /// True if gradients of the last scene's volume are on the device.
   [[nodiscard]] bool has_gradients() const {
     return gradient_texture_ && !pairs_ && gradients_of_ == volume_;
   }
   void set_gradient_texture(bool allowed) { gradient_texture_ = allowed; }
-  /// Volumes are tables of pairs of voxels instead of textures, where the device's tables are large
-  /// enough.
+  /// Keeps volumes as tables of pairs of voxels instead of textures, if the device's tables can be
+  /// large enough.
   void set_voxel_pairs(bool wanted);
   [[nodiscard]] bool has_voxel_pairs() const { return pairs_; }
-  /// Volumes are arrays of slices instead of 3D textures: GlFilter::kGathers. Gradients are not.
+  /// Keeps volumes as arrays of slices instead of 3D textures, for GlFilter::kGathers. Gradients
+  /// stay 3D textures.
   void set_slices(bool wanted);
   [[nodiscard]] bool has_slices() const { return slices_; }
   [[nodiscard]] int solid_count() const { return solid_count_; }
@@ -133,20 +137,21 @@ class GlTextures {
   [[nodiscard]] bool accepts(const std::array<int, 3>& size) const;
 
   int largest_edge_ = std::numeric_limits<int>::max();
-  std::shared_ptr<const Volume> full_;  ///< Of the last fitting().
+  std::shared_ptr<const Volume> full_;  ///< The volume of the last fitting().
   std::shared_ptr<const Volume> fitted_;
   std::string note_;
-  std::shared_ptr<const Volume> limited_;  ///< What most_voxels_ is for.
+  std::shared_ptr<const Volume> limited_;  ///< The volume to which most_voxels_ applies.
   std::size_t most_voxels_ = std::numeric_limits<std::size_t>::max();
   std::size_t memory_voxels_ = std::numeric_limits<std::size_t>::max();
   bool out_of_memory_ = false;
   GlUploads uploads_;
   std::shared_ptr<const Volume> volume_;
   bool wants_pairs_ = false;
-  bool pairs_ = false;  ///< What volume_ is on the device.
+  bool pairs_ = false;  ///< true: volume_ is on the device as pairs.
   bool slices_ = false;
   bool gradient_texture_ = true;
-  std::shared_ptr<const Volume> gradients_of_;  ///< Of the texture; absent: it is not worth one.
+  std::shared_ptr<const Volume> gradients_of_;  ///< Volume of the gradient texture; absent: not
+                                                ///< worth one.
   std::shared_ptr<const Volume> gradients_tried_;
   std::optional<TransferFunction> function_;
   std::optional<TransferTable> table_;
@@ -155,11 +160,11 @@ class GlTextures {
   std::shared_ptr<const Volume> part_ranges_of_;
   BrickGrid part_ranges_;
   bool bricks_valid_ = false;
-  std::shared_ptr<const Volume> brick_ranges_of_;  ///< On the device.
+  std::shared_ptr<const Volume> brick_ranges_of_;  ///< The volume whose ranges are on the device.
   std::uint64_t bricks_occupied_ = 0;
   std::vector<std::uint8_t> hidden_;  ///< hidden_bricks() of the bricks on the device.
   std::optional<BrickShell> shell_;
-  std::optional<AdaptiveStep> cells_of_;  ///< What is on the device.
+  std::optional<AdaptiveStep> cells_of_;  ///< The cells that are on the device.
   Image2d<std::uint8_t> pixels_;
   spec::CutawayObjects<double> cut_;
   GlRows solid_rows_, cut_rows_;

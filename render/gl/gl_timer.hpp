@@ -8,8 +8,8 @@
 
 namespace nav::render {
 
-/// How long the device takes for commands; needs the context current, also to be released. Internal
-/// to render/.
+/// Measures how long the device takes for commands. Needs the context current, also for release().
+/// Internal to render/.
 class GlTimer {
  public:
   GlTimer() = default;
@@ -17,15 +17,16 @@ class GlTimer {
   GlTimer(const GlTimer&) = delete;
   GlTimer& operator=(const GlTimer&) = delete;
 
-  /// by_clock: waits for the device before and after, and takes the time of the system's clock;
-  /// software rasterisers know no other. Else the device notes the times, which waits once.
+  /// Starts the measurement. by_clock: waits for the device before and after, and uses the system's
+  /// clock; software rasterisers support nothing else. Otherwise the device records the times,
+  /// which waits once.
   void begin(bool by_clock);
-  /// Since begin(), s. Waits for the device.
+  /// Time since begin(), s. Waits for the device.
   double end_s();
   void release();
 
  private:
-  std::array<unsigned, 2> queries_{};  ///< Their times.
+  std::array<unsigned, 2> queries_{};  ///< They record the two times.
   std::chrono::steady_clock::time_point start_;
   bool by_clock_ = true;
 };

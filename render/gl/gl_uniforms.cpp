@@ -18,7 +18,7 @@ spec::View<double> view_of(const Scene& scene, const VoxelGrid& grid) {
   return spec::make_view<double>(scene.camera, scene.width, scene.height, grid);
 }
 
-/// How far a volume is from the eye at least, mm.
+/// Least distance of a volume from the eye, mm.
 double front_mm(const Scene& scene, const VoxelGrid& grid) {
   const auto view = view_of(scene, grid);
   const Eigen::Vector3d to_centre = grid.centre().mm - grid.origin_mm - view.eye;
@@ -26,7 +26,7 @@ double front_mm(const Scene& scene, const VoxelGrid& grid) {
   return distance - 0.5 * grid.extent_mm().norm();
 }
 
-/// The largest multiple of the step, or with two volumes of two slabs, that is in front of the
+/// The largest multiple of the step (with two volumes: of two slabs) that lies in front of the
 /// volume for every ray, mm, >= 0.
 double t_base_mm(const Scene& scene) {
   double front = front_mm(scene, scene.ct->grid());
@@ -64,7 +64,7 @@ void set_volume(GlProgram& program, const VoxelGrid& grid, int unit,
   program.set(prefix + "index_from_local", index_from_local);
 }
 
-/// What shaders/two_volumes.frag needs besides what CT and predicates do.
+/// Sets what shaders/two_volumes.frag needs in addition to the uniforms of CT and predicates.
 void set_two_volumes(GlProgram& program, const Scene& scene) {
   const VoxelGrid& second = scene.ultrasound->volume->grid();
   const double base_mm = t_base_mm(scene);
@@ -139,7 +139,7 @@ void set_shading(GlProgram& program, const GlFeatures& features, const Scene& sc
 
 void set_cutaway(GlProgram& program, const GlFeatures& features, const Scene& scene,
                  const spec::CutawayObjects<double>& objects) {
-  constexpr double kEndless = 1e30;  // No region is clear; infinity would meet zeros.
+  constexpr double kEndless = 1e30;  // No region is clear. Infinity would be multiplied by zero.
   if (features.cut_field) {
     program.set("cut_field", kCutField);
     program.set("cut_field_height", scene.height);
@@ -166,7 +166,7 @@ void set_volume_marching(GlProgram& program, const GlFeatures& features, const S
   if (features.skipping || features.adaptive) {
     set_brick_walk(program, scene.ct->grid(), textures.brick_count(), kBricks, {}, reach_mm(scene));
   }
-  // Between two empty parts that touch nothing is visible: 4 voxels, less what rounding takes.
+  // Nothing is visible between two empty parts that touch: 4 voxels, minus rounding.
   constexpr double kLongestCellOverParts = 3.5;
   constexpr int kAllParts = 255;
   if (features.skipping) {
@@ -180,7 +180,7 @@ void set_light(GlProgram& program, const Shading& light) {
               Eigen::Vector4d(light.ambient, light.diffuse, light.specular, light.shininess));
 }
 
-/// Solids, and geometry of others.
+/// Sets the uniforms of solids, and of geometry of others.
 void set_shapes(GlProgram& program, const GlFeatures& features, const GlTextures& textures,
                 const std::optional<SharedDepth>& depth) {
   if (features.solids) {
@@ -209,7 +209,7 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
     features.filter = textures.has_slices() ? GlFilter::kGathers : GlFilter::kFetches;
   }
   features.voxel_pairs = textures.has_voxel_pairs();
-  // Leaps over cells longer than a brick would not be exact, nor worth it.
+  // Leaps over cells longer than a brick would be neither exact nor worthwhile.
   features.skipping = !drawn_by_predicates(scene) && scene.quality.skip_empty_bricks &&
                       scene.quality.step_voxels <= kBrickVoxels;
   features.listed = features.sparse && features.voxel_pairs && !shared_depth;

@@ -12,13 +12,13 @@
 
 namespace nav::render {
 
-/// Depth of opaque geometry that somebody else has drawn with the same camera.
+/// The depth of opaque geometry that others have drawn with the same camera.
 struct SharedDepth {
-  unsigned texture;      ///< Depth texture of the picture's size.
+  unsigned texture;      ///< Depth texture of the image's size.
   Eigen::Vector4d rows;  ///< Elements (2,2) (2,3) (3,2) (3,3) of clip_from_view.
 };
 
-/// Texture units, above those that VTK hands out itself.
+/// Texture units above those that VTK assigns itself.
 enum GlUnit {
   kCt = 20,
   kGradients,
@@ -36,9 +36,9 @@ enum GlUnit {
   kFront,
   kBehind,
   kSignatures,
-  kSpent = kSignatures,  ///< Rays that are spared have no signatures.
+  kSpent = kSignatures,  ///< Sparse rays have no signatures.
   kLiveAt,
-  kFeatures,  ///< And the two after it.
+  kFeatures,  ///< Also the next two units.
   kUndefined = kFeatures + 3,
   kLabels,
   kPredicateBricks,
@@ -46,39 +46,41 @@ enum GlUnit {
   kLeaves,
   kOpacity,
   kTarget,
-  kRayList = kLooks  ///< Rays that are spared are none by predicates.
+  kRayList = kLooks  ///< Sparse rays are never rays of predicates.
 };
 
-/// What a scene needs compiled in. A plane or needle that is lost needs nothing. textures: updated
-/// for the scene.
+/// The parts of a scene that must be compiled in. A lost plane or needle needs nothing. textures:
+/// updated for the scene.
 GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shared_depth,
                        bool manual_filter);
 
-/// What shaders/sparse_means.frag needs of a scene; the passes come from GlLattice.
+/// The features of shaders/sparse_means.frag for a scene with these features, and its uniforms.
+/// GlLattice provides the passes.
 GlFeatures means_features(const GlFeatures& features);
 void set_means_uniforms(GlProgram& program, const GlFeatures& features, const Scene& scene,
                         const GlTextures& textures, const std::optional<SharedDepth>& depth);
 
-/// What shaders/include/camera.glsl, ct.glsl and lattice.glsl need.
+/// Sets the uniforms of shaders/include/camera.glsl, ct.glsl and lattice.glsl.
 void set_rays(GlProgram& program, const Scene& scene);
 
-/// Names of a second volume, as in shaders/include/second_names.glsl, are those of one volume after
-/// this.
+/// Prefix of the names of a second volume, as in shaders/include/second_names.glsl: without it they
+/// are the names of one volume.
 inline constexpr const char* kSecond = "second_";
 
-/// What shaders/include/bricks.glsl needs: bricks in a texture unit. prefix: of the names.
-/// farthest_mm: of the volume from where t is counted from, when that is not in front of it.
+/// Sets the uniforms of shaders/include/bricks.glsl. unit: texture unit of the bricks. prefix: of
+/// the names. farthest_mm: distance of the volume from the position from which t is counted, if
+/// that position is not in front of it.
 void set_brick_walk(GlProgram& program, const VoxelGrid& grid, const Eigen::Vector3i& brick_count,
                     int unit, const std::string& prefix = {}, double farthest_mm = 0);
 
-/// How far two volumes reach from each other at most, mm; 0 with one.
+/// The greatest distance between positions in two volumes, mm; 0 if there is only one volume.
 double reach_mm(const Scene& scene);
 
 /// The alpha at which a ray ends; more than 1: never.
 double opaque_at(const Scene& scene);
 
-/// Sets every uniform of the program in use but those of predicates; geometry is prepared in
-/// double. depth: given exactly when features.shared_depth.
+/// Sets every uniform of the program in use, except those of predicates. Geometry is prepared in
+/// double. depth: present exactly if features.shared_depth.
 void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& scene,
                   const GlTextures& textures, const std::optional<SharedDepth>& depth);
 

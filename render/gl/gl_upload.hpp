@@ -13,10 +13,10 @@
 #include "render/gl/gl_textures.hpp"
 #include "render/parallel.hpp"
 
-/// How textures are sent. Only for render/gl/*.cpp.
+/// Sending of textures. Only for render/gl/*.cpp.
 namespace nav::render::gl {
 
-/// Filter, and edges that repeat the outermost texel, of the texture that is bound.
+/// Sets the filter of the texture that is bound, and makes its edges repeat the outermost texel.
 inline void set_sampling(GLenum target, GLint filter) {
   glTexParameteri(target, GL_TEXTURE_MIN_FILTER, filter);
   glTexParameteri(target, GL_TEXTURE_MAG_FILTER, filter);
@@ -25,18 +25,18 @@ inline void set_sampling(GLenum target, GLint filter) {
   }
 }
 
-/// What kind of texture volumes are: GlTextures::set_slices().
+/// The kind of texture in which volumes are kept: GlTextures::set_slices().
 inline GLenum kind_of_volumes(bool slices) { return slices ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_3D; }
 
-/// Where compute shaders find tables as storage buffers, which some devices read faster than
-/// textures: the bindings in shaders/include/ where STORAGE is defined.
+/// Bindings at which compute shaders find tables as storage buffers, which some devices read faster
+/// than textures: the bindings in shaders/include/ where STORAGE is defined.
 enum StorageUnit { kOpacityStorage, kLooksStorage, kPointsStorage, kTransferStorage };
 
 inline void bind_storage(StorageUnit unit, unsigned buffer) {
   if (GLEW_VERSION_4_3 != 0) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, unit, buffer);
 }
 
-/// Whether the device takes a volume as an array of slices.
+/// True if the device can hold a volume as an array of slices.
 inline bool fits_slices(const std::array<int, 3>& size) {
   GLint edge = 0;
   GLint slices = 0;
@@ -45,7 +45,7 @@ inline bool fits_slices(const std::array<int, 3>& size) {
   return size[0] <= edge && size[1] <= edge && size[2] <= slices;
 }
 
-/// Rows of our arrays are packed; VTK's own uploads find the state that they left.
+/// Sets packed rows, as our arrays have them, and restores the state for VTK's own uploads.
 class PackedRows {
  public:
   PackedRows() {
@@ -65,10 +65,10 @@ inline std::uint32_t pair_of(std::int16_t low, std::int16_t high) {
          static_cast<std::uint32_t>(static_cast<std::uint16_t>(high)) << 16U;
 }
 
-/// How much may be sent at once, and what of it is left.
+/// The number of bytes that may still be sent.
 struct SendLimit {
   std::size_t bytes = std::numeric_limits<std::size_t>::max();
-  /// Takes as many of so many slices as that allows, at least one, or none of nothing.
+  /// Takes as many of the slices as the limit allows: at least one, or none if no bytes are left.
   int take(int slices, std::size_t slice_bytes) {
     if (bytes == 0) return 0;
     const std::size_t most = std::max<std::size_t>(bytes / slice_bytes, 1);
@@ -84,9 +84,9 @@ struct SliceRange {
   int end;
 };
 
-/// Sends slices of the 3D texture that is bound slab by slab, so that no copy of the whole is made;
-/// with the first one it is made anew. fill(k, to) writes slice k, numbers one after another,
-/// per_texel of them for each texel; it is called on several threads.
+/// Sends slices of the 3D texture that is bound, slab by slab, so that the whole is never copied.
+/// The first slice creates a new texture. fill(k, to) writes slice k as a sequence of numbers,
+/// per_texel for each texel; it is called on several threads.
 template <class T, class Fill>
 void send_slices(GLint internal, GLenum format, GLenum type, const std::array<int, 3>& size,
                  SliceRange slices, std::size_t per_texel, const Fill& fill) {
@@ -109,29 +109,30 @@ void send_slices(GLint internal, GLenum format, GLenum type, const std::array<in
   }
 }
 
-/// Words of a volume's pairs. Behind the last voxel the shader reads what weighs nothing: a slice,
-/// a row and a word of it.
+/// Number of words of a volume's pairs. Beyond the last voxel the shader reads a slice, a row and a
+/// word whose weight is zero.
 inline std::size_t words_of_pairs(const std::array<int, 3>& size) {
   const auto row = static_cast<std::size_t>(size[0]);
   const std::size_t slice = row * static_cast<std::size_t>(size[1]);
   return slice * static_cast<std::size_t>(size[2]) + slice + row + 1;
 }
 
-/// Whether a table of so many volumes is within the device's limit.
+/// True if a table of this many volumes is within the device's limit.
 inline bool has_room_for_pairs(const std::array<int, 3>& size, std::size_t volumes) {
   GLint most = 0;
   glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &most);
   return volumes * words_of_pairs(size) + 256 <= static_cast<std::size_t>(most);
 }
 
-/// Room for the pairs of so many volumes, which fill_pairs() fills. False: the device has none.
+/// Makes room for the pairs of this many volumes, which fill_pairs() fills. Returns false if the
+/// device has no room.
 inline bool start_pairs(GlTable& table, const std::array<int, 3>& size, std::size_t volumes) {
   std::size_t bytes = volumes * words_of_pairs(size) * sizeof(std::uint32_t);
   // See send_roomy_table() of render/gl/gl_predicates.cpp.
   if ((bytes >> 8U & 0xFFU) == 0) bytes += 256;
   table.release();
-  // The rasteriser would fill memory of its own with zeros first, on one core: half of what sending
-  // takes. Words lie in ours where it can use that.
+  // The rasteriser would first fill memory of its own with zeros, on one core: half of the time of
+  // sending. So the words lie in our memory, if it can use that.
   constexpr GLenum kOurs = 0x9160;  // GL_EXTERNAL_VIRTUAL_MEMORY_BUFFER_AMD
   if (GLEW_AMD_pinned_memory != 0) {
     if (void* memory = table.own_memory(bytes)) {
@@ -151,9 +152,9 @@ inline bool start_pairs(GlTable& table, const std::array<int, 3>& size, std::siz
   return glGetError() == GL_NO_ERROR;
 }
 
-/// Writes slices of a volume, each voxel with the next one of its row in its high half, as the
-/// words of one of the volumes of a table: VOXEL_PAIRS of shaders/include/ct.glsl. value_of: of a
-/// voxel.
+/// Writes slices of a volume as the words of one of the volumes of a table. The high half of a word
+/// holds the next voxel of the row: VOXEL_PAIRS of shaders/include/ct.glsl. value_of: maps a voxel
+/// to its value.
 template <class Value>
 bool fill_pairs(GlTable& table, std::size_t which, const Volume& volume, SliceRange slices,
                 const Value& value_of) {
@@ -161,7 +162,7 @@ bool fill_pairs(GlTable& table, std::size_t which, const Volume& volume, SliceRa
   const auto row = static_cast<std::size_t>(size[0]);
   const std::size_t slice = row * static_cast<std::size_t>(size[1]);
   const std::size_t count = words_of_pairs(size);
-  // What lies behind the last slice belongs to it.
+  // The words beyond the last slice belong to it.
   const std::size_t from = slice * static_cast<std::size_t>(slices.begin);
   const std::size_t until =
       slices.end == size[2] ? count : slice * static_cast<std::size_t>(slices.end);
@@ -193,7 +194,7 @@ bool fill_pairs(GlTable& table, std::size_t which, const Volume& volume, SliceRa
   return glGetError() == GL_NO_ERROR && filled;
 }
 
-/// Entries of a table, as a texture without filter or edges.
+/// Sends the entries of a table, as a texture without filter or edges.
 template <class T>
 void send_table(GlTable& table, GLenum internal, const std::vector<T>& entries) {
   glBindBuffer(GL_TEXTURE_BUFFER, table.buffer_id());

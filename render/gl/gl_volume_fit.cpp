@@ -15,7 +15,7 @@ namespace {
 
 int parts(int n, int factor) { return (n + factor - 1) / factor; }
 
-/// Mean of the voxels of a box, those that exist.
+/// Mean of the existing voxels of a box.
 std::int16_t box_mean(const Volume& full, const std::array<int, 3>& first,
                       const std::array<int, 3>& factors) {
   const auto& size = full.grid().size;
@@ -32,7 +32,7 @@ std::int16_t box_mean(const Volume& full, const std::array<int, 3>& first,
   return static_cast<std::int16_t>(std::lround(sum / count));
 }
 
-/// The two voxels of an axis between which a place lies, and the weight of the second.
+/// The two voxels of an axis around a position, and the weight of the second.
 struct Between {
   std::size_t low, high;
   double w;
@@ -48,7 +48,7 @@ struct ErrorSum {
   double squares = 0;
 };
 
-/// Of one slice of the full volume.
+/// Error over one slice of the full volume.
 ErrorSum slice_error(const Volume& full, const Volume& small, const std::array<int, 3>& f, int k) {
   const auto& n = full.grid().size;
   const auto& m = small.grid().size;

@@ -10,23 +10,23 @@
 
 namespace nav::render {
 
-/// A volume in place of a larger one. Internal to render/.
+/// A volume with fewer voxels in place of a larger one. Internal to render/.
 struct ReducedVolume {
   std::shared_ptr<const Volume> volume;
-  std::array<int, 3> factors;  ///< Voxels of the full volume in one, per axis.
+  std::array<int, 3> factors;  ///< Voxels of the full volume per voxel, per axis.
   double max_error_hu;         ///< Trilinear, at the voxel centres of the full volume.
   double rms_error_hu;
 };
 
-/// Averages boxes of voxels; those at the far faces may be smaller. factors >= 1.
+/// Averages boxes of voxels; boxes at the far faces may be smaller. factors >= 1.
 ReducedVolume reduced(const Volume& full, const std::array<int, 3>& factors);
 
 /// The least factors that bring every edge within a limit, then the volume within a number of
-/// voxels, halving the longest edge each time.
+/// voxels, by halving the longest edge each time.
 std::array<int, 3> factors_to_fit(const std::array<int, 3>& size, int largest_edge,
                                   std::size_t most_voxels);
 
-/// One sentence for the user.
+/// One sentence for the user on the reduction.
 std::string note_of(const ReducedVolume& reduced, const Volume& full);
 
 }  // namespace nav::render

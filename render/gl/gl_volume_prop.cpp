@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include "render/gl/gl_state.hpp"
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include <algorithm>
 #include <limits>
 #include <vtkCamera.h>
@@ -87,7 +87,7 @@ int GlVolumeProp::RenderVolumetricGeometry(vtkViewport* viewport) {
       renderer ? vtkOpenGLRenderWindow::SafeDownCast(renderer->GetRenderWindow()) : nullptr;
   if (!scene_ || !window) return 0;
   window->GetShaderCache()->ReleaseCurrentShader();
-  // Errors of others are not ours to report.
+  // Errors of others are not reported here.
   while (glGetError() != GL_NO_ERROR) {
   }
   std::array<int, 4> at{};  // x, y, width, height
@@ -113,7 +113,7 @@ SceneView::SceneView(vtkRenderWindow& window)
     : window_(window),
       renderer_(vtkSmartPointer<vtkRenderer>::New()),
       prop_(vtkSmartPointer<GlVolumeProp>::New()) {
-  // A culler would drop the prop, plane and needle included, when the CT alone is out of sight.
+  // A culler would drop the prop, with plane and needle, when only the CT is out of sight.
   renderer_->GetCullers()->RemoveAllItems();
   renderer_->AddViewProp(prop_);
   window_.AddRenderer(renderer_);

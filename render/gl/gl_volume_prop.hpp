@@ -18,20 +18,22 @@ class vtkRenderWindow;
 
 namespace nav::render {
 
-/// A scene as a VTK prop: drawn after VTK's opaque geometry, which stops the rays, and blended into
-/// VTK's framebuffer. World space is Ct, mm. The renderer's camera must be the scene's: see
-/// SceneView. Picture size: the renderer's viewport, whatever the scene says.
+/// A scene as a VTK prop. It is drawn after VTK's opaque geometry, which stops the rays, and
+/// blended into VTK's framebuffer. The world frame is Ct, mm. The renderer's camera must be the
+/// scene's: see SceneView. The image has the size of the renderer's viewport, whatever the scene
+/// says.
 class GlVolumeProp final : public vtkProp3D {
  public:
   static GlVolumeProp* New();
   vtkTypeMacro(GlVolumeProp, vtkProp3D)
 
-      /// Precondition: a validated scene. coarse_factor: 1 / this of the pixels per side are drawn
-      /// and enlarged, unless there is other geometry, whose depth has every pixel; >= 1.
+      /// Sets the scene; precondition: it is validated. coarse_factor, >= 1: draws
+      /// 1 / coarse_factor of the pixels per side and enlarges them, unless there is other
+      /// geometry, whose depth has every pixel.
       void set_scene(std::shared_ptr<const Scene> scene, int coarse_factor = 1);
-  /// Outcome of the last drawing.
+  /// The outcome of the last drawing.
   [[nodiscard]] const Result<void>& outcome() const { return outcome_; }
-  /// 1 / the pixels per side that it had.
+  /// The factor of the last drawing: it had 1 / factor of the pixels per side.
   [[nodiscard]] int drawn_factor() const { return drawn_factor_; }
   [[nodiscard]] GlRaycaster& raycaster() { return raycaster_; }
 
@@ -55,22 +57,22 @@ class GlVolumeProp final : public vtkProp3D {
   std::array<double, 6> bounds_{};
 };
 
-/// The one arrangement of renderer and prop that engine and windows share.
+/// The one arrangement of renderer and prop that the engine and the windows share.
 class SceneView {
  public:
   /// Adds a renderer to a window.
   explicit SceneView(vtkRenderWindow& window);
-  /// Takes the renderer away again; the window must still exist.
+  /// Removes the renderer; the window must still exist.
   ~SceneView();
   SceneView(const SceneView&) = delete;
   SceneView& operator=(const SceneView&) = delete;
-  /// How a scene was drawn.
+  /// Facts about how a scene was drawn.
   struct Drawn {
-    double cast_s;     ///< What its rays took.
-    int factor;        ///< 1 / the pixels per side that it had.
-    bool provisional;  ///< RenderStatistics::provisional
+    double cast_s;     ///< Time of the rays, s.
+    int factor;        ///< The image had 1 / factor of the pixels per side.
+    bool provisional;  ///< See RenderStatistics::provisional.
   };
-  /// Draws a validated scene with its own camera and background; other props may be in renderer().
+  /// Draws a validated scene with its own camera and background. renderer() may hold other props.
   /// coarse_factor: see GlVolumeProp.
   Result<Drawn> draw(std::shared_ptr<const Scene> scene, int coarse_factor = 1);
   [[nodiscard]] vtkRenderer& renderer() { return *renderer_; }

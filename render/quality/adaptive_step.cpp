@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::size_t kChannels = 4;  // Red, green, blue, extinction per mm.
 
-/// Least and greatest of each channel; colours only of what is visible.
+/// Least and greatest value of each channel; colours only of visible entries.
 struct Extremes {
   std::array<float, kChannels> low;
   std::array<float, kChannels> high;
@@ -51,7 +51,7 @@ double error_per_mm(const Extremes& e, bool shaded) {
   return static_cast<double>(e.high[3]) - e.low[3] + e.high[3] * colour;
 }
 
-/// First and last entry that a range of values touches, one more either side.
+/// First and last entry that a range of values touches, widened by one entry on either side.
 struct Entries {
   std::size_t first;
   std::size_t last;
@@ -64,7 +64,7 @@ Entries entries_in(const TransferTable& table, double low_hu, double high_hu) {
       static_cast<std::size_t>(std::clamp(std::ceil(high_hu - table.first_hu()) + 1, 0.0, last))};
 }
 
-/// Extremes of 2^level entries from each on, level by level.
+/// Computes the extremes of 2^level entries from each entry on, level by level.
 std::vector<std::vector<Extremes>> levels_of(const TransferTable& table) {
   const auto size = static_cast<std::size_t>(table.size());
   std::vector<std::vector<Extremes>> levels(1);

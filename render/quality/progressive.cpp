@@ -9,15 +9,16 @@
 namespace nav::render {
 namespace {
 
-/// Where a full pixel looks in the coarse picture along one axis: left of the two, and how far.
+/// The position of a full pixel in the coarse image along one axis: its two neighbours, and the
+/// weight of the second.
 struct CoarsePair {
   int low;
   int high;
   float w;
 };
 
-/// Pixels of both pictures are square and their heights span the same angle, so one scale serves
-/// both axes, about the middle.
+/// Finds the position. Pixels of both images are square and their heights span the same angle, so
+/// one scale about the middle holds for both axes.
 CoarsePair coarse_pair(int full, int full_count, int coarse_count, double scale) {
   const double x = (full + 0.5 - 0.5 * full_count) * scale + 0.5 * coarse_count - 0.5;
   const double inside = std::clamp(x, 0.0, coarse_count - 1.0);

@@ -8,22 +8,23 @@
 
 namespace nav::render {
 
-/// Draws coarsely while the scene changes faster than an engine can follow, and in full once it is
-/// still. A coarse picture shows the same scene at the same moment: only rays and, where they are
-/// not enough, resolution are given up. Not thread-safe.
+/// Draws coarsely while the scene changes faster than an engine can follow, and in full once the
+/// scene is still. A coarse image shows the same scene at the same moment: it gives up only rays
+/// and, if that is not enough, resolution. Not thread-safe.
 class ProgressiveRenderer {
  public:
   struct Picture {
-    RenderedImage image;  ///< Of the size of the scene.
-    bool refined;         ///< Of the quality that was asked for.
+    RenderedImage image;  ///< Has the size of the scene.
+    bool refined;         ///< true: has the requested quality.
   };
 
-  /// The engine must outlive this. A bad option is a Bug.
+  /// The engine must outlive this. An invalid option is a Bug.
   ProgressiveRenderer(Engine& engine, const ProgressiveOptions& options = {});
 
-  /// The picture of a scene. now: when it is asked for, on any clock that does not run back.
+  /// Draws an image of a scene. now: time of the request, on any clock that does not run backwards.
   Result<Picture> draw(const Scene& scene, Timestamp now);
-  /// The last picture was coarse, and nothing else would make the next call draw: ask again.
+  /// True if the last image was coarse and no other event makes the next call draw: call draw()
+  /// again.
   [[nodiscard]] bool wants_refinement() const { return refinement_.wants_refinement(); }
 
  private:
@@ -31,8 +32,8 @@ class ProgressiveRenderer {
   Refinement refinement_;
 };
 
-/// A picture drawn with fewer pixels, brought to the size of the scene: bilinear between the places
-/// where its rays were.
+/// Enlarges an image with fewer pixels to the size of the scene: bilinear between the positions of
+/// its rays.
 RenderedImage enlarged(const RenderedImage& coarse, int width, int height);
 
 }  // namespace nav::render

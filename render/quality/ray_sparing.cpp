@@ -15,20 +15,21 @@ namespace {
 
 constexpr int kTileColumns = 8;
 constexpr int kTileRows = 8;
-constexpr int kTileSide = 13;  // Pixels: whole squares of a lattice of 4 and of 2.
-constexpr double kPixelErrors[] = {0.025, 0.012};  // What coarser ones err shows in few places.
+constexpr int kTileSide = 13;  // In pixels: whole squares of a lattice of 4 and of 2.
+constexpr double kPixelErrors[] = {0.025, 0.012};  // The errors of larger values show in few
+                                                   // positions only.
 
-// What the CPU engine takes, in volume samples: fitted to the process times of 252 sparse pictures
-// of 28 views, whose ratio to dense ones they say to 6 % (a standard deviation).
+// Costs of the CPU engine, in volume samples. Fitted to the process times of 252 sparse images of
+// 28 views; they predict the ratio to dense images to 6 % (a standard deviation).
 constexpr double kGradientSamples = 1.9;
 constexpr double kRaySamples = 20;
-constexpr double kMeanSamples = 9;  // A pixel without a ray.
-// Of rays that lie apart, which seldom find the same at the same depth.
-constexpr double kScattered = 1.2;  // A sample, over one of a dense picture.
+constexpr double kMeanSamples = 9;  // An interpolated pixel.
+// Costs of rays that lie apart: such rays seldom find the same at the same depth.
+constexpr double kScattered = 1.2;  // A sample, relative to one of a dense image.
 constexpr double kScatteredRaySamples = 35;
 
-/// A part of the picture about a pixel, at the picture's own resolution: turned towards it in
-/// perspective, which is the same rays but for their slant.
+/// A part of the image around a pixel, at the image's own resolution. In perspective the camera
+/// turns towards the pixel, which gives the same rays except for their slant.
 Scene tile_of(const Scene& scene, int tile) {
   Scene part = scene;
   const auto view =
@@ -39,7 +40,7 @@ Scene tile_of(const Scene& scene, int tile) {
   const Eigen::Vector3d eye = ray.origin + scene.ct->grid().origin_mm;
   part.camera.eye_ct.mm = eye;
   part.camera.look_at_ct.mm = eye + ray.direction;
-  part.camera.up_ct.v = view.up;  // Never along the ray.
+  part.camera.up_ct.v = view.up;  // Never parallel to the ray.
   part.width = part.height = kTileSide;
   const double share = static_cast<double>(kTileSide) / scene.height;
   part.camera.orthographic_height_mm *= share;
@@ -49,7 +50,8 @@ Scene tile_of(const Scene& scene, int tile) {
 
 PictureCost cost_of(const RenderStatistics& taken, const Quality& quality) {
   const bool dense = quality.pixel_error == 0;
-  // With those that the engine passed over: which these are depends on what it has drawn before.
+  // Includes the samples that the engine passed over: their number depends on what it has drawn
+  // before.
   const double samples = static_cast<double>(taken.volume_samples + taken.passed_samples) +
                          kGradientSamples * static_cast<double>(taken.gradient_samples);
   const double rays =
@@ -59,7 +61,7 @@ PictureCost cost_of(const RenderStatistics& taken, const Quality& quality) {
   return {(dense ? 1 : kScattered) * quality.step_voxels * samples / kPixels, rays / kPixels};
 }
 
-/// A tile, drawn.
+/// A tile after it was drawn.
 struct DrawnTile {
   Image2d<RgbaF> pixels;
   PictureCost cost;
@@ -94,7 +96,8 @@ Estimate error_of(const std::vector<DrawnTile>& spared, const std::vector<DrawnT
   return Estimate::of(squares);
 }
 
-/// Whether what sparing leaves of the cost is little enough, by more than chance in these places.
+/// Tests whether sparing rays leaves little enough of the cost, by more than chance in these
+/// positions.
 bool pays(const std::vector<DrawnTile>& spared, const std::vector<DrawnTile>& dense,
           double step_voxels) {
   std::vector<double> saved;
@@ -135,7 +138,7 @@ Result<std::vector<Sparing>> ray_sparings(Engine& engine, const Scene& scene, do
   for (const double pixel_error : kPixelErrors) {
     const auto spared = draw_tiles(engine, few, pixel_error);
     if (!spared) return spared.error();
-    // A smaller pixel error spares fewer.
+    // A smaller pixel error spares fewer rays.
     if (!pays(*spared, *dense, step_voxels)) break;
     found.push_back({pixel_error, error_of(*spared, *dense), mean_cost(*spared)});
   }

@@ -10,18 +10,20 @@
 
 namespace nav::render {
 
-/// Of the time of a picture with a ray for every pixel: at most what sparing rays has to leave.
+/// Sparing rays is worthwhile if it leaves at most this share of the time of an image with a ray
+/// for every pixel.
 inline constexpr double kSparingWorthwhile = 0.9;
 
-/// The mean of what was measured in a few places that lie far apart.
+/// The mean of measurements in a few positions that lie far apart.
 struct Estimate {
   double mean = 0;
-  double deviation = 0;  ///< Of the mean, standard; infinite for less than two values.
+  double deviation = 0;  ///< Standard deviation of the mean; infinite for fewer than two values.
 
   static Estimate of(std::span<const double> values);
 };
 
-/// Processor time of a picture, in volume samples a pixel: samples go with 1 / step, rays do not.
+/// Processor time of an image, in volume samples per pixel. Samples grow with 1 / step, rays do
+/// not.
 struct PictureCost {
   double samples_at_one_voxel = 0;
   double rays = 0;
@@ -30,17 +32,17 @@ struct PictureCost {
   }
 };
 
-/// What a pixel error does to the picture of a scene.
+/// The effect of a pixel error on the image of a scene.
 struct Sparing {
-  double pixel_error = 0;  ///< Of render::Quality; 0: a ray for every pixel.
-  Estimate error;          ///< Mean square between the pictures with and without.
+  double pixel_error = 0;  ///< See Quality; 0: a ray for every pixel.
+  Estimate error;          ///< Mean square difference from the image without it.
   PictureCost cost;        ///< Estimated for the CPU engine.
 };
 
-/// What sparing rays does to a scene without predicates: measured on small
-/// parts of the picture, at its own resolution. First a ray for every pixel, then only what is
-/// cheaper at that step by a tenth at least; nothing is drawn where no ray may be spared. Costs are
-/// counted, not timed, so that they are the same each time. Fails as the engine does.
+/// Measures the effect of sparing rays on a scene without predicates, on small parts of the image
+/// at its own resolution. The first result has a ray for every pixel. The others are only those
+/// that are cheaper at that step by at least a tenth. Draws nothing if no ray may be spared. Costs
+/// are counted, not timed, so that they are the same each time. Errors as in Engine::render().
 Result<std::vector<Sparing>> ray_sparings(Engine& engine, const Scene& scene, double step_voxels);
 
 }  // namespace nav::render

@@ -32,7 +32,7 @@ Refinement::Refinement(const ProgressiveOptions& options) : options_(options) {
             options.largest_factor);
 }
 
-/// The least that keeps to the budget where all pixels take so long.
+/// The least factor that keeps to the budget if all pixels take this long.
 int Refinement::small_factor(double all_pixels_s) const {
   int factor = options_.coarse_factor;
   while (factor < options_.largest_factor && all_pixels_s > options_.budget_s * factor * factor) {
@@ -41,7 +41,8 @@ int Refinement::small_factor(double all_pixels_s) const {
   return factor;
 }
 
-/// Makes a plan coarse. changed: since the picture before, which else stays as it is.
+/// Makes a plan coarse. changed: the scene has changed since the last image; otherwise the image
+/// keeps its number of pixels.
 void Refinement::give_up(Asked& asked, double whole_s, double dearer, bool changed) const {
   Plan& plan = asked.plan;
   double& pixel_error = plan.scene.quality.pixel_error;
@@ -71,10 +72,10 @@ Refinement::Plan Refinement::plan(const Scene& scene, Timestamp now) {
   Plan& plan = planned_->plan;
   const bool in_motion = needed && !is_still(now);
   plan.refined = !in_motion || whole_s <= options_.budget_s;
-  // However fast its rays are, a picture may have to wait for what its engine prepares.
+  // However fast the rays are, an image may have to wait while its engine prepares data.
   plan.scene.quality.provisional = in_motion && std::isfinite(options_.budget_s);
   if (!plan.refined) give_up(*planned_, whole_s, dearer, changed);
-  // What an engine may keep of the last picture says nothing about the cost of a new one.
+  // The cost of a new image cannot be learnt if the engine may have kept parts of the last one.
   planned_->anew = since_drawn(with_fewer_pixels(plan.scene, plan.factor)) == SceneChange::kView;
   return plan;
 }
@@ -87,7 +88,7 @@ void Refinement::drawn(double took_s, int factor, bool provisional) {
   drawn_ = std::exchange(planned_, std::nullopt);
   drawn_->plan.factor = factor;
   if (provisional) drawn_->plan.refined = false;
-  // Of another set nothing is known but what its view may cost.
+  // Only the expected cost of a view is known for another predicate set.
   if (!same_set) cost_s_ = {0, 0, 0, kAnotherSet * cost_s_[kOfView]};
   const double whole_s = cost_s_[drawn_->cost];
   if (drawn_->plan.refined) {

@@ -10,66 +10,67 @@
 
 namespace nav::render {
 
-/// When a picture may be coarse.
+/// Options that say when an image may be coarse.
 struct ProgressiveOptions {
-  double budget_s = 0.033;  ///< A whole picture that is expected to take no longer is never made
-                            ///< coarse; >= 0, infinite: none ever is.
-  /// quality.pixel_error of coarse pictures, in [0, 1]; 0: as the scene says.
+  double budget_s = 0.033;  ///< A whole image with at most this expected time is never
+                            ///< coarse; >= 0; infinite: no image is.
+  /// quality.pixel_error of coarse images, [0, 1]; 0: as in the scene.
   double coarse_pixel_error = 0.1;
-  /// Where that is not enough, they have 1 / this of the pixels per side, in [2, 8].
+  /// If that is not enough, a coarse image has 1 / coarse_factor of the pixels per side, [2, 8].
   int coarse_factor = 2;
-  /// And where that takes longer than the budget, down to 1 / this, in [coarse_factor, 8].
+  /// If that takes longer than the budget, it has down to 1 / largest_factor, [coarse_factor, 8].
   int largest_factor = 8;
-  double refine_after_s = 0.1;  ///< Without a change of anything but ultrasound pixels; >= 0.
+  double refine_after_s = 0.1;  ///< Time without changes other than ultrasound pixels; >= 0.
 };
 
-/// A scene as it is drawn with 1 / factor of its pixels per side.
+/// The scene with 1 / factor of its pixels per side.
 Scene with_fewer_pixels(Scene scene, int factor);
 
-/// Decides how the pictures of changing scenes are drawn so that they keep to a budget, learning
-/// from what each took: plan(), draw, drawn(). Headless pictures and windows share it; it knows no
-/// engine. Times are of one clock that does not run back. Not thread-safe.
+/// Decides how images of changing scenes are drawn within a time budget, and learns from the time
+/// that each took: plan(), draw, drawn(). Shared by headless images and windows; it knows no
+/// engine. All times are of one clock that does not run backwards. Not thread-safe.
 class Refinement {
  public:
-  /// The first pictures of another set of predicates are expected to take so many times as long as
-  /// those of the last one: OpenGL draws them from tables until the set has a program of its own,
-  /// and what the set itself costs is not known on any engine.
+  /// The first images of another predicate set are expected to take this many times as long as
+  /// those of the last one. OpenGL draws them from tables until the set has a program of its own,
+  /// and no engine knows the cost of the set itself in advance.
   static constexpr double kAnotherSet = 6;
-  /// What is believed of pictures that were not drawn in a movement, after it: one slow picture,
-  /// for whatever reason, is not held against the next ones for ever.
+  /// After a movement, the expected times of images that were not drawn during it are multiplied by
+  /// this, so that one slow image does not count against the next ones for ever.
   static constexpr double kFading = 0.8;
 
-  /// How a picture is drawn.
+  /// A plan for how to draw an image.
   struct Plan {
-    Scene scene;   ///< To draw; of the size that was asked for.
-    int factor;    ///< With 1 / this of its pixels per side; 1: all.
-    bool refined;  ///< Of the quality that was asked for, unless it comes out provisional.
+    Scene scene;   ///< The scene to draw, in the requested size.
+    int factor;    ///< Draw 1 / factor of the pixels per side; 1: all.
+    bool refined;  ///< true: the requested quality, unless provisional.
   };
 
-  /// A bad option is a Bug.
+  /// An invalid option is a Bug.
   explicit Refinement(const ProgressiveOptions& options = {});
 
-  /// How to draw a scene now.
+  /// Plans how to draw a scene now.
   [[nodiscard]] Plan plan(const Scene& scene, Timestamp now);
-  /// The last plan was carried out. took_s: rays alone; factor: what pixels were given up in truth;
-  /// provisional: so was the picture, which is then not of the quality that was asked for.
+  /// Reports that the last plan was carried out. took_s: time of the rays alone. factor: the factor
+  /// that was really used. provisional: the image was provisional, so it does not have the
+  /// requested quality.
   void drawn(double took_s, int factor, bool provisional = false);
-  /// The last picture was of the quality that was asked for.
+  /// True if the last image had the requested quality.
   [[nodiscard]] bool is_refined() const { return drawn_ && drawn_->plan.refined; }
-  /// The last picture was coarse, and nothing else would make the next one be drawn.
+  /// True if the last image was coarse and no other event makes the next one be drawn.
   [[nodiscard]] bool wants_refinement() const { return drawn_ && !drawn_->plan.refined; }
-  /// And by now it would be drawn in full.
+  /// True if, in addition, it would now be drawn in full.
   [[nodiscard]] bool wants_refinement(Timestamp now) const {
     return wants_refinement() && is_still(now);
   }
 
  private:
   struct Asked {
-    Scene scene;  ///< As it was asked for.
+    Scene scene;  ///< The requested scene.
     Plan plan;
-    std::size_t cost;  ///< Of cost_s_.
-    bool anew;         ///< Nothing of the picture before can have been kept.
-    bool sparse;       ///< Fewer rays than was asked for.
+    std::size_t cost;  ///< Index into cost_s_.
+    bool anew;         ///< true: no part of the last image can have been kept.
+    bool sparse;       ///< true: fewer rays than requested.
   };
 
   [[nodiscard]] bool is_still(Timestamp now) const {
@@ -83,11 +84,11 @@ class Refinement {
   std::optional<Asked> planned_;
   std::optional<Asked> drawn_;
   Timestamp changed_{};
-  /// What the last whole picture took, by how much it differed from the picture before.
+  /// Time of the last whole image, by its SceneChange from the image before.
   std::array<double, 4> cost_s_{};
-  double sparse_share_ = 0;  ///< Of that, what fewer rays took; 0: not known.
-  /// What the last picture with fewer pixels would have taken with all of them, by their number;
-  /// 0: not known.
+  double sparse_share_ = 0;  ///< Share of that time that fewer rays took; 0: unknown.
+  /// Time that the last image with fewer pixels would have taken with all of them, by their number;
+  /// 0: unknown.
   double all_pixels_s_ = 0;
 };
 

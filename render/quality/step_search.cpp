@@ -16,24 +16,26 @@ namespace nav::render {
 namespace {
 
 constexpr double kRays = 4096;
-constexpr double kCoarsest = 4;  // Voxels.
+constexpr double kCoarsest = 4;  // In voxels.
 constexpr double kFinest = 1.0 / 16;
-constexpr double kReferencePart = 1.0 / 4;  // Of the step that is measured.
-constexpr double kMostFalls = 0.5;          // Of first order.
-// Errors lie at few edges, as a rule: as many rays as make what they say of the rms this certain (a
-// standard deviation), but no more than these, or this part of the picture's.
+constexpr double kReferencePart = 1.0 / 4;  // Reference step, as a share of the measured step.
+constexpr double kMostFalls = 0.5;          // The value for first order.
+// Errors usually lie at few edges. So rays are added until the estimated rms has the relative
+// standard deviation kScatter, up to kMostRays or the share kMostOfPicture of the image's pixels.
 constexpr double kScatter = 0.04;
-constexpr double kEnough = 1.4;  // Of it: more rays would not change much.
-constexpr double kMoreRays = 4;  // Times as many at once: few rays know their scatter badly.
+constexpr double kEnough = 1.4;  // Times kScatter: more rays would not change much.
+constexpr double kMoreRays = 4;  // Largest factor at once: few rays estimate their scatter badly.
 constexpr double kMostRays = 128 * 128;
 constexpr double kMostOfPicture = 1.0 / 8;
-constexpr double kRoomDeviations = 3;  // Of what was estimated: edges scatter more than rays say.
-constexpr int kTries = 2;              // Between two steps.
-constexpr double kNear = 0.05;         // So close to what is aimed at, no other step is tried.
-// Of what is asked for, at least: where 8 bits alone err by more, no step reaches it.
+constexpr double kRoomDeviations = 3;  // Safety margin, in standard deviations of an estimate:
+                                       // edges scatter more than rays show.
+constexpr int kTries = 2;              // Number of tries between two steps.
+constexpr double kNear = 0.05;         // Within this share of the goal no other step is tried.
+// Least share of the requested rms that the step may use. If rounding to 8 bits leaves less, no
+// step reaches the request.
 constexpr double kLeastShare = 0.5;
 
-/// The CT of a scene with what stands in it, and what is cut free of it, as it is.
+/// The CT of a scene with the objects that stand in it and its cutaway, unchanged.
 Scene ct_cut_open(const Scene& scene) {
   Scene cut = scene;
   cut.predicates.reset();
@@ -42,15 +44,15 @@ Scene ct_cut_open(const Scene& scene) {
   return cut;
 }
 
-/// Whether the CT errs in another way where something stands in it: edges of a cutaway, and means
-/// and extremes of rays that end at a picture.
+/// True if the CT has other errors when objects stand in it: at edges of a cutaway, and in means
+/// and extremes of rays that end at an ultrasound image.
 bool errs_as_it_stands(const Scene& scene) {
   if (scene.projection != Projection::kComposite) return scene.plane.has_value();
   return scene.cutaway &&
          !(scene.cutaway->meshes.empty() && spec::make_cutaway(scene, false).empty());
 }
 
-/// In few pixels.
+/// The scene with fewer pixels.
 Scene few_rays(const Scene& scene, double rays) {
   Scene few = scene;
   const double across = static_cast<double>(scene.width) / scene.height;
@@ -62,14 +64,14 @@ Scene few_rays(const Scene& scene, double rays) {
   return few;
 }
 
-/// A step, and how much pictures with it err.
+/// A step, and the error of images that are drawn with it.
 struct Measured {
   double step_voxels = 0;
-  double rms = 0;      ///< Before they are rounded to 8 bits.
+  double rms = 0;      ///< Before rounding to 8 bits.
   double scatter = 0;  ///< Relative standard deviation of rms.
 };
 
-/// Of two pictures of one size.
+/// Measures the error of an image against another image of the same size.
 Measured measured(double step_voxels, const Image2d<RgbaF>& picture, const Image2d<RgbaF>& truth) {
   std::vector<double> squares(truth.pixels().size());
   for (std::size_t i = 0; i < squares.size(); ++i) {
@@ -82,7 +84,8 @@ Measured measured(double step_voxels, const Image2d<RgbaF>& picture, const Image
   return {step_voxels, std::sqrt(found.mean), found.deviation / (2 * found.mean)};
 }
 
-/// What rounding a picture to 8 bits errs: nothing where all is background that they can hold.
+/// Error of rounding an image to 8 bits; 0 if it holds only background that 8 bits represent
+/// exactly.
 double rounding_rms(const Image2d<RgbaF>& picture) {
   std::vector<RgbaF> rounded;
   const Image2d<Rgba8> bytes = to_8bit(picture);
@@ -93,7 +96,8 @@ double rounding_rms(const Image2d<RgbaF>& picture) {
   return rms_difference({picture.width(), picture.height(), std::move(rounded)}, picture);
 }
 
-/// Where errors that follow a power of the step pass an error; fine itself where they do not.
+/// The step at which the error reaches rms, if errors follow a power of the step between two steps.
+/// Returns fine if the errors of the two do not enclose rms.
 Measured between(const Measured& coarse, const Measured& fine, double rms) {
   if (!(fine.rms > 0 && fine.rms < rms && rms < coarse.rms)) return fine;
   const double share = std::log(rms / fine.rms) / std::log(coarse.rms / fine.rms);
@@ -101,7 +105,7 @@ Measured between(const Measured& coarse, const Measured& fine, double rms) {
           fine.scatter};
 }
 
-/// Pictures of a number of rays.
+/// Draws images with a given number of rays.
 class Pictures {
  public:
   Pictures(Engine& engine, const Scene& scene, double rays)
@@ -113,7 +117,8 @@ class Pictures {
     if (!image) return image.error();
     return std::move(image->pixels);
   }
-  /// What the others are measured against: no ray ends early, no cells are taken as one.
+  /// Draws the image that others are measured against: no ray ends early, and no cells are taken as
+  /// one.
   Result<void> draw_truth(double step_voxels) {
     const Quality quality = few_.quality;
     few_.quality.opaque_at = 1;
@@ -126,8 +131,8 @@ class Pictures {
     return {};
   }
   [[nodiscard]] double rounding() const { return rounding_rms(truth_); }
-  /// step_voxels: greater than the truth's, by which the picture was drawn. falls: see
-  /// StepSearch::falls_.
+  /// Measures an image that was drawn with step_voxels, which must be greater than the truth's
+  /// step. falls: see StepSearch::falls_.
   [[nodiscard]] Measured against_truth(double step_voxels, const Image2d<RgbaF>& picture,
                                        double falls) const {
     Measured found = measured(step_voxels, picture, truth_);
@@ -147,13 +152,14 @@ class Pictures {
   double truth_voxels_ = 0;
 };
 
-/// The coarsest step found whose picture errs no more than wanted, and what was known of others.
+/// The measured steps, from which the coarsest step for an error is found.
 class Ladder {
  public:
   [[nodiscard]] bool empty() const { return measured_.empty(); }
-  /// By interpolation; finer than all, down to kFinest, where they err more. Where errors rise and
-  /// fall, the finest: the coarsest of several that err as little by what few rays say often is
-  /// one that they flatter.
+  /// The step for an error, by interpolation. If all steps err more, it is finer than all of them,
+  /// down to kFinest. If errors rise and fall with the step, it lies next to the finest step that
+  /// errs too much: if several steps reach the error, few rays often underestimate the coarsest of
+  /// them.
   [[nodiscard]] Measured at(double rms) const {
     const auto too_coarse = std::find_if(measured_.rbegin(), measured_.rend(),
                                          [&](const Measured& one) { return one.rms > rms; });
@@ -176,7 +182,8 @@ class Ladder {
       measured_.insert(at, one);
     }
   }
-  /// The greatest: at which step the few rays meet an edge that errs much is chance.
+  /// The greatest scatter of all steps: it is chance at which step the few rays meet an edge with a
+  /// large error.
   [[nodiscard]] double scatter() const {
     double greatest = 0;
     for (const Measured& one : measured_) greatest = std::max(greatest, one.scatter);
@@ -187,18 +194,18 @@ class Ladder {
   }
 
  private:
-  std::vector<Measured> measured_;  ///< From coarse to fine.
+  std::vector<Measured> measured_;  ///< In order from coarse to fine.
 };
 
-/// The error that a step may have so that the whole surely errs by no more than rms: the mean
-/// squares of the step, of rounding and of sparing are added.
+/// The error that is left for the step if the total error must not exceed rms. The mean squares of
+/// the step, of rounding and of sparing add up.
 double left_for_step(double rms, double rounding, const Sparing& sparing, double scatter) {
   const double shown = std::max(rms * rms - rounding * rounding, std::pow(kLeastShare * rms, 2));
   const double spared = sparing.error.mean + kRoomDeviations * sparing.error.deviation;
   return std::sqrt(std::max(shown - spared, 0.0)) / (1 + kRoomDeviations * scatter);
 }
 
-/// One search.
+/// A search for one scene.
 class StepSearch {
  public:
   StepSearch(Engine& engine, const Scene& scene, double rms)
@@ -219,10 +226,10 @@ class StepSearch {
   }
 
  private:
-  /// Errors of cells that are taken as one need not fall with the step.
+  /// False if cells are taken as one: their errors need not fall with the step.
   [[nodiscard]] bool falls_with_step() const { return scene_.quality.adaptive_error == 0; }
-  /// The truth's step for that of a picture; finer than all that may be tried where errors of two
-  /// steps say nothing of a third.
+  /// The truth's step for an image with a step. If the errors of two steps say nothing about a
+  /// third, it is finer than any step that may be tried.
   [[nodiscard]] double truth_voxels(double step_voxels) const {
     return kReferencePart * (falls_with_step() ? step_voxels : kFinest);
   }
@@ -233,7 +240,8 @@ class StepSearch {
     return {found.step_voxels, rms, rms <= rms_, sparing_.pixel_error};
   }
 
-  /// Steps that are halved until the picture changes little. No ladder: it never does.
+  /// Halves the step until the image changes little. Leaves the ladder empty if the first two
+  /// images are equal.
   Result<void> look_over() {
     std::vector<Image2d<RgbaF>> drawn;
     double step = kCoarsest;
@@ -250,7 +258,8 @@ class StepSearch {
     }
     if (auto ok = pictures_.draw_truth(truth_voxels(2 * step)); !ok) return ok.error();
     rounding_ = pictures_.rounding();
-    // (1 - falls^2) / (1 - falls), since the truth's step is a quarter.
+    // seen / change = (1 - falls^2) / (1 - falls) = 1 + falls, because the truth has a quarter of
+    // the step.
     const double seen = pictures_.against_truth(2 * step, *std::prev(drawn.end(), 2), 0).rms;
     if (change > 0 && falls_with_step()) falls_ = std::clamp(seen / change - 1, 0.0, kMostFalls);
     step = kCoarsest;
@@ -261,9 +270,11 @@ class StepSearch {
     return {};
   }
 
-  /// The pixel error that makes the picture cheapest.
+  /// Chooses the pixel error that makes the image cheapest.
   Result<void> choose_sparing(double step_voxels) {
-    if (scene_.projection != Projection::kComposite) return {};  // Hardly a ray is like the next.
+    if (scene_.projection != Projection::kComposite)
+      return {};  // Hardly any ray equals its
+                  // neighbour.
     const auto all = ray_sparings(engine_, scene_, step_voxels);
     if (!all) return all.error();
     double least = 0;
@@ -277,7 +288,7 @@ class StepSearch {
     return {};
   }
 
-  /// More of them as long as what they say of the step scatters too much.
+  /// Casts more rays as long as their error for the step scatters too much.
   Result<void> take_enough_rays(Measured& rough) {
     const double pixels = static_cast<double>(scene_.width) * scene_.height;
     const double most = std::min(pixels, std::max(kMostRays, kMostOfPicture * pixels));
@@ -297,7 +308,7 @@ class StepSearch {
     return {};
   }
 
-  /// Errors are no smooth function of the step: what was interpolated is drawn.
+  /// Draws and measures interpolated steps, because errors are not a smooth function of the step.
   Result<Measured> narrow_down(Measured found) {
     for (int i = 0; i < kTries; ++i) {
       scatter_ = std::max(scatter_, found.scatter);
@@ -319,9 +330,9 @@ class StepSearch {
   Ladder ladder_;
   double rounding_ = 0;
   double scatter_ = 0;
-  /// The error of half a step over that of the step, as far as both err alike: 1/4 where cells are
-  /// integrated to second order; 0 where errors of two steps have nothing to do with each other.
-  /// By so much of its error a picture differs less from a truth that errs too.
+  /// Error of half a step divided by the error of the step, as far as the two errors are alike: 1/4
+  /// for cells that are integrated to second order, 0 for unrelated errors. The truth has an error
+  /// too, and an image differs less from it by this share of its own error.
   double falls_ = 0;
   Sparing sparing_;
 };

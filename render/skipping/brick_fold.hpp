@@ -13,8 +13,8 @@
 
 namespace nav::render {
 
-/// What is found of the voxels of each brick: join(join(neutral, voxel), …). Joined values are
-/// joined again, so join has to be associative and commutative on them.
+/// A fold over the voxels of each brick: join(join(neutral, voxel), …). Joined values are joined
+/// again, so join must be associative and commutative on them.
 template <class T, class Join>
 struct BrickFold {
   T neutral;
@@ -24,9 +24,9 @@ struct BrickFold {
 template <class T, class Join>
 BrickFold(T, Join, std::vector<T>&) -> BrickFold<T, Join>;
 
-/// Folds over bricks of edge voxels and the first ones of their neighbours (the last brick of an
-/// axis has what is left), in one pass over voxels, i fastest. threads: 0: all cores. Returns how
-/// many bricks there are along each axis.
+/// Folds over bricks of \p edge voxels a side and the first voxels of their neighbours; the last
+/// brick of an axis has the remaining voxels. One pass over the voxels, i fastest. threads 0: all
+/// cores. Returns the number of bricks along each axis.
 template <class Voxel, class... Folds>
 Eigen::Vector3i fold_bricks(const Voxel* voxels, const std::array<int, 3>& size, int edge,
                             int threads, const Folds&... folds) {
@@ -38,8 +38,8 @@ Eigen::Vector3i fold_bricks(const Voxel* voxels, const std::array<int, 3>& size,
   const std::size_t width = size_of(size[0]);
   (folds.bricks.resize(size_of(count(0)) * size_of(count(1)) * size_of(count(2))), ...);
   for_each_index(count(2), threads, [&](int bz) {
-    // Of each column of voxels through a row of bricks first: the compiler turns long rows into
-    // vector instructions, short ones not.
+    // First folds each column of voxels through a row of bricks: the compiler turns long rows into
+    // vector instructions, but not short ones.
     auto columns = std::tuple(std::vector(width, folds.neutral)...);
     const auto for_each_fold = [&](const auto& visit) {
       std::apply([&](auto&... column) { (visit(folds, column), ...); }, columns);

@@ -18,7 +18,7 @@
 namespace nav::render {
 namespace {
 
-/// The entries of a table that a range of whole HU touches, as TransferTable::visible() widens it.
+/// The entries of a table that a range of whole HU touches, widened as in TransferTable::visible().
 class TouchedEntries {
  public:
   explicit TouchedEntries(const TransferTable& table)
@@ -36,7 +36,7 @@ std::uint8_t importance_byte(float importance) {
   return static_cast<std::uint8_t>(exact < 1 ? std::ceil(exact * 254) : 255);
 }
 
-/// Greatest importance of 2^level entries from i on, level by level.
+/// Computes the greatest importance of 2^level entries from i on, level by level.
 std::vector<std::vector<std::uint8_t>> importance_levels(const TransferTable& table) {
   const std::size_t size = as_size(table.size());
   std::vector<std::vector<std::uint8_t>> levels(1, std::vector<std::uint8_t>(size));
@@ -53,7 +53,7 @@ std::vector<std::vector<std::uint8_t>> importance_levels(const TransferTable& ta
   return levels;
 }
 
-/// Turns a row of 0 and 255 into the distance to its nearest 0, at most 255.
+/// Turns a row of 0 and 255 into distances to the nearest 0, at most 255.
 void spread_row(std::uint8_t* row, int count) {
   if (std::memchr(row, 0, as_size(count)) == nullptr) return;
   int near = 255;
@@ -67,7 +67,7 @@ void spread_row(std::uint8_t* row, int count) {
   }
 }
 
-/// Bricks with a border of 255 around them: no pass of chebyshev() sees an end.
+/// Bricks with a border of 255 around them, so that no pass of chebyshev() meets an end.
 class Bordered {
  public:
   Bordered(const Eigen::Vector3i& n, const std::vector<std::uint8_t>& bricks)
@@ -80,8 +80,8 @@ class Bordered {
     });
   }
 
-  /// Every row takes what the four rows around it that lie before it (sign 1: less y or z) or
-  /// behind it (-1) are nearer to, in that order of rows.
+  /// Lowers every row to one more than the least of the four rows around it that lie before it
+  /// (sign 1: less y or z) or behind it (-1). Visits the rows in that order.
   void pass(int sign) {
     const std::ptrdiff_t along_y = sign * (n_.x() + 2);
     const std::ptrdiff_t along_z = along_y * (n_.y() + 2);
@@ -100,7 +100,7 @@ class Bordered {
   }
 
  private:
-  /// The first brick of a row.
+  /// The address of the first brick of a row.
   std::uint8_t* row_at(int y, int z) {
     return bytes_.data() + (as_size(z + 1) * as_size(n_.y() + 2) + as_size(y + 1)) * near_.size() +
            1;
@@ -114,7 +114,7 @@ class Bordered {
     }
   }
 
-  /// row: with its border.
+  /// row: includes its border.
   void take_nearest(std::uint8_t* row, std::ptrdiff_t along_y, std::ptrdiff_t along_z) {
     const int width = n_.x() + 2;
     std::uint8_t* near = near_.data();
@@ -135,9 +135,10 @@ class Bordered {
   std::vector<std::uint8_t> near_;
 };
 
-/// Turns 0 and 255 into the Chebyshev distance to the nearest 0, at most 255, by two passes over
-/// all neighbours, which are exact for this metric (Rosenfeld and Pfaltz 1966): the steps of a
-/// shortest way may be sorted into those along x, those of the first pass, those of the second.
+/// Turns 0 and 255 into the Chebyshev distance to the nearest 0, at most 255. Two passes over all
+/// neighbours are exact for this metric (Rosenfeld and Pfaltz 1966), because the steps of a
+/// shortest path may be sorted: first those along x, then those of the first pass, then those of
+/// the second.
 void chebyshev(const Eigen::Vector3i& n, std::vector<std::uint8_t>& d) {
   Bordered bordered(n, d);
   bordered.pass(1);
@@ -145,7 +146,7 @@ void chebyshev(const Eigen::Vector3i& n, std::vector<std::uint8_t>& d) {
   bordered.copy_to(d);
 }
 
-/// Ranges of cubes of so many voxels along an edge.
+/// Ranges of HU of cubes with edge voxels along each side.
 BrickGrid make_ranges(const Volume& volume, int edge, int threads) {
   using Limits = std::numeric_limits<std::int16_t>;
   const auto& size = volume.grid().size;
@@ -156,17 +157,17 @@ BrickGrid make_ranges(const Volume& volume, int edge, int threads) {
   return grid;
 }
 
-/// Whether ranges of HU may show something. The table must outlive it.
+/// Tests whether ranges of HU may show something. The table must outlive it.
 class Visibility {
  public:
   explicit Visibility(const TransferTable& table)
       : before_(table.visible_before()), entries_(table), intervals_(visible_intervals(table)) {}
 
-  /// shows: for each of the ranges [from, to), 1 or 0, from its first on.
+  /// Writes 1 or 0 to shows for each of the ranges [from, to).
   void of(const BrickGrid& ranges, std::size_t from, std::size_t to, std::uint8_t* shows) const {
     const std::int16_t* low = ranges.low.data();
     const std::int16_t* high = ranges.high.data();
-    if (intervals_.size() == 1) {  // Most transfer functions; compiled to vector instructions.
+    if (intervals_.size() == 1) {  // Most transfer functions. Compiled to vector instructions.
       const auto [least_high, greatest_low] = intervals_.front();
       for (std::size_t b = from; b < to; ++b) {
         const bool visible = (high[b] >= least_high) & (low[b] <= greatest_low);
@@ -187,14 +188,14 @@ class Visibility {
   std::vector<VisibleInterval> intervals_;
 };
 
-/// Adds bits of visible_parts() to a row of bricks: those of a row of parts, bit and bit + 1.
+/// Adds the bits of a row of parts, bit and bit + 1 of visible_parts(), to a row of bricks.
 void add_parts(const std::uint8_t* shows, int parts, unsigned bit, std::uint8_t* bricks) {
   const int pairs = parts / 2;
   for (int x = 0; x < pairs; ++x) {
     const unsigned two = shows[2 * x] | static_cast<unsigned>(shows[2 * x + 1]) << 1;
     bricks[x] = static_cast<std::uint8_t>(bricks[x] | two << bit);
   }
-  if (parts % 2 != 0) {  // No sample lies in the other part of the last brick.
+  if (parts % 2 != 0) {  // The other part of the last brick holds no sample.
     bricks[pairs] =
         static_cast<std::uint8_t>(bricks[pairs] | static_cast<unsigned>(shows[parts - 1]) << bit);
   }
@@ -262,7 +263,7 @@ std::vector<std::uint8_t> visible_parts(const BrickGrid& parts, const BrickGrid&
       const std::size_t first = as_size((z * bricks.count.y() + y) * bricks.count.x());
       const std::uint8_t* begin = hidden.data() + first;
       std::uint8_t* row = out.data() + first;
-      // Nothing is asked of the parts before the first occupied brick and behind the last.
+      // Parts before the first and after the last occupied brick are not tested.
       const auto [from, to] = occupied_span(begin, bricks.count.x());
       const int count = std::min(2 * to, parts.count.x()) - 2 * from;
       for (unsigned bit = 0; bit < 8 && from < to; bit += 2) {

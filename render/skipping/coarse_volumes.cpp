@@ -12,8 +12,8 @@
 namespace nav::render {
 namespace {
 
-constexpr int kFewestVoxels = 16;  // Of an axis that loses any.
-constexpr int kMostHalved = 384;   // Of one that keeps every second.
+constexpr int kFewestVoxels = 16;  // Shorter axes keep all voxels.
+constexpr int kMostHalved = 384;   // Axes up to this size keep every second voxel.
 
 int stride_of(int n) {
   if (n < kFewestVoxels) return 1;
@@ -77,7 +77,7 @@ Scene CoarseVolumes::of(const Scene& scene, const PredicateSet& set) {
   return out;
 }
 
-/// What is not asked for, and never was, is not offered.
+/// Coarsens the features that the set reads, or has read before. Others are not offered.
 void CoarseVolumes::coarsen_features(const PredicateSet& set, Features& offered) {
   const auto asks_for = [&](const Volume* codes) {
     return std::any_of(set.channels().begin(), set.channels().end(),

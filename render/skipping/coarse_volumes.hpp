@@ -11,24 +11,24 @@
 
 namespace nav::render {
 
-/// A picture may wait for so much to be sent to a device or copied in memory: some 5 to 20 ms. More
-/// is done in parts of this, each with a picture of CoarseVolumes.
+/// Bytes that an image may wait for while they are sent to a device or copied in memory: about 5 to
+/// 20 ms. Larger work is done in parts of this size, and each part shows an image of CoarseVolumes.
 inline constexpr std::size_t kBytesAPicture = std::size_t{16} << 20U;
 
-/// The grid of every second voxel along each axis, from the first one on; of every fourth along
-/// axes of more than 384, and of all along those of fewer than 16. An axis ends a voxel early where
-/// only the smaller grid's size would be a power of two: Mesa's software rasteriser would compile
-/// anew for its textures.
+/// The grid of every second voxel along each axis, from the first one on. Axes of more than 384
+/// voxels keep every fourth voxel, and axes of fewer than 16 keep all. An axis ends one voxel early
+/// if only the coarse size would be a power of two: Mesa's software rasteriser would compile anew
+/// for its textures.
 VoxelGrid coarse_grid(const VoxelGrid& grid);
 
-/// Scenes by predicates with the voxels of coarse_grid() of what their sets read: an eighth of the
-/// bytes, a 64th of those of large volumes. Voxels, not means: predicates are as often true of them
-/// as of the volume. What was made is kept as long as scenes offer what it was made of. Internal to
-/// render/.
+/// Makes scenes by predicates with the voxels of coarse_grid() of everything that their predicate
+/// sets read: an eighth of the bytes, a 64th for large volumes. It keeps voxels instead of means,
+/// so that predicates are true for them as often as for the volume. Results are kept as long as
+/// scenes offer their originals. Internal to render/.
 class CoarseVolumes {
  public:
-  /// The scene, which is drawn by predicates, with the set that was made of it. The same step in
-  /// voxels, so the cells are two or four times as long.
+  /// The coarse scene. scene: is drawn by predicates. set: the predicate set made from it. The step
+  /// in voxels stays the same, so cells are two or four times as long.
   Scene of(const Scene& scene, const PredicateSet& set);
   void release();
 
@@ -47,7 +47,7 @@ class CoarseVolumes {
 
   std::shared_ptr<const Volume> volume_;
   std::shared_ptr<const Volume> coarse_;
-  std::map<const Volume*, CoarseFeature> features_;  ///< By their codes.
+  std::map<const Volume*, CoarseFeature> features_;  ///< Keyed by their codes.
   std::optional<CoarseLabels> labels_;
 };
 

@@ -104,7 +104,7 @@ std::vector<KnownAround> known_around(const Eigen::Vector3i& count,
     known[b] = {importances[b], sure, sure | static_cast<std::uint32_t>(leaves.open[b])};
   }
   std::size_t stride = 1;
-  for (int axis = 0; axis < 3; ++axis) {  // A box is taken apart into its axes.
+  for (int axis = 0; axis < 3; ++axis) {  // A box is processed axis by axis.
     const std::vector<KnownAround> before = known;
     const auto n = static_cast<std::size_t>(count[axis]);
     for (std::size_t b = 0; b < known.size(); ++b) {

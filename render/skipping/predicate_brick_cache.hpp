@@ -10,27 +10,27 @@
 
 namespace nav::render {
 
-/// What is known of the bricks of a volume for the set that is drawn. Ranges of channels stay as
-/// long as anything holds their voxels, those of labels while they are asked for; leaves are
-/// classified anew when one of them is another.
+/// Knowledge about the bricks of a volume for the drawn predicate set. Ranges of channels stay as
+/// long as anything holds their voxels; ranges of labels stay while they are read. Leaves are
+/// classified again if one of them changes.
 class PredicateBrickCache {
  public:
-  /// Whether leaves are classified for that set already.
+  /// True if the leaves are already classified for a predicate set.
   [[nodiscard]] bool knows(const PredicateSet& set) const;
-  /// True: leaves were classified anew. threads: 0: all cores.
+  /// Classifies the leaves if needed; true: they were classified again. threads 0: all cores.
   bool update(const PredicateSet& set, int threads);
-  /// Channels of a set whose ranges update() would have to find first.
+  /// Number of channels of a predicate set whose ranges update() would have to find first.
   [[nodiscard]] std::size_t missing_channels(const PredicateSet& set) const;
-  /// Finds the ranges of one of them beforehand; false: there is none.
+  /// Finds the ranges of one missing channel beforehand; false: none is missing.
   bool prepare_channel(const PredicateSet& set, int threads);
 
   [[nodiscard]] const LeafBricks& leaves() const { return leaves_; }
-  /// Of the volume.
+  /// The grid of the volume.
   [[nodiscard]] const BrickGrid& grid() const { return channels_.at(volume_).bricks.range; }
 
  private:
   struct Known {
-    std::weak_ptr<const Volume> codes;  ///< As long as they live, their address is their own.
+    std::weak_ptr<const Volume> codes;  ///< While they live, their address is unique.
     ChannelBricks bricks;
   };
   void forget_channels_of_the_past();
@@ -45,15 +45,15 @@ class PredicateBrickCache {
   LeafBricks leaves_;
 };
 
-/// For every brick the Chebyshev distance, in bricks, to the nearest one of an importance > 0.
+/// For every brick: the Chebyshev distance, in bricks, to the nearest brick with an importance > 0.
 std::vector<std::uint8_t> visible_distances(const BrickGrid& grid,
                                             const std::vector<double>& importances);
 
-/// What is known of a brick and of all that touch it, also at an edge or a corner.
+/// Knowledge about a brick and all bricks that touch it, also at an edge or a corner.
 struct KnownAround {
-  double importance;   ///< The greatest.
+  double importance;   ///< The greatest importance of all of them.
   std::uint32_t sure;  ///< Leaves that are true in all of them.
-  std::uint32_t some;  ///< Leaves that may be true in one of them.
+  std::uint32_t some;  ///< Leaves that may be true in at least one of them.
 };
 std::vector<KnownAround> known_around(const Eigen::Vector3i& count,
                                       const std::vector<double>& importances,

@@ -15,13 +15,14 @@
 namespace nav::render {
 namespace {
 
-/// More than single precision takes from an interpolated code, an index and what follows of them.
+/// Larger than the error of single precision in an interpolated code, an index and values derived
+/// from them.
 constexpr double kCodeSlack = 0.05;
 constexpr double kIndexSlack = 0.01;
-/// More than it takes from offset + scale · code, as a share of the greatest such value.
+/// Larger than its error in offset + scale · code, as a share of the greatest such value.
 constexpr double kValueSlack = 4.0 / (1 << 23);
 
-/// Where and what one brick is.
+/// Reads the position and the values of one brick.
 class BrickReader {
  public:
   BrickReader(const PredicateSet& set, const std::vector<const ChannelBricks*>& channels,
@@ -55,7 +56,7 @@ class BrickReader {
       const PredicateSet::Channel& channel = set_.channels()[i];
       const ChannelBricks& bricks = *channels_[i];
       if (bricks.range.low[b] > bricks.range.high[b])
-        return Truth::kFalse;  // Undefined, all of it.
+        return Truth::kFalse;  // Undefined everywhere.
       const double low = channel.offset + channel.scale * (bricks.range.low[b] - kCodeSlack);
       const double high = channel.offset + channel.scale * (bricks.range.high[b] + kCodeSlack);
       const double greatest = std::max({std::abs(low), std::abs(high), std::abs(channel.offset)});
@@ -80,7 +81,7 @@ ChannelBricks channel_bricks(const PredicateSet::Channel& channel, int threads) 
   if (!channel.has_undefined) return {make_brick_grid(*channel.codes, threads), {}};
   using Limits = std::numeric_limits<std::int16_t>;
   constexpr std::int16_t kUndefined = FeatureVolume::kUndefined;
-  // No code is less than an undefined one, so that the greatest needs no care.
+  // No code is less than the undefined one, so the greatest code needs no special case.
   static_assert(kUndefined == Limits::min());
   const auto least_defined = [](std::int16_t least, std::int16_t code) {
     return std::min(least, code == kUndefined ? Limits::max() : code);
@@ -117,7 +118,7 @@ LeafBricks leaf_bricks(const PredicateSet& set, const std::vector<const ChannelB
   const std::size_t slice = as_size(n.x() * n.y());
   for_each_index(n.z(), threads, [&](int z) {
     for (std::size_t b = as_size(z) * slice; b < as_size(z + 1) * slice; ++b) {
-      // Rounding cannot brighten what is black by more than the slack.
+      // Rounding cannot brighten a black value by more than the slack.
       const double most = channels[0]->range.high[b] + kCodeSlack;
       out.dark[b] = volume.offset + volume.scale * most <= 0 ? 1 : 0;
       if (out.dark[b] != 0) continue;
@@ -139,7 +140,7 @@ std::vector<double> brick_importances(const PredicateSet& set, const LeafBricks&
   constexpr std::size_t kChunk = 4096;
   const auto chunks = static_cast<int>((out.size() + kChunk - 1) / kChunk);
   for_each_index(chunks, threads, [&](int chunk) {
-    // Few combinations occur.
+    // Only few combinations occur.
     std::unordered_map<std::uint64_t, double> seen;
     std::vector<Truth> truths(set.leaves().size());
     const std::size_t end = std::min(out.size(), (as_size(chunk) + 1) * kChunk);

@@ -11,32 +11,33 @@
 
 namespace nav::render {
 
-/// Ranges of one channel in every brick, in codes. Order as in BrickGrid, with its apron.
+/// Ranges of one channel in every brick, in codes. Order and apron as in BrickGrid.
 struct ChannelBricks {
-  BrickGrid range;                      ///< Of the voxels that have a value; low > high: none has.
-  std::vector<std::uint8_t> undefined;  ///< Some voxel has no value; empty: nowhere.
+  BrickGrid range;                      ///< Range of the defined voxels; low > high: none.
+  std::vector<std::uint8_t> undefined;  ///< 1: some voxel is undefined; empty: no brick has any.
 };
 ChannelBricks channel_bricks(const PredicateSet::Channel& channel, int threads);
 
-/// Labels of every brick: bits of any voxel, and of all.
+/// Labels of every brick: the bits of any voxel, and the bits of all voxels.
 struct LabelBricks {
   std::vector<std::uint32_t> any;
   std::vector<std::uint32_t> all;
 };
 LabelBricks label_bricks(const LabelVolume& labels, int threads);
 
-/// What is known of the leaves of a set in every brick.
+/// Truth of the leaves of a predicate set in every brick.
 struct LeafBricks {
   std::vector<std::int32_t> sure;  ///< Bits of leaves that are true for all samples.
   std::vector<std::int32_t> open;  ///< Bits of leaves that are not decided.
-  std::vector<std::uint8_t> dark;  ///< No sample has any intensity.
+  std::vector<std::uint8_t> dark;  ///< 1: no sample has any intensity.
 };
-/// channels: one for each of the set's; labels: null where the set needs none. Ranges are widened
-/// by what single precision may round, so that a decided leaf is decided there too.
+/// Classifies the leaves in every brick. channels: one for each channel of the set. labels: null if
+/// the set needs none. Ranges are widened by the rounding of single precision, so that a leaf that
+/// is decided here is decided there too.
 LeafBricks leaf_bricks(const PredicateSet& set, const std::vector<const ChannelBricks*>& channels,
                        const LabelBricks* labels, int threads);
 
-/// The greatest importance of every brick; 0: nothing is visible.
+/// The greatest importance in every brick; 0: nothing is visible.
 std::vector<double> brick_importances(const PredicateSet& set, const LeafBricks& leaves,
                                       int threads);
 

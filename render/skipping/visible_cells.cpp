@@ -17,8 +17,8 @@ namespace {
 
 constexpr int kWordBits = 32;
 constexpr int kCellsAtOnce = 8;
-/// More intervals of visible values than this are joined, those nearest to each other first: some
-/// cells are then visible in vain.
+/// The largest number of intervals of visible values. Beyond it the nearest neighbours are joined;
+/// some cells then count as visible without need.
 constexpr std::size_t kMostIntervals = 6;
 
 std::vector<VisibleInterval> few_intervals(const TransferTable& table) {
@@ -38,7 +38,7 @@ std::vector<VisibleInterval> few_intervals(const TransferTable& table) {
 /// Finds the visible cells of one row after the other.
 class CellRow {
  public:
-  /// Of a volume so wide.
+  /// ct: gives the width of the rows.
   CellRow(const Volume& ct, const std::vector<VisibleInterval>& intervals)
       : ct_(ct),
         intervals_(intervals),
@@ -61,13 +61,14 @@ class CellRow {
       low[i] = std::min(std::min(rows[0][i], rows[1][i]), std::min(rows[2][i], rows[3][i]));
       high[i] = std::max(std::max(rows[0][i], rows[1][i]), std::max(rows[2][i], rows[3][i]));
     }
-    if (end == to) {  // The last voxel's cell is flat.
+    if (end == to) {  // The cell of the last voxel is flat.
       low[to] = low[to - 1];
       high[to] = high[to - 1];
     }
     std::uint8_t* shows = shows_.data();
     for (const VisibleInterval& interval : intervals_) {
-      const std::int16_t least_high = interval.least_high;  // Bytes might be the interval's.
+      const std::int16_t least_high = interval.least_high;  // A copy, because the compiler must
+                                                            // assume that bytes alias the interval.
       const std::int16_t greatest_low = interval.greatest_low;
       for (int i = from; i < to; ++i) {
         const bool visible = (std::max(high[i], high[i + 1]) >= least_high) &
@@ -77,8 +78,8 @@ class CellRow {
     }
   }
 
-  /// Of so many side by side in [from, to) all are visible or none. Precondition: from is a
-  /// multiple.
+  /// Makes blocks of edge cells in [from, to) uniform: all visible or none. Precondition: from is a
+  /// multiple of edge.
   void join(int edge, int from, int to) {
     for (int i = from; i < to; i += edge) {
       const auto begin = shows_.begin() + i;
@@ -87,8 +88,8 @@ class CellRow {
     }
   }
 
-  /// Sets the bits of cells [from, to), from's being the first one; returns how many are visible.
-  /// Threads may share words.
+  /// Sets the bits of the cells [from, to); `first` is the bit of cell `from`. Returns the number
+  /// of visible cells. Threads may share words.
   std::size_t put(std::int32_t* words, std::size_t first, int from, int to) const {
     std::int32_t* word = words + first / kWordBits;
     unsigned waiting = static_cast<unsigned>(first % kWordBits);
@@ -121,7 +122,7 @@ class CellRow {
     return ct_.hu().data() + (as_size(k) * as_size(n[1]) + as_size(j)) * as_size(n[0]);
   }
 
-  /// One bit for each of eight cells, those from to on clear.
+  /// One bit for each of eight cells; cells from `to` on are clear.
   [[nodiscard]] std::uint64_t eight(int i, int to) const {
     std::array<std::uint8_t, kCellsAtOnce> bytes{};
     std::memcpy(bytes.data(), shows_.data() + i, kCellsAtOnce);
@@ -137,7 +138,7 @@ class CellRow {
 
   const Volume& ct_;
   const std::vector<VisibleInterval>& intervals_;
-  std::vector<std::int16_t> low_;  ///< Of the four rows around a row of cells.
+  std::vector<std::int16_t> low_;  ///< Least of the four rows around a row of cells.
   std::vector<std::int16_t> high_;
   std::vector<std::uint8_t> shows_;  ///< 1: visible.
 };
@@ -161,7 +162,7 @@ VisibleCells::VisibleCells(const Volume& ct, const CpuVolume& layout,
     std::size_t visible = 0;
     const int past_k = std::min((brick_k + 1) * kBrickVoxels, n[2]);
     for (int j = 0; j < n[1]; j += edge) {
-      // Nothing is visible before the first occupied brick and behind the last.
+      // Nothing is visible before the first and after the last occupied brick.
       const std::size_t first = as_size((brick_k * bricks(n[1]) + j / kBrickVoxels) * bricks(n[0]));
       const BrickSpan span = occupied_span(distances.distance.data() + first, bricks(n[0]));
       if (span.from == span.to) continue;

@@ -13,30 +13,30 @@
 
 namespace nav::render {
 
-/// They are found once so many rays have been cast for each voxel of a volume with a transfer
-/// function: until then that would have taken longer than it could have saved, and an edit's first
-/// picture does not wait for them.
+/// The number of rays per voxel, cast with one volume and transfer function, after which the
+/// visible cells are found. Finding them earlier would take longer than it could save, and the
+/// first image after an edit must not wait for it.
 inline constexpr double kRaysBeforeCells = 1.0 / 32;
 
-/// In which cells of a volume, the cubes between eight voxels, a transfer function may show
-/// something: one bit each. Where bricks are half empty, most of a ray's samples in them are.
+/// The cells of a volume, the cubes between eight voxels, in which a transfer function may show
+/// something: one bit each. In half-empty bricks most samples of a ray lie in empty cells.
 class VisibleCells {
  public:
-  /// edge: 1, 2, 4 or 8; of a block of edge^3 cells all are visible or none. Two samples less than
-  /// edge voxels apart along every axis lie in blocks that have a voxel in common: between two that
-  /// are invisible nothing is visible. distances: of the same volume and table. Uses at most
-  /// threads threads; 0: all cores.
+  /// Finds the visible cells. edge: 1, 2, 4 or 8; blocks of edge^3 cells are all visible or all
+  /// invisible. Two samples less than edge voxels apart along every axis lie in blocks that share a
+  /// voxel, so nothing is visible between two invisible samples. distances: of the same volume and
+  /// table. Uses at most this many threads; 0: all cores.
   VisibleCells(const Volume& ct, const CpuVolume& layout, const BrickDistances& distances,
                const TransferTable& table, int edge, int threads);
 
-  /// Bit (o mod 32) of word o / 32 is the cell whose lower voxel lies o from layout.origin().
-  /// Null once released.
+  /// The bits. Bit (o mod 32) of word o / 32 is the cell whose lower voxel lies o from
+  /// layout.origin(). Null after release().
   [[nodiscard]] const std::int32_t* words() const {
     return words_.empty() ? nullptr : words_.data();
   }
-  /// Visible cells.
+  /// Number of visible cells.
   [[nodiscard]] std::size_t count() const { return count_; }
-  /// Lets go of the bits.
+  /// Frees the bits.
   void release() { words_ = {}; }
 
  private:

@@ -30,7 +30,7 @@ std::vector<VisibleInterval> visible_intervals(const TransferTable& table) {
     if (!visible(first)) continue;
     int last = first;
     while (last + 1 < table.size() && visible(last + 1)) ++last;
-    // The table's ends are held.
+    // The end values hold outside the table.
     out.push_back({clamped_voxel(first == 0 ? kLeastVoxel : first + first_hu - 1),
                    clamped_voxel(last == table.size() - 1 ? kGreatestVoxel : last + first_hu + 1)});
     first = last;

@@ -9,14 +9,15 @@
 
 namespace nav::render {
 
-/// Visible entries of a table that lie side by side. As TransferTable::visible() widens it, a range
-/// of whole HU shows something of them when it reaches up to least_high and down to greatest_low.
+/// Visible entries of a table that lie side by side. A range of whole HU, widened as in
+/// TransferTable::visible(), shows some of them if it reaches up to least_high and down to
+/// greatest_low.
 struct VisibleInterval {
   std::int16_t least_high;
   std::int16_t greatest_low;
 };
 
-/// All of a table, from the lowest on.
+/// All intervals of a table, in ascending order.
 std::vector<VisibleInterval> visible_intervals(const TransferTable& table);
 
 }  // namespace nav::render

@@ -19,13 +19,13 @@ void widen(VisibleSpan& span, const VisibleSpan& by) {
   span.far = std::max(span.far, by.far);
 }
 
-/// First and last along one axis of the picture.
+/// First and last position along one axis of the image.
 struct Reach {
   double low;
   double high;
 };
 
-/// Spans of a picture while bricks are put in.
+/// The spans of an image while bricks are added.
 class DepthCanvas {
  public:
   DepthCanvas(const Scene& scene, const spec::View<double>& view)
@@ -38,7 +38,7 @@ class DepthCanvas {
         spans_(static_cast<std::size_t>(across_ + 1) * static_cast<std::size_t>(down_ + 1),
                kNothing) {}
 
-  /// A ball, local mm.
+  /// Adds a ball, local mm.
   void add(const Eigen::Vector3d& centre, double radius) {
     const Eigen::Vector3d to = centre - view_.eye;
     const double depth = to.dot(view_.forward);
@@ -64,8 +64,8 @@ class DepthCanvas {
   }
 
  private:
-  /// Of a ball whose centre lies aside, on the plane of the picture: at distance 1, orthographic
-  /// mm.
+  /// The extent of a ball on the image plane: at distance 1; in mm if orthographic. aside: distance
+  /// of its centre from the view axis.
   [[nodiscard]] Reach reach(double aside, double depth, double radius) const {
     if (view_.orthographic) return {aside - radius, aside + radius};
     // The tangents through the eye.
@@ -93,16 +93,16 @@ class DepthCanvas {
   }
 
   const spec::View<double>& view_;
-  int across_;  ///< The last square.
+  int across_;  ///< Index of the last square.
   int down_;
   double half_width_;
   double half_height_;
   double pixels_per_unit_;
   std::vector<VisibleSpan> spans_;
-  VisibleSpan everywhere_ = kNothing;  ///< Of balls around the eye.
+  VisibleSpan everywhere_ = kNothing;  ///< The span of balls around the eye.
 };
 
-/// Rays may begin within the volume, behind its shell. margin: mm.
+/// True if rays may begin within the volume, behind its shell. margin: mm.
 bool begin_inside(const spec::View<double>& view, const VoxelGrid& grid, double margin) {
   const Eigen::Vector3d last(grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1);
   const Eigen::Matrix3d mm_per_index = grid.directions * grid.spacing_mm.asDiagonal();
@@ -115,10 +115,10 @@ bool begin_inside(const spec::View<double>& view, const VoxelGrid& grid, double 
   return (mm_per_index * (eye.cwiseMax(0).cwiseMin(last) - eye)).norm() < margin;
 }
 
-/// open: 1 for every occupied brick of a row that a hidden one or the border of the volume touches,
-/// else 0. outer: the whole row is at the border.
+/// Finds the open bricks of a row. open: 1 for every occupied brick that touches a hidden brick or
+/// the border of the volume, else 0. outer: the whole row lies at the border.
 void find_open(const std::uint8_t* row, const Eigen::Vector3i& n, bool outer, std::uint8_t* open) {
-  const int width = n.x();  // Bytes that are written might be those of n.
+  const int width = n.x();  // A copy, because written bytes might alias n.
   for (int i = 0; i < width; ++i) open[i] = static_cast<std::uint8_t>(row[i] == 0);
   if (outer) return;
   const std::uint8_t* above = row - width;
@@ -147,7 +147,8 @@ BrickShell brick_shell(const BrickGrid& bricks, const std::vector<std::uint8_t>&
       const int first = (k * n.y() + j) * n.x();
       const bool outer = k == 0 || k == n.z() - 1 || j == 0 || j == n.y() - 1;
       find_open(hidden.data() + first, n, outer, open.data());
-      for (int i = 0; i < width; ++i) {  // Without a branch, which would often go the other way.
+      for (int i = 0; i < width; ++i) {  // Without a branch, because it would often be
+                                         // mispredicted.
         found[count] = first + i;
         count += open[static_cast<std::size_t>(i)];
       }
@@ -168,7 +169,7 @@ VisibleSpans::VisibleSpans(const Scene& scene, const BrickShell& shell, int thre
   const VoxelGrid& grid = scene.ct->grid();
   const spec::View<double> view =
       spec::make_view<double>(scene.camera, scene.width, scene.height, grid);
-  // A brick with the cell that runs into it and the one that runs out of it, and a voxel more.
+  // A brick, the cell that runs into it, the cell that runs out of it, and one voxel more.
   const double step = spec::step_mm(scene.quality, grid);
   const double radius = (0.5 * kBrickVoxels + 1) * grid.spacing_mm.norm() + step;
   if (shell.bricks.empty()) return;

@@ -16,9 +16,9 @@ namespace {
 
 using Vec3 = Eigen::Vector3d;
 constexpr float kOutside = std::numeric_limits<float>::quiet_NaN();
-constexpr double kRounding = 5e-7;  // Of places, in pixels or voxels.
+constexpr double kRounding = 5e-7;  // Rounding of positions, in pixels or voxels.
 
-/// Trilinear values along a line of index space, for places inside the box.
+/// Trilinear values along a line of index space, for positions inside the box.
 class Sampler {
  public:
   explicit Sampler(const Volume& ct) : hu_(ct.hu().data()) {
@@ -27,7 +27,7 @@ class Sampler {
       last_[a] = static_cast<float>(size[a] - 1);
       cell_[a] = std::max(size[a] - 2, 0);
     }
-    // An axis of one voxel has no second one: its neighbour is itself.
+    // An axis of one voxel has no second voxel, so its neighbour is itself.
     step_[0] = size[0] > 1 ? 1 : 0;
     row_ = size[0];
     slice_ = std::ptrdiff_t{size[0]} * size[1];
@@ -66,7 +66,7 @@ class Sampler {
   std::ptrdiff_t slice_;
 };
 
-/// Columns [begin, end) of a row of pixels that lie inside the CT's box.
+/// The columns [begin, end) of a row of pixels that lie inside the CT's box.
 struct Columns {
   int begin;
   int end;
@@ -81,7 +81,7 @@ Columns columns_inside(const Vec3& first, const Vec3& step, const std::array<int
     const double low = (n > 1 ? 0 : -0.5) - first[axis];
     const double high = (n > 1 ? n - 1 : 0.5) - first[axis];
     const double d = step[axis];
-    // Steps this small do not cross the box within any picture.
+    // Steps this small do not cross the box within any image.
     constexpr double kNoStep = 1e-12;
     if (std::abs(d) < kNoStep) {
       if (low > kRounding || high < -kRounding) return {0, 0};
@@ -90,13 +90,13 @@ Columns columns_inside(const Vec3& first, const Vec3& step, const std::array<int
     begin = std::max(begin, std::min(low / d, high / d));
     end = std::min(end, std::max(low / d, high / d));
   }
-  // Pixel centres on a face belong to the box though they round.
+  // Pixel centres on a face belong to the box, even if they round to the outside.
   if (!(end >= begin - kRounding)) return {0, 0};
   return {static_cast<int>(std::ceil(begin - kRounding)),
           std::min(static_cast<int>(std::floor(end + kRounding)) + 1, width)};
 }
 
-/// Index of a pixel centre: origin + column · right + row · down + depth_mm · across.
+/// The index of a pixel centre is origin + column · right + row · down + depth_mm · across.
 struct Lattice {
   Vec3 origin;
   Vec3 right;
@@ -120,20 +120,21 @@ Lattice lattice_of(const VoxelGrid& grid, const SlicePlane& plane, const SliceOp
 void thin_row(const Sampler& sampler, const Vec3& first, const Vec3& step, const Columns& columns,
               float* row) {
   for (int x = columns.begin; x < columns.end; ++x) {
-    // In double: index · column stays exact for the largest pictures.
+    // In double, index · column stays exact for the largest images.
     const Vec3 p = first + x * step;
     row[x] =
         sampler.at(static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()));
   }
 }
 
-/// Of a slab: how far across from the slice's middle, and how much of the slab it stands for, mm.
+/// A layer of a slab: its distance across from the slice's middle, and the thickness that it stands
+/// for, mm.
 struct Layer {
   double depth_mm;
   double weight;
 };
 
-/// With weights of the trapezoidal rule: means are exact where values are linear between layers.
+/// Adds weights of the trapezoidal rule: means are exact if values are linear between layers.
 std::vector<Layer> weighted(const std::vector<double>& depths_mm) {
   if (depths_mm.size() == 1) return {{depths_mm.front(), 1}};
   std::vector<Layer> layers;
@@ -145,8 +146,8 @@ std::vector<Layer> weighted(const std::vector<double>& depths_mm) {
   return layers;
 }
 
-/// Across a slice along voxel planes: these, and where the slab or the CT's box ends. index: of the
-/// slice's middle along the axis; per_mm: how it grows across.
+/// Layers of a slice along voxel planes: the voxel planes, and the ends of the slab or of the CT's
+/// box. index: position of the slice's middle along the axis. per_mm: growth of the index across.
 std::vector<Layer> along_planes(double index, double per_mm, double slab_mm, int size) {
   const double reach = 0.5 * slab_mm * std::abs(per_mm);
   const double low = std::max(index - reach, size > 1 ? 0 : -0.5);

@@ -43,17 +43,17 @@ double share_at(const Fusion& fusion, const Eigen::Vector2d& place, double x_sha
   return 0;
 }
 
-/// How the ultrasound plane shows where a slice crosses it; mm off that plane.
+/// The band in which the ultrasound plane shows where a slice crosses it; mm off that plane.
 struct Trace {
-  double reach_mm;  ///< What is farther off shows CT alone.
-  double line_mm;   ///< What is nearer has the colour of the state; negative: nothing has.
+  double reach_mm;  ///< Pixels farther off show only CT.
+  double line_mm;   ///< Nearer pixels have the colour of the state; negative: none has.
 };
 
-/// slope: mm off the plane for a mm to the right and down in the slice.
+/// slope: mm off the plane per mm to the right and down in the slice.
 Trace trace_of(const Eigen::Vector2d& slope, double mm_per_pixel, double reach_mm) {
-  constexpr double kHalfLinePx = 0.85;  // Less, and a line has gaps.
+  constexpr double kHalfLinePx = 0.85;  // A thinner line would have gaps.
   constexpr double kSteepSine = 0.25;   // 15°.
-  constexpr double kReadablePx = 4;     // Narrower to each side, no picture can be read.
+  constexpr double kReadablePx = 4;     // A narrower image to each side cannot be read.
   const double sine = slope.norm();
   const double line_mm = kHalfLinePx * sine * mm_per_pixel;
   const bool steep = sine > kSteepSine || reach_mm < kReadablePx * sine * mm_per_pixel;
@@ -76,7 +76,7 @@ Result<Image2d<Rgba8>> fuse(const Image2d<Rgba8>& ct_slice, const SlicePlane& pl
   if (const auto ok = check(fusion); !ok) return ok.error();
   NAV_CHECK(ct_slice.width() == options.width && ct_slice.height() == options.height,
             ct_slice.width(), ct_slice.height());
-  // Local mm are those about the slice's centre, so that a far origin costs no digits.
+  // Local mm are relative to the slice's centre, so that a far origin costs no digits.
   VoxelGrid about;
   about.origin_mm = plane.centre_ct.mm;
   const auto surface = spec::make_plane<double>(ultrasound, about);

@@ -19,7 +19,7 @@ std::string label_of(const Eigen::Vector3d& direction) {
   std::stable_sort(order.begin(), order.end(),
                    [&](int a, int b) { return std::abs(direction[a]) > std::abs(direction[b]); });
   std::string label;
-  constexpr double kOblique = 0.26;  // 15°: less is called straight.
+  constexpr double kOblique = 0.26;  // 15°: a smaller angle counts as straight.
   for (int i = 0; i < 2; ++i) {
     const int axis = order[static_cast<std::size_t>(i)];
     if (i > 0 && std::abs(direction[axis]) < kOblique) break;
@@ -50,7 +50,7 @@ SlicePlane oblique_slice(const Point<frames::Ct>& through_ct, const Direction<fr
   SlicePlane plane = size.z() >= size.x() && size.z() >= size.y() ? axial_slice(through_ct)
                      : size.y() >= size.x()                       ? coronal_slice(through_ct)
                                                                   : sagittal_slice(through_ct);
-  // Away from the viewer, as in the slice that it hangs like.
+  // The normal points away from the viewer, as in the slice that this one is oriented like.
   const bool towards = along.dot(plane.right.v.cross(plane.down.v)) < 0;
   const Eigen::Vector3d away = towards ? Eigen::Vector3d(-along) : along;
   plane.down.v = (plane.down.v - plane.down.v.dot(away) * away).normalized();
@@ -70,7 +70,7 @@ std::array<SlicePlane, 2> needle_slices(const Point<frames::Ct>& hub_ct,
   const Eigen::Vector3d shaft = tip_ct.mm - hub_ct.mm;
   NAV_CHECK(shaft.norm() > 0, shaft.norm());
   const Eigen::Vector3d down = shaft.normalized();
-  // Facing the front: the normal, right × down, as near to posterior as the needle lets it.
+  // Facing the front: the normal, right × down, is as near to posterior as the needle allows.
   constexpr double kAlongFront = 0.95;
   const Eigen::Vector3d away =
       std::abs(down.dot(kPosterior)) < kAlongFront ? kPosterior : kSuperior;

@@ -13,7 +13,7 @@ namespace {
 using Histogram = std::vector<std::uint64_t>;
 constexpr int kLeastHu = std::numeric_limits<std::int16_t>::min();
 
-/// The border between two classes that differ most (Otsu 1979), as a bin.
+/// The border between the two classes that differ most (Otsu 1979), as a bin.
 std::size_t otsu_bin(const Histogram& histogram, double total) {
   double sum = 0;
   for (std::size_t i = 0; i < histogram.size(); ++i) {
@@ -37,7 +37,7 @@ std::size_t otsu_bin(const Histogram& histogram, double total) {
   return border;
 }
 
-/// A component's node at a value, by its definition: linear in extinction.
+/// A component's node at a value, by the component's definition: linear in extinction.
 TransferNode node_at(const std::vector<TransferNode>& nodes, double hu) {
   const auto above =
       std::find_if(nodes.begin(), nodes.end(), [hu](const TransferNode& n) { return n.hu > hu; });
@@ -115,7 +115,7 @@ ValueRange value_range(const Volume& volume) {
     seen += static_cast<double>(histogram[i]);
     last = i;
   }
-  // A volume of one value has no background; it still gets a range.
+  // A volume of a single value has no background; it still gets a range.
   const double low = static_cast<double>(border) + kLeastHu;
   return {low, std::max(static_cast<double>(last) + kLeastHu, low + 1)};
 }

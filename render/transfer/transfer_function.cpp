@@ -10,7 +10,7 @@
 namespace nav::render {
 namespace {
 
-bool in_unit(double x) { return x >= 0 && x <= 1; }  // False for NaN.
+bool in_unit(double x) { return x >= 0 && x <= 1; }  // false for NaN.
 
 double tau_of(const TransferNode& node) { return -std::log1p(-node.opacity); }
 
@@ -46,7 +46,7 @@ double in_component_weight(const GradientWindow& w, double g) {
                          : (w.zero_above - g) / (w.zero_above - w.full_to);
 }
 
-/// One component, without its gradient window. taus: of its nodes.
+/// Samples one component, without its gradient window. taus: extinction of its nodes.
 TransferSample at_nodes(const std::vector<TransferNode>& nodes, const std::vector<double>& taus,
                         double hu) {
   const auto above = std::upper_bound(nodes.begin(), nodes.end(), hu,
@@ -63,7 +63,8 @@ TransferSample at_nodes(const std::vector<TransferNode>& nodes, const std::vecto
           a.importance + w * (b.importance - a.importance)};
 }
 
-/// Distance of a value to where a component may be visible, HU; infinity: nowhere.
+/// Distance from a value to the nearest value at which a component may be visible, HU; infinity if
+/// it is nowhere visible.
 double distance_to_visible(const std::vector<TransferNode>& nodes, double hu) {
   const auto past = [hu](double low, double high) { return std::max({low - hu, hu - high, 0.0}); };
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -168,7 +169,7 @@ TransferSample TransferFunction::at(double hu, double gradient_hu_per_mm) const 
   } else {
     best.rgb = invisible_colour(hu);
   }
-  best.rgb = best.rgb.cwiseMax(0).cwiseMin(1);  // Quotients round.
+  best.rgb = best.rgb.cwiseMax(0).cwiseMin(1);  // Quotients may round beyond 1.
   return best;
 }
 

@@ -7,17 +7,18 @@
 namespace nav::render {
 namespace {
 
-// Colours as anatomy atlases show them; HU ranges from clinical CT: fat -110…-70, muscle and
-// unenhanced liver 40…70, enhanced liver 100…130, arterial contrast 200…450, cancellous bone
-// 200…500, cortical bone above 700.
+// Colours follow anatomy atlases. HU ranges follow clinical CT: fat -110…-70, muscle and unenhanced
+// liver 40…70, enhanced liver 100…130, arterial contrast 200…450, cancellous bone 200…500, cortical
+// bone above 700.
 //
-// Importance after Burns et al. 2007 §4: skin, fat and flesh lowest, organs half, what must stay in
-// front of the plane 0.99 (it vanishes in the clear region alone) to 1 (it never does).
+// Importance follows Burns et al. 2007 §4: skin, fat and flesh have the lowest, organs half. What
+// must stay in front of the plane has 0.99 (it vanishes only in the clear region) to 1 (it never
+// vanishes).
 
 using Nodes = std::vector<TransferNode>;
 using Components = std::vector<TransferComponent>;
 
-/// Bone alone, opaque; everything softer is invisible.
+/// Only bone, opaque; everything softer is invisible.
 Components bone() {
   return {{"bone",
            {{-1024, {0.80, 0.55, 0.40}, 0.0, 0.99},
@@ -29,8 +30,8 @@ Components bone() {
            {}}};
 }
 
-/// Skin, muscle and organs as a faint body: 100 mm of liver let half of the light through, so a
-/// plane inside stays readable; bone shines through as landmark.
+/// Skin, muscle and organs as a faint body: 100 mm of liver let half of the light through, so that
+/// a plane inside stays readable. Bone shines through as a landmark.
 Components soft_tissue() {
   return {{"body",
            {{-1024, {0.90, 0.72, 0.55}, 0.0, 0.02},
@@ -46,7 +47,7 @@ Components soft_tissue() {
            {}}};
 }
 
-/// Liver in its portal phase: the organ half clear, its vessels solid, flesh and fat a haze.
+/// Liver in the portal phase: the organ half transparent, its vessels solid, flesh and fat a haze.
 Components liver() {
   return {{"skin and fat",
            {{-300, {0.93, 0.78, 0.60}, 0.0, 0.01},
@@ -81,8 +82,9 @@ Components liver() {
 }
 
 /// CT angiography: contrast-filled vessels red, bone ivory, organs a haze. The blurred rim of bone
-/// passes through the vessels' HU, so red is denser than a rim is thick and thinner than a vessel.
-/// Cancellous bone shares the vessels' HU; no 1D function can tell them apart.
+/// passes through the vessels' HU. So the density of red is chosen so that a thin rim stays faint
+/// and a thick vessel becomes solid. Cancellous bone has the same HU as the vessels; no 1D function
+/// can tell them apart.
 Components vessels() {
   return {{"haze",
            {{-1024, {0.80, 0.50, 0.42}, 0.0, 0.05},
@@ -107,18 +109,18 @@ Components vessels() {
            {}}};
 }
 
-/// The same for the liver's veins in front of an ultrasound plane: blurred rims of bone have the
-/// values of blood but lie on steeper slopes (300 HU/mm and more) than the rims of veins (below
-/// 60 HU/mm), so the window on the gradient keeps ribs from wearing a coat of blood. Thin arteries,
-/// which are all rim, go with it.
+/// cta-vessels for the liver's veins in front of an ultrasound plane. Blurred rims of bone have the
+/// HU of blood, but steeper slopes (300 HU/mm and more) than the rims of veins (below 60 HU/mm). So
+/// a gradient window keeps ribs from being coated in red. It also removes thin arteries, because
+/// they consist of rim only.
 Components liver_vessels() {
   Components components = vessels();
   components[1].gradient = GradientWindow{0, 0, 60, 110};
   return components;
 }
 
-/// MR, in shares of the volume's value range: dark tissue a haze, what is bright (fat and vessels
-/// with contrast, by the sequence) solid.
+/// MR, in shares of the volume's value range: dark tissue is a haze; bright tissue (fat, and
+/// vessels with contrast agent, depending on the sequence) is solid.
 Components mr() {
   return {{"skin and flesh",
            {{0.04, {0.75, 0.55, 0.45}, 0.0, 0.02},
@@ -142,7 +144,7 @@ Components mr() {
 struct Preset {
   const char* name;
   Components (*components)();
-  bool relative;  ///< In shares of the value range.
+  bool relative;  ///< Values are shares of the value range.
 };
 constexpr std::array<Preset, 6> kPresets{{{"ct-bone", bone, false},
                                           {"ct-soft-tissue", soft_tissue, false},

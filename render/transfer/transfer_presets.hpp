@@ -11,32 +11,33 @@
 
 namespace nav::render {
 
-/// Names of the built-in functions, in the order in which a list shows them.
+/// The names of the built-in functions, in the order in which a list shows them.
 std::vector<std::string> preset_names();
 
-/// Values that an image without a calibrated scale (MR) is judged by: between the background and
-/// the brightest, outliers left out.
+/// The range of the values of an image without a calibrated scale (MR): from the background to the
+/// brightest value, without outliers.
 struct ValueRange {
   double low;   ///< Border of the background, by Otsu's threshold.
-  double high;  ///< 99.5 % of what is above low lies below; > low.
+  double high;  ///< Above 99.5 % of the values above low; > low.
 };
 ValueRange value_range(const Volume& volume);
-/// What shading's own gradients, and "mr-default" without a volume, are made for.
+/// The value range for which the default gradients of Shading, and "mr-default" without a volume,
+/// are made.
 inline constexpr ValueRange kNominalRange{0, 1000};
 
-/// A built-in function for a volume: CT presets are absolute, in HU; "mr-default" is laid over the
+/// A built-in function for a volume. CT presets are absolute, in HU; "mr-default" is mapped to the
 /// volume's value_range(). kNotFound lists the names.
 Result<TransferFunction> preset_for(const std::string& name, const Volume& volume);
 
-/// The same look on other values: from maps linearly to to. Gradient windows scale by the same
-/// factor. Refuses nodes that fall together or leave the numbers that a double holds.
-/// Precondition: from.high > from.low and to.high > to.low, otherwise a Bug.
+/// Moves an appearance to other values: maps `from` linearly to `to`. Gradient windows scale by the
+/// same factor. Rejects nodes that coincide or exceed the range of a double. Precondition:
+/// from.high > from.low and to.high > to.low; otherwise a Bug.
 Result<TransferFunction> rescaled(const TransferFunction& function, const ValueRange& from,
                                   const ValueRange& to);
-/// The same shading on other values: its gradients scale by that factor. Precondition: as above.
+/// Moves a shading to other values: its gradients scale by the same factor. Same precondition.
 Shading rescaled(Shading shading, const ValueRange& from, const ValueRange& to);
 
-/// Importance for a range of values, of one component or of all.
+/// Sets the importance of a range of values, for one component or for all.
 struct ImportanceRule {
   double low_hu;
   double high_hu;              ///< >= low_hu; both may be infinite.
@@ -44,9 +45,10 @@ struct ImportanceRule {
   std::string component = "";  ///< Empty: every component.
 };
 
-/// A function whose importance is set by rules, in their order; where none applies it stays.
-/// Colour and extinction do not change: at the ends of a range nodes are added 0.5 HU apart.
-/// Refuses, naming the rule: NaN, high < low, importance outside [0, 1], unknown components.
+/// A function with importances that rules set, in their order; where no rule applies, the
+/// importance stays. Colour and extinction do not change: nodes are added 0.5 HU apart at the ends
+/// of a range. Rejects NaN, high < low, importance outside [0, 1] and unknown components; the
+/// message names the rule.
 Result<TransferFunction> with_importance(const TransferFunction& function,
                                          const std::vector<ImportanceRule>& rules);
 

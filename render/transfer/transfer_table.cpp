@@ -16,10 +16,10 @@ namespace {
 
 constexpr double kMinHu = -32768;
 constexpr double kMaxHu = 32767;
-/// Values closer than this are one value: the mean over them is the value in the middle, HU.
+/// Two values closer than this count as one: the mean over them is the value in the middle, HU.
 constexpr double kSameHu = 1e-3;
 
-/// The gradient magnitude from which on nothing changes, HU/mm.
+/// The gradient magnitude above which nothing changes, HU/mm.
 double last_gradient(const TransferFunction& transfer) {
   double last = 0;
   for (const TransferComponent& component : transfer.components()) {
@@ -41,7 +41,7 @@ TransferTable::TransferTable(const TransferFunction& transfer) {
   size_ = static_cast<int>(last - first_hu_) + 1;
   if (transfer.uses_gradient()) {
     rows_ = kGradientRows;
-    // A window that only says "from 0 on" still needs a distance between rows.
+    // A window that starts at 0 and never ends still needs a distance between rows.
     gradient_per_row_ = std::max(last_gradient(transfer), 1e-6) / (kGradientRows - 1);
   }
   const std::size_t entries = as_size(size_) * as_size(rows_);
@@ -68,10 +68,10 @@ void TransferTable::extend_importance() {
   const auto size = static_cast<std::ptrdiff_t>(size_);
   for (std::ptrdiff_t row = 0; row < rows_; ++row) {
     float* importance = importance_.data() + row * size;
-    std::ptrdiff_t last = -1;  // Visible so far.
+    std::ptrdiff_t last = -1;  // Last visible entry so far.
     for (std::ptrdiff_t i = 0; i <= size; ++i) {
       if (i < size && !(rgbat_[4 * static_cast<std::size_t>(row * size + i) + 3] > 0)) continue;
-      // Those between two visible ones: the nearer half of them, or all where there is but one.
+      // Between two visible entries each takes the nearer one; if there is only one, all take it.
       std::ptrdiff_t middle = (last + i) / 2 + 1;
       if (last < 0) middle = 0;
       if (i == size) middle = last < 0 ? 0 : size;
@@ -102,7 +102,7 @@ void TransferTable::integrate() {
   for (std::size_t i = 1; i < cumulative_.size(); ++i) {
     cumulative_[i] = cumulative_[i - 1] + 0.5 * (premultiplied(i - 1) + premultiplied(i));
   }
-  // Colour is at most 1, so extinction has the largest integral.
+  // Colours are at most 1, so extinction has the largest integral.
   quantum_ = std::max(cumulative_.back()[3], 1e-12) / kLargestIntegral;
   integrals_.reserve(4 * cumulative_.size());
   for (const Eigen::Vector4d& integral : cumulative_) {
@@ -213,7 +213,8 @@ double TransferTable::max_importance(double low_hu, double high_hu) const {
 }
 
 double TransferTable::invisible_up_to_hu() const {
-  // visible_before_[i + 1] > 0 first where entry i is visible; the one before is the last clear.
+  // visible_before_[i + 1] > 0 first where entry i is visible; the entry before is the last
+  // invisible one.
   const auto visible = std::upper_bound(visible_before_.begin(), visible_before_.end(), 0);
   if (visible == visible_before_.end()) return std::numeric_limits<double>::infinity();
   const auto clear = visible - visible_before_.begin() - 2;

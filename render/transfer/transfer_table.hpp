@@ -13,68 +13,73 @@
 namespace nav::render {
 
 /// A transfer function at every whole HU from its first node to its last, within the range of
-/// int16: the classification that every engine draws with, and so its definition. Colour and
-/// extinction are linear between entries and held outside; importance is that of the nearest entry,
-/// because it may jump and a fade between would be invented. With gradient windows there is a row
-/// of entries for each of kGradientRows equidistant gradient magnitudes, linear between rows and
-/// held beyond the last. Immutable.
+/// int16. Every engine classifies with this table, so it is the definition. Colour and extinction
+/// are linear between entries and constant outside. Importance is that of the nearest entry,
+/// because it may jump, and a fade in between would be invented. With gradient windows there is a
+/// row of entries for each of kGradientRows equidistant gradient magnitudes, linear between rows
+/// and constant beyond the last. Immutable.
 class TransferTable {
  public:
   static constexpr int kGradientRows = 64;
 
   explicit TransferTable(const TransferFunction& transfer);
 
-  /// Entries of a row.
+  /// Number of entries of a row.
   [[nodiscard]] int size() const { return size_; }
   [[nodiscard]] double first_hu() const { return first_hu_; }
   [[nodiscard]] double last_hu() const { return first_hu_ + size_ - 1; }
   /// 1 without gradient windows, else kGradientRows.
   [[nodiscard]] int rows() const { return rows_; }
-  /// From one row to the next, HU/mm.
+  /// Gradient step from one row to the next, HU/mm.
   [[nodiscard]] double gradient_per_row() const { return gradient_per_row_; }
-  /// Four per entry, row after row: rgb, not premultiplied, and extinction per mm.
+  /// Four values per entry, row after row: rgb, not premultiplied, and extinction per mm.
   [[nodiscard]] const std::vector<float>& rgbat() const { return rgbat_; }
-  /// One per entry, row after row. An invisible entry has that of the nearest visible one of its
-  /// row (of two, of the lower; 0: there is none), so that a cell which reaches beyond what is
-  /// visible fades as the visible part of it.
+  /// One value per entry, row after row. An invisible entry has the importance of the nearest
+  /// visible entry of its row (the lower one of two; 0 if there is none). So a cell that reaches
+  /// beyond the visible values fades like its visible part.
   [[nodiscard]] const std::vector<float>& importance() const { return importance_; }
-  /// Some entry in [0, 1] that is visible has an importance < 1: a cutaway can change something.
+  /// True if some visible entry has an importance < 1, so that a cutaway can change something.
   [[nodiscard]] bool importance_matters() const { return importance_matters_; }
 
-  /// What a value is drawn as (post-classification). importance: nearest entry, nearest row.
+  /// The appearance of a value (post-classification). Its importance is that of the nearest entry
+  /// in the nearest row.
   [[nodiscard]] TransferSample at(double hu, double gradient_hu_per_mm = 0) const;
-  /// Mean over all values between a and b, which lie on a straight line along a stretch of ray:
-  /// extinction, and colour weighted by extinction (pre-integrated classification: Engel et al.
-  /// 2001, with the integrals of one variable; second order in the length of the stretch). Colour
-  /// times extinction is linear between entries here. importance: 0. Precondition: rows() == 1.
+  /// The mean over all values between a and b, which lie on a straight line along a stretch of ray.
+  /// It averages extinction, and colour weighted by extinction (pre-integrated classification:
+  /// Engel et al. 2001, with integrals of one variable; second order in the length of the stretch).
+  /// Colour times extinction is linear between entries here. The importance is 0. Precondition:
+  /// rows() == 1.
   ///
-  /// bow_hu: by how much the mean of the values lies above that of the line, (a + b) / 2. To first
-  /// order the mean of f changes by bow times the mean slope of f, (f(b) - f(a)) / (b - a): a
-  /// curved course costs no look-up, and where both ends show nothing neither does it. Held within
-  /// spec::kMaxBowShare of f(b) - f(a), because f may bend more than the values do.
+  /// bow_hu: by how much the mean of the values lies above the mean of the line, (a + b) / 2. To
+  /// first order the mean of f changes by the bow times the mean slope of f,
+  /// (f(b) - f(a)) / (b - a). So a curved course costs no extra look-up, and it stays invisible if
+  /// both ends are invisible. The change is limited to spec::kMaxBowShare of f(b) - f(a), because f
+  /// may bend more than the values do.
   [[nodiscard]] TransferSample mean(double a_hu, double b_hu, double bow_hu = 0) const;
 
-  /// The integrals of mean() at the entries as whole numbers of quantum(), four per entry: colour
-  /// times extinction, and extinction. Differences are exact, where those of floats cancel.
+  /// The integrals of mean() at the entries, as whole numbers of quantum(), four per entry: colour
+  /// times extinction, and extinction. Their differences are exact; differences of floats would
+  /// cancel.
   [[nodiscard]] const std::vector<std::int32_t>& integrals() const { return integrals_; }
-  /// HU/mm.
+  /// The unit of integrals(), HU/mm.
   [[nodiscard]] double quantum() const { return quantum_; }
 
-  /// Number of entries, visible at some gradient, among the first i: size() + 1 numbers.
+  /// Number of entries among the first i that are visible at some gradient: size() + 1 numbers.
   [[nodiscard]] const std::vector<int>& visible_before() const { return visible_before_; }
-  /// Some value within [low, high] HU, widened by one entry either side against the rounding of
-  /// interpolation, may have an extinction > 0 at some gradient.
+  /// True if some value in [low, high] HU may have an extinction > 0 at some gradient. The range is
+  /// widened by one entry on either side against the rounding of interpolation.
   [[nodiscard]] bool visible(double low_hu, double high_hu) const;
-  /// The greatest importance of the entries there, widened as for visible().
+  /// The greatest importance of the entries in a range, widened as for visible().
   [[nodiscard]] double max_importance(double low_hu, double high_hu) const;
-  /// Of all entries.
+  /// The greatest importance of all entries.
   [[nodiscard]] double max_importance() const {
-    // The last level has two windows at most, which overlap.
+    // The last level has at most two windows, which overlap.
     return std::max(importance_levels_.back().front(), importance_levels_.back().back());
   }
-  /// Some weight of a shading of this emphasis may be more than 0.
+  /// True if some weight of a shading of this emphasis may exceed 0.
   [[nodiscard]] bool shades(double emphasis) const { return emphasis < 1 || max_importance() > 0; }
-  /// Up to here nothing is visible, HU: -infinity when the first entry is, infinity when none is.
+  /// The value up to which nothing is visible, HU: -infinity if the first entry is visible,
+  /// infinity if none is.
   [[nodiscard]] double invisible_up_to_hu() const;
 
  private:
@@ -85,7 +90,7 @@ class TransferTable {
   [[nodiscard]] Entries entries_in(double low_hu, double high_hu) const;
   [[nodiscard]] Eigen::Vector4d entry(std::size_t i) const;
   [[nodiscard]] Eigen::Vector4d premultiplied(std::size_t i) const;
-  /// As premultiplied(), linear between entries and held outside.
+  /// Like premultiplied(), linear between entries and constant outside.
   [[nodiscard]] Eigen::Vector4d premultiplied_at(double hu) const;
   [[nodiscard]] Eigen::Vector4d integral_to(double hu) const;
   void add_row(const TransferFunction& transfer, double gradient_hu_per_mm);
@@ -100,7 +105,8 @@ class TransferTable {
   std::vector<float> rgbat_;
   std::vector<float> importance_;
   bool importance_matters_ = false;
-  std::vector<Eigen::Vector4d> cumulative_;  ///< Of premultiplied(), from the first entry, HU/mm.
+  std::vector<Eigen::Vector4d> cumulative_;  ///< Integral of premultiplied() from the first entry,
+                                             ///< HU/mm.
   std::vector<std::int32_t> integrals_;
   double quantum_ = 1;
   std::vector<int> visible_before_;

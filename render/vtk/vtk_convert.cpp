@@ -33,7 +33,7 @@ vtkSmartPointer<vtkImageData> vtk_image(const Volume& volume) {
   image->SetDimensions(grid.size.data());
   image->SetSpacing(grid.spacing_mm.data());
   vtkNew<vtkShortArray> voxels;
-  // VTK wants a mutable pointer; nothing writes through it, and 1 keeps VTK from freeing it.
+  // VTK wants a mutable pointer but does not write through it; 1 keeps VTK from freeing it.
   voxels->SetArray(const_cast<std::int16_t*>(volume.hu().data()),
                    static_cast<vtkIdType>(volume.hu().size()), 1);
   image->GetPointData()->SetScalars(voxels);
@@ -53,8 +53,8 @@ vtkSmartPointer<vtkMatrix4x4> ct_from_vtk_image(const Volume& volume) {
 
 vtkSmartPointer<vtkVolumeProperty> vtk_property(const TransferFunction& transfer,
                                                 const Shading& shading) {
-  // Equidistant, every HU if that is affordable: VTK makes its tables as fine as the smallest
-  // interval between points.
+  // Equidistant points, every HU if that is affordable: VTK makes its tables as fine as the
+  // smallest interval between points.
   constexpr double kMaxSamples = 8192;
   const double first = transfer.values().front();
   const double range = transfer.values().back() - first;

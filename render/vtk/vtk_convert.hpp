@@ -13,24 +13,25 @@ class vtkMatrix4x4;
 class vtkRenderWindow;
 class vtkVolumeProperty;
 
-/// The one place where project values become VTK objects and back. World space of VTK is Ct, mm.
+/// The only file that converts project values to VTK objects and back. The world frame of VTK is
+/// Ct, mm.
 namespace nav::render {
 
-/// Makes a VTK camera project exactly as ours; its clipping range is left to the renderer.
+/// Makes a VTK camera project exactly like ours. The renderer sets its clipping range.
 void apply(const Camera& camera, vtkCamera& vtk);
 
-/// Voxels on a grid with unit directions and origin zero (VTK's mappers ignore directions): place
-/// it with ct_from_vtk_image(). Shares the voxels of the volume, which must outlive it.
+/// Voxels on a grid with unit directions and origin zero, because VTK's mappers ignore directions;
+/// place it with ct_from_vtk_image(). Shares the voxels of the volume, which must outlive it.
 vtkSmartPointer<vtkImageData> vtk_image(const Volume& volume);
-/// Rigid (or mirrored) matrix that places vtk_image() in Ct.
+/// The rigid (or mirrored) matrix that places vtk_image() in Ct.
 vtkSmartPointer<vtkMatrix4x4> ct_from_vtk_image(const Volume& volume);
 
-/// Colours and opacity per mm (unit distance 1 mm) sampled densely, because VTK interpolates
-/// opacity where we interpolate extinction; linear interpolation of voxels; shading as given.
+/// Colours and opacity per mm (unit distance 1 mm), sampled densely, because VTK interpolates
+/// opacity and we interpolate extinction. Voxels are interpolated linearly. Shading as given.
 vtkSmartPointer<vtkVolumeProperty> vtk_property(const TransferFunction& transfer,
                                                 const Shading& shading);
 
-/// What the window shows after Render(), top row first, alpha 255.
+/// The pixels of the window after Render(), top row first, alpha 255.
 Image2d<Rgba8> read_pixels(vtkRenderWindow& window);
 
 }  // namespace nav::render

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <vtk_glew.h>
-// GLEW first: every other GL header depends on it.
+// GLEW comes first, because every other GL header depends on it.
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
 #include <GL/glx.h>
@@ -29,7 +29,7 @@ std::string egl_error() {
   return text.str();
 }
 
-/// An initialised EGL display, surface-less platforms first.
+/// Opens and initialises an EGL display; tries surfaceless platforms first.
 EGLDisplay open_display() {
   const char* client = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
   const std::string extensions = client ? client : "";
@@ -40,7 +40,7 @@ EGLDisplay open_display() {
       eglGetProcAddress("eglGetPlatformDisplayEXT"));
   const auto query_devices =
       reinterpret_cast<PFNEGLQUERYDEVICESEXTPROC>(eglGetProcAddress("eglQueryDevicesEXT"));
-  // Real devices are listed before software ones, so a GPU wins where there is one.
+  // EGL lists real devices before software ones, so a GPU is preferred.
   if (get_platform && query_devices &&
       extensions.find("EGL_EXT_platform_device") != std::string::npos) {
     std::array<EGLDeviceEXT, 16> devices{};
@@ -61,7 +61,8 @@ EGLDisplay open_display() {
   return initialised(display) ? display : EGL_NO_DISPLAY;
 }
 
-/// Core context of the newest version on offer, 4.1 at least; and why there is none.
+/// Opens a core context of the newest available version, at least 4.1. why: receives the reason if
+/// there is none.
 EGLContext open_context(EGLDisplay display, std::string& why) {
   if (!eglBindAPI(EGL_OPENGL_API)) {
     why = "EGL without desktop OpenGL";
@@ -89,7 +90,7 @@ EGLContext open_context(EGLDisplay display, std::string& why) {
   return EGL_NO_CONTEXT;
 }
 
-/// Owns the EGL context; the display stays open because EGL shares it within the process.
+/// Owns the EGL context. The display stays open, because EGL shares it within the process.
 struct EglContext {
   EGLDisplay display = EGL_NO_DISPLAY;
   EGLContext context = EGL_NO_CONTEXT;
@@ -102,7 +103,8 @@ struct EglContext {
     eglDestroyContext(display, context);
   }
   [[nodiscard]] bool make_current() const {
-    // An X11 window on this thread must let go first; VTK takes it again before it draws there.
+    // An X11 window on this thread must release its context first; VTK takes it again before it
+    // draws there.
     if (glXGetCurrentContext() != nullptr) {
       glXMakeCurrent(glXGetCurrentDisplay(), None, nullptr);
     }
@@ -128,8 +130,8 @@ class EglRenderWindow final : public vtkGenericOpenGLRenderWindow {
   int SupportsOpenGL() override { return 1; }
   vtkTypeBool IsDirect() override { return 1; }
 
-  /// Debian's GLEW is the GLX build: without an X display glewInit() says 4
-  /// (GLEW_ERROR_NO_GLX_DISPLAY) after it has loaded every OpenGL entry point.
+  /// Accepts the result 4 (GLEW_ERROR_NO_GLX_DISPLAY) of glewInit(). Debian's GLEW is the GLX
+  /// build: without an X display it returns this after it has loaded every OpenGL entry point.
   void OpenGLInitContext() override {
     if (this->Initialized) return;
     this->ContextCreationTime.Modified();

@@ -42,7 +42,7 @@ TextMask rasterise_text(const std::string& words, int size_px) {
   property->SetVerticalJustificationToBottom();
   vtkNew<vtkImageData> image;
   std::array<int, 2> dimensions{};
-  // vtkFreeTypeTools itself would take each byte for a letter. 72 dpi: font sizes are pixels.
+  // vtkFreeTypeTools itself would read each byte as a letter. At 72 dpi font sizes are pixels.
   vtkTextRenderer* renderer = vtkTextRenderer::GetInstance();
   NAV_CHECK(renderer != nullptr);
   renderer->SetScaleToPowerOfTwo(false);
@@ -58,7 +58,7 @@ TextMask rasterise_text(const std::string& words, int size_px) {
   const int channels = image->GetNumberOfScalarComponents();
   std::vector<std::uint8_t> coverage;
   coverage.reserve(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-  for (int y = extent[3]; y >= extent[2]; --y) {  // VTK counts rows from below.
+  for (int y = extent[3]; y >= extent[2]; --y) {  // VTK counts rows from the bottom.
     for (int x = extent[0]; x <= extent[1]; ++x) {
       const auto* pixel = static_cast<const unsigned char*>(image->GetScalarPointer(x, y, 0));
       coverage.push_back(pixel[channels - 1]);

@@ -22,7 +22,7 @@ void place(const PlacedWords& line, int width, int height, vtkTextActor& actor) 
   vtkTextProperty& style = *actor.GetTextProperty();
   style.SetFontSize(line.size_px);
   style.SetColor(line.colour.r / 255.0, line.colour.g / 255.0, line.colour.b / 255.0);
-  // On a ground of its own: a picture below may be as bright as the words.
+  // The text has its own background, because the image below may be as bright as the text.
   style.SetBackgroundColor(0.06, 0.08, 0.1);
   style.SetBackgroundOpacity(0.75);
   style.SetVerticalJustificationToCentered();

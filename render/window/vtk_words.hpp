@@ -13,8 +13,8 @@ class vtkTextActor;
 
 namespace nav::render {
 
-/// Words in a layer of their own over everything else in a window, which they do not disturb. The
-/// window must outlive it. One thread, that of the window.
+/// Overlay text in a layer of its own over everything else in a window, which it does not disturb.
+/// The window must outlive it. One thread, that of the window.
 class WordsLayer {
  public:
   explicit WordsLayer(vtkRenderWindow& window);
@@ -22,7 +22,7 @@ class WordsLayer {
   WordsLayer(const WordsLayer&) = delete;
   WordsLayer& operator=(const WordsLayer&) = delete;
 
-  /// What the next picture of the window shows, instead of what the last one did.
+  /// Sets the text that the next image of the window shows; it replaces the last text.
   void set(const std::vector<WindowWords>& words);
 
  private:

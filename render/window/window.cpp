@@ -17,7 +17,7 @@
 #include "render/quality/refinement.hpp"
 #include "render/vtk/vtk_convert.hpp"
 #include "render/window/vtk_words.hpp"
-// Last: X11 defines macros with everyday names.
+// Included last, because X11 defines macros with everyday names.
 #include <X11/Xlib.h>
 
 namespace nav::render {
@@ -28,8 +28,8 @@ struct CloseDisplay {
 };
 using DisplayConnection = std::unique_ptr<Display, CloseDisplay>;
 
-/// VTK aborts the process when it cannot open the display, so it is given an open one. It must
-/// outlive the window.
+/// Opens the X display. VTK aborts the process if it cannot open the display, so VTK gets an open
+/// one. The connection must outlive the window.
 Result<DisplayConnection> connect_display() {
   DisplayConnection display(XOpenDisplay(nullptr));
   if (display) return display;
@@ -40,7 +40,7 @@ Result<DisplayConnection> connect_display() {
                                   : std::string("DISPLAY not set"))};
 }
 
-/// Turns the mouse into cameras and asks for scenes; draws only when something changed.
+/// Turns mouse events into cameras and asks for scenes. Draws only if something changed.
 class SceneStyle final : public vtkInteractorStyle {
  public:
   static SceneStyle* New();
@@ -103,7 +103,7 @@ class SceneStyle final : public vtkInteractorStyle {
     const double height = std::max(1, this->Interactor->GetRenderWindow()->GetSize()[1]);
     const double right = (now[0] - before[0]) / height;
     const double up = (now[1] - before[1]) / height;
-    // Dragging takes hold of the scene: the eye goes the other way.
+    // Dragging moves the scene with the mouse, so the eye moves the other way.
     switch (drag_) {
       case Drag::kOrbit:
         return change([&](const Camera& c) { return orbited(c, -M_PI * right, -M_PI * up); });

@@ -13,62 +13,64 @@
 
 namespace nav::render {
 
-/// A line of words that stands over the picture of a window.
+/// A line of overlay text over the image of a window.
 struct WindowWords {
   enum class Align { kLeft, kCentre, kRight };
   std::string words;  ///< UTF-8; empty: nothing is drawn.
   Rgba8 colour;       ///< Its alpha is not used.
-  double x = 0;       ///< Of the aligned point, shares of the window, from its left …
-  double y = 0;       ///< … and of the words' middle, from its top.
+  double x = 0;       ///< Aligned point from the left, as share of the window.
+  double y = 0;       ///< Middle of the text from the top, as share of the window.
   Align align = Align::kLeft;
   int size_px = 15;
-  /// Words of one stack are lines below (or above) one another, wrapped to the window, from the
-  /// first one's y on; placed_words() keeps them apart in pixels.
+  /// Lines of one stack stand below (or above) one another, wrapped to the window, from the y of
+  /// the first one on. placed_words() keeps them apart in pixels.
   enum class Stack { kNone, kDown, kUp };
   Stack stack = Stack::kNone;
 };
-/// What stands over the picture that is seen by a camera; asked on the thread of the window
-/// whenever it draws.
+/// Returns the overlay text for the image that a camera sees. Called on the thread of the window
+/// whenever the window draws.
 using WordsSource = std::function<std::vector<WindowWords>(const Camera&)>;
 
-/// How the window behaves; never what it shows.
+/// Options for the behaviour of the window, not for its contents.
 struct WindowOptions {
   std::string title = "Sonde";
-  double refresh_hz = 30;              ///< How often the source is asked, in (0, 1000].
-  double close_after_s = 0;            ///< Closes by itself; 0: when the user closes it.
-  std::function<bool()> close_when{};  ///< Asked as often as the source: closes it. Null: never.
-  /// While anything but ultrasound pixels changes and a picture takes longer than 33 ms, it is
-  /// drawn with fewer rays, where that is not enough with fewer pixels, always of the newest scene,
-  /// and in full within 300 ms of stillness where that takes no longer than 150 ms.
+  double refresh_hz = 30;              ///< Rate at which the source is called, (0, 1000].
+  double close_after_s = 0;            ///< Time until it closes by itself; 0: the user closes it.
+  std::function<bool()> close_when{};  ///< Called as often as the source; true: closes. Null:
+                                       ///< never.
+  /// Draws faster while anything but ultrasound pixels changes and an image takes longer than 33
+  /// ms: with fewer rays, and with fewer pixels if that is not enough, always of the newest scene.
+  /// The full image follows within 300 ms of stillness if it takes no longer than 150 ms.
   bool progressive = true;
-  WordsSource words{};  ///< Null: none.
+  WordsSource words{};  ///< Null: no overlay text.
 };
 
-/// Asked once per refresh on the thread of the window; null: nothing has changed, nothing is drawn.
-/// The camera of the first scene is the starting view; later the user owns the camera.
+/// Called once per refresh on the thread of the window. Null: nothing has changed, and nothing is
+/// drawn. The camera of the first scene is the starting view; afterwards the user moves the camera.
 using SceneSource = std::function<std::shared_ptr<const Scene>()>;
 
-/// Shows scenes in an X11 window until it is closed: left drag orbits about the look-at point,
-/// middle drag pans, right drag and wheel zoom, q closes. Same picture as the GL engine.
-/// kUnavailable without an X display; an invalid scene closes the window with its error.
+/// Shows scenes in an X11 window until it is closed. Left drag orbits about the look-at point,
+/// middle drag pans, right drag and wheel zoom, q closes. The image is that of the GL engine.
+/// Returns kUnavailable without an X display. An invalid scene closes the window, and its error is
+/// returned.
 Result<void> show_window(const SceneSource& source, const WindowOptions& options = {});
-/// The same with one scene that never changes.
+/// Shows one scene that never changes.
 Result<void> show_window(const Scene& scene, const WindowOptions& options = {});
 
-/// Draws once in a real X11 window and reads its pixels back, top row first; size of the scene.
+/// Draws a scene once in a real X11 window and reads its pixels back, top row first. The size is
+/// that of the scene.
 Result<Image2d<Rgba8>> capture_window(const Scene& scene,
                                       const std::vector<WindowWords>& words = {});
 
-// Whatever the mouse does, a camera that a scene may have stays one: what would leave the places of
-// scenes (nav/places.hpp) does not move, and a zoom ends at 0.1 mm and at 100 m.
+// The functions below turn a valid camera into a valid camera. A camera that would leave the
+// positions that scenes allow (nav/places.hpp) does not move. A zoom ends at 0.1 mm and at 100 m.
 
-/// Camera after turning about the look-at point: yaw about the view's up axis (positive: the eye
-/// moves right), then pitch about its right axis (positive: the eye moves up), rad.
+/// Turns a camera about its look-at point: yaw about the view's up axis (positive: the eye moves
+/// right), then pitch about its right axis (positive: the eye moves up), rad.
 Camera orbited(const Camera& camera, double yaw_rad, double pitch_rad);
-/// Camera after moving eye and look-at point by fractions of the picture height (right, up).
+/// Moves eye and look-at point by fractions of the image height (right, up).
 Camera panned(const Camera& camera, double right, double up);
-/// Camera with the distance to the look-at point, or the orthographic height, divided by a factor
-/// > 0.
+/// Divides the distance to the look-at point, or the orthographic height, by a factor > 0.
 Camera zoomed(const Camera& camera, double factor);
 
 }  // namespace nav::render

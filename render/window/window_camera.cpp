@@ -10,7 +10,7 @@
 namespace nav::render {
 namespace {
 
-/// Unit axes of a view in Ct.
+/// Unit axes of a view in the Ct frame.
 struct ViewAxes {
   Eigen::Vector3d right, up, forward;
 };
@@ -21,16 +21,16 @@ ViewAxes axes_of(const Camera& camera) {
   return {right, right.cross(forward), forward};
 }
 
-// How near and how far the mouse takes a camera, mm, of distances and orthographic heights.
+// Limits of the zoom, for distances and for orthographic heights, mm.
 constexpr double kNearestMm = 0.1;
 constexpr double kFarthestMm = 1e5;
 
-/// A length divided by a factor, within the limits; one beyond them goes no further.
+/// Divides a length by a factor, within the limits. A length beyond a limit goes no further.
 double zoomed_length(double mm, double factor) {
   return std::clamp(mm / factor, std::min(mm, kNearestMm), std::max(mm, kFarthestMm));
 }
 
-/// The camera moved, or as it was where no scene may have it.
+/// The moved camera, or the old one if no scene allows the moved one.
 Camera within_places(const Camera& moved, const Camera& camera) {
   return is_place(moved.eye_ct.mm) && is_place(moved.look_at_ct.mm) ? moved : camera;
 }
@@ -39,8 +39,8 @@ Camera within_places(const Camera& moved, const Camera& camera) {
 
 Camera orbited(const Camera& camera, double yaw_rad, double pitch_rad) {
   const ViewAxes axes = axes_of(camera);
-  // The eye moves, the scene stands still; the up direction turns with the view, so that no pole
-  // is ever crossed.
+  // The eye moves and the scene stands still. The up direction turns with the view, so that the
+  // camera never crosses a pole.
   const Eigen::Matrix3d turn =
       (Eigen::AngleAxisd(yaw_rad, axes.up) * Eigen::AngleAxisd(-pitch_rad, axes.right))
           .toRotationMatrix();

@@ -24,7 +24,8 @@ class Layout {
     taken_.push_back({y - half, y + half});
     lines_.push_back({w.words, w.colour, w.x * width_, y, w.align, w.size_px});
   }
-  /// The lines of one stack, in its own order; false where not all have room.
+  /// Adds the lines of one stack, in its own order. Returns false if there is not enough room for
+  /// all.
   bool add_stack(const std::vector<WindowWords>& words, Stack stack, int most_px) {
     const double way = stack == Stack::kDown ? 1 : -1;
     double low = height_;
@@ -62,7 +63,7 @@ class Layout {
   [[nodiscard]] int margin(const WindowWords& w) const {
     return std::max(kMarginPx, static_cast<int>(std::ceil(std::min(w.x, 1 - w.x) * width_)));
   }
-  /// The nearest place that way where nothing stands.
+  /// The nearest free position in the given direction.
   [[nodiscard]] double beside(double y, double half, double way) const {
     for (std::size_t i = 0; i < taken_.size();) {
       const Span& span = taken_[i++];
@@ -91,7 +92,7 @@ std::vector<PlacedWords> placed_words(const std::vector<WindowWords>& words, int
     for (const WindowWords& w : words) {
       if (w.stack == Stack::kNone && !w.words.empty()) layout.add_single(w);
     }
-    // States before notes.
+    // States have priority over notes.
     const bool up = layout.add_stack(words, Stack::kUp, most_px);
     const bool down = layout.add_stack(words, Stack::kDown, most_px);
     smallest = layout.lines();

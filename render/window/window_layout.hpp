@@ -9,12 +9,12 @@
 
 namespace nav::render {
 
-/// A line of words as a window draws it.
+/// A line of overlay text as a window draws it.
 struct PlacedWords {
   std::string words;
   Rgba8 colour;
-  double x_px;  ///< Of the aligned point, from the window's left …
-  double y_px;  ///< … and of the words' middle, from its top.
+  double x_px;  ///< Aligned point, from the left of the window.
+  double y_px;  ///< Middle of the text, from the top of the window.
   WindowWords::Align align;
   int size_px;
 };
@@ -22,9 +22,9 @@ struct PlacedWords {
 /// Height that a line of a stack takes up, pixels.
 int line_height_px(int size_px);
 
-/// Where words stand in a window of a size in pixels: nothing over anything else, whole lines
-/// inside. Stacked words are wrapped and, where they have no room, smaller, down to 8 pixels; what
-/// has none even so is left out, of the stack downwards first, from its end.
+/// Places overlay text in a window of a size in pixels: nothing overlaps, and lines lie inside as a
+/// whole. Stacked text is wrapped. If there is not enough room, its size falls, down to 8 pixels.
+/// Lines that still do not fit are left out, first from the end of the downward stack.
 std::vector<PlacedWords> placed_words(const std::vector<WindowWords>& words, int width, int height);
 
 }  // namespace nav::render

@@ -2,13 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Several cells taken as one, by the rule of render/quality/adaptive_step.hpp.
 
-uniform usampler3D brick_cells;  // How many cells a segment in each brick may have.
+uniform usampler3D brick_cells;  // The number of cells that a segment may have in each brick.
 
 int known_until = -1;  // The last lattice point that is surely in the brick that was looked up.
-int known_from = 0;    // And the first.
+int known_from = 0;    // The first one.
 int known_most = 1;
 
-// How many cells from lattice point k on are a segment of a stretch; begin, end: cells.
+// The number of cells from lattice point k on that form a segment of a stretch. begin, end: in
+// cells.
 int cells_from(int k, float begin, float end) {
   if (k > known_until || k < known_from) {
     ivec3 at = brick_of(k);

@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // Rays through pixel centres. Space: local mm (CT axes, origin at voxel (0, 0, 0)).
-// t: mm along the ray, counted from t_base_mm, a multiple of the step close to the volume, so that
-// a far eye costs no digits of single precision. The eye is at t = -t_base_mm.
+// t: mm along the ray, counted from t_base_mm. That is a multiple of the step close to the volume,
+// so that a far eye costs no digits of single precision. The eye is at t = -t_base_mm.
 
 uniform vec3 base_local;   // eye + t_base_mm * forward, mm; summed in double.
 uniform float t_base_mm;   // >= 0.
 uniform vec3 right;        // Unit axes of the view.
 uniform vec3 up;
 uniform vec3 forward;
-uniform float pixel_size;  // Perspective: at distance 1, unitless. Orthographic: mm.
-uniform vec2 picture_size;  // Pixels.
+uniform float pixel_size;  // Perspective: size at distance 1, unitless. Orthographic: mm.
+uniform vec2 picture_size;  // In pixels.
 uniform bool orthographic;
 
 struct Ray {
@@ -18,7 +18,7 @@ struct Ray {
   vec3 direction;  // Unit.
 };
 
-Ray ray_of_pixel(vec2 centre) {  // Pixels, row 0 at the bottom.
+Ray ray_of_pixel(vec2 centre) {  // centre: in pixels, row 0 at the bottom.
   vec2 ab = (centre - 0.5 * picture_size) * pixel_size;
   vec3 offset = ab.x * right + ab.y * up;
   if (orthographic) return Ray(base_local + offset, forward);

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Front to back, premultiplied. Colour and alpha in [0, 1], lengths in mm.
+// Compositing front to back, premultiplied. Colour and alpha in [0, 1], lengths in mm.
 
-// 1 - exp(-x), x >= 0, without the cancellation at small x: with exp(-x) = 2^-whole 2^-part it is
-// 1 - 2^-whole, which is exact, and 2^-whole (1 - 2^-part), whose polynomial errs by 1e-8 of it.
-// precise: programs that draw the same picture give the same bits.
+// 1 - exp(-x), x >= 0, without the cancellation at small x. With exp(-x) = 2^-whole 2^-part it is
+// 1 - 2^-whole, which is exact, plus 2^-whole (1 - 2^-part), whose polynomial has a relative error
+// of 1e-8. precise: programs that draw the same image give the same bits.
 float opacity_of(float x) {
   precise float y = min(1.44269504 * x, 126.0);
   float whole = floor(y);
@@ -19,7 +19,7 @@ float opacity_of(float x) {
   return opacity;
 }
 
-// What a ray that ended early has gathered stands for the rest of it.
+// Completes a ray that ended early: what it has gathered stands for its rest too.
 vec4 closed(vec4 picture, float opaque_at) {
   return picture.a >= opaque_at ? picture / picture.a : picture;
 }

@@ -1,34 +1,36 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The CT. Space: index, continuous voxel coordinates with voxel centres at integers. Values in HU.
+// The CT. Space: index, that is continuous voxel coordinates with voxel centres at integers. Values
+// in HU.
 
 #ifdef VOXEL_PAIRS
-// Software rasterisers filter at the price of every texel that they read, so they read two voxels at
-// a time: a word for each voxel, with the next one of its row in its high half.
+// Software rasterisers pay for every texel that a filter reads, so the shader reads two voxels at a
+// time: one word for each voxel, with the next voxel of its row in the high half.
 uniform isamplerBuffer ct;
-uniform ivec2 ct_strides;        // Words to the next row and slice; 0 where there is but one.
+uniform ivec2 ct_strides;        // Words to the next row and slice; 0 if there is only one.
 #else
 // Signed 16 bit normalised: HU = texel * 32767.
 #ifdef GATHERS
-uniform sampler2DArray ct;       // Slices.
+uniform sampler2DArray ct;       // One layer per slice.
 #else
 uniform sampler3D ct;
 #endif
 #endif
-uniform ivec3 ct_size;           // Voxels.
+uniform ivec3 ct_size;           // In voxels.
 uniform mat3 index_from_local;   // Per mm.
 
 const float kHuPerTexel = 32767.0;
 
-vec3 last_voxel;  // Taken over.
+vec3 last_voxel;  // Copies: taken_over.glsl.
 vec3 per_voxel;
 
 #ifdef MANUAL_FILTER
-// Between two equal values exactly that one, which mix() does not promise.
+// Interpolates so that two equal values give exactly that value, which mix() does not guarantee.
 vec4 between(vec4 a, vec4 b, float w) { return fma(vec4(w), b - a, a); }
 float between(float a, float b, float w) { return fma(w, b - a, a); }
 
-// The same of four voxels of one slice and four of the next, in textureGather()'s order.
+// Interpolates between four voxels of one slice and four of the next, in the order of
+// textureGather().
 float between_eight(vec4 near, vec4 far, vec3 part) {
   float front = between(between(near.w, near.z, part.x), between(near.x, near.y, part.x), part.y);
   float back = between(between(far.w, far.z, part.x), between(far.x, far.y, part.x), part.y);
@@ -37,8 +39,8 @@ float between_eight(vec4 near, vec4 far, vec3 part) {
 #endif
 
 #ifdef GATHERS
-// Trilinear from two gathers; the index is clamped to the outermost voxel centres. For volumes of
-// one number a voxel: of several, eight fetches are cheaper.
+// Trilinear from two gathers; the index is clamped to the outermost voxel centres. Only for volumes
+// with one number per voxel: for several numbers eight fetches are cheaper.
 float gathered(sampler2DArray volume, vec3 index) {
   vec3 inside = clamp(index, vec3(0.0), last_voxel);
   vec3 low = min(floor(inside), max(last_voxel - 1.0, 0.0));
@@ -74,7 +76,7 @@ vec4 trilinear(sampler3D volume, vec3 index) {
 }
 
 #ifdef VOXEL_PAIRS
-int row_words;  // Taken over.
+int row_words;  // Copies: taken_over.glsl.
 int slice_words;
 
 void take_over_volume() {
@@ -84,10 +86,11 @@ void take_over_volume() {
   slice_words = taken_over(ct_strides.y);
 }
 
-// Words lie around a place in the volume; behind its last voxels are others, which weigh nothing.
+// The words around a position in the volume. Beyond its last voxels other words are read, with
+// weight zero.
 struct Words {
   int first;
-  vec3 part;  // Of a voxel, [0, 1).
+  vec3 part;  // Position within a voxel, [0, 1).
 };
 
 Words words_at(vec3 index) {
@@ -96,7 +99,7 @@ Words words_at(vec3 index) {
   return Words(low.x + low.y * row_words + low.z * slice_words, inside - vec3(low));
 }
 
-// Between two equal values exactly that one.
+// Two equal values give exactly that value.
 float pairs_between(isamplerBuffer pairs, Words at) {
   int behind = at.first + slice_words;
   ivec4 words = ivec4(texelFetch(pairs, at.first).r, texelFetch(pairs, at.first + row_words).r,
@@ -118,14 +121,14 @@ ivec4 pairs_of(ivec4 at) {
                texelFetch(ct, at.w).r);
 }
 
-// Between the four rows around a place.
+// Interpolates between the four rows around a position.
 float between_rows(vec4 rows, vec2 part) {
   vec2 slices = rows.xz + part.x * (rows.yw - rows.xz);
   return slices.x + part.y * (slices.y - slices.x);
 }
 
-// What trilinear values one voxel either way along each axis differ by, HU; outside the volume its
-// outermost voxels are repeated. The 32 voxels that they share are read once.
+// Differences of the trilinear values one voxel on either side along each axis, HU. Outside the
+// volume the outermost voxels are repeated. The 32 voxels that the values share are read once.
 vec3 differences_at(vec3 index) {
   vec3 inside = clamp(index, vec3(0.0), last_voxel);
   ivec3 low = ivec3(inside);
@@ -146,7 +149,7 @@ vec3 differences_at(vec3 index) {
   vec4 rise = v2 - v0;
   vec4 x_rises = rise + part.x * ((highs_of(right) - v1) - rise);
   vec4 centre = v1 + part.x * (v2 - v1);
-  // Rows in front of them and behind, then slices.
+  // The rows before and after them, then the slices.
   ivec4 outer = at + ivec4(-before.y, beyond.y, behind.z - before.y, behind.z + beyond.y);
   ivec4 pairs = pairs_of(outer);
   vec4 y_low = lows_of(pairs);
@@ -178,8 +181,8 @@ float ct_hu(vec3 index) { return trilinear(ct, index).r; }
 #endif
 #endif
 
-// Part of an index ray inside the box of voxel centres and in front of the eye; mm, empty when
-// y <= x. A single voxel fills half a voxel either side.
+// The part of an index ray that lies inside the box of voxel centres and in front of the eye; mm,
+// empty if y <= x. An axis of one voxel extends half a voxel to either side.
 vec2 clip_to_box(vec3 origin, vec3 direction, float t_eye) {
   vec2 part = vec2(t_eye, 3.0e38);
   for (int axis = 0; axis < 3; ++axis) {

@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The contextual cutaway of render/spec/ray_spec_cutaway.hpp, both angles at once (vec2: theta1,
-// theta2). Objects are rows of a texture: texel 0 normal and number of vertices, 0 for a ball;
-// texels 1 and 2 the axes of the plane; texel 3 a ball around the object, or the ball itself; then
-// the vertices. Space: local mm; t is counted like the ray's, from close to the volume.
+// The contextual cutaway of render/spec/ray_spec_cutaway.hpp, for both angles at once (vec2:
+// theta1, theta2). Objects are rows of a texture: texel 0 has the normal and the number of
+// vertices, 0 for a ball; texels 1 and 2 have the axes of the plane; texel 3 has a ball around the
+// object, or the ball itself; then come the vertices. Space: local mm. t is counted as for the ray,
+// from close to the volume.
 
 uniform float overlay_mm;   // Along the ray; very large: no clear region.
 
@@ -15,7 +16,7 @@ struct CutawaySpan {
   float t2;  // >= t1.
 };
 
-CutawaySpan cut_span;  // Of the ray.
+CutawaySpan cut_span;  // The span of the ray.
 
 #ifdef CUT_FIELD
 uniform sampler2D cut_field;  // theta2, theta1: t from the eye, row 0 at the top.
@@ -95,8 +96,9 @@ vec2 cone_polygon(int row, int count, vec3 normal, Ray ray) {
                                   inside && facing != 0.0 && shallow.y));
 }
 
-// Where both surfaces meet a ray; kNowhere when they cannot lie behind begin. One object's theta1
-// shapes the fade of another's theta2, so it is all objects or none.
+// The t at which both surfaces meet a ray; kNowhere if they cannot lie behind begin. Either all
+// objects are tested or none, because the theta1 of one object shapes the fade of the theta2 of
+// another.
 CutawaySpan meet_cutaway(Ray ray, float begin) {
   float farthest = kNowhere;
   for (int row = 0; row < cut_count; ++row)
@@ -113,7 +115,7 @@ CutawaySpan meet_cutaway(Ray ray, float begin) {
 }
 #endif
 
-// Omega.
+// Omega at t.
 float occlusion(CutawaySpan span, float t) {
   if (!(t < span.t2)) return 0.0;
   float transition = span.t2 - span.t1;
@@ -123,7 +125,7 @@ float occlusion(CutawaySpan span, float t) {
   return 0.5 * (outer + inner);
 }
 
-// How much of its opacity a sample keeps.
+// The share of its opacity that a sample keeps.
 float visibility(float importance, float omega) {
   float low = max(2.0 * importance - 1.0, 0.0);
   if (omega <= low) return 1.0;
@@ -131,7 +133,7 @@ float visibility(float importance, float omega) {
   return (importance - omega) / (importance - low);
 }
 
-// Extinction after the fade of the opacity of 1 mm.
+// Extinction after the opacity of 1 mm was faded.
 float faded(float tau, float visible) {
   float z = min(visible * opacity_of(tau), 0.99999994);
   float series =
@@ -140,7 +142,8 @@ float faded(float tau, float visible) {
   return visible >= 1.0 ? tau : (visible > 0.0 ? rest : 0.0);
 }
 
-// Up to here nothing of this importance, < 1, is visible, surely: rounding is on our side.
+// Up to this t nothing of this importance, < 1, is visible. The margin makes this certain despite
+// rounding.
 float hidden_until(CutawaySpan span, float importance) {
   const float kMarginMm = 0.01;
   float t = importance <= 0.5 ? span.t2 - 2.0 * importance * (span.t2 - span.t1)

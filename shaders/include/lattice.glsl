@@ -1,20 +1,20 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The global lattice of cells. "Cells" is the ray parameter in units of a cell, so that cell k
-// covers [k, k + 1): cells = t / step_mm - shift.
+// The global lattice of cells. A position in cells is the ray parameter in units of a cell, so cell
+// k covers [k, k + 1): cells = t / step_mm - shift.
 
 uniform float step_mm;  // Length of a cell.
 
-vec3 lattice_origin;  // Index at 0 cells.
+vec3 lattice_origin;  // Index at position 0, in cells.
 vec3 lattice_step;    // Index per cell.
 vec3 ray_direction;   // Unit, local mm.
-vec4 cost;            // CT samples, shaded samples, faded cells; 1, or 2 for a ray that is cut.
+vec4 cost;            // CT samples, shaded samples, faded cells; 1, or 2 if the ray is cut.
 float lattice_shift;  // Part of a cell, [0, 1).
 
 #ifdef JITTER
-uniform float picture_height;  // Pixels.
+uniform float picture_height;  // In pixels.
 
-// The same integer hash as spec::jitter_of; row 0 at the top.
+// The integer hash of spec::jitter_of; row 0 at the top.
 float jitter_of(ivec2 pixel) {
   uint h = uint(pixel.x) * 0x8da6b343u + uint(pixel.y) * 0xd8163841u;
   h = (h ^ (h >> 16)) * 0x7feb352du;
@@ -23,7 +23,7 @@ float jitter_of(ivec2 pixel) {
 }
 #endif
 
-float cell_mm;        // step_mm, taken over.
+float cell_mm;        // A copy of step_mm: taken_over.glsl.
 
 void set_lattice(Ray ray) {
   take_over_volume();
@@ -43,7 +43,7 @@ void set_lattice(Ray ray) {
 float cells_of(float t) { return t / cell_mm - lattice_shift; }
 float t_of(float cells) { return (cells + lattice_shift) * cell_mm; }
 
-// precise: whoever asks for a place gets the same bits.
+// precise: every caller gets the same bits for a position.
 vec3 index_at(float cells) {
   precise vec3 index = fma(vec3(cells), lattice_step, lattice_origin);
   return index;

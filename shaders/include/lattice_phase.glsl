@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Of a lattice whose cells do not begin where t is counted from.
+// Moves a lattice whose cells do not begin at the position from which t is counted.
 
 uniform float lattice_phase;  // The part of a cell in front of t = 0, [0, 1].
 

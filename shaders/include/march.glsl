@@ -1,26 +1,27 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Composites a stretch of a ray cell by cell, in runs of cells between leaps. Where it can be, four
-// cells are written one after the other: software rasterisers copy all that a loop changes once more
-// for each turn, for some rays may have left it. Those of the four that need it are shaded then;
-// otherwise a run pauses at each such cell, so that a device that runs many rays in step shades all
-// of them together.
+// Composites a stretch of a ray cell by cell, in runs of cells between leaps. If possible, four
+// cells are written one after the other: in each turn of a loop software rasterisers copy
+// everything that the loop changes, because some rays may have left it. Then those of the four that
+// need it are shaded. Otherwise a run pauses at each cell that needs shading, so that a device that
+// runs many rays in step shades all of them together.
 #if defined(UNROLLED) && defined(PREINTEGRATED) && !defined(ADAPTIVE) && !defined(TWO_VOLUMES)
 #define FOUR_AT_ONCE
 #endif
 
-// Part of a cell and how it looks.
+// A part of a cell, and its appearance.
 struct Cell {
-  float middle;       // Of the whole cell, cells.
-  float size;         // The whole cell's, cells.
-  float begin, end;   // Of the part, cells.
-  float v_a, v_b;     // Values there, HU.
+  float middle;       // Middle of the whole cell, in cells.
+  float size;         // Length of the whole cell, in cells.
+  float begin, end;   // Limits of the part, in cells.
+  float v_a, v_b;     // Values at the limits, HU.
   vec4 look;          // rgb, not premultiplied, and extinction per mm.
-  float importance;   // 1 where it is not needed.
+  float importance;   // 1 if it is not needed.
 };
 
 #if defined(CUTAWAY) || defined(EMPHASIS)
-// The mean of equidistant midpoints of a part of a cell, each faded at its own place if asked.
+// The mean of equidistant midpoints of a part of a cell. fading: each one is faded at its own
+// position.
 void classify_in_steps(inout Cell cell, float gradient, bool fading) {
   vec4 sum = vec4(0.0);
   float weighted = 0.0;
@@ -45,7 +46,7 @@ void classify_in_steps(inout Cell cell, float gradient, bool fading) {
 
 bool varies(vec2 ends) { return abs(ends.x - ends.y) > kFadeVaries; }
 
-// At the ends of a part.
+// The importances at the ends of a part.
 vec2 importances_of(Cell cell, float gradient) {
   return vec2(importance_at(cell.v_a, gradient), importance_at(cell.v_b, gradient));
 }
@@ -63,7 +64,7 @@ void weigh(inout Cell cell, float gradient, vec2 ends) {
 #endif
 
 #ifdef CUTAWAY
-// Fades a cell, whose look is that without a cutaway, and finds its importance.
+// Fades a cell that was classified without a cutaway, and finds its importance.
 void fade(inout Cell cell, float gradient) {
   vec2 importance = importances_of(cell, gradient);
   vec2 visible = vec2(visibility(importance.x, occlusion(cut_span, t_of(cell.begin))),
@@ -86,7 +87,7 @@ void composite(Cell cell) {
 }
 
 #ifdef PREINTEGRATED
-// A mean of mean_between(), over a length.
+// Composites a mean of mean_between() over a length.
 void composite_mean(vec4 mean, float length_mm) {
   float extinction = max(mean.a, 0.0);
   float part = (1.0 - picture.a) * opacity_of(extinction * length_mm);
@@ -96,7 +97,7 @@ void composite_mean(vec4 mean, float length_mm) {
 #endif
 
 #ifdef SHADING
-// Composites a cell that pausing was worth.
+// Composites a cell at which the march paused.
 void shade_and_composite(Cell cell, bool fading) {
 #if defined(EMPHASIS) && defined(PREINTEGRATED)
   if (!fading) weigh(cell, 0.0, importances_of(cell, 0.0));
@@ -109,7 +110,7 @@ void shade_and_composite(Cell cell, bool fading) {
 #ifdef PREINTEGRATED
   float opacity = opacity_of(cell.look.a * length_mm(cell));
   if (share > 0.0) {
-    // The mean of the shades at several places: spec::shades_of().
+    // The mean of the shades at several positions: spec::shades_of().
     float weight = (1.0 - picture.a) * opacity;
     float places = clamp(floor(shades_taken * sqrt(weight * cell.size) + 0.5), 1.0, kMostShades);
     float apart = cell.size / places;
@@ -137,23 +138,23 @@ void shade_and_composite(Cell cell, bool fading) {
 
 // A walk along a stretch of a ray.
 struct Walk {
-  float begin, end;  // Cells.
+  float begin, end;  // In cells.
   int last;          // Lattice point that ends the last cell.
-  int j;             // Where to sample next.
+  int j;             // Next lattice point to sample.
   int size;          // Cells of the segment that ends at j; 1 without ADAPTIVE.
-  int run_end;       // Segments that begin before it are taken without looking at bricks.
-  int next;          // Where to look at bricks again.
-  bool pending;      // The cell before next begins in an empty brick and is not yet dealt with.
+  int run_end;       // Segments that begin before it are taken without a brick test.
+  int next;          // Position of the next brick test.
+  bool pending;      // The cell before next begins in an empty brick and is still to be handled.
   bool going;
   int known;         // Lattice point of v0; far in front: none yet.
   float v0;
 #ifdef PREINTEGRATED
-  float before;      // The value at the lattice point before that one,
+  float before;      // The value at the lattice point before known,
 #ifdef ADAPTIVE
-  int before_at;     // or this one.
+  int before_at;     // or at this one.
 #endif
   float aside;       // See look_aside().
-  Point a;           // What lies there, or where the stretch begins.
+  Point a;           // The point there, or at the start of the stretch.
 #endif
 };
 
@@ -188,7 +189,7 @@ Walk begin_walk(float begin, float end) {
 bool in_run(Walk w) { return w.j - w.size < w.run_end; }
 
 #ifdef SKIPPING
-// A run in an occupied brick begins at next.
+// Begins a run in an occupied brick at next.
 void begin_run(inout Walk w, Brick brick) {
 #ifdef PREINTEGRATED
   int start = w.pending ? w.next - 1 : w.next;
@@ -206,7 +207,7 @@ void begin_run(inout Walk w, Brick brick) {
 #endif
 }
 
-// Leaps to the next run; none: the walk is over.
+// Leaps to the next run; if there is none, the walk is over.
 void find_run(inout Walk w, bool fading) {
   if (!in_run(w)) do {
     if (w.pending ? w.next > w.last : w.next >= w.last) {
@@ -247,18 +248,18 @@ Cell cell_at(Walk w, int k, float v0, float v1) {
 }
 
 #ifdef PREINTEGRATED
-// The stretch begins in the cell whose first lattice point is sampled next.
+// True if the stretch begins in the cell whose first lattice point is sampled next.
 bool begins_inside(Walk w) { return float(w.j) < w.begin; }
 
-// A run that does not go on from the last one takes a value beside its first one: of the lattice
-// point before it, for the bow of the first cell, or, where the stretch begins in that cell, of the
-// one behind it, for the value there.
+// A run that does not continue the last one takes a value beside its first one. That is the value
+// at the lattice point before it, for the bow of the first cell. If the stretch begins in that
+// cell, it is the value at the lattice point after it, for the value at the start.
 void look_aside(inout Walk w) {
   if (w.known == w.j - w.size) return;
   w.aside = value_at(float(begins_inside(w) ? w.j + 1 : w.j - 1));
 }
 
-// The bow of the segment from k on, whose values at its ends are v0 and v1; HU.
+// The bow of the segment from k on, HU. v1: the value at its end.
 float bow_of(Walk w, Cell cell, int k, float v1) {
   bool whole = cell.begin >= float(k) && cell.begin <= float(k) && cell.end >= float(k + 1);
   bool may_bow = whole && w.size == 1 && k >= bow_from;
@@ -275,9 +276,9 @@ void advance(inout Walk w, float v1, bool fading) {
   w.j += w.size;
 }
 
-// Takes the sample at j. True: it ends a cell; mean is what lies there, see mean_between(). The
-// first sample of a run goes through the same operations for nothing: a device that runs many rays
-// in step would take those of a branch as well.
+// Takes the sample at j. Returns true if it ends a cell; mean is then the mean over that cell, see
+// mean_between(). The first sample of a run goes through the same operations without need, because
+// a device that runs many rays in step would execute both sides of a branch anyway.
 bool take_sample(inout Walk w, bool may_begin, bool fading, out Cell cell, out vec4 mean) {
   int k = w.j - w.size;
   bool whole = w.known == k;  // v0 and v1 are the values of a cell.
@@ -319,9 +320,10 @@ void take_middle(inout Walk w, out Cell cell, bool fading) {
 #endif
 
 #ifdef FOUR_AT_ONCE
-// Behind its end a run takes what is no reason to look at a brick, and nothing behind the stretch.
+// Beyond its end a run takes cells that are no reason for a brick test, but nothing beyond the
+// stretch.
 #ifdef SHADING
-// A cell that waits for being shaded. Without it an end is its begin.
+// A cell that waits for shading. If the sample ends no cell, its end equals its begin.
 Cell take_one(inout Walk w, bool may_begin) {
   Cell cell;
   vec4 mean;
@@ -369,8 +371,8 @@ bool take_four(inout Walk w) {
 #endif
 #endif
 
-// Takes the next sample and composites the cell that it completes. True: a reason to pause. With
-// SHADING that is the cell itself, which is not composited yet.
+// Takes the next sample and composites the cell that it completes. Returns true if there is a
+// reason to pause. With SHADING that is the cell itself, which is not composited yet.
 bool take_next(inout Walk w, inout Cell cell, bool fading) {
   bool found = true;
 #ifdef PREINTEGRATED
@@ -404,11 +406,12 @@ bool take_next(inout Walk w, inout Cell cell, bool fading) {
 }
 
 #ifdef TWO_VOLUMES
-float clear_to;  // Cells before this one that are yet to come show nothing.
+float clear_to;  // Cells before this one that are still to come show nothing.
 
 #ifdef PREINTEGRATED
-// What lies where the last stretch ended, if it was a lattice point: the next one begins there.
-int kept_at;  // Far in front: nowhere.
+// The point at which the last stretch ended, if it was a lattice point: the next stretch begins
+// there.
+int kept_at;  // Far in front: none.
 float kept_v;
 float v_kept_before;
 Point kept_a;
@@ -438,9 +441,9 @@ void resume(inout Walk w) {
 #endif
 #endif
 
-// Loops are tested at their ends: a device that runs many rays in step goes through the body of a
-// loop once more after the last ray has left it at its head.
-// begin, end: cells. fading: in front of the surface of theta2.
+// Loops are tested at their ends: a device that runs many rays in step executes the body of a loop
+// once more after the last ray has left it at its head.
+// begin, end: in cells. fading: in front of the surface of theta2.
 void march(float begin, float end, bool fading) {
   Walk w = begin_walk(begin, end);
 #if defined(TWO_VOLUMES) && defined(PREINTEGRATED)
@@ -483,8 +486,9 @@ void march(float begin, float end, bool fading) {
 }
 
 #ifdef CUTAWAY
-// A stretch in a cutaway: cells that begin in front of the surface of theta2 fade. Two marches only
-// where that is cheaper: compilers of devices take twice the time for twice the text.
+// A stretch in a cutaway: cells that begin in front of the surface of theta2 fade. There are two
+// calls of march() only if that is cheaper: compilers of devices take twice the time for twice the
+// text.
 void march_cut(float begin, float end) {
   float fade = cells_of(cut_span.t2);
   float turn = fade > begin ? clamp(ceil(min(fade, 1.0e9)), begin, max(begin, end)) : begin;

@@ -10,7 +10,7 @@
 #include "include/solids.glsl"
 #endif
 
-// First surface of the ray behind a place on it and before t_stop.
+// The first surface of the ray behind a position on it and before t_stop.
 Surface next_surface(Ray ray, float t_eye, float t_stop, float after_t, int after_order) {
   Surface best = kNoSurface;
 #ifdef PLANE

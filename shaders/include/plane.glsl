@@ -1,23 +1,23 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The ultrasound plane, z = 0 of the image frame, mm. Border: the safety state's colour, as wide as
-// render/spec/ray_spec_surfaces.hpp has it.
+// The ultrasound plane, z = 0 of the Image frame, mm. Border: colour of the safety state, width as
+// in render/spec/ray_spec_surfaces.hpp.
 
-uniform vec2 us_size;                // Pixels; the picture itself is put in by resolve.frag.
+uniform vec2 us_size;                // In pixels; resolve.frag inserts the image itself.
 uniform mat3 image_from_local;       // Rotation.
-uniform vec3 image_origin;            // Of the image frame, local mm.
+uniform vec3 image_origin;            // Origin of the Image frame, local mm.
 uniform mat2 pixel_from_mm;
-uniform vec2 grid_origin_mm;         // Of pixel (0, 0).
+uniform vec2 grid_origin_mm;         // Position of pixel (0, 0).
 uniform vec2 mm_across;              // Distance of neighbouring columns, rows; mm.
 uniform bool has_outline;
 uniform vec4 outline;                // Apex x, y; least and greatest radius; mm.
 uniform vec2 outline_half;           // Sine and cosine of the half angle.
-uniform bool shows_picture;          // False when stale: border only.
+uniform bool shows_picture;          // false when stale: border only.
 uniform vec3 border_rgb;
 uniform float plane_opacity;         // (0, 1].
 
 
-// Distance to the nearest edge of what is drawn, mm; negative outside.
+// Distance to the nearest edge of the drawn area, mm; negative outside.
 float depth_inside(vec2 p_image, vec2 pixel, vec2 size) {
   vec2 to_edge = min(pixel + 0.5, size - 0.5 - pixel) * mm_across;
   float inside = min(to_edge.x, to_edge.y);
@@ -28,15 +28,17 @@ float depth_inside(vec2 p_image, vec2 pixel, vec2 size) {
   return min(inside, d.y * outline_half.x - abs(d.x) * outline_half.y);
 }
 
-// Where rays beside one meet the plane, which meets it at p: that a pixels to the right and b upwards
-// at p + (a * right + b * up) / w, w = 1 + dot(vec2(a, b), turn).
+// The points at which rays beside a ray meet the plane. If this ray meets it at p, the ray a pixels
+// to the right and b pixels up meets it at p + (a * right + b * up) / w, w = 1 + dot(vec2(a, b),
+// turn).
 struct PlanePixel {
-  vec2 right;  // Image mm.
+  vec2 right;  // In image mm.
   vec2 up;
   vec2 turn;  // 0: parallel rays.
 };
 
-// Of the ray that meets the plane at t, mm from the eye. along: its direction in the image frame.
+// The pixel of the ray that meets the plane at t, mm from the eye. along: direction of the ray in
+// the Image frame.
 PlanePixel pixel_on_plane(Ray ray, vec3 along, float t) {
   float apart = orthographic ? pixel_size : pixel_size * t * dot(ray.direction, forward);
   vec3 to_right = apart * (image_from_local * right);
@@ -46,8 +48,8 @@ PlanePixel pixel_on_plane(Ray ray, vec3 along, float t) {
                     orthographic ? vec2(0.0) : sooner / t);
 }
 
-// Whether a point that is so far inside, >= 0, is on the border: nearer to the edge than kBorderMm,
-// or one of eight points kBorderPixels around it in the picture lies outside.
+// True if a point at this distance inside, >= 0, is on the border: it is nearer to the edge than
+// kBorderMm, or one of eight points kBorderPixels around it in the image lies outside.
 bool on_border(vec2 p_image, float inside, PlanePixel next) {
   if (inside < kBorderMm) return true;
   float farthest = kBorderPixels * sqrt(dot(next.right, next.right) + dot(next.up, next.up));

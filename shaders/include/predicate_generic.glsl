@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Any set of predicates, read from a table: what the text of a set says, without compiling it. Used
-// until the program of the set is there. Of each leaf kLeafTexels texels; then, where classes are
-// entries, the tokens that combine leaves. The numbers are those of the set's own uniforms.
+// Any predicate set, read from a table instead of compiled from its text. Used until the program of
+// the set is ready. Each leaf has kLeafTexels texels. If classes are entries, the tokens that
+// combine leaves follow. The numbers are those of the set's own uniforms.
 
 uniform usamplerBuffer leaf_table;
 uniform int leaf_count;
-uniform int token_count;  // 0: classes are leaves.
+uniform int token_count;  // 0: each class is a leaf.
 uniform bool has_undefined;
 
 const int kLeafTexels = 6;
@@ -16,14 +16,14 @@ const uint kBitsLeaf = 2u;
 const uint kSegmentLeaf = 3u;
 const uint kSlabLeaf = 4u;
 
-uint asked_leaves;  // Only these matter.
+uint asked_leaves;  // Only these leaves matter.
 
 uvec4 leaf_texel(int leaf, int texel) {
   return texelFetch(leaf_table, kLeafTexels * leaf + texel);
 }
 vec4 leaf_numbers(int leaf, int texel) { return uintBitsToFloat(leaf_texel(leaf, texel)); }
 
-// slot: 0 the volume, else 1 + 4 texture + component.
+// slot: 0 for the volume, otherwise 1 + 4 texture + component.
 float code_of(vec4 texels[FEATURES], float volume, uint slot) {
   if (slot == 0u) return volume;
   uint which = (slot - 1u) >> 2u;
@@ -76,7 +76,8 @@ uint predicate_leaves(vec4 texels[FEATURES], float volume, uint undefined, uint 
   return leaves;
 }
 
-// Tokens in postfix order: operation, index of a leaf or an entry. The stack is bits of a number.
+// Tokens in postfix order: operation, index of a leaf or of an entry. The stack consists of the
+// bits of a number.
 uint predicate_class(uint leaves) {
   if (token_count == 0) return leaves;
   uint entries = 0u;

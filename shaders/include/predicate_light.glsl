@@ -1,18 +1,19 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Compositing by importance, front to back: render/spec/predicate_spec.hpp. Importance as its logarithm
-// with LOG_IMPORTANCE, else as a weight exp(I - greatest), which needs neither exp nor log. With all
-// importances equal both begin at the greatest one, and are plain over.
+// Compositing by importance, front to back: render/spec/predicate_spec.hpp. With LOG_IMPORTANCE
+// importances are used as they are. Otherwise they are weights exp(I - greatest), which need
+// neither exp nor log. If all importances are equal, both forms begin at the greatest one, which
+// gives plain over.
 
 uniform float first_importance;
 uniform float leave_out_for;  // spec::EarlyEnds
-uniform float surface_importance;  // Of surfaces: the greatest.
+uniform float surface_importance;  // Importance of surfaces: the greatest.
 
 struct Light {
-  vec3 rgb;  // Not premultiplied; without the ultrasound picture.
+  vec3 rgb;  // Not premultiplied; without the ultrasound image.
   float alpha;
   float importance;
-  float picture;  // Share of the ultrasound picture in the colour.
+  float picture;  // Share of the ultrasound image in the colour.
 };
 
 Light light;
@@ -27,7 +28,8 @@ void begin_light() {
   light = Light(vec3(0.0), 0.0, first_importance, 0.0);
 }
 
-// How much of the colour so far surely stays before what comes with an importance; times alpha.
+// The share of the present colour that surely stays visible when material of an importance follows;
+// to be multiplied by alpha.
 float kept_before(float importance) {
 #ifdef LOG_IMPORTANCE
   return exp(-max(importance - light.importance, 0.0));
@@ -36,7 +38,7 @@ float kept_before(float importance) {
 #endif
 }
 
-// spec::composite_log() or composite_weight(). opacity 0 changes nothing.
+// spec::composite_log() or composite_weight(). An opacity of 0 changes nothing.
 void blend(vec3 rgb, float opacity, float importance, float picture) {
   precise float a = min(light.alpha, kept_before(importance));
   precise float over = (1.0 - a) * opacity;
@@ -55,13 +57,13 @@ void blend(vec3 rgb, float opacity, float importance, float picture) {
   if (light.importance > before) paid = 0.0;
 }
 
-// spec::LeftOut::pay() of what has at most an importance.
+// spec::LeftOut::pay() for material of at most this importance.
 bool can_leave_out(float importance) {
   if (!(importance > 0.0)) return true;
   float from = max(paid, light.importance);
   float rise = max(importance - from, 0.0);
 #ifdef LOG_IMPORTANCE
-  // No less than the formula, whose exponents are at most ln(1 + leave_out_for).
+  // An upper bound of the formula, whose exponents are at most ln(1 + leave_out_for).
   float cost = rise * (1.0 + leave_out_for) * (1.0 + 0.5 * leave_out_for);
 #else
   float cost = rise / max(light.importance, 1.0e-37);

@@ -1,14 +1,15 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// How samples look by which predicates are true of them: render/spec/predicate_spec.hpp, Eqs. 6 to 8.
+// The appearance of samples, from the predicates that are true for them:
+// render/spec/predicate_spec.hpp, Eqs. 6 to 8.
 
 struct Look {
-  vec3 tint;         // Times the chroma, added to the grey of the intensity.
-  float importance;  // In the measure of the light; <= 0: invisible.
+  vec3 tint;         // Times the chroma; added to the grey of the intensity.
+  float importance;  // In the unit of the light; <= 0: invisible.
 };
 
 #ifdef LOOK_TABLE
-// Tint, importance; one for each class of samples.
+// Tint and importance, one texel for each class of samples.
 #ifdef STORAGE
 layout(std430, binding = 1) readonly buffer Looks { vec4 looks[]; };
 #define look_texel(i) looks[i]
@@ -27,7 +28,7 @@ uniform int entry_count;
 uniform bool linear_hue;
 uniform float greatest_impact;
 
-// As spec::hsl_tint().
+// Like spec::hsl_tint().
 vec3 tint_of(float hue_deg, float saturation) {
   vec3 shifted = mod(hue_deg / 60.0 + vec3(0.0, 4.0, 2.0), 6.0);
   return saturation * (clamp(abs(shifted - 3.0) - 1.0, 0.0, 1.0) - 0.5);
@@ -36,7 +37,7 @@ vec3 tint_of(float hue_deg, float saturation) {
 Look look_of(uint entries) {
   vec3 sum = vec3(0.0);   // Count, impact, impact times saturation.
   vec4 hues = vec4(0.0);  // Weighted by that: cosine, sine, degrees; weight.
-  vec2 most = vec2(0.0);  // Greatest weight, its hue.
+  vec2 most = vec2(0.0);  // Greatest weight, and its hue.
   for (int j = 0; j < entry_count; ++j) {
     if ((entries >> uint(j) & 1u) == 0u) continue;
     vec3 impact = texelFetch(weights, 2 * j).rgb;  // Impact, impact times saturation, hue.

@@ -1,23 +1,23 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Composites the cells of a stretch by predicates: render/predicates/predicate_scene.hpp. Cells are looked up
-// in runs no longer than a brick, whose bounds are the same for all rays and pictures; what is known
-// at the first cell of a run holds for all bricks that it can touch. What is composited, and when a
-// ray ends, depends on runs and on the light alone, not on how runs without effect are passed:
-// pictures with and without leaps have the same bits.
-// Known of a brick: distance to the nearest visible one, in bricks along the longest axis; and of it
-// and all that touch it: bits of the greatest importance; leaves that are true throughout; leaves
-// that are not decided.
+// Composites the cells of a stretch by predicates: render/predicates/predicate_scene.hpp. Cells are
+// tested in runs no longer than a brick, whose limits are the same for all rays and images. The
+// data read at the first cell of a run holds for all bricks that the run can touch. The composited
+// samples and the end of a ray depend on the runs and on the light alone, not on how runs without
+// effect are passed. So images with and without leaps have the same bits.
+// Data of a brick: the distance to the nearest visible brick, in bricks along the longest axis.
+// Then, for the brick and all that touch it: the bits of the greatest importance, the leaves that
+// are true throughout, and the leaves that are not decided.
 
-uniform bool leaps;           // Over bricks where nothing is visible.
-uniform bool looks_at_bricks;  // For leaps or for ending early.
+uniform bool leaps;           // Leaps over bricks in which nothing is visible.
+uniform bool looks_at_bricks;  // Tests bricks, for leaps or for early ends.
 uniform float run_cells;
 uniform float leave_out_from;  // spec::EarlyEnds; > 1: never.
 uniform float end_at;
-uniform vec2 entry_of_volume;   // Of the table of extinctions: scale, offset.
+uniform vec2 entry_of_volume;   // Entry of the table of extinctions: scale, offset.
 uniform float last_entry;
-// One fetch reads all that there is: runs without features need no loop of their own, which costs a
-// turn even where no ray takes it.
+// One fetch reads everything. So runs without features need no loop of their own, which would cost
+// one turn even if no ray takes it.
 #ifdef VOLUME_IN_FEATURES
 #if FEATURES == 1
 #define ONE_TEXTURE
@@ -26,7 +26,7 @@ uniform float last_entry;
 #if defined(FEATURE_PAIRS) && !defined(GENERIC)
 #define ONE_TEXTURE
 #endif
-// Extinction per mm, what to add to reach the next.
+// Extinction per mm, and its difference to the next entry.
 #ifdef STORAGE
 layout(std430, binding = 0) readonly buffer Opacity { vec2 opacity[]; };
 #define opacity_texel(i) opacity[i]
@@ -37,11 +37,11 @@ uniform samplerBuffer opacity;
 uniform vec3 spacing_mm;
 
 #ifdef FEATURES
-// Codes of up to four features each; with VOLUME_IN_FEATURES the first one is the volume.
+// Codes of up to four features each. With VOLUME_IN_FEATURES the first one is the volume.
 #ifdef FEATURE_PAIRS
-#define FEATURE_TEXTURE isamplerBuffer  // One after the other, as the CT's in ct.glsl.
-uniform int feature_words;              // From one to the next.
-uniform ivec3 feature_counts;           // In each table.
+#define FEATURE_TEXTURE isamplerBuffer  // One after the other, like the CT in ct.glsl.
+uniform int feature_words;              // Words from one feature to the next.
+uniform ivec3 feature_counts;           // Number of features in each table.
 #else
 #define FEATURE_TEXTURE sampler3D
 #endif
@@ -54,7 +54,7 @@ uniform FEATURE_TEXTURE features2;
 #endif
 uniform ivec4 feature_leaves;  // Leaves that read each texture.
 #ifdef UNDEFINED
-uniform usampler3D undefined_cells;  // Bits of features without a value at a corner of the cell.
+uniform usampler3D undefined_cells;  // Bits of features that are undefined at a corner of the cell.
 #endif
 #endif
 #ifdef LABELS
@@ -71,9 +71,9 @@ uniform float cutaway_greatest;
 #endif
 
 bool ended;              // The light is final.
-float greatest_to_come;  // Importance on the rest of the stretch, at most.
+float greatest_to_come;  // Upper bound of the importance on the rest of the stretch.
 
-// Taken over.
+// Copies: taken_over.glsl.
 bool leaps_taken, looks_taken;
 float run_taken, leave_out_from_taken, end_at_taken, last_entry_taken;
 vec2 entry_taken;
@@ -117,7 +117,7 @@ void take_over_predicates() {
 
 #ifdef FEATURES
 #ifdef FEATURE_PAIRS
-// count: of the features there, >= 1.
+// count: number of features in the table, >= 1.
 vec4 features_at(isamplerBuffer texels, int count, vec3 index) {
   Words at = words_at(index);
   vec4 found = vec4(0.0);
@@ -129,7 +129,7 @@ vec4 features_at(isamplerBuffer texels, int count, vec3 index) {
     at.first += words_of_feature;
   } while (++c < count);
 #else
-  for (int c = 0; c < 4; ++c) {  // What is not asked for is not compiled.
+  for (int c = 0; c < 4; ++c) {  // The compiler leaves out channels that are not used.
     found[c] = pairs_between(texels, at);
     at.first += words_of_feature;
   }
@@ -141,7 +141,7 @@ vec4 features_at(sampler3D texels, int count, vec3 index) { return trilinear(tex
 #endif
 #endif
 
-// What a sample reads at once. reads: some leaf that matters reads features.
+// The first texel that a sample reads. reads: some leaf that matters reads features.
 vec4 first_texel(vec3 index, bool reads) {
 #ifdef VOLUME_IN_FEATURES
   if (reads) return trilinear(features0, index);
@@ -149,7 +149,8 @@ vec4 first_texel(vec3 index, bool reads) {
   return vec4(ct_hu(index));
 }
 
-// Which leaves are true at a place. asked: those that matter; reads: some of them reads features.
+// The leaves that are true at a position. asked: those that matter. reads: some of them reads
+// features.
 uint leaves_at(vec3 index, vec4 first, uint asked, bool reads) {
   uint undefined = 0u;
   uint bits = 0u;
@@ -204,7 +205,7 @@ float linear_importance(float importance) {
 
 float faded_extinction(float tau, float importance, float begin, float end) {
   float share = max(cutaway_scale * linear_importance(importance), 0.0);
-  if (share >= 1.0 - 1.0 / 4096.0) share = 1.0;  // As kFullImportance of the CPU.
+  if (share >= 1.0 - 1.0 / 4096.0) share = 1.0;  // Same as kFullImportance of the CPU.
   float sum = 0.0;
   for (int i = 0; i < kFadeSteps; ++i) {
     float t = t_of(mix(begin, end, (float(i) + 0.5) / float(kFadeSteps)));
@@ -214,14 +215,14 @@ float faded_extinction(float tau, float importance, float begin, float end) {
 }
 #endif
 
-// The part of cell n between begin and end; not counts: nothing.
+// Composites the part of cell n between begin and end. counts false: no effect.
 void add_cell(int n, bool counts, float begin, float end, uint sure, uint open, bool reads,
               bool fading) {
   float cell = float(n);
   vec3 index = clamp(index_at(cell + 0.5), vec3(0.0), last_voxel);
   cost.x += float(counts);
   vec4 first = first_texel(index, reads);
-  // Without a branch: what shows nothing is composited with an opacity of 0.
+  // Without a branch: an invisible sample is composited with an opacity of 0.
   float entry = clamp(fma(first.x, entry_taken.x, entry_taken.y), 0.0, last_entry_taken);
   uint leaves = sure | (leaves_at(index, first, open, reads) & open);
   Look look = look_of(predicate_class(leaves));
@@ -243,7 +244,8 @@ void add_cell(int n, bool counts, float begin, float end, uint sure, uint open, 
           light.alpha * kept_before(greatest_to_come) >= end_at_taken;
 }
 
-// Cells from n on, in front of run_end; returns the next one. As in march.glsl several at once.
+// Composites cells from n on, before run_end, and returns the next cell. Several at once, as in
+// march.glsl.
 int add_cells(int n, int run_end, float begin, float end, uint sure, uint open, bool reads,
               bool fading) {
   add_cell(n, true, begin, end, sure, open, reads, fading);
@@ -260,7 +262,7 @@ int begin_of_run(int n) {
   return int(floor((float(n) + 0.5) / run_taken) * run_taken);
 }
 
-// Where to go on behind the run of cell n, when nothing in it counts.
+// The cell after the run of cell n, if nothing in that run counts.
 int behind_run(int n, uint distance) {
   int next = begin_of_run(n) + int(run_taken);
   vec3 size = abs(lattice_step) * bricks_a_voxel;
@@ -268,7 +270,8 @@ int behind_run(int n, uint distance) {
   return max(next, begin_of_run(n + int(min(cells, 1.0e6))));
 }
 
-// The greatest importance of cells n to last - 1, and up to which cell it stays the greatest.
+// Finds the greatest importance of cells n to last - 1, and the cell up to which it stays the
+// greatest.
 void look_ahead(int n, int last, out int valid_to) {
   greatest_to_come = 0.0;
   valid_to = last;
@@ -282,7 +285,7 @@ void look_ahead(int n, int last, out int valid_to) {
   } while (n < last);
 }
 
-// Whether nothing of the run of cell n can be seen yet.
+// True if nothing of the run of cell n is visible yet.
 bool is_hidden(int n, float importance) {
 #ifdef CUTAWAY
   float share = cutaway_scale * linear_importance(importance);
@@ -301,10 +304,10 @@ bool reads_features(uint asked) {
 #endif
 }
 
-// Loops are tested at their ends, as in march.glsl. All in cells; far: where the volume ends before
-// the next surface, for rule 2, which ends the ray up to there.
+// Loops are tested at their ends, as in march.glsl. begin, end, far: in cells. far: the cell at
+// which the volume ends before the next surface, for rule 2, which ends the ray up to there.
 #ifdef TWO_VOLUMES
-float clear_to;  // As in march.glsl.
+float clear_to;  // See march.glsl.
 #endif
 void march(float begin, float end, float far, bool fading) {
   int n = int(floor(begin));
@@ -337,8 +340,8 @@ void march(float begin, float end, float far, bool fading) {
         ended = light.alpha * kept_before(greatest_to_come) >= end_at_taken;
       }
     }
-    // A software rasteriser skips nothing inside of a loop, but whole loops. The same operations in
-    // both, so that the bits are the same.
+    // A software rasteriser skips no part of a loop, only whole loops. Both loops do the same
+    // operations, so that the bits are the same.
 #ifdef ONE_TEXTURE
     const bool reads = true;
 #else
@@ -365,7 +368,7 @@ void march(float begin, float end, float far, bool fading) {
 }
 
 #ifdef CUTAWAY
-// As in march.glsl.
+// See march.glsl.
 void march_cut(float begin, float end) {
   float fade = cells_of(cut_span.t2);
   float turn = fade > begin ? clamp(ceil(min(fade, 1.0e9)), begin, max(begin, end)) : begin;

@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Mean of the transfer function over the values between two points of a ray, from its integrals
-// over HU as whole numbers: their differences are exact, where those of floats cancel.
-
-// Of each entry three texels: colour times extinction, and extinction; what to add to reach the next
-// entry; the integrals of both in quanta. In front of the first entry is one for values below it.
+// The mean of the transfer function over the values between two points of a ray. It comes from the
+// function's integrals over HU as whole numbers, because their differences are exact, but those of
+// floats cancel.
+// Each entry has three texels: colour times extinction, and extinction; their differences to the
+// next entry; the integrals of both in quanta. Before the first entry there is one for values below
+// it.
 #ifdef STORAGE
 layout(std430, binding = 2) readonly buffer Points { ivec4 points[]; };
 #define point_texel(i) points[i]
@@ -14,16 +15,16 @@ uniform isamplerBuffer points;
 #endif
 uniform float quantum;         // HU/mm.
 
-float hu_of_quantum;           // Taken over.
+float hu_of_quantum;           // A copy: taken_over.glsl.
 
 void take_over_integrals() { hu_of_quantum = taken_over(quantum); }
 
-// A value, looked up.
+// A value that was looked up.
 struct Point {
   float x;         // HU above the first entry.
-  int entry;       // At or below; -1 below the first.
-  ivec4 integral;  // To the entry.
-  vec4 rest;       // From the entry to x, HU/mm.
+  int entry;       // Entry at or below the value; -1 below the first.
+  ivec4 integral;  // Integral up to the entry.
+  vec4 rest;       // Integral from the entry to x, HU/mm.
   vec4 here;       // Colour times extinction, and extinction; per mm.
 };
 
@@ -43,10 +44,11 @@ Point point_at(float hu) {
   return p;
 }
 
-// Mean over the values from a to b: colour times extinction, and extinction, per mm; neither is held
-// within its bounds yet. bow: by how much the mean of the values lies above that of the line, HU.
+// The mean over the values from a to b: colour times extinction, and extinction, per mm; not
+// clamped to their bounds yet. bow: by how much the mean of the values lies above the mean of the
+// line, HU.
 vec4 mean_between(Point a, Point b, float bow) {
-  const float kSame = 1.0 / 64.0;  // HU; so close, the mean of the ends is as good.
+  const float kSame = 1.0 / 64.0;  // HU; below it the mean of the ends is as good.
   const float kMaxBowShare = 0.5;
   float dx = b.x - a.x;
   bool same = a.entry == b.entry || abs(dx) < kSame;
@@ -58,7 +60,7 @@ vec4 mean_between(Point a, Point b, float bow) {
   return mean;
 }
 
-// What such a mean looks like: rgb, not premultiplied, and extinction.
+// The appearance of such a mean: rgb, not premultiplied, and extinction.
 vec4 look_of(vec4 mean) {
   if (!(mean.a > 0.0)) return vec4(0.0);
   return vec4(clamp(mean.rgb / mean.a, 0.0, 1.0), mean.a);

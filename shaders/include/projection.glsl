@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The greatest, least or mean value at the middles of all cells of a stretch, as grey. Bricks whose
-// range of values cannot change what was found take no sample; of bricks of one value the mean
-// takes one. Neither changes a bit of the result.
+// The greatest, least or mean value at the middles of all cells of a stretch, as grey. A brick
+// takes no sample if its range of values cannot change the result so far. For the mean, a brick of
+// one value takes one sample. Neither changes a bit of the result.
 
 uniform float grey_level_hu;
 uniform float grey_width_hu;
@@ -17,7 +17,7 @@ const float kNothingFound = 3.0e38;
 const float kNothingFound = 0.0;
 #endif
 
-// What was found, with the value of cell k of a stretch.
+// The result so far, combined with the value of cell k of a stretch.
 float with_value(float found, float value, int k, float begin, float end) {
 #if defined(MAXIMUM)
   return max(found, value);
@@ -31,7 +31,7 @@ float with_value(float found, float value, int k, float begin, float end) {
 }
 
 #ifdef SKIPPING
-// Bricks are known by their least and greatest value, as unsigned numbers.
+// Data of a brick: its least and greatest value, as unsigned numbers.
 struct Range {
   float low;   // HU.
   float high;

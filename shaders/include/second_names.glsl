@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Names of what a second volume has of its own, so that the blocks of one volume serve both. Until
-// second_names_end.glsl.
+// Renames everything that a second volume has of its own, so that the blocks of one volume serve
+// both, until second_names_end.glsl.
 
 #define between second_between
 #define between_eight second_between_eight

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The end of second_names.glsl.
+// Ends second_names.glsl.
 
 #undef between
 #undef between_eight

@@ -1,18 +1,18 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Shading of CT samples on the gradient, which stays on the index axes: only its length and its
-// angles to the ray and to the light matter.
+// Shading of CT samples by the gradient. The gradient stays on the index axes, because only its
+// length and its angles to the ray and to the light matter.
 
 #ifdef GRADIENTS
 uniform vec3 half_per_spacing;  // 1 / (2 * spacing), per mm.
 
 #ifdef GRADIENT_TEXTURE
-uniform sampler3D gradients;  // Differences of the neighbours of every voxel, as the CT.
+uniform sampler3D gradients;  // Differences of each voxel's neighbours, in the CT's format.
 #endif
 
-vec3 per_difference;  // half_per_spacing, taken over.
+vec3 per_difference;  // A copy of half_per_spacing: taken_over.glsl.
 
-// Central difference one voxel either way, HU/mm.
+// Central difference one voxel on either side, HU/mm.
 vec3 gradient_at(vec3 index) {
 #ifdef GRADIENT_TEXTURE
   return trilinear(gradients, index).rgb * per_difference;
@@ -32,14 +32,14 @@ vec3 gradient_at(vec3 index) {
 uniform mat3 axes_from_local;  // Rotation (or mirror) to the index axes.
 uniform float full_gradient_per_mm;
 #ifdef PREINTEGRATED
-uniform float shades_per_root;  // Of the weight of one cell.
+uniform float shades_per_root;  // Shades per square root of the weight of one cell.
 float shades_taken;
 #endif
 #ifdef EMPHASIS
 uniform float emphasis;
 #endif
 vec3 ray_axes;  // The ray's direction along the index axes.
-float full_gradient;  // Taken over.
+float full_gradient;  // A copy: taken_over.glsl.
 #ifdef EMPHASIS
 float emphasised;
 #endif
@@ -53,9 +53,9 @@ vec3 shares_of_gooch;
 
 #ifdef GOOCH
 uniform vec3 gooch_light;  // Unit, along the index axes.
-uniform vec3 gooch_shares;  // Of the own colour in cool and warm; darkening of silhouettes.
+uniform vec3 gooch_shares;  // Share of the own colour in cool and warm; darkening of silhouettes.
 
-// towards_light: cosine, the normal turned to the eye.
+// towards_light: cosine, with the normal turned to the eye.
 vec3 gooch(vec3 rgb, float cosine, float towards_light) {
   float warmth = 0.5 * (1.0 + clamp(towards_light, -1.0, 1.0));
   vec3 cool = rgb * shares_of_gooch.x + vec3(0.0, 0.0, kGoochBlue);
@@ -66,7 +66,7 @@ vec3 gooch(vec3 rgb, float cosine, float towards_light) {
 }
 #endif
 
-// share: what importance leaves of the shading, > 0.
+// share: the share of the shading that importance leaves, > 0.
 vec3 shaded(vec3 rgb, vec3 gradient, float share) {
   float norm = length(gradient);
   if (!(norm > 0.0)) return rgb;
@@ -82,7 +82,7 @@ vec3 shaded(vec3 rgb, vec3 gradient, float share) {
 #endif
 
 #ifdef GRADIENTS
-// After set_lattice().
+// Call it after set_lattice().
 void take_over_shading() {
   per_difference = taken_over(half_per_spacing);
 #ifdef SHADING

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// A hash of all that a ray meets besides the volume. When something moves, rays of the same
-// signature look the same, and keep what they have. Surfaces are summed: each says where it is, and
-// so in which order.
+// A hash of everything that a ray meets besides the volume. When something moves, rays of the same
+// signature look the same and keep their pixels. The hashes of the surfaces are summed: each
+// contains its position, and so the order.
 
-uniform bool keeps;               // The targets hold a picture of the same view.
-uniform usampler2D signatures;    // Of that picture.
+uniform bool keeps;               // The targets hold an image of the same view.
+uniform usampler2D signatures;    // Signatures of that image.
 
 uvec2 with_bits(uvec2 hash, uint bits) {
   hash = (hash ^ bits) * uvec2(0x9e3779b1u, 0x85ebca77u);
@@ -40,7 +40,7 @@ uvec2 signature_of(Ray ray, float t_eye, bool cut) {
   return sum;
 }
 
-// Whether the ray has the signature that its pixel shows.
+// True if the pixel already shows a ray of this signature.
 bool is_kept(uvec2 signature) {
   return keeps && signature == texelFetch(signatures, ivec2(fragment_centre), 0).rg;
 }

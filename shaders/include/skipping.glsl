@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Leaps over bricks where nothing can be seen, exactly: a cell is leapt over only when every place
+// Exact leaps over bricks in which nothing is visible. A cell is leapt over only if every position
 // that it samples lies in such a brick. For the two ends of a pre-integrated cell that is enough:
 // bricks that touch share voxels, so their ranges of values overlap, and the values between the
 // ends are in one range or the other. (Steps are at most a brick long where this is compiled.)
-// Known of a brick: distance to the nearest occupied one, in bricks along the longest axis;
-// greatest importance; which of its eight parts may show something, bit i + 2 j + 4 k. Parts are
-// leapt over like bricks, as long as cells are no longer than they are.
+// Data of a brick: the distance to the nearest occupied brick, in bricks along the longest axis;
+// the greatest importance; the parts of its eight that may show something, bit i + 2 j + 4 k. Parts
+// are leapt over like bricks, as long as cells are no longer than parts.
 
-uniform int all_parts;  // 255 where cells are too long: all parts count as occupied. Else 0.
+uniform int all_parts;  // 255 if cells are too long: all parts count as occupied. Otherwise 0.
 int all_parts_taken;
 
 void take_over_skipping() {
@@ -16,14 +16,14 @@ void take_over_skipping() {
   all_parts_taken = taken_over(all_parts);
 }
 
-// In an occupied brick a ray looks again after this many samples, wherever it leaves the brick: rays
-// that run in step would wait for the one that leaves last, and may as well sample.
+// In an occupied brick a ray tests again after this many samples, wherever it leaves the brick:
+// rays that run in step would wait for the one that leaves last, so they may as well sample.
 const int kRun = 8;
 
-// What a ray meets at one of its samples.
+// The brick in which a ray takes one of its samples.
 struct Brick {
-  bool empty;  // Nothing can be seen here.
-  int until;   // Empty: the last sample that is surely so. Else the first one to look at again.
+  bool empty;  // Nothing is visible here.
+  int until;   // Empty: the last sample that surely is. Otherwise the next one to test.
 };
 
 Brick brick_at(int n) {
@@ -34,7 +34,7 @@ Brick brick_at(int n) {
   bool shows = ((known.b | uint(all_parts_taken)) >> uint(part.x + 2 * part.y + 4 * part.z) & 1u) != 0u;
   bool far = known.r > 0u;
   bool empty = far || !shows;
-  // An empty region is left a little early.
+  // An empty region is left slightly early.
   float reach = float(known.r);
   vec3 low = vec3(at) + (far ? vec3(1.0 - reach) : 0.5 * vec3(part));
   float size = far ? 2.0 * reach - 1.0 : 0.5;
@@ -43,8 +43,8 @@ Brick brick_at(int n) {
 }
 
 #ifdef CUTAWAY
-// The same in the part of a ray that fades: what is occupied counts as empty where its greatest
-// importance cannot be visible yet. A cell is leapt over when it ends before that place.
+// Does the same in the part of a ray that fades: an occupied brick counts as empty where its greatest
+// importance cannot be visible yet. A cell is leapt over if it ends before that position.
 Brick fading_brick_at(int n) {
   ivec3 at = brick_of(n);
   uvec2 known = texelFetch(bricks, at, 0).rg;

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Needle, spheres and lines, in this order: all are capsules, lit by the headlight; a sphere's axis
-// has no length. Space: local mm.
+// Needle, spheres and lines, in this order. All are capsules, lit by the headlight; the axis of a
+// sphere has no length. Space: local mm.
 
 uniform sampler2D solids;  // Row i: (a, radius), (b, 0), (rgb, alpha).
 uniform int solid_count;
 
-// Where a ray enters a sphere; kNever when it misses. The discriminant comes from the distance of
-// the centre to the ray, which does not cancel for a far origin.
+// The t at which a ray enters a sphere; kNever if it misses. The discriminant comes from the
+// distance of the centre from the ray, which does not cancel for a far origin.
 float enter_sphere(vec3 centre, float radius, Ray ray) {
   vec3 m = centre - ray.origin;
   float along = dot(m, ray.direction);

@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Fewer rays than pixels. Either a pass draws every pixel_step-th column and row of the picture, the
-// upper left pixel in the first fragment; the last pass, of 1, draws the picture itself, bottom row
-// first. Or fragments have pixels from a list: render/gl/gl_packed_rays.hpp.
+// Fewer rays than pixels. Either a pass draws every pixel_step-th column and row of the image, with
+// the upper left pixel in the first fragment; the last pass, with step 1, draws the image itself,
+// bottom row first. Or a list gives the pixels of the fragments: render/gl/gl_packed_rays.hpp.
 
 #ifdef PACKED_RAYS
-uniform isamplerBuffer ray_list;  // Column | row << 16 of pixels, blocks of 4 x 4 fragments.
-uniform int ray_columns;          // Of the fragments, a multiple of 4.
+uniform isamplerBuffer ray_list;  // Column | row << 16 of pixels, for blocks of 4 x 4 fragments.
+uniform int ray_columns;          // Columns of the fragments, a multiple of 4.
 #else
 uniform int pixel_step;  // Pixels between fragments.
 #endif
 
-ivec2 pixel;        // Of the fragment, row 0 at the top.
+ivec2 pixel;        // Pixel of the fragment, row 0 at the top.
 vec2 pixel_centre;  // Row 0 at the bottom.
 
 void set_pixel() {

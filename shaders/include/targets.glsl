@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The fragment that is drawn and what it writes: premultiplied colour and alpha in [0, 1]; what the
-// ray cost, see lattice.glsl; with PLANE the layer behind the ultrasound picture, or its weight by
-// predicates, and where the ray meets it, column and row. With COMPUTE the same program is a compute
-// shader: some devices give fragments a small part of their processors.
+// The fragment that is drawn, and its results: premultiplied colour and alpha in [0, 1]; the cost
+// of the ray, see lattice.glsl. With PLANE also the layer behind the ultrasound image, or the
+// weight of that image if predicates are drawn, and the column and row at which the ray meets the
+// image. With COMPUTE the same program is a compute shader, because some devices give fragments
+// only a small part of their processors.
 
 #ifdef COMPUTE
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -21,9 +22,9 @@ vec2 live_at;
 layout(rg32ui, binding = 4) writeonly uniform uimage2D signature_target;
 uvec2 signature;
 #endif
-vec2 fragment_centre;  // Pixels, row 0 at the bottom.
+vec2 fragment_centre;  // In pixels, row 0 at the bottom.
 
-// False: outside of the picture.
+// Returns false outside the image.
 bool begin_fragment() {
   fragment_centre = vec2(gl_GlobalInvocationID.xy) + 0.5;
   return all(lessThan(fragment_centre, picture_size));

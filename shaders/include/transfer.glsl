@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // The transfer function as a table with an entry per whole HU: colour in [0, 1], not premultiplied,
-// and extinction per mm, linear between entries and held outside; importance of the nearest entry.
-// Entry i of row r is texel r * transfer_size + i.
-
-// rgb, extinction per mm.
+// and extinction per mm, linear between entries and constant outside; importance of the nearest
+// entry. Entry i of row r is texel r * transfer_size + i.
+//
+// A texel is rgb and extinction per mm.
 #ifdef STORAGE
 layout(std430, binding = 3) readonly buffer Transfer { vec4 transfer[]; };
 #define transfer_texel(i) transfer[i]
@@ -22,7 +22,7 @@ uniform int transfer_rows;
 uniform float rows_per_gradient;  // Per HU/mm.
 #endif
 
-float first_hu;  // Taken over.
+float first_hu;  // Copies: taken_over.glsl.
 int last_entry_of_row;
 
 void take_over_transfer() {
@@ -43,7 +43,7 @@ float importance_at(float hu, float gradient) {
 }
 #endif
 
-// rgb and extinction; importance is written only where it is compiled in.
+// rgb and extinction. importance is 1 unless IMPORTANCE is defined.
 vec4 transfer_at(float hu, float gradient, out float importance) {
   float x = clamp(hu - first_hu, 0.0, float(last_entry_of_row));
   int i = min(int(x), last_entry_of_row - 1);
