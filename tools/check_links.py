@@ -2,9 +2,8 @@
 # SPDX-FileCopyrightText: 2026 The Sonde authors
 # SPDX-License-Identifier: Apache-2.0
 """Fails when a link of a Markdown page leads nowhere: to a file, a heading or an image that does
-not exist. With --code also when a source file names a page of docs/ that does not exist.
-
-Links to the web are not followed. Usage: tools/check_links.py [--code] [ROOT]
+not exist. With --code also when a source file names a page of docs/ that does not exist. Links to
+the web are not followed. Usage: tools/check_links.py [--code] [ROOT]
 """
 import pathlib
 import re
