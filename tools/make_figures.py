@@ -196,12 +196,11 @@ def ratio_tables(report: dict) -> str:
                 f"{1e3 * q['vtk_cpu_s']:.0f}", f"{q['vtk_over_ours']:.1f}",
                 number(q["vtk_over_ours_at_2e-3"])]
                for q in report["default_quality"]]
-    return f"""How many times the process time of Sonde's engine VTK's mapper takes at equal error, along the
-curves (straight lines in the logarithms between measured points, no extrapolation): the worst over
-the errors of a scene from 0.02 to 0.002 rms, or over all where VTK has none there, then median and
-worst over the scenes. 0: Sonde does not reach the error. Sonde may spare rays (`quality.pixel_error`).
-VTK: a ray for every pixel; *any*: or for a quarter of them, whichever is faster; *dense*: neither
-spares any.
+    return f"""CPU time of VTK's mapper over that of Sonde's engine at equal error, along the curves (straight lines in
+the logarithms between measured points, no extrapolation): the worst over the errors of a scene from 0.02
+to 0.002 rms, or over all if VTK has none there, then median and worst over the scenes. 0: Sonde does not
+reach the error. Sonde may interpolate pixels (`quality.pixel_error`). VTK: a ray for every pixel; *any*: or
+for a quarter of them, whichever is faster; *dense*: both cast a ray for every pixel.
 
 {table(["comparison", "median of scenes", "worst scene", "scenes"], summary)}
 
@@ -211,13 +210,13 @@ At errors of 0.02, 0.01, 0.005 and 0.002 rms (·: not on VTK's curve; –: Sonde
 
 Default quality (the step and pixel error that are chosen for an rms of 0.002; 0: a ray for every pixel) beside VTK's GPU
 mapper at its default (one voxel). rms: as above, of few pixels; whole: of all pixels, against the engine's own
-picture at an eighth of the step. Of {len(report["default_quality"])} scenes {len(within)} err no more than 0.002 as a whole,
+image at an eighth of the step. Of {len(report["default_quality"])} scenes {len(within)} err no more than 0.002 as a whole,
 {len(quick)} take at most a seventh of VTK's time; median {chosen:.1f}:
 
 {table(["scene", "step", "pixel error", "estimated rms", "search ms", "rms", "whole", "cpu ms", "VTK rms", "VTK cpu ms",
         "VTK / Sonde", "VTK / Sonde at 0.002"], quality)}
 
-The last column is VTK's default beside Sonde's fastest picture of at most 0.002 rms.
+The last column is VTK's default over Sonde's fastest image of at most 0.002 rms.
 """
 
 
@@ -230,13 +229,13 @@ def live_section(kept: dict) -> str:
              f"{100 * skip['full_volume_overhead']:.1f} %"],
             ["plane and cutaway, their own work, share of a frame", f"{100 * cut['fraction']:.1f} %"],
             ["an upper bound of it", f"{100 * cut['fraction_at_most']:.1f} %"],
-            ["the same with the samples that they save", f"{100 * cut['net_fraction']:.1f} %"],
+            ["net share, with the samples that they save", f"{100 * cut['net_fraction']:.1f} %"],
             ["samples: CT; and plane; and cutaway",
              f"{cut['samples_ct']}; {cut['samples_without_cutaway']}; "
              f"{cut['samples_with_cutaway']}"],
             ["new ultrasound image, same pose, 800 × 600, wall ms", f"{update['wall_ms']:.2f}"],
             ["volume samples of it", str(update["volume_samples"])],
-            ["it is the same bytes as a whole picture", "yes" if update["bit_identical"] else "NO"]]
+            ["it is the same bytes as a whole image", "yes" if update["bit_identical"] else "NO"]]
     edit = report.get("transfer_function_edit")
     if edit:
         rows.append([f"transfer function edited at {edit['side']}³: classified anew, ms",
@@ -257,10 +256,10 @@ target, path and cutaway.
 
 {table(["what", "found"], rows)}
 
-A moving camera about the simulated patient in a cube, shaded, 800 × 600, at the fastest step and pixel
-error whose rms is at most 0.01; progressive: as the progressive renderer draws it on the way, and how
-long after the last movement its whole picture is there; all rays: at the coarsest step whose rms is at
-most 0.01 with a ray for every pixel. Wall times are upper bounds.
+A camera that moves around the simulated patient in a cube, shaded, 800 × 600, at the fastest step and
+pixel error whose rms is at most 0.01. Progressive: as the progressive renderer draws it, and the time from
+the last movement to the whole image. All rays: at the coarsest step whose rms is at most 0.01 with a ray
+for every pixel. Wall times are upper bounds.
 
 {table(["scene", "side", "step", "pixel error", "rms", "cpu ms", "wall ms", "fps", "progressive fps",
         "whole after, ms", "fps, all rays"], motion)}
@@ -290,14 +289,14 @@ def cost_tables(costs: dict) -> str:
     changes = [[c["change"], f"{c['ms']:.2f}", f"{c['wall_ms']:.2f}", f"{c['prepare_ms']:.2f}",
                 str(c["samples"]), str(c["gradients"])] for c in costs["changes"]]
     return f"""
-What every element costs in this scene (`sonde bench render --costs`): the picture with it less the
-picture without it, process ms. Idle: it is in the scene but has nothing to do there. ±: how far such
-differences lie apart in this run; counts are exact. `--part costs` has such a table for every scene of the set. Whole picture:
+Cost of every element in this scene (`sonde bench render --costs`): CPU ms of the image with the element
+minus the image without it. Idle: the element is in the scene but has no effect there. ±: how far such
+differences lie apart in this run; counts are exact. `--part costs` has such a table for every scene of the set. Whole image:
 {costs['frame_ms']:.1f} ms, {costs['frame_samples']} samples.
 
 {table(["element", "ms", "samples", "gradients", "idle ms", "samples", "gradients"], elements)}
 
-From one picture to the next:
+From one image to the next:
 
 {table(["change", "cpu ms", "wall ms", "prepare ms", "samples", "gradients"], changes)}
 """
@@ -366,10 +365,10 @@ def render_section(kept: dict, docs: pathlib.Path) -> str:
 `sonde bench render --part compare --json FILE` at {report['width']} × {report['height']} pixels: every
 engine in turn in one process, same camera, step, transfer function and shading; VTK without
 automatic sampling distances and without jitter. Errors are those of
-{report['reference']['width']} × {report['reference']['height']} pixels of the 8-bit pictures, evenly
+{report['reference']['width']} × {report['reference']['height']} pixels of the 8-bit images, evenly
 spread, against the double-precision reference at 1/{1 / report['reference']['step']:.0f} voxel, which itself differs by at most
-{converged:.1e} rms from one at twice that step; VTK is held to the better of that and of itself at
-that step, so that its other lights are forgiven. GL device: {report['gl_device']}.
+{converged:.1e} rms from one at twice that step. VTK is compared with the better of that and of itself at
+that step, so that its different lights do not count. GL device: {report['gl_device']}.
 
 {chr(10).join(links)}
 
@@ -404,10 +403,10 @@ def card_section(kept: dict, docs: pathlib.Path) -> str:
 
 `sonde bench render --part compare --json FILE` on {report['gl_device']}, {kept['date']}, at
 {report['width']} × {report['height']} pixels; drawn by `tools/make_figures.py --only card --card-report FILE`. As above, but
-by the clock, of frames that stay on the card. The CPU engine and the fixed-point mapper run on the machine's own processor. How many times faster the GL engine is than VTK's GPU mapper at equal error, the
+in wall time, of images that stay on the card. The CPU engine and the fixed-point mapper run on the processor of the machine. Speed of the GL engine over VTK's GPU mapper at equal error, the
 worst over the errors from 0.02 to 0.002 rms and over both cameras; {sum(r >= 3 for r in found)} of {len(found)} scenes reach 3:
 
-{table(["look", *compared.values()], rows + [middle])}
+{table(["appearance", *compared.values()], rows + [middle])}
 
 ![on a graphics card](benchmarks/card.svg)
 """
@@ -442,19 +441,19 @@ def skipping_section(kept: dict) -> str:
     of_set = [s for s in scenes if not s["scene"].startswith("patient-")]
     rows = [row(name, some) for name, some in looks.items()]
     rows.append(row("median of the scene set", of_set))
-    header = ["look", "first picture", "later ones", "and no early ends", "8³", "4³", "2³", "cells",
+    header = ["appearance", "first image", "later ones", "and no early ends", "8³", "4³", "2³", "cells",
               "cells that show", "8³ occupied", "4³", "2³", "cells"]
     return f"""## Rendering: samples with skipping and without
 
 {when(kept)}
 
-`sonde bench render --part skipping --json FILE`: 200 × 150 pixels, half a voxel a step; medians of both
-cameras, shading changes none of it. How many times more samples rays need without skipping: than in
-the first picture with a transfer function, when bricks are looked at alone; than in later ones, by
-visible cells (ADR 46); than in those, with neither skipping nor early ends. Early ends are in all the
-others. Beside it what ideal bricks of these sizes would leave, each ray looking at every one that it enters and
-taking no sample in vain, and a march that knew beforehand which cells add to a pixel. The scene set is
-without the patients in cubes.
+`sonde bench render --part skipping --json FILE`: 200 × 150 pixels, half a voxel per step; medians of both
+cameras; shading does not change them. Samples without skipping over samples with it: in the first image
+with a transfer function, when only bricks are tested; in later images, by visible cells
+([rendering performance](rendering-performance.md#skipping)); and the same without early termination, which
+all others have. Beside it: what ideal bricks of these sizes would leave, if each ray tested every brick that
+it enters and took no sample in vain, and a march that knew beforehand which cells contribute to a pixel. The
+scene set excludes the patients in cubes.
 
 {table(header, rows)}
 """
@@ -489,13 +488,13 @@ def scaling_section(kept: dict, docs: pathlib.Path) -> str:
 {when(kept)}
 
 `sonde bench scaling --json FILE`: the simulated patient in a cube of 300 mm, CPU engine, shaded,
-800 × 600, half a voxel a step, unless the axis says otherwise. `prepare` is what a new volume needs
-once; bytes per voxel are what the process grew by when it first drew the volume, besides the
-volume's own 2 and 16 a pixel; what else the engine keeps of each pixel weighs on small volumes.
+800 × 600, half a voxel per step, unless the axis says otherwise. `prepare` is the time that a new volume
+needs once. Bytes per voxel are the growth of the process when it first draws the volume, without the
+volume's own 2 bytes and 16 bytes per pixel; other data per pixel weigh on small volumes.
 
 ![scaling](benchmarks/scaling.svg)
 
-{table(["axis", "look", "x", "cpu ms", "wall ms", "prepare ms", "samples", "occupied",
+{table(["axis", "appearance", "x", "cpu ms", "wall ms", "prepare ms", "samples", "occupied",
         "bytes/voxel"], rows)}
 """
 
@@ -541,11 +540,11 @@ def fault_section(report: dict) -> str:
         return ""
     times = [f["misfits_cpu_ms"] for f in faults if f["misfits_cpu_ms"] is not None]
     return f"""
-Faults: sweeps with something wrong that no pose makes up for. Accepted without and with warnings,
-refused, in brackets accepted with a target error above 3 mm; mean and largest target error of the
-accepted, mm, and the median of it over the predicted one; how often the named cause is the true one, of
-the runs where one is named. Looking for causes takes
-{number(statistics.median(times), 1) if times else "–"} processor ms.
+Faults: sweeps with an error that no pose explains. Number accepted without warnings, accepted with
+warnings, and refused; in brackets: accepted with a target error above 3 mm. Mean and largest target error
+of the accepted, mm, and the median of it over the predicted error. Runs in which the named cause is the
+true one, of those that name a cause. Testing for causes takes
+{number(statistics.median(times), 1) if times else "–"} CPU ms.
 
 {fault_table(faults)}
 """
@@ -559,7 +558,7 @@ def slice_section(report: dict) -> str:
     rows = [[f"{p['x']:g} mm", f"{p['right']}/{p['trials']}", number(p["error_median_mm"], 2),
              number(p["error_p95_mm"], 2), number(p["cpu_s"], 3)] for p in points]
     return f"""
-Slices of a CT averaged to thicker ones, local from 5 mm, a sweep for each patient:
+Slices of a CT averaged to thicker slices, local from 5 mm, one sweep for each patient:
 
 {table(["slices", "right", "median mm", "p95 mm", "processor s"], rows)}
 """
@@ -585,11 +584,12 @@ def start_section(report: dict) -> str:
     header = ["sweep", "CT", "sweeps", "at the cheapest pose", "accepted (elsewhere)", "two verdicts",
               "apart, mm", "predicted, largest / smallest", "calibration hides, mm"]
     return f"""
-One sweep from eight starts, 3 to 10 mm off: how many came to the pose that costs least in the sweep, how
-many of these are accepted, and of those that came elsewhere, in how many sweeps one pose from some starts only; median and maximum over sweeps of the
-largest distance from the cheapest and of the largest predicted error over the smallest; how far a
-calibration may be off in the direction that the sweep shows least of, before it would be warned of. –: from some
-starts nothing is predicted. Rocks swing within one plane, which tells little.
+One sweep from eight starts, 3 to 10 mm off. *At the cheapest pose*: runs that reach the pose of least cost
+of the sweep. *Accepted*: how many of these are accepted; in brackets: accepted at another pose. *Two verdicts*:
+sweeps in which one pose is accepted from some starts only. *Apart* and *predicted*: median and maximum over
+sweeps of the largest distance from the cheapest pose, and of the largest over the smallest predicted error.
+*Calibration hides*: calibration error without a warning, in the direction that the sweep shows least. –: no
+prediction from some starts. A rock swings within one plane, which tells little.
 
 {table(header, rows)}
 """
@@ -632,20 +632,20 @@ def registration_section(kept: dict, docs: pathlib.Path) -> str:
 
 ![registration](benchmarks/registration.svg)
 
-Right results against the start's error: Sonde's cohort on the evaluation seeds, and elastix and the quick effort
-on the four patients of the table below:
+Correct results against the error of the start: Sonde's cohort on the evaluation seeds, and elastix and the
+quick effort on the four patients of the table below:
 
 ![success](benchmarks/registration-success.svg)
 
 Beside elastix (mutual information, rigid), same images and starts; {last["peer_theirs"] or "elastix"},
 the cheapest of its settings that converges, over {last["peer_ours"] or "ours"} at the nearest start
-([of what](bench-json.md#bench-registration)):
+([definition](bench-json.md#bench-registration)):
 {number(last["cpu_ratio_elastix"])} from images in memory to the pose, preparation included,
 {number(last["solve_cpu_ratio_elastix"])} solving alone,
 {number(last["end_to_end_cpu_ratio_elastix"])} of whole processes from files.
 
-In brackets median mm, and processor s from images in memory, solving alone, and of the process from
-files where it was measured. Sonde quick: `--effort quick`; x0.5: half of the patches.
+In brackets: median error in mm, and CPU s from images in memory, of solving alone, and of the process
+from files if it was measured. Sonde quick: `--effort quick`; x0.5: half of the patches.
 
 {success_lines(report["peer"])}
 {slice_section(report)}{fault_section(report)}{start_section(report)}"""
@@ -673,7 +673,7 @@ def demo_section(kept: dict) -> str:
 def poses_section(kept: dict) -> str:
     return f"""## Poses between samples: rate against error
 
-`tracking_bench`: a hand that sways 30 mm and 0.3 rad once a second, sampled at a rate in Hz.
+`tracking_bench`: a hand that sways by 30 mm and 0.3 rad once per second, sampled at a rate in Hz.
 {when(kept)}
 
 ```
@@ -730,8 +730,8 @@ def main() -> None:
 
 Written by `tools/make_figures.py` on {datetime.date.today()}, on {platform.machine()} with
 {subprocess.run(["nproc"], capture_output=True, text=True).stdout.strip()} cores of a shared machine: single figures scatter by a third.
-Compare ratios, which are measured interleaved in one run, rather than seconds. All accuracy is that
-of simulated patients, where the truth is known; it says nothing about real ones.
+Compare ratios, which are measured interleaved in one run, not seconds. All accuracy figures are from
+simulated patients, whose truth is known; they say nothing about real patients.
 """
     (docs / "figures.md").write_text("\n".join([head] + [t.strip("\n") + "\n" for t in texts]))
     print(f"wrote {docs / 'figures.md'}")
