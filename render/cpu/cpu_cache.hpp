@@ -74,7 +74,7 @@ class CpuCache {
   BrickShell shell_;
   std::vector<std::int8_t> leaps_;
   std::vector<std::uint8_t> parts_;
-  std::map<int, VisibleCells> visible_cells_;  ///< By the edge of their blocks.
+  std::map<int, VisibleCells> visible_cells_;  ///< The key is the edge of their blocks.
   int cell_edge_ = 0;                          ///< Edge for the last scene; 0: none.
   std::uint64_t rays_ = 0;  ///< Number of rays cast of this volume with this transfer function.
   std::vector<std::uint8_t> importance_;

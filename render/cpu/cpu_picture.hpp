@@ -75,10 +75,10 @@ class CpuPicture {
   int width_ = 0;
   int height_ = 0;
   int blocks_across_ = 0;
-  std::vector<std::uint8_t> blank_;            ///< By block.
+  std::vector<std::uint8_t> blank_;            ///< One flag per block.
   std::optional<Eigen::Vector3d> background_;  ///< Colour of the blank blocks.
   std::vector<PixelRecord> records_;
-  std::vector<std::vector<Seen>> seen_;  ///< By row.
+  std::vector<std::vector<Seen>> seen_;  ///< One list per row.
   std::uint64_t collected_ = 0;
   std::vector<Buffer> buffers_;
 };

@@ -34,7 +34,7 @@ class CpuPredicates {
 
   [[nodiscard]] const PredicateSet& set() const { return *set_; }
   [[nodiscard]] PredicateBlend blend() const { return blend_; }
-  /// For the scene of the last update(); valid until the next one.
+  /// Inputs for the scene of the last update(); valid until the next update().
   [[nodiscard]] PredicateInputs inputs(const Scene& scene) const;
   /// Importance of surfaces, in the units of PredicateLook.
   [[nodiscard]] float greatest() const { return measure(set_->greatest_impact()); }

@@ -55,7 +55,7 @@ class VoxelsByGathers {
   explicit VoxelsByGathers(Avx512::I at)
       : low_(_mm512_castsi512_si256(at.v)), high_(_mm512_extracti64x4_epi64(at.v, 1)) {}
 
-  /// The same functions as those of VoxelsByLane.
+  /// See VoxelsByLane.
   __attribute__((always_inline)) void cell(const std::int32_t* p, int distance, F* words) const {
     two(p, words);
     two(p + distance, words + 2);

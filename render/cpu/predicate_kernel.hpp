@@ -212,7 +212,7 @@ class PredicateMarcher {
     M moved = V::none();
     until_ = V::set(-1e30F);
     const bool skipping = in_.base.brick_leap != nullptr;
-    // As in Marcher::march(), marching on until the next brick test changes nothing.
+    // Marching on until the next brick test changes nothing: see Marcher::march().
     int patience = 1;
     for (int until_look = 0; V::any(active);) {
       if (skipping && until_look == 0) {

@@ -103,7 +103,7 @@ struct PredicateInputs {
   /// bits b of at most kWeighedLeaves leaves: four bits from bit 4 (b mod 8) on of word b / 8 of
   /// eight. Null: there are more, or so few leaves that few_looks is no larger.
   const std::int32_t* look_nibbles;
-  const float* numbered_looks;  ///< As few_looks, each column of 8 · numbered_eights floats.
+  const float* numbered_looks;  ///< Columns of 8 · numbered_eights floats; see few_looks.
   int numbered_eights;
 
   /// Per brick: leaves that are true everywhere, and leaves that must be tested. Null: test all.

@@ -17,10 +17,10 @@ namespace nav::render::features {
 /// Let t be the least eigenvalue of M A. The error e obeys e · A e <= r · z / t with z = M r. The
 /// steps are a Lanczos process. Its tridiagonal matrix gives an upper bound of t, which is close
 /// once the smooth parts, which converge last, dominate. The remaining error resembles the last
-/// directions p, so its
-/// e| / (e · A e)^½ is taken to be their greatest |p| / (p · A p)^½ (Golub and Meurant 2010; this
-/// last step is no bound). While t still falls, both t and this ratio are assumed to change further
-/// as they did during these directions; e is then proportional to 1 / t.
+/// directions p, so its length |e| / (e · A e)^½ is taken to be their greatest |p| / (p · A p)^½
+/// (Golub and Meurant 2010; this last step is no bound). While t still falls, both t and this
+/// length are assumed to change further as they did during these directions; e is then proportional
+/// to 1 / t.
 class ErrorEstimate {
  public:
   /// Starts again from a new residual. Knowledge of M A remains.

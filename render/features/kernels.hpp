@@ -52,7 +52,7 @@ struct GraphRow {
 
 /// A GraphRow with weights of 16 bits. Weights of one edge are also offsets[e] apart.
 struct PackedRow {
-  const unsigned short* weights[kGraphEdges];  ///< packed_weight(), as GraphRow::after.
+  const unsigned short* weights[kGraphEdges];  ///< packed_weight(); see GraphRow::after.
   std::ptrdiff_t offsets[kGraphEdges];
   const float* leak;
 };

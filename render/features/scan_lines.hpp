@@ -78,10 +78,10 @@ struct SweepPlane {
 };
 
 /// Scan lines of a compounded sweep. Each voxel takes the mean direction and depth of the
-/// ultrasound images that pass within reach_mm of it and insonified it, weighted by 1 - distance /
-/// reach. Voxels are undefined if no image passed them or if directions cancel. Takes 8 bytes per
-/// voxel. Rejects an empty list of images, a reach outside (0, 100] mm, and corners without a
-/// distance.
+/// ultrasound images that pass within reach_mm of it and insonified it, weighted by
+/// 1 - distance / reach. Voxels are undefined if no image passed them or if directions cancel.
+/// Takes 8 bytes per voxel. Rejects an empty list of images, a reach outside (0, 100] mm, and
+/// images whose corners coincide.
 Result<ScanLines> compound_scan_lines(const VoxelGrid& grid, std::span<const SweepPlane> planes,
                                       double reach_mm, const RunOptions& run = {});
 

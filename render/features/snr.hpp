@@ -30,7 +30,8 @@ Result<void> validate(const SnrOptions& options);
 /// Weights along one axis, from -r to r; the greatest is 1.
 std::vector<double> window_weights(const SnrOptions& options);
 
-/// SNR per voxel; NaN at unknown voxels. Double precision inside. Holds about 4 bytes per voxel.
+/// Computes the SNR per voxel, in double precision; NaN at unknown voxels. Takes about 4 bytes per
+/// voxel.
 Result<FeatureVolume> signal_to_noise(const ScalarVolume& volume, const SnrOptions& options = {},
                                       const RunOptions& run = {});
 

@@ -47,10 +47,10 @@ class PredicateHistogram {
   /// Removes a bar. The others keep their proportions. Precondition: bar < size().
   void remove(std::size_t bar);
   /// Applies scribbles (§4.1). \p shown and \p hidden hold, for each predicate, the number of
-  /// samples painted "show" and "hide" for which it is true. Eq. 9, corrected: adds m_i = q (N+_i -
-  /// N-_i) / sum |N+ - N-| minus the mean of m, with q = share. The amount below 0 is taken from
-  /// the others. Nothing changes when every N+ equals its N-. Preconditions: size() counts each; 0
-  /// <= share <= 1.
+  /// samples painted "show" and "hide" for which it is true. Eq. 9, corrected: adds
+  /// m_i = q (N+_i - N-_i) / sum |N+ - N-| minus the mean of m, with q = share. The amount below 0
+  /// is taken from the others. Nothing changes when every N+ equals its N-. Preconditions: size()
+  /// counts each; 0 <= share <= 1.
   void scribble(std::span<const std::uint64_t> shown, std::span<const std::uint64_t> hidden,
                 double share = 0.25);
 

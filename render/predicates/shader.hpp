@@ -37,7 +37,7 @@ struct PredicateTexel {
 /// of leaves, on the positions of their features and, without kLeaves, on their combinations. It
 /// depends on no parameter.
 std::string predicate_shader(const PredicateSet& set, const std::vector<PredicateTexel>& texels);
-/// The same functions, except that texel i holds only channel i + 1, and predicate_class() is
+/// Makes the same functions, except that texel i holds only channel i + 1, and predicate_class() is
 /// replaced by
 ///   uint predicate_entries(uint leaves)
 /// with a bit for each true entry.

@@ -22,9 +22,9 @@
 /// side, [-1/2, 1/2], and its value is constant along that axis.
 ///
 /// Cells. h = quality.step_voxels · min(spacing). Cell k covers t in [k h, (k + 1) h). This lattice
-/// is global: it holds for every ray and every scene. With quality.jitter, cell k covers [(k + u)
-/// h, (k + 1 + u) h), u = jitter_of(pixel). Values are trilinear HU, with the index clamped to [0,
-/// n - 1] per axis.
+/// is global: it holds for every ray and every scene. With quality.jitter, cell k covers
+/// [(k + u) h, (k + 1 + u) h) with u = jitter_of(pixel). Values are trilinear HU, with the index
+/// clamped to [0, n - 1] per axis.
 ///   Pre-integrated: the values of a cell run linearly from v0 at its begin to v1 at its end.
 ///   Post-classified: a cell has one value, the value at its middle.
 /// Events of the ray (entry, surfaces, exit) cut a cell exactly to a part [a, b]. Its values va and
@@ -41,12 +41,12 @@
 /// middle.
 /// With quality.adaptive_error several cells may be taken as one: adaptive_step.hpp.
 ///
-/// Cutaway (ray_spec_cutaway.hpp). A part that begins in front of T2 has the visibilities V_a =
-/// visibility(I(va), Omega(a)) and V_b at its ends. If they differ by at most kFadeVaries, tau is
-/// faded(tau, (V_a + V_b) / 2), and everything else is as without a cutaway. Otherwise the cell is
-/// the mean of kFadeSteps equidistant midpoints of the part. Midpoint j has the value v_j on the
-/// part's line and Omega at its own t; tau_j = faded(tau, visibility(I(v_j), Omega_j)). The colour
-/// is weighted by tau_j.
+/// Cutaway (ray_spec_cutaway.hpp). A part that begins in front of T2 has the visibilities
+/// V_a = visibility(I(va), Omega(a)) and V_b at its ends. If they differ by at most kFadeVaries,
+/// tau is faded(tau, (V_a + V_b) / 2), and everything else is as without a cutaway. Otherwise the
+/// cell is the mean of kFadeSteps equidistant midpoints of the part. Midpoint j has the value v_j
+/// on the part's line and Omega at its own t; tau_j = faded(tau, visibility(I(v_j), Omega_j)). The
+/// colour is weighted by tau_j.
 ///
 /// Importance of a cell. It is needed only when shading.emphasis > 0. It is the mean of I(va) and
 /// I(vb) if they differ by at most kFadeVaries. Otherwise it is the mean of I over the kFadeSteps
@@ -67,15 +67,15 @@
 /// Compositing, front to back, premultiplied: C += (1 - A) · alpha · rgb; A += (1 - A) · alpha.
 /// Surfaces are samples with their own alpha at their exact t, sorted by t (for equal t: plane,
 /// needle, spheres in order, lines in order). The first surface with alpha 1 ends the ray. A
-/// surface is drawn if t > 0, inside the volume or not. Early termination: the ray ends once A >=
-/// quality.opaque_at (< 1), and the pixel is C / A. Then no channel is wrong by more than 1 - A,
-/// and no channel is always too dark. Otherwise the pixel is C + (1 - A) · background. The pixel's
-/// alpha is 1.
+/// surface is drawn if t > 0, inside the volume or not. Early termination: the ray ends once
+/// A >= quality.opaque_at (< 1), and the pixel is C / A. Then no channel is wrong by more than
+/// 1 - A, and no channel is always too dark. Otherwise the pixel is C + (1 - A) · background. The
+/// pixel's alpha is 1.
 ///
 /// Two volumes. With scene.ultrasound, the CT and the ultrasound each have their own lattice of
-/// cells with their own h; H is the greater h. A ray that runs through both boxes is cut at t = m
-/// H. In slab m the part of the CT is composited in front of the part of the ultrasound if m is
-/// even, and behind it if m is odd, so that the depth order is correct to the second order of H.
+/// cells with their own h; H is the greater h. A ray that runs through both boxes is cut at
+/// t = m H. In slab m the part of the CT is composited in front of the part of the ultrasound if m
+/// is even, and behind it if m is odd, so that the depth order is correct to the second order of H.
 /// The CT's part of a slab is first composited alone, as above. The result is one sample of
 /// importance ct_importance. It is composited with the surfaces and the samples of the ultrasound
 /// as predicate_spec.hpp and predicate_scene.hpp say. With equal importances this is plain

@@ -23,8 +23,8 @@
 /// For parallel rays this equals the paper's xi(theta) (there with the sign of eye space, z towards
 /// the eye). An object never occludes itself along its own rays. Rays farther than theta from its
 /// silhouette have T < 0 and stay unchanged. The other conventions in perspective (cones towards
-/// the eye, cones along the view axis) agree near the axis and differ elsewhere. With T2 =
-/// T(theta2) >= T1 = T(theta1) and d measured along the ray,
+/// the eye, cones along the view axis) agree near the axis and differ elsewhere. With
+/// T2 = T(theta2) >= T1 = T(theta1) and d measured along the ray,
 ///   Omega(t) = (clamp((T2 - t) / (T2 - T1)) + clamp((T1 - t) / d)) / 2,
 /// which is 0 in the base, 1/2 between transition and overlay, and 1 in the clear region.
 namespace nav::render::spec {

@@ -128,8 +128,8 @@ S depth_inside(const PlaneSurface<S>& plane, const Vec2<S>& p_image, const Vec2<
 }
 
 /// Intersections of neighbouring rays with the plane. One ray meets the plane at p. The ray a
-/// pixels to the right and b pixels up meets it at p + (a · right + b · up) / w with w = 1 + (a, b)
-/// · turn. If w <= 0, that intersection lies behind the eye.
+/// pixels to the right and b pixels up meets it at p + (a · right + b · up) / w with
+/// w = 1 + (a, b) · turn. If w <= 0, that intersection lies behind the eye.
 template <class S>
 struct PlanePixel {
   Vec2<S> right;  ///< Image mm.

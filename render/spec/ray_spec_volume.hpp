@@ -227,9 +227,9 @@ S shaded_share(S importance, const Shading& shading) {
 inline constexpr int kMostShades = 4;
 inline constexpr double kShadesPerRoot = 10;
 
-/// Number n of positions at which a pre-integrated cell is shaded: at (j + 1/2) / n of the cell, j
-/// < n. Their mean is the cell's colour. Gradients turn within a voxel. With one position per cell
-/// the error is of order 1.3 in the step, while the rest of the integral has order 2. With n
+/// Number n of positions at which a pre-integrated cell is shaded: at (j + 1/2) / n of the cell,
+/// j < n. Their mean is the cell's colour. Gradients turn within a voxel. With one position per
+/// cell the error is of order 1.3 in the step, while the rest of the integral has order 2. With n
 /// positions the error of a cell falls by about n^-1.5. The cheapest image therefore has n grow
 /// about with the square root of the cell's weight and of its length. \p weight: the cell's weight
 /// in its pixel, [0, 1]. \p voxels: the length of the whole cell in units of the smallest spacing.
