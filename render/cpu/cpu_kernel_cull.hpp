@@ -8,9 +8,9 @@
 /// for V and for the files that may include this.
 ///
 /// A point q of an object, seen from an origin o, gives f = (q - c) · r - cot |across|, measured
-/// from the foot of the reference point c. Rotating the ray by an angle changes f by at most angle
-/// · (|q - c| + cot |q - o|). Shifting it changes f by at most shift · (1 + cot). An object that
-/// stays below the value that another object reaches everywhere in the block decides nowhere.
+/// from the foot of the reference point c. Rotating the ray by an angle changes f by at most
+/// angle · (|q - c| + cot |q - o|). Shifting it changes f by at most shift · (1 + cot). An object
+/// that stays below the value that another object reaches everywhere in the block decides nowhere.
 namespace nav::render {
 
 template <class V>

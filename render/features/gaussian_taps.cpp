@@ -20,8 +20,7 @@ GaussianTaps gaussian_taps(double sigma_voxels, double truncate) {
   // Weights relative to that of the first neighbour. Their ratios survive if that weight
   // underflows.
   std::vector<double> tail(count);
-  // The square of a small number may be 0, and the exponent of the first neighbour would then be 0
-  // / 0.
+  // The square of a small number may be 0. The exponent of the first neighbour would then be 0 / 0.
   const double two_variances =
       std::max(2 * sigma_voxels * sigma_voxels, std::numeric_limits<double>::min());
   double sum = 0, second = 0, fourth = 0;

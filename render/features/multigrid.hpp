@@ -56,8 +56,8 @@ class Multigrid {
 
 /// Solves A x = b from a start x. Conjugate gradients in float on packed() run inside an iterative
 /// refinement, whose residuals are those of fine() in double. So the result is as good as double
-/// arithmetic makes it. Reports the achieved accuracy; a stop request ends it early (converged =
-/// false).
+/// arithmetic makes it. Reports the achieved accuracy. A stop request ends it early with
+/// converged = false.
 SolveReport solve(Multigrid& system, const FewRows& b, ZeroedArray<double>& x,
                   const SolveOptions& options, const RunOptions& run);
 

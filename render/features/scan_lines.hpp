@@ -81,7 +81,7 @@ struct SweepPlane {
 /// ultrasound images that pass within reach_mm of it and insonified it, weighted by
 /// 1 - distance / reach. Voxels are undefined if no image passed them or if directions cancel.
 /// Takes 8 bytes per voxel. Rejects an empty list of images, a reach outside (0, 100] mm, and
-/// images whose corners coincide.
+/// images without extent.
 Result<ScanLines> compound_scan_lines(const VoxelGrid& grid, std::span<const SweepPlane> planes,
                                       double reach_mm, const RunOptions& run = {});
 
