@@ -140,9 +140,9 @@ struct Hiding {
   }
 };
 
-/// Moves rays from cell to cell and skips all invisible cells. These are post-classified cells with
-/// the sample, and pre-integrated cells with both ends, in bricks that are empty or that the
-/// cutaway hides for longer than the cell.
+/// Moves rays from cell to cell and skips all invisible cells. A post-classified cell is invisible
+/// if its sample lies in a brick that is empty, or that the cutaway hides for longer than the cell.
+/// A pre-integrated cell is invisible if both of its ends do.
 template <class V, bool kBothEnds, bool kFade>
 struct Leaper {
   using F = typename V::F;

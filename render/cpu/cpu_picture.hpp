@@ -38,14 +38,14 @@ class CpuPicture {
                     static_cast<std::size_t>(x)];
   }
   /// True when the block of kBlock × kBlock pixels with pixel (x, y) shows only the background and
-  /// was drawn so. A block belongs to one thread.
+  /// was drawn that way. A block belongs to one thread.
   [[nodiscard]] bool blank(int x, int y) const { return blank_[block_of(x, y)] != 0; }
   void set_blank(int x, int y, bool blank) {
     blank_[block_of(x, y)] = static_cast<std::uint8_t>(blank);
   }
   static constexpr int kBlock = 8;
-  /// Finds the pixels in which the ultrasound image is visible, after records were written. \p
-  /// plane: false if it is visible in none.
+  /// Finds the pixels in which the ultrasound image is visible, after records were written.
+  /// \p plane: false if it is visible in none.
   void collect(bool plane, int threads);
   /// The image with an ultrasound image added; null: none is added. Writes only the pixels that
   /// differ from those of a buffer that nobody else holds.

@@ -15,7 +15,7 @@
 namespace nav::render {
 
 /// Draws tiles of one image whose volume is classified by predicates. Every ray is cast, because
-/// the colour behind a surface in front depends on everything behind it. Thread-safe: each tile
+/// the visible colour of a surface in front depends on everything behind it. Thread-safe: each tile
 /// keeps its state on its own stack.
 class CpuPredicatePainter {
  public:

@@ -90,7 +90,7 @@ class CpuPredicates {
   Nibbles look_nibbles_;
   std::vector<float> tau_;  ///< PredicateInputs::tau.
   std::optional<OpacityPieces> opacity_;
-  std::uint64_t generation_ = 0;  ///< Number of the current appearances, which threads keep.
+  std::uint64_t generation_ = 0;  ///< Version of the appearances that threads keep.
 };
 
 }  // namespace nav::render

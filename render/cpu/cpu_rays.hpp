@@ -53,8 +53,8 @@ struct LaneStretches {
 class CpuRays {
  public:
   /// All arguments must outlive it. \p field: null, or with large meshes all objects that cut,
-  /// instead of cutaway. \p first_sample: position of sample 0 in its cell, in cells. \p
-  /// overlay_cells: see MarchInputs.
+  /// instead of cutaway. \p first_sample: position of sample 0 in its cell, in cells.
+  /// \p overlay_cells: see MarchInputs.
   CpuRays(const Scene& scene, const MarchSet& marches, const CutPlan& cutaway,
           const CutawayField* field, double first_sample, float overlay_cells);
 

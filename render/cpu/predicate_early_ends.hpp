@@ -11,17 +11,17 @@ namespace nav::render::spec {
 
 /// Rules by which engines end rays early with an error of at most `error` in a pixel. A ray uses
 /// only one of the two rules, so each may spend the whole error.
-/// 1. Once 2 (1 - alpha) <= error, single samples are left out. These are no more important than
-/// the state, or so little more that LeftOut can pay for it with the rest of the error. The bound
-/// follows from 1 - beta = min(alpha_k / alpha_k+1, W_k / W_k+1). From the first omitted sample on,
-/// the product of all first factors, that of the background included, is no less than the alpha
-/// there, with and without omissions. So each march is within 1 - alpha of the march with the
-/// second factors alone. In that march, the weight of a colour is the amount by which it raised W.
-/// The omitted samples raise W of the full march by at most what was paid for; the later samples
-/// then raise it by that much less. So the two marches differ by at most 2 (1 - alpha) plus the
-/// payment, which LeftOut keeps within the error. In a single material, the share of w that W lacks
-/// is the share of 1 that alpha lacks. A ray that may not spend this much marches on through more
-/// of the material.
+/// 1. Once 2 (1 - alpha) <= error, individual samples are left out: those that are no more
+/// important than the state, or so little more that LeftOut can pay for it with the rest of the
+/// error. The bound follows from 1 - beta = min(alpha_k / alpha_k+1, W_k / W_k+1). From the first
+/// omitted sample on, the product of all first factors, that of the background included, is no less
+/// than the alpha there, with and without omissions. So each march is within 1 - alpha of the march
+/// with the second factors alone. In that march, the weight of a colour is the amount by which it
+/// raised W. The omitted samples raise W of the full march by at most what was paid for; the later
+/// samples then raise it by that much less. So the two marches differ by at most 2 (1 - alpha) plus
+/// the payment, which LeftOut keeps within the error. In a single material, the share of w that W
+/// lacks is the share of 1 that alpha lacks. A ray that may not spend this much marches on through
+/// more of the material.
 /// 2. The ray ends once remaining_change() <= error, if rule 1 has left out nothing visible.
 /// Between surfaces, only the interval up to the next surface ends. This may happen more than once,
 /// so the rule then uses 3/4 of the error.
