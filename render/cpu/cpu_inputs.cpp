@@ -111,7 +111,7 @@ void set_shading(const Scene& scene, MarchInputs& in) {
   in.shininess = static_cast<float>(shading.shininess);
   const bool whole = shading.shininess == std::floor(shading.shininess);
   in.whole_shininess = whole ? static_cast<int>(shading.shininess) : -1;
-  // The powers stay below twice the exponent.
+  // The greatest computed power has an exponent below 2 · shininess.
   in.least_cosine = static_cast<float>(std::pow(10.0, -37 / std::max(2 * shading.shininess, 1.0)));
   in.cool_share = static_cast<float>(shading.cool_share);
   in.warm_share = static_cast<float>(shading.warm_share);

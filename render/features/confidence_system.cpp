@@ -307,8 +307,7 @@ class Assembly {
           const float* there = here + layout_.offset(e);
           for (int i = 0; i < grid_.size[0]; ++i) {
             const float apart = std::abs(here[i] - there[i]);
-            largest = apart > largest ? apart : largest;  // Never NaN, because comparisons with an
-                                                          // unknown end are false.
+            largest = apart > largest ? apart : largest;  // Never NaN: such comparisons are false.
           }
         }
       }

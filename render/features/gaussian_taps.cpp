@@ -33,8 +33,7 @@ GaussianTaps gaussian_taps(double sigma_voxels, double truncate) {
   }
   const double neighbour = std::exp(-1 / two_variances);
   const double total = 1 + neighbour * sum;
-  const double variance = neighbour * second / total;  // Variance of the truncated, sampled
-                                                       // Gaussian.
+  const double variance = neighbour * second / total;  // Truncated, sampled Gaussian.
   // bend_k = scale * tail_k * (k^2 - variance), k > 0, with second moment 2 and sum 0.
   const double bend_scale = 2 / (fourth - variance * second);
   taps.smooth.assign(count, 1 / total);

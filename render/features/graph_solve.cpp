@@ -161,8 +161,7 @@ SolveReport solve(Multigrid& system, const FewRows& b, ZeroedArray<double>& x,
   bool settled = false;
   while (!settled) {
     report.relative_residual = true_residual(graph, b, x, inner.residual(), run) / scale;
-    report.converged = report.relative_residual <= 1e-12;  // No open node, or the start is already
-                                                           // the solution.
+    report.converged = report.relative_residual <= 1e-12;  // No open node, or already solved.
     if (report.converged || report.iterations >= options.max_iterations) break;
     // A goal slightly below the required error, so that the true residual rarely lies slightly
     // above it.

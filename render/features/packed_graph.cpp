@@ -29,9 +29,7 @@ std::vector<Leaving> leaving_edges(const std::array<int, 3>& place,
         step[a] = (place[a] + sign * kEdgeSteps[as_size(e)][a] + factor[a]) / factor[a] - 1;
       }
       const auto slot = std::find(kEdgeSteps.begin(), kEdgeSteps.end(), step) - kEdgeSteps.begin();
-      if (slot == kGraphEdges)
-        continue;  // The edge is inside the box, or the other box will add
-                   // it.
+      if (slot == kGraphEdges) continue;  // Inside the box, or added by the other box.
       found.push_back({e, sign == 1, static_cast<std::size_t>(slot)});
     }
   }

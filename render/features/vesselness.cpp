@@ -134,8 +134,8 @@ TubeConstants constants_of(const VesselnessOptions& options, double contrast) {
 }
 
 /// Range of values below which no response exceeds the negligible one. For data within a range W, a
-/// second derivative is at most W / 2 times the integral of the kernel's magnitude. So S^2 <= 1.31
-/// W^2, and the response is at most S^2 / (2 c^2).
+/// second derivative is at most W / 2 times the integral of the kernel's magnitude. So
+/// S^2 <= 1.31 W^2, and the response is at most S^2 / (2 c^2).
 double harmless_range(const VesselnessOptions& options, double contrast) {
   const double c = contrast / (std::numbers::sqrt2 * std::numbers::e);
   constexpr double kSlack = 1.5;  // Margin for sampled kernels with few taps.

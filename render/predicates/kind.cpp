@@ -96,7 +96,7 @@ bool test_distance(const Segment& segment, const Eigen::Vector3d& position_mm,
   return d >= wanted.low && d <= wanted.high;
 }
 
-// The distance changes by at most the length of the way between two points.
+// Moving by a length changes the distance by at most that length.
 Truth bound_distance(const Segment& segment, const Eigen::Vector3d& low_mm,
                      const Eigen::Vector3d& high_mm, const Range& wanted) {
   if (!segment.a.allFinite()) return Truth::kFalse;

@@ -79,9 +79,7 @@ class Checker {
       return malformed_predicates("predicates: expected combinations without a cycle, found " +
                                   cycle + "\"" + name + "\"");
     }
-    if (good_.count(name) != 0)
-      return {};  // Each entry is checked once, because several
-                  // references may lead to it.
+    if (good_.count(name) != 0) return {};  // Several references may lead to one entry.
     for (const PredicateEntry& entry : model_.entries) {
       if (entry.name != name) continue;
       path_.push_back(name);

@@ -97,8 +97,7 @@ Eigen::Vector3d index_of(const VoxelGrid& grid, std::size_t voxel) {
 SharedImportance shared_importance(const PredicateSet& set) {
   SharedImportance shared{set.most_important()};
   constexpr std::size_t kVoxels = 20000;
-  constexpr std::size_t kFar = 2654435761;  // Knuth's constant, which spreads successive numbers
-                                            // far apart.
+  constexpr std::size_t kFar = 2654435761;  // Knuth: spreads successive numbers far apart.
   constexpr double kFully = 1 - 1e-6;
   const VoxelGrid& grid = set.place().grid;
   const std::size_t count = grid.voxel_count();

@@ -274,8 +274,7 @@ S enter_capsule(const CapsuleSurface<S>& capsule, const Ray<S>& ray) {
     const S along = -across.dot(start) / a;
     const S square = capsule.radius * capsule.radius - (start + along * across).squaredNorm();
     if (square < S(0))
-      return std::numeric_limits<S>::infinity();  // The ray misses the infinite cylinder and so
-                                                  // both ends.
+      return std::numeric_limits<S>::infinity();  // Misses the infinite cylinder and both ends.
     const S t = along - std::sqrt(square / a);
     const S foot = (m + t * ray.direction).dot(u);
     if (foot >= S(0) && foot <= length) return t;
