@@ -10,15 +10,15 @@
 namespace nav::render {
 namespace {
 
-/// Visible cells are looked at where so many of the cells in visible parts of bricks are not
-/// visible: measured (ADR 46).
+/// Least share of invisible cells, among the cells in visible parts of bricks, from which on the
+/// march tests single cells: measured (ADR 46).
 constexpr double kLeastHiddenShare = 0.1;
-/// Samples lie less than an edge apart, by more than rounding takes.
+/// Greatest step as a share of a block's edge. The difference to 1 exceeds rounding errors.
 constexpr double kMostOfAnEdge = 0.95;
 
-/// Edge of the blocks of cells that a march of single cells may pass over; 0: none.
+/// Edge of the blocks of cells that a march with single cells may skip; 0: none.
 int cell_edge(const Quality& quality, const TransferTable& table) {
-  // A sample alone.
+  // A cell has only one sample.
   if (table.rows() > 1 || quality.classification == Classification::kPostClassified) return 1;
   for (const int edge : {1, 2}) {
     if (quality.step_voxels <= kMostOfAnEdge * edge) return edge;
@@ -26,7 +26,7 @@ int cell_edge(const Quality& quality, const TransferTable& table) {
   return 0;
 }
 
-/// How many cells the visible parts of occupied bricks hold. parts: visible_parts().
+/// Number of cells in the visible parts of occupied bricks. \p parts: visible_parts().
 std::size_t cells_in_parts(const std::vector<std::uint8_t>& parts, const BrickDistances& distances,
                            const Eigen::Vector3i& bricks, const VoxelGrid& grid) {
   const auto inside = [&](int axis, int brick, unsigned half) {
@@ -89,7 +89,7 @@ void CpuCache::make_leaps(int threads) {
   const std::vector<std::uint8_t> hidden = hidden_bricks(*bricks_, *table_, threads);
   parts_ = visible_parts(*part_ranges_, *bricks_, hidden, *table_, threads);
   shell_ = brick_shell(*bricks_, hidden, threads);
-  // How far all bricks around are occupied in all their parts.
+  // Distance, in bricks, within which all bricks are occupied in all their parts.
   std::vector<std::uint8_t> depths;
   const auto find_depths = [&] {
     std::vector<std::uint8_t> partly = hidden;

@@ -7,7 +7,8 @@
 #include "render/cpu/cpu_kernel_project.hpp"
 #include "render/cpu/cpu_kernel_rays.hpp"
 
-/// The march compiled for every key. See cpu_kernel.hpp for V and for where this may be included.
+/// The march compiled for every key. See cpu_kernel.hpp for V and for the files that may include
+/// this.
 namespace nav::render {
 
 template <class V, MarchClassify kClassify, MarchShade kShade, bool kFade, MarchCells kCells>
@@ -66,7 +67,7 @@ March composite_march(const MarchKey& key) {
   return nullptr;
 }
 
-/// All that is compiled for one V.
+/// All functions compiled for one V.
 template <class V>
 MarchSet march_set() {
   return {composite_march<V>, project_march<V>, cull_with<V>,

@@ -4,23 +4,24 @@
 
 #include "render/cpu/cpu_kernel_leap.hpp"
 
-/// Several cells taken as one. See cpu_kernel.hpp for V and for where this may be included.
+/// Several cells taken as one. See cpu_kernel.hpp for V and for the files that may include this.
 namespace nav::render {
 
-/// How many cells from one on are a segment: the rule of adaptive_step.hpp. Bricks are left a
-/// little early, as by leaps.
+/// Number of cells that form a segment: the rule of adaptive_step.hpp. As in leaps, bricks are left
+/// a little early.
 template <class V>
 struct Segments {
   using F = typename V::F;
   using M = typename V::M;
 
   Bricks<V> bricks;
-  F known;  ///< Up to here, exclusively, the brick is the same.
-  F most;   ///< Cells of a segment in it.
+  F known;  ///< The brick stays the same up to here, exclusive.
+  F most;   ///< Greatest number of cells of a segment in the brick.
 
   Segments(const Sampler<V>& sampler, F first) : bricks(sampler), known(first), most(first) {}
 
-  /// single: lanes that keep single cells; begin, end: of the stretch.
+  /// Cells of the segment at \p cell. \p single: lanes that keep single cells; \p begin, \p end:
+  /// ends of the marched interval.
   F cells(F cell, F begin, F end, M active, M single) {
     const M open = V::both(active, V::not_less(cell, known));
     if (V::any(open)) {

@@ -5,8 +5,8 @@
 #include "render/cpu/cpu_kernel_pack.hpp"
 #include "render/cpu/cpu_kernel_part.hpp"
 
-/// Shades of runs of pre-integrated cells. See cpu_kernel.hpp for V and for where this may be
-/// included.
+/// Shading of runs of pre-integrated cells. See cpu_kernel.hpp for V and for the files that may
+/// include this.
 namespace nav::render {
 
 template <class V, MarchShade kShade>
@@ -19,7 +19,7 @@ struct RunShades {
   const Sampler<V>& sampler;
   MarchCounts& counts;
 
-  /// spec::shades_of() places of each lane's cell.
+  /// Sets the spec::shades_of() positions of each lane's cell.
   void find_places(Part& part, F cells, M shaded) const {
     CellShades<V>& shades = part.shades;
     const F one = V::set(1.0F);
@@ -66,13 +66,13 @@ struct RunShades {
   }
 
  private:
-  /// Where the shades of a place are taken, in cells.
+  /// Position at which shade i is taken, in cells.
   static F place(const Part& part, F cells, int i) {
     const F apart = V::mul(cells, part.shades.per);
     return V::madd(apart, V::set(static_cast<float>(i) + 0.5F), part.cell);
   }
 
-  /// The same bytes, for cells of which few lanes are shaded.
+  /// Does the same with the same bytes, for cells in which few lanes are shaded.
   void shade_packed(Part* parts, int run, F cells) const {
     ShadePack<V, kShade> pack;
     for (int i = 0; i < run; ++i) {
@@ -89,7 +89,7 @@ struct RunShades {
     }
   }
 
-  /// shade: fills in the shades of a place; 0 in lanes that are not open there.
+  /// \p shade: fills in the shades of a position, with 0 in lanes that are not open there.
   template <class Shade>
   static void mean_of_shades(Part& part, const Shade& shade) {
     const CellShades<V>& shades = part.shades;

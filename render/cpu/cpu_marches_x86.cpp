@@ -17,8 +17,9 @@ bool has_avx512() {
          __builtin_cpu_supports("avx512vl") != 0;
 }
 
-/// Intel's since Sapphire Rapids, known by AVX512-FP16: microcode against gather data sampling
-/// slows those of older ones down, and AMD's are slow (ADR 44).
+/// True for Intel processors since Sapphire Rapids, detected by AVX512-FP16. On older ones,
+/// microcode against gather data sampling slows gathers down. On AMD processors gathers are slow
+/// (ADR 44).
 bool has_fast_gathers() {
   constexpr unsigned kAvx512Fp16 = 1U << 23;
   unsigned a = 0;

@@ -4,19 +4,19 @@
 
 #include "render/cpu/cpu_lanes_avx512.hpp"
 
-/// How sixteen lanes fetch their voxels from CpuVolume, in two ways: which one is faster differs
-/// between processors (ADR 34, 44).
+/// Two ways in which sixteen lanes load their voxels from CpuVolume. The faster one differs between
+/// processors (ADR 34, 44).
 namespace nav::render {
 namespace {
 
-/// Lane by lane, put together and transposed.
+/// Loads lane by lane, then joins and transposes.
 class VoxelsByLane {
   using F = Avx512::F;
 
  public:
   explicit VoxelsByLane(Avx512::I at) : lanes_(at) {}
 
-  /// Pairs of rows at and at + 1, and those a distance further on.
+  /// Pairs of rows at `at` and at + 1, and those one distance further.
   __attribute__((always_inline)) void cell(const std::int32_t* p, int distance, F* words) const {
     const std::int32_t* next = p + distance;
     const auto of = [&](int lane) __attribute__((always_inline)) {
@@ -26,7 +26,7 @@ class VoxelsByLane {
     };
     transpose(of, words);
   }
-  /// Pairs of rows at to at + 3.
+  /// Pairs of rows from `at` to at + 3.
   __attribute__((always_inline)) void row(const std::int32_t* p, F* words) const {
     const auto of = [&](int lane) __attribute__((always_inline)) {
       return _mm_loadu_ps(reinterpret_cast<const float*>(p + lanes_.at[lane]));
@@ -35,7 +35,7 @@ class VoxelsByLane {
   }
 
  private:
-  /// Of four words of one lane.
+  /// Transposes four words of each lane, which of(lane) loads.
   template <class OfLane>
   __attribute__((always_inline)) static void transpose(const OfLane& of, F* words) {
     const F four[4] = {
@@ -47,7 +47,7 @@ class VoxelsByLane {
   Avx512::Lanes lanes_;
 };
 
-/// By gathers of two words.
+/// Loads by gathers of two words.
 class VoxelsByGathers {
   using F = Avx512::F;
 
@@ -55,7 +55,7 @@ class VoxelsByGathers {
   explicit VoxelsByGathers(Avx512::I at)
       : low_(_mm512_castsi512_si256(at.v)), high_(_mm512_extracti64x4_epi64(at.v, 1)) {}
 
-  /// As VoxelsByLane.
+  /// See VoxelsByLane.
   __attribute__((always_inline)) void cell(const std::int32_t* p, int distance, F* words) const {
     two(p, words);
     two(p + distance, words + 2);
@@ -76,14 +76,14 @@ class VoxelsByGathers {
     words[1] = _mm512_castsi512_ps(_mm512_permutex2var_epi32(first, odd, second));
   }
 
-  __m256i low_;   ///< Of the first eight lanes.
-  __m256i high_;  ///< Of the others.
+  __m256i low_;   ///< Offsets of the first eight lanes.
+  __m256i high_;  ///< Offsets of the other lanes.
 };
 
-/// Avx512 with voxels. Voxels: one of the above.
+/// Avx512 with loads of voxels. Voxels: one of the classes above.
 template <class Voxels>
 struct SamplingAvx512 : Avx512 {
-  /// Voxels at and at + 1 of CpuVolume, and those one row, one slice, and both further on.
+  /// Voxels at `at` and at + 1 of CpuVolume, and those one row, one slice, and both further.
   __attribute__((always_inline)) static void load_cells(const std::int32_t* p, int slice, I at,
                                                         F (*rows)[2]) {
     F words[4];
@@ -96,18 +96,18 @@ struct SamplingAvx512 : Avx512 {
     }
   }
 
-  /// Trilinear central differences along each axis, index steps of two; of all lanes, needed or
-  /// not.
+  /// Trilinear central differences along each axis, over index steps of two. Computed for all
+  /// lanes, needed or not.
   static void differences(const std::int32_t* voxels, int row, int slice, I base, const F* w,
                           M /*needed*/, F* g) {
     const Voxels from(base);
     F words[4];
-    F ends[4][2];  // Rows of the cell at x and x + 1: of the slice before, and of the one after.
+    F ends[4][2];  // Rows of the cell at x and x + 1: in the slice before and in the slice after.
     from.cell(voxels - slice, 3 * slice, words);
     halves(words, ends);
-    F value[2][4];    // Per slice z, z + 1: at x - 1 to x + 2, interpolated along y.
+    F value[2][4];    // Per slice z, z + 1: values at x - 1 to x + 2, interpolated along y.
     F along_y[2][2];  // At x and x + 1: differences along y.
-    F outer[2][2];    // The same of slices z - 1 and z + 2: values.
+    F outer[2][2];    // Values at x and x + 1 in slices z - 1 and z + 2.
     for (int z = 0; z < 2; ++z) {
       F near[4][2];  // At x - 1 to x + 2: rows y - 1 and y.
       F far[4][2];   // Rows y + 1 and y + 2.

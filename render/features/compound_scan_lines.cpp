@@ -11,7 +11,8 @@
 namespace nav::render::features {
 namespace {
 
-/// A picture's plane in voxel indices: position and scan line of any voxel, in the Image frame.
+/// The plane of an ultrasound image in voxel indices. Gives the position of any voxel in the Image
+/// frame, and its scan line.
 class PlaneInGrid {
  public:
   PlaneInGrid(const VoxelGrid& grid, const SweepPlane& plane, double reach_mm)
@@ -25,7 +26,7 @@ class PlaneInGrid {
   [[nodiscard]] Eigen::Vector3d image_mm(int i, int j, int k) const {
     return at_zero_ + per_index_ * Eigen::Vector3d(i, j, k);
   }
-  /// Voxels [first, past) of row (j, k) within reach of the plane and the picture's corners.
+  /// Voxels [first, past) of row (j, k) within reach of the plane and between the image's corners.
   [[nodiscard]] std::array<int, 2> span(int j, int k, int size) const {
     const Eigen::Vector3d start = image_mm(0, j, k);
     const Eigen::Vector3d step = per_index_.col(0);
@@ -47,7 +48,7 @@ class PlaneInGrid {
     return {static_cast<int>(std::ceil(from)), static_cast<int>(std::floor(to)) + 1};
   }
   struct Seen {
-    double weight = 0;  ///< 0: not insonified.
+    double weight = 0;  ///< 0 means not insonified.
     Eigen::Vector3d away_ct;
     double depth_mm = 0;
   };
@@ -128,7 +129,7 @@ Result<ScanLines> compound_scan_lines(const VoxelGrid& grid, std::span<const Swe
       }
       for (int i = 0; i < grid.size[0]; ++i) {
         const Sum& sum = row[as_size(i)];
-        // Opposite directions leave nothing to go by.
+        // Opposite directions cancel and give no scan line.
         if (!(sum.away.norm() > 1e-3 * sum.weight)) continue;
         away[offset_of(grid, i, j, k)] = PackedDirection::pack(sum.away.normalized());
         depth[offset_of(grid, i, j, k)] = static_cast<float>(sum.depth / sum.weight);

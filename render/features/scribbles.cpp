@@ -43,7 +43,7 @@ double distance_to_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& from
 }
 
 Eigen::Vector3d unit_normal_of(const Stroke& stroke) {
-  // Stable: squares of finite numbers may not be finite.
+  // Normalises stably, because squares of finite numbers may not be finite.
   return stroke.plane_normal.v.stableNormalized();
 }
 
@@ -108,7 +108,7 @@ void ScribbleMask::add_segment(const Stroke& stroke, const Eigen::Vector3d& from
   for (int axis = 0; axis < 3; ++axis) {
     const auto n = static_cast<std::size_t>(axis);
     const double most = grid_.size[n] - 1;
-    // Clamped before rounding: strokes far outside must not overflow.
+    // Clamps before rounding, so that strokes far outside do not overflow.
     first[n] = static_cast<int>(
         std::ceil(std::clamp(std::min(a[axis], b[axis]) - reach[axis], 0.0, most + 1)));
     last[n] = static_cast<int>(

@@ -8,7 +8,7 @@
 namespace nav::render::features {
 namespace {
 
-/// Raised with every change of a feature's values: those of before are then found no more.
+/// Increased with every change of a feature's values, so that older values are not found any more.
 constexpr double kDefinitionVersion = 5;
 
 template <class... Cases>
@@ -47,7 +47,7 @@ void add(const DerivedOptions& options, Digest& digest) {
       options);
 }
 
-/// Without what a result merely carries along.
+/// Converts a result, without the data that it only carries along.
 template <class T, class Take>
 Result<DerivedVolume> taken(Result<T> result, const Take& take) {
   if (!result) return result.error();

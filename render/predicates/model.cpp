@@ -40,7 +40,7 @@ Result<void> check_values(const std::string& entry, const PredicateExpression& e
   return {};
 }
 
-/// Walks through expressions and the entries that they refer to.
+/// Checks expressions and the entries that they refer to.
 class Checker {
  public:
   explicit Checker(const PredicateModel& model) : model_(model) {}
@@ -79,7 +79,7 @@ class Checker {
       return malformed_predicates("predicates: expected combinations without a cycle, found " +
                                   cycle + "\"" + name + "\"");
     }
-    if (good_.count(name) != 0) return {};  // Once each: references may share what they refer to.
+    if (good_.count(name) != 0) return {};  // Several references may lead to one entry.
     for (const PredicateEntry& entry : model_.entries) {
       if (entry.name != name) continue;
       path_.push_back(name);

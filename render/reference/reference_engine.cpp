@@ -22,7 +22,7 @@ namespace {
 
 using Vec3 = spec::Vec3<double>;
 
-/// HU/mm along the CT axes.
+/// Gradient of the CT, HU/mm along the CT axes.
 Vec3 gradient_at(const Volume& ct, const Vec3& index) {
   const VoxelGrid& grid = ct.grid();
   Vec3 g;
@@ -42,7 +42,7 @@ struct Counts {
   std::uint64_t gradients = 0;
 };
 
-/// The ultrasound volume beside the CT.
+/// The ultrasound volume of a scene that also has a CT.
 struct SecondVolume {
   explicit SecondVolume(const Scene& s)
       : scene(ultrasound_scene(s)),
@@ -58,7 +58,7 @@ struct SecondVolume {
   double slab;  ///< mm.
 };
 
-/// What a picture's rays share.
+/// Data that all rays of an image share.
 struct Prepared {
   explicit Prepared(const Scene& s)
       : scene(s),
@@ -96,8 +96,8 @@ struct Prepared {
   bool pre_integrated;
   std::optional<ReferencePredicates> predicates{};
   std::optional<SecondVolume> second{};
-  BrickGrid bricks{};                 ///< Only with an adaptive step,
-  std::vector<std::uint8_t> cells{};  ///< as these: brick_cells().
+  BrickGrid bricks{};                 ///< Only with an adaptive step.
+  std::vector<std::uint8_t> cells{};  ///< brick_cells(); only with an adaptive step.
 };
 
 /// Casts one ray at a time; keeps the state of the current one.
@@ -130,17 +130,17 @@ class Caster {
   [[nodiscard]] const Counts& counts() const { return counts_; }
 
  private:
-  /// Part of a cell between the events of the ray.
+  /// Part of a cell between two events of the ray.
   struct Cell {
     double t_a;
     double t_b;
     double v_a;
     double v_b;
-    double k;        ///< Where the whole cell begins, cells.
-    int cells;       ///< Its length: 1, or of the segment.
+    double k;        ///< Begin of the whole cell, in cells.
+    int cells;       ///< Length in cells: 1, or that of the segment.
     double bow = 0;  ///< HU; spec::bow_of().
   };
-  /// A classified cell; importance only with emphasis.
+  /// A classified cell. The importance is set only with emphasis.
   struct Classified {
     Vec3 rgb;
     double tau_per_mm;
@@ -180,7 +180,7 @@ class Caster {
     if (hits_.empty() || hits_.back().alpha < 1) march(begin, in.end);
   }
 
-  /// Light of two volumes: ray_spec.hpp. other: the ray in local mm of the ultrasound.
+  /// Composites two volumes: ray_spec.hpp. \p other: the ray in the ultrasound's local mm.
   void composite_both(const spec::Interval<double>& in, const spec::Ray<double>& other) {
     span_ = spec::meet_cutaway(p_.cutaway, ray_);
     bow_from_ = std::floor(in.begin / p_.step_mm - shift_) + 2;
@@ -231,7 +231,7 @@ class Caster {
     if (ct_first) p_.second->predicates.march(ray, part, light, counts_.samples);
   }
 
-  /// How many cells from k on are one segment: adaptive_step.hpp.
+  /// Number of cells from k on that form one segment: adaptive_step.hpp.
   [[nodiscard]] int cells_from(double k, double begin, double end) const {
     const double h = p_.step_mm;
     const double t = (k + shift_) * h;
@@ -245,7 +245,8 @@ class Caster {
     return m;
   }
 
-  /// Calls visit(k, cells, part begin, part end) for every cell, or several, of a stretch; t in mm.
+  /// Calls visit(k, cells, part begin, part end) for every cell, or group of cells, of a part of
+  /// the ray; t in mm.
   template <class Visit>
   void for_each_cell(double begin, double end, const Visit& visit) {
     if (!(end > begin)) return;
@@ -262,7 +263,7 @@ class Caster {
   void march(double begin, double end) {
     double last_k = std::numeric_limits<double>::quiet_NaN();
     double last_value = 0;
-    double before_k = last_k;  // Where the segment before began.
+    double before_k = last_k;  // Begin of the previous segment.
     double before_value = 0;
     for_each_cell(begin, end, [&](double k, int m, double t_a, double t_b) {
       Cell cell{t_a, t_b, 0, 0, k, m};
@@ -314,7 +315,7 @@ class Caster {
     blend(c.rgb, opacity);
   }
 
-  /// Index of a place in the whole cell, from 0 to 1.
+  /// Index of the position w in the whole cell, 0 at its begin and 1 at its end.
   [[nodiscard]] Vec3 place_in(const Cell& cell, double w) const {
     return index_at(cell.k + w * cell.cells);
   }
@@ -323,7 +324,7 @@ class Caster {
     return scene_.shading.enabled && scene_.shading.emphasis > 0;
   }
 
-  /// What the whole cell is without a cutaway.
+  /// Sample of the whole cell without a cutaway.
   [[nodiscard]] TransferSample whole(const Cell& cell, double gradient) const {
     return p_.pre_integrated ? p_.table.mean(cell.v_a, cell.v_b, cell.bow)
                              : p_.table.at(cell.v_a, gradient);
@@ -354,7 +355,7 @@ class Caster {
     return spec::visibility(importance, spec::occlusion(span_, p_.cutaway.overlay_mm, t));
   }
 
-  /// The mean of kFadeSteps midpoints, faded or not.
+  /// Mean of kFadeSteps midpoints, faded or not.
   [[nodiscard]] Classified steps(const Cell& cell, double gradient, bool fading) const {
     Vec3 rgb = Vec3::Zero();
     double sum = 0;

@@ -8,7 +8,7 @@
 namespace nav::render {
 namespace {
 
-/// A half-space's depth as normal · position + offset, grid mm.
+/// The depth of a half-space is normal · position + offset, in grid mm.
 struct Slab {
   Eigen::Vector3d normal;
   double offset;
@@ -25,7 +25,8 @@ Segment ball_of(const FanScan& scan, const PredicatePlace& place) {
   return {apex, apex, scan.face_radius_mm};
 }
 
-/// Depth along the scan line: of a fan or parallel lines exactly, else from the feature volume.
+/// Depth along the scan line. It is exact for a fan or parallel lines; otherwise it comes from the
+/// feature volume.
 class Depth final : public PredicateKind {
  public:
   [[nodiscard]] std::string name() const override { return "depth"; }

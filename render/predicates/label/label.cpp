@@ -10,7 +10,7 @@ namespace {
 
 std::uint32_t mask_of(std::span<const double> p) { return static_cast<std::uint32_t>(p[0]); }
 
-/// Some of the labels of a mask (§3.1, second version: a voxel grid of bit masks).
+/// True for at least one of the labels of a mask (§3.1, second version: a voxel grid of bit masks).
 class Label final : public PredicateKind {
  public:
   [[nodiscard]] std::string name() const override { return "label"; }

@@ -5,7 +5,7 @@
 namespace nav::render {
 namespace {
 
-/// Distance from the needle's surface within a range; negative inside.
+/// Tests the distance from the needle's surface, which is negative inside.
 class NeedleDistance final : public PredicateKind {
  public:
   [[nodiscard]] std::string name() const override { return "needle_distance"; }

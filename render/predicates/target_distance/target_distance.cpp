@@ -5,7 +5,7 @@
 namespace nav::render {
 namespace {
 
-/// Distance from the target's surface within a range; negative inside.
+/// Tests the distance from the target's surface, which is negative inside.
 class TargetDistance final : public PredicateKind {
  public:
   [[nodiscard]] std::string name() const override { return "target_distance"; }
