@@ -225,7 +225,7 @@ template class FaultInjector<UltrasoundFrame>;
 
 }  // namespace detail
 
-FaultyPoseSource::FaultyPoseSource(std::unique_ptr<PoseSource> source, const FaultPlan& plan,
+FaultyPoseSource::FaultyPoseSource(std::unique_ptr<PoseStream> source, const FaultPlan& plan,
                                    std::uint64_t stream)
     : source_(std::move(source)), injector_(checked(plan), stream) {
   NAV_CHECK(source_ != nullptr);
@@ -234,7 +234,7 @@ Result<RawPose> FaultyPoseSource::next(Deadline deadline) {
   return next_of(*source_, injector_, deadline);
 }
 
-FaultyFrameSource::FaultyFrameSource(std::unique_ptr<FrameSource> source, const FaultPlan& plan,
+FaultyFrameSource::FaultyFrameSource(std::unique_ptr<ImageStream> source, const FaultPlan& plan,
                                      std::uint64_t stream)
     : source_(std::move(source)), injector_(checked(plan), stream) {
   NAV_CHECK(source_ != nullptr);

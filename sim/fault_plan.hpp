@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "nav/source.hpp"
+#include "sim/streams.hpp"
 
 namespace nav::sim {
 
@@ -92,31 +92,31 @@ class FaultInjector {
 }  // namespace detail
 
 /// A pose source with faults; rules of the source that it wraps. Not thread-safe.
-class FaultyPoseSource final : public PoseSource {
+class FaultyPoseSource final : public PoseStream {
  public:
   /// stream: tells sources with the same plan apart. Precondition: validate(plan).
-  FaultyPoseSource(std::unique_ptr<PoseSource> source, const FaultPlan& plan,
+  FaultyPoseSource(std::unique_ptr<PoseStream> source, const FaultPlan& plan,
                    std::uint64_t stream = 0);
   Result<RawPose> next(Deadline deadline) override;
   void stop() noexcept override { source_->stop(); }
   [[nodiscard]] const std::vector<FaultRecord>& faults() const { return injector_.faults(); }
 
  private:
-  std::unique_ptr<PoseSource> source_;
+  std::unique_ptr<PoseStream> source_;
   detail::FaultInjector<RawPose> injector_;
 };
 
 /// The same for pictures.
-class FaultyFrameSource final : public FrameSource {
+class FaultyFrameSource final : public ImageStream {
  public:
-  FaultyFrameSource(std::unique_ptr<FrameSource> source, const FaultPlan& plan,
+  FaultyFrameSource(std::unique_ptr<ImageStream> source, const FaultPlan& plan,
                     std::uint64_t stream = 100);
   Result<UltrasoundFrame> next(Deadline deadline) override;
   void stop() noexcept override { source_->stop(); }
   [[nodiscard]] const std::vector<FaultRecord>& faults() const { return injector_.faults(); }
 
  private:
-  std::unique_ptr<FrameSource> source_;
+  std::unique_ptr<ImageStream> source_;
   detail::FaultInjector<UltrasoundFrame> injector_;
 };
 

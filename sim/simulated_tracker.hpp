@@ -5,7 +5,7 @@
 #include <memory>
 #include <vector>
 
-#include "nav/source.hpp"
+#include "sim/streams.hpp"
 #include "sim/procedure.hpp"
 
 namespace nav::sim {
@@ -17,7 +17,7 @@ enum class TrackedBody { kProbe, kReference, kNeedle };
 /// the last. Occluded samples carry a status and NaN, never an old pose or identity. The stream
 /// begins half a second before the first picture and ends as long after the last; kCancelled after
 /// stop(). Not thread-safe.
-class SimulatedTracker final : public PoseSource {
+class SimulatedTracker final : public PoseStream {
  public:
   /// Noise, latency and seed come from the procedure's options.
   SimulatedTracker(const Procedure& procedure, TrackedBody body);
@@ -34,7 +34,7 @@ class SimulatedTracker final : public PoseSource {
 
 /// Pictures of a procedure on the virtual clock; rules as SimulatedTracker. The needle is visible
 /// in the approach.
-class SimulatedProbe final : public FrameSource {
+class SimulatedProbe final : public ImageStream {
  public:
   /// The procedure must outlive the source.
   explicit SimulatedProbe(const Procedure& procedure);

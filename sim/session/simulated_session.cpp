@@ -117,7 +117,7 @@ Result<std::shared_ptr<const SmoothWarp>> deformation_of(const SimulatedSessionO
 }
 
 /// Pictures of a session on the virtual clock.
-class SessionFrames final : public FrameSource {
+class SessionFrames final : public ImageStream {
  public:
   SessionFrames(const SimulatedSession& session, const UltrasoundSimulator& simulator)
       : session_(session), simulator_(simulator) {}
@@ -310,13 +310,13 @@ SensorStream SimulatedSession::stream(std::uint64_t body) const {
   return stream;
 }
 
-std::unique_ptr<PoseSource> SimulatedSession::probe_poses() const {
+std::unique_ptr<PoseStream> SimulatedSession::probe_poses() const {
   SensorStream probe = stream(kProbeBody);
   probe.truth = [this](Timestamp time) { return tracker_from_probe(time).matrix(); };
   return std::make_unique<SensorPoseSource>(probe);
 }
 
-std::unique_ptr<PoseSource> SimulatedSession::reference_poses() const {
+std::unique_ptr<PoseStream> SimulatedSession::reference_poses() const {
   SensorStream reference = stream(kReferenceBody);
   reference.truth = [this](Timestamp) { return tracker_from_reference().matrix(); };
   // An arm holds one body; the patient is fixed to its base.
@@ -324,7 +324,7 @@ std::unique_ptr<PoseSource> SimulatedSession::reference_poses() const {
   return std::make_unique<SensorPoseSource>(reference);
 }
 
-std::unique_ptr<PoseSource> SimulatedSession::needle_poses() const {
+std::unique_ptr<PoseStream> SimulatedSession::needle_poses() const {
   NAV_CHECK(needle_.has_value());
   SensorStream needle = stream(kNeedleBody);
   needle.truth = [this](Timestamp time) { return tracker_from_hub(time).matrix(); };
@@ -334,7 +334,7 @@ std::unique_ptr<PoseSource> SimulatedSession::needle_poses() const {
   return std::make_unique<SensorPoseSource>(needle);
 }
 
-std::unique_ptr<FrameSource> SimulatedSession::frames() const {
+std::unique_ptr<ImageStream> SimulatedSession::frames() const {
   return std::make_unique<SessionFrames>(*this, ultrasound_);
 }
 

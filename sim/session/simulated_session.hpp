@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "nav/source.hpp"
+#include "sim/streams.hpp"
 #include "sim/anatomy/patient.hpp"
 #include "sim/fault_plan.hpp"
 #include "sim/motion/breathing.hpp"
@@ -109,13 +109,13 @@ class SimulatedSession {
   [[nodiscard]] FrameTruth truth(int index) const;
 
   /// Poses as the tracker gives them, before any fault; begin 0.5 s before the first picture.
-  [[nodiscard]] std::unique_ptr<PoseSource> probe_poses() const;
-  [[nodiscard]] std::unique_ptr<PoseSource> reference_poses() const;
+  [[nodiscard]] std::unique_ptr<PoseStream> probe_poses() const;
+  [[nodiscard]] std::unique_ptr<PoseStream> reference_poses() const;
   /// Of the needle's hub (the body is NeedleHub). An arm's needle hangs on a second arm with errors
   /// of its own on the same base. Precondition: there is a needle, otherwise a Bug.
-  [[nodiscard]] std::unique_ptr<PoseSource> needle_poses() const;
+  [[nodiscard]] std::unique_ptr<PoseStream> needle_poses() const;
   /// Pictures, before any fault; their sequence is the index. The session must outlive the source.
-  [[nodiscard]] std::unique_ptr<FrameSource> frames() const;
+  [[nodiscard]] std::unique_ptr<ImageStream> frames() const;
 
  private:
   SimulatedSession(const SimulatedSessionOptions& options, std::shared_ptr<const Anatomy> patient,

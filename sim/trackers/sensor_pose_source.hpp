@@ -6,7 +6,7 @@
 #include <memory>
 #include <vector>
 
-#include "nav/source.hpp"
+#include "sim/streams.hpp"
 #include "sim/trackers/tracker_sensor.hpp"
 
 namespace nav::sim {
@@ -40,7 +40,7 @@ struct SensorStream {
 
 /// Poses of one body as a tracker measures them, on the virtual clock: rules as SimulatedTracker.
 /// Lost samples carry kOccluded and NaN. Not thread-safe.
-class SensorPoseSource final : public PoseSource {
+class SensorPoseSource final : public PoseStream {
  public:
   /// Precondition: validate(timing), otherwise a Bug.
   explicit SensorPoseSource(const SensorStream& stream);

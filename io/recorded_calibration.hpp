@@ -5,18 +5,18 @@
 #include "io/sequence.hpp"
 #include "io/transform_tree.hpp"
 
-namespace nav::sim {
+namespace nav::io {
 
 /// The calibration (Image to Probe) as one frame of a recording has it. Errors name frame and
 /// transform: kMalformedData where it cannot be read or cannot be, kUnsupportedData where its own
 /// status disowns it.
-Result<io::ImageCalibration> calibration_of(const io::Chain& probe_from_pixels,
-                                            const io::SequenceFrame& frame,
-                                            const io::SequenceHeader& header);
+Result<ImageCalibration> calibration_of(const Chain& probe_from_pixels,
+                                            const SequenceFrame& frame,
+                                            const SequenceHeader& header);
 
 /// The calibration of a whole recording: that of all frames that have one. kMalformedData where two
 /// differ by more than rounding of text; without any, the error of the last frame.
-Result<io::ImageCalibration> recorded_calibration(const io::Chain& probe_from_pixels,
-                                                  const io::SequenceReader& reader);
+Result<ImageCalibration> recorded_calibration(const Chain& probe_from_pixels,
+                                                  const SequenceReader& reader);
 
-}  // namespace nav::sim
+}  // namespace nav::io

@@ -14,10 +14,10 @@
 #include "nav/pose.hpp"
 #include "nav/ultrasound_frame.hpp"
 
-namespace nav::sim {
+namespace nav::io {
 
 /// What the coordinate frames are called in a recording.
-struct ReplayOptions {
+struct RecordingOptions {
   std::string image_frame = "Image";
   std::string probe_frame = "Probe";
   std::string tracker_frame = "Tracker";
@@ -29,7 +29,7 @@ struct ReplayOptions {
 };
 
 /// How the poses of a recording are written.
-enum class ReplayForm {
+enum class RecordingForm {
   kTracked,           ///< Probe (and reference) in the tracker.
   kProbeInReference,  ///< Probe in the reference already: the reference plays the tracker.
   kImageInReference,  ///< Pictures placed directly: calibration is part of every pose, so the
@@ -37,7 +37,7 @@ enum class ReplayForm {
 };
 
 /// One frame of a recording, unjudged.
-struct ReplayEvent {
+struct RecordingFrame {
   std::int64_t index = 0;
   std::optional<Timestamp> acquired;  ///< As recorded; absent when the frame has no timestamp.
   /// Or why there is none: kMalformedData also where the frame's own calibration cannot be.
@@ -51,37 +51,37 @@ struct ReplayEvent {
 
 /// A PLUS recording streamed through the live pipeline on the virtual clock: one frame at a time,
 /// no threads, no sleeping. received equals acquired. Not thread-safe.
-class ReplaySession {
+class RecordingReader {
  public:
   /// config: the device set with the calibration, or nullptr when the recording carries it;
   /// needed during the call only. diagnostics must outlive the session. Errors: those of the
   /// reader; kNotFound when no chain of transforms places the probe, the reference, the picture
   /// (the message lists what exists); kMalformedData for a calibration that cannot be, and where
   /// the frames have two: a probe has one. Reads all frames' fields where they carry it.
-  static Result<ReplaySession> open(const std::filesystem::path& sequence,
-                                    const io::PlusConfig* config, const ReplayOptions& options,
+  static Result<RecordingReader> open(const std::filesystem::path& sequence,
+                                    const PlusConfig* config, const RecordingOptions& options,
                                     Diagnostics& diagnostics);
-  ReplaySession(ReplaySession&&) noexcept;
-  ReplaySession& operator=(ReplaySession&&) noexcept;
-  ~ReplaySession();
+  RecordingReader(RecordingReader&&) noexcept;
+  RecordingReader& operator=(RecordingReader&&) noexcept;
+  ~RecordingReader();
 
   /// The next frame in order of the file; kEndOfStream after the last. A frame that cannot be read
   /// is an event with a refusal; only failures of the file itself are errors.
-  Result<ReplayEvent> next();
+  Result<RecordingFrame> next();
   /// Back to the first frame.
   void rewind();
 
   /// Absent in recordings without pictures.
-  [[nodiscard]] const std::optional<io::ImageCalibration>& calibration() const;
-  [[nodiscard]] ReplayForm form() const;
+  [[nodiscard]] const std::optional<ImageCalibration>& calibration() const;
+  [[nodiscard]] RecordingForm form() const;
   [[nodiscard]] std::int64_t total_frames() const;
   /// The chains in use, for reports: "Probe→Tracker: ProbeToTracker (frames)".
   [[nodiscard]] const std::string& description() const;
 
  private:
   struct State;
-  explicit ReplaySession(std::unique_ptr<State> state);
+  explicit RecordingReader(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
 
-}  // namespace nav::sim
+}  // namespace nav::io
