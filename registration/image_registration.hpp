@@ -185,7 +185,7 @@ struct ImageRegistrationResult {
   std::string message;  ///< Why the solve stopped, in the words of the solver.
   int iterations;       ///< Iterations of the chosen candidate on all levels.
   /// Finest-level cost at the initial pose, [0, 1]; 0 is a perfect match. If the CT was prepared
-  /// for few patches only, it is the cost of every fifth patch.
+  /// near the patches only, it is the cost of every third patch.
   double initial_cost;
   /// Finest-level cost at the result, [0, 1]: of the patches of highest contrast, without the loss.
   /// If ultrasound images are so small that only the finest level fits, it is the cost of all
