@@ -23,7 +23,7 @@
 
 namespace nav::registration {
 
-/// How patches are chosen among the squares that the mask allows.
+/// Rule that chooses patches among the squares that the mask allows.
 enum class PatchChoice {
   /// Squares of highest contrast. They are visible from afar, but are biased towards places where
   /// speckle happens to agree.
@@ -55,7 +55,7 @@ enum class Similarity {
 /// Stable lower-case name: "lc2", "ncc", "mi".
 const char* to_string(Similarity similarity);
 
-/// What is refined on the finest level besides the pose (stretch.hpp).
+/// Parameters that are refined on the finest level besides the pose (stretch.hpp).
 enum class StretchModel {
   kNone,
   kSoundSpeed,  ///< One depth factor: the speed of sound of the tissue over that of the scanner.
@@ -116,7 +116,7 @@ struct ImageRegistrationOptions {
   std::uint64_t seed = 1;  ///< Seed of the starts and the random poses.
 };
 
-/// How much computing time a registration may take.
+/// Computing time that a registration may take.
 enum class Effort {
   kQuick,  ///< At most a fifth of the usual time, and a few tenths of a millimetre less accurate.
   kUsual,
@@ -172,8 +172,8 @@ struct RegionAgreement {
   int deep;     ///< Third of the depth range of the patches, 0 is next to the probe.
   int patches;  ///< Patches that the solve used in this region.
   double cost;  ///< Cost of these patches, [0, 1]; 0 is a perfect match.
-  /// Distance from the pose to the minima of parabolas through the costs of these patches, one along
-  /// each axis of Ct, mm. At most 2 mm along an axis; 0 along an axis with no minimum.
+  /// Distance from the pose to the minima of parabolas through the costs of these patches, one
+  /// along each axis of Ct, mm. At most 2 mm along an axis; 0 along an axis with no minimum.
   double pull_mm;
   Point<frames::Ct> centre;  ///< Mean position of its patches at the pose.
 };

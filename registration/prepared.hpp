@@ -91,8 +91,9 @@ Result<ImageRegistrationResult> register_prepared(
     const ImageRegistrationOptions& options,
     const std::function<bool(double fraction)>& progress = {});
 
-/// The same for a single use: every level prepares only the part of the CT that the poses of the
-/// level before can reach. Additional errors: those of make_ct_channels().
+/// register_sweep() for a prepared sweep and a CT that is used once: every level prepares only the
+/// part of the CT that the poses of the level before can reach. Additional errors: those of
+/// make_ct_channels().
 Result<ImageRegistrationResult> register_prepared(
     const Volume& ct, const PreparedSweep& sweep,
     const Transform<frames::Ct, frames::Reference>& initial,

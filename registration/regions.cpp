@@ -76,7 +76,8 @@ RegionCosts costs_of(const CostsAround& around, const std::vector<std::size_t>& 
   return out;
 }
 
-/// For a similarity without a term for each patch: the cost of the region's patches together.
+/// Costs of a region with a similarity that has no terms of single patches: the cost of its patches
+/// together.
 RegionCosts costs_of_all(const CostsAround& around, const Lc2Cost& cost,
                          const std::vector<std::size_t>& members) {
   std::size_t index = 0;

@@ -46,7 +46,7 @@ Result<void> check(std::span<const AnisotropicLandmark> landmarks) {
   for (const AnisotropicLandmark& one : landmarks) {
     if (auto ok = check_covariance(one, one.reference_covariance_mm2, "Reference"); !ok) return ok;
     if (auto ok = check_covariance(one, one.ct_covariance_mm2, "Ct"); !ok) return ok;
-    // For any rotation, the axes of the sum lie between these.
+    // The axes of the sum lie between these for any rotation.
     const Eigen::Vector3d a = eigenpairs<3>(one.reference_covariance_mm2).values;
     const Eigen::Vector3d b = eigenpairs<3>(one.ct_covariance_mm2).values;
     if (a[0] + b[0] < kLeastSigmaMm * kLeastSigmaMm ||

@@ -32,8 +32,8 @@ struct LandmarkPair {
 struct LandmarkResidual {
   std::string name;
   double distance_mm;  ///< |T·reference − ct| in the fit that used the pair.
-  /// The same for the fit without the pair; NaN if the other pairs do not determine a pose (three
-  /// pairs in all, or a collinear rest).
+  /// |T·reference − ct| in the fit without the pair; NaN if the other pairs do not determine a pose
+  /// (three pairs in all, or a collinear rest).
   double leave_one_out_mm;
 };
 

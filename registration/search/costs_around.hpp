@@ -29,8 +29,8 @@ struct CostsAround {
   Pose pose;
   double turn_rad;  ///< Angle that moves the sweep's edge by kAroundMm.
   CostTerms here;   ///< cost and patch_costs at the pose.
-  /// By axis of a twist: first rotations about the axes of Ct, then shifts along them; back and
-  /// forth for each.
+  /// Sorted by axis of a twist: first rotations about the axes of Ct, then shifts along them; back
+  /// and forth for each.
   std::vector<Beside> beside;
 
   /// The pose that is shifted along axis 0 to 2; side 0 is back and 1 is forth.

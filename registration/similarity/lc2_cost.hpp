@@ -63,7 +63,7 @@ class Lc2Cost {
   /// fixed chunks, so that the result has the same bits for any number of threads.
   [[nodiscard]] CostTerms terms(const Pose& ct_from_reference, const Eigen::Vector3d& centre_ct_mm,
                                 bool keep_patches = false) const;
-  /// The same without the Hessian, which is 0, in less time; mutual information always computes
+  /// terms() without the Hessian, which is 0, in less time; mutual information always computes
   /// both.
   [[nodiscard]] CostTerms gradient(const Pose& ct_from_reference,
                                    const Eigen::Vector3d& centre_ct_mm,
@@ -74,11 +74,11 @@ class Lc2Cost {
   /// Contribution of one patch to terms(), without its weight; s is NaN if it is not finite. Not
   /// for mutual information, which has no terms of single patches.
   [[nodiscard]] PatchTerms patch(const PlacedPatch& placed, bool with_hessian = true) const;
-  /// The same similarity with other patches, which must outlive the result.
+  /// This similarity with other patches, which must outlive the result.
   [[nodiscard]] Lc2Cost on(const PatchSet& patches) const {
     return Lc2Cost(ct_, patches, ridge_, threads_, similarity_).robust(loss_).where(near_);
   }
-  /// The same similarity with the CT channels near each patch, by its index; null: those of ct().
+  /// This similarity with the CT channels near each patch, by its index; null: those of ct().
   /// Do not use it with mutual information or patch(), which read ct(), nor for two evaluations at
   /// once.
   [[nodiscard]] Lc2Cost where(PatchChannels* near) const {
@@ -86,7 +86,7 @@ class Lc2Cost {
     same.near_ = near;
     return same;
   }
-  /// The same similarity with a loss on every patch's term. It has no effect on mutual information,
+  /// This similarity with a loss on every patch's term. It has no effect on mutual information,
   /// which has no terms of single patches.
   [[nodiscard]] Lc2Cost robust(const RobustLoss& loss) const {
     Lc2Cost same(*this);

@@ -13,8 +13,9 @@ namespace nav::registration {
 CostTerms mutual_information(const CtChannels& ct, const PatchSet& patches,
                              const Pose& ct_from_reference);
 
-/// The same with the derivatives of half of it by a twist about a centre. The gradient is exact;
-/// the Hessian is Σ dp dpᵀ (1/p − 1/p_F), positive semi-definite (Thévenaz and Unser 2000, eq. 25).
+/// mutual_information() with the derivatives of half of it by a twist about a centre. The gradient
+/// is exact; the Hessian is Σ dp dpᵀ (1/p − 1/p_F), positive semi-definite (Thévenaz and Unser
+/// 2000, eq. 25).
 CostTerms mutual_information_terms(const CtChannels& ct, const PatchSet& patches,
                                    const Pose& ct_from_reference,
                                    const Eigen::Vector3d& centre_ct_mm, bool keep_patch_gradients);

@@ -141,7 +141,8 @@ void PatchChannels::share(std::span<const IndexedPatch> patches) {
   fill_texels(ct_, lattice_, orders);
 }
 
-/// For each row of a group's part, the run that its patches need, from the first to the last texel.
+/// Returns for each row of a group's part the run that its patches need, from the first to the last
+/// texel.
 std::vector<TexelRun> PatchChannels::runs_of(const Group& group) const {
   const TexelPart& part = group.part;
   std::vector<TexelRun> runs(as_size(part.size[1]) * as_size(part.size[2]), {part.size[0], 0});

@@ -144,7 +144,7 @@ struct PatchCandidate {
   double contrast;  ///< Standard deviation of a few of its samples, grey levels.
 };
 
-/// Corners of the picture, Image frame, mm.
+/// Corners of an ultrasound image, Image frame, mm.
 std::array<Point<frames::Image>, 4> corners(const UltrasoundFrame& frame) {
   const double right = frame.pixels.width() - 1;
   const double below = frame.pixels.height() - 1;
@@ -165,7 +165,7 @@ struct LevelPicture {
 
   /// True if the nearest pixel is inside the mask.
   [[nodiscard]] bool inside(double pixel_x, double pixel_y) const {
-    // For positive values, truncation rounds down.
+    // Truncation rounds positive values down.
     const double x = pixel_x + 0.5;
     const double y = pixel_y + 0.5;
     if (!(x >= 0 && y >= 0 && x < width && y < height)) return false;

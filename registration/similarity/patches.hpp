@@ -56,7 +56,7 @@ std::vector<int> thin_frames(const Sweep& sweep, double step_mm);
 PatchSet make_patches(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks,
                       const LevelOptions& level, double sigma_mm);
 
-/// The same patches with every stride-th sample from their middle, centred and normalised again,
+/// The given patches with every stride-th sample from their middle, centred and normalised again,
 /// with the same grey scale. Patches that become flat are left out. Precondition: 1 <= stride <=
 /// (side − 1)/2.
 PatchSet coarsened(const PatchSet& patches, int stride);
