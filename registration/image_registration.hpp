@@ -208,7 +208,7 @@ struct ImageRegistrationResult {
   /// RMS over the sweep between the poses that odd and even ultrasound images would each move to,
   /// one Newton step from the result, mm; infinite if split_fault says why it is not known.
   double split_disagreement_mm;
-  double halves_disagreement_mm;  ///< The same between the first and the second half.
+  double halves_disagreement_mm;  ///< Disagreement between the first and the second half.
 
   std::vector<LevelReport> levels;  ///< Coarse to fine.
   double total_s;                   ///< Wall time of the whole call.
@@ -221,7 +221,7 @@ struct ImageRegistrationResult {
   BasinCheck basin = {};
   /// Thirds along the sweep and in depth (regions.hpp).
   std::vector<RegionAgreement> regions = {};
-  std::vector<Misfit> misfits = {};  ///< What else may be wrong (misfit.hpp).
+  std::vector<Misfit> misfits = {};  ///< Other faults that may be present (misfit.hpp).
   /// Why a disagreement is not known: what was expected and what was found; empty if it is known.
   std::string split_fault = {}, halves_fault = {};
 

@@ -97,7 +97,7 @@ PointSets point_sets(const Pairs& pairs) {
 struct Fit {
   Pose pose;
   double chi2;            ///< Σ d²/σ² for the rotation found.
-  double reflected_chi2;  ///< The same if reflections were allowed; equal if no reflection helps.
+  double reflected_chi2;  ///< Σ d²/σ² if reflections were allowed; equal if no reflection helps.
 };
 
 /// Umeyama (1991), equations 40 to 43 with c = 1 and weights.

@@ -80,7 +80,7 @@ struct LiveUpdate {
   /// Predicted error in the middle of the image, from the filter's covariance.
   double predicted_rms_mm;
   double displacement_mm;       ///< Distance from the accepted pose, RMS over the image.
-  double mean_displacement_mm;  ///< The same for the mean pose over drift_s.
+  double mean_displacement_mm;  ///< Distance of the mean pose over drift_s.
   double distinctness;          ///< Mean over the evidence; NaN until there is enough.
   int patches;
   int iterations;

@@ -19,7 +19,7 @@ using Pose = Transform<frames::Ct, frames::Reference>;
 /// E = Σ wᵢ sᵢ of a patch set at a pose, and the derivatives of E/2.
 struct CostTerms {
   double cost = 0;                        ///< [0, 1]; a patch that is not finite counts as 1.
-  Vector6d gradient = Vector6d::Zero();   ///< By a twist [rad | mm] about the centre, Ct.
+  Vector6d gradient = Vector6d::Zero();   ///< Gradient by a twist [rad | mm] about the centre, Ct.
   Matrix6d hessian = Matrix6d::Zero();    ///< Gauss–Newton, the same twist.
   int non_finite = 0;                     ///< Patches whose term was not finite.
   std::vector<Vector6d> patch_gradients;  ///< wᵢ gᵢ of each patch if requested, else empty.

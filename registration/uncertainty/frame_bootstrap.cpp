@@ -34,7 +34,7 @@ struct Drawable {
   }
 };
 
-/// For each image, the sum of \p block consecutive images from it on.
+/// Returns for each image the sum of \p block consecutive images from it on.
 std::vector<Drawable> blocks_of(const std::vector<Drawable>& pictures, int block) {
   std::vector<Drawable> sums;
   for (std::size_t first = 0; first < pictures.size(); ++first) {

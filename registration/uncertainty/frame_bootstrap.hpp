@@ -17,7 +17,7 @@ namespace nav::registration {
 struct LocalShape;
 struct SandwichCovariance;
 
-/// How to resample the ultrasound images.
+/// Options that resample the ultrasound images.
 struct BootstrapOptions {
   int replicates = 400;  ///< 20 to 100 000, or 0: no bootstrap.
   /// Path length of the images that are drawn together, about the thickness of a slice: they share

@@ -18,7 +18,7 @@ namespace nav::registration {
 struct LocalShape;
 struct PatchSet;
 
-/// What may be wrong with a sweep, or with the patient in it; causes with the fewest parameters
+/// Possible faults of a sweep, or of the patient in it; causes with the fewest parameters
 /// first.
 enum class MisfitCause {
   kDelay,        ///< Ultrasound images were taken later or earlier than their poses.

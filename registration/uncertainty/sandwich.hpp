@@ -43,7 +43,7 @@ inline constexpr double kCurvatureSteps = 0.5;
 /// evenly chosen patches.
 LocalShape local_shape(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct,
                        double step_mm);
-/// The same from known gradients beside a pose. They must have been computed from cost and its
+/// local_shape() from known gradients beside a pose. They must have been computed from cost and its
 /// sweep; the shape's centre must be that of the sweep at the pose.
 LocalShape local_shape(const Lc2Cost& cost, const Point<frames::Ct>& centre_ct,
                        const CostsAround& around);
@@ -66,7 +66,7 @@ struct SandwichCovariance {
 SandwichCovariance sandwich_covariance(const LocalShape& shape, const PatchSet& patches,
                                        const Pose& pose, double bias_floor_mm);
 
-/// How to divide the ultrasound images of a sweep into halves.
+/// Ways to divide the ultrasound images of a sweep into halves.
 enum class Halves { kOddEven, kFirstSecond };
 
 /// Distance between the poses of two halves of the images.
