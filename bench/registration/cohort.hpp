@@ -37,7 +37,7 @@ struct SweepRequest {
   sim::AcousticModel model = sim::AcousticModel::kRays;
 };
 
-/// Tracker errors of the cohort: the same standard deviation along all axes.
+/// Tracker errors of the cohort: uniformly distributed, standard deviation per axis.
 inline constexpr double kTrackerMm = 0.15;
 inline constexpr double kTrackerRad = 0.0015;
 /// A pose as the tracker measures it.
