@@ -42,7 +42,7 @@ struct Taken {
 /// A measured operation; a failure ends the measurement.
 using Task = std::function<Result<void>()>;
 
-/// How often tasks are repeated.
+/// Limits on the repeats of tasks.
 struct Repeats {
   int times = 3;        ///< >= 1.
   double enough_s = 2;  ///< No further repeat of a task after this total process time.

@@ -247,8 +247,8 @@ class PaperShader final : public render::Engine {
 
   std::unique_ptr<render::OffscreenWindow> window_;
   bool reads_;
-  bool compute_;        ///< As in the GL engine: the faster choice on the device.
-  bool manual_filter_;  ///< As in the GL engine: true if the device's filter is coarse.
+  bool compute_;        ///< The faster choice on the device, like the GL engine.
+  bool manual_filter_;  ///< True if the device's filter is coarse, like the GL engine.
   BlankPicture blank_;
   std::unique_ptr<GlProgram> program_;
   std::string text_;

@@ -44,7 +44,7 @@ struct PredicateBenchRow {
   double max_error = 0;    ///< Error of early termination in any channel, [0, 1].
   bool identical = false;  ///< Skipping on and off draw the same bytes.
   double prepare_ms = 0;   ///< Wall time after a new importance; process time of the whole edit.
-  /// The same after a change of the predicate set: from a set that reads only the volume, with
+  /// Wall time after a change of the predicate set: from a set that reads only the volume, with
   /// features already present.
   double set_edit_ms = 0;
   ProgressiveEdit edit;  ///< After the same change of the predicate set.

@@ -25,7 +25,7 @@ using render::Scene;
 /// The engines of one scene, so that none rebuilds data that another discarded.
 struct Engines {
   std::shared_ptr<Engine> standard, predicates, brute, paper;  ///< Engines that are timed.
-  /// The same engines for images that are read back: on a device, timed images stay there.
+  /// Engines for images that are read back: on a device, timed images stay there.
   std::shared_ptr<Engine> read_predicates, read_paper;
   /// Engines with the device's own filter, on devices.
   std::shared_ptr<Engine> paper_own_filter, read_paper_own_filter;

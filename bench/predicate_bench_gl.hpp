@@ -28,7 +28,7 @@ struct GlPredicateRow {
   /// coarse for the same image.
   std::optional<double> paper_own_filter_ms;
   std::optional<double> paper_own_filter_difference;  ///< Like paper_difference.
-  /// The same comparison with the CPU engine, if OpenGL runs in software.
+  /// Comparison with the CPU engine, if OpenGL runs in software.
   std::optional<double> cpu_engine_ms;
   std::optional<double> cpu_paper_difference;
   double max_error = 0;    ///< Error of early termination, as on the CPU.

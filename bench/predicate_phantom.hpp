@@ -39,7 +39,8 @@ Result<PredicateVolume> prostate_volume(Diagnostics& diagnostics);
 render::Scene predicate_scene(const PredicateVolume& volume, const PredicateVolume::Look& look,
                               int width, int height);
 
-/// The same volume with a grey transfer function of the same opacities: standard rendering.
+/// The volume of by_predicates with a grey transfer function of the same opacities: standard
+/// rendering.
 render::Scene standard_scene(const render::Scene& by_predicates);
 
 }  // namespace nav::bench

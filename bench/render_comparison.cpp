@@ -226,7 +226,7 @@ Result<void> Comparison::run(const NamedScene& named) {
     first.quality.step_voxels = options_.step_voxels.front();
     if (auto warm = all[i].draw(first); !warm) return warm;
     if (all[i].ours) continue;
-    if (!all[i].by_rays) {  // The same mapper with all rays precedes it.
+    if (!all[i].by_rays) {  // This mapper with all rays precedes it.
       own_truths[i] = own_truths[i - 1];
       continue;
     }

@@ -42,7 +42,7 @@ struct RenderBenchOptions {
   bool gl = true;                    ///< Sonde's OpenGL engine; on a device, fragment shaders too.
   std::optional<bool> of_device;     ///< Replaces the decision by the device's name; for tests.
   bool vtk_gpu = true;               ///< vtkOpenGLGPUVolumeRayCastMapper.
-  bool vtk_gpu_half = true;          ///< The same with a ray for every second column and row.
+  bool vtk_gpu_half = true;          ///< GPU mapper with a ray for every second column and row.
   bool vtk_fixed_point = true;       ///< vtkFixedPointVolumeRayCastMapper.
 };
 

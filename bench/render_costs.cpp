@@ -21,8 +21,8 @@ using Change = std::function<void(render::Scene&)>;
 struct Element {
   std::string name;
   Change without;  ///< Scene that the element is added to.
-  Change with;     ///< The same scene with the element.
-  Change idle;     ///< The same scene with the element idle; empty: it cannot be idle.
+  Change with;     ///< This scene with the element.
+  Change idle;     ///< This scene with the element idle; empty: it cannot be idle.
 };
 
 render::TransferFunction clear_everywhere() {
@@ -32,7 +32,7 @@ render::TransferFunction clear_everywhere() {
   return *made;
 }
 
-/// The same function with one importance at all nodes.
+/// The function with one importance at all nodes.
 render::TransferFunction of_importance(const render::TransferFunction& transfer,
                                        double importance) {
   std::vector<render::TransferComponent> components = transfer.components();

@@ -32,8 +32,8 @@ struct ElementCost {
 /// Cost of a change of the scene: the image after it, with caches as they were before it.
 struct ChangeCost {
   std::string change;
-  double ms = 0;          ///< Process time of the whole picture, median.
-  double wall_ms = 0;     ///< Wall time of the whole picture, median.
+  double ms = 0;          ///< Process time of the whole image, median.
+  double wall_ms = 0;     ///< Wall time of the whole image, median.
   double prepare_ms = 0;  ///< Wall time of the rebuilt data, median.
   std::uint64_t samples = 0;
   std::uint64_t gradients = 0;

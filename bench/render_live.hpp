@@ -52,7 +52,7 @@ Result<CutawayCost> measure_cutaway(const render::Scene& scene, const Repeats& r
 
 /// A new ultrasound image at the same pose and camera.
 struct ImageUpdate {
-  double cpu_ms = 0;  ///< Process time of the whole picture, median.
+  double cpu_ms = 0;  ///< Process time of the whole image, median.
   double wall_ms = 0;
   std::uint64_t samples = 0;  ///< Largest number of volume samples of any update.
   /// Identical to the image of an engine that never saw the previous ultrasound image.

@@ -33,7 +33,7 @@ class VtkBaseline {
   void draw(const render::Scene& scene);
   /// Draws with the scene's camera, size, background and step; everything else stays as created.
   Image2d<Rgba8> render(const render::Scene& scene);
-  /// The same image as the mapper computed it. For the fixed-point mapper it is taken before VTK
+  /// The image as the mapper computed it. For the fixed-point mapper it is taken before VTK
   /// draws it as a textured rectangle, which smooths it; for the GPU mapper it is that of render().
   Image2d<Rgba8> render_unsmoothed(const render::Scene& scene);
 

@@ -72,7 +72,8 @@ RecordedSweep record_sweep(const Patient& patient, const SweepRequest& request);
 /// RMS distance of the targets from their true positions, mm. Precondition: targets is not empty.
 double target_error_mm(const CtPose& found, const CtPose& truth,
                        const std::vector<Point<frames::Ct>>& targets);
-/// The same if the targets' true positions during the sweep differ from those in the CT.
+/// RMS distance of the targets from their true positions, mm, if these (lying) differ during the
+/// sweep from those in the CT.
 double target_error_mm(const CtPose& found, const CtPose& truth,
                        const std::vector<Point<frames::Ct>>& targets,
                        const std::vector<Point<frames::Ct>>& lying);

@@ -23,7 +23,7 @@ struct LivePoint {
   int trials;           ///< Number of patients.
   double shown;         ///< Fraction of all images that are shown.
   double still_mm;      ///< RMS over a patient's images at the accepted pose, median over patients.
-  double following_mm;  ///< The same for the pose that follows.
+  double following_mm;  ///< RMS at the pose that follows, median over patients.
   double p95_mm;        ///< 95th percentile over all images, for the pose that follows.
   double predicted_mm;  ///< Error that it predicts itself, median over all images.
   double update_cpu_ms;  ///< Median processor time, one thread.

@@ -213,7 +213,7 @@ Result<PeerComparison> compare_with_elastix(const PeerOptions& options, CaseStor
         const ImageRegistrationOptions with = options_of(effort, global);
         const auto ct = store.ready_ct(seed, with);
         Run run = quickest(c.repeats, [&] { return run_ours(with, ct->prepared, c); });
-        // As a user runs it, with neither a number of patches nor a search range.
+        // Only settings that a user can give: no number of patches and no search range.
         const bool by_command = options.by_command && elastix && !global &&
                                 effort.patch_share == 1 && mm == options.starts_mm.front();
         for (int k = 0; by_command && k < c.repeats; ++k) {

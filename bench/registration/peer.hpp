@@ -61,7 +61,7 @@ struct PeerRow {
   double error_median_mm;  ///< Error of the right results; NaN if there are none.
   /// Medians over cases of the fastest repeats, each part separately, processor s.
   double cpu_s;             ///< From images in memory to the pose, including preparation.
-  double solve_cpu_s;       ///< The same without pyramids and preparation.
+  double solve_cpu_s;       ///< Without pyramids and preparation.
   double end_to_end_cpu_s;  ///< The whole process, from files; NaN if not measured.
 };
 

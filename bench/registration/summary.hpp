@@ -49,8 +49,8 @@ struct CohortSummary {
   double hopeless_refused = 0;  ///< Fraction rejected; right results count as rejected.
   double coverage_95 = 0;       ///< Mean fraction of targets in their ellipsoid, right results.
   double coverage_95_se = 0;    ///< Its standard error between sweeps; NaN for fewer than two.
-  /// The same for the two covariances that the uncertainty takes the larger of; the replicates are
-  /// without a floor.
+  /// coverage_95 for the two covariances that the uncertainty takes the larger of; the replicates
+  /// are without a floor.
   double coverage_95_clusters = 0, coverage_95_bootstrap = 0;
   double predicted_over_actual = 0;  ///< Median of predicted over actual target error, RMS.
   double local_cpu_s = 0;  ///< Median: sweep preparation, solve, checks; the CT is prepared.

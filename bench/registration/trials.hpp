@@ -34,7 +34,7 @@ struct Trial {
   double error_mm = 0;      ///< At the targets, RMS; meaningless unless solved and acceptable.
   double predicted_mm = 0;  ///< Predicted value of error_mm; infinite if nothing is predicted.
   double covered = 0;       ///< Fraction of the targets inside their 95 % ellipsoid.
-  /// The same for the two covariances that the uncertainty takes the larger of: clusters of
+  /// `covered` for the two covariances that the uncertainty takes the larger of: clusters of
   /// patches, and resampled images.
   double covered_clusters = 0, covered_bootstrap = 0;
   double solve_cpu_s = 0;  ///< With CT and sweep prepared.
@@ -61,7 +61,7 @@ struct CohortOptions {
   std::vector<double> global_mm{5, 10, 20, 30, 40, 60};
   int starts = 1;              ///< Starts of each distance.
   bool hopeless = true;        ///< Every kind of hopeless input on every sweep, global.
-  bool hopeless_local = true;  ///< The same without seeded starts.
+  bool hopeless_local = true;  ///< Hopeless inputs without seeded starts too.
   /// Only every hopeless_stride-th kind, different ones on each sweep; >= 1.
   int hopeless_stride = 1;
   int frames = 60;         ///< Frames of a sweep.
