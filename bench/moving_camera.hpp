@@ -11,13 +11,13 @@
 namespace nav::bench {
 
 /// Draws a scene on its own CPU engine again and again, with the camera moved a little for each
-/// frame. Only the ray casting remains, and no part of it can be reused.
+/// image. Only the ray casting remains, and no part of it can be reused.
 class MovingCamera {
  public:
   explicit MovingCamera(render::Scene scene) : scene_(std::move(scene)) {}
 
   Result<void> draw() { return draw(frame_ + 1); }
-  /// Draws the frame with this number; draw() continues from it.
+  /// Draws the image with this number; draw() continues from it.
   Result<void> draw(int frame) {
     frame_ = frame;
     auto image = engine_->render(nudged(scene_, frame_));
@@ -25,7 +25,7 @@ class MovingCamera {
     statistics_ = image->statistics;
     return {};
   }
-  /// Statistics of the last frame.
+  /// Statistics of the last image.
   [[nodiscard]] const render::RenderStatistics& statistics() const { return statistics_; }
 
  private:

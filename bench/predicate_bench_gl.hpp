@@ -13,8 +13,8 @@
 namespace nav::bench {
 
 /// One scene on the GL engine: predicates compared with the standard transfer function, with brute
-/// force and with the paper's own shader. Times of a frame: process time if OpenGL runs in
-/// software, otherwise the device's time for the rays of a frame that stays on it.
+/// force and with the paper's own shader. Times of an image: process time if OpenGL runs in
+/// software, otherwise the device's time for the rays of an image that stays on it.
 struct GlPredicateRow {
   std::string scene;
   double standard_ms = 0;
@@ -34,13 +34,13 @@ struct GlPredicateRow {
   double max_error = 0;    ///< Error of early termination, as on the CPU.
   bool identical = false;  ///< Skipping on and off draw the same bytes.
   double edit_ms = 0;      ///< Wall time before the first ray after a new importance.
-  /// Extra time of the first frame of a predicate set that was never drawn, compared with a frame
+  /// Extra time of the first image of a predicate set that was never drawn, compared with an image
   /// of the set once it has its own program. The set before reads only the volume: features and
   /// labels are uploaded too. Process time if OpenGL runs in software; the compiler's cache is used
   /// as found.
   double set_edit_ms = 0;
   ProgressiveEdit edit;  ///< After the same change of the predicate set.
-  /// Extra time of the longest of the frames after the first one, which compiles the program of the
+  /// Extra time of the longest of the images after the first one, which compiles the program of the
   /// set.
   double settle_ms = 0;
 };

@@ -221,7 +221,7 @@ Result<void> Comparison::run(const NamedScene& named) {
   all.insert(all.end(), vtk->begin(), vtk->end());
   std::vector<Picture> own_truths(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
-    // First frame at full size, so that uploads, gradients and compilation are not timed.
+    // First image at full size, so that uploads, gradients and compilation are not timed.
     render::Scene first = named.scene;
     first.quality.step_voxels = options_.step_voxels.front();
     if (auto warm = all[i].draw(first); !warm) return warm;

@@ -33,7 +33,7 @@ struct RenderBenchOptions {
                                       {0.25, 0.08}, {0.25, 0.04}, {0.25, 0.02}};
   /// Errors at which curves are compared, in addition to VTK's own points, rms.
   std::vector<double> levels{2e-2, 1e-2, 5e-3, 2e-3};
-  Repeats repeats;  ///< Repeats of the timed frames, engines in turn.
+  Repeats repeats;  ///< Repeats of the timed images, engines in turn.
   /// Size of the reference image, pixels. Those of the scenes are an odd multiple, so that the
   /// middles of the reference's pixels are middles of theirs, where their error is measured.
   int reference_width = 64;
@@ -52,7 +52,7 @@ struct RenderBenchRow {
   std::string engine;  ///< "cpu", "gl", "gl-fragment", "vtk-gpu", "vtk-gpu-half", "vtk-fixedpoint".
   double step = 0;     ///< Voxels.
   double pixel_error = 0;  ///< Sonde's engines: quality.pixel_error.
-  double cpu_s = 0;        ///< Median process time per frame, user and system, all threads.
+  double cpu_s = 0;        ///< Median process time per image, user and system, all threads.
   double wall_s = 0;       ///< Median.
   double rms = 0;  ///< RMS error of 8-bit colour against the reference, all pixels and channels.
   double max = 0;
@@ -97,7 +97,7 @@ struct ChosenStep {
 
 struct RenderBenchReport {
   std::string gl_device;
-  /// True if OpenGL has its own device: curves then use the wall time of a frame that stays on it,
+  /// True if OpenGL has its own device: curves then use the wall time of an image that stays on it,
   /// instead of process time.
   bool of_device = false;
   int reference_width = 0;

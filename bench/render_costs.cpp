@@ -137,7 +137,7 @@ Result<ElementCost> measure(const Element& element, const render::Scene& base,
   };
   cost.ms = difference_ms(1);
   cost.scatter_ms = scatter_ms(1);
-  // Counts are taken from the same frame, because some cameras may have drawn more frames.
+  // Counts are taken from the same image, because some cameras may have drawn more images.
   for (MovingCamera& one : drawn) {
     if (auto last = one.draw(0); !last) return last.error();
   }
@@ -152,7 +152,7 @@ Result<ElementCost> measure(const Element& element, const render::Scene& base,
   return cost;
 }
 
-/// A change of the whole scene from frame to frame.
+/// A change of the whole scene from image to image.
 struct SceneChange {
   std::string name;
   std::function<void(render::Scene&, int frame)> apply;

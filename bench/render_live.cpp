@@ -30,7 +30,7 @@ render::Scene smaller(render::Scene scene, int factor) {
   return scene;
 }
 
-/// Medians of scenes drawn in turn; the first frame of each fills the caches.
+/// Medians of scenes drawn in turn; the first image of each fills the caches.
 Result<std::vector<Taken>> time_scenes(std::vector<MovingCamera>& cameras, const Repeats& repeats) {
   std::vector<Task> tasks;
   for (MovingCamera& camera : cameras) {

@@ -26,7 +26,7 @@ struct CutawayCost {
   std::uint64_t coarse_ct_samples = 0;
   std::uint64_t plane_samples = 0;
   std::uint64_t cutaway_samples = 0;
-  /// (cutaway - ct) / cutaway: net fraction of a frame that both cost; negative: they save time.
+  /// (cutaway - ct) / cutaway: net fraction of an image that both cost; negative: they save time.
   [[nodiscard]] double net_fraction() const { return 1 - ct_ms / cutaway_ms; }
   /// The fraction if the samples that they save were still taken, at the cost of one more sample of
   /// the CT alone: the cost of their own work.
@@ -34,7 +34,7 @@ struct CutawayCost {
     return own_fraction((ct_ms - coarse_ct_ms) / samples_over(coarse_ct_samples));
   }
   /// An upper bound of own_fraction(), with the average cost of a sample, which includes its share
-  /// of all other work of a frame, as if rays and empty space went away with the samples.
+  /// of all other work of an image, as if rays and empty space went away with the samples.
   [[nodiscard]] double own_fraction_at_most() const {
     return own_fraction(ct_ms / samples_over(0));
   }
@@ -100,7 +100,7 @@ struct EditCost {
 };
 Result<EditCost> measure_edit(const render::Scene& scene, int edits);
 
-/// A moving camera: frames of 800 x 600 at the fastest step and pixel error that keep rms <= 1e-2,
+/// A moving camera: images of 800 x 600 at the fastest step and pixel error that keep rms <= 1e-2,
 /// and the same with render::ProgressiveRenderer.
 struct Interaction {
   std::string scene;

@@ -19,7 +19,7 @@ namespace nav::bench {
 /// seen from the left and the front. side in [16, 512].
 Result<render::Scene> two_volumes_scene(int side, int width, int height);
 
-/// One step of an engine in that scene. Times of a frame are those of the process, or those of the
+/// One step of an engine in that scene. Times of an image are those of the process, or those of the
 /// device if an engine has one.
 struct TwoVolumesRow {
   double step_voxels = 0;

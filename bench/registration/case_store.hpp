@@ -29,7 +29,7 @@ class CaseStore {
 
   std::shared_ptr<const Patient> patient(std::uint64_t seed);
   /// The sweep of a patient along a path; the same seed gives the same hand motion for any number
-  /// of frames.
+  /// of images.
   std::shared_ptr<const RecordedSweep> sweep(std::uint64_t patient_seed, SweepPath path,
                                              int frames);
   /// One result for all options with the same sample steps of the levels.
