@@ -40,7 +40,7 @@ struct GlPredicateRow {
   /// as found.
   double set_edit_ms = 0;
   ProgressiveEdit edit;  ///< After the same change of the predicate set.
-  /// Extra time of the longest of the images after the first one, which compiles the program of the
+  /// Extra time of the longest image after the first one: that image compiles the program of the
   /// set.
   double settle_ms = 0;
 };

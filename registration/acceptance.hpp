@@ -48,9 +48,10 @@ Result<void> validate(const AcceptanceLimits& limits);
 
 /// The limits for a registration with this effort. A quick registration has the default limits,
 /// except a cost of at most 0.25 and wider limits for odd against even images, for a delay and for
-/// the calibration. Coarse samples match more easily: on the development seeds right results cost at most 0.245 and another patient's CT costs
-/// at least 0.276. The few images of a quick registration disagree more and show less about a delay
-/// and the calibration: these misfits reach 0.70 and 0.86 mm when nothing is wrong.
+/// the calibration. Coarse samples match more easily: on the development seeds right results cost
+/// at most 0.245 and another patient's CT costs at least 0.276. The few images of a quick
+/// registration disagree more and show less about a delay and the calibration: these misfits reach
+/// 0.70 and 0.86 mm when nothing is wrong.
 AcceptanceLimits limits_for(Effort effort);
 
 /// Values from which an accepted result is accepted with a warning: a result between this value and

@@ -28,9 +28,10 @@ struct MovingRegistration {
   double settled_mm;
 };
 
-/// Says if a motion with the breath may explain a poor common pose: the solve did not fail, and enough of
-/// the sweep is inside the CT. A motion raises the cost, makes halves of the sweep disagree, and
-/// may leave no minimum that determines all directions; it affects neither of the two conditions.
+/// Says if a motion with the breath may explain a poor common pose: the solve did not fail, and
+/// enough of the sweep is inside the CT. A motion raises the cost, makes halves of the sweep
+/// disagree, and may leave no minimum that determines all directions; it affects neither of the two
+/// conditions.
 bool may_be_moving(const ImageRegistrationResult& common, const AcceptanceLimits& limits);
 
 /// Middle of the third of the breath in which a point of the CT moves least: the end of expiration

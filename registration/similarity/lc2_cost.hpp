@@ -41,8 +41,8 @@ GridPose grid_pose(const CtChannels& ct, const Pose& pose);
 /// Patch i of a set at a pose.
 PlacedPatch place(const PatchSet& set, std::size_t i, const GridPose& pose);
 
-/// Converts a twist about a common centre to one about a patch centre, r apart (Grid): t_patch = t
-/// + ω × r.
+/// Converts a twist about a common centre to one about a patch centre, r apart (Grid):
+/// t_patch = t + ω × r.
 Matrix6d patch_from_common(const Eigen::Vector3d& r);
 
 /// Converts a Ct twist to a Grid twist. A rotation is an axial vector: it changes sign under

@@ -18,8 +18,7 @@ namespace nav::registration {
 struct LocalShape;
 struct PatchSet;
 
-/// Possible faults of a sweep, or of the patient in it; causes with the fewest parameters
-/// first.
+/// Possible faults of a sweep, or of the patient in it; causes with the fewest parameters first.
 enum class MisfitCause {
   kDelay,        ///< Ultrasound images were taken later or earlier than their poses.
   kPixelSize,    ///< Depth and width of a pixel, or the speed of sound, are wrong.
