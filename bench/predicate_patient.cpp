@@ -13,7 +13,7 @@ namespace {
 
 using sim::Tissue;
 
-/// Which patient, which of the standard views, how wide and deep, and which preset set-ups.
+/// A patient, one of the standard views, width and depth, and preset predicate sets.
 struct Recipe {
   const char* name;
   const char* family;
@@ -116,7 +116,7 @@ Result<void> add_features(const render::PredicateModel& model, PredicateVolume& 
   volume.predicates.model = model;
   render::DerivedFeatureOptions derive;
   derive.gradient.smoothing_mm = render::features::kUsualSmoothingMm;
-  derive.vesselness.smallest_radius_mm = 2;  // Of a carotid artery.
+  derive.vesselness.smallest_radius_mm = 2;  // Smallest radius of a carotid artery.
   derive.vesselness.largest_radius_mm = 4.5;
   render::features::DerivedVolumes service;
   return render::add_derived_features(volume.ultrasound, derive, service, volume.predicates);

@@ -18,7 +18,7 @@ using E = PredicateExpression;
 
 constexpr double kSideMm = 40;
 
-/// Distance of a point from the vessel's axis, mm, and the radius there: one tube that forks.
+/// Distance of a point from the vessel's axis, mm, and the radius there: a tube that forks.
 double off_vessel(const Eigen::Vector3d& p) {
   const double bend = 3 * std::sin(p.x() / 9);
   const double fork = std::max(0.0, p.x() - 22) * 0.35;
@@ -62,7 +62,7 @@ E bright(double low) { return E::kind("intensity", {low, 1e6}); }
 E steep(double low) { return E::kind("gradient_magnitude", {low, 1e6}); }
 E below(double mm) { return E::kind("depth", {mm, 1e4}); }
 
-/// Looks that need nothing but the volume and where it was scanned from.
+/// Predicate sets that need only the volume and the position of its scan.
 std::vector<PredicateVolume::Look> general_looks() {
   return {look("uniform", {{"tissue", bright(0.1)}, {"interfaces", steep(0.15)}},
                {{1, 30, 0.3}, {1, 200, 0.5}}),
@@ -91,7 +91,7 @@ Result<void> add_gradients(PredicateVolume& volume) {
   return {};
 }
 
-/// Of every voxel, i fastest: of(its place in mm).
+/// Values of all voxels, i fastest: of(position in mm).
 template <class T, class Of>
 std::vector<T> of_places(const VoxelGrid& grid, const Of& of) {
   std::vector<T> values;
@@ -106,7 +106,7 @@ std::vector<T> of_places(const VoxelGrid& grid, const Of& of) {
   return values;
 }
 
-/// Vesselness of the neck, exactly.
+/// Exact vesselness of the neck.
 Result<void> add_vesselness(PredicateVolume& volume) {
   const VoxelGrid& grid = volume.ultrasound->grid();
   const auto vesselness = of_places<float>(grid, [](const Eigen::Vector3d& p) {
@@ -119,7 +119,7 @@ Result<void> add_vesselness(PredicateVolume& volume) {
   return {};
 }
 
-/// Labels of the neck, exactly.
+/// Exact labels of the neck.
 Result<void> add_labels(const VoxelGrid& grid, PredicateVolume& volume) {
   auto labels = of_places<std::uint32_t>(grid, [](const Eigen::Vector3d& p) {
     return p.y() < 3 ? 1U : off_vessel(p) < 0.8 ? 4U : 2U;
@@ -180,7 +180,7 @@ Result<PredicateVolume> prostate_volume(Diagnostics& diagnostics) {
   PredicateVolume out{
       "prostate phantom", std::make_shared<const Volume>(*std::move(read)), {}, general_looks()};
   const VoxelGrid& grid = out.ultrasound->grid();
-  // The fan opens along +j from in front of the first row.
+  // The fan opens along +j, with its apex in front of the first row.
   const Eigen::Vector3d middle(0.5 * (grid.size[0] - 1), 0, 0.5 * (grid.size[2] - 1));
   constexpr double kApexMm = 15;
   const Eigen::Vector3d back = grid.directions.col(1) * kApexMm;
@@ -222,7 +222,7 @@ render::Scene standard_scene(const render::Scene& by_predicates) {
   for (int i = 0; i < kNodes; ++i) {
     const double x = static_cast<double>(i) / (kNodes - 1);
     const double opacity = std::min(x, render::PredicateScene::kMostOpacity);
-    // Short lengths make white denser than an opacity of 1 mm can tell from 1.
+    // Short opacity lengths make white denser than an opacity of 1 mm can distinguish from 1.
     constexpr double kDensest = 1 - std::numeric_limits<double>::epsilon() / 2;
     const double of_1_mm = -std::expm1(std::log1p(-opacity) / p.opacity_length_mm);
     nodes.push_back({p.intensity.black + x * (p.intensity.white - p.intensity.black),

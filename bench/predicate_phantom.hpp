@@ -12,7 +12,7 @@
 
 namespace nav::bench {
 
-/// An ultrasound volume with its features and the set-ups that it is shown with.
+/// An ultrasound volume with its features and predicate sets.
 struct PredicateVolume {
   std::string name;
   std::shared_ptr<const Volume> ultrasound;
@@ -24,22 +24,23 @@ struct PredicateVolume {
   std::vector<Look> looks;
 };
 
-/// A neck, 40 mm to a side in n voxels: skin, muscle and a forked vessel below it, with Rayleigh
-/// speckle and attenuation, scanned by parallel lines along +y; gradients, the exact distance to
-/// the vessel's axis as vesselness, and layers as labels. Stored values 0 to 255.
+/// A neck, 40 mm a side in n voxels: skin, muscle and a forked vessel below it, with Rayleigh
+/// speckle and attenuation, scanned by parallel lines along +y. It has gradients, the exact
+/// distance to the vessel's axis as vesselness, and layers as labels. Stored values 0 to 255.
 Result<PredicateVolume> neck_phantom(int n);
 
-/// The same without gradients and vesselness.
+/// neck_phantom() without gradients and vesselness.
 Result<PredicateVolume> neck_volume(int n);
 
-/// The prostate phantom of the public data; kNotFound where it is missing.
+/// The prostate phantom of the public data; kNotFound if it is missing.
 Result<PredicateVolume> prostate_volume(Diagnostics& diagnostics);
 
-/// The scene of a look: seen from the probe's side and a little from the left.
+/// The scene of a predicate set: seen from the probe's side and a little from the left.
 render::Scene predicate_scene(const PredicateVolume& volume, const PredicateVolume::Look& look,
                               int width, int height);
 
-/// The same volume by a grey transfer function of the same opacities: standard rendering.
+/// The volume of by_predicates with a grey transfer function of the same opacities: standard
+/// rendering.
 render::Scene standard_scene(const render::Scene& by_predicates);
 
 }  // namespace nav::bench
