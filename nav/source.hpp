@@ -8,17 +8,18 @@
 
 namespace nav {
 
-/// Ultrasound pictures from a device, a recording or a simulator. A source owns at most one
-/// thread and joins it in stop(), which is idempotent.
+/// Source of ultrasound images: a device, a recording or a simulator. It owns at most one thread,
+/// which stop() joins. stop() is idempotent.
 class FrameSource {
  public:
   virtual ~FrameSource() = default;
-  /// Next picture in order of arrival; kEndOfStream after the last, kTimeout at the deadline.
+  /// Returns the next image in order of arrival; kEndOfStream after the last one, kTimeout at the
+  /// deadline.
   virtual Result<UltrasoundFrame> next(Deadline deadline) = 0;
   virtual void stop() noexcept = 0;
 };
 
-/// Poses of one tracked body, in order of arrival; same rules as FrameSource.
+/// Source of the poses of one tracked body, in order of arrival. The rules of FrameSource apply.
 class PoseSource {
  public:
   virtual ~PoseSource() = default;
