@@ -120,10 +120,12 @@ C_TOKEN = re.compile(
 def blocks(comments: list[tuple[int, int, bool, str]]) -> Iterator[Piece]:
     """Joins comments of consecutive lines. Each comment: line, column, whether code stands before
     it, text without its marker. A comment after code begins a block; comments on lines of their
-    own continue it where they begin at its column."""
+    own continue it where they begin at its column. Licence lines are left out."""
     group = []
     for comment in comments:
-        line, column, after_code, _ = comment
+        line, column, after_code, text = comment
+        if text.lstrip().startswith("SPDX-"):
+            continue
         if group and (after_code or line != group[-1][0] + 1 or column != group[-1][1]):
             yield Piece("comment", "\n".join(c[3] for c in group), group[0][0])
             group = []
