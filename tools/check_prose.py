@@ -187,6 +187,8 @@ def python_pieces(text: str) -> list[Piece]:
         elif token.type == tokenize.STRING:
             docstring = previous in (None, tokenize.NEWLINE, tokenize.INDENT, tokenize.NL)
             body = re.sub(r"^[a-zA-Z]*(\"\"\"|'''|\"|')|(\"\"\"|'''|\"|')$", "", token.string)
+            if re.match(r"[a-zA-Z]*[fF]", token.string):
+                body = re.sub(r"\{[^{}]*\}", lambda match: "`" * len(match[0]), body)
             strings.append(Piece("comment" if docstring and '"""' in token.string else "string",
                                  body, line))
         if token.type != tokenize.COMMENT:

@@ -49,7 +49,8 @@ class CheckProseTest(unittest.TestCase):
     def test_each_retired_word_is_found(self):
         for text in ("a picture", "two Pictures", "for want of a pose", "looks at bricks",
                      "a look into the brick", "pixels without a ray", "a set-up",
-                     "refuses the file", "a refusal", "an ultrasound frame", "in a look", "the look of bone",
+                     "refuses the file", "a refusal", "an ultrasound frame", "in a look",
+                     "the look of bone",
                      "the looks of two scenes", "a look file", "the room", "rooms of a folder",
                      "a line of words", "the words below the view", "a place in the CT",
                      "the depth stretch", "a stretch above 1 %", "as the options say"):
@@ -84,6 +85,7 @@ class CheckProseTest(unittest.TestCase):
         self.assertEqual(self.found('f(R"(expected a picture)");\n'), [(1, "word")])
         self.assertEqual(self.found('print("expected a picture")\n', "tools/a.py"), [(1, "word")])
         self.assertEqual(self.found('echo "expected a picture"\n', "tools/a.sh"), [(1, "word")])
+        self.assertEqual(self.found("f\"{a['picture']} of b\"\n", "tools/a.py"), [])
 
     def test_strings_for_programs_are_not_checked(self):
         for text in ('f("picture");\n', 'f("io/picture.hpp");\n', 'f("a_picture");\n',
@@ -131,7 +133,7 @@ class CheckProseTest(unittest.TestCase):
         self.assertEqual(self.helps('verb.add_flag("--a", "too many voxels also count");'), [])
 
     def test_help_texts_are_found_in_every_kind_of_call(self):
-        for call in ('verb.add_option_function<std::string>("--a", [&] { f("x", {1, 2}); }, "of it")',
+        for call in ('verb.add_option_function<int>("--a", [&] { f("x", {1, 2}); }, "of it")',
                      'verb.add_flag_callback("--a", [&] { a = 1; }, "of it")',
                      'add_choice(verb, "--a", a, {{"b", B::kB}}, "of it")',
                      'add("--a", a, "of it")', 'app.add_subcommand("a", "of it")',
