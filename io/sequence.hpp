@@ -48,12 +48,9 @@ struct SequenceFrame {
   std::int64_t index = 0;
   std::optional<double> timestamp_s;             ///< Field Timestamp, s; finite.
   std::optional<double> unfiltered_timestamp_s;  ///< Field UnfilteredTimestamp, s; finite.
-  bool image_valid = false;                   ///< True unless the file declares the image invalid
-                                              ///< or the frame is 0 x 0.
-  std::map<std::string, std::string> fields;  ///< Every Seq_Frame field; the names are without the
-                                              ///< prefix.
-  std::vector<std::byte> pixels;              ///< Native byte order, in the orientation of the
-                                              ///< file.
+  bool image_valid = false;                   ///< Not declared invalid, and the frame is not 0 x 0.
+  std::map<std::string, std::string> fields;  ///< Every Seq_Frame field, name without prefix.
+  std::vector<std::byte> pixels;              ///< Native byte order, orientation of the file.
 };
 
 /// Unchecked 4 x 4 matrix of a frame: p_to = matrix * p_from. Rigid transforms are in mm. It is NaN

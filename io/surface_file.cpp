@@ -103,8 +103,7 @@ Result<TriangleMesh> read_stl(const std::filesystem::path& path) {
   detail::VtkErrors errors;
   vtkNew<vtkSTLReader> reader;
   errors.watch(reader);
-  errors.watch(reader->GetExecutive());  // The executive reports the failure of the reader a second
-                                         // time.
+  errors.watch(reader->GetExecutive());  // Reports the reader's failure again.
   reader->SetFileName(path.c_str());
   errors.run([&] { reader->Update(); });
   if (!errors.first().empty()) return detail::malformed_surface(path, "a surface", errors.first());

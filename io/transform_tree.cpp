@@ -127,8 +127,7 @@ Result<Chain> TransformTree::find(const std::string& from, const std::string& to
   while (!queue.empty() && reached.count(to) == 0) {
     const std::string here = queue.front();
     queue.pop_front();
-    for (const Edge& edge : edges_) {  // Edges of sequence frames come first in the list, so they
-                                       // take precedence.
+    for (const Edge& edge : edges_) {  // Edges of frames come first: they take precedence.
       for (const bool inverted : {false, true}) {
         const std::string& start = inverted ? edge.to : edge.from;
         const std::string& end = inverted ? edge.from : edge.to;

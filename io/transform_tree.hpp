@@ -22,8 +22,7 @@ struct ChainLink {
   std::string name;         ///< Name in the file: "ProbeToTracker".
   bool from_frame = false;  ///< True: part of each sequence frame; false: from the configuration.
   bool inverted = false;
-  Eigen::Matrix4d step;  ///< Matrix of the step, already inverted if necessary; NaN for transforms
-                         ///< of frames.
+  Eigen::Matrix4d step;  ///< Matrix of the step, inverted if necessary; NaN if from_frame.
 };
 
 /// Chain of transforms between two coordinate frames: to_from_from = links[n-1].step * … *

@@ -21,8 +21,7 @@ Result<void> validate(const NeedlePlan& plan);
 /// Position and direction of the needle with respect to the plan.
 struct NeedleGuidance {
   double tip_to_target_mm;   ///< Straight distance from the tip to the target.
-  double along_axis_mm;      ///< Distance still to advance along the needle axis; negative: past
-                             ///< the target.
+  double along_axis_mm;      ///< Distance still to advance along its axis; negative: past.
   double lateral_mm;         ///< Distance between the needle axis and the target.
   double angle_to_plan_rad;  ///< Angle between the needle axis and the planned path.
 };

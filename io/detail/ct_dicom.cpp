@@ -120,8 +120,7 @@ Result<void> judge_irregular(const DicomStack& stack, const DicomSeries& series,
 Result<HuBuilder> decode_slices(const DicomStack& stack, const std::string& name,
                                 std::int16_t least) {
   HuBuilder builder(stack.grid().voxel_count(), least);
-  std::optional<DecodedFile> open;  // The slices of a multi-frame file usually follow one another,
-                                    // so the last file stays decoded.
+  std::optional<DecodedFile> open;  // Slices of a multi-frame file usually follow one another.
   for (const DicomSlice& slice : stack.slices) {
     if (!open || open->path != slice.file) {
       auto decoded = decode_file(slice);

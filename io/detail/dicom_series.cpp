@@ -80,8 +80,7 @@ std::string read_slice(vtkDICOMMetaData& meta, DicomSlice& slice, bool& has_resc
   slice.position_mm << position[0], position[1], position[2];
   slice.row_direction << orientation[0], orientation[1], orientation[2];
   slice.column_direction << orientation[3], orientation[4], orientation[5];
-  slice.spacing_mm << spacing[1], spacing[0];  // The first number of the tag is the spacing of the
-                                               // rows.
+  slice.spacing_mm << spacing[1], spacing[0];  // The tag begins with the row spacing.
   const auto slope = numbers(meta, slice.frame, DC::RescaleSlope, 1);
   const auto intercept = numbers(meta, slice.frame, DC::RescaleIntercept, 1);
   has_rescale = !slope.empty() && !intercept.empty();

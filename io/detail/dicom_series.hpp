@@ -18,8 +18,7 @@ struct DicomSeries {
   std::string description;
   std::string tilt_tag;  ///< GantryDetectorTilt, degrees as text; empty when absent.
   std::vector<DicomSlice> slices;
-  std::size_t without_rescale = 0;  ///< Number of slices without a rescale, so that their unit is
-                                    ///< unknown.
+  std::size_t without_rescale = 0;  ///< Number of slices without a rescale: unknown unit.
   std::size_t localizers = 0;       ///< Number of overview images (localizers) that were left out.
   std::string defect;  ///< First defect that makes the series unreadable; empty when there is none.
 };

@@ -90,8 +90,7 @@ Result<void> measure_gaps(DicomStack& stack, const std::string& name) {
                               " mm of each other");
     }
     stack.min_gap_mm = std::min(stack.min_gap_mm, gap);
-    constexpr double kRoundingMm = 1e-6;  // Of gaps that are equal within rounding, the first is
-                                          // named.
+    constexpr double kRoundingMm = 1e-6;  // Among equal gaps the first is named.
     if (gap > stack.max_gap_mm + kRoundingMm) {
       stack.max_gap_mm = gap;
       stack.max_gap_at = i;

@@ -35,8 +35,7 @@ struct DicomSlice {
 struct DicomStack {
   std::vector<DicomSlice> slices;
   Eigen::Matrix3d directions;          ///< Columns, rows, normal; right-handed.
-  std::vector<Eigen::Vector3d> at_mm;  ///< Position of each slice relative to the first one, along
-                                       ///< directions.
+  std::vector<Eigen::Vector3d> at_mm;  ///< Position of each slice along directions, from the first.
   bool regular = false;                ///< True for even spacing without drift within the plane.
   double tilt_rad = 0;                 ///< Angle between the stacking direction and the normal.
   double min_gap_mm = 0, max_gap_mm = 0;

@@ -182,9 +182,7 @@ class Walker {
 
   std::int64_t walk_items(std::int64_t at, std::int64_t end, bool open, int depth, bool unknown) {
     const Coding outside = coding_;
-    if (unknown)
-      coding_.implicit = true;  // PS3.5, 6.2.2: sequences of unknown type have implicit
-                                // coding inside.
+    if (unknown) coding_.implicit = true;  // PS3.5, 6.2.2: unknown sequences are implicit inside.
     while (at < end) {
       const auto item = header(at, end, coding_);
       if (!item) return -1;

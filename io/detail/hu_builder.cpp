@@ -156,8 +156,7 @@ Result<VoxelGrid> grid_from_affine(const std::array<int, 3>& size,
                                    const Eigen::Matrix<double, 3, 4>& ct_from_index,
                                    const std::string& name) {
   constexpr double kMaxShear = 1e-3;
-  constexpr double kExact = 1e-9;  // Deviations below this are ignored, and the numbers of the file
-                                   // are kept.
+  constexpr double kExact = 1e-9;  // Below: the numbers of the file are kept.
   VoxelGrid grid;
   grid.size = size;
   grid.origin_mm = ct_from_index.col(3);

@@ -59,8 +59,7 @@ class HeaderReader {
         const auto more = read_chunk();
         if (!more) return more.error();
         if (*more) continue;
-        if (out_.format == "NRRD" && first_done_) {  // A detached header may end without an empty
-                                                     // line.
+        if (out_.format == "NRRD" && first_done_) {  // A detached header may just end.
           const auto last = take_line(out_.text->size());
           if (!last) return last.error();
           return finish(out_.text->size());

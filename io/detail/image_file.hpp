@@ -37,12 +37,10 @@ struct ImageFile {
   std::unique_ptr<std::string> text;  ///< Text of the header; keys and values point into it.
   std::vector<Field> fields;          ///< Every key and value, trimmed, in order.
   std::map<std::string_view, std::string_view> keys;  ///< Fields outside frames.
-  std::vector<std::int64_t> sizes;      ///< Number of samples along each axis, fastest first,
-                                        ///< without components.
+  std::vector<std::int64_t> sizes;  ///< Samples along each axis, fastest first, without components.
   std::vector<std::string_view> kinds;  ///< Kind of each axis of sizes, or empty.
   int components = 1;
-  std::size_t component_axes = 0;  ///< Axes of the file before those of sizes: 0, or 1 in some NRRD
-                                   ///< files.
+  std::size_t component_axes = 0;  ///< Axes of the file before those of sizes: 0, or 1 of an NRRD.
   PixelType type = PixelType::kUint8;
   bool big_endian = false;
   Encoding encoding = Encoding::kRaw;

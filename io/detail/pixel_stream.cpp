@@ -102,8 +102,7 @@ Result<std::size_t> PixelStream::inflate(std::span<std::byte> out) {
     const int code = ::inflate(&z.stream, Z_NO_FLUSH);
     const std::size_t made = room - z.stream.avail_out;
     done += made;
-    z.decoded_offset += static_cast<std::int64_t>(made);  // Updated here because a later read may
-                                                          // fail.
+    z.decoded_offset += static_cast<std::int64_t>(made);  // Before a later read that may fail.
     z.ended = code == Z_STREAM_END;
     if (code != Z_OK && code != Z_STREAM_END && code != Z_BUF_ERROR) {
       return Error{ErrorCode::kMalformedData,

@@ -30,8 +30,7 @@ VtkErrors::VtkErrors() {
 
 void VtkErrors::watch(vtkObject* object) {
   object->AddObserver(vtkCommand::ErrorEvent, callback_);
-  object->AddObserver(vtkCommand::WarningEvent, callback_);  // Warnings are observed only to keep
-                                                             // them off the terminal.
+  object->AddObserver(vtkCommand::WarningEvent, callback_);  // Keeps warnings off the terminal.
 }
 
 void VtkErrors::run(const std::function<void()>& call) {
