@@ -8,13 +8,13 @@
 namespace nav::sim {
 namespace {
 
-/// Six digits of poses 2 m away, through which the calibration may have been written, move a corner
-/// by less.
+/// Tolerance for the positions of the corners. The calibration may have been written through poses
+/// 2 m away with six digits, which move a corner by less than this.
 constexpr double kSamePlaceMm = 0.05;
 
 std::string name_of(const io::Chain& chain) { return chain.from + "To" + chain.to; }
 
-/// How far a corner of the picture lies apart.
+/// Largest distance between corresponding corners of the image.
 double apart_mm(const io::ImageCalibration& a, const io::ImageCalibration& b,
                 const io::SequenceHeader& header) {
   double most = 0;
@@ -57,7 +57,8 @@ Result<io::ImageCalibration> recorded_calibration(const io::Chain& probe_from_pi
     const auto frame = reader.frame_fields(i);
     const auto calibration =
         frame ? calibration_of(probe_from_pixels, *frame, header) : frame.error();
-    if (!calibration) {  // Told when the frame itself is replayed, unless there is no other.
+    // The error is reported when the frame itself is replayed, unless no other calibration exists.
+    if (!calibration) {
       reason = calibration.error();
     } else if (!found) {
       found = *calibration;
