@@ -12,7 +12,7 @@
 namespace nav::sim {
 namespace {
 
-/// Text with six digits moves a spacing by less than this share from frame to frame.
+/// Share by which the rounding of text to six digits may change a spacing between frames.
 constexpr double kGridTolerance = 1e-3;
 
 bool is_claimed(TrackingStatus status) {
@@ -36,10 +36,11 @@ struct Chains {
   ReplayForm form;
   io::Chain probe;                     ///< Image to reference in kImageInReference.
   std::optional<io::Chain> reference;  ///< Reference to tracker.
-  std::optional<io::Chain> needle;     ///< Needle to tracker, or to what plays it.
+  /// Needle to tracker, or to the frame that is used as the tracker.
+  std::optional<io::Chain> needle;
 };
 
-/// A chain whose poses come with the frames.
+/// Finds a chain that contains transforms of the recording's frames.
 std::optional<io::Chain> moving(const io::TransformTree& tree, const std::string& from,
                                 const std::string& to) {
   auto chain = tree.find(from, to);
@@ -70,7 +71,7 @@ Result<Chains> choose_chains(const io::TransformTree& tree, const ReplayOptions&
                                          tree.describe()};
 }
 
-/// Adds the needle's chain, if a needle is named.
+/// Adds the chain of the needle, if one is named.
 Result<void> choose_needle(const io::TransformTree& tree, const ReplayOptions& o, Chains& chains) {
   if (o.needle_frame.empty()) return {};
   const bool tracked = chains.form == ReplayForm::kTracked;
@@ -86,12 +87,12 @@ bool same_grid(const PixelGrid& a, const PixelGrid& b) {
   return (a.mm_per_pixel - b.mm_per_pixel).cwiseAbs().maxCoeff() <= kGridTolerance * scale;
 }
 
-/// The image plays the probe, so the step between them is that of a frame onto itself.
+/// The image is used as the probe, so the transform between them is the identity.
 io::ImageCalibration without_step(const io::ImageCalibration& calibration) {
   return {{Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()}, calibration.grid};
 }
 
-/// The first frame whose picture is placed, or the last reason why not.
+/// Calibration of the first frame that has one, or the last error.
 Result<io::ImageCalibration> first_of(const io::SequenceReader& reader, const io::Chain& chain) {
   Error reason{ErrorCode::kNotFound, describe(chain) + ": expected frames, found none"};
   for (std::int64_t i = 0; i < reader.header().frame_count; ++i) {
@@ -109,7 +110,7 @@ struct ReplaySession::State {
   State(io::SequenceReader r, Chains c, Diagnostics& d)
       : reader(std::move(r)), chains(std::move(c)), diagnostics(d) {}
 
-  /// A pose of a frame, or NaN with the reason told.
+  /// Pose of a frame; NaN, with the reason reported, when it is unreadable.
   RawPose pose(const io::Chain& chain, const io::SequenceFrame& frame, Timestamp time) const {
     RawPose out;
     out.acquired = time;
@@ -128,7 +129,7 @@ struct ReplaySession::State {
     return out;
   }
 
-  /// ImageToReference maps pixels; what remains without the pixel grid is rigid.
+  /// Removes the pixel grid: ImageToReference maps pixels; the rest is rigid.
   void take_scale_out(std::int64_t index, RawPose& pose) const {
     const Eigen::Matrix4d m = pose.tracker_from_body;
     pose.tracker_from_body.setConstant(std::nan(""));
@@ -147,7 +148,7 @@ struct ReplaySession::State {
                     : placed.error().message));
   }
 
-  /// Takes the calibration of the recording, or of the configuration where the frames have none.
+  /// Takes the calibration of the recording, or of the configuration when the frames have none.
   Result<void> calibrate(const io::TransformTree& tree, const ReplayOptions& options) {
     if (chains.form == ReplayForm::kImageInReference) {
       const auto found = first_of(reader, chains.probe);
@@ -175,7 +176,8 @@ struct ReplaySession::State {
 
   Result<UltrasoundFrame> picture(const io::SequenceFrame& frame, Timestamp time) const {
     if (recorded) {
-      // Whichever pose it is paired with, this picture has no place on the probe.
+      // Without a valid calibration of its own, this image cannot be placed on the probe, whatever
+      // its pose.
       const auto own = calibration_of(*recorded, frame, reader.header());
       if (!own) return own.error();
     }
@@ -194,7 +196,7 @@ struct ReplaySession::State {
   Chains chains;
   Diagnostics& diagnostics;
   std::optional<io::ImageCalibration> calibration;
-  std::optional<io::Chain> recorded;  ///< Image to Probe, where it comes with the frames.
+  std::optional<io::Chain> recorded;  ///< Image to Probe, when it is in the frames.
   std::string description;
   std::int64_t position = 0;
 };
@@ -212,12 +214,13 @@ Result<ReplaySession> ReplaySession::open(const std::filesystem::path& sequence,
   const auto blame = [&](const Error& error) {
     return Error{error.code, sequence.string() + ": " + error.message};
   };
-  // Of all frames: first ones may lack what later ones have.
+  // The names of all frames: the first frames may lack some that later frames have.
   std::set<std::string> names;
   std::optional<Error> unreadable;
   for (std::int64_t i = 0; i < reader->header().frame_count; ++i) {
     const auto frame = reader->frame_fields(i);
-    if (!frame) {  // Told when the frame itself is replayed, unless there is no other.
+    // The error is reported when the frame itself is replayed, unless no other frame is readable.
+    if (!frame) {
       unreadable = unreadable.value_or(frame.error());
       continue;
     }

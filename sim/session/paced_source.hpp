@@ -10,13 +10,13 @@
 
 namespace nav::sim {
 
-/// A virtual source in real time: what it gives arrives when it would have arrived. How to wait is
-/// the caller's: sleep on a live clock, or advance a virtual one. Source is PoseSource or
-/// FrameSource. Not thread-safe.
+/// Delivers a virtual source in real time: each item arrives at its time of reception. The caller
+/// decides how to wait: it sleeps on a live clock, or advances a virtual one. Source is PoseSource
+/// or FrameSource. Not thread-safe.
 template <class Source, class Item>
 class PacedSource final : public Source {
  public:
-  /// wait: returns when the session clock has reached a time (or at once when it has).
+  /// \p wait: returns when the session clock has reached a time, or at once if it already has.
   PacedSource(std::unique_ptr<Source> source, std::function<void(Timestamp)> wait)
       : source_(std::move(source)), wait_(std::move(wait)) {}
 
