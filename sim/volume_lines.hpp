@@ -47,7 +47,7 @@ class VolumeLines {
     start = (pose_ * Point<frames::Image>{from}).mm;
     along = (pose_ * Direction<frames::Image>{way}).v;
   }
-  /// Grid of the voxels, in the frame of the image at full extent.
+  /// Grid of the voxels over the full extent, CT coordinates, with the axes of the Image frame.
   [[nodiscard]] VoxelGrid voxels() const {
     VoxelGrid grid;
     grid.size = options_.size;
