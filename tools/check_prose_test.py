@@ -68,8 +68,8 @@ class CheckProseTest(unittest.TestCase):
 
     def test_identifiers_are_left_alone(self):
         for text in ("picture = 1", "whole_picture", "kRefused", "`picture`", "picture()",
-                     "refused({})", "--whole-picture", "io/picture.hpp", "picture.cpp", "\\p picture",
-                     "picture::Kind"):
+                     "refused({})", "--whole-picture", "io/picture.hpp", "picture.cpp",
+                     "\\p picture", "picture::Kind"):
             with self.subTest(text):
                 self.assertEqual(self.found(f"// It has {text}\n"), [])
         self.assertEqual(self.found("Picture picture = refuse(pictures);\n"), [])
