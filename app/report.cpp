@@ -92,10 +92,10 @@ io::Json json_of(const Eigen::Matrix4d& matrix) {
   return numbers;
 }
 
-io::Json json_of(const tracking::FrameLedger& ledger) {
+io::Json json_of(const tracking::StreamLedger& ledger) {
   io::Json json;
   json["received"] = ledger.received();
-  json["shown"] = ledger.shown();
+  json["shown"] = ledger.delivered();
   json["superseded"] = ledger.superseded();
   json["rejected"] = io::Json::object();
   for (const auto& [cause, count] : ledger.rejected()) json["rejected"][cause] = count;

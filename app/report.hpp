@@ -20,7 +20,7 @@
 
 namespace nav::app {
 
-io::Json json_of(const tracking::FrameLedger& ledger);
+io::Json json_of(const tracking::StreamLedger& ledger);
 io::Json json_of(const registration::Decision& decision);
 /// Key of the pose of an accepted or a rejected registration.
 inline const char* pose_key(const registration::Decision& decision) {

@@ -32,7 +32,7 @@ Result<PlacedPicture> placed_picture(const SessionConfig& config, const Volume& 
   const auto sector = config.source.whole_picture ? std::nullopt : session::sector_of(*sweep);
   if (sector) session->set_outline(*sector);
   const auto placement =
-      session::place_ct(config.placement, ct, *sweep, session->reference_frame());
+      session::place_ct(config.placement, ct, *sweep, sweep->recording, session->reference_frame());
   if (!placement) return placement.error();
   report_warnings(placement->warnings, console);
   if (!placement->outside.empty()) {

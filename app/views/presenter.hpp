@@ -96,7 +96,8 @@ class Presenter {
   /// first there to be cut free, and when the CT is first registered. Finds the grey window of a
   /// projection, once. present() does so by itself.
   Result<void> choose_step(const session::Epoch& epoch);
-  /// Of the CT slice.
+  /// Grey window of the CT slice; set before the first image.
+  void set_window(const render::HuWindow& window) { options_.window = window; }
   [[nodiscard]] const render::HuWindow& window() const { return options_.window; }
   /// Of a projection, once a 3D view was cast; absent in colours.
   [[nodiscard]] const std::optional<render::GreyWindow>& grey() const { return grey_; }

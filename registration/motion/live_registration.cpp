@@ -134,6 +134,11 @@ LiveRegistration::LiveRegistration(std::shared_ptr<const CtChannels> ct, const P
   accept(accepted);
 }
 
+void LiveRegistration::replace_ct(std::shared_ptr<const CtChannels> ct) {
+  NAV_CHECK(ct != nullptr);
+  ct_ = std::move(ct);
+}
+
 void LiveRegistration::accept(const Pose& pose) {
   accepted_ = pose;
   pose_ = pose;

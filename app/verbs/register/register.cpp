@@ -324,7 +324,7 @@ Result<OpenedSweep> open_sweep(const SessionConfig& config, const Ground& ground
     console.report(Severity::kWarning, "recording", surveyed->warning);
   }
   auto start =
-      session::place_ct(config.placement, *ground.ct, *surveyed, session->reference_frame());
+      session::place_ct(config.placement, *ground.ct, *surveyed, surveyed->recording, session->reference_frame());
   if (!start) return start.error();
   if (start->kind == "declared" && !start->outside.empty()) {
     console.report(Severity::kWarning, "start", start->outside);
