@@ -221,7 +221,7 @@ TEST(SandwichTest, DistinguishesADirectionThatFallsFromAFlatOne) {
   hessian(5, 5) = -0.01;
   EXPECT_EQ(curvature_fault(hessian),
             "the sweep does not determine the translation along Ct (0.00, 0.00, 1.00): the pose is "
-            "no minimum of the cost along it");
+            "not a minimum of the cost along it");
 }
 
 /// Patches of several images, whose gradients pull alternately in opposite directions along x.

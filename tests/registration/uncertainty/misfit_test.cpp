@@ -165,7 +165,7 @@ TEST(MisfitTest, FindsDeformedTissue) {
     return {now - 3 * Vec(z * z, x * x, x * z), beam};
   });
   const auto result = fitted(sweep);
-  expect_refused(result, "otherwise than in the CT");
+  expect_refused(result, "deformed relative to the CT");
   const Misfit bend = by_cause(result.misfits).at(MisfitCause::kBend);
   EXPECT_GT(bend.excess_mm(), 0.9);
   EXPECT_TRUE(bend.values.empty());
