@@ -61,7 +61,7 @@ Result<GLuint> compile(GLenum kind, const std::string& text) {
   glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size() - 1), nullptr, log.data());
   glDeleteShader(shader);
   return Error{ErrorCode::kUnsupportedData,
-               "shader: expected it to compile, the driver says " + first_error(log)};
+               "shader: it does not compile, the driver says " + first_error(log)};
 }
 
 void define(std::string& defines, bool on, const char* name) {
@@ -242,7 +242,7 @@ Result<std::unique_ptr<GlProgram>> GlProgram::linked(const std::vector<unsigned>
   std::vector<char> log(4096, '\0');
   glGetProgramInfoLog(id, static_cast<GLsizei>(log.size() - 1), nullptr, log.data());
   return Error{ErrorCode::kUnsupportedData,
-               "shader: expected it to link, the driver says " + first_error(log)};
+               "shader: it does not link, the driver says " + first_error(log)};
 }
 
 GlProgram::~GlProgram() { glDeleteProgram(id_); }
@@ -318,7 +318,7 @@ Result<GlProgram*> GlProgramCache::get(const GlFeatures& features) {
                      "; the CPU engine draws it"};
   }
   if (features.compute && refuses_compute_) {
-    return Error{ErrorCode::kUnsupportedData, "shader: expected it to compile, found it refused"};
+    return Error{ErrorCode::kUnsupportedData, "shader: the driver rejected it before"};
   }
   ++compiled_;
   const std::string text = raycast_source(features);

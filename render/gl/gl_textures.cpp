@@ -107,7 +107,9 @@ Result<void> GlTextures::update(const Scene& scene) {
   const bool plane = scene.plane && scene.plane->safety.state != SafetyState::kLost;
   if (plane) {
     const Image2d<std::uint8_t>& pixels = scene.plane->frame.pixels;
-    if (auto ok = fits("ultrasound picture edge", std::max(pixels.width(), pixels.height())); !ok)
+    if (auto ok =
+            fits("edge of the ultrasound image, pixels", std::max(pixels.width(), pixels.height()));
+        !ok)
       return ok;
   }
   if (auto sent = update_volume(scene.ct); !sent) return sent;

@@ -256,7 +256,7 @@ TEST(SimulateTest, ANeedleCausesAWarningAboutHiddenCalibrationErrors) {
   const auto [needle, needle_mm] = warnings(0, "NeedleTip");
   const auto [known, known_mm] = warnings(1, "NeedleTip");
   EXPECT_EQ(plain.find("needle"), std::string::npos) << plain;
-  EXPECT_NE(needle.find("across the pictures"), std::string::npos) << needle;
+  EXPECT_NE(needle.find("across the images"), std::string::npos) << needle;
   EXPECT_NE(needle.find("--calibration-sigma-mm"), std::string::npos) << needle;
   EXPECT_EQ(known.find("--calibration-sigma-mm"), std::string::npos) << known;
   EXPECT_EQ(needle_mm, plain_mm);

@@ -134,7 +134,7 @@ TEST_F(CommandLineTest, NoOutputReplacesAPictureOfAFolder) {
   expect_refusal("info " + ct + " --json " + old, 2, {old, "a picture of that of file"});
   const std::string alike = (folder_ / "ct/alike.json").string();
   std::ofstream(alike, std::ios::binary) << std::string("\x08\0\x60\0nothing of DICOM", 20);
-  expect_refusal("info " + ct + " --json " + alike, 3, {"expected DICOM pictures, found none"});
+  expect_refusal("info " + ct + " --json " + alike, 3, {"expected DICOM images, found none"});
   // Behind a link of the folder.
   const std::string linked = (folder_ / "elsewhere.dcm").string();
   std::ofstream(linked, std::ios::binary) << dicom;

@@ -403,11 +403,11 @@ TEST_F(CommandLineTest, StrokesChangeTheHistogram) {
   expect_refusal("predicates nowhere.mha --out x.png --show '9,9,9 radius=-1'", 2,
                  {"--show", "radius_mm", "-1"});
   expect_refusal(arguments + " --hide '15,2,9 15,20,12 normal=0,0,1'", 2,
-                 {"stroke 1", "point 2", "3 mm off"});
+                 {"stroke 1", "point 2", "3 mm away"});
   std::ofstream(folder_ / "strokes.json") << R"({"sonde_scribbles": 1, "strokes": [
       {"points_mm": [[4, 2, 9], [4, 20, 9], [9, 20, 9], [9, 2, 14]]}]})";
   expect_refusal(arguments + " --scribbles " + (folder_ / "strokes.json").string(), 2,
-                 {"stroke 1", "point 2", "mm off"});
+                 {"stroke 1", "point 2", "mm away"});
   // Twice the same voxels is no mistake.
   EXPECT_NE(sonde(arguments + " --show '9,9,9 radius=3' --show '9,9,9 radius=2'")
                 .errors.find("123 voxels to show, 0 to hide"),

@@ -238,7 +238,7 @@ TEST_F(FeatureMakerTest, CtrlCEndsTheComputationInOneSentenceAndKeepsNothing) {
     });
     const auto made = maker.make("confidence", slow);
     user.join();
-    EXPECT_TRUE(test::refuses(made, ErrorCode::kCancelled, {"confidence", "request to stop"}));
+    EXPECT_TRUE(test::refuses(made, ErrorCode::kCancelled, {"confidence", "cancelled"}));
     EXPECT_TRUE(test::refuses(maker.make("snr", request()), ErrorCode::kCancelled, {"snr"}));
   }
   EXPECT_FALSE(std::filesystem::exists(folder_ / "features"));

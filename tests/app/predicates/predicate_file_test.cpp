@@ -118,8 +118,8 @@ TEST_F(PredicateFileTest, CombinationsAsDeepAsAModelMayHaveThemSurvive) {
       ASSERT_TRUE(test::has_value(back)) << depth;
       EXPECT_TRUE(back->model == file.model) << depth;
     }
-    EXPECT_TRUE(refuses(to_json_text(nested(17, combine)),
-                        {path_.string(), "deep: expected combinations at most 16 deep"}));
+    EXPECT_TRUE(
+        refuses(to_json_text(nested(17, combine)), {path_.string(), "deep: ", "at most 16 deep"}));
   };
   check(all);
   check(any);
@@ -166,7 +166,7 @@ TEST_F(PredicateFileTest, RefusalsNameTheirPlace) {
   EXPECT_TRUE(refuses(R"({"sonde_predicates": 1, "predicates": [
                           {"name": "a", "importance": 0, "where": {"snr": {}}},
                           {"name": "b", "importance": 0, "where": {"snr": {}}}]})",
-                      {"an importance above 0, found 0 of every predicate"}));
+                      {"an importance above 0, found 0"}));
   EXPECT_TRUE(refuses(with(R"({"label": {"mask": 4294967296}})"),
                       {"label.mask", "[1, 4294967295]", "found 4294967296"}));
   EXPECT_TRUE(refuses(with(R"({"snr": {"low": 1e300}})"), {"snr.low", "[-1000000, 1000]"}));

@@ -272,7 +272,7 @@ TEST(PredicateScribblesTest, WhatIsPaintedDecidesTheHistogram) {
   for (const auto& refused : {scribble(scene, {*show, *off}, 0.25).error(),
                               check_strokes({*show, *off}, scene.ct->grid()).error()}) {
     EXPECT_EQ(refused.code, ErrorCode::kUsage);
-    for (const char* piece : {"stroke 2", "point 2 at (8 8 4)", "1 mm off"}) {
+    for (const char* piece : {"stroke 2", "point 2 at (8 8 4)", "1 mm away"}) {
       EXPECT_NE(refused.message.find(piece), std::string::npos) << refused.message;
     }
   }

@@ -57,7 +57,7 @@ session::Epoch epoch(SafetyState state, const std::string& cause) {
 
 TEST(MostTellingTest, IsHowFarOffTheTargetMayBeThenTheNeedle) {
   const std::string cost = "cost of the match: 0.3";
-  const std::string needle = "needle: this sweep would not show a calibration";
+  const std::string needle = "needle: this sweep cannot show a probe calibration error";
   const std::string predicted = "predicted error at the target: 1.8 mm";
   EXPECT_EQ(most_telling({cost, needle, predicted}), predicted);
   EXPECT_EQ(most_telling({cost, needle}), needle);
