@@ -7,10 +7,11 @@
 #include <tuple>
 
 #include "app/engines.hpp"
+#include "app/predicates/phantom_volume.hpp"
 #include "app/predicates/predicate_picture.hpp"
 #include "app/predicates/predicate_scribbles.hpp"
 #include "app/predicates/predicate_volume.hpp"
-#include "bench/predicate_patient.hpp"
+#include "bench/predicate_cases.hpp"
 #include "bench/scene_set.hpp"
 #include "bench/two_volumes.hpp"
 #include "io/ct.hpp"
@@ -67,16 +68,16 @@ class PredicateGallery {
 
  private:
   Result<render::Scene> scene_of(const render::PredicateModel& model, const View& view,
-                                 bench::PredicateVolume& volume) const;
-  Result<PredicatePanel> panel(const Part& part, const View& view, bench::PredicateVolume& volume);
+                                 render::PredicateVolume& volume) const;
+  Result<PredicatePanel> panel(const Part& part, const View& view, render::PredicateVolume& volume);
   Result<void> write(const std::string& name, const std::vector<PredicatePanel>& panels) const {
     return folder_.write_picture("predicates-" + name + ".png", predicate_picture(panels));
   }
   Result<void> draw(const std::string& name, const std::vector<Part>& parts, const View& view,
-                    bench::PredicateVolume& volume);
+                    render::PredicateVolume& volume);
   Result<Image2d<Rgba8>> rendered(const render::Scene& scene);
   /// Nothing, and a warning, where the data folder lacks a file.
-  Result<std::optional<bench::PredicateVolume>> recorded(const std::filesystem::path& file) const;
+  Result<std::optional<render::PredicateVolume>> recorded(const std::filesystem::path& file) const;
 
   const GalleryOptions& options_;
   OutputFolder& folder_;
@@ -85,10 +86,9 @@ class PredicateGallery {
 
 Result<render::Scene> PredicateGallery::scene_of(const render::PredicateModel& model,
                                                  const View& view,
-                                                 bench::PredicateVolume& volume) const {
+                                                 render::PredicateVolume& volume) const {
   if (auto ok = bench::add_features(model, volume); !ok) return ok.error();
-  render::Scene scene =
-      bench::predicate_scene(volume, {"", model}, options_.width, options_.height);
+  render::Scene scene = render::predicate_scene(volume, model, options_.width, options_.height);
   const Vec middle = scene.camera.look_at_ct.mm;
   const double distance = (scene.camera.eye_ct.mm - middle).norm() / view.nearer;
   const Vec from = (volume.ultrasound->grid().directions * view.from).normalized();
@@ -107,18 +107,18 @@ Result<Image2d<Rgba8>> PredicateGallery::rendered(const render::Scene& scene) {
 }
 
 Result<PredicatePanel> PredicateGallery::panel(const Part& part, const View& view,
-                                               bench::PredicateVolume& volume) {
+                                               render::PredicateVolume& volume) {
   const render::PredicateModel any =
       model_of({{"all", E::kind("intensity", {0, 1e6})}}, {{1, 0, 0}});
   auto scene = scene_of(part.model.value_or(any), view, volume);
   if (!scene) return scene.error();
-  auto picture = rendered(part.model ? *scene : bench::standard_scene(*scene));
+  auto picture = rendered(part.model ? *scene : render::standard_scene(*scene));
   if (!picture) return picture.error();
   return PredicatePanel{part.title, *std::move(picture), part.model};
 }
 
 Result<void> PredicateGallery::draw(const std::string& name, const std::vector<Part>& parts,
-                                    const View& view, bench::PredicateVolume& volume) {
+                                    const View& view, render::PredicateVolume& volume) {
   std::vector<PredicatePanel> panels;
   for (const Part& part : parts) {
     auto one = panel(part, view, volume);
@@ -131,7 +131,7 @@ Result<void> PredicateGallery::draw(const std::string& name, const std::vector<P
 /// Figures 1 and 6 to 8: standard, surroundings, target with context.
 Result<void> PredicateGallery::patient(const std::string& name, const Step& b, const Step& c) {
   if (!wanted(name)) return {};
-  auto volume = bench::simulated_ultrasound(name, kSide);
+  auto volume = phantom_volume(name, kSide);
   if (!volume) return volume.error();
   return draw(name,
               {{"(a) standard transfer function"},
@@ -144,8 +144,8 @@ Result<void> PredicateGallery::patient(const std::string& name, const Step& b, c
 Result<void> PredicateGallery::carried() {
   if (!wanted("carried")) return {};
   const auto model = *render::preset_predicates("carotid-vessel");
-  auto first = bench::simulated_ultrasound("carotid", kSide);
-  auto second = bench::simulated_ultrasound("carotid-2", kSide);
+  auto first = phantom_volume("carotid", kSide);
+  auto second = phantom_volume("carotid-2", kSide);
   if (!first || !second) return first ? second.error() : first.error();
   std::vector<PredicatePanel> panels;
   for (const auto& [part, volume] : {std::pair(Part{"(a) patient 1: made here", model}, &*first),
@@ -159,7 +159,7 @@ Result<void> PredicateGallery::carried() {
 }
 
 /// Along the bone of the middle slice, and in skin and muscle above it, as a hand would draw.
-std::vector<Stroke> shoulder_strokes(const bench::PredicateVolume& volume) {
+std::vector<Stroke> shoulder_strokes(const render::PredicateVolume& volume) {
   const VoxelGrid& grid = volume.ultrasound->grid();
   const auto labels = volume.predicates.features.labels->bits();
   constexpr std::uint32_t kBone = 4;
@@ -185,7 +185,7 @@ std::vector<Stroke> shoulder_strokes(const bench::PredicateVolume& volume) {
 /// Figure 5: strokes that show bone and hide skin and muscle, before and after.
 Result<void> PredicateGallery::scribbles() {
   if (!wanted("scribbles")) return {};
-  auto volume = bench::simulated_ultrasound("shoulder", kSide);
+  auto volume = phantom_volume("shoulder", kSide);
   if (!volume) return volume.error();
   auto model = *render::preset_predicates("shoulder-bone");
   auto bars = model.histogram.bars();
@@ -209,18 +209,18 @@ Result<void> PredicateGallery::scribbles() {
                              {"(c) after", *std::move(after), scene->predicates->model}});
 }
 
-Result<std::optional<bench::PredicateVolume>> PredicateGallery::recorded(
+Result<std::optional<render::PredicateVolume>> PredicateGallery::recorded(
     const std::filesystem::path& file) const {
   const auto path = bench::bench_data_dir() / file;
   if (!std::filesystem::exists(path)) {
     console_.report(Severity::kWarning, "gallery",
                     "skipped: expected " + path.string() + ", found nothing (set SONDE_DATA_DIR)");
-    return std::optional<bench::PredicateVolume>();
+    return std::optional<render::PredicateVolume>();
   }
   auto read = read_ultrasound(path, console_);
   if (!read) return read.error();
-  return std::optional(bench::PredicateVolume{
-      path.stem().string(), std::make_shared<const Volume>(*std::move(read)), {}, {}});
+  return std::optional(render::PredicateVolume{
+      path.stem().string(), std::make_shared<const Volume>(*std::move(read)), {}});
 }
 
 Result<void> PredicateGallery::prostate() {

@@ -7,7 +7,7 @@
 
 #include "bench/derived.hpp"
 #include "bench/predicate_bench.hpp"
-#include "bench/predicate_phantom.hpp"
+#include "bench/predicate_cases.hpp"
 #include "bench/render_costs.hpp"
 #include "bench/render_live.hpp"
 #include "bench/scene_set.hpp"

@@ -10,8 +10,8 @@
 
 #include "bench/paper_shader.hpp"
 #include "bench/predicate_bench_gl.hpp"
+#include "bench/predicate_cases.hpp"
 #include "bench/predicate_frames.hpp"
-#include "bench/predicate_phantom.hpp"
 #include "bench/vtk_baseline.hpp"
 #include "render/engine.hpp"
 #include "tests/render/gl/gl_pictures.hpp"
@@ -176,7 +176,7 @@ TEST(GlPredicateBenchTest, DoesNotCompareTimesOfDifferentImages) {
 TEST(PaperShaderTest, FragmentAndComputeShadersGiveTheSameImage) {
   const auto neck = neck_phantom(32);
   ASSERT_TRUE(test::has_value(neck));
-  const auto scene = predicate_scene(*neck, neck->looks.back(), 40, 30);
+  const auto scene = predicate_scene(*neck, neck->looks.back().model, 40, 30);
   std::optional<render::RenderedImage> first;
   for (const auto& [compute, manual] :
        {std::pair{false, false}, {false, true}, {true, false}, {true, true}}) {
