@@ -6,7 +6,7 @@
 #include "app/options/overwriting.hpp"
 #include "app/options/verbs.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 
 void CommandLine::add_bench() {
   CLI::App* bench = app_.add_subcommand("bench", "Measure run time against error");
@@ -30,7 +30,7 @@ void CommandLine::add_bench() {
       ->capture_default_str();
   add_json(*render);
   render->callback([this, render] {
-    verb_ = [this, render](Console& console) -> Result<void> {
+    verb_ = [this, render](app::Console& console) -> Result<void> {
       bench_.json = json();
       if (auto ok = refuse_idle_of_bench(*render, bench_); !ok) return ok;
       if (auto ok = refuse_overwriting({{"--json", json_}}, {{"--ct", bench_.ct}}); !ok) return ok;
@@ -45,7 +45,7 @@ void CommandLine::add_bench() {
       ->capture_default_str();
   add_json(*scaling);
   scaling->callback([this] {
-    verb_ = [this](Console& console) {
+    verb_ = [this](app::Console& console) {
       scaling_.json = json();
       return run_bench_scaling(scaling_, console);
     };
@@ -79,7 +79,7 @@ void CommandLine::add_bench_registration(CLI::App& bench) {
   verb->add_option("--trials", bench_registration_.trials, "CSV with a line per registration");
   add_json(*verb);
   verb->callback([this, verb] {
-    verb_ = [this, verb](Console& console) -> Result<void> {
+    verb_ = [this, verb](app::Console& console) -> Result<void> {
       bench_registration_.json = json();
       if (auto ok = refuse_idle_of_bench(*verb, bench_registration_); !ok) return ok;
       const std::vector<NamedFile> outputs{{"--json", json_},
@@ -115,7 +115,7 @@ void CommandLine::add_bench_predicates(CLI::App& bench) {
       ->capture_default_str();
   add_json(*verb);
   verb->callback([this, verb] {
-    verb_ = [this, verb](Console& console) {
+    verb_ = [this, verb](app::Console& console) {
       predicates_.json = json();
       const auto ok = refuse_idle_of_bench(*verb, predicates_);
       return ok ? run_bench_predicates(predicates_, console) : ok;
@@ -135,7 +135,7 @@ void CommandLine::add_bench_derived(CLI::App& bench) {
   derived->add_flag("--quick", derived_.quick, "96 voxels a side, once each: seconds");
   add_json(*derived);
   derived->callback([this, derived] {
-    verb_ = [this, derived](Console& console) {
+    verb_ = [this, derived](app::Console& console) {
       derived_.json = json();
       const auto ok = refuse_idle_of_bench(*derived, derived_);
       return ok ? run_bench_derived(derived_, console) : ok;
@@ -143,4 +143,4 @@ void CommandLine::add_bench_derived(CLI::App& bench) {
   });
 }
 
-}  // namespace nav::app
+}  // namespace nav::bench

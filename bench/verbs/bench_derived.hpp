@@ -10,7 +10,7 @@
 #include "io/json.hpp"
 #include "nav/result.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 
 struct BenchDerivedOptions {
   int side = 256;      ///< Of the timed volume, voxels, [32, 512].
@@ -22,9 +22,9 @@ struct BenchDerivedOptions {
 /// Time, memory and error of the features that predicates read, each beside its own double
 /// definition and, where ITK was found at build time and has it, ITK's filter on the same voxels.
 /// JSON keys are in docs/bench-json.md.
-Result<void> run_bench_derived(const BenchDerivedOptions& options, Console& console);
+Result<void> run_bench_derived(const BenchDerivedOptions& options, app::Console& console);
 
 /// `side`, `timings` and `errors`, as docs/bench-json.md says.
-io::Json json_of(const bench::DerivedBenchReport& report);
+io::Json json_of(const DerivedBenchReport& report);
 
-}  // namespace nav::app
+}  // namespace nav::bench

@@ -7,14 +7,13 @@
 #include "bench/registration/peer.hpp"
 #include "nav/result.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 
 /// Writes the sweep as a recording into the folder and registers it to the CT's file by this very
 /// program, one thread, in a process of its own: what a user's command takes from files to the
 /// report.
-Result<bench::CommandRun> register_by_command(const Sweep& sweep, const std::filesystem::path& ct,
-                                              const bench::CtPose& start,
-                                              registration::Effort effort,
-                                              const std::filesystem::path& folder);
+Result<CommandRun> register_by_command(const Sweep& sweep, const std::filesystem::path& ct,
+                                       const CtPose& start, registration::Effort effort,
+                                       const std::filesystem::path& folder);
 
-}  // namespace nav::app
+}  // namespace nav::bench

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "app/bench/bench_registration.hpp"
+#include "bench/verbs/bench_registration.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -9,12 +9,12 @@
 #include <memory>
 #include <unistd.h>
 
-#include "app/bench/bench.hpp"
-#include "app/bench/bench_registration_json.hpp"
-#include "app/bench/register_by_command.hpp"
 #include "bench/registration/slice_curve.hpp"
+#include "bench/verbs/bench.hpp"
+#include "bench/verbs/bench_registration_json.hpp"
+#include "bench/verbs/register_by_command.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 namespace {
 
 // Everything was tuned on the former and nothing on the latter; neither overlaps the seeds of the
@@ -28,20 +28,19 @@ constexpr int kQuickThreads = 2;
 /// The bench as the options ask for it; parts that follow one another share their patients.
 class RegistrationBench {
  public:
-  RegistrationBench(const BenchRegistrationOptions& options, Console& console)
+  RegistrationBench(const BenchRegistrationOptions& options, app::Console& console)
       : options_(options), console_(console), store_(options.model) {}
 
   Result<void> run();
 
  private:
   [[nodiscard]] bool wants(const std::string& part) const { return asks_for(options_.parts, part); }
-  [[nodiscard]] bench::CohortOptions cohort(std::uint64_t first_seed) const;
-  bench::CohortSummary judge(const std::string& title, std::uint64_t first_seed);
+  [[nodiscard]] CohortOptions cohort(std::uint64_t first_seed) const;
+  CohortSummary judge(const std::string& title, std::uint64_t first_seed);
   /// Hands of a quick run: one.
-  void choose(std::uint64_t first_seed, sim::HandPathKind quick_hand,
-              bench::SweepChoice& sweeps) const;
+  void choose(std::uint64_t first_seed, sim::HandPathKind quick_hand, SweepChoice& sweeps) const;
   Result<void> measure_faults(const std::string& seeds, std::uint64_t first_seed,
-                              std::vector<bench::FaultPoint>& kept);
+                              std::vector<FaultPoint>& kept);
   Result<void> measure_starts();
   void measure_effort();
   void measure_bootstrap();
@@ -49,7 +48,7 @@ class RegistrationBench {
   Result<void> measure_motion();
   Result<void> measure_skin();
   Result<void> measure_live();
-  void write(const std::vector<bench::Trial>& trials);
+  void write(const std::vector<Trial>& trials);
   [[nodiscard]] auto progress() const {
     return [this](double fraction) { console_.progress(fraction); };
   }
@@ -58,30 +57,30 @@ class RegistrationBench {
   Result<void> keep(Result<T> measured, Kept& kept) {
     if (!measured) return measured.error();
     console_.end();
-    std::cout << bench::to_text(*measured) << std::flush;
+    std::cout << to_text(*measured) << std::flush;
     kept = std::move(*measured);
     return {};
   }
   [[nodiscard]] io::Json json() const;
 
   const BenchRegistrationOptions& options_;
-  Console& console_;
-  bench::CaseStore store_;
+  app::Console& console_;
+  CaseStore store_;
   std::ofstream trials_;
-  std::optional<bench::CohortSummary> development_, evaluation_;
-  std::vector<bench::FaultPoint> development_faults_, evaluation_faults_;
-  std::vector<bench::StartPoint> starts_;
-  std::vector<bench::EffortPoint> curve_;
-  bench::BootstrapCurve bootstrap_;
-  std::vector<bench::SkinCurvePoint> skin_;
-  std::vector<bench::MotionPoint> motion_;
-  bench::LiveCurve live_;
-  std::optional<bench::PeerComparison> peer_;
+  std::optional<CohortSummary> development_, evaluation_;
+  std::vector<FaultPoint> development_faults_, evaluation_faults_;
+  std::vector<StartPoint> starts_;
+  std::vector<EffortPoint> curve_;
+  BootstrapCurve bootstrap_;
+  std::vector<SkinCurvePoint> skin_;
+  std::vector<MotionPoint> motion_;
+  LiveCurve live_;
+  std::optional<PeerComparison> peer_;
 };
 
 /// The quick cohort takes all paths, but not for each patient, and fewer distances.
-bench::CohortOptions RegistrationBench::cohort(std::uint64_t first_seed) const {
-  bench::CohortOptions options = bench::default_cohort(options_.effort);
+CohortOptions RegistrationBench::cohort(std::uint64_t first_seed) const {
+  CohortOptions options = default_cohort(options_.effort);
   options.first_seed = first_seed;
   options.threads = options_.quick ? kQuickThreads : 1;
   if (options_.quick) {
@@ -97,24 +96,24 @@ bench::CohortOptions RegistrationBench::cohort(std::uint64_t first_seed) const {
   return options;
 }
 
-bench::CohortSummary RegistrationBench::judge(const std::string& title, std::uint64_t first_seed) {
+CohortSummary RegistrationBench::judge(const std::string& title, std::uint64_t first_seed) {
   console_.begin(title);
-  const auto result = bench::run_cohort(cohort(first_seed), store_, progress(),
-                                        [&](const auto& trials) { write(trials); });
+  const auto result = run_cohort(cohort(first_seed), store_, progress(),
+                                 [&](const auto& trials) { write(trials); });
   console_.end();
-  const auto summary = bench::summarise(result);
-  std::cout << bench::to_text(summary, title) << std::flush;
+  const auto summary = summarise(result);
+  std::cout << to_text(summary, title) << std::flush;
   return summary;
 }
 
 void RegistrationBench::choose(std::uint64_t first_seed, sim::HandPathKind quick_hand,
-                               bench::SweepChoice& sweeps) const {
+                               SweepChoice& sweeps) const {
   sweeps.first_seed = first_seed;
   sweeps.model = options_.model;
   sweeps.effort = options_.effort;
   if (options_.quick) {
     sweeps.patients = 1;
-    sweeps.paths = {bench::SweepPath::kSlide};
+    sweeps.paths = {SweepPath::kSlide};
     sweeps.hands = {quick_hand};
     sweeps.duration_s = 4;
     sweeps.keep = first_seed == kDevelopmentSeed;  // The other parts use it.
@@ -123,37 +122,37 @@ void RegistrationBench::choose(std::uint64_t first_seed, sim::HandPathKind quick
 }
 
 Result<void> RegistrationBench::measure_faults(const std::string& seeds, std::uint64_t first_seed,
-                                               std::vector<bench::FaultPoint>& kept) {
+                                               std::vector<FaultPoint>& kept) {
   console_.begin("faults, " + seeds + " seeds");
-  bench::FaultCurveOptions faults;
+  FaultCurveOptions faults;
   choose(first_seed, sim::HandPathKind::kSweep, faults.sweeps);
-  const auto trials = bench::run_faults(faults, store_, progress());
+  const auto trials = run_faults(faults, store_, progress());
   if (!trials) return trials.error();
   console_.end();
-  kept = bench::count_faults(*trials);
-  std::cout << bench::to_text(kept, seeds + " seeds") << std::flush;
+  kept = count_faults(*trials);
+  std::cout << to_text(kept, seeds + " seeds") << std::flush;
   return {};
 }
 
 Result<void> RegistrationBench::measure_starts() {
   console_.begin("from several starts");
-  bench::StartCurveOptions starts;
+  StartCurveOptions starts;
   choose(kDevelopmentSeed, sim::HandPathKind::kRock, starts.sweeps);
   if (options_.quick) starts.starts_mm = {3, 6, 9};
-  const auto sweeps = bench::run_starts(starts, store_, progress());
+  const auto sweeps = run_starts(starts, store_, progress());
   if (!sweeps) return sweeps.error();
-  return keep(Result(bench::count_starts(*sweeps)), starts_);
+  return keep(Result(count_starts(*sweeps)), starts_);
 }
 
 void RegistrationBench::measure_effort() {
   console_.begin("run time against error");
-  bench::EffortOptions effort;
+  EffortOptions effort;
   effort.first_seed = kDevelopmentSeed;
-  effort.local = bench::default_cohort().local;
+  effort.local = default_cohort().local;
   if (options_.quick) {
     effort.threads = kQuickThreads;
     effort.patients = 1;
-    effort.paths = {bench::SweepPath::kSubcostal, bench::SweepPath::kSlide};
+    effort.paths = {SweepPath::kSubcostal, SweepPath::kSlide};
     effort.patch_shares = {0.25, 1, 4};
     effort.picture_strides = {4, 2};
     effort.iterations = {2};
@@ -163,7 +162,7 @@ void RegistrationBench::measure_effort() {
   curve_ = bench::measure_effort(effort, store_, progress());
   console_.end();
   console_.begin("thick slices");
-  bench::SliceOptions slices;
+  SliceOptions slices;
   slices.first_seed = kDevelopmentSeed;
   slices.local = effort.local;
   if (options_.quick) {
@@ -171,30 +170,30 @@ void RegistrationBench::measure_effort() {
     slices.thickness_mm = {2, 5};
     slices.keep = true;  // The other parts use them.
   }
-  const auto by_thickness = bench::measure_slices(slices, store_, progress());
+  const auto by_thickness = measure_slices(slices, store_, progress());
   curve_.insert(curve_.end(), by_thickness.begin(), by_thickness.end());
   console_.end();
-  std::cout << bench::to_text(curve_) << std::flush;
+  std::cout << to_text(curve_) << std::flush;
 }
 
 void RegistrationBench::measure_bootstrap() {
   console_.begin("pictures drawn anew");
-  bench::BootstrapCurveOptions bootstrap;
+  BootstrapCurveOptions bootstrap;
   bootstrap.first_seed = kDevelopmentSeed;
   if (options_.quick) {
     bootstrap.patients = 1;
-    bootstrap.paths = {bench::SweepPath::kSubcostal};
+    bootstrap.paths = {SweepPath::kSubcostal};
     bootstrap.solved = 20;
   }
   if (options_.patients > 0) bootstrap.patients = options_.patients;
   bootstrap_ = bench::measure_bootstrap(bootstrap, store_, progress());
   console_.end();
-  std::cout << bench::to_text(bootstrap_) << std::flush;
+  std::cout << to_text(bootstrap_) << std::flush;
 }
 
 Result<void> RegistrationBench::compare() {
   console_.begin("beside elastix");
-  bench::PeerOptions options;
+  PeerOptions options;
   options.first_seed = kDevelopmentSeed;
   if (options_.quick) {
     options.patients = 1;
@@ -207,12 +206,11 @@ Result<void> RegistrationBench::compare() {
   if (mkdtemp(folder.data()) == nullptr) {
     return Error{ErrorCode::kIo, folder + ": expected to make a folder for elastix"};
   }
-  options.by_command = [&](const Sweep& sweep, const std::filesystem::path& ct,
-                           const bench::CtPose& start, registration::Effort effort) {
+  options.by_command = [&](const Sweep& sweep, const std::filesystem::path& ct, const CtPose& start,
+                           registration::Effort effort) {
     return register_by_command(sweep, ct, start, effort, folder);
   };
-  auto compared =
-      bench::compare_with_elastix(options, store_, bench::find_elastix(), folder, progress());
+  auto compared = compare_with_elastix(options, store_, find_elastix(), folder, progress());
   std::error_code ignored;
   std::filesystem::remove_all(folder, ignored);
   return keep(std::move(compared), peer_);
@@ -220,7 +218,7 @@ Result<void> RegistrationBench::compare() {
 
 Result<void> RegistrationBench::measure_motion() {
   console_.begin("patients who breathe");
-  bench::MotionCurveOptions options;
+  MotionCurveOptions options;
   options.first_seed = kDevelopmentSeed;
   options.model = options_.model;
   if (options_.quick) {
@@ -236,7 +234,7 @@ Result<void> RegistrationBench::measure_motion() {
 
 Result<void> RegistrationBench::measure_live() {
   console_.begin("following patients who breathe");
-  bench::LiveCurveOptions options;
+  LiveCurveOptions options;
   options.first_seed = kDevelopmentSeed;
   options.model = options_.model;
   if (options_.quick) {
@@ -252,7 +250,7 @@ Result<void> RegistrationBench::measure_live() {
 
 Result<void> RegistrationBench::measure_skin() {
   console_.begin("without a start pose");
-  bench::SkinCurveOptions options;
+  SkinCurveOptions options;
   options.first_seed = kSkinSeed;
   options.model = options_.model;
   if (options_.quick) {
@@ -267,8 +265,8 @@ Result<void> RegistrationBench::measure_skin() {
 }
 
 /// At once: a long run can be looked at while it lasts.
-void RegistrationBench::write(const std::vector<bench::Trial>& trials) {
-  if (trials_.is_open()) trials_ << bench::to_csv(trials) << std::flush;
+void RegistrationBench::write(const std::vector<Trial>& trials) {
+  if (trials_.is_open()) trials_ << to_csv(trials) << std::flush;
 }
 
 io::Json RegistrationBench::json() const {
@@ -283,10 +281,10 @@ io::Json RegistrationBench::json() const {
   json["summary"] = headline ? json_of(*headline) : io::Json::object();
   io::Json& summary = json["summary"];
   const auto ratios = peer_ ? peer_->ratios : std::nullopt;
-  summary["cpu_ratio_elastix"] = ratios ? json_number(ratios->cpu) : io::Json(nullptr);
-  summary["solve_cpu_ratio_elastix"] = ratios ? json_number(ratios->solve) : io::Json(nullptr);
+  summary["cpu_ratio_elastix"] = ratios ? app::json_number(ratios->cpu) : io::Json(nullptr);
+  summary["solve_cpu_ratio_elastix"] = ratios ? app::json_number(ratios->solve) : io::Json(nullptr);
   summary["end_to_end_cpu_ratio_elastix"] =
-      ratios ? json_number(ratios->end_to_end) : io::Json(nullptr);
+      ratios ? app::json_number(ratios->end_to_end) : io::Json(nullptr);
   summary["peer_ours"] = ratios ? io::Json(ratios->ours) : io::Json(nullptr);
   summary["peer_theirs"] = ratios ? io::Json(ratios->theirs) : io::Json(nullptr);
   const std::string reason = peer_ ? peer_->reason : "not asked for";
@@ -312,7 +310,7 @@ Result<void> RegistrationBench::run() {
   std::cout << "Simulated patients only: nothing here is clinical accuracy.\n";
   if (options_.trials) {
     trials_.open(*options_.trials);
-    trials_ << bench::csv_header();
+    trials_ << csv_header();
   }
   if (wants("cohort")) {
     development_ = judge("development seeds", kDevelopmentSeed);
@@ -349,13 +347,14 @@ Result<void> RegistrationBench::run() {
     return Error{ErrorCode::kIo, *options_.trials + ": expected to write the trials"};
   }
   if (!options_.json) return {};
-  return write_json(json(), *options_.json);
+  return app::write_json(json(), *options_.json);
 }
 
 }  // namespace
 
-Result<void> run_bench_registration(const BenchRegistrationOptions& options, Console& console) {
+Result<void> run_bench_registration(const BenchRegistrationOptions& options,
+                                    app::Console& console) {
   return RegistrationBench(options, console).run();
 }
 
-}  // namespace nav::app
+}  // namespace nav::bench

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "app/bench/bench_json.hpp"
+#include "bench/verbs/bench_json.hpp"
 
 #include <gtest/gtest.h>
 
-namespace nav::app {
+namespace nav::bench {
 namespace {
 
 TEST(BenchJsonTest, WhatWasNotMeasuredIsEmptyOrNullButThere) {
@@ -25,11 +25,11 @@ TEST(BenchJsonTest, WhatWasNotMeasuredIsEmptyOrNullButThere) {
 TEST(BenchJsonTest, PicturesThatSkippingChangesAreTold) {
   for (const bool identical : {true, false}) {
     BenchRenderReport report;
-    bench::SkipRatio ratio;
+    SkipRatio ratio;
     ratio.scene = "v/look/perspective/shaded";
     ratio.identical = identical;
     report.skipping = {ratio};
-    bench::SkipBound bound;
+    SkipBound bound;
     bound.found = ratio;
     report.skip_bounds = {bound};
     const io::Json json = json_of(report);
@@ -39,4 +39,4 @@ TEST(BenchJsonTest, PicturesThatSkippingChangesAreTold) {
 }
 
 }  // namespace
-}  // namespace nav::app
+}  // namespace nav::bench

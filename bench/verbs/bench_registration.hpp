@@ -11,7 +11,7 @@
 #include "registration/image_registration.hpp"
 #include "sim/probe_model.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 
 struct BenchRegistrationOptions {
   bool quick = false;    ///< A stratified part of the cohort: about two minutes on two cores.
@@ -28,6 +28,6 @@ struct BenchRegistrationOptions {
 /// Registration on the simulated cohort: development and evaluation seeds side by side, run time
 /// against error, and elastix where it is installed. Prints tables; JSON keys are in
 /// docs/bench-json.md.
-Result<void> run_bench_registration(const BenchRegistrationOptions& options, Console& console);
+Result<void> run_bench_registration(const BenchRegistrationOptions& options, app::Console& console);
 
-}  // namespace nav::app
+}  // namespace nav::bench

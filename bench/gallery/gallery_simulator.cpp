@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "app/gallery/gallery_simulator.hpp"
+#include "bench/gallery/gallery_simulator.hpp"
 
 #include <fstream>
 #include <iterator>
@@ -12,7 +12,7 @@
 #include "sim/anatomy/patient.hpp"
 #include "sim/ultrasound.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 namespace {
 
 constexpr int kPanel = 400;
@@ -109,8 +109,8 @@ Result<UltrasoundFrame> cropped(const Image2d<std::uint8_t>& picture, const Crop
   return frame;
 }
 
-Result<std::optional<UltrasoundFrame>> recorded(const Comparison& c, Console& console) {
-  const auto file = bench::bench_data_dir() / c.recording;
+Result<std::optional<UltrasoundFrame>> recorded(const Comparison& c, app::Console& console) {
+  const auto file = bench_data_dir() / c.recording;
   if (!std::filesystem::exists(file)) {
     console.report(Severity::kWarning, "gallery",
                    c.name + ": expected " + file.string() + ", found nothing (set SONDE_DATA_DIR)");
@@ -152,7 +152,7 @@ void draw_panel(render::Canvas& canvas, int column, const std::string& words,
     canvas.text(column * kPanel + 8, 60, 15, "no recording here", ink);
     return;
   }
-  draw_ultrasound(canvas, fit(*frame, column * kPanel, kCaption, kPanel, kHeight), *frame);
+  app::draw_ultrasound(canvas, app::fit(*frame, column * kPanel, kCaption, kPanel, kHeight), *frame);
 }
 
 }  // namespace
@@ -163,8 +163,8 @@ std::vector<std::string> simulator_gallery_names() {
   return names;
 }
 
-Result<void> draw_simulator_gallery(const GalleryOptions& options, OutputFolder& folder,
-                                    Console& console) {
+Result<void> draw_simulator_gallery(const GalleryOptions& options, app::OutputFolder& folder,
+                                    app::Console& console) {
   for (const Comparison& c : comparisons()) {
     if (c.name.find(options.only) == std::string::npos) continue;
     console.begin(c.name);
@@ -186,4 +186,4 @@ Result<void> draw_simulator_gallery(const GalleryOptions& options, OutputFolder&
   return {};
 }
 
-}  // namespace nav::app
+}  // namespace nav::bench

@@ -10,7 +10,7 @@
 #include "app/console.hpp"
 #include "nav/result.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 
 /// Whether a part of a bench is asked for; none named: all are.
 bool asks_for(const std::vector<std::string>& parts, const std::string& part);
@@ -34,7 +34,7 @@ struct BenchRenderOptions {
 /// Prints tables; JSON keys are in docs/bench-json.md. The parts skipping and costs draw no
 /// VTK: what is skipped in every scene, beside what could be; what each element of a picture costs
 /// in every scene, with plane, needle and the like in it.
-Result<void> run_bench_render(const BenchRenderOptions& options, Console& console);
+Result<void> run_bench_render(const BenchRenderOptions& options, app::Console& console);
 
 struct BenchScalingOptions {
   int largest = 768;  ///< Side of the largest volume, voxels, [64, 768]: 0.9 GB and more of memory.
@@ -42,7 +42,7 @@ struct BenchScalingOptions {
 };
 
 /// Time and memory of the CPU engine against volume size, pixels, threads and occupancy.
-Result<void> run_bench_scaling(const BenchScalingOptions& options, Console& console);
+Result<void> run_bench_scaling(const BenchScalingOptions& options, app::Console& console);
 
 struct BenchPredicatesOptions {
   bool quick = false;  ///< A phantom of 96 voxels a side, small pictures: some seconds.
@@ -59,6 +59,6 @@ struct BenchPredicatesOptions {
 /// Predicates beside a standard transfer function and beside brute force on the CPU engine, the
 /// error of early termination, and the theorem on random rays. Prints a table; JSON keys are in
 /// docs/bench-json.md.
-Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console& console);
+Result<void> run_bench_predicates(const BenchPredicatesOptions& options, app::Console& console);
 
-}  // namespace nav::app
+}  // namespace nav::bench

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "app/gallery/gallery_predicates.hpp"
+#include "bench/gallery/gallery_predicates.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -18,7 +18,7 @@
 #include "io/picture.hpp"
 #include "render/engine.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 namespace {
 
 using E = render::PredicateExpression;
@@ -53,7 +53,7 @@ struct View {
 
 class PredicateGallery {
  public:
-  PredicateGallery(const GalleryOptions& options, OutputFolder& folder, Console& console)
+  PredicateGallery(const GalleryOptions& options, app::OutputFolder& folder, app::Console& console)
       : options_(options), folder_(folder), console_(console) {}
 
   Result<void> patient(const std::string& name, const Step& b, const Step& c);
@@ -69,9 +69,11 @@ class PredicateGallery {
  private:
   Result<render::Scene> scene_of(const render::PredicateModel& model, const View& view,
                                  render::PredicateVolume& volume) const;
-  Result<PredicatePanel> panel(const Part& part, const View& view, render::PredicateVolume& volume);
-  Result<void> write(const std::string& name, const std::vector<PredicatePanel>& panels) const {
-    return folder_.write_picture("predicates-" + name + ".png", predicate_picture(panels));
+  Result<app::PredicatePanel> panel(const Part& part, const View& view,
+                                    render::PredicateVolume& volume);
+  Result<void> write(const std::string& name,
+                     const std::vector<app::PredicatePanel>& panels) const {
+    return folder_.write_picture("predicates-" + name + ".png", app::predicate_picture(panels));
   }
   Result<void> draw(const std::string& name, const std::vector<Part>& parts, const View& view,
                     render::PredicateVolume& volume);
@@ -80,14 +82,14 @@ class PredicateGallery {
   Result<std::optional<render::PredicateVolume>> recorded(const std::filesystem::path& file) const;
 
   const GalleryOptions& options_;
-  OutputFolder& folder_;
-  Console& console_;
+  app::OutputFolder& folder_;
+  app::Console& console_;
 };
 
 Result<render::Scene> PredicateGallery::scene_of(const render::PredicateModel& model,
                                                  const View& view,
                                                  render::PredicateVolume& volume) const {
-  if (auto ok = bench::add_features(model, volume); !ok) return ok.error();
+  if (auto ok = add_features(model, volume); !ok) return ok.error();
   render::Scene scene = render::predicate_scene(volume, model, options_.width, options_.height);
   const Vec middle = scene.camera.look_at_ct.mm;
   const double distance = (scene.camera.eye_ct.mm - middle).norm() / view.nearer;
@@ -99,27 +101,27 @@ Result<render::Scene> PredicateGallery::scene_of(const render::PredicateModel& m
 
 /// An engine of its own for each: no picture can depend on the one before.
 Result<Image2d<Rgba8>> PredicateGallery::rendered(const render::Scene& scene) {
-  auto engine = make_engine(options_.engine, 0, console_);
+  auto engine = app::make_engine(options_.engine, 0, console_);
   if (!engine) return engine.error();
   const auto image = (*engine)->render(scene);
   if (!image) return image.error();
   return render::to_8bit(image->pixels);
 }
 
-Result<PredicatePanel> PredicateGallery::panel(const Part& part, const View& view,
-                                               render::PredicateVolume& volume) {
+Result<app::PredicatePanel> PredicateGallery::panel(const Part& part, const View& view,
+                                                    render::PredicateVolume& volume) {
   const render::PredicateModel any =
       model_of({{"all", E::kind("intensity", {0, 1e6})}}, {{1, 0, 0}});
   auto scene = scene_of(part.model.value_or(any), view, volume);
   if (!scene) return scene.error();
   auto picture = rendered(part.model ? *scene : render::standard_scene(*scene));
   if (!picture) return picture.error();
-  return PredicatePanel{part.title, *std::move(picture), part.model};
+  return app::PredicatePanel{part.title, *std::move(picture), part.model};
 }
 
 Result<void> PredicateGallery::draw(const std::string& name, const std::vector<Part>& parts,
                                     const View& view, render::PredicateVolume& volume) {
-  std::vector<PredicatePanel> panels;
+  std::vector<app::PredicatePanel> panels;
   for (const Part& part : parts) {
     auto one = panel(part, view, volume);
     if (!one) return one.error();
@@ -131,7 +133,7 @@ Result<void> PredicateGallery::draw(const std::string& name, const std::vector<P
 /// Figures 1 and 6 to 8: standard, surroundings, target with context.
 Result<void> PredicateGallery::patient(const std::string& name, const Step& b, const Step& c) {
   if (!wanted(name)) return {};
-  auto volume = phantom_volume(name, kSide);
+  auto volume = app::phantom_volume(name, kSide);
   if (!volume) return volume.error();
   return draw(name,
               {{"(a) standard transfer function"},
@@ -144,10 +146,10 @@ Result<void> PredicateGallery::patient(const std::string& name, const Step& b, c
 Result<void> PredicateGallery::carried() {
   if (!wanted("carried")) return {};
   const auto model = *render::preset_predicates("carotid-vessel");
-  auto first = phantom_volume("carotid", kSide);
-  auto second = phantom_volume("carotid-2", kSide);
+  auto first = app::phantom_volume("carotid", kSide);
+  auto second = app::phantom_volume("carotid-2", kSide);
   if (!first || !second) return first ? second.error() : first.error();
-  std::vector<PredicatePanel> panels;
+  std::vector<app::PredicatePanel> panels;
   for (const auto& [part, volume] : {std::pair(Part{"(a) patient 1: made here", model}, &*first),
                                      {Part{"(b) patient 2: standard"}, &*second},
                                      {Part{"(c) patient 2: carried over", model}, &*second}}) {
@@ -185,7 +187,7 @@ std::vector<Stroke> shoulder_strokes(const render::PredicateVolume& volume) {
 /// Figure 5: strokes that show bone and hide skin and muscle, before and after.
 Result<void> PredicateGallery::scribbles() {
   if (!wanted("scribbles")) return {};
-  auto volume = phantom_volume("shoulder", kSide);
+  auto volume = app::phantom_volume("shoulder", kSide);
   if (!volume) return volume.error();
   auto model = *render::preset_predicates("shoulder-bone");
   auto bars = model.histogram.bars();
@@ -195,7 +197,7 @@ Result<void> PredicateGallery::scribbles() {
   if (!scene) return scene.error();
   const auto strokes = shoulder_strokes(*volume);
   constexpr double kShare = 0.25;  // The paper's.
-  const auto outcome = scribble(*scene, strokes, kShare);
+  const auto outcome = app::scribble(*scene, strokes, kShare);
   if (!outcome) return outcome.error();
   auto before = rendered(*scene);
   if (!before) return before.error();
@@ -204,20 +206,20 @@ Result<void> PredicateGallery::scribbles() {
   if (!after) return after.error();
   return write("scribbles", {{"(a) before: all alike", *std::move(before), model},
                              {"(b) strokes: show green, hide red",
-                              stroke_picture(*scene->ct, scene->predicates->intensity, strokes,
-                                             options_.width, options_.height)},
+                              app::stroke_picture(*scene->ct, scene->predicates->intensity, strokes,
+                                                  options_.width, options_.height)},
                              {"(c) after", *std::move(after), scene->predicates->model}});
 }
 
 Result<std::optional<render::PredicateVolume>> PredicateGallery::recorded(
     const std::filesystem::path& file) const {
-  const auto path = bench::bench_data_dir() / file;
+  const auto path = bench_data_dir() / file;
   if (!std::filesystem::exists(path)) {
     console_.report(Severity::kWarning, "gallery",
                     "skipped: expected " + path.string() + ", found nothing (set SONDE_DATA_DIR)");
     return std::optional<render::PredicateVolume>();
   }
-  auto read = read_ultrasound(path, console_);
+  auto read = app::read_ultrasound(path, console_);
   if (!read) return read.error();
   return std::optional(render::PredicateVolume{
       path.stem().string(), std::make_shared<const Volume>(*std::move(read)), {}});
@@ -268,14 +270,14 @@ Result<void> PredicateGallery::spine() {
 /// A CT with a 3D ultrasound volume in it.
 Result<void> PredicateGallery::inside() {
   if (!wanted("inside")) return {};
-  auto scene = bench::two_volumes_scene(kSide, options_.width, options_.height);
+  auto scene = two_volumes_scene(kSide, options_.width, options_.height);
   if (!scene) return scene.error();
   const auto model = scene->ultrasound->predicates.model;
   render::Scene alone = *scene;
   alone.ultrasound.reset();
   render::Scene equal = *scene;
   equal.ultrasound->ct_importance = 1024;  // Held at the greatest of the predicates.
-  std::vector<PredicatePanel> panels;
+  std::vector<app::PredicatePanel> panels;
   for (const auto& [title, drawn, legend] :
        {std::tuple{"(a) CT", &alone, false}, std::tuple{"(b) CT and ultrasound", &*scene, true},
         std::tuple{"(c) CT as important as the vessel", &equal, true}}) {
@@ -293,8 +295,8 @@ std::vector<std::string> predicate_gallery_names() {
           "predicates-scribbles", "predicates-prostate", "predicates-spine",  "predicates-inside"};
 }
 
-Result<void> draw_predicate_gallery(const GalleryOptions& options, OutputFolder& folder,
-                                    Console& console) {
+Result<void> draw_predicate_gallery(const GalleryOptions& options, app::OutputFolder& folder,
+                                    app::Console& console) {
   GalleryOptions part = options;  // Three stand side by side.
   part.width = std::max(options.width * 7 / 10, 16);
   part.height = std::max(options.height * 8 / 10, 16);
@@ -327,4 +329,4 @@ Result<void> draw_predicate_gallery(const GalleryOptions& options, OutputFolder&
   return {};
 }
 
-}  // namespace nav::app
+}  // namespace nav::bench

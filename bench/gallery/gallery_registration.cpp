@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "app/gallery/gallery_registration.hpp"
+#include "bench/gallery/gallery_registration.hpp"
 
 #include <algorithm>
 #include <array>
@@ -15,7 +15,7 @@
 #include "registration/landmarks/tre_map.hpp"
 #include "render/slices/slice.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 namespace {
 
 constexpr std::uint64_t kSeed = 1;
@@ -31,25 +31,25 @@ constexpr std::array<double, 4> kContoursMm = {0.25, 0.5, 0.75, 1};
 
 /// A registration and what is known about it because the patient is simulated.
 struct Run {
-  bench::Patient patient;
-  bench::RecordedSweep recorded;
-  bench::CtPose start;
+  Patient patient;
+  RecordedSweep recorded;
+  CtPose start;
   registration::ImageRegistrationResult result;
   registration::Decision decision;
   Point<frames::Ct> target;  ///< Mean of the targets.
 
-  [[nodiscard]] double error_mm(const bench::CtPose& pose) const {
-    return bench::target_error_mm(pose, patient.truth, recorded.targets);
+  [[nodiscard]] double error_mm(const CtPose& pose) const {
+    return target_error_mm(pose, patient.truth, recorded.targets);
   }
 };
 
-Result<Run> run_registration(Console& console) {
+Result<Run> run_registration(app::Console& console) {
   console.begin("registration of a sweep from 40 mm");
-  bench::Patient patient = bench::make_patient(kSeed);
-  bench::SweepRequest request;
+  Patient patient = make_patient(kSeed);
+  SweepRequest request;
   request.seed = kSeed;
-  bench::RecordedSweep recorded = bench::record_sweep(patient, request);
-  const bench::CtPose start = bench::start_at(kStartMm, patient.truth, recorded, kSeed);
+  RecordedSweep recorded = record_sweep(patient, request);
+  const CtPose start = start_at(kStartMm, patient.truth, recorded, kSeed);
   auto result = registration::register_sweep(*patient.ct, recorded.sweep, start, {}, console);
   if (!result) return result.error();
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -61,13 +61,14 @@ Result<Run> run_registration(Console& console) {
              std::move(*result), std::move(decision), middle};
 }
 
-Result<void> draw_checkerboards(const Run& run, OutputFolder& folder) {
+Result<void> draw_checkerboards(const Run& run, app::OutputFolder& folder) {
   const auto& frames = run.recorded.sweep.frames();
   std::vector<Image2d<Rgba8>> rows;
   for (int i = 0; i < kPictures; ++i) {
     const std::size_t index = frames.size() * static_cast<std::size_t>(2 * i + 1) / (2 * kPictures);
-    rows.push_back(registration_picture(*run.patient.ct, frames[index], run.start,
-                                        run.result.ct_from_reference, run.decision.accepted, {}));
+    rows.push_back(app::registration_picture(*run.patient.ct, frames[index], run.start,
+                                             run.result.ct_from_reference, run.decision.accepted,
+                                             {}));
   }
   const int height = rows.front().height() - kEmpty;
   render::Canvas canvas(rows.front().width(), kPictures * height + kEmpty, render::rgb8(0x101418));
@@ -133,14 +134,14 @@ void draw_legend(render::Canvas& canvas, int x, int y) {
   for (const double mm : kContoursMm) {
     const int at = x + static_cast<int>(std::lround(kLength * mm / kMostMm));
     canvas.fill(at, y, 1, 16, ink);
-    const std::string words = quantity(mm, 2, "");
+    const std::string words = app::quantity(mm, 2, "");
     canvas.text(at - canvas.text_width(13, words) / 2, y + 30, 13, words, ink);
   }
   canvas.text(x + kLength + 40, y + 12, 14, "expected target error, RMS, mm; contours at the ticks",
               ink);
 }
 
-Result<void> draw_tre_map(const Run& run, OutputFolder& folder) {
+Result<void> draw_tre_map(const Run& run, app::OutputFolder& folder) {
   constexpr int kTop = 28, kFoot = 48;
   render::Canvas canvas(2 * kSlice, kTop + kSlice + kFoot, render::rgb8(0x101418));
   const Rgba8 ink = render::rgb8(0xd8dee4);
@@ -156,7 +157,7 @@ Result<void> draw_tre_map(const Run& run, OutputFolder& folder) {
   return folder.write_picture("registration-tre-map.png", canvas.picture());
 }
 
-void say_numbers(const Run& run, Console& console) {
+void say_numbers(const Run& run, app::Console& console) {
   double expected = 0;
   for (const auto& target : run.recorded.targets) {
     expected += std::pow(run.result.tre_rms_mm(target), 2);
@@ -164,15 +165,16 @@ void say_numbers(const Run& run, Console& console) {
   expected = std::sqrt(expected / static_cast<double>(run.recorded.targets.size()));
   const auto map =
       registration::tre_map(run.result.uncertainty, run.patient.ct->grid(), kMapStepMm);
-  console.say("registration: target error " + quantity(run.error_mm(run.start), 1, "mm") +
-              " before, " + quantity(run.error_mm(run.result.ct_from_reference), 2, "mm") +
-              " after; expected " + quantity(expected, 2, "mm") + " RMS over " +
+  console.say("registration: target error " + app::quantity(run.error_mm(run.start), 1, "mm") +
+              " before, " + app::quantity(run.error_mm(run.result.ct_from_reference), 2, "mm") +
+              " after; expected " + app::quantity(expected, 2, "mm") + " RMS over " +
               std::to_string(run.recorded.targets.size()) + " targets; " +
               (run.decision.accepted ? "accepted" : "refused"));
   for (const std::string& reason : run.decision.reasons) console.say("  " + reason);
-  console.say("registration: over the whole CT at most " + quantity(map.worst_mm(), 2, "mm") +
-              " expected; within 0.5 mm in " + quantity(100 * map.fraction_within(0.5), 0, "%") +
-              ", within 1 mm in " + quantity(100 * map.fraction_within(1), 0, "%"));
+  console.say("registration: over the whole CT at most " + app::quantity(map.worst_mm(), 2, "mm") +
+              " expected; within 0.5 mm in " +
+              app::quantity(100 * map.fraction_within(0.5), 0, "%") + ", within 1 mm in " +
+              app::quantity(100 * map.fraction_within(1), 0, "%"));
 }
 
 }  // namespace
@@ -181,8 +183,8 @@ std::vector<std::string> registration_gallery_names() {
   return {"registration-sweep", "registration-tre-map"};
 }
 
-Result<void> draw_registration_gallery(const GalleryOptions& options, OutputFolder& folder,
-                                       Console& console) {
+Result<void> draw_registration_gallery(const GalleryOptions& options, app::OutputFolder& folder,
+                                       app::Console& console) {
   const auto wanted = [&](std::string_view name) {
     return name.find(options.only) != std::string_view::npos;
   };
@@ -199,4 +201,4 @@ Result<void> draw_registration_gallery(const GalleryOptions& options, OutputFold
   return {};
 }
 
-}  // namespace nav::app
+}  // namespace nav::bench

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "app/console.hpp"
-#include "app/gallery/gallery.hpp"
 #include "app/output_folder.hpp"
+#include "bench/gallery/gallery.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 
 /// Names of its pictures.
 std::vector<std::string> simulator_gallery_names();
@@ -17,7 +17,7 @@ std::vector<std::string> simulator_gallery_names();
 /// The pictures of docs/simulator.md: simulated ultrasound by both acoustic models beside a
 /// recorded picture of like anatomy at the same scale. Where SONDE_DATA_DIR lacks the recording its
 /// panel says so.
-Result<void> draw_simulator_gallery(const GalleryOptions& options, OutputFolder& folder,
-                                    Console& console);
+Result<void> draw_simulator_gallery(const GalleryOptions& options, app::OutputFolder& folder,
+                                    app::Console& console);
 
-}  // namespace nav::app
+}  // namespace nav::bench

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "app/bench/bench.hpp"
+#include "bench/verbs/bench.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,16 +9,16 @@
 #include <iostream>
 #include <iterator>
 
-#include "app/bench/bench_json.hpp"
 #include "app/engines.hpp"
 #include "app/report.hpp"
 #include "app/views/presenter.hpp"
 #include "bench/scene_set.hpp"
+#include "bench/verbs/bench_json.hpp"
 #include "bench/whole_scene.hpp"
 #include "io/ct.hpp"
 #include "sim/procedure.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 namespace {
 
 /// How far two pictures of the same scene are apart, in 8-bit steps.
@@ -48,11 +48,11 @@ Difference compare(const Image2d<Rgba8>& a, const Image2d<Rgba8>& b) {
 /// The demo's picture in the middle of its approach: CT, live plane, needle, target.
 Result<render::Scene> demo_scene(std::shared_ptr<const Volume> ct, const sim::Procedure& procedure,
                                  int width, int height) {
-  PresenterOptions options;
+  app::PresenterOptions options;
   options.look.preset = "cta-vessels";
   options.width = width;
   options.height = height;
-  auto presenter = Presenter::create(options, std::move(ct), render::make_cpu_engine());
+  auto presenter = app::Presenter::create(options, std::move(ct), render::make_cpu_engine());
   if (!presenter) return presenter.error();
   presenter->set_plan(procedure.plan());
   presenter->set_focus(procedure.plan().target_ct);
@@ -75,7 +75,7 @@ Result<render::Scene> demo_scene(std::shared_ptr<const Volume> ct, const sim::Pr
   return scene;
 }
 
-Result<io::Json> agreement(const render::Scene& scene, Console& console) {
+Result<io::Json> agreement(const render::Scene& scene, app::Console& console) {
   auto reference = render::make_reference_engine();
   const auto truth = reference->render(scene);
   if (!truth) return truth.error();
@@ -83,7 +83,7 @@ Result<io::Json> agreement(const render::Scene& scene, Console& console) {
   std::printf("\n%-10s %22s %10s %10s   against the reference at the same step\n", "engine",
               "pixels within 2/255", "max /255", "rms /255");
   for (const char* name : {"cpu", "gl"}) {
-    auto engine = make_engine(name, 0, console);
+    auto engine = app::make_engine(name, 0, console);
     if (!engine) {
       console.report(Severity::kWarning, "bench", engine.error().message);
       continue;
@@ -101,26 +101,25 @@ Result<io::Json> agreement(const render::Scene& scene, Console& console) {
 }
 
 /// The scenes to compare in: of the user's CT, or of the set; there may be none.
-Result<std::vector<bench::NamedScene>> scenes_of_set(const BenchRenderOptions& options, int width,
-                                                     int height, Console& console) {
-  std::vector<bench::BenchVolume> volumes;
+Result<std::vector<NamedScene>> scenes_of_set(const BenchRenderOptions& options, int width,
+                                              int height, app::Console& console) {
+  std::vector<BenchVolume> volumes;
   if (!options.ct.empty()) {
     auto ct = io::read_ct(options.ct, console);
     if (!ct) return ct.error();
-    auto volume = bench::bench_volume(options.ct.stem().string(),
-                                      std::make_shared<const Volume>(std::move(*ct)));
+    auto volume =
+        bench_volume(options.ct.stem().string(), std::make_shared<const Volume>(std::move(*ct)));
     if (!volume) return volume.error();
     volumes.push_back(std::move(*volume));
   } else {
-    auto set = bench::bench_volumes(options.scene, bench::bench_data_dir(), console);
+    auto set = bench_volumes(options.scene, bench_data_dir(), console);
     if (!set) return set.error();
     volumes = std::move(*set);
   }
-  return bench::bench_scenes(volumes, options.scene, width, height);
+  return bench_scenes(volumes, options.scene, width, height);
 }
 
-Result<void> expect_some(const std::vector<bench::NamedScene>& scenes,
-                         const BenchRenderOptions& options) {
+Result<void> expect_some(const std::vector<NamedScene>& scenes, const BenchRenderOptions& options) {
   if (!scenes.empty()) return {};
   return Error{ErrorCode::kUsage,
                "--scene: expected part of a name like "
@@ -129,8 +128,8 @@ Result<void> expect_some(const std::vector<bench::NamedScene>& scenes,
 }
 
 /// One scene of each volume, another look, camera and shading each time.
-std::vector<bench::NamedScene> stratified(const std::vector<bench::NamedScene>& scenes) {
-  std::vector<bench::NamedScene> few;
+std::vector<NamedScene> stratified(const std::vector<NamedScene>& scenes) {
+  std::vector<NamedScene> few;
   std::string volume;
   std::size_t in_volume = 0;
   std::size_t volumes = 0;
@@ -147,7 +146,7 @@ std::vector<bench::NamedScene> stratified(const std::vector<bench::NamedScene>& 
   }
   // Some of either shading, so that no ratio is missing.
   for (const bool shaded : {false, true}) {
-    const auto is_so = [&](const bench::NamedScene& named) {
+    const auto is_so = [&](const NamedScene& named) {
       return named.scene.shading.enabled == shaded;
     };
     if (std::any_of(few.begin(), few.end(), is_so)) continue;
@@ -158,10 +157,10 @@ std::vector<bench::NamedScene> stratified(const std::vector<bench::NamedScene>& 
 }
 
 /// Samples are counted on pictures of 200 x 150 pixels.
-Result<void> add_skipping(bench::NamedScene named, BenchRenderReport& report) {
+Result<void> add_skipping(NamedScene named, BenchRenderReport& report) {
   named.scene.width = 200;
   named.scene.height = 150;
-  auto skip = bench::measure_skipping(named);
+  auto skip = measure_skipping(named);
   if (!skip) return skip.error();
   report.skipping.push_back(std::move(*skip));
   return {};
@@ -175,28 +174,28 @@ std::vector<render::TransferFunction> motion_looks() {
   for (const char* preset : {"ct-bone", "cta-vessels"}) {
     all.push_back(*render::preset_transfer_function(preset));
   }
-  all.push_back(bench::vessels_only());
+  all.push_back(vessels_only());
   return all;
 }
 
 /// The camera moves about a cubic patient; the last scene's volume also sees an edit.
-Result<void> measure_motion(bool quick, BenchRenderReport& report, Console& console) {
+Result<void> measure_motion(bool quick, BenchRenderReport& report, app::Console& console) {
   const auto looks = motion_looks();
   const std::vector<int> sides = quick ? std::vector<int>{256} : std::vector<int>{256, 384};
   for (const int side : sides) {
-    auto ct = bench::cubic_patient(side);
+    auto ct = cubic_patient(side);
     if (!ct) return ct.error();
-    const auto scenes = bench::bench_scenes({{"patient-" + std::to_string(side), *ct, looks}},
-                                            kMotionView, 800, 600);
+    const auto scenes =
+        bench_scenes({{"patient-" + std::to_string(side), *ct, looks}}, kMotionView, 800, 600);
     for (const auto& named : scenes) {
       console.progress(static_cast<double>(report.interaction.size()) /
                        static_cast<double>(sides.size() * looks.size()));
-      auto moved = bench::measure_interaction(named, {quick ? 3 : 7, 3});
+      auto moved = measure_interaction(named, {quick ? 3 : 7, 3});
       if (!moved) return moved.error();
       report.interaction.push_back(std::move(*moved));
       if (auto ok = add_skipping(named, report); !ok) return ok;
     }
-    auto edit = bench::measure_edit(scenes.front().scene, 5);
+    auto edit = measure_edit(scenes.front().scene, 5);
     if (!edit) return edit.error();
     report.edit = *edit;
   }
@@ -206,17 +205,17 @@ Result<void> measure_motion(bool quick, BenchRenderReport& report, Console& cons
 /// What the navigation scene costs: always cutaway and update, costs of every element when asked.
 Result<void> measure_navigation(const render::Scene& scene, const BenchRenderOptions& options,
                                 BenchRenderReport& report) {
-  const bench::Repeats repeats{options.quick ? 3 : 9, 3};
+  const Repeats repeats{options.quick ? 3 : 9, 3};
   render::Scene large = scene;
   large.width = 800;
   large.height = 600;
-  auto cutaway = bench::measure_cutaway(large, repeats);
+  auto cutaway = measure_cutaway(large, repeats);
   if (!cutaway) return cutaway.error();
   report.cutaway = *cutaway;
-  auto update = bench::measure_image_update(large, options.quick ? 3 : 7);
+  auto update = measure_image_update(large, options.quick ? 3 : 7);
   if (!update) return update.error();
   report.update = *update;
-  auto overhead = bench::full_volume_overhead(scene, repeats);
+  auto overhead = full_volume_overhead(scene, repeats);
   if (!overhead) return overhead.error();
   report.full_volume_overhead = *overhead;
   if (!options.costs) return {};
@@ -224,24 +223,24 @@ Result<void> measure_navigation(const render::Scene& scene, const BenchRenderOpt
     large.width = 400;
     large.height = 300;
   }
-  auto costs = bench::measure_costs(large, repeats);
+  auto costs = measure_costs(large, repeats);
   if (!costs) return costs.error();
   report.costs = std::move(*costs);
-  auto adaptive = bench::measure_adaptive(large, repeats);
+  auto adaptive = measure_adaptive(large, repeats);
   if (!adaptive) return adaptive.error();
   report.adaptive = std::move(*adaptive);
   return {};
 }
 
 Result<void> measure_comparison(const BenchRenderOptions& options, int width, int height,
-                                BenchRenderReport& report, Console& console) {
-  bench::RenderBenchOptions bench_options;
+                                BenchRenderReport& report, app::Console& console) {
+  RenderBenchOptions bench_options;
   if (options.quick) {
     bench_options.repeats = {1, 0};
     bench_options.reference_width = 40;
     bench_options.reference_height = 30;
   }
-  if (auto ok = bench::check_picture(bench_options, width, height); !ok) return ok;
+  if (auto ok = check_picture(bench_options, width, height); !ok) return ok;
   console.begin("volumes");
   auto scenes = scenes_of_set(options, width, height, console);
   if (!scenes) return scenes.error();
@@ -256,19 +255,19 @@ Result<void> measure_comparison(const BenchRenderOptions& options, int width, in
   console.end();
   if (options.quick) *scenes = stratified(*scenes);
   console.begin("engines side by side");
-  auto compared = bench::compare_renderers(*scenes, bench_options, console, [&](std::size_t done) {
+  auto compared = compare_renderers(*scenes, bench_options, console, [&](std::size_t done) {
     console.progress(static_cast<double>(done) / static_cast<double>(scenes->size()));
   });
   if (!compared) return compared.error();
   report.comparison = std::move(*compared);
   console.end();
-  std::cout << bench::to_text(report.comparison) << std::flush;
+  std::cout << to_text(report.comparison) << std::flush;
   return {};
 }
 
 /// What is skipped in the scenes of the set and about a cubic patient, beside what could be.
 Result<void> measure_skip_bounds(const BenchRenderOptions& options, BenchRenderReport& report,
-                                 Console& console) {
+                                 app::Console& console) {
   constexpr int kWidth = 200;
   constexpr int kHeight = 150;
   console.begin("skipping");
@@ -284,14 +283,14 @@ Result<void> measure_skip_bounds(const BenchRenderOptions& options, BenchRenderR
       return name.find(options.scene) == std::string::npos;
     });
     if (looks.empty()) continue;  // To make the patient takes seconds.
-    auto ct = options.quick ? bench::cubic_patient(side, kCoarselyMm) : bench::cubic_patient(side);
+    auto ct = options.quick ? cubic_patient(side, kCoarselyMm) : cubic_patient(side);
     if (!ct) return ct.error();
-    auto more = bench::bench_scenes({{patient, *ct, looks}}, kMotionView, kWidth, kHeight);
+    auto more = bench_scenes({{patient, *ct, looks}}, kMotionView, kWidth, kHeight);
     std::ranges::move(more, std::back_inserter(*scenes));
   }
   if (const auto ok = expect_some(*scenes, options); !ok) return ok;
   for (const auto& named : *scenes) {
-    auto bound = bench::measure_skip_bound(named, options.quick ? 1 : 5);
+    auto bound = measure_skip_bound(named, options.quick ? 1 : 5);
     if (!bound) return bound.error();
     report.skip_bounds.push_back(std::move(*bound));
     console.progress(static_cast<double>(report.skip_bounds.size()) /
@@ -304,14 +303,14 @@ Result<void> measure_skip_bounds(const BenchRenderOptions& options, BenchRenderR
 
 /// What each element costs in the scenes of the set.
 Result<void> measure_scene_costs(const BenchRenderOptions& options, int width, int height,
-                                 BenchRenderReport& report, Console& console) {
+                                 BenchRenderReport& report, app::Console& console) {
   console.begin("costs");
   auto scenes = scenes_of_set(options, width, height, console);
   if (!scenes) return scenes.error();
   if (const auto ok = expect_some(*scenes, options); !ok) return ok;
-  const bench::Repeats repeats{options.quick ? 3 : 9, 3};
+  const Repeats repeats{options.quick ? 3 : 9, 3};
   for (const auto& named : *scenes) {
-    auto costs = bench::measure_costs(bench::with_everything(named.scene), repeats);
+    auto costs = measure_costs(with_everything(named.scene), repeats);
     if (!costs) return costs.error();
     report.scene_costs.push_back({named.name, std::move(*costs)});
     console.progress(static_cast<double>(report.scene_costs.size()) /
@@ -319,17 +318,17 @@ Result<void> measure_scene_costs(const BenchRenderOptions& options, int width, i
   }
   console.end();
   for (const auto& [scene, costs] : report.scene_costs) {
-    std::cout << '\n' << scene << "\n\n" << bench::to_text(costs);
+    std::cout << '\n' << scene << "\n\n" << to_text(costs);
   }
   return {};
 }
 
 /// What a live session asks for; returns the agreement of the engines on its scene.
 Result<io::Json> measure_live(const BenchRenderOptions& options, int width, int height,
-                              BenchRenderReport& report, Console& console) {
+                              BenchRenderReport& report, app::Console& console) {
   console.begin("a live session");
   const sim::Procedure procedure(sim::ProcedureOptions{});
-  auto ct = bench::simulated_ct();
+  auto ct = simulated_ct();
   if (!ct) return ct.error();
   const auto scene = demo_scene(*ct, procedure, width, height);
   if (!scene) return scene.error();
@@ -340,7 +339,7 @@ Result<io::Json> measure_live(const BenchRenderOptions& options, int width, int 
   console.end();
   std::cout << live_text(report);
   if (report.costs) {
-    std::cout << '\n' << bench::to_text(*report.costs) << '\n' << bench::to_text(report.adaptive);
+    std::cout << '\n' << to_text(*report.costs) << '\n' << to_text(report.adaptive);
   }
 
   console.begin("agreement with the reference");
@@ -359,7 +358,7 @@ bool names_part(const std::vector<std::string>& parts, const std::string& part) 
   return std::find(parts.begin(), parts.end(), part) != parts.end();
 }
 
-Result<void> run_bench_render(const BenchRenderOptions& options, Console& console) {
+Result<void> run_bench_render(const BenchRenderOptions& options, app::Console& console) {
   const int width = options.quick ? 200 : options.width;
   const int height = options.quick ? 150 : options.height;
   BenchRenderReport report;
@@ -387,24 +386,24 @@ Result<void> run_bench_render(const BenchRenderOptions& options, Console& consol
   json["height"] = height;
   json.update(json_of(report));
   json["agreement"] = std::move(agreements);
-  return write_json(json, *options.json);
+  return app::write_json(json, *options.json);
 }
 
-Result<void> run_bench_scaling(const BenchScalingOptions& options, Console& console) {
-  bench::ScalingOptions scaling;
+Result<void> run_bench_scaling(const BenchScalingOptions& options, app::Console& console) {
+  ScalingOptions scaling;
   std::erase_if(scaling.sides, [&](int side) { return side > options.largest; });
   scaling.side = std::min(scaling.side, options.largest);
   console.begin("scaling");
-  const auto points = bench::measure_scaling(scaling, [&](double done) { console.progress(done); });
+  const auto points = measure_scaling(scaling, [&](double done) { console.progress(done); });
   if (!points) return points.error();
   console.end();
-  std::cout << bench::to_text(*points) << std::flush;
+  std::cout << to_text(*points) << std::flush;
   if (!options.json) return {};
   io::Json json;
   json["verb"] = "bench scaling";
   json["version"] = SONDE_VERSION;
   json["points"] = json_of(*points);
-  return write_json(json, *options.json);
+  return app::write_json(json, *options.json);
 }
 
-}  // namespace nav::app
+}  // namespace nav::bench

@@ -9,7 +9,7 @@
 #include "sim/abdomen_phantom.hpp"
 
 /// Transfer functions and volumes of the gallery's pictures.
-namespace nav::app {
+namespace nav::bench {
 
 /// Importances of the materials of an abdominal CT, [0, 1].
 struct AbdomenImportance {
@@ -39,4 +39,4 @@ Result<std::shared_ptr<const Volume>> simulated_mr(const sim::AbdomenPhantom& ph
 /// For simulated_mr(). vessels: their importance.
 render::TransferFunction mr_look(double vessels);
 
-}  // namespace nav::app
+}  // namespace nav::bench

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "app/console.hpp"
-#include "app/gallery/gallery.hpp"
 #include "app/output_folder.hpp"
+#include "bench/gallery/gallery.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 
 /// Names of its pictures.
 std::vector<std::string> registration_gallery_names();
@@ -17,7 +17,7 @@ std::vector<std::string> registration_gallery_names();
 /// The pictures of docs/gallery.md that show a registration from a start 40 mm off, without
 /// landmarks: checkerboards of ultrasound and CT along the sweep, before and after, and the
 /// expected target error over CT slices. Says the numbers of the captions. Simulated.
-Result<void> draw_registration_gallery(const GalleryOptions& options, OutputFolder& folder,
-                                       Console& console);
+Result<void> draw_registration_gallery(const GalleryOptions& options, app::OutputFolder& folder,
+                                       app::Console& console);
 
-}  // namespace nav::app
+}  // namespace nav::bench

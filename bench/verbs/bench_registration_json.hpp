@@ -17,20 +17,20 @@
 #include "bench/registration/summary.hpp"
 
 /// Parts of 'sonde bench registration --json'; the keys are in docs/bench-json.md.
-namespace nav::app {
+namespace nav::bench {
 
-io::Json json_of(const bench::CohortSummary& s);
-io::Json json_of(const bench::PeerComparison& comparison);
-io::Json json_of(const std::vector<bench::StartPoint>& points);
-io::Json json_of(const std::vector<bench::EffortPoint>& points);
-io::Json json_of(const std::vector<bench::SkinCurvePoint>& points);
-io::Json json_of(const std::vector<bench::MotionPoint>& points);
+io::Json json_of(const CohortSummary& s);
+io::Json json_of(const PeerComparison& comparison);
+io::Json json_of(const std::vector<StartPoint>& points);
+io::Json json_of(const std::vector<EffortPoint>& points);
+io::Json json_of(const std::vector<SkinCurvePoint>& points);
+io::Json json_of(const std::vector<MotionPoint>& points);
 /// Null when nothing was measured.
-io::Json json_of(const bench::BootstrapCurve& curve);
-io::Json json_of(const bench::LiveCurve& curve);
+io::Json json_of(const BootstrapCurve& curve);
+io::Json json_of(const LiveCurve& curve);
 /// seeds: "development" or "evaluation".
-io::Json json_of(const std::vector<bench::FaultPoint>& points, const std::string& seeds);
+io::Json json_of(const std::vector<FaultPoint>& points, const std::string& seeds);
 /// Adds "fault_runs" and "fault_false_accepts" of all of them; null without points.
-void add_totals(const std::vector<bench::FaultPoint>& points, io::Json& summary);
+void add_totals(const std::vector<FaultPoint>& points, io::Json& summary);
 
-}  // namespace nav::app
+}  // namespace nav::bench

@@ -8,7 +8,7 @@
 #include "app/console.hpp"
 #include "nav/result.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 
 struct GalleryOptions {
   std::filesystem::path out;  ///< Folder for the pictures.
@@ -22,6 +22,6 @@ struct GalleryOptions {
 /// re-created on simulated patients and, where SONDE_DATA_DIR has it, a public CT angiography; then
 /// draw_registration_gallery(), draw_simulator_gallery() and draw_predicate_gallery(). kUsage where
 /// only is part of no picture's name.
-Result<void> run_gallery(const GalleryOptions& options, Console& console);
+Result<void> run_gallery(const GalleryOptions& options, app::Console& console);
 
-}  // namespace nav::app
+}  // namespace nav::bench

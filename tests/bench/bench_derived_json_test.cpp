@@ -3,18 +3,18 @@
 #include <gtest/gtest.h>
 #include <map>
 
-#include "app/bench/bench_derived.hpp"
+#include "bench/verbs/bench_derived.hpp"
 #include "tests/support/matchers.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 namespace {
 
 TEST(BenchDerivedJsonTest, EveryFeatureHasACurveAgainstItsDefinition) {
-  bench::DerivedBenchOptions options;
+  DerivedBenchOptions options;
   options.side = 32;
   options.confidence_side = 16;
   options.repeats = {1, 0};
-  const auto report = bench::measure_derived(options, [](double) {});
+  const auto report = measure_derived(options, [](double) {});
   ASSERT_TRUE(test::has_value(report));
   std::map<std::string, int> points;
   const io::Json json = json_of(*report);
@@ -29,11 +29,11 @@ TEST(BenchDerivedJsonTest, EveryFeatureHasACurveAgainstItsDefinition) {
 }
 
 TEST(BenchDerivedJsonTest, OnlyTheFeaturesAskedForAreMeasured) {
-  bench::DerivedBenchOptions options;
+  DerivedBenchOptions options;
   options.side = 32;
   options.repeats = {1, 0};
   options.features = {"snr", "depth"};
-  const io::Json json = json_of(*bench::measure_derived(options, [](double) {}));
+  const io::Json json = json_of(*measure_derived(options, [](double) {}));
   ASSERT_EQ(json["timings"].size(), 1U);
   EXPECT_EQ(json["timings"][0]["feature"], "snr");
   for (const char* key : {"cpu_s", "wall_s", "bytes_per_voxel", "itk", "itk_cpu_s"}) {
@@ -43,4 +43,4 @@ TEST(BenchDerivedJsonTest, OnlyTheFeaturesAskedForAreMeasured) {
 }
 
 }  // namespace
-}  // namespace nav::app
+}  // namespace nav::bench

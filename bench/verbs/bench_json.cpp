@@ -1,45 +1,45 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "app/bench/bench_json.hpp"
+#include "bench/verbs/bench_json.hpp"
 
 #include <cmath>
 #include <functional>
 #include <iomanip>
 #include <sstream>
 
-namespace nav::app {
+namespace nav::bench {
 namespace {
 
 /// Worst over the errors of each scene, and the median of those.
-io::Json summary(const bench::RenderBenchReport& report, const std::string& name,
+io::Json summary(const RenderBenchReport& report, const std::string& name,
                  std::optional<bool> shaded) {
   io::Json scenes = io::Json::object();
   std::vector<double> all;
   for (const auto& ratio : report.ratios) {
     if (ratio.name != name || (shaded && ratio.shaded != *shaded)) continue;
-    const double least = bench::worst(ratio.levels);
-    scenes[ratio.scene] = json_number(least);
+    const double least = worst(ratio.levels);
+    scenes[ratio.scene] = app::json_number(least);
     if (std::isfinite(least)) all.push_back(least);
   }
   const double least = all.empty() ? std::nan("") : *std::min_element(all.begin(), all.end());
-  return {{"median", json_number(median(all))},
-          {"worst", json_number(least)},
+  return {{"median", app::json_number(median(all))},
+          {"worst", app::json_number(least)},
           {"scenes", std::move(scenes)}};
 }
 
 /// Sonde's time to 5e-3 rms over VTK's cheapest picture, besides the summary.
-io::Json fixed_point_summary(const bench::RenderBenchReport& report) {
+io::Json fixed_point_summary(const RenderBenchReport& report) {
   io::Json out = summary(report, "cpu_vs_vtk_fixedpoint", {});
   io::Json scenes = io::Json::object();
   for (const auto& ratio : report.ratios) {
     if (ratio.name != "cpu_vs_vtk_fixedpoint") continue;
-    scenes[ratio.scene] = json_number(ratio.fine_over_their_cheapest);
+    scenes[ratio.scene] = app::json_number(ratio.fine_over_their_cheapest);
   }
   out["time_to_5e-3_over_their_cheapest"] = std::move(scenes);
   return out;
 }
 
-using SkipMeasure = double (bench::SkipRatio::*)() const;
+using SkipMeasure = double (SkipRatio::*)() const;
 
 /// Over the scenes whose name contains this; NaN when none was drawn.
 double median_skip(const BenchRenderReport& report, SkipMeasure measure,
@@ -52,27 +52,28 @@ double median_skip(const BenchRenderReport& report, SkipMeasure measure,
 }
 
 io::Json skip_summary(const BenchRenderReport& report) {
-  constexpr SkipMeasure kSkipping = &bench::SkipRatio::ratio;
-  constexpr SkipMeasure kAll = &bench::SkipRatio::brute_ratio;
+  constexpr SkipMeasure kSkipping = &SkipRatio::ratio;
+  constexpr SkipMeasure kAll = &SkipRatio::brute_ratio;
   io::Json scenes = io::Json::object();
   bool identical = true;
   for (const auto& one : report.skipping) {
     scenes[one.scene] = {{"skipping", one.ratio()}, {"and_early_end", one.brute_ratio()}};
     identical = identical && one.identical;
   }
-  return {{"median", json_number(median_skip(report, kSkipping))},
-          {"vessels_only", json_number(median_skip(report, kSkipping, "vessels-only"))},
-          {"and_early_end_median", json_number(median_skip(report, kAll))},
-          {"and_early_end_vessels_only", json_number(median_skip(report, kAll, "vessels-only"))},
-          {"full_volume_overhead", json_number(report.full_volume_overhead)},
-          {"bit_identical", report.skipping.empty() ? io::Json() : io::Json(identical)},
-          {"scenes", std::move(scenes)}};
+  return {
+      {"median", app::json_number(median_skip(report, kSkipping))},
+      {"vessels_only", app::json_number(median_skip(report, kSkipping, "vessels-only"))},
+      {"and_early_end_median", app::json_number(median_skip(report, kAll))},
+      {"and_early_end_vessels_only", app::json_number(median_skip(report, kAll, "vessels-only"))},
+      {"full_volume_overhead", app::json_number(report.full_volume_overhead)},
+      {"bit_identical", report.skipping.empty() ? io::Json() : io::Json(identical)},
+      {"scenes", std::move(scenes)}};
 }
 
-io::Json as_json(const bench::CutawayCost& cutaway) {
-  return {{"fraction", json_number(cutaway.own_fraction())},
-          {"fraction_at_most", json_number(cutaway.own_fraction_at_most())},
-          {"net_fraction", json_number(cutaway.net_fraction())},
+io::Json as_json(const CutawayCost& cutaway) {
+  return {{"fraction", app::json_number(cutaway.own_fraction())},
+          {"fraction_at_most", app::json_number(cutaway.own_fraction_at_most())},
+          {"net_fraction", app::json_number(cutaway.net_fraction())},
           {"ct_ms", cutaway.ct_ms},
           {"coarse_ct_ms", cutaway.coarse_ct_ms},
           {"plane_ms", cutaway.plane_ms},
@@ -83,16 +84,16 @@ io::Json as_json(const bench::CutawayCost& cutaway) {
           {"samples_with_cutaway", cutaway.cutaway_samples}};
 }
 
-io::Json as_json(const bench::ImageUpdate& update) {
+io::Json as_json(const ImageUpdate& update) {
   return {{"cpu_ms", update.cpu_ms},
           {"wall_ms", update.wall_ms},
           {"volume_samples", update.samples},
           {"bit_identical", update.identical}};
 }
 
-io::Json as_json(const bench::SkipBound& bound) {
+io::Json as_json(const SkipBound& bound) {
   io::Json bricks = io::Json::array();
-  for (const bench::BrickOracle& one : bound.oracle.bricks) {
+  for (const BrickOracle& one : bound.oracle.bricks) {
     bricks.push_back({{"edge", one.edge}, {"occupied", one.occupied}, {"samples", one.samples}});
   }
   return {{"scene", bound.found.scene},
@@ -110,7 +111,7 @@ io::Json as_json(const bench::SkipBound& bound) {
 }
 
 io::Json ratios_of(const BenchRenderReport& report) {
-  const bench::RenderBenchReport& comparison = report.comparison;
+  const RenderBenchReport& comparison = report.comparison;
   io::Json json;
   json["cpu_vs_vtk_gpu_unshaded"] = summary(comparison, "cpu_vs_vtk_gpu", false);
   json["cpu_vs_vtk_gpu_shaded"] = summary(comparison, "cpu_vs_vtk_gpu", true);
@@ -133,15 +134,15 @@ io::Json ratios_of(const BenchRenderReport& report) {
 
 /// Sonde at the step and pixel error that it takes by itself against VTK's GPU mapper at its
 /// default, one voxel.
-io::Json default_quality(const bench::RenderBenchReport& report) {
+io::Json default_quality(const RenderBenchReport& report) {
   io::Json rows = io::Json::array();
-  for (const bench::ChosenStep& chosen : report.chosen) {
+  for (const ChosenStep& chosen : report.chosen) {
     const double step = chosen.choice.step_voxels;
-    const auto* ours = bench::find_row(report, chosen.scene, "cpu",
-                                       bench::SparsePoint{step, chosen.choice.pixel_error});
-    const auto* theirs = bench::find_row(report, chosen.scene, "vtk-gpu", 1);
+    const auto* ours =
+        find_row(report, chosen.scene, "cpu", SparsePoint{step, chosen.choice.pixel_error});
+    const auto* theirs = find_row(report, chosen.scene, "vtk-gpu", 1);
     if (!ours || !theirs) continue;
-    const double fine_s = bench::curve_of(report, chosen.scene, {{"cpu"}, true}).time_at(2e-3);
+    const double fine_s = curve_of(report, chosen.scene, {{"cpu"}, true}).time_at(2e-3);
     rows.push_back({{"scene", chosen.scene},
                     {"step_voxels", step},
                     {"pixel_error", chosen.choice.pixel_error},
@@ -153,13 +154,13 @@ io::Json default_quality(const bench::RenderBenchReport& report) {
                     {"vtk_rms", theirs->error()},
                     {"vtk_cpu_s", theirs->cpu_s},
                     {"vtk_over_ours", theirs->cpu_s / ours->cpu_s},
-                    {"cpu_s_at_2e-3", json_number(fine_s)},
-                    {"vtk_over_ours_at_2e-3", json_number(theirs->cpu_s / fine_s)}});
+                    {"cpu_s_at_2e-3", app::json_number(fine_s)},
+                    {"vtk_over_ours_at_2e-3", app::json_number(theirs->cpu_s / fine_s)}});
   }
   return rows;
 }
 
-io::Json as_json(const bench::Interaction& one) {
+io::Json as_json(const Interaction& one) {
   return {{"scene", one.scene},
           {"side", one.side},
           {"step", one.step},
@@ -175,7 +176,7 @@ io::Json as_json(const bench::Interaction& one) {
           {"refined_ms", one.refined_ms}};
 }
 
-io::Json as_json(const bench::CostTable& table) {
+io::Json as_json(const CostTable& table) {
   io::Json elements = io::Json::array();
   for (const auto& cost : table.elements) {
     io::Json row{{"element", cost.element},
@@ -206,7 +207,7 @@ io::Json as_json(const bench::CostTable& table) {
           {"changes", std::move(changes)}};
 }
 
-io::Json as_json(const bench::AdaptiveCurve& curve) {
+io::Json as_json(const AdaptiveCurve& curve) {
   io::Json points = io::Json::array();
   for (const auto& p : curve.points) {
     points.push_back({{"step", p.step_voxels},
@@ -217,10 +218,10 @@ io::Json as_json(const bench::AdaptiveCurve& curve) {
   }
   return {{"scene", curve.scene},
           {"points", std::move(points)},
-          {"fixed_over_adaptive", json_number(curve.fixed_over_adaptive)}};
+          {"fixed_over_adaptive", app::json_number(curve.fixed_over_adaptive)}};
 }
 
-void add_comparison(const bench::RenderBenchReport& report, io::Json& json) {
+void add_comparison(const RenderBenchReport& report, io::Json& json) {
   json["gl_device"] = report.gl_device;
   json["time"] = report.of_device ? "wall" : "process";
   json["reference"] = {{"width", report.reference_width},
@@ -240,14 +241,14 @@ void add_comparison(const bench::RenderBenchReport& report, io::Json& json) {
                                {"wall_s", row.wall_s},
                                {"rms", row.rms},
                                {"max", row.max},
-                               {"rms_own", json_number(row.rms_own)},
+                               {"rms_own", app::json_number(row.rms_own)},
                                {"error", row.error()}});
   }
   json["equal_error"] = io::Json::array();
   for (const auto& ratio : report.ratios) {
     io::Json levels = io::Json::array();
     for (const auto& level : ratio.levels) {
-      levels.push_back({{"rms", level.rms}, {"ratio", json_number(level.ratio)}});
+      levels.push_back({{"rms", level.rms}, {"ratio", app::json_number(level.ratio)}});
     }
     json["equal_error"].push_back(
         {{"scene", ratio.scene}, {"name", ratio.name}, {"levels", std::move(levels)}});
@@ -282,7 +283,7 @@ io::Json json_of(const BenchRenderReport& report) {
   return json;
 }
 
-io::Json json_of(const std::vector<bench::ScalingPoint>& points) {
+io::Json json_of(const std::vector<ScalingPoint>& points) {
   io::Json json = io::Json::array();
   for (const auto& p : points) {
     json.push_back({{"axis", p.axis},
@@ -293,14 +294,14 @@ io::Json json_of(const std::vector<bench::ScalingPoint>& points) {
                     {"prepare_ms", p.prepare_ms},
                     {"samples", p.samples},
                     {"occupied", p.occupied},
-                    {"bytes_per_voxel", json_number(p.bytes_per_voxel)}});
+                    {"bytes_per_voxel", app::json_number(p.bytes_per_voxel)}});
   }
   return json;
 }
 
 std::string live_text(const BenchRenderReport& report) {
-  constexpr SkipMeasure kSkipping = &bench::SkipRatio::ratio;
-  constexpr SkipMeasure kAll = &bench::SkipRatio::brute_ratio;
+  constexpr SkipMeasure kSkipping = &SkipRatio::ratio;
+  constexpr SkipMeasure kAll = &SkipRatio::brute_ratio;
   std::ostringstream out;
   out << std::fixed << std::setprecision(1)
       << "\nVolume samples without skipping over with it: median " << median_skip(report, kSkipping)
@@ -334,7 +335,7 @@ std::string live_text(const BenchRenderReport& report) {
   return out.str();
 }
 
-std::string skip_text(const std::vector<bench::SkipBound>& bounds) {
+std::string skip_text(const std::vector<SkipBound>& bounds) {
   std::ostringstream out;
   out << std::fixed
       << "\nVolume samples without skipping over: with it | bricks of 8^3 | 4^3 | 2^3 | "
@@ -343,8 +344,8 @@ std::string skip_text(const std::vector<bench::SkipBound>& bounds) {
   const auto over = [](std::uint64_t a, std::uint64_t b) {
     return static_cast<double>(a) / static_cast<double>(b > 0 ? b : 1);
   };
-  for (const bench::SkipBound& one : bounds) {
-    const bench::SkipOracle& oracle = one.oracle;
+  for (const SkipBound& one : bounds) {
+    const SkipOracle& oracle = one.oracle;
     const std::uint64_t off = oracle.all - oracle.opaque;
     out << std::setw(50) << std::left << one.found.scene << std::right << std::setprecision(2)
         << std::setw(7) << one.found.ratio();
@@ -358,4 +359,4 @@ std::string skip_text(const std::vector<bench::SkipBound>& bounds) {
   return out.str();
 }
 
-}  // namespace nav::app
+}  // namespace nav::bench

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "app/gallery/gallery_looks.hpp"
+#include "bench/gallery/gallery_looks.hpp"
 
 #include <array>
 #include <cmath>
@@ -8,7 +8,7 @@
 
 #include "sim/tissue.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 namespace {
 
 using Rgb = Eigen::Vector3d;
@@ -182,4 +182,4 @@ render::TransferFunction mr_look(double vessels) {
                      trapezoid("vessels", {720, 820, 1200, 2000}, kVesselRgb, 0.40, vessels)});
 }
 
-}  // namespace nav::app
+}  // namespace nav::bench

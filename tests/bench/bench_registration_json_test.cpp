@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "app/bench/bench_registration_json.hpp"
+#include "bench/verbs/bench_registration_json.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
 
-namespace nav::app {
+namespace nav::bench {
 namespace {
 
-bench::FaultPoint planted() {
-  bench::FaultPoint point;
-  point.fault = {bench::FaultKind::kDelay, -200};
+FaultPoint planted() {
+  FaultPoint point;
+  point.fault = {FaultKind::kDelay, -200};
   point.runs = 20;
   point.solved = 19;
   point.clear = 2;
@@ -27,7 +27,7 @@ bench::FaultPoint planted() {
 }
 
 TEST(BenchRegistrationJsonTest, AFaultHasEveryKeyThatIsDocumented) {
-  const io::Json rows = json_of(std::vector<bench::FaultPoint>{planted()}, "development");
+  const io::Json rows = json_of(std::vector<FaultPoint>{planted()}, "development");
   const io::Json expected =
       io::Json::parse(R"([{"seeds": "development", "fault": "delay", "size": -200.0,
       "unit": "ms", "runs": 20, "solved": 19, "clear": 2, "warned": 3, "refused": 15,
@@ -37,9 +37,9 @@ TEST(BenchRegistrationJsonTest, AFaultHasEveryKeyThatIsDocumented) {
 }
 
 TEST(BenchRegistrationJsonTest, WhatNoAcceptedRunSaysIsNull) {
-  bench::FaultPoint point = planted();
+  FaultPoint point = planted();
   point.error_mean_mm = point.error_max_mm = point.actual_over_predicted = NAN;
-  const io::Json rows = json_of(std::vector<bench::FaultPoint>{point}, "evaluation");
+  const io::Json rows = json_of(std::vector<FaultPoint>{point}, "evaluation");
   ASSERT_EQ(rows.size(), 1U);
   for (const char* key : {"error_mean_mm", "error_max_mm", "actual_over_predicted"}) {
     EXPECT_TRUE(rows[0].at(key).is_null()) << key;
@@ -47,7 +47,7 @@ TEST(BenchRegistrationJsonTest, WhatNoAcceptedRunSaysIsNull) {
 }
 
 TEST(BenchRegistrationJsonTest, StartsHaveEveryKeyThatIsDocumented) {
-  bench::StartPoint point{"session rock", true};
+  StartPoint point{"session rock", true};
   point.sweeps = 4;
   point.registrations = 31;
   point.same = 29;
@@ -65,7 +65,7 @@ TEST(BenchRegistrationJsonTest, StartsHaveEveryKeyThatIsDocumented) {
       "registrations": 31, "same": 29, "accepted": 28, "elsewhere": 2, "split": 1, "apart_mm": 0.125,
       "apart_max_mm": 0.25, "predicted_ratio": 1.5, "predicted_ratio_max": 2.5,
       "hidden_least_mm": 48.0, "hidden_most_mm": null}])");
-  EXPECT_EQ(json_of(std::vector<bench::StartPoint>{point}), expected);
+  EXPECT_EQ(json_of(std::vector<StartPoint>{point}), expected);
 }
 
 TEST(BenchRegistrationJsonTest, FaultsAreSummedUp) {
@@ -79,4 +79,4 @@ TEST(BenchRegistrationJsonTest, FaultsAreSummedUp) {
 }
 
 }  // namespace
-}  // namespace nav::app
+}  // namespace nav::bench

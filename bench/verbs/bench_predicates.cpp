@@ -5,19 +5,19 @@
 #include <optional>
 #include <string_view>
 
-#include "app/bench/bench.hpp"
-#include "app/bench/bench_derived.hpp"
 #include "app/report.hpp"
 #include "bench/predicate_bench.hpp"
 #include "bench/two_volumes.hpp"
+#include "bench/verbs/bench.hpp"
+#include "bench/verbs/bench_derived.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 namespace {
 
 /// A --volume that is none: what predicates read, derived.
 constexpr std::string_view kFeatures = "features";
 
-io::Json row_json(const bench::PredicateBenchRow& row) {
+io::Json row_json(const PredicateBenchRow& row) {
   return {{"scene", row.scene},
           {"standard_cpu_ms", row.standard_cpu_ms},
           {"predicate_cpu_ms", row.predicate_cpu_ms},
@@ -36,29 +36,30 @@ io::Json row_json(const bench::PredicateBenchRow& row) {
           {"set_edit_whole_ms", row.edit.whole_ms}};
 }
 
-io::Json gl_json(const bench::GlPredicateReport& report) {
+io::Json gl_json(const GlPredicateReport& report) {
   io::Json rows = io::Json::array();
   for (const auto& row : report.rows) {
-    rows.push_back({{"scene", row.scene},
-                    {"standard_ms", row.standard_ms},
-                    {"predicate_ms", row.predicate_ms},
-                    {"brute_force_ms", row.brute_ms},
-                    {"paper_shader_ms", row.paper_ms},
-                    {"max_difference_to_paper_shader", row.paper_difference},
-                    {"rms_difference_to_paper_shader", row.paper_rms},
-                    {"paper_shader_own_filter_ms", json_number(row.paper_own_filter_ms)},
-                    {"max_difference_to_paper_shader_own_filter",
-                     json_number(row.paper_own_filter_difference)},
-                    {"cpu_engine_ms", json_number(row.cpu_engine_ms)},
-                    {"cpu_max_difference_to_paper_shader", json_number(row.cpu_paper_difference)},
-                    {"max_error_early_termination", row.max_error},
-                    {"skipping_is_bit_identical", row.identical},
-                    {"importance_edit_ms", row.edit_ms},
-                    {"set_edit_ms", row.set_edit_ms},
-                    {"set_edit_wall_ms", row.edit.first_ms},
-                    {"set_edit_provisional", row.edit.provisional},
-                    {"set_edit_whole_ms", row.edit.whole_ms},
-                    {"settle_ms", row.settle_ms}});
+    rows.push_back(
+        {{"scene", row.scene},
+         {"standard_ms", row.standard_ms},
+         {"predicate_ms", row.predicate_ms},
+         {"brute_force_ms", row.brute_ms},
+         {"paper_shader_ms", row.paper_ms},
+         {"max_difference_to_paper_shader", row.paper_difference},
+         {"rms_difference_to_paper_shader", row.paper_rms},
+         {"paper_shader_own_filter_ms", app::json_number(row.paper_own_filter_ms)},
+         {"max_difference_to_paper_shader_own_filter",
+          app::json_number(row.paper_own_filter_difference)},
+         {"cpu_engine_ms", app::json_number(row.cpu_engine_ms)},
+         {"cpu_max_difference_to_paper_shader", app::json_number(row.cpu_paper_difference)},
+         {"max_error_early_termination", row.max_error},
+         {"skipping_is_bit_identical", row.identical},
+         {"importance_edit_ms", row.edit_ms},
+         {"set_edit_ms", row.set_edit_ms},
+         {"set_edit_wall_ms", row.edit.first_ms},
+         {"set_edit_provisional", row.edit.provisional},
+         {"set_edit_whole_ms", row.edit.whole_ms},
+         {"settle_ms", row.settle_ms}});
   }
   return {{"device", report.device},
           {"width", report.width},
@@ -66,21 +67,21 @@ io::Json gl_json(const bench::GlPredicateReport& report) {
           {"scenes", std::move(rows)}};
 }
 
-io::Json report_json(const bench::PredicateBenchReport& report) {
+io::Json report_json(const PredicateBenchReport& report) {
   io::Json rows = io::Json::array();
   for (const auto& row : report.rows) rows.push_back(row_json(row));
-  const auto of_gl = [&](double (bench::GlPredicateReport::*value)() const) {
+  const auto of_gl = [&](double (GlPredicateReport::*value)() const) {
     return report.gl ? io::Json((*report.gl.*value)()) : io::Json();
   };
-  const auto maybe_of_gl = [&](std::optional<double> (bench::GlPredicateReport::*value)() const) {
-    return report.gl ? json_number((*report.gl.*value)()) : io::Json();
+  const auto maybe_of_gl = [&](std::optional<double> (GlPredicateReport::*value)() const) {
+    return report.gl ? app::json_number((*report.gl.*value)()) : io::Json();
   };
-  using Gl = bench::GlPredicateReport;
+  using Gl = GlPredicateReport;
   return {{"scenes", std::move(rows)},
           {"gl", report.gl ? gl_json(*report.gl) : io::Json()},
           {"rays_checked", report.rays_checked},
           {"naive_termination_error", report.naive_error},
-          {"engine_megabytes", json_number(report.megabytes)},
+          {"engine_megabytes", app::json_number(report.megabytes)},
           {"ratios",
            {{"predicate_over_standard_fps", report.predicate_over_standard()},
             {"predicate_over_brute_force_fps", report.brute_over_predicate()},
@@ -96,7 +97,7 @@ io::Json report_json(const bench::PredicateBenchReport& report) {
             {"cpu_vs_paper_shader", maybe_of_gl(&Gl::cpu_vs_paper_shader)}}}};
 }
 
-io::Json report_json(const bench::TwoVolumesReport& report) {
+io::Json report_json(const TwoVolumesReport& report) {
   io::Json rows = io::Json::array();
   const std::string unit = report.engine == "cpu" ? "_cpu_ms" : "_ms";
   for (const auto& row : report.rows) {
@@ -118,8 +119,8 @@ io::Json report_json(const bench::TwoVolumesReport& report) {
 }
 
 /// Of `two_volumes`, by the names of the engines.
-Result<io::Json> measure_two(const bench::PredicateBenchOptions& options, Console& console) {
-  std::vector<bench::EngineMaker> engines;
+Result<io::Json> measure_two(const PredicateBenchOptions& options, app::Console& console) {
+  std::vector<EngineMaker> engines;
   if (options.cpu) engines.emplace_back([] { return render::make_cpu_engine({.threads = 1}); });
   if (options.gl) {
     const auto gl = render::make_gl_engine(console);
@@ -130,13 +131,13 @@ Result<io::Json> measure_two(const bench::PredicateBenchOptions& options, Consol
     }
   }
   console.begin("a CT with ultrasound in it");
-  auto measured = bench::measure_two_volumes(std::min(options.side, 512), options.width,
-                                             options.height, options.repeats, engines);
+  auto measured = measure_two_volumes(std::min(options.side, 512), options.width, options.height,
+                                      options.repeats, engines);
   if (!measured) return measured.error();
   console.end();
   io::Json json;
-  for (const bench::TwoVolumesReport& report : *measured) {
-    std::cout << bench::to_text(report) << std::flush;
+  for (const TwoVolumesReport& report : *measured) {
+    std::cout << to_text(report) << std::flush;
     if (report.engine == "cpu") {
       json.update(report_json(report));
     } else {
@@ -147,8 +148,8 @@ Result<io::Json> measure_two(const bench::PredicateBenchOptions& options, Consol
 }
 
 /// What predicates read and what takes long to derive, beside ITK.
-Result<io::Json> measure_features(bool quick, int threads, Console& console) {
-  bench::DerivedBenchOptions derived;
+Result<io::Json> measure_features(bool quick, int threads, app::Console& console) {
+  DerivedBenchOptions derived;
   derived.features = {"snr", "vesselness", "confidence"};
   derived.threads = threads;
   if (quick) {
@@ -156,18 +157,17 @@ Result<io::Json> measure_features(bool quick, int threads, Console& console) {
     derived.repeats = {1, 0};
   }
   console.begin("features that predicates read");
-  const auto report =
-      bench::measure_derived(derived, [&](double share) { console.progress(share); });
+  const auto report = measure_derived(derived, [&](double share) { console.progress(share); });
   if (!report) return report.error();
   console.end();
-  std::cout << bench::to_text(*report) << std::flush;
+  std::cout << to_text(*report) << std::flush;
   return json_of(*report);
 }
 
 }  // namespace
 
-Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console& console) {
-  bench::PredicateBenchOptions bench;
+Result<void> run_bench_predicates(const BenchPredicatesOptions& options, app::Console& console) {
+  PredicateBenchOptions bench;
   bench.side = options.quick ? 96 : options.side;
   bench.width = options.width;
   bench.height = options.height;
@@ -181,16 +181,16 @@ Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console
     bench.height = 150;
     bench.repeats = {3, 1};
   }
-  std::optional<bench::PredicateBenchReport> report;
+  std::optional<PredicateBenchReport> report;
   const bool only_features = !bench.volume.empty() && kFeatures.starts_with(bench.volume);
   if (!bench.volume.starts_with("two") && !only_features) {
     console.begin("predicates");
     auto measured =
-        bench::measure_predicates(bench, console, [&](double done) { console.progress(done); });
+        measure_predicates(bench, console, [&](double done) { console.progress(done); });
     if (!measured) return measured.error();
     report = *std::move(measured);
     console.end();
-    std::cout << bench::to_text(*report) << std::flush;
+    std::cout << to_text(*report) << std::flush;
   }
   io::Json two;
   if (std::string_view("two-volumes").starts_with(bench.volume)) {
@@ -215,7 +215,7 @@ Result<void> run_bench_predicates(const BenchPredicatesOptions& options, Console
   if (report) json.update(report_json(*report));
   json["two_volumes"] = std::move(two);
   json["features"] = std::move(features);
-  return write_json(json, *options.json);
+  return app::write_json(json, *options.json);
 }
 
-}  // namespace nav::app
+}  // namespace nav::bench

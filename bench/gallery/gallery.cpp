@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "app/gallery/gallery.hpp"
+#include "bench/gallery/gallery.hpp"
 
 #include <cmath>
 #include <functional>
 
 #include "app/engines.hpp"
-#include "app/gallery/gallery_looks.hpp"
-#include "app/gallery/gallery_predicates.hpp"
-#include "app/gallery/gallery_registration.hpp"
-#include "app/gallery/gallery_simulator.hpp"
 #include "app/output_folder.hpp"
+#include "bench/gallery/gallery_looks.hpp"
+#include "bench/gallery/gallery_predicates.hpp"
+#include "bench/gallery/gallery_registration.hpp"
+#include "bench/gallery/gallery_simulator.hpp"
 #include "bench/scene_set.hpp"
 #include "io/ct.hpp"
 #include "render/engine.hpp"
@@ -18,7 +18,7 @@
 #include "sim/ct_scanner.hpp"
 #include "sim/ultrasound.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 namespace {
 
 using render::Scene;
@@ -109,7 +109,8 @@ struct Picture {
 /// Draws what is asked for and keeps the volumes that several pictures share.
 class Gallery {
  public:
-  Gallery(const GalleryOptions& options, Console& console) : options_(options), console_(console) {}
+  Gallery(const GalleryOptions& options, app::Console& console)
+      : options_(options), console_(console) {}
 
   Result<void> add_angiography();
   Result<void> add_cutaways();
@@ -132,7 +133,7 @@ class Gallery {
                                const render::Camera& camera) const;
 
   const GalleryOptions& options_;
-  Console& console_;
+  app::Console& console_;
   std::vector<Picture> pictures_;
 };
 
@@ -159,7 +160,7 @@ Scene Gallery::scene_of(std::shared_ptr<const Volume> ct, render::TransferFuncti
 Result<void> Gallery::add_angiography() {
   const std::vector<std::string> names{"fig2a", "fig2b", "fig2c", "fig3a", "fig3b"};
   if (!any_wanted(names)) return {};
-  const auto file = bench::bench_data_dir() / "cta-aorta-totalseg" / "ct_cropped.nii.gz";
+  const auto file = bench_data_dir() / "cta-aorta-totalseg" / "ct_cropped.nii.gz";
   if (!std::filesystem::exists(file)) {
     console_.report(Severity::kWarning, "gallery",
                     "figures 2 and 3 skipped: expected " + file.string() +
@@ -293,11 +294,11 @@ Result<void> check_only(const std::string& only) {
 
 }  // namespace
 
-Result<void> run_gallery(const GalleryOptions& options, Console& console) {
+Result<void> run_gallery(const GalleryOptions& options, app::Console& console) {
   if (auto ok = check_only(options.only); !ok) return ok;
   // Not every picture needs it; that its name is wrong is said all the same.
-  if (auto engine = make_engine(options.engine, 0, console); !engine) return engine.error();
-  auto folder = OutputFolder::create(options.out);
+  if (auto engine = app::make_engine(options.engine, 0, console); !engine) return engine.error();
+  auto folder = app::OutputFolder::create(options.out);
   if (!folder) return folder.error();
   Gallery gallery(options, console);
   console.begin("volumes");
@@ -310,7 +311,7 @@ Result<void> run_gallery(const GalleryOptions& options, Console& console) {
   double done = 0;
   for (const Picture& picture : gallery.pictures()) {
     // An engine of its own for each: no picture can depend on the one before.
-    auto engine = make_engine(options.engine, 0, console);
+    auto engine = app::make_engine(options.engine, 0, console);
     if (!engine) return engine.error();
     const auto image = (*engine)->render(picture.scene);
     if (!image) return image.error();
@@ -325,12 +326,11 @@ Result<void> run_gallery(const GalleryOptions& options, Console& console) {
   if (auto ok = draw_simulator_gallery(options, *folder, console); !ok) return ok;
   if (auto ok = draw_predicate_gallery(options, *folder, console); !ok) return ok;
   if (folder->files().empty()) {
-    return Error{ErrorCode::kNotFound, bench::bench_data_dir().string() +
-                                           ": expected the data of " +
+    return Error{ErrorCode::kNotFound, bench_data_dir().string() + ": expected the data of " +
                                            (options.only.empty() ? "the gallery" : options.only) +
                                            " (set SONDE_DATA_DIR), found none; nothing was drawn"};
   }
   return {};
 }
 
-}  // namespace nav::app
+}  // namespace nav::bench

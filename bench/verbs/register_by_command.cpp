@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "app/bench/register_by_command.hpp"
+#include "bench/verbs/register_by_command.hpp"
 
 #include <cstring>
 #include <fstream>
@@ -12,8 +12,9 @@
 #include "bench/registration/child_program.hpp"
 #include "io/json.hpp"
 #include "io/sequence_writer.hpp"
+#include "session/registration_file.hpp"
 
-namespace nav::app {
+namespace nav::bench {
 namespace {
 
 Result<void> write_recording(const Sweep& sweep, const std::filesystem::path& file) {
@@ -35,7 +36,7 @@ Result<void> write_recording(const Sweep& sweep, const std::filesystem::path& fi
     io::set_transform(frame,
                       {"ReferenceToTracker", Eigen::Matrix4d::Identity(), TrackingStatus::kOk});
     io::set_transform(frame,
-                      {"ImageToProbe", image_from_pixels(tracked.frame.grid), TrackingStatus::kOk});
+                      {"ImageToProbe", app::image_from_pixels(tracked.frame.grid), TrackingStatus::kOk});
     if (const auto written = writer->append(frame); !written) return written.error();
   }
   return writer->finish();
@@ -50,14 +51,13 @@ std::string words_of(const Eigen::Matrix4d& matrix) {
 
 }  // namespace
 
-Result<bench::CommandRun> register_by_command(const Sweep& sweep, const std::filesystem::path& ct,
-                                              const bench::CtPose& start,
-                                              registration::Effort effort,
-                                              const std::filesystem::path& folder) {
+Result<CommandRun> register_by_command(const Sweep& sweep, const std::filesystem::path& ct,
+                                       const CtPose& start, registration::Effort effort,
+                                       const std::filesystem::path& folder) {
   const std::filesystem::path recording = folder / "sweep.mha";
   const std::filesystem::path report = folder / "report.json";
   if (const auto written = write_recording(sweep, recording); !written) return written.error();
-  const auto run = bench::run_program(
+  const auto run = run_program(
       {"/proc/self/exe", "register", recording.string(), "--ct", ct.string(),
        "--accept-unknown-orientation", "--ct-from-reference", words_of(start.matrix()), "--effort",
        registration::to_string(effort), "--threads", "1", "--json", report.string()});
@@ -72,7 +72,7 @@ Result<bench::CommandRun> register_by_command(const Sweep& sweep, const std::fil
       json.is_object() ? json.value("registration", io::Json()) : io::Json();
   // The bench judges refused ones too.
   io::Json pose_json;
-  for (const char* key : {kAcceptedPose, kRefusedPose}) {
+  for (const char* key : {session::kAcceptedPose, session::kRefusedPose}) {
     if (registration.contains(key)) pose_json = registration.at(key);
   }
   if (pose_json.is_null()) return refuse("exit code " + std::to_string(run->exit_code));
@@ -82,7 +82,7 @@ Result<bench::CommandRun> register_by_command(const Sweep& sweep, const std::fil
   for (int i = 0; i < 16; ++i) matrix(i / 4, i % 4) = numbers[static_cast<std::size_t>(i)];
   const auto pose = rigid_from_matrix<frames::Ct, frames::Reference>(matrix);
   if (!pose) return pose.error();
-  return bench::CommandRun{*pose, run->cpu_s};
+  return CommandRun{*pose, run->cpu_s};
 }
 
-}  // namespace nav::app
+}  // namespace nav::bench
