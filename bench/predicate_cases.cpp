@@ -27,7 +27,7 @@ E bright(double low) { return E::kind("intensity", {low, 1e6}); }
 E steep(double low) { return E::kind("gradient_magnitude", {low, 1e6}); }
 E below(double mm) { return E::kind("depth", {mm, 1e4}); }
 
-/// Looks that need nothing but the volume and where it was scanned from.
+/// Predicate sets that need only the volume and the position of its scan.
 std::vector<PredicateVolume::Look> general_looks() {
   return {look("uniform", {{"tissue", bright(0.1)}, {"interfaces", steep(0.15)}},
                {{1, 30, 0.3}, {1, 200, 0.5}}),
@@ -56,7 +56,7 @@ Result<void> add_gradients(PredicateVolume& volume) {
   return {};
 }
 
-/// Vesselness of the neck, exactly.
+/// Exact vesselness of the neck.
 Result<void> add_vesselness(PredicateVolume& volume) {
   const VoxelGrid& grid = volume.ultrasound->grid();
   const std::vector<float> vesselness = sim::neck_vesselness(grid);
@@ -116,7 +116,7 @@ Result<PredicateVolume> prostate_volume(Diagnostics& diagnostics) {
   PredicateVolume out{{"prostate phantom", std::make_shared<const Volume>(*std::move(read)), {}},
                       general_looks()};
   const VoxelGrid& grid = out.ultrasound->grid();
-  // The fan opens along +j from in front of the first row.
+  // The fan opens along +j, with its apex in front of the first row.
   const Eigen::Vector3d middle(0.5 * (grid.size[0] - 1), 0, 0.5 * (grid.size[2] - 1));
   constexpr double kApexMm = 15;
   const Eigen::Vector3d back = grid.directions.col(1) * kApexMm;
@@ -129,7 +129,7 @@ Result<void> add_features(const render::PredicateModel& model, render::Predicate
   volume.predicates.model = model;
   render::DerivedFeatureOptions derive;
   derive.gradient.smoothing_mm = render::features::kUsualSmoothingMm;
-  derive.vesselness.smallest_radius_mm = 2;  // Of a carotid artery.
+  derive.vesselness.smallest_radius_mm = 2;  // Smallest radius of a carotid artery.
   derive.vesselness.largest_radius_mm = 4.5;
   render::features::DerivedVolumes service;
   return render::add_derived_features(volume.ultrasound, derive, service, volume.predicates);

@@ -24,13 +24,15 @@ struct PredicateVolume : render::PredicateVolume {
 Result<PredicateVolume> neck_phantom(int n);
 
 /// A simulated patient of sim/predicate_patient.hpp with the predicate sets of Schulte zu Berge et
-/// al. 2014, Figures 1 and 6 to 8; no features yet. kUsage, naming the known ones, for other names.
+/// al. 2014, Figures 1 and 6 to 8; no features yet. kUsage, with the known names, for other
+/// names.
 Result<PredicateVolume> patient_volume(const std::string& name, int side);
 
-/// The prostate phantom of the public data; kNotFound where it is missing.
+/// The prostate phantom of the public data; kNotFound if it is missing.
 Result<PredicateVolume> prostate_volume(Diagnostics& diagnostics);
 
-/// Computes what a model asks for and a volume does not have yet; vessels of 2 to 4.5 mm radius.
+/// Computes the features that a model reads and a volume does not have yet; vessels of 2 to 4.5 mm
+/// radius.
 Result<void> add_features(const render::PredicateModel& model, render::PredicateVolume& volume);
 
 }  // namespace nav::bench

@@ -14,7 +14,7 @@
 namespace nav::bench {
 namespace {
 
-/// Haze and bone of one look each.
+/// Haze and bone, each with a single appearance.
 Result<render::TransferFunction> flat_tissues() {
   return render::TransferFunction::create("flat tissues", {{-300, {0.9, 0.6, 0.5}, 0, 0.2},
                                                            {-200, {0.9, 0.6, 0.5}, 0.008, 0.2},
@@ -29,7 +29,7 @@ render::Scene few_pixels(render::Scene scene) {
   return scene;
 }
 
-/// Fills times, samples and errors.
+/// Sets times, samples and errors of the points.
 Result<void> measure_points(const render::Scene& scene, const Repeats& repeats,
                             std::vector<AdaptivePoint>& points) {
   render::Scene exact = few_pixels(scene);

@@ -12,25 +12,27 @@
 
 namespace nav::bench {
 
-/// One picture of the CPU engine, unshaded.
+/// One unshaded image of the CPU engine.
 struct AdaptivePoint {
   double step_voxels = 0;
   double adaptive_error = 0;  ///< 0: the fixed step.
   double cpu_ms = 0;          ///< Process time, median.
   std::uint64_t samples = 0;
-  double rms = 0;  ///< Of colours in [0, 1] against the reference at 1/16 voxel, few pixels.
+  /// RMS error of colours in [0, 1] against the reference at 1/16 voxel, few pixels.
+  double rms = 0;
 };
 
-/// The adaptive step beside the fixed one along their curves, in one scene.
+/// Curves of the adaptive step and the fixed step in one scene.
 struct AdaptiveCurve {
   std::string scene;
   std::vector<AdaptivePoint> points;
-  /// At the error of each adaptive picture, the time of the fixed curve over its own; the median.
+  /// Time of the fixed curve over that of an adaptive image at the same error; median over the
+  /// adaptive images.
   double fixed_over_adaptive = 0;
 };
 
-/// The CT of a scene alone: with its own function, and with one of flat tissues, which have one
-/// colour and extinction over wide ranges of values.
+/// Measures the CT of a scene alone: with its own transfer function, and with one of flat tissues,
+/// which have a single colour and extinction over wide ranges of values.
 Result<std::vector<AdaptiveCurve>> measure_adaptive(const render::Scene& scene,
                                                     const Repeats& repeats);
 

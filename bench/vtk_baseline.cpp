@@ -42,7 +42,8 @@ vtkSmartPointer<vtkFixedPointVolumeRayCastMapper> fixed_point_mapper() {
   return mapper;
 }
 
-/// The mapper's own picture: 15-bit colours, premultiplied, bottom row first, where the volume is.
+/// The mapper's own image: 15-bit colours, premultiplied, bottom row first, in the part that the
+/// volume covers.
 Image2d<Rgba8> picture_of(vtkFixedPointRayCastImage& image, const render::Scene& scene) {
   const int* memory = image.GetImageMemorySize();
   const int* used = image.GetImageInUseSize();
@@ -137,7 +138,7 @@ Image2d<Rgba8> VtkBaseline::render(const render::Scene& scene) {
   return pixels;
 }
 
-/// Leaves the context current.
+/// Leaves the context current on return.
 void VtkBaseline::draw_current(const render::Scene& scene) {
   vtkOpenGLRenderWindow& window = impl_->window->window();
   window.MakeCurrent();

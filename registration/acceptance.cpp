@@ -25,14 +25,14 @@ std::string sentence(const std::string& what, const std::string& relation, doubl
   return text.str();
 }
 
-/// NaN where any of it is.
+/// NaN if any component is NaN.
 double most_stretched(const Stretch& stretch) {
   const double deep = std::abs(stretch.depth_scale - 1);
   const double strain = stretch.strain.norm();
   return std::isnan(strain) ? strain : std::max(deep, strain);
 }
 
-/// One sentence at most.
+/// Adds at most one sentence.
 void judge_misfits(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
                    const AcceptanceLimits& warnings, Judge& judge) {
   const Misfit* worst = likeliest_misfit(result, limits);
@@ -43,8 +43,8 @@ void judge_misfits(const ImageRegistrationResult& result, const AcceptanceLimits
                 limits.max_misfit_mm[cause], warnings.max_misfit_mm[cause], " mm");
 }
 
-/// Where halves could not be compared, that is said once, and not again where the uncertainty has
-/// failed for the same reason.
+/// Judges the disagreements of halves. A reason why halves could not be compared is given once, and
+/// not at all if the uncertainty failed for the same reason.
 void judge_halves(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
                   const AcceptanceLimits& warnings, Judge& judge) {
   const auto judge_one = [&](const std::string& what, const std::string& fault, double found_mm,
@@ -116,7 +116,7 @@ AcceptanceLimits limits_for(Effort effort) {
   AcceptanceLimits limits;
   if (effort == Effort::kQuick) {
     limits.max_cost = 0.25;
-    // Half of its few pictures err by as much themselves.
+    // The halves of its few images have errors of the same size themselves.
     limits.max_split_disagreement_mm = 1.5;
     limits.max_misfit_mm[static_cast<std::size_t>(MisfitCause::kDelay)] = 0.75;
     limits.max_misfit_mm[static_cast<std::size_t>(MisfitCause::kCalibration)] = 0.9;
@@ -243,7 +243,7 @@ const Misfit* likeliest_misfit(const ImageRegistrationResult& result,
     beyond.push_back(&misfit);
     most = std::max(most, misfit.gain);
   }
-  // They come with the simplest first.
+  // Misfits are sorted, simplest first.
   const auto found = std::find_if(beyond.begin(), beyond.end(), [&](const Misfit* misfit) {
     return misfit->gain >= kShare * most;
   });

@@ -48,9 +48,9 @@ ImageRegistrationOptions with_effort(Effort effort) {
   options.least_judging = 40;
   options.most_pictures = 8;
   options.average_pixels = true;
-  // 95 % intervals cover 0.95 of the development seeds' targets.
+  // With this value, 95 % intervals cover 0.95 of the targets on the development seeds.
   options.bias_floor_mm = 0.1;
-  // Twice as many change no decision.
+  // Twice as many poses change no decision.
   options.z_score_poses = 30;
   options.bootstrap.replicates = 200;
   return options;

@@ -10,7 +10,7 @@
 namespace nav::sim {
 namespace {
 
-/// Which patient, which of the standard views, how wide and deep, and the tissue of interest.
+/// A patient, one of the standard views, width and depth, and the target tissue.
 struct Recipe {
   const char* name;
   const char* family;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kNeckSideMm = 40;
 
-/// Distance of a point from the vessel's axis, mm, and the radius there: one tube that forks.
+/// Distance of a point from the vessel's axis, mm, and the radius there: a tube that forks.
 double off_vessel(const Eigen::Vector3d& p) {
   const double bend = 3 * std::sin(p.x() / 9);
   const double fork = std::max(0.0, p.x() - 22) * 0.35;

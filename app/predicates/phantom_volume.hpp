@@ -11,7 +11,7 @@ namespace nav::app {
 
 /// A simulated 3D ultrasound volume with its labels and scan lines, without other features: "neck"
 /// or a simulated patient (sim/predicate_patient.hpp). side: voxels along each axis, [16, 512].
-/// kUsage, naming the known ones, for other names.
+/// kUsage, with the known names, for other names.
 Result<render::PredicateVolume> phantom_volume(const std::string& phantom, int side);
 
 }  // namespace nav::app

@@ -12,7 +12,7 @@
 namespace nav::bench {
 namespace {
 
-/// One setting, local from 5 mm.
+/// Measures one setting: local registration from 5 mm.
 EffortPoint measure(const std::string& axis, double x, CohortOptions cohort, CaseStore& store) {
   cohort.local_mm = {5};
   cohort.global_mm = {};

@@ -23,7 +23,7 @@ using registration::LiveOptions;
 using registration::LiveState;
 using registration::Pose;
 
-/// A patient's pictures with their outline, and the CT as the live registration takes it.
+/// A patient's ultrasound images with their outline, and the CT for the live registration.
 struct LiveCase {
   SessionCase session;
   Sweep sweep;
@@ -50,7 +50,7 @@ Result<LiveCase> make_case(const LiveCurveOptions& options, sim::BreathingKind k
                   std::make_shared<const registration::CtChannels>(*channels)};
 }
 
-/// RMS over the places of a picture of how far two poses put them apart, mm.
+/// Distance between two poses, RMS over the positions of an image, mm.
 double distance_mm(const TrackedFrame& picture, const Pose& a, const Pose& b) {
   constexpr int kStride = 40;
   double sum = 0;
@@ -70,11 +70,11 @@ double rms(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-/// What one setting gives on one patient.
+/// Result of one setting on one patient.
 struct LiveTrial {
   int pictures = 0;
   std::vector<double> still, following, predicted, cpu_ms;
-  std::optional<int> withdrawn_after;  ///< Pictures.
+  std::optional<int> withdrawn_after;  ///< Number of images.
 };
 
 Result<LiveTrial> run(const LiveCase& one, const LiveCase& whose_ct, const LiveOptions& options) {

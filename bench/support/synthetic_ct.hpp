@@ -14,8 +14,8 @@ namespace nav::test {
 
 /// An analytic abdomen in arterial phase, LPS mm about the origin, 340 × 260 × 300 mm: skin, fat,
 /// muscle, liver on the patient's right (x < 0) with vessels and a lesion, aorta in front of a
-/// spine of vertebrae, ribs, kidneys. Surfaces are blurred over 1.5 mm as a scanner does, with
-/// hashed noise of 12 HU. For pictures and timing; nothing is anatomically measured.
+/// spine of vertebrae, ribs, kidneys. Surfaces are blurred over 1.5 mm like those of a scanner,
+/// with hashed noise of 12 HU. For images and timing; nothing is anatomically measured.
 class SyntheticAbdomen {
  public:
   static double hu(const Eigen::Vector3d& p) {
@@ -67,7 +67,7 @@ class SyntheticAbdomen {
   }
 
  private:
-  /// b where the signed depth (mm) is positive, a where negative, blurred over 1.5 mm.
+  /// b if the signed depth (mm) is positive, a if it is negative, blurred over 1.5 mm.
   static double mix(double a, double b, double depth_mm) {
     const double w = std::clamp(0.5 + depth_mm / 1.5, 0.0, 1.0);
     return a + w * (b - a);

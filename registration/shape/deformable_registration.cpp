@@ -20,12 +20,12 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-/// Mean cost of a picture's patches without and with a field.
+/// Mean cost of an image's patches without and with a field.
 struct PictureCost {
   double rigid = 0, deformed = 0, weight = 0;
 };
 
-/// What the pictures that a fit did not see cost with it.
+/// Adds the costs of the images that were left out of the fit.
 void add_held_out(const DeformedCost& cost, const SplineField& field,
                   const std::vector<bool>& fitted, std::map<int, PictureCost>& pictures) {
   for (const RestingPatch& patch : cost.patches()) {
@@ -46,7 +46,7 @@ double mean_cost(const DeformedCost& cost, const SplineField* field) {
   return sum;
 }
 
-/// Between two fields, RMS over the patches.
+/// Difference of two fields, RMS over the patches.
 double rms_apart(const DeformedCost& cost, const SplineField& a, const SplineField& b) {
   double sum = 0;
   for (const RestingPatch& p : cost.patches()) {
@@ -82,7 +82,7 @@ void weigh(const std::map<int, PictureCost>& pictures, DeformableResult& result)
   result.gain_sigmas = gain.sigmas();
 }
 
-/// Which pictures are fitted to: every second that has patches; all.
+/// The images that a fit uses: every second one with patches (two halves), and all.
 using Chosen = std::vector<bool>;
 struct Choices {
   std::array<Chosen, 2> halves;
@@ -110,8 +110,8 @@ SplineField between(const SplineField& a, const SplineField& b) {
   return out;
 }
 
-/// Sweeps are smaller: a pose that is far off is a fault, and a field that reaches there takes
-/// gigabytes.
+/// Rejects a box that is larger than any sweep: a pose that is far off is a fault, and a field that
+/// reaches there takes gigabytes.
 Result<void> check_extent(const CtBox& box, double spacing_mm) {
   const double points = SplineField::control_points_over(box, spacing_mm);
   if (points <= SplineField::kMostControlPoints) return {};
@@ -123,7 +123,7 @@ Result<void> check_extent(const CtBox& box, double spacing_mm) {
   return Error{ErrorCode::kRefused, text.str()};
 }
 
-/// The choice of model, and why.
+/// The choice of the model, with its reason.
 Result<DeformableResult> choose(const DeformedCost& cost, const Choices& choices,
                                 const DeformableOptions& options) {
   const CtBox box = box_of_patches(cost);

@@ -42,7 +42,7 @@ Scene standard_scene(const Scene& by_predicates) {
   for (int i = 0; i < kNodes; ++i) {
     const double x = static_cast<double>(i) / (kNodes - 1);
     const double opacity = std::min(x, PredicateScene::kMostOpacity);
-    // Short lengths make white denser than an opacity of 1 mm can tell from 1.
+    // Short opacity lengths make white denser than an opacity of 1 mm can distinguish from 1.
     constexpr double kDensest = 1 - std::numeric_limits<double>::epsilon() / 2;
     const double of_1_mm = -std::expm1(std::log1p(-opacity) / p.opacity_length_mm);
     nodes.push_back({p.intensity.black + x * (p.intensity.white - p.intensity.black),

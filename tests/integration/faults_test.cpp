@@ -42,7 +42,7 @@ class PerfectSensor final : public sim::TrackerSensor {
   [[nodiscard]] const char* name() const override { return "perfect"; }
 };
 
-std::unique_ptr<PoseSource> poses_of(std::function<Eigen::Matrix4d(Timestamp)> truth,
+std::unique_ptr<sim::PoseStream> poses_of(std::function<Eigen::Matrix4d(Timestamp)> truth,
                                      std::uint64_t body) {
   sim::SensorStream stream;
   stream.truth = std::move(truth);
@@ -54,7 +54,7 @@ std::unique_ptr<PoseSource> poses_of(std::function<Eigen::Matrix4d(Timestamp)> t
 }
 
 /// Source of small images. The sequence number of an image gives its true acquisition time.
-class PictureSource final : public FrameSource {
+class PictureSource final : public sim::ImageStream {
  public:
   static Timestamp physical(std::uint64_t sequence) {
     return Timestamp(milliseconds(200) + static_cast<std::int64_t>(sequence) * kFramePeriod);

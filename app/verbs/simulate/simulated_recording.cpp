@@ -19,7 +19,7 @@ struct PoseTrack {
   std::vector<sim::FaultRecord> faults;
 };
 
-PoseTrack collect(std::unique_ptr<PoseSource> source, const sim::FaultPlan& plan,
+PoseTrack collect(std::unique_ptr<sim::PoseStream> source, const sim::FaultPlan& plan,
                   std::uint64_t stream) {
   sim::FaultyPoseSource faulty(std::move(source), plan, stream);
   PoseTrack track;

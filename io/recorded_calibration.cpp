@@ -1,22 +1,22 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/recorded_calibration.hpp"
+#include "io/recorded_calibration.hpp"
 
 #include <algorithm>
 #include <sstream>
 
-namespace nav::sim {
+namespace nav::io {
 namespace {
 
-/// Six digits of poses 2 m away, through which the calibration may have been written, move a corner
-/// by less.
+/// Tolerance for the positions of the corners. The calibration may have been written through poses
+/// 2 m away with six digits, which move a corner by less than this.
 constexpr double kSamePlaceMm = 0.05;
 
-std::string name_of(const io::Chain& chain) { return chain.from + "To" + chain.to; }
+std::string name_of(const Chain& chain) { return chain.from + "To" + chain.to; }
 
-/// How far a corner of the picture lies apart.
-double apart_mm(const io::ImageCalibration& a, const io::ImageCalibration& b,
-                const io::SequenceHeader& header) {
+/// Largest distance between corresponding corners of the image.
+double apart_mm(const ImageCalibration& a, const ImageCalibration& b,
+                const SequenceHeader& header) {
   double most = 0;
   for (const double column : {0.0, header.width - 1.0}) {
     for (const double row : {0.0, header.height - 1.0}) {
@@ -30,9 +30,8 @@ double apart_mm(const io::ImageCalibration& a, const io::ImageCalibration& b,
 
 }  // namespace
 
-Result<io::ImageCalibration> calibration_of(const io::Chain& probe_from_pixels,
-                                            const io::SequenceFrame& frame,
-                                            const io::SequenceHeader& header) {
+Result<ImageCalibration> calibration_of(const Chain& probe_from_pixels, const SequenceFrame& frame,
+                                        const SequenceHeader& header) {
   const std::string where = "frame " + std::to_string(frame.index) + ": ";
   const auto value = probe_from_pixels.evaluate(frame);
   if (!value) return Error{ErrorCode::kMalformedData, value.error().message};
@@ -42,22 +41,23 @@ Result<io::ImageCalibration> calibration_of(const io::Chain& probe_from_pixels,
                                                   "found " +
                                                   to_string(value->status)};
   }
-  auto calibration = io::calibration_from_matrix(value->to_from_from, header.width, header.height);
+  auto calibration = calibration_from_matrix(value->to_from_from, header.width, header.height);
   if (!calibration) return Error{calibration.error().code, where + calibration.error().message};
   return calibration;
 }
 
-Result<io::ImageCalibration> recorded_calibration(const io::Chain& probe_from_pixels,
-                                                  const io::SequenceReader& reader) {
-  const io::SequenceHeader& header = reader.header();
-  std::optional<io::ImageCalibration> found;
+Result<ImageCalibration> recorded_calibration(const Chain& probe_from_pixels,
+                                              const SequenceReader& reader) {
+  const SequenceHeader& header = reader.header();
+  std::optional<ImageCalibration> found;
   std::int64_t first = 0;
   Error reason{ErrorCode::kNotFound, name_of(probe_from_pixels) + ": expected frames, found none"};
   for (std::int64_t i = 0; i < header.frame_count; ++i) {
     const auto frame = reader.frame_fields(i);
     const auto calibration =
         frame ? calibration_of(probe_from_pixels, *frame, header) : frame.error();
-    if (!calibration) {  // Told when the frame itself is replayed, unless there is no other.
+    // The error is reported when the frame itself is replayed, unless no other calibration exists.
+    if (!calibration) {
       reason = calibration.error();
     } else if (!found) {
       found = *calibration;
@@ -75,4 +75,4 @@ Result<io::ImageCalibration> recorded_calibration(const io::Chain& probe_from_pi
   return *found;
 }
 
-}  // namespace nav::sim
+}  // namespace nav::io

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/replay.hpp"
+#include "io/recording_reader.hpp"
 
 #include <fstream>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
 
-namespace nav::sim {
+namespace nav::io {
 namespace {
 
 using frames::Ct;
@@ -103,26 +103,26 @@ io::PlusConfig calibration_config() {
   return config;
 }
 
-std::vector<ReplayEvent> drain(ReplaySession& session) {
-  std::vector<ReplayEvent> events;
+std::vector<RecordingFrame> drain(RecordingReader& session) {
+  std::vector<RecordingFrame> events;
   while (auto event = session.next()) events.push_back(std::move(*event));
   return events;
 }
 
-TEST(ReplayTest, StreamsImagesAndPosesAsRecorded) {
+TEST(RecordingReaderTest, StreamsImagesAndPosesAsRecorded) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics said;
   const auto config = calibration_config();
-  auto session = ReplaySession::open(write(folder, tracked_frames(3)), &config, {}, said);
+  auto session = RecordingReader::open(write(folder, tracked_frames(3)), &config, {}, said);
   ASSERT_TRUE(test::has_value(session));
-  EXPECT_EQ(session->form(), ReplayForm::kTracked);
+  EXPECT_EQ(session->form(), RecordingForm::kTracked);
   EXPECT_EQ(session->total_frames(), 3);
   ASSERT_TRUE(session->calibration().has_value());
   for (int round = 0; round < 2; ++round) {
     const auto events = drain(*session);
     ASSERT_EQ(events.size(), 3U);
     for (int i = 0; i < 3; ++i) {
-      const ReplayEvent& e = events[static_cast<std::size_t>(i)];
+      const RecordingFrame& e = events[static_cast<std::size_t>(i)];
       ASSERT_TRUE(test::has_value(e.picture));
       EXPECT_EQ(e.acquired, Timestamp(from_seconds(100.25 + i)));
       EXPECT_EQ(e.picture->acquired, *e.acquired);
@@ -140,7 +140,7 @@ TEST(ReplayTest, StreamsImagesAndPosesAsRecorded) {
 }
 
 /// Returns the position of a pixel of an event, in the target frame of the pose.
-Eigen::Vector3d place(const ReplaySession& session, const ReplayEvent& event, double column,
+Eigen::Vector3d place(const RecordingReader& session, const RecordingFrame& event, double column,
                       double row) {
   const auto pose = rigid_from_matrix<Tracker, Probe>(event.probe.tracker_from_body);
   EXPECT_TRUE(test::has_value(pose));
@@ -152,7 +152,7 @@ Eigen::Vector3d place(const Eigen::Matrix4d& to_from_pixels, double column, doub
   return (to_from_pixels * Eigen::Vector4d(column, row, 0, 1)).head<3>();
 }
 
-TEST(ReplayTest, AllThreeFormsPositionAPixelEqually) {
+TEST(RecordingReaderTest, AllThreeFormsPositionAPixelEqually) {
   const Eigen::Matrix4d in_reference =
       reference_pose(1).inverse() * probe_pose(1) * image_to_probe();
   std::vector<Frame> probe_frames = tracked_frames(2);
@@ -170,8 +170,8 @@ TEST(ReplayTest, AllThreeFormsPositionAPixelEqually) {
   CollectingDiagnostics said;
   const auto config = calibration_config();
   const auto check = [&](const std::vector<Frame>& frames, const io::PlusConfig* calibration,
-                         ReplayForm form) {
-    auto session = ReplaySession::open(write(folder, frames), calibration, {}, said);
+                         RecordingForm form) {
+    auto session = RecordingReader::open(write(folder, frames), calibration, {}, said);
     ASSERT_TRUE(test::has_value(session));
     EXPECT_EQ(session->form(), form);
     const auto events = drain(*session);
@@ -181,22 +181,22 @@ TEST(ReplayTest, AllThreeFormsPositionAPixelEqually) {
                 1e-6);
     }
   };
-  check(probe_frames, &config, ReplayForm::kProbeInReference);
-  check(image_frames, nullptr, ReplayForm::kImageInReference);
+  check(probe_frames, &config, RecordingForm::kProbeInReference);
+  check(image_frames, nullptr, RecordingForm::kImageInReference);
 }
 
-TEST(ReplayTest, ReplaysWithoutAReferenceOnlyIfRequested) {
+TEST(RecordingReaderTest, ReplaysWithoutAReferenceOnlyIfRequested) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics said;
   auto frames = tracked_frames(2);
   for (Frame& f : frames) f.fields.erase("ReferenceToTrackerTransform");
   const auto path = write(folder, frames);
   const auto config = calibration_config();
-  EXPECT_TRUE(test::refuses(ReplaySession::open(path, &config, {}, said), ErrorCode::kNotFound,
+  EXPECT_TRUE(test::refuses(RecordingReader::open(path, &config, {}, said), ErrorCode::kNotFound,
                             {"Reference", "Tracker", "name the tracker frame"}));
-  ReplayOptions options;
+  RecordingOptions options;
   options.reference_frame = "Tracker";
-  auto session = ReplaySession::open(path, &config, options, said);
+  auto session = RecordingReader::open(path, &config, options, said);
   ASSERT_TRUE(test::has_value(session));
   const auto event = session->next();
   ASSERT_TRUE(test::has_value(event));
@@ -204,7 +204,7 @@ TEST(ReplayTest, ReplaysWithoutAReferenceOnlyIfRequested) {
   EXPECT_LT((event->probe.tracker_from_body - probe_pose(0)).norm(), kTextMm);
 }
 
-TEST(ReplayTest, KeepsTheStatusOfLostPosesAndNamesUnreadableOnes) {
+TEST(RecordingReaderTest, KeepsTheStatusOfLostPosesAndNamesUnreadableOnes) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics said;
   auto frames = tracked_frames(5);
@@ -216,7 +216,7 @@ TEST(ReplayTest, KeepsTheStatusOfLostPosesAndNamesUnreadableOnes) {
   frames[3].fields.erase("Timestamp");
   frames[4].fields["ImageStatus"] = "INVALID";
   const auto config = calibration_config();
-  auto session = ReplaySession::open(write(folder, frames), &config, {}, said);
+  auto session = RecordingReader::open(write(folder, frames), &config, {}, said);
   ASSERT_TRUE(test::has_value(session));
   const auto events = drain(*session);
   ASSERT_EQ(events.size(), 5U);
@@ -237,15 +237,15 @@ TEST(ReplayTest, KeepsTheStatusOfLostPosesAndNamesUnreadableOnes) {
   EXPECT_NE(said.entries()[0].message.find("frame 2: ProbeToTracker"), std::string::npos);
 }
 
-TEST(ReplayTest, FindsANeedleThatAppearsLateInTheRecording) {
+TEST(RecordingReaderTest, FindsANeedleThatAppearsLateInTheRecording) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics said;
   auto frames = tracked_frames(101);
   put(frames.back(), "NeedleToTracker", probe_pose(7));
   const auto config = calibration_config();
-  ReplayOptions options;
+  RecordingOptions options;
   options.needle_frame = "Needle";
-  auto session = ReplaySession::open(write(folder, frames), &config, options, said);
+  auto session = RecordingReader::open(write(folder, frames), &config, options, said);
   ASSERT_TRUE(test::has_value(session));
   const auto events = drain(*session);
   ASSERT_EQ(events.size(), 101U);
@@ -260,7 +260,7 @@ std::vector<Frame> frames_with_calibration(int count) {
   return frames;
 }
 
-TEST(ReplayTest, AFrameWithoutAValidCalibrationHasNoImage) {
+TEST(RecordingReaderTest, AFrameWithoutAValidCalibrationHasNoImage) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics said;
   auto frames = frames_with_calibration(6);
@@ -271,7 +271,7 @@ TEST(ReplayTest, AFrameWithoutAValidCalibrationHasNoImage) {
   put(frames[3], "ImageToProbe", sheared);
   frames[4].fields.erase("ImageToProbeTransform");
   const auto config = calibration_config();
-  auto session = ReplaySession::open(write(folder, frames), &config, {}, said);
+  auto session = RecordingReader::open(write(folder, frames), &config, {}, said);
   ASSERT_TRUE(test::has_value(session));
   const auto events = drain(*session);
   ASSERT_EQ(events.size(), 6U);
@@ -289,14 +289,14 @@ TEST(ReplayTest, AFrameWithoutAValidCalibrationHasNoImage) {
   EXPECT_LT((place(*session, events[5], 3, 2) - place(truth, 3, 2)).norm(), 1e-6);
 }
 
-TEST(ReplayTest, RejectsARecordingWithTwoCalibrations) {
+TEST(RecordingReaderTest, RejectsARecordingWithTwoCalibrations) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics said;
   const auto config = calibration_config();
   auto frames = frames_with_calibration(4);
   const auto refused = [&](const Eigen::Matrix4d& other) {
     put(frames[2], "ImageToProbe", other);
-    const auto session = ReplaySession::open(write(folder, frames), &config, {}, said);
+    const auto session = RecordingReader::open(write(folder, frames), &config, {}, said);
     return test::refuses(session, ErrorCode::kMalformedData,
                          {"recording.igs.mha", "frame 2: ImageToProbe", "frame 0", "mm away"});
   };
@@ -307,25 +307,25 @@ TEST(ReplayTest, RejectsARecordingWithTwoCalibrations) {
   EXPECT_TRUE(refused(larger));
   // A calibration that is rounded like decimal text counts as equal.
   put(frames[2], "ImageToProbe", (image_to_probe() * 1e5).array().round().matrix() / 1e5);
-  EXPECT_TRUE(test::has_value(ReplaySession::open(write(folder, frames), &config, {}, said)));
+  EXPECT_TRUE(test::has_value(RecordingReader::open(write(folder, frames), &config, {}, said)));
 }
 
-TEST(ReplayTest, RejectsRecordingsWithoutAPathOfTransforms) {
+TEST(RecordingReaderTest, RejectsRecordingsWithoutAPathOfTransforms) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics said;
   const auto config = calibration_config();
-  ReplayOptions options;
+  RecordingOptions options;
   options.probe_frame = "Transducer";
   options.image_frame = "Picture";
   const auto path = write(folder, tracked_frames(2));
-  EXPECT_TRUE(test::refuses(ReplaySession::open(path, &config, options, said), ErrorCode::kNotFound,
+  EXPECT_TRUE(test::refuses(RecordingReader::open(path, &config, options, said), ErrorCode::kNotFound,
                             {"recording.igs.mha", "Transducer", "Probe→Tracker"}));
-  EXPECT_TRUE(test::refuses(ReplaySession::open(path, nullptr, {}, said), ErrorCode::kNotFound,
+  EXPECT_TRUE(test::refuses(RecordingReader::open(path, nullptr, {}, said), ErrorCode::kNotFound,
                             {"Image", "Probe"}));
-  EXPECT_FALSE(ReplaySession::open(folder / "absent.mha", nullptr, {}, said));
+  EXPECT_FALSE(RecordingReader::open(folder / "absent.mha", nullptr, {}, said));
 }
 
-TEST(ReplayTest, ReplaysARealRecording) {
+TEST(RecordingReaderTest, ReplaysARealRecording) {
   SONDE_REQUIRE_DATA(path, "plus-sequences/sequences/NwirePhantomFreehand.igs.mha");
   SONDE_REQUIRE_DATA(xml,
                      "plus-sequences/config/"
@@ -333,12 +333,12 @@ TEST(ReplayTest, ReplaysARealRecording) {
   const auto config = io::read_plus_config(xml);
   ASSERT_TRUE(test::has_value(config));
   CollectingDiagnostics said;
-  auto session = ReplaySession::open(path, &*config, {}, said);
+  auto session = RecordingReader::open(path, &*config, {}, said);
   ASSERT_TRUE(test::has_value(session));
   EXPECT_EQ(session->total_frames(), 97);
   const auto events = drain(*session);
   ASSERT_EQ(events.size(), 97U);
-  for (const ReplayEvent& e : events) {
+  for (const RecordingFrame& e : events) {
     ASSERT_TRUE(test::has_value(e.picture));
     EXPECT_EQ(e.picture->pixels.width(), 820);
     ASSERT_TRUE(e.acquired.has_value());
@@ -352,4 +352,4 @@ TEST(ReplayTest, ReplaysARealRecording) {
 }
 
 }  // namespace
-}  // namespace nav::sim
+}  // namespace nav::io

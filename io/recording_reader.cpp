@@ -1,31 +1,31 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/replay.hpp"
+#include "io/recording_reader.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 
+#include "io/recorded_calibration.hpp"
 #include "io/sequence.hpp"
-#include "sim/recorded_calibration.hpp"
 
-namespace nav::sim {
+namespace nav::io {
 namespace {
 
-/// Text with six digits moves a spacing by less than this share from frame to frame.
+/// Share by which the rounding of text to six digits may change a spacing between frames.
 constexpr double kGridTolerance = 1e-3;
 
 bool is_claimed(TrackingStatus status) {
   return status == TrackingStatus::kOk || status == TrackingStatus::kUnknown;
 }
 
-bool uses_frames(const io::Chain& chain) {
-  return std::ranges::any_of(chain.links, [](const io::ChainLink& l) { return l.from_frame; });
+bool uses_frames(const Chain& chain) {
+  return std::ranges::any_of(chain.links, [](const ChainLink& l) { return l.from_frame; });
 }
 
-std::string describe(const io::Chain& chain) {
+std::string describe(const Chain& chain) {
   std::string text = chain.from + "→" + chain.to + ":";
-  for (const io::ChainLink& link : chain.links) {
+  for (const ChainLink& link : chain.links) {
     text += " " + link.name + (link.inverted ? " inverted" : "") +
             (link.from_frame ? " (frames)" : " (configuration)");
   }
@@ -33,36 +33,37 @@ std::string describe(const io::Chain& chain) {
 }
 
 struct Chains {
-  ReplayForm form;
-  io::Chain probe;                     ///< Image to reference in kImageInReference.
-  std::optional<io::Chain> reference;  ///< Reference to tracker.
-  std::optional<io::Chain> needle;     ///< Needle to tracker, or to what plays it.
+  RecordingForm form;
+  Chain probe;                     ///< Image to reference in kImageInReference.
+  std::optional<Chain> reference;  ///< Reference to tracker.
+  /// Needle to tracker, or to the frame that is used as the tracker.
+  std::optional<Chain> needle;
 };
 
-/// A chain whose poses come with the frames.
-std::optional<io::Chain> moving(const io::TransformTree& tree, const std::string& from,
-                                const std::string& to) {
+/// Finds a chain that contains transforms of the recording's frames.
+std::optional<Chain> moving(const TransformTree& tree, const std::string& from,
+                            const std::string& to) {
   auto chain = tree.find(from, to);
   if (!chain || !uses_frames(*chain)) return std::nullopt;
   return std::move(*chain);
 }
 
-Result<Chains> choose_chains(const io::TransformTree& tree, const ReplayOptions& o) {
+Result<Chains> choose_chains(const TransformTree& tree, const RecordingOptions& o) {
   const bool no_reference = o.reference_frame == o.tracker_frame;
   const auto probe = moving(tree, o.probe_frame, o.tracker_frame);
   if (probe) {
-    if (no_reference) return Chains{ReplayForm::kTracked, *probe, {}, {}};
+    if (no_reference) return Chains{RecordingForm::kTracked, *probe, {}, {}};
     const auto reference = tree.find(o.reference_frame, o.tracker_frame);
-    if (reference) return Chains{ReplayForm::kTracked, *probe, *reference, {}};
+    if (reference) return Chains{RecordingForm::kTracked, *probe, *reference, {}};
     return Error{reference.error().code,
                  reference.error().message +
                      "; without a reference body, name the tracker frame as the reference"};
   }
   if (const auto direct = moving(tree, o.probe_frame, o.reference_frame)) {
-    return Chains{ReplayForm::kProbeInReference, *direct, {}, {}};
+    return Chains{RecordingForm::kProbeInReference, *direct, {}, {}};
   }
   if (const auto image = moving(tree, o.image_frame, o.reference_frame)) {
-    return Chains{ReplayForm::kImageInReference, *image, {}, {}};
+    return Chains{RecordingForm::kImageInReference, *image, {}, {}};
   }
   return Error{ErrorCode::kNotFound, "expected frames that place " + o.probe_frame + " in " +
                                          o.tracker_frame + " or " + o.reference_frame + ", or " +
@@ -70,10 +71,10 @@ Result<Chains> choose_chains(const io::TransformTree& tree, const ReplayOptions&
                                          tree.describe()};
 }
 
-/// Adds the needle's chain, if a needle is named.
-Result<void> choose_needle(const io::TransformTree& tree, const ReplayOptions& o, Chains& chains) {
+/// Adds the chain of the needle, if one is named.
+Result<void> choose_needle(const TransformTree& tree, const RecordingOptions& o, Chains& chains) {
   if (o.needle_frame.empty()) return {};
-  const bool tracked = chains.form == ReplayForm::kTracked;
+  const bool tracked = chains.form == RecordingForm::kTracked;
   const std::string& into = tracked ? o.tracker_frame : o.reference_frame;
   chains.needle = moving(tree, o.needle_frame, into);
   if (chains.needle) return {};
@@ -86,13 +87,13 @@ bool same_grid(const PixelGrid& a, const PixelGrid& b) {
   return (a.mm_per_pixel - b.mm_per_pixel).cwiseAbs().maxCoeff() <= kGridTolerance * scale;
 }
 
-/// The image plays the probe, so the step between them is that of a frame onto itself.
-io::ImageCalibration without_step(const io::ImageCalibration& calibration) {
+/// The image is used as the probe, so the transform between them is the identity.
+ImageCalibration without_step(const ImageCalibration& calibration) {
   return {{Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()}, calibration.grid};
 }
 
-/// The first frame whose picture is placed, or the last reason why not.
-Result<io::ImageCalibration> first_of(const io::SequenceReader& reader, const io::Chain& chain) {
+/// Calibration of the first frame that has one, or the last error.
+Result<ImageCalibration> first_of(const SequenceReader& reader, const Chain& chain) {
   Error reason{ErrorCode::kNotFound, describe(chain) + ": expected frames, found none"};
   for (std::int64_t i = 0; i < reader.header().frame_count; ++i) {
     const auto frame = reader.frame_fields(i);
@@ -105,51 +106,50 @@ Result<io::ImageCalibration> first_of(const io::SequenceReader& reader, const io
 
 }  // namespace
 
-struct ReplaySession::State {
-  State(io::SequenceReader r, Chains c, Diagnostics& d)
+struct RecordingReader::State {
+  State(SequenceReader r, Chains c, Diagnostics& d)
       : reader(std::move(r)), chains(std::move(c)), diagnostics(d) {}
 
-  /// A pose of a frame, or NaN with the reason told.
-  RawPose pose(const io::Chain& chain, const io::SequenceFrame& frame, Timestamp time) const {
+  /// Pose of a frame; NaN, with the reason reported, when it is unreadable.
+  RawPose pose(const Chain& chain, const SequenceFrame& frame, Timestamp time) const {
     RawPose out;
     out.acquired = time;
     out.received = time;
     out.status = TrackingStatus::kInvalid;
     const auto value = chain.evaluate(frame);
     if (!value) {
-      diagnostics.report(Severity::kWarning, "sim.replay", value.error().message);
+      diagnostics.report(Severity::kWarning, "recording", value.error().message);
       return out;
     }
     out.status = value->status;
     out.tracker_from_body = value->to_from_from;
-    if (&chain == &chains.probe && chains.form == ReplayForm::kImageInReference) {
+    if (&chain == &chains.probe && chains.form == RecordingForm::kImageInReference) {
       take_scale_out(frame.index, out);
     }
     return out;
   }
 
-  /// ImageToReference maps pixels; what remains without the pixel grid is rigid.
+  /// Removes the pixel grid: ImageToReference maps pixels; the rest is rigid.
   void take_scale_out(std::int64_t index, RawPose& pose) const {
     const Eigen::Matrix4d m = pose.tracker_from_body;
     pose.tracker_from_body.setConstant(std::nan(""));
     if (!is_claimed(pose.status) || !calibration) return;
-    const auto placed =
-        io::calibration_from_matrix(m, reader.header().width, reader.header().height);
+    const auto placed = calibration_from_matrix(m, reader.header().width, reader.header().height);
     if (placed && same_grid(placed->grid, calibration->grid)) {
       pose.tracker_from_body = placed->probe_from_image.matrix();
       return;
     }
     pose.status = TrackingStatus::kInvalid;
     diagnostics.report(
-        Severity::kWarning, "sim.replay",
+        Severity::kWarning, "recording",
         "frame " + std::to_string(index) + ": " +
             (placed ? std::string("expected the pixel size of the first frame, found another")
                     : placed.error().message));
   }
 
-  /// Takes the calibration of the recording, or of the configuration where the frames have none.
-  Result<void> calibrate(const io::TransformTree& tree, const ReplayOptions& options) {
-    if (chains.form == ReplayForm::kImageInReference) {
+  /// Takes the calibration of the recording, or of the configuration when the frames have none.
+  Result<void> calibrate(const TransformTree& tree, const RecordingOptions& options) {
+    if (chains.form == RecordingForm::kImageInReference) {
       const auto found = first_of(reader, chains.probe);
       if (!found) return found.error();
       calibration = without_step(*found);
@@ -164,22 +164,23 @@ struct ReplaySession::State {
       calibration = *found;
       return {};
     }
-    const auto value = chain->evaluate(io::SequenceFrame{});
+    const auto value = chain->evaluate(SequenceFrame{});
     if (!value) return value.error();
-    const auto found = io::calibration_from_matrix(value->to_from_from, reader.header().width,
-                                                   reader.header().height);
+    const auto found =
+        calibration_from_matrix(value->to_from_from, reader.header().width, reader.header().height);
     if (!found) return found.error();
     calibration = *found;
     return {};
   }
 
-  Result<UltrasoundFrame> picture(const io::SequenceFrame& frame, Timestamp time) const {
+  Result<UltrasoundFrame> picture(const SequenceFrame& frame, Timestamp time) const {
     if (recorded) {
-      // Whichever pose it is paired with, this picture has no place on the probe.
+      // Without a valid calibration of its own, this image cannot be placed on the probe, whatever
+      // its pose.
       const auto own = calibration_of(*recorded, frame, reader.header());
       if (!own) return own.error();
     }
-    auto pixels = io::brightness_image(reader.header(), frame);
+    auto pixels = brightness_image(reader.header(), frame);
     if (!pixels) return pixels.error();
     UltrasoundFrame out;
     out.acquired = time;
@@ -190,43 +191,45 @@ struct ReplaySession::State {
     return out;
   }
 
-  io::SequenceReader reader;
+  SequenceReader reader;
   Chains chains;
   Diagnostics& diagnostics;
-  std::optional<io::ImageCalibration> calibration;
-  std::optional<io::Chain> recorded;  ///< Image to Probe, where it comes with the frames.
+  std::optional<ImageCalibration> calibration;
+  std::optional<Chain> recorded;  ///< Image to Probe, when it is in the frames.
   std::string description;
   std::int64_t position = 0;
 };
 
-ReplaySession::ReplaySession(std::unique_ptr<State> state) : state_(std::move(state)) {}
-ReplaySession::ReplaySession(ReplaySession&&) noexcept = default;
-ReplaySession& ReplaySession::operator=(ReplaySession&&) noexcept = default;
-ReplaySession::~ReplaySession() = default;
+RecordingReader::RecordingReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
+RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
+RecordingReader& RecordingReader::operator=(RecordingReader&&) noexcept = default;
+RecordingReader::~RecordingReader() = default;
 
-Result<ReplaySession> ReplaySession::open(const std::filesystem::path& sequence,
-                                          const io::PlusConfig* config,
-                                          const ReplayOptions& options, Diagnostics& diagnostics) {
-  auto reader = io::SequenceReader::open(sequence);
+Result<RecordingReader> RecordingReader::open(const std::filesystem::path& sequence,
+                                              const PlusConfig* config,
+                                              const RecordingOptions& options,
+                                              Diagnostics& diagnostics) {
+  auto reader = SequenceReader::open(sequence);
   if (!reader) return reader.error();
   const auto blame = [&](const Error& error) {
     return Error{error.code, sequence.string() + ": " + error.message};
   };
-  // Of all frames: first ones may lack what later ones have.
+  // The names of all frames: the first frames may lack some that later frames have.
   std::set<std::string> names;
   std::optional<Error> unreadable;
   for (std::int64_t i = 0; i < reader->header().frame_count; ++i) {
     const auto frame = reader->frame_fields(i);
-    if (!frame) {  // Told when the frame itself is replayed, unless there is no other.
+    // The error is reported when the frame itself is replayed, unless no other frame is readable.
+    if (!frame) {
       unreadable = unreadable.value_or(frame.error());
       continue;
     }
-    for (auto& name : io::transform_names(*frame)) names.insert(std::move(name));
+    for (auto& name : transform_names(*frame)) names.insert(std::move(name));
   }
   if (names.empty() && unreadable) return *unreadable;
-  const auto tree = io::TransformTree::create(
+  const auto tree = TransformTree::create(
       {names.begin(), names.end()},
-      config != nullptr ? config->transforms : std::vector<io::CoordinateDefinition>{});
+      config != nullptr ? config->transforms : std::vector<CoordinateDefinition>{});
   if (!tree) return blame(tree.error());
   auto chains = choose_chains(*tree, options);
   if (!chains) return blame(chains.error());
@@ -238,10 +241,10 @@ Result<ReplaySession> ReplaySession::open(const std::filesystem::path& sequence,
   state->description = describe(state->chains.probe);
   if (state->chains.reference) state->description += "; " + describe(*state->chains.reference);
   if (state->chains.needle) state->description += "; " + describe(*state->chains.needle);
-  return ReplaySession(std::move(state));
+  return RecordingReader(std::move(state));
 }
 
-Result<ReplayEvent> ReplaySession::next() {
+Result<RecordingFrame> RecordingReader::next() {
   State& s = *state_;
   if (s.position >= total_frames()) {
     return Error{ErrorCode::kEndOfStream, s.reader.header().path.string() + ": no more frames"};
@@ -250,7 +253,7 @@ Result<ReplayEvent> ReplaySession::next() {
   const auto frame = s.reader.read(index);
   if (!frame && frame.error().code != ErrorCode::kMalformedData) return frame.error();
   const auto refuse = [&](const Error& error) {
-    ReplayEvent event{index, {}, error, {}, {}, {}};
+    RecordingFrame event{index, {}, error, {}, {}, {}};
     event.probe.status = TrackingStatus::kInvalid;
     if (s.chains.reference) event.reference = event.probe;
     if (s.chains.needle) event.needle = event.probe;
@@ -262,19 +265,19 @@ Result<ReplayEvent> ReplaySession::next() {
                    "frame " + std::to_string(index) + ": expected a Timestamp, found none usable"});
   }
   const Timestamp time(from_seconds(*frame->timestamp_s));
-  ReplayEvent event{index, time, s.picture(*frame, time), s.pose(s.chains.probe, *frame, time),
-                    {},    {}};
+  RecordingFrame event{index, time, s.picture(*frame, time), s.pose(s.chains.probe, *frame, time),
+                       {},    {}};
   if (s.chains.reference) event.reference = s.pose(*s.chains.reference, *frame, time);
   if (s.chains.needle) event.needle = s.pose(*s.chains.needle, *frame, time);
   return event;
 }
 
-void ReplaySession::rewind() { state_->position = 0; }
-const std::optional<io::ImageCalibration>& ReplaySession::calibration() const {
+void RecordingReader::rewind() { state_->position = 0; }
+const std::optional<ImageCalibration>& RecordingReader::calibration() const {
   return state_->calibration;
 }
-ReplayForm ReplaySession::form() const { return state_->chains.form; }
-std::int64_t ReplaySession::total_frames() const { return state_->reader.header().frame_count; }
-const std::string& ReplaySession::description() const { return state_->description; }
+RecordingForm RecordingReader::form() const { return state_->chains.form; }
+std::int64_t RecordingReader::total_frames() const { return state_->reader.header().frame_count; }
+const std::string& RecordingReader::description() const { return state_->description; }
 
-}  // namespace nav::sim
+}  // namespace nav::io
