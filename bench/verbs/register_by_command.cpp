@@ -35,8 +35,8 @@ Result<void> write_recording(const Sweep& sweep, const std::filesystem::path& fi
         frame, {"ProbeToTracker", tracked.reference_from_image.matrix(), TrackingStatus::kOk});
     io::set_transform(frame,
                       {"ReferenceToTracker", Eigen::Matrix4d::Identity(), TrackingStatus::kOk});
-    io::set_transform(frame,
-                      {"ImageToProbe", app::image_from_pixels(tracked.frame.grid), TrackingStatus::kOk});
+    io::set_transform(
+        frame, {"ImageToProbe", app::image_from_pixels(tracked.frame.grid), TrackingStatus::kOk});
     if (const auto written = writer->append(frame); !written) return written.error();
   }
   return writer->finish();
