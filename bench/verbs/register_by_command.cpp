@@ -42,6 +42,12 @@ Result<void> write_recording(const Sweep& sweep, const std::filesystem::path& fi
   return writer->finish();
 }
 
+/// The program sonde beside this one.
+std::string program_beside() {
+  std::error_code none;
+  return std::filesystem::read_symlink("/proc/self/exe", none).parent_path() / "sonde";
+}
+
 std::string words_of(const Eigen::Matrix4d& matrix) {
   std::ostringstream text;
   text << std::setprecision(17);
@@ -58,7 +64,7 @@ Result<CommandRun> register_by_command(const Sweep& sweep, const std::filesystem
   const std::filesystem::path report = folder / "report.json";
   if (const auto written = write_recording(sweep, recording); !written) return written.error();
   const auto run = run_program(
-      {"/proc/self/exe", "register", recording.string(), "--ct", ct.string(),
+      {program_beside(), "register", recording.string(), "--ct", ct.string(),
        "--accept-unknown-orientation", "--ct-from-reference", words_of(start.matrix()), "--effort",
        registration::to_string(effort), "--threads", "1", "--json", report.string()});
   std::ifstream in(report);

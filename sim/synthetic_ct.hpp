@@ -10,7 +10,7 @@
 
 #include "nav/volume.hpp"
 
-namespace nav::test {
+namespace nav::sim {
 
 /// An analytic abdomen in arterial phase, LPS mm about the origin, 340 × 260 × 300 mm: skin, fat,
 /// muscle, liver on the patient's right (x < 0) with vessels and a lesion, aorta in front of a
@@ -118,4 +118,4 @@ class SyntheticAbdomen {
   }
 };
 
-}  // namespace nav::test
+}  // namespace nav::sim
