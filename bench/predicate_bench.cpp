@@ -11,9 +11,8 @@
 #include <memory>
 #include <random>
 
+#include "bench/predicate_cases.hpp"
 #include "bench/predicate_frames.hpp"
-#include "bench/predicate_patient.hpp"
-#include "bench/predicate_phantom.hpp"
 #include "bench/scene_set.hpp"
 #include "render/engine.hpp"
 #include "render/spec/predicate_spec.hpp"
@@ -86,7 +85,7 @@ Result<PredicateBenchRow> measure_scene(const PredicateVolume& volume,
                                         const PredicateBenchOptions& options) {
   PredicateBenchRow row;
   row.scene = volume.name + "/" + look.name;
-  const Scene scene = predicate_scene(volume, look, options.width, options.height);
+  const Scene scene = predicate_scene(volume, look.model, options.width, options.height);
   const Scene standard = standard_scene(scene);
   const auto held = engine_bytes(scene, options.threads);
   if (!held) return held.error();
@@ -172,7 +171,7 @@ Result<void> add_patients(const PredicateBenchOptions& options,
                           std::vector<PredicateVolume>& volumes) {
   for (const char* name : {"carotid", "shoulder", "tendon"}) {
     if (!wanted(name, options)) continue;
-    auto volume = simulated_ultrasound(name, std::min(options.side, 256));
+    auto volume = patient_volume(name, std::min(options.side, 256));
     if (!volume) return volume.error();
     for (const auto& look : volume->looks) {
       if (!look.name.starts_with(options.look)) continue;

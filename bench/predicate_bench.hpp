@@ -25,7 +25,7 @@ struct PredicateBenchOptions {
   std::string look;      ///< Only predicate sets whose name begins with this; empty: all.
   bool cpu = true;       ///< The CPU engine.
   bool gl = true;        ///< The GL engine, if there is OpenGL.
-  bool patients = true;  ///< Also on simulated patients (bench/predicate_patient.hpp).
+  bool patients = true;  ///< Also on simulated patients (sim/predicate_patient.hpp).
 };
 
 /// One scene on the CPU engine. Predicates are compared with the standard transfer function of the

@@ -257,7 +257,7 @@ Result<GlPredicateReport> measure_gl_predicates(const std::vector<PredicateVolum
       report.device = engines->standard->device();
       report.width = engines->software ? width / 2 : width;
       report.height = engines->software ? height / 2 : height;
-      const Scene scene = predicate_scene(volume, look, report.width, report.height);
+      const Scene scene = predicate_scene(volume, look.model, report.width, report.height);
       GlPredicateRow row;
       row.scene = volume.name + "/" + look.name;
       if (auto ok = time_frames(*engines, scene, repeats, row); !ok) return ok.error();

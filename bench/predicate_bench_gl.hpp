@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "bench/predicate_cases.hpp"
 #include "bench/predicate_edit.hpp"
-#include "bench/predicate_phantom.hpp"
 
 namespace nav::bench {
 

@@ -7,8 +7,8 @@
 #include <iomanip>
 #include <sstream>
 
+#include "bench/predicate_cases.hpp"
 #include "bench/predicate_frames.hpp"
-#include "bench/predicate_patient.hpp"
 #include "render/gl/gl_device.hpp"
 #include "render/two_volumes.hpp"
 #include "sim/anatomy/patient.hpp"
@@ -175,7 +175,7 @@ Result<TwoVolumesReport> measure_engine(const EngineMaker& make, render::Scene s
 }  // namespace
 
 Result<render::Scene> two_volumes_scene(int side, int width, int height) {
-  auto volume = simulated_ultrasound("carotid", side);
+  auto volume = patient_volume("carotid", side);
   if (!volume) return volume.error();
   const auto ct = ct_of_the_patient();
   if (!ct) return ct.error();

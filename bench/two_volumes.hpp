@@ -14,7 +14,7 @@
 
 namespace nav::bench {
 
-/// The simulated carotid of bench/predicate_patient.hpp, side voxels along each axis, inside a CT
+/// The simulated carotid of sim/predicate_patient.hpp, side voxels along each axis, inside a CT
 /// of the same patient of 1 mm. It shows bone and arteries with the forked vessel by predicates,
 /// seen from the left and the front. side in [16, 512].
 Result<render::Scene> two_volumes_scene(int side, int width, int height);

@@ -126,7 +126,7 @@ function(nav_add_library name)
     nav_${name}
     PUBLIC nav::common ${arg_USES}
     PRIVATE nav::warnings ${arg_PRIVATE_USES})
-  if(name STREQUAL "app")
+  if(name MATCHES "^(app|bench_program)$")
     nav_precompile(nav_${name} nav_app_headers)
   else()
     nav_precompile(nav_${name} nav_library_headers)
@@ -192,9 +192,6 @@ endfunction()
 # program. `ctest -L bench` runs it once as a smoke test: all benchmarks, or those that match the
 # regex.
 function(nav_add_benchmark name)
-  if(NOT SONDE_BUILD_BENCH)
-    return()
-  endif()
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "SMOKE" "SOURCES;USES")
   if(NOT arg_SMOKE)
     set(arg_SMOKE ".")

@@ -4,9 +4,6 @@
 
 #include <CLI/CLI.hpp>
 
-#include "app/bench/bench.hpp"
-#include "app/bench/bench_derived.hpp"
-#include "app/bench/bench_registration.hpp"
 #include "app/options/session_config.hpp"
 #include "app/verbs/derive.hpp"
 #include "app/verbs/replay.hpp"
@@ -27,9 +24,5 @@ Result<void> refuse_idle_of_slices(const CLI::App& verb, const SessionConfig& co
                                    const SlicesOptions& options);
 Result<void> refuse_idle_of_derive(const CLI::App& verb, const DeriveOptions& options);
 Result<void> refuse_idle_of_simulate(const CLI::App& verb, const SimulateOptions& options);
-Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchRenderOptions& options);
-Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchPredicatesOptions& options);
-Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchRegistrationOptions& options);
-Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchDerivedOptions& options);
 
 }  // namespace nav::app

@@ -4,7 +4,7 @@
 
 #include "app/options/option_checks.hpp"
 #include "app/predicates/predicate_scribbles.hpp"
-#include "bench/predicate_patient.hpp"
+#include "sim/predicate_patient.hpp"
 
 namespace nav::app {
 namespace {
@@ -20,7 +20,7 @@ Value or_throw(Result<Value> value) {
 void add_volume_options(CLI::App& verb, PredicateOptions& o) {
   verb.add_option("volume", o.volume, "3D ultrasound; absent: a phantom");
   verb.add_option("--phantom", o.phantom,
-                  "neck, or a simulated patient: " + bench::simulated_ultrasound_names())
+                  "neck, or a simulated patient: " + sim::simulated_ultrasound_names())
       ->capture_default_str();
   verb.add_option("--phantom-side", o.phantom_side, "voxels")->capture_default_str();
   add_ultrasound_options(verb, o);

@@ -8,11 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "app/bench/bench.hpp"
-#include "app/bench/bench_derived.hpp"
-#include "app/bench/bench_registration.hpp"
 #include "app/console.hpp"
-#include "app/gallery/gallery.hpp"
 #include "app/options/session_config.hpp"
 #include "app/verbs/demo.hpp"
 #include "app/verbs/derive.hpp"
@@ -41,8 +37,7 @@ class CommandLine {
     add_slices();
     add_predicates();
     add_derive();
-    add_bench();
-    add_gallery();
+    add_bench_program();
     add_devices();
     add_simulate();
   }
@@ -58,11 +53,7 @@ class CommandLine {
   void add_slices();
   void add_predicates();
   void add_derive();
-  void add_bench();
-  void add_bench_registration(CLI::App& bench);
-  void add_bench_derived(CLI::App& bench);
-  void add_bench_predicates(CLI::App& bench);
-  void add_gallery();
+  void add_bench_program();
   void add_devices();
   void add_simulate();
   void add_json(CLI::App& verb) {
@@ -86,12 +77,6 @@ class CommandLine {
   SlicesOptions slices_;
   DeriveOptions derive_;
   std::vector<double> target_;
-  BenchRenderOptions bench_;
-  BenchPredicatesOptions predicates_;
-  BenchScalingOptions scaling_;
-  BenchRegistrationOptions bench_registration_;
-  BenchDerivedOptions derived_;
-  GalleryOptions gallery_;
   SimulateOptions simulate_;
   bool accept_unknown_orientation_ = false;
   bool print_session_ = false;

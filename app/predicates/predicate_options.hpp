@@ -26,7 +26,7 @@ struct HistogramEdit {
 /// session file (section predicates).
 struct PredicateOptions {
   std::filesystem::path volume;   ///< 3D ultrasound; empty: the phantom.
-  std::string phantom = "neck";   ///< "neck", or a simulated patient (bench/predicate_patient.hpp).
+  std::string phantom = "neck";   ///< "neck", or a simulated patient (sim/predicate_patient.hpp).
   int phantom_side = 192;         ///< Voxels, [32, 512].
   bool alone = false;             ///< In a replay: instead of the CT, not inside it.
   double ct_importance = 1;       ///< Impact of the CT beside it: render::UltrasoundVolume.

@@ -8,12 +8,12 @@
 #include <sstream>
 
 #include "app/predicates/feature_maker.hpp"
+#include "app/predicates/phantom_volume.hpp"
 #include "app/predicates/predicate_labels.hpp"
 #include "app/predicates/predicate_layers.hpp"
 #include "app/predicates/predicate_scan_lines.hpp"
 #include "app/predicates/predicate_scribbles.hpp"
 #include "app/predicates/predicate_white.hpp"
-#include "bench/predicate_patient.hpp"
 #include "io/ct.hpp"
 #include "nav/threads.hpp"
 #include "render/features/derived_features.hpp"
@@ -45,24 +45,20 @@ std::optional<render::ScanGeometry> scan_of(const PredicateOptions& options, con
   return render::ParallelScan{nearest_voxel(volume, into, stored_value(options.unknown)), {into}};
 }
 
-Result<bench::PredicateVolume> phantom_of(const PredicateOptions& options) {
-  if (options.phantom != "neck") {
-    auto volume = bench::simulated_ultrasound(options.phantom, options.phantom_side);
-    if (!volume) return Error{volume.error().code, "predicates." + volume.error().message};
-    return volume;
-  }
-  // Its features are derived as in any other volume, not taken from the phantom's truth.
-  return bench::neck_volume(options.phantom_side);
+Result<render::PredicateVolume> phantom_of(const PredicateOptions& options) {
+  auto volume = phantom_volume(options.phantom, options.phantom_side);
+  if (volume || options.phantom == "neck") return volume;
+  return Error{volume.error().code, "predicates." + volume.error().message};
 }
 
-Result<bench::PredicateVolume> volume_of(const PredicateOptions& options, int threads,
-                                         Console& console) {
-  auto out = [&]() -> Result<bench::PredicateVolume> {
+Result<render::PredicateVolume> volume_of(const PredicateOptions& options, int threads,
+                                          Console& console) {
+  auto out = [&]() -> Result<render::PredicateVolume> {
     if (options.volume.empty()) return phantom_of(options);
     auto read = read_ultrasound(options.volume, console);
     if (!read) return read.error();
-    return bench::PredicateVolume{
-        options.volume.stem().string(), std::make_shared<const Volume>(*std::move(read)), {}, {}};
+    return render::PredicateVolume{
+        options.volume.stem().string(), std::make_shared<const Volume>(*std::move(read)), {}};
   }();
   if (!out) return out;
   const VoxelGrid& grid = out->ultrasound->grid();
@@ -90,7 +86,7 @@ Result<bench::PredicateVolume> volume_of(const PredicateOptions& options, int th
 }
 
 /// Before anything is computed: what predicates ask for and only the user can give.
-Result<void> check_needs(const PredicateOptions& options, const bench::PredicateVolume& volume,
+Result<void> check_needs(const PredicateOptions& options, const render::PredicateVolume& volume,
                          const render::PredicateModel& model, DistancesFrom from) {
   const render::PredicatePlace place{volume.ultrasound->grid(), volume.predicates.scan, {}, {}};
   for (const std::string& name : kinds_of(model)) {
@@ -122,7 +118,7 @@ Result<void> check_needs(const PredicateOptions& options, const bench::Predicate
 }
 
 Result<void> add_features(const PredicateOptions& options, const PredicateFile& file, int threads,
-                          bench::PredicateVolume& volume, Console& console) {
+                          render::PredicateVolume& volume, Console& console) {
   FeatureMaker maker(threads, options.cache, console);
   render::DerivedFeatureOptions derive;
   derive.gradient.smoothing_mm = file.smoothing_mm;

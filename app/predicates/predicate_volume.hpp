@@ -8,15 +8,15 @@
 #include "app/console.hpp"
 #include "app/predicates/predicate_file.hpp"
 #include "app/predicates/predicate_options.hpp"
-#include "bench/predicate_phantom.hpp"
+#include "render/predicates/volume_scene.hpp"
 #include "render/scene.hpp"
 
 namespace nav::app {
 
 /// A volume that predicates can draw.
 struct PreparedPredicates {
-  PredicateFile file;             ///< The set-up, edits applied.
-  bench::PredicateVolume volume;  ///< With the scene part that the set-up and its features give.
+  PredicateFile file;              ///< The set-up, edits applied.
+  render::PredicateVolume volume;  ///< With the scene part that the set-up and its features give.
 };
 
 /// An option of a stored value, which its own checks hold within 16 bits.

@@ -23,10 +23,10 @@ namespace {
 using render::features::Stroke;
 
 render::Scene scene_of(const SessionConfig& config, const PredicateFile& file,
-                       const bench::PredicateVolume& volume) {
+                       const render::PredicateVolume& volume) {
   const PredicateOptions& options = config.predicates;
-  render::Scene scene = bench::predicate_scene(volume, {file.name, file.model}, config.output.width,
-                                               config.output.height);
+  render::Scene scene =
+      render::predicate_scene(volume, file.model, config.output.width, config.output.height);
   const Eigen::Vector3d look_at = scene.camera.look_at_ct.mm;
   const double fitting = (scene.camera.eye_ct.mm - look_at).norm();
   const double distance = config.view.distance_mm > 0 ? config.view.distance_mm : fitting;
@@ -131,7 +131,7 @@ Result<std::vector<PredicatePanel>> compare(render::Engine& engine, const render
   auto right = draw(engine, scene, console);  // Says what is wrong with the options.
   if (!right) return right.error();
   warn_if_empty(*right, scene, console);
-  auto left = draw(engine, bench::standard_scene(scene), console);
+  auto left = draw(engine, render::standard_scene(scene), console);
   if (!left) return left.error();
   return std::vector<PredicatePanel>{{"standard transfer function", *std::move(left)},
                                      {"predicates", *std::move(right), scene.predicates->model}};

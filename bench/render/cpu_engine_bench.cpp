@@ -4,10 +4,10 @@
 // warm caches; "prepare" is the single cost of a new volume or a new transfer function.
 #include <benchmark/benchmark.h>
 
-#include "bench/support/synthetic_ct.hpp"
 #include "render/engine.hpp"
 #include "render/skipping/brick_grid.hpp"
 #include "render/transfer/transfer_table.hpp"
+#include "sim/synthetic_ct.hpp"
 
 namespace {
 
@@ -15,8 +15,8 @@ using namespace nav;
 using namespace nav::render;
 
 std::shared_ptr<const Volume> abdomen(int n) {
-  static const auto small = test::SyntheticAbdomen::volume(128);
-  static const auto large = test::SyntheticAbdomen::volume(256);
+  static const auto small = sim::SyntheticAbdomen::volume(128);
+  static const auto large = sim::SyntheticAbdomen::volume(256);
   return n == 128 ? small : large;
 }
 
@@ -104,7 +104,7 @@ void projection(benchmark::State& state, Projection kind) {
 /// An edit of the transfer function at 384³: visibility and importance of 48³ bricks, distances,
 /// depths, visibility of parts.
 void reclassify(benchmark::State& state, const char* preset) {
-  static const auto ct = test::SyntheticAbdomen::volume(384);
+  static const auto ct = sim::SyntheticAbdomen::volume(384);
   static const BrickGrid grid = make_brick_grid(*ct, 0);
   static const BrickGrid parts = make_part_grid(*ct, 0);
   const TransferTable table(*preset_transfer_function(preset));

@@ -236,7 +236,7 @@ TEST_F(CommandLineTest, AValueOutOfRangeInASessionFileIsNamedByItsKey) {
                  {"session.toml: output.width_px: expected 16 to 8192, found 0"});
 }
 
-TEST_F(CommandLineTest, OptionsOfPredicatesAndBenchesThatWouldDoNothingAreRefused) {
+TEST_F(CommandLineTest, OptionsOfPredicatesThatWouldDoNothingAreRefused) {
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"predicates u.mha --print-session --phantom neck",
             "--phantom: expected no volume, which is drawn instead, beside it, found u.mha"},
@@ -246,28 +246,6 @@ TEST_F(CommandLineTest, OptionsOfPredicatesAndBenchesThatWouldDoNothingAreRefuse
             "--scribble-share: expected --scribbles, --show or --hide beside it, found none"},
            {"predicates --print-session --into 0 1 0 --face-radius-mm 9",
             "--face-radius-mm: expected --apex"},
-           {"bench render --part live --scene x",
-            "--scene: expected --part compare, skipping or costs beside it, found live"},
-           {"bench render --part live --ct x", "--ct: expected --part compare, skipping or costs"},
-           {"bench render --part skipping --costs", "--costs: expected --part live"},
-           {"bench render --part skipping --width 64",
-            "--width: expected --part compare, live or costs"},
-           {"bench render --quick --height 64", "--height: expected no --quick"},
-           {"bench predicates --quick --side 64", "--side: expected no --quick"},
-           {"bench predicates --volume prostate --side 64",
-            "--side: expected a simulated --volume beside it, found prostate"},
-           {"bench predicates --engine gl --threads 1", "--threads: expected --engine cpu or both"},
-           {"bench predicates --volume two --threads 1", "--threads: expected a --volume"},
-           {"bench predicates --volume features --width 300", "--width: expected a --volume that"},
-           {"bench predicates --volume features --look vessel", "--look: expected a --volume that"},
-           {"bench predicates --look vessel",
-            "--look: expected a --volume that has some beside it"},
-           {"bench predicates --volume features --engine gl", "--engine: expected --volume of"},
-           {"bench registration --part skin --trials t.csv", "--trials: expected --part cohort"},
-           {"bench registration --part skin --effort quick",
-            "--effort: expected --part cohort, faults"},
-           {"bench registration --part skin --no-evaluation", "--no-evaluation: expected --part"},
-           {"bench registration --part curve --patients 2", "--patients: expected a --part other"},
            {"slices c.mha --out o --mode mean", "--mode: expected --slab beside it, found thin"},
            {"derive u.mha --out o --feature depth --unknown 60",
             "--unknown: expected a --feature of what the voxels hold beside it, found depth"},
@@ -278,9 +256,7 @@ TEST_F(CommandLineTest, OptionsOfPredicatesAndBenchesThatWouldDoNothingAreRefuse
             "--bright: expected --feature vesselness beside it, found others"},
            {"derive u.mha --out o --feature snr vesselness --apex 0 0 0",
             "--apex: expected --feature confidence, gradient-angle, -along, -across or depth "
-            "beside it"},
-           {"bench derived --quick --side 64",
-            "--side: expected no --quick, which has a side of its own, beside it, found both"}}) {
+            "beside it"}}) {
     expect_refusal(arguments, 2, {refusal});
   }
   const Outcome strokes = sonde(
@@ -297,20 +273,6 @@ TEST_F(CommandLineTest, OptionsOfAnUltrasoundVolumeAreThoseOfPredicatesInAReplay
   for (const char* piece : {"u.mha'", "a.mha'", "into = [ 0.0, 1.0, 0.0 ]", "white = 200.0"}) {
     EXPECT_NE(outcome.output.find(piece), std::string::npos) << piece << "\n" << outcome.output;
   }
-}
-
-TEST_F(CommandLineTest, SkippingIsMeasuredAboutACubicPatientAlone) {
-  const auto json = folder_ / "bench.json";
-  const Outcome outcome =
-      sonde("bench render --quick --part skipping --scene patient-64/vessels-only --json " +
-            json.string());
-  ASSERT_EQ(outcome.code, 0) << outcome.errors;
-  const io::Json report = io::read_json("bench.json");
-  ASSERT_EQ(report["skip_bounds"].size(), 1U);
-  EXPECT_EQ(report["skip_bounds"][0]["scene"], "patient-64/vessels-only/perspective/shaded");
-  EXPECT_EQ(report["skip_bounds"][0]["bit_identical"], true);
-  EXPECT_TRUE(report["ratios"]["samples_skip_off_over_on"]["bit_identical"].is_null());
-  expect_refusal("bench render --part skipping --scene patient-257", 2, {"--scene", "patient-257"});
 }
 
 }  // namespace

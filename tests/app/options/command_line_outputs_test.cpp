@@ -18,10 +18,6 @@ TEST_F(CommandLineTest, WhatCannotBeWrittenIsRefusedAtOnce) {
   const std::string nowhere = (folder_ / "none" / "x").string();
   const std::string ultrasound = write_ultrasound(folder_ / "us.mha");
   for (const auto& [arguments, option] : std::vector<std::pair<std::string, std::string>>{
-           {"bench render --quick --json " + nowhere, "--json: "},
-           {"bench predicates --quick --json " + nowhere, "--json: "},
-           {"bench derived --json " + nowhere, "--json: "},
-           {"bench registration --json " + nowhere, "--json: "},
            {"predicates --phantom-side 512 --out " + nowhere + ".png", "--out: "},
            {"predicates --phantom-side 512 --out x.png --save " + nowhere, "--save: "}}) {
     expect_refusal(arguments, 3, {option, "none/x"});
@@ -71,8 +67,6 @@ TEST_F(CommandLineTest, NoOutputReplacesAnInputOrAnother) {
   expect_refusal("register " + sweep + " --json " + sweep, 2, {"--json", "that of sweep"});
   expect_refusal("simulate --out a.mha --ct a.mha", 2, {"--ct", "that of --out"});
   expect_refusal("info " + sweep + " --json " + sweep, 2, {"--json", "that of file"});
-  const std::string ct = write_ct();
-  expect_refusal("bench render --ct " + ct + " --json " + ct, 2, {"--json", "that of --ct"});
 }
 
 /// Files that are read late, or only where a look or predicates ask for them.
@@ -112,7 +106,6 @@ TEST_F(CommandLineTest, NoOutputReplacesWhatALookOrASessionReads) {
   expect_refusal("replay --session " + session + " --look " + look + " --json " + look, 2,
                  {"--json", "that of --look"});
   expect_refusal("register --landmarks o/report.json --out o", 2, {"--out", "that of --landmarks"});
-  expect_refusal("bench registration --trials x --json x", 2, {"--trials", "that of --json"});
   for (const std::string& file : {look, mesh, other}) EXPECT_EQ(text_of(file), "mine") << file;
 }
 

@@ -55,7 +55,7 @@ class CommandLineTest : public ::testing::Test {
   /// libraries takes longer than most of what is asked of it. arguments: as for a shell.
   Outcome sonde(const std::string& arguments) {
     wordexp_t words{};
-    EXPECT_EQ(::wordexp(("sonde " + arguments).c_str(), &words, WRDE_NOCMD | WRDE_UNDEF), 0)
+    EXPECT_EQ(::wordexp((program_ + " " + arguments).c_str(), &words, WRDE_NOCMD | WRDE_UNDEF), 0)
         << arguments;
     // A copy has none of the other threads, but waits for their locks.
     EXPECT_EQ(threads_here(), 1);
@@ -65,7 +65,7 @@ class CommandLineTest : public ::testing::Test {
     const pid_t child = ::fork();
     if (child == 0) {
       if (!redirect(output, errors)) std::_Exit(127);
-      const int code = run_command_line(static_cast<int>(words.we_wordc), words.we_wordv);
+      const int code = run_(static_cast<int>(words.we_wordc), words.we_wordv);
       std::fflush(nullptr);
       std::_Exit(code);  // std::exit() would take for leaks what the test still holds.
     }
@@ -88,18 +88,18 @@ class CommandLineTest : public ::testing::Test {
                       std::initializer_list<std::string> pieces) {
     expect_refusal(sonde(arguments), arguments, code, pieces);
   }
-  static void expect_refusal(const Outcome& outcome, const std::string& arguments, int code,
-                             std::initializer_list<std::string> pieces) {
+  void expect_refusal(const Outcome& outcome, const std::string& arguments, int code,
+                      std::initializer_list<std::string> pieces) const {
     EXPECT_EQ(outcome.code, code) << arguments << "\n" << outcome.errors;
     std::istringstream lines(outcome.errors);
     int errors = 0;
     std::string error;
     for (std::string line; std::getline(lines, line);) {
-      if (line.starts_with("sonde: error: ")) {
+      if (line.starts_with(program_ + ": error: ")) {
         ++errors;
         error = line;
       }
-      EXPECT_FALSE(line.starts_with("sonde: bug: ")) << line;
+      EXPECT_FALSE(line.starts_with(program_ + ": bug: ")) << line;
     }
     EXPECT_EQ(errors, 1) << arguments << "\n" << outcome.errors;
     for (const std::string& piece : pieces) {
@@ -163,11 +163,13 @@ class CommandLineTest : public ::testing::Test {
            (folder_ / out).string() + " --width " + std::to_string(width) + " --height " +
            std::to_string(height) + " --step 2 --json " + (folder_ / "replay.json").string();
   }
-  io::Json io::read_json(const std::string& name) {
+  io::Json read_json(const std::string& name) {
     std::ifstream file(folder_ / name);
     return io::Json::parse(file, nullptr, false);
   }
   test::TemporaryFolder folder_;
+  std::string program_ = "sonde";  ///< Its name in messages.
+  int (*run_)(int argc, const char* const* argv) = &run_command_line;
 };
 
 /// A small ultrasound volume of 20 x 24 x 18 voxels of 1 mm.

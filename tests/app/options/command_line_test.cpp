@@ -52,12 +52,23 @@ TEST_F(CommandLineTest, BuiltProgramIsTheOneTestedHere) {
 TEST_F(CommandLineTest, HelpAndVersionSucceedEverywhere) {
   EXPECT_EQ(sonde("--version").code, 0);
   EXPECT_NE(sonde("--version").output.find("sonde "), std::string::npos);
-  for (const char* verb : {"", "demo", "replay", "register", "info", "bench", "bench render",
-                           "bench scaling", "gallery", "devices"}) {
+  for (const char* verb : {"", "demo", "replay", "register", "info", "devices"}) {
     const Outcome help = sonde(std::string(verb) + " --help");
     EXPECT_EQ(help.code, 0) << verb;
     EXPECT_NE(help.output.find("Usage"), std::string::npos) << verb;
   }
+}
+
+TEST_F(CommandLineTest, BenchAndGalleryNeedTheProgramBesideIt) {
+  // Neither this test's folder nor the PATH has it.
+  const char* path = std::getenv("PATH");
+  const std::string before = path == nullptr ? "" : path;
+  ::setenv("PATH", folder_.path().c_str(), 1);
+  for (const char* arguments : {"bench render --quick", "-v bench --help", "gallery --out x"}) {
+    expect_refusal(arguments, kExitDevice,
+                   {"sonde-bench is not installed", "SONDE_BUILD_BENCH=ON"});
+  }
+  ::setenv("PATH", before.c_str(), 1);
 }
 
 TEST_F(CommandLineTest, UsageErrorsExitWithTwo) {
@@ -95,9 +106,6 @@ TEST_F(CommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
            {"demo --out x --step fine", "--step: expected a number, found fine"},
            {"demo --out x --rms-error 7", "--rms-error: expected 1e-05 to 1, found 7"},
            {"register --target 1 2 x", "--target: expected 3 numbers, found 1 2 x"},
-           {"bench render --width five", "--width: expected 16 to 8192 pixels, found five"},
-           {"bench scaling --largest 9999", "--largest: expected 64 to 768 voxels, found 9999"},
-           {"bench registration --patients 0", "--patients: expected 1 to 100 patients, found 0"},
            {"simulate --out x.mha --rows many",
             "--rows: expected 0 (the probe's own) or 16 to 4096 pixels, found many"},
            {"simulate --out x.mha --frame-rate-hz fast",
@@ -113,9 +121,6 @@ TEST_F(CommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
            {"demo", "--out: expected a value (folder to write to), found none"},
            {"info", "file: expected a value (file, or DICOM folder), found none"},
            // Names.
-           {"bench render --part x", "--part: expected compare, live, skipping or costs, found x"},
-           {"bench registration --model x", "--model: expected rays or scatterers, found x"},
-           {"bench registration --effort x", "--effort: expected quick or usual, found x"},
            {"demo --out x --cutaway-around liver",
             "--cutaway-around: expected plane, needle or targets, found liver"},
            {"simulate --out x.mha --tracker laser",
@@ -137,14 +142,8 @@ TEST_F(CommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
            {"predicates --apex 1 2 3 --into 0 1 0", "--into: expected it or --apex, found both"},
            {"demo --out x --foo",
             "sonde demo: expected an option that 'sonde demo --help' lists, found --foo"},
-           {"bench render foo",
-            "sonde bench render: expected no further argument than 'sonde bench render --help' "
-            "lists, found foo"},
            {"", "verb: expected one of " + verbs + ", found none"},
-           {"levitate", "verb: expected one of " + verbs + ", found 'levitate'"},
-           {"bench foo",
-            "sonde bench: expected one of render, predicates, scaling, registration or derived, "
-            "found 'foo'"}}) {
+           {"levitate", "verb: expected one of " + verbs + ", found 'levitate'"}}) {
     expect_refusal(arguments, 2, {"sonde: error: " + sentence});
   }
   // Each choice that is named is one.

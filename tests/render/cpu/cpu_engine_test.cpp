@@ -8,8 +8,8 @@
 #include <random>
 #include <sstream>
 
-#include "bench/support/synthetic_ct.hpp"
 #include "render/cpu/cpu_inputs.hpp"
+#include "sim/synthetic_ct.hpp"
 #include "tests/render/scene_support.hpp"
 #include "tests/support/trials.hpp"
 
@@ -602,7 +602,7 @@ TEST(CpuEngineTest, ShadesNoisyTissueAtSeveralPointsOfACell) {
 TEST(CpuEngineTest, AgreesWithTheReferenceOnAnAbdomen) {
   constexpr float kTwoGreyLevels = 2.0F / 255;
   constexpr double kShare = 0.001;
-  const auto ct = test::SyntheticAbdomen::volume(96);
+  const auto ct = sim::SyntheticAbdomen::volume(96);
   const auto cpu = make_cpu_engine();
   const auto reference = make_reference_engine();
   for (const char* preset : test::trials({"ct-bone", "ct-soft-tissue", "cta-vessels"})) {

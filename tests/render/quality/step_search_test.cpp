@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "bench/support/synthetic_ct.hpp"
 #include "render/quality/ray_sparing.hpp"
+#include "sim/synthetic_ct.hpp"
 #include "tests/render/scene_support.hpp"
 #include "tests/support/trials.hpp"
 
@@ -17,7 +17,7 @@ namespace nav::render {
 namespace {
 
 Scene abdomen(const char* preset, bool shaded) {
-  static const auto ct = test::SyntheticAbdomen::volume(64);
+  static const auto ct = sim::SyntheticAbdomen::volume(64);
   Scene scene{ct, *preset_transfer_function(preset), {}, {}, {}, {}, {}, {}};
   scene.camera = {{{-180, -620, 160}}, {{0, 0, 0}}, {{0, 0, 1}}};
   scene.shading.enabled = shaded;
