@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "app/report.hpp"
-#include "bench/render_adaptive.hpp"
 #include "bench/render_comparison.hpp"
 #include "bench/render_costs.hpp"
 #include "bench/render_live.hpp"
@@ -26,7 +25,6 @@ struct BenchRenderReport {
   std::vector<bench::Interaction> interaction;
   std::optional<bench::EditCost> edit;
   std::optional<bench::CostTable> costs;
-  std::vector<bench::AdaptiveCurve> adaptive;  ///< With costs.
   struct SceneCosts {
     std::string scene;
     bench::CostTable costs;
