@@ -225,6 +225,5 @@ MarchSet portable_marches();
 // Call these through cpu_marches(), because they need AVX2 and FMA, or x86-64-v4.
 MarchSet avx2_marches();
 MarchSet avx512_marches();
-MarchSet avx512_gathers_marches();  ///< Loads voxels by gathers.
 
 }  // namespace nav::render
