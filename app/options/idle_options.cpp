@@ -233,23 +233,19 @@ Result<void> refuse_idle_of_replay(const CLI::App& verb, const SessionConfig& co
 Result<void> refuse_idle_of_register(const CLI::App& verb, const SessionConfig& config,
                                      const RegisterOptions& options) {
   return refuse_idle(
-      verb, {{{"--series", "--accept-unknown-orientation"}, !config.ct.path.empty(), "--ct"},
-             folder_of_series(config),
-             {{"--config", "--image-frame", "--probe-frame", "--tracker-frame", "--needle-frame",
-               "--temporal-offset-ms", "--skip-bad-frames", "--effort", "--time-limit",
-               "--similarity", "--loss", "--stretch", "--calibration-sigma-mm", "--threads",
-               "--window-level", "--window-width"},
-              !config.source.recording.empty(),
-              "a sweep"},
-             {{"--window-level", "--window-width"}, !config.output.folder.empty(), "--out"},
-             {{"--calibration-sigma-mm"},
-              options.similarity == "lc2",
-              "--similarity lc2",
-              options.similarity},
-             {{"--ct-from-reference"},
-              options.landmarks.empty(),
-              "no --landmarks, which are the start,",
-              "both"}});
+      verb,
+      {{{"--series", "--accept-unknown-orientation"}, !config.ct.path.empty(), "--ct"},
+       folder_of_series(config),
+       {{"--config", "--image-frame", "--probe-frame", "--tracker-frame", "--needle-frame",
+         "--temporal-offset-ms", "--skip-bad-frames", "--effort", "--time-limit", "--loss",
+         "--stretch", "--calibration-sigma-mm", "--threads", "--window-level", "--window-width"},
+        !config.source.recording.empty(),
+        "a sweep"},
+       {{"--window-level", "--window-width"}, !config.output.folder.empty(), "--out"},
+       {{"--ct-from-reference"},
+        options.landmarks.empty(),
+        "no --landmarks, which are the start,",
+        "both"}});
 }
 
 Result<void> refuse_idle_of_predicates(const CLI::App& verb, const PredicateOptions& options) {

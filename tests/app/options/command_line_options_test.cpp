@@ -205,7 +205,6 @@ TEST_F(CommandLineTest, OptionsOfARegistrationThatWouldDoNothingAreRefused) {
            {"--landmarks p.csv --temporal-offset-ms 5", "--temporal-offset-ms: expected a sweep"},
            {"--landmarks p.csv --effort quick", "--effort: expected a sweep"},
            {"--landmarks p.csv --time-limit 5", "--time-limit: expected a sweep"},
-           {"--points p --surface s.vtk --similarity mi", "--similarity: expected a sweep"},
            {"--points p --surface s.vtk --threads 2", "--threads: expected a sweep"},
            {"--landmarks p.csv --window-level 60", "--window-level: expected a sweep"},
            {"x.mha --ct y.mha --window-width 9", "--window-width: expected --out beside it"},
