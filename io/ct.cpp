@@ -153,14 +153,14 @@ std::string meta_header(const VoxelGrid& grid, const std::string& compressed_siz
   text += compressed_size.empty()
               ? std::string("CompressedData = False\n")
               : "CompressedData = True\nCompressedDataSize = " + compressed_size + "\n";
-  // Column-major storage is the order of the format: one direction after the other.
+  // Column-major storage is the order of the format: one direction after another.
   text += "TransformMatrix = " + join(grid.directions.reshaped()) + "\n";
   text += "Offset = " + join(grid.origin_mm) + "\nCenterOfRotation = 0 0 0\n";
   text += "ElementSpacing = " + join(grid.spacing_mm) + "\nDimSize = " + join(grid.size) + "\n";
   return text + "ElementType = MET_SHORT\nElementDataFile = LOCAL\n";
 }
 
-/// The whole volume as one zlib stream.
+/// Compresses the whole volume to one zlib stream.
 Result<std::vector<std::byte>> deflate_all(std::span<const std::byte> bytes) {
   auto deflater = detail::Deflater::create(detail::DeflateFormat::kZlib);
   if (!deflater) return deflater.error();

@@ -104,7 +104,7 @@ Result<void> check_animation(const std::vector<Image2d<Rgba8>>& frames, int fram
   return {};
 }
 
-/// One picture in the encoder's form; pixels are copied by the encoder.
+/// Adds one image to the encoder, which copies the pixels.
 bool add_frame(WebPAnimEncoder* encoder, const Image2d<Rgba8>& frame, int time_ms,
                const WebPConfig& config) {
   WebPPicture picture;
@@ -133,7 +133,7 @@ Result<void> write_animation(const std::vector<Image2d<Rgba8>>& frames, int fram
   }
   config.quality = options.quality;
   config.lossless = options.lossless ? 1 : 0;
-  config.exact = options.lossless ? 1 : 0;  // Colours under full transparency stay.
+  config.exact = options.lossless ? 1 : 0;  // Keeps the colours of fully transparent pixels.
   const std::unique_ptr<WebPAnimEncoder, void (*)(WebPAnimEncoder*)> encoder(
       WebPAnimEncoderNew(frames[0].width(), frames[0].height(), &encoder_options),
       WebPAnimEncoderDelete);

@@ -8,13 +8,13 @@
 namespace nav::io {
 namespace {
 
-/// Six digits of poses 2 m away, through which the calibration may have been written, move a corner
-/// by less.
+/// Tolerance for the positions of the corners. The calibration may have been written through poses
+/// 2 m away with six digits, which move a corner by less than this.
 constexpr double kSamePlaceMm = 0.05;
 
 std::string name_of(const Chain& chain) { return chain.from + "To" + chain.to; }
 
-/// How far a corner of the picture lies apart.
+/// Largest distance between corresponding corners of the image.
 double apart_mm(const ImageCalibration& a, const ImageCalibration& b,
                 const SequenceHeader& header) {
   double most = 0;
@@ -30,9 +30,8 @@ double apart_mm(const ImageCalibration& a, const ImageCalibration& b,
 
 }  // namespace
 
-Result<ImageCalibration> calibration_of(const Chain& probe_from_pixels,
-                                            const SequenceFrame& frame,
-                                            const SequenceHeader& header) {
+Result<ImageCalibration> calibration_of(const Chain& probe_from_pixels, const SequenceFrame& frame,
+                                        const SequenceHeader& header) {
   const std::string where = "frame " + std::to_string(frame.index) + ": ";
   const auto value = probe_from_pixels.evaluate(frame);
   if (!value) return Error{ErrorCode::kMalformedData, value.error().message};
@@ -48,7 +47,7 @@ Result<ImageCalibration> calibration_of(const Chain& probe_from_pixels,
 }
 
 Result<ImageCalibration> recorded_calibration(const Chain& probe_from_pixels,
-                                                  const SequenceReader& reader) {
+                                              const SequenceReader& reader) {
   const SequenceHeader& header = reader.header();
   std::optional<ImageCalibration> found;
   std::int64_t first = 0;
@@ -57,7 +56,8 @@ Result<ImageCalibration> recorded_calibration(const Chain& probe_from_pixels,
     const auto frame = reader.frame_fields(i);
     const auto calibration =
         frame ? calibration_of(probe_from_pixels, *frame, header) : frame.error();
-    if (!calibration) {  // Told when the frame itself is replayed, unless there is no other.
+    // The error is reported when the frame itself is replayed, unless no other calibration exists.
+    if (!calibration) {
       reason = calibration.error();
     } else if (!found) {
       found = *calibration;

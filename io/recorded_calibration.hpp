@@ -7,16 +7,16 @@
 
 namespace nav::io {
 
-/// The calibration (Image to Probe) as one frame of a recording has it. Errors name frame and
-/// transform: kMalformedData where it cannot be read or cannot be, kUnsupportedData where its own
-/// status disowns it.
-Result<ImageCalibration> calibration_of(const Chain& probe_from_pixels,
-                                            const SequenceFrame& frame,
-                                            const SequenceHeader& header);
+/// Calibration (Image to Probe) in one frame of a recording. Errors name frame and transform:
+/// kMalformedData for an unreadable or impossible one, kUnsupportedData if its own status says that
+/// it is invalid.
+Result<ImageCalibration> calibration_of(const Chain& probe_from_pixels, const SequenceFrame& frame,
+                                        const SequenceHeader& header);
 
-/// The calibration of a whole recording: that of all frames that have one. kMalformedData where two
-/// differ by more than rounding of text; without any, the error of the last frame.
+/// Calibration of a whole recording: the one that all frames with a calibration share.
+/// kMalformedData when two differ by more than the rounding of text; without any, the error of the
+/// last frame.
 Result<ImageCalibration> recorded_calibration(const Chain& probe_from_pixels,
-                                                  const SequenceReader& reader);
+                                              const SequenceReader& reader);
 
 }  // namespace nav::io

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <set>
 
-#include "io/sequence.hpp"
 #include "io/recorded_calibration.hpp"
+#include "io/sequence.hpp"
 
 namespace nav::io {
 namespace {
 
-/// Text with six digits moves a spacing by less than this share from frame to frame.
+/// Share by which the rounding of text to six digits may change a spacing between frames.
 constexpr double kGridTolerance = 1e-3;
 
 bool is_claimed(TrackingStatus status) {
@@ -36,12 +36,13 @@ struct Chains {
   RecordingForm form;
   Chain probe;                     ///< Image to reference in kImageInReference.
   std::optional<Chain> reference;  ///< Reference to tracker.
-  std::optional<Chain> needle;     ///< Needle to tracker, or to what plays it.
+  /// Needle to tracker, or to the frame that is used as the tracker.
+  std::optional<Chain> needle;
 };
 
-/// A chain whose poses come with the frames.
+/// Finds a chain that contains transforms of the recording's frames.
 std::optional<Chain> moving(const TransformTree& tree, const std::string& from,
-                                const std::string& to) {
+                            const std::string& to) {
   auto chain = tree.find(from, to);
   if (!chain || !uses_frames(*chain)) return std::nullopt;
   return std::move(*chain);
@@ -70,7 +71,7 @@ Result<Chains> choose_chains(const TransformTree& tree, const RecordingOptions& 
                                          tree.describe()};
 }
 
-/// Adds the needle's chain, if a needle is named.
+/// Adds the chain of the needle, if one is named.
 Result<void> choose_needle(const TransformTree& tree, const RecordingOptions& o, Chains& chains) {
   if (o.needle_frame.empty()) return {};
   const bool tracked = chains.form == RecordingForm::kTracked;
@@ -86,12 +87,12 @@ bool same_grid(const PixelGrid& a, const PixelGrid& b) {
   return (a.mm_per_pixel - b.mm_per_pixel).cwiseAbs().maxCoeff() <= kGridTolerance * scale;
 }
 
-/// The image plays the probe, so the step between them is that of a frame onto itself.
+/// The image is used as the probe, so the transform between them is the identity.
 ImageCalibration without_step(const ImageCalibration& calibration) {
   return {{Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()}, calibration.grid};
 }
 
-/// The first frame whose picture is placed, or the last reason why not.
+/// Calibration of the first frame that has one, or the last error.
 Result<ImageCalibration> first_of(const SequenceReader& reader, const Chain& chain) {
   Error reason{ErrorCode::kNotFound, describe(chain) + ": expected frames, found none"};
   for (std::int64_t i = 0; i < reader.header().frame_count; ++i) {
@@ -109,7 +110,7 @@ struct RecordingReader::State {
   State(SequenceReader r, Chains c, Diagnostics& d)
       : reader(std::move(r)), chains(std::move(c)), diagnostics(d) {}
 
-  /// A pose of a frame, or NaN with the reason told.
+  /// Pose of a frame; NaN, with the reason reported, when it is unreadable.
   RawPose pose(const Chain& chain, const SequenceFrame& frame, Timestamp time) const {
     RawPose out;
     out.acquired = time;
@@ -128,13 +129,12 @@ struct RecordingReader::State {
     return out;
   }
 
-  /// ImageToReference maps pixels; what remains without the pixel grid is rigid.
+  /// Removes the pixel grid: ImageToReference maps pixels; the rest is rigid.
   void take_scale_out(std::int64_t index, RawPose& pose) const {
     const Eigen::Matrix4d m = pose.tracker_from_body;
     pose.tracker_from_body.setConstant(std::nan(""));
     if (!is_claimed(pose.status) || !calibration) return;
-    const auto placed =
-        calibration_from_matrix(m, reader.header().width, reader.header().height);
+    const auto placed = calibration_from_matrix(m, reader.header().width, reader.header().height);
     if (placed && same_grid(placed->grid, calibration->grid)) {
       pose.tracker_from_body = placed->probe_from_image.matrix();
       return;
@@ -147,7 +147,7 @@ struct RecordingReader::State {
                     : placed.error().message));
   }
 
-  /// Takes the calibration of the recording, or of the configuration where the frames have none.
+  /// Takes the calibration of the recording, or of the configuration when the frames have none.
   Result<void> calibrate(const TransformTree& tree, const RecordingOptions& options) {
     if (chains.form == RecordingForm::kImageInReference) {
       const auto found = first_of(reader, chains.probe);
@@ -166,8 +166,8 @@ struct RecordingReader::State {
     }
     const auto value = chain->evaluate(SequenceFrame{});
     if (!value) return value.error();
-    const auto found = calibration_from_matrix(value->to_from_from, reader.header().width,
-                                                   reader.header().height);
+    const auto found =
+        calibration_from_matrix(value->to_from_from, reader.header().width, reader.header().height);
     if (!found) return found.error();
     calibration = *found;
     return {};
@@ -175,7 +175,8 @@ struct RecordingReader::State {
 
   Result<UltrasoundFrame> picture(const SequenceFrame& frame, Timestamp time) const {
     if (recorded) {
-      // Whichever pose it is paired with, this picture has no place on the probe.
+      // Without a valid calibration of its own, this image cannot be placed on the probe, whatever
+      // its pose.
       const auto own = calibration_of(*recorded, frame, reader.header());
       if (!own) return own.error();
     }
@@ -194,7 +195,7 @@ struct RecordingReader::State {
   Chains chains;
   Diagnostics& diagnostics;
   std::optional<ImageCalibration> calibration;
-  std::optional<Chain> recorded;  ///< Image to Probe, where it comes with the frames.
+  std::optional<Chain> recorded;  ///< Image to Probe, when it is in the frames.
   std::string description;
   std::int64_t position = 0;
 };
@@ -205,19 +206,21 @@ RecordingReader& RecordingReader::operator=(RecordingReader&&) noexcept = defaul
 RecordingReader::~RecordingReader() = default;
 
 Result<RecordingReader> RecordingReader::open(const std::filesystem::path& sequence,
-                                          const PlusConfig* config,
-                                          const RecordingOptions& options, Diagnostics& diagnostics) {
+                                              const PlusConfig* config,
+                                              const RecordingOptions& options,
+                                              Diagnostics& diagnostics) {
   auto reader = SequenceReader::open(sequence);
   if (!reader) return reader.error();
   const auto blame = [&](const Error& error) {
     return Error{error.code, sequence.string() + ": " + error.message};
   };
-  // Of all frames: first ones may lack what later ones have.
+  // The names of all frames: the first frames may lack some that later frames have.
   std::set<std::string> names;
   std::optional<Error> unreadable;
   for (std::int64_t i = 0; i < reader->header().frame_count; ++i) {
     const auto frame = reader->frame_fields(i);
-    if (!frame) {  // Told when the frame itself is replayed, unless there is no other.
+    // The error is reported when the frame itself is replayed, unless no other frame is readable.
+    if (!frame) {
       unreadable = unreadable.value_or(frame.error());
       continue;
     }
@@ -263,7 +266,7 @@ Result<RecordingFrame> RecordingReader::next() {
   }
   const Timestamp time(from_seconds(*frame->timestamp_s));
   RecordingFrame event{index, time, s.picture(*frame, time), s.pose(s.chains.probe, *frame, time),
-                    {},    {}};
+                       {},    {}};
   if (s.chains.reference) event.reference = s.pose(*s.chains.reference, *frame, time);
   if (s.chains.needle) event.needle = s.pose(*s.chains.needle, *frame, time);
   return event;

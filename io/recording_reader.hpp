@@ -16,66 +16,72 @@
 
 namespace nav::io {
 
-/// What the coordinate frames are called in a recording.
+/// Names of the coordinate frames in a recording.
 struct RecordingOptions {
   std::string image_frame = "Image";
   std::string probe_frame = "Probe";
   std::string tracker_frame = "Tracker";
-  /// Patient-fixed frame. The name of the tracker frame says explicitly that there is none.
+  /// Patient-fixed frame. The name of the tracker frame declares that there is none.
   std::string reference_frame = "Reference";
-  /// The needle's tip, +z from the hub towards it ("NeedleTip"); empty: no needle is looked for.
-  /// kUsage where no chain of transforms with the frames places it.
+  /// Needle tip, with +z from the hub towards it ("NeedleTip"); empty: no needle. kUsage when no
+  /// chain of transforms of the recording gives its pose.
   std::string needle_frame;
 };
 
-/// How the poses of a recording are written.
+/// Form in which a recording stores its poses.
 enum class RecordingForm {
-  kTracked,           ///< Probe (and reference) in the tracker.
-  kProbeInReference,  ///< Probe in the reference already: the reference plays the tracker.
-  kImageInReference,  ///< Pictures placed directly: calibration is part of every pose, so the
-                      ///< image plays the probe and the reference the tracker.
+  kTracked,           ///< Poses of the probe (and the reference) relative to the tracker.
+  kProbeInReference,  ///< Poses of the probe relative to the reference, which is used as the
+                      ///< tracker.
+  kImageInReference,  ///< Poses of the images themselves: the calibration is part of every pose.
+                      ///< The image is used as the probe and the reference as the tracker.
 };
 
-/// One frame of a recording, unjudged.
+/// One frame of a recording, not yet checked.
 struct RecordingFrame {
   std::int64_t index = 0;
-  std::optional<Timestamp> acquired;  ///< As recorded; absent when the frame has no timestamp.
-  /// Or why there is none: kMalformedData also where the frame's own calibration cannot be.
+  std::optional<Timestamp> acquired;  ///< Recorded time; absent when the frame has no timestamp.
+  /// Ultrasound image, or the reason why there is none; kMalformedData also for an impossible
+  /// calibration of the frame itself.
   Result<UltrasoundFrame> picture;
-  RawPose probe;  ///< tracker_from_probe. Status and numbers as recorded; what cannot be read at
-                  ///< all is kInvalid with NaN and is named in the diagnostics.
-  std::optional<RawPose> reference;  ///< tracker_from_reference; absent when the reference is, or
-                                     ///< plays, the tracker.
-  std::optional<RawPose> needle;     ///< tracker_from_needle; absent when no needle was named.
+  /// tracker_from_probe, status and numbers as recorded. An unreadable pose is kInvalid with NaN
+  /// and is reported in the diagnostics.
+  RawPose probe;
+  /// tracker_from_reference; absent without a reference, or when the reference is used as the
+  /// tracker.
+  std::optional<RawPose> reference;
+  /// tracker_from_needle; absent when no needle was named.
+  std::optional<RawPose> needle;
 };
 
-/// A PLUS recording streamed through the live pipeline on the virtual clock: one frame at a time,
-/// no threads, no sleeping. received equals acquired. Not thread-safe.
+/// Streams a PLUS recording through the live pipeline on the virtual clock: one frame at a time, no
+/// threads, no waiting. received equals acquired. Not thread-safe.
 class RecordingReader {
  public:
-  /// config: the device set with the calibration, or nullptr when the recording carries it;
-  /// needed during the call only. diagnostics must outlive the session. Errors: those of the
-  /// reader; kNotFound when no chain of transforms places the probe, the reference, the picture
-  /// (the message lists what exists); kMalformedData for a calibration that cannot be, and where
-  /// the frames have two: a probe has one. Reads all frames' fields where they carry it.
+  /// \p config: device set with the calibration, or nullptr when the recording contains it; needed
+  /// only during the call. \p diagnostics must outlive the session. Errors: those of the reader;
+  /// kNotFound when no chain of transforms gives the pose of the probe, the reference or the image
+  /// (the message lists the existing ones); kMalformedData for an impossible calibration, or for
+  /// two different ones in the frames. Reads the fields of all frames when they contain the
+  /// calibration.
   static Result<RecordingReader> open(const std::filesystem::path& sequence,
-                                    const PlusConfig* config, const RecordingOptions& options,
-                                    Diagnostics& diagnostics);
+                                      const PlusConfig* config, const RecordingOptions& options,
+                                      Diagnostics& diagnostics);
   RecordingReader(RecordingReader&&) noexcept;
   RecordingReader& operator=(RecordingReader&&) noexcept;
   ~RecordingReader();
 
-  /// The next frame in order of the file; kEndOfStream after the last. A frame that cannot be read
-  /// is an event with a refusal; only failures of the file itself are errors.
+  /// Returns the next frame in the order of the file; kEndOfStream after the last. An unreadable
+  /// frame is an event with an Error as image; only failures of the file itself are errors.
   Result<RecordingFrame> next();
-  /// Back to the first frame.
+  /// Returns to the first frame.
   void rewind();
 
-  /// Absent in recordings without pictures.
+  /// Absent in recordings without images.
   [[nodiscard]] const std::optional<ImageCalibration>& calibration() const;
   [[nodiscard]] RecordingForm form() const;
   [[nodiscard]] std::int64_t total_frames() const;
-  /// The chains in use, for reports: "Probe→Tracker: ProbeToTracker (frames)".
+  /// Chains in use, for reports: "Probe→Tracker: ProbeToTracker (frames)".
   [[nodiscard]] const std::string& description() const;
 
  private:

@@ -13,8 +13,8 @@ struct Flips {
   bool rows = false;
 };
 
-/// Letter 1: where columns grow to (Marked, Unmarked); letter 2: rows (Far, Near); letter 3, when
-/// there is one: slices (Ascending, Descending), of no meaning for a single slice.
+/// Letter 1: direction of increasing columns (Marked, Unmarked). Letter 2: rows (Far, Near).
+/// Optional letter 3: slices (Ascending, Descending), which has no meaning for a single slice.
 std::optional<Flips> flips_to_mf(std::string_view orientation) {
   const bool third_ok =
       orientation.size() == 2 ||

@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The Sonde authors
 # SPDX-License-Identifier: Apache-2.0
-"""Fails when an include crosses the floor plan of the house (docs/STYLE.md).
+"""Fails when an include breaks the layers of the folders (docs/STYLE.md).
 
-Includes point down only; siblings never see each other (sole exception: sim -> io). No
-third-party type of one folder's trade appears in a header that others include. A constant of a
-.cpp file's own has no name that a header it might see declares: where files are compiled several
-at a time, the file next to it would take one for the other. At the top lies nothing else than
-what belongs there.
+Includes point down only. Siblings do not include each other (only exception: sim -> io). Types of
+a third-party library appear only in the folders that may use it, and never in a header that other
+folders include. A constant local to a .cpp file must not have the name of a constant in a header
+that the file could include: when several files are compiled together, one would be used for the
+other. The top folder contains only the listed files.
 """
 import pathlib
 import re
@@ -31,7 +31,7 @@ ALLOWED = {
               "session", "bench", "app", "tests"},
 }
 
-# Trade libraries and the folders whose .cpp files may include them.
+# Libraries of a trade, and the folders whose .cpp files may include them.
 TRADES = {
     "VTK": (re.compile(r"^vtk"), {"render", "io", "bench", "tests"}),
     "OpenCV": (re.compile(r"^opencv"), {"registration", "devices", "tests"}),
@@ -45,7 +45,8 @@ TRADES = {
     "CLI11": (re.compile(r"^CLI/"), {"app"}),
     "TBB": (re.compile(r"^(oneapi/)?tbb/"), {"render", "sim", "registration", "tests", "bench"}),
 }
-# Private headers (of use to their own folder, tests and benchmarks alone) may show trade types.
+# Private headers (used only by their own folder, tests and benchmarks) may contain types of these
+# libraries.
 PRIVATE_HEADER = re.compile(
     r"^(render/(vtk/|gl/|cpu/|window/vtk_|parallel)|registration/(ceres_|cv_|detail/)|io/(vtk_|detail/)|app/)")
 # Public headers that show a trade type on purpose: JSON is the language of several folders.
@@ -53,7 +54,7 @@ SHOWS_TRADE = {"io/json.hpp"}
 # Files at the top of the project.
 TOP = {"ARCHITECTURE.md", "CHANGELOG.md", "CMakeLists.txt", "CMakePresets.json",
        "CMakeUserPresets.json", "CONTRIBUTING.md", "LICENSE", "README.md"}
-# At the left margin: constants of a namespace, not those of a class or a function.
+# Constants at the left margin belong to a namespace, not to a class or function.
 CONSTANT = re.compile(r"^(?:inline |static )*constexpr [^=;{(]*?\b(k[A-Z]\w*)\s*[={\[]")
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')
 

@@ -10,13 +10,13 @@
 
 namespace nav::tracking {
 
-/// Where every received picture went: received = shown + superseded + rejected (by cause), plus
-/// what is still waiting for its pose. Not thread-safe.
+/// Accounts for every received image: received = shown + superseded + rejected (by cause) + waiting
+/// for a pose. Not thread-safe.
 class FrameLedger {
  public:
   void receive() { ++received_; }
   void show() { ++shown_; }
-  /// A newer picture was ready before this one could be shown.
+  /// Counts an image that was replaced by a newer one before it was shown.
   void supersede() { ++superseded_; }
   void reject(const std::string& cause) { ++rejected_[cause]; }
 
@@ -25,9 +25,9 @@ class FrameLedger {
   [[nodiscard]] std::uint64_t superseded() const { return superseded_; }
   [[nodiscard]] const std::map<std::string, std::uint64_t>& rejected() const { return rejected_; }
   [[nodiscard]] std::uint64_t rejected_total() const;
-  /// Received but not yet accounted for. Precondition: never negative, otherwise a Bug.
+  /// Images received but not yet accounted for. Precondition: never negative, otherwise a Bug.
   [[nodiscard]] std::uint64_t waiting() const;
-  /// True when nothing is unaccounted for: the identity that a session checks when it ends.
+  /// True when every image is accounted for. A session checks this when it ends.
   [[nodiscard]] bool balanced() const { return waiting() == 0; }
 
  private:

@@ -62,8 +62,8 @@ void FramePairer::admit(PoseGate<Body>& gate, PoseBuffer<Body>& buffer, const Ra
     ++rejected_poses_[std::string(Body::kName) + "." + to_string(*admission.rejection)];
     diagnostics_.report(Severity::kWarning, "tracking.gate", admission.message);
   }
-  // A pose at a time that is already taken, or not believed, says nothing new; any other absence is
-  // kept, so that nothing is interpolated across it.
+  // A pose with a repeated or implausible time adds nothing. Other rejected poses are stored as
+  // absent, so that no pose is interpolated across them.
   if (!has_usable_time(admission.rejection)) return;
   buffer.push(admission.pose);
 }
@@ -87,7 +87,7 @@ std::optional<PairedFrame> FramePairer::settle(const Waiting& waiting, Timestamp
     return PairedFrame{frame.sequence, std::nullopt, cause};
   };
   if (newest_frame_ && frame.acquired <= *newest_frame_) return reject("time_not_increasing");
-  // Pictures that are stamped early are moved past their reception by the offset itself.
+  // A negative offset moves the acquisition times of images past their reception.
   const Duration moved = std::max<Duration>(-options_.temporal_offset, Duration::zero());
   if (frame.acquired - frame.received > options_.gate.max_future + moved) {
     return reject("time_in_future");
@@ -130,7 +130,7 @@ std::vector<PairedFrame> FramePairer::take_ready(Timestamp now, bool end_of_stre
   std::vector<PairedFrame> ready;
   while (!waiting_.empty()) {
     auto settled = settle(waiting_.front(), now, end_of_stream);
-    if (!settled) break;  // Order is kept: later pictures wait behind this one.
+    if (!settled) break;  // Order is kept: later images wait behind this one.
     if (settled->tracked) newest_frame_ = waiting_.front().frame.acquired;
     ready.push_back(std::move(*settled));
     waiting_.pop_front();

@@ -22,7 +22,7 @@ std::string text(double mm) {
   return s.substr(0, s.find('.') + 3);
 }
 
-/// unit: with its space.
+/// \p unit includes its leading space.
 Error refused_insertion(const std::string& expected, double found,
                         const std::string& unit = " mm") {
   return Error{ErrorCode::kUsage, "needle: expected " + expected + ", found " + text(found) + unit};

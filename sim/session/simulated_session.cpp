@@ -61,7 +61,7 @@ std::shared_ptr<const TrackerSensor> make_sensor(TrackerKind kind, std::uint64_t
   return std::make_shared<IdealSensor>();
 }
 
-/// Where the middle of the volume lies, Tracker frame.
+/// Centre of the measurement volume, Tracker frame.
 Vec sweet_spot(TrackerKind kind) {
   switch (kind) {
     case TrackerKind::kElectromagnetic:
@@ -73,13 +73,13 @@ Vec sweet_spot(TrackerKind kind) {
   }
 }
 
-/// On the skin, a hand's breadth from the probe.
+/// Pose of the reference on the skin, about a hand's breadth from the probe.
 Transform<Ct, Reference> placed_reference(const Transform<Ct, Image>& middle, Random random) {
   const Vec at = (middle * Point<Image>{{0, -20, 0}}).mm + Vec(40, 0, 90) + random.offset(10);
   return {random_mount(random), at};
 }
 
-/// Half way between the probe and the needle's hub, CT.
+/// Midpoint between the probe and the needle's hub, CT.
 Vec middle_of_bodies(const Transform<Ct, Probe>& probe,
                      const std::optional<NeedleInsertion>& needle) {
   if (!needle) return probe.translation_mm();
@@ -105,7 +105,7 @@ BreathingOptions breathing_options(const SimulatedSessionOptions& o) {
   return breathing;
 }
 
-/// Null where there is none.
+/// Creates the deformation; null when there is none.
 Result<std::shared_ptr<const SmoothWarp>> deformation_of(const SimulatedSessionOptions& o,
                                                          const Anatomy& patient) {
   if (o.deformation.largest_mm == 0) return std::shared_ptr<const SmoothWarp>();
@@ -116,7 +116,7 @@ Result<std::shared_ptr<const SmoothWarp>> deformation_of(const SimulatedSessionO
   return std::shared_ptr<const SmoothWarp>(std::make_shared<SmoothWarp>(std::move(*warp)));
 }
 
-/// Pictures of a session on the virtual clock.
+/// Images of a session on the virtual clock.
 class SessionFrames final : public ImageStream {
  public:
   SessionFrames(const SimulatedSession& session, const UltrasoundSimulator& simulator)
@@ -185,7 +185,7 @@ Result<void> validate(const SimulatedSessionOptions& o) {
   if (!(o.frame_rate_hz > 0 && o.frame_rate_hz <= 1000))
     return refuse("0 to 1000 pictures a second");
   if (!(o.duration_s * o.frame_rate_hz >= 1)) return refuse("at least two pictures");
-  // A picture cannot arrive before the time stamped on it.
+  // An image cannot arrive before its time stamp.
   if (o.image_timing.latency < std::max(o.image_timing.stamp_offset, Duration(0))) {
     return refuse("a picture latency >= 0 and >= the stamp offset");
   }
@@ -319,7 +319,7 @@ std::unique_ptr<PoseStream> SimulatedSession::probe_poses() const {
 std::unique_ptr<PoseStream> SimulatedSession::reference_poses() const {
   SensorStream reference = stream(kReferenceBody);
   reference.truth = [this](Timestamp) { return tracker_from_reference().matrix(); };
-  // An arm holds one body; the patient is fixed to its base.
+  // An arm holds one body; the patient is fixed to the arm's base.
   if (options_.tracker == TrackerKind::kArm) reference.sensor = std::make_shared<IdealSensor>();
   return std::make_unique<SensorPoseSource>(reference);
 }

@@ -19,14 +19,14 @@ using Vec = Eigen::Vector3d;
 constexpr std::uint64_t kMarkerNoiseStream = 0x6f707469;
 constexpr std::uint64_t kBiasStream = 0x62696173;
 
-/// Whether the sight line from a camera to a point passes an obstacle.
+/// True when an obstacle blocks the line of sight from a camera to a point.
 bool hides(const Obstacle& o, const Vec& camera, const Vec& p) {
   const Vec way = p - camera;
   const double t = std::clamp((o.centre_mm - camera).dot(way) / way.squaredNorm(), 0.0, 1.0);
   return (camera + t * way - o.centre_mm).norm() < o.radius_mm;
 }
 
-/// Smallest spread of the markers across their best line, mm.
+/// Smallest spread of the markers perpendicular to their best line, mm.
 double width_of(const std::vector<OpticalMarker>& markers) {
   Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(markers.size()));
   for (std::size_t i = 0; i < markers.size(); ++i) {
@@ -89,7 +89,7 @@ bool OpticalTracker::seen(const Vec& p, const Vec& normal) const {
   });
 }
 
-/// Smooth and fixed: the device's factory calibration, the same at every measurement.
+/// Error of the device's factory calibration: smooth, and the same at every measurement.
 Vec OpticalTracker::bias(const Vec& p) const {
   Vec sum;
   for (int axis = 0; axis < 3; ++axis) {
