@@ -307,7 +307,6 @@ Result<void> validate(const Scene& scene) {
           first_of({check_camera(scene.camera), check_shading(scene.shading),
                     check_range("quality.step_voxels", scene.quality.step_voxels, 1.0 / 64.0, 16),
                     check_positive("quality.opaque_at", scene.quality.opaque_at, 1),
-                    check_range("quality.adaptive_error", scene.quality.adaptive_error, 0, 1),
                     check_range("quality.pixel_error", scene.quality.pixel_error, 0, 1),
                     check_range("grey.level_hu", scene.grey.level_hu, -1e6, 1e6),
                     check_positive("grey.width_hu", scene.grey.width_hu, 1e6),

@@ -28,16 +28,6 @@ Result<Presenter> Presenter::create(const PresenterOptions& options,
                                     std::unique_ptr<render::Engine> engine) {
   auto look = resolve_look(options.look, *ct);
   if (!look) return look.error();
-  const auto& components = look->transfer.components();
-  const bool by_gradient = std::any_of(components.begin(), components.end(),
-                                       [](const auto& c) { return c.gradient.has_value(); });
-  if (by_gradient && options.quality.adaptive_error > 0) {
-    std::ostringstream text;
-    text << "quality.adaptive_error: expected 0 beside " << look->transfer.name()
-         << ", whose gradients are classified cell by cell, found "
-         << options.quality.adaptive_error;
-    return Error{ErrorCode::kUsage, text.str()};
-  }
   return Presenter(options, std::move(*look), std::move(ct), std::move(engine));
 }
 
@@ -144,7 +134,6 @@ render::Scene Presenter::scene(const session::Epoch& epoch) const {
                                      ? render::Classification::kPostClassified
                                      : render::Classification::kPreIntegrated;
   scene.quality.jitter = options_.quality.jitter;
-  scene.quality.adaptive_error = options_.quality.adaptive_error;
   if (ultrasound_ && without_ct_) {
     scene.ct = ultrasound_->volume;
     scene.predicates = ultrasound_->predicates;

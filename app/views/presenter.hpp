@@ -47,8 +47,7 @@ void say_sampling(const std::optional<render::StepChoice>& step, double wanted_r
 /// Not thread-safe.
 class Presenter {
  public:
-  /// Refuses an unknown preset, a bad look file or transfer function, angles that contradict, an
-  /// adaptive error beside gradient windows.
+  /// Refuses an unknown preset, a bad look file or transfer function, and angles that contradict.
   static Result<Presenter> create(const PresenterOptions& options, std::shared_ptr<const Volume> ct,
                                   std::unique_ptr<render::Engine> engine);
 

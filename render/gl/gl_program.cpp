@@ -90,7 +90,6 @@ std::string transfer_defines(const GlFeatures& features) {
   define(defines, shading && features.emphasis, "EMPHASIS");
   define(defines, composite && (features.cutaway || (shading && features.emphasis)), "IMPORTANCE");
   define(defines, features.skipping, "SKIPPING");
-  define(defines, features.adaptive, "ADAPTIVE");
   define(defines, features.sparse, "SPARSE");
   define(defines, features.listed, "PACKED_RAYS");
   return defines;
@@ -170,8 +169,8 @@ int samplers_of(const GlFeatures& f) {
   if (!f.predicates || f.beside_ct) {
     const bool pre_integrated = f.classified == GlFeatures::Classified::kPreIntegrated;
     const bool shaded = f.shaded != GlFeatures::Shaded::kNot;
-    samplers += count({true, f.cutaway || (shaded && f.emphasis), pre_integrated,
-                       f.skipping || f.adaptive, f.adaptive, f.gradient_texture});
+    samplers += count({true, f.cutaway || (shaded && f.emphasis), pre_integrated, f.skipping,
+                       f.gradient_texture});
   }
   return samplers;
 }

@@ -299,7 +299,6 @@ void GlRaycaster::bind_textures(const std::optional<SharedDepth>& depth, bool pr
   gl::bind_storage(gl::kPointsStorage, textures.integrals.buffer_id());
   gl::bind_storage(gl::kTransferStorage, textures.transfer.buffer_id());
   bind(kBricks, GL_TEXTURE_3D, projects ? textures.brick_ranges.id() : textures.bricks.id());
-  bind(kBrickCells, GL_TEXTURE_3D, textures.brick_cells.id());
   bind(kSolids, GL_TEXTURE_2D, textures.solids.id());
   bind(kCutObjects, GL_TEXTURE_2D, textures.cut_objects.id());
   bind(kCutField, GL_TEXTURE_2D, field_spans_.id());

@@ -9,7 +9,7 @@ namespace {
 
 TEST(BenchJsonTest, WhatWasNotMeasuredIsEmptyOrNullButThere) {
   const io::Json json = json_of(BenchRenderReport{});
-  for (const char* key : {"interaction", "skip_bounds", "adaptive"}) {
+  for (const char* key : {"interaction", "skip_bounds"}) {
     ASSERT_TRUE(json.contains(key)) << key;
     EXPECT_EQ(json[key], io::Json::array()) << key;
   }

@@ -196,7 +196,6 @@ struct Solver {
 };
 
 Result<Solver> choose_solver(const RegisterOptions& options) {
-  using enum registration::Similarity;
   using registration::Effort;
   using registration::PatchLoss;
   using registration::StretchModel;
@@ -207,9 +206,6 @@ Result<Solver> choose_solver(const RegisterOptions& options) {
     return Error{ErrorCode::kUsage,
                  "--effort quick: expected no --breath-period and no --deformable, found one"};
   }
-  const auto similarity =
-      one_of("--similarity", options.similarity, {kLc2, kNcc, kMutualInformation});
-  if (!similarity) return similarity.error();
   const auto loss = one_of("--loss", options.loss,
                            {PatchLoss::kNone, PatchLoss::kCauchy, PatchLoss::kGemanMcClure});
   if (!loss) return loss.error();
@@ -219,7 +215,6 @@ Result<Solver> choose_solver(const RegisterOptions& options) {
   if (!stretch) return stretch.error();
   registration::ImageRegistrationOptions solver = registration::with_effort(*effort);
   if (options.time_limit_s) solver.time_limit_s = *options.time_limit_s;
-  solver.similarity = *similarity;
   solver.loss.kind = *loss;
   solver.stretch = *stretch;
   solver.calibration_sigma_mm = options.calibration_sigma_mm;
@@ -359,7 +354,7 @@ io::Json report_of(const SessionConfig& config, const RegisterOptions& options, 
                                          : json_of(start.placement.ct_from_reference.matrix())}};
   json["target_ct_mm"] = as_json(target);
   json["effort"] = options.effort;
-  json["similarity"] = options.similarity;
+  json["similarity"] = registration::to_string(registration::Similarity::kLc2);
   json["loss"] = options.loss;
   json["calibration_sigma_mm"] = options.calibration_sigma_mm;
   return json;

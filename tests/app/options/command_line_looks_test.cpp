@@ -211,8 +211,6 @@ TEST_F(CommandLineTest, SamplingAndObjectsOfInterestChangeThePicture) {
   expect_refusal(arguments + "--no-cutaway --cutaway-mesh " + mesh.string(), 2,
                  {"--cutaway-mesh: expected a cutaway that is on"});
   expect_refusal(arguments + "--classification none", 2, {"--classification", "none"});
-  expect_refusal(arguments + "--adaptive-error 0.1 --classification post-classified", 2,
-                 {"--adaptive-error", "post-classified"});
   expect_refusal(arguments + "--jitter --pixel-error 0.1", 2, {"--pixel-error", "jitter"});
 }
 

@@ -125,6 +125,15 @@ TEST_F(CommandLineTest, OptionsOfALookThatWouldDoNothingAreRefused) {
   EXPECT_EQ(grey.code, 0) << grey.errors;
 }
 
+TEST_F(CommandLineTest, RetiredOptionsAreIgnoredWithAWarning) {
+  const Outcome plain = sonde("replay x.mha --print-session");
+  const Outcome outcome = sonde("replay x.mha --print-session --adaptive-error 0.1");
+  EXPECT_EQ(outcome.code, 0) << outcome.errors;
+  EXPECT_EQ(outcome.output, plain.output);
+  EXPECT_TRUE(outcome.errors.starts_with("sonde: warning: --adaptive-error")) << outcome.errors;
+  EXPECT_EQ(sonde("replay --help").output.find("--adaptive-error"), std::string::npos);
+}
+
 TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
   const std::string ct = write_ct();
   for (const auto& [arguments, refusal] : std::vector<Idle>{
@@ -143,8 +152,8 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
            {"--us-volume u.mha --us-alone --rms-error 0.01",
             "--rms-error: expected a CT, whose step it chooses, beside it, found "
             "--us-alone"},
-           {"--us-volume u.mha --us-alone --adaptive-error 0.1",
-            "--adaptive-error: expected a CT, whose values they sample, beside it, found "
+           {"--us-volume u.mha --us-alone --classification post-classified",
+            "--classification: expected a CT, whose values they sample, beside it, found "
             "--us-alone"},
            {"--us-volume u.mha --us-alone --transfer-function ct-bone",
             "--transfer-function: expected a CT, which they show, beside it, found --us-alone"},
@@ -196,7 +205,6 @@ TEST_F(CommandLineTest, OptionsOfARegistrationThatWouldDoNothingAreRefused) {
            {"--landmarks p.csv --temporal-offset-ms 5", "--temporal-offset-ms: expected a sweep"},
            {"--landmarks p.csv --effort quick", "--effort: expected a sweep"},
            {"--landmarks p.csv --time-limit 5", "--time-limit: expected a sweep"},
-           {"--points p --surface s.vtk --similarity mi", "--similarity: expected a sweep"},
            {"--points p --surface s.vtk --threads 2", "--threads: expected a sweep"},
            {"--landmarks p.csv --window-level 60", "--window-level: expected a sweep"},
            {"x.mha --ct y.mha --window-width 9", "--window-width: expected --out beside it"},

@@ -139,13 +139,11 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   expect_refusal(by_both + " --landmarks " + landmarks(8), 5, {"landmarks and shape", "apart"});
   expect_refusal("register --surface x.vtk", 2, {"--points"});
   const std::string by_image = "register " + write_sweep() + " --ct " + write_ct();
-  expect_refusal(by_image + " --similarity ssd", 2, {"--similarity", "ssd"});
   expect_refusal(by_image + " --effort lazy", 2, {"--effort", "quick", "usual", "lazy"});
   expect_refusal(by_image + " --effort quick --deformable", 2, {"--effort quick", "--deformable"});
   expect_refusal(by_image + " --time-limit 0", 2, {"time_limit_s", "0"});
   expect_refusal(by_image + " --loss huber", 2, {"--loss", "cauchy", "huber"});
   expect_refusal(by_image + " --stretch wide", 2, {"--stretch", "wide"});
-  expect_refusal(by_image + " --stretch affine --similarity mi", 2, {"stretch"});
   expect_refusal(by_image + " --breath-period 0.5", 2, {"--breath-period", "1 to 20", "0.5"});
   expect_refusal("register --deformable --ct " + write_ct(), 2, {"--deformable", "sweep"});
   expect_refusal(by_image + " --marker-towards up", 2, {"--marker-towards", "anterior", "up"});

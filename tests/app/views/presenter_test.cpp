@@ -359,21 +359,17 @@ TEST_F(PresenterTest, CutsObjectsFreeWhereThereIsACutaway) {
 
 TEST(PresenterOptionsTest, SamplingIsTheScenes) {
   PresenterOptions options;
-  options.quality = {"post-classified", true, 0};
+  options.quality = {"post-classified", true};
   auto made = Presenter::create(options, cube(), render::make_cpu_engine());
   ASSERT_TRUE(test::has_value(made));
   const auto quality = made->scene(epoch(SafetyState::kValid, "")).quality;
   EXPECT_EQ(quality.classification, render::Classification::kPostClassified);
   EXPECT_TRUE(quality.jitter);
-  options.quality = {"pre-integrated", false, 0.01};
+  options.quality = {"pre-integrated", false};
   made = Presenter::create(options, cube(), render::make_cpu_engine());
-  const auto adaptive = made->scene(epoch(SafetyState::kValid, "")).quality;
-  EXPECT_EQ(adaptive.classification, render::Classification::kPreIntegrated);
-  EXPECT_FALSE(adaptive.jitter);
-  EXPECT_EQ(adaptive.adaptive_error, 0.01);
-  options.look.preset = "cta-liver-vessels";
-  EXPECT_TRUE(test::refuses(Presenter::create(options, cube(), render::make_cpu_engine()),
-                            ErrorCode::kUsage, {"quality.adaptive_error", "cta-liver-vessels"}));
+  const auto other = made->scene(epoch(SafetyState::kValid, "")).quality;
+  EXPECT_EQ(other.classification, render::Classification::kPreIntegrated);
+  EXPECT_FALSE(other.jitter);
 }
 
 TEST(PresenterOptionsTest, QualityIsTheScenes) {
