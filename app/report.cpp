@@ -228,7 +228,7 @@ io::Json json_of(const std::vector<DiagnosticEntry>& entries) {
 }
 
 Result<void> write_json(const io::Json& json, const std::string& where) {
-  // Bytes that are not UTF-8 (file names, header fields) must not stop a report.
+  // Bytes that are not UTF-8 (in file names or header fields) must not stop a report.
   const std::string text = json.dump(2, ' ', false, io::Json::error_handler_t::replace) + "\n";
   if (where == "-") {
     std::cout << text << std::flush;

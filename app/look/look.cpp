@@ -24,7 +24,7 @@ Result<render::TransferFunction> transfer_of(const SessionConfig::Look& look, co
   return render::with_importance(*base, look.importance);
 }
 
-/// Whether anything is said of how to cut.
+/// True when the session sets any property of the cutaway's shape.
 bool shapes(const SessionConfig::Look::Cutaway& said) {
   return said.theta1_deg || said.theta2_deg || said.overlay_mm || said.around_plane ||
          said.around_needle || said.around_targets;
@@ -83,7 +83,7 @@ Result<ResolvedLook> resolve_look(const SessionConfig::Look& look, const Volume&
     resolved.value_range = render::value_range(ct);
     resolved.shading = render::rescaled({}, render::kNominalRange, *resolved.value_range);
   }
-  // Who asks for a style asks for shading, whatever the file says.
+  // A style in the session turns shading on, even when the file turns it off.
   const bool in_file = resolved.shading.enabled || look.style.has_value();
   if (look.shading && !in_file && look.emphasis) {
     return Error{ErrorCode::kUsage, "look.emphasis: expected shading that is on, found it off in " +
@@ -104,7 +104,7 @@ Result<ResolvedLook> resolve_look(const SessionConfig::Look& look, const Volume&
 
 namespace {
 
-/// The opacity of a component at a value.
+/// Opacity of a component at a value.
 double opacity_at(const render::TransferComponent& component, double value) {
   const auto& nodes = component.nodes;
   const auto next = std::ranges::upper_bound(nodes, value, {}, &render::TransferNode::hu);
@@ -117,7 +117,7 @@ double opacity_at(const render::TransferComponent& component, double value) {
 }  // namespace
 
 void warn_of_lost_components(const render::TransferFunction& transfer, Diagnostics& diagnostics) {
-  constexpr double kLeastShare = 0.5;  // Of its greatest opacity.
+  constexpr double kLeastShare = 0.5;  // Share of the component's greatest opacity.
   for (const render::TransferComponent& component : transfer.components()) {
     const auto most = std::ranges::max_element(component.nodes, {}, &render::TransferNode::opacity);
     const double drawn = std::max(opacity_at(component, std::floor(most->hu)),

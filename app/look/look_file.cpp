@@ -91,9 +91,9 @@ render::Cutaway read_cutaway(const io::Json& json, const std::string& where,
   member.flag("around_needle", c.around_needle);
   member.flag("around_targets", c.around_spheres);
   member.finish();
-  // In the words and units of the file, before the scene names its own.
+  // Checked here in the names and units of the file, before the scene reports its own.
   const auto degrees = [](double rad) {
-    constexpr double kShares = 1e9;  // Of a degree: what the file says, not how it is rounded.
+    constexpr double kShares = 1e9;  // Parts of a degree; removes rounding errors.
     return std::round(rad * 180 / M_PI * kShares) / kShares;
   };
   for (const auto& [key, angle] :
@@ -106,7 +106,7 @@ render::Cutaway read_cutaway(const io::Json& json, const std::string& where,
   return c;
 }
 
-/// What validate(Scene) says of the shading and the cutaway alone.
+/// Checks the shading and the cutaway alone with validate(Scene).
 Result<void> check_in_scene(const std::string& name, const LookFile& look) {
   static const auto voxel = std::make_shared<const Volume>(
       *Volume::create(VoxelGrid{{1, 1, 1}}, std::vector<std::int16_t>(1), "look"));
