@@ -42,9 +42,9 @@ Result<std::optional<render::Cutaway>> cutaway_of(const SessionConfig::Look::Cut
   if (!said.enabled.value_or(in_file)) return std::optional<render::Cutaway>{};
   render::Cutaway cutaway =
       file_says ? file->cutaway->value_or(render::Cutaway{}) : render::Cutaway{};
-  constexpr double io::kRadPerDeg = M_PI / 180;
-  if (said.theta1_deg) cutaway.theta1_rad = *said.theta1_deg * io::kRadPerDeg;
-  if (said.theta2_deg) cutaway.theta2_rad = *said.theta2_deg * io::kRadPerDeg;
+  constexpr double kRadPerDeg = M_PI / 180;
+  if (said.theta1_deg) cutaway.theta1_rad = *said.theta1_deg * kRadPerDeg;
+  if (said.theta2_deg) cutaway.theta2_rad = *said.theta2_deg * kRadPerDeg;
   cutaway.overlay_mm = said.overlay_mm.value_or(cutaway.overlay_mm);
   cutaway.around_plane = said.around_plane.value_or(cutaway.around_plane);
   cutaway.around_needle = said.around_needle.value_or(cutaway.around_needle);
@@ -52,8 +52,7 @@ Result<std::optional<render::Cutaway>> cutaway_of(const SessionConfig::Look::Cut
   if (cutaway.theta1_rad > cutaway.theta2_rad) {
     std::ostringstream text;
     text << "look.cutaway.theta1_deg: expected at most theta2_deg, "
-         << cutaway.theta2_rad / io::kRadPerDeg << ", found "
-         << cutaway.theta1_rad / io::kRadPerDeg;
+         << cutaway.theta2_rad / kRadPerDeg << ", found " << cutaway.theta1_rad / kRadPerDeg;
     return Error{ErrorCode::kUsage, text.str()};
   }
   return std::optional<render::Cutaway>(cutaway);
