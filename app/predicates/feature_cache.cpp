@@ -31,7 +31,7 @@ std::string digest_of(std::string_view text) {
   return io::sha256_hex(std::as_bytes(std::span(text.data(), text.size())));
 }
 
-/// Refuses with what is wrong with the file.
+/// Reads the contents of a file; the error says what is wrong with them.
 Result<DerivedVolume> parse(const std::string& file, const std::string& key,
                             const VoxelGrid& grid) {
   const auto refuse = [](const std::string& expected, const std::string& found) {
@@ -78,7 +78,7 @@ std::optional<DerivedVolume> FeatureCache::find(const DerivedRequest& request,
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) return {};
   const VoxelGrid& grid = request.volume.grid();
-  constexpr std::uint64_t kMostBeside = 8192;  // Head, note and digest.
+  constexpr std::uint64_t kMostBeside = 8192;  // Bytes of head, note and digest.
   const auto file = io::read_file(path, grid.voxel_count() * sizeof(float) + kMostBeside);
   auto volume = file ? parse(*file, key_of(request), grid) : Result<DerivedVolume>(file.error());
   if (volume) return *std::move(volume);
@@ -105,7 +105,7 @@ void FeatureCache::keep(const DerivedRequest& request, const DerivedVolume& volu
     if (failed) {
       return Error{ErrorCode::kIo, folder_.string() + ": expected a folder, " + failed.message()};
     }
-    // Whoever reads a pipe there would be waited for.
+    // Writing to a pipe would wait for a reader.
     const auto there = std::filesystem::status(path, failed);
     if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there)) {
       return Error{ErrorCode::kIo, path.string() + ": expected a file, found a special one"};

@@ -16,7 +16,7 @@ using render::features::DerivedVolume;
 DerivedLimits limits_of(int threads) {
   DerivedLimits limits;
   limits.threads = usable_threads(threads);
-  limits.cache_bytes = 0;  // Whoever asks keeps what it needs.
+  limits.cache_bytes = 0;  // The callers keep the results.
   return limits;
 }
 
@@ -57,7 +57,8 @@ Result<DerivedVolume> FeatureMaker::make(const std::string& name, const DerivedR
   }
   if (cache_) cache_->keep(request, *made, console_);
   console_.end(made->note.empty() ? "done" : made->note);
-  if (const auto ok = check_interrupt(name); !ok) return ok.error();  // Asked at the very end.
+  if (const auto ok = check_interrupt(name); !ok)
+    return ok.error();  // Ctrl-C may come at the very end.
   return made;
 }
 

@@ -66,7 +66,8 @@ bool near(const std::optional<Eigen::Matrix<double, Rows, 1>>& v) {
   return !v || is_place(*v);
 }
 
-/// A name, '=', and some numbers between colons at the end: names may hold '=' themselves.
+/// Parses a name, '=' and numbers separated by colons. The last '=' counts, because names may
+/// contain '=' themselves.
 Result<std::vector<double>> numbers_after_name(const std::string& option, const std::string& form,
                                                const std::string& text, std::size_t count,
                                                std::string& name) {

@@ -61,7 +61,7 @@ Result<Image2d<Rgba8>> draw(render::Engine& engine, const render::Scene& scene, 
   return render::to_8bit(image->pixels);
 }
 
-/// A picture of nothing says why.
+/// Warns when an image by predicates is empty.
 void warn_if_empty(const Image2d<Rgba8>& picture, const render::Scene& scene, Console& console) {
   const auto pixels = picture.pixels();
   const auto differs = [&](const Rgba8& p) {
@@ -95,7 +95,7 @@ Result<void> check_files(const SessionConfig& config) {
   const auto ok =
       refuse_overwriting({{"--out", options.picture}, {"--save", options.save_set_up}}, inputs);
   if (!ok) return ok;
-  // A set-up may be saved as the file that it came from.
+  // A predicate set may overwrite the file that it came from.
   if (const auto own =
           refuse_overwriting({{"--out", options.picture}}, {{"--predicates", options.set_up}});
       !own) {
@@ -104,7 +104,7 @@ Result<void> check_files(const SessionConfig& config) {
   return refuse_unwritable({{"--out", options.picture}, {"--save", options.save_set_up}});
 }
 
-/// Names are free, the letters of the legend's font are not.
+/// Warns of letters in names that the legend's font does not have.
 void warn_of_letters(const render::PredicateModel& model, Console& console) {
   constexpr std::size_t kMostNamed = 10;
   std::string names;
@@ -125,10 +125,11 @@ void warn_of_letters(const render::PredicateModel& model, Console& console) {
                  "expected names in Latin letters, found " + text + ": drawn as '?'");
 }
 
-/// Standard rendering beside the one by predicates.
+/// Panels with the standard rendering and the rendering by predicates.
 Result<std::vector<PredicatePanel>> compare(render::Engine& engine, const render::Scene& scene,
                                             Console& console) {
-  auto right = draw(engine, scene, console);  // Says what is wrong with the options.
+  auto right =
+      draw(engine, scene, console);  // Drawn first, because it reports errors in the options.
   if (!right) return right.error();
   warn_if_empty(*right, scene, console);
   auto left = draw(engine, bench::standard_scene(scene), console);
@@ -155,7 +156,7 @@ void say_outcome(const ScribbleOutcome& outcome, const render::PredicateModel& m
   console.say(text);
 }
 
-/// Before and after; leaves the changed histogram in the scene.
+/// Panels before and after the strokes; leaves the changed histogram in the scene.
 Result<std::vector<PredicatePanel>> compare_scribbles(render::Engine& engine,
                                                       const std::vector<Stroke>& strokes,
                                                       double share, render::Scene& scene,
