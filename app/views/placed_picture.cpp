@@ -61,7 +61,7 @@ Result<PlacedPicture> placed_picture(const SessionConfig& config, const Volume& 
       {},
       placement->kind == "registered"};
   if (!config.source.needle_frame.empty()) {
-    // Not the newest pose: by a temporal offset the picture is older, or was waited for.
+    // Not the newest pose: with a temporal offset the image is older, or it waited for its pose.
     found.ct_from_needle = session->navigator().needle_at(tracked.frame.acquired);
     if (!found.ct_from_needle) {
       const std::string& cause = epoch->needle.cause;

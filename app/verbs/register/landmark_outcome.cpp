@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kLandmarkMapStepMm = 20;
 
-/// The pairs with the axes of their errors that agree.
+/// Fits the pairs that were not rejected, with the axes of their errors.
 Result<registration::LandmarkRegistration> refine(const LandmarkList& list,
                                                   const std::vector<std::string>& rejected) {
   std::vector<registration::AnisotropicLandmark> kept;
@@ -26,7 +26,7 @@ Result<registration::LandmarkRegistration> refine(const LandmarkList& list,
   return registration::register_anisotropic_landmarks(kept);
 }
 
-/// Pairs whose CT points may be swapped without a residual that anybody would see.
+/// Finds pairs whose CT points can be swapped while the residual stays within its limit.
 std::vector<SwappedLandmarks> swapped(std::vector<registration::LandmarkPair> pairs) {
   std::vector<SwappedLandmarks> out;
   if (pairs.size() > kMostSwapped) return out;
@@ -42,7 +42,7 @@ std::vector<SwappedLandmarks> swapped(std::vector<registration::LandmarkPair> pa
   return out;
 }
 
-/// LandmarkOutcome::mirrored_fre_rms_mm.
+/// Computes LandmarkOutcome::mirrored_fre_rms_mm.
 std::optional<double> mirrored(std::vector<registration::LandmarkPair> pairs) {
   for (auto& pair : pairs) pair.reference.mm.x() = -pair.reference.mm.x();
   const auto fit = registration::register_landmarks(pairs);
@@ -74,7 +74,7 @@ Result<LandmarkOutcome> fit_list(const LandmarkList& list) {
     const double off = (outcome.fit.ct_from_reference * pair.reference - pair.ct).v.norm();
     outcome.rejected.push_back({pair.name, off});
   }
-  if (!robust) return outcome;  // It is refused anyway.
+  if (!robust) return outcome;  // Refused in any case.
   outcome.mirrored_fre_rms_mm = mirrored(kept);
   outcome.swapped = swapped(std::move(kept));
   return outcome;

@@ -13,7 +13,7 @@ SimulatedEvents::SimulatedEvents(const sim::Procedure& procedure)
       frames_(procedure) {}
 
 std::optional<session::SessionEvent> SimulatedEvents::next(Deadline deadline) {
-  // Poses before pictures where both arrive at once: a picture then finds its pose.
+  // Poses come before images that arrive at the same time, so that an image finds its pose.
   const Timestamp first = std::min({probe_poses_.next_arrival(), reference_poses_.next_arrival(),
                                     needle_poses_.next_arrival(), frames_.next_arrival()});
   if (first > deadline || first == Timestamp::max()) return std::nullopt;

@@ -9,12 +9,12 @@
 
 namespace nav::app {
 
-/// All streams of a simulated procedure as one, in order of arrival.
+/// Merges all streams of a simulated procedure into one, in order of arrival.
 class SimulatedEvents {
  public:
   /// The procedure must outlive the events.
   explicit SimulatedEvents(const sim::Procedure& procedure);
-  /// The next event that has arrived by the deadline, if any.
+  /// Returns the next event that has arrived by the deadline, if any.
   std::optional<session::SessionEvent> next(Deadline deadline);
   [[nodiscard]] bool ended() const;
 
