@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// In a program of its own, whose `new` is that of app/large_pages.cpp.
+// A separate program, because its `new` is the one of app/large_pages.cpp.
 #include <cstddef>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 namespace {
 
-/// Bytes of this process in large pages.
+/// Number of bytes of this process that lie in large pages.
 std::size_t in_large_pages() {
   std::ifstream file("/proc/self/smaps_rollup");
   std::string word;
@@ -65,7 +65,7 @@ TEST(LargePagesTest, MoreThanThereIsIsBadAlloc) {
 #endif
   volatile std::size_t too_much = std::numeric_limits<std::ptrdiff_t>::max() - 4096;
   EXPECT_THROW(::operator delete(::operator new(too_much)), std::bad_alloc);
-  // The handler is asked until it gives up.
+  // `new` calls the handler until the handler removes itself.
   std::set_new_handler([] {
     if (++asked_for_room == 3) std::set_new_handler(nullptr);
   });

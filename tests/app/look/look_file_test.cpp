@@ -18,7 +18,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kDeg = M_PI / 180;
 
-/// The public example of Slicer's developer guide.
+/// Example from Slicer's developer guide.
 const std::string kVp =
     "1\n1\n0.9\n0.1\n0.2\n10\n"
     "14 -3024 0 -86.9767 0 45.3791 0.169643 139.919 0.589286 347.907 0.607143 1224.16 0.607143 "
@@ -112,7 +112,7 @@ TEST_F(LookFileTest, WhatTheFileDoesNotSayIsAbsent) {
   auto again = read(to_json_text(look));
   ASSERT_TRUE(test::has_value(again));
   EXPECT_FALSE(again->shading || again->cutaway || again->value_range);
-  look.cutaway.emplace();  // Said: no cutaway.
+  look.cutaway.emplace();  // Present, without a cutaway.
   again = read(to_json_text(look));
   ASSERT_TRUE(test::has_value(again));
   ASSERT_TRUE(again->cutaway.has_value());

@@ -21,7 +21,7 @@ class ResolveLookTest : public ::testing::Test {
   static Volume voxel() {
     return *Volume::create(VoxelGrid{{1, 1, 1}}, std::vector<std::int16_t>(1), "voxel");
   }
-  /// A file with every part, for sessions to lay theirs over.
+  /// Appearance file with every part; sessions override parts of it.
   std::filesystem::path look_file() {
     render::Shading shading;
     shading.style = render::ShadingStyle::kGooch;

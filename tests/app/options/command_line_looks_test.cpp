@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Looks and galleries, as a user asks for them.
+// Appearances and galleries on the command line.
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
@@ -95,7 +95,7 @@ TEST_F(CommandLineTest, TheWindowOfTheCtSuitsItOrIsAsOneSays) {
   expect_refusal("replay x.mha --print-session --window-width -1", 2,
                  {"--window-width (view.window_width): expected 0.001 to 10^6, found -1"});
 
-  // So do slices, for what they show.
+  // Slices choose their window too, for the values that they show.
   const auto said = [&](const std::string& options) {
     const Outcome outcome = sonde("slices " + (folder_ / "ct.mha").string() + " --out " +
                                   (folder_ / "slices").string() + options);
@@ -136,7 +136,7 @@ TEST_F(CommandLineTest, AProjectionHasTheWindowOfWhatItShowsAndSaysWhich) {
     return io::read_json("replay.json");
   };
   EXPECT_TRUE(report("")["grey_window"].is_null());
-  // Air, and a block of 700 HU: air is left out, and what is half of each at its edge remains.
+  // Air and a block of 700 HU: air is left out; edge voxels, half air and half block, remain.
   const io::Json maximum = report("--projection maximum")["grey_window"];
   const double white = maximum["level"].get<double>() + maximum["width"].get<double>() / 2;
   EXPECT_NEAR(white, 700, 100) << maximum;
@@ -145,7 +145,7 @@ TEST_F(CommandLineTest, AProjectionHasTheWindowOfWhatItShowsAndSaysWhich) {
   const io::Json half = report("--projection maximum --grey-level 40")["grey_window"];
   EXPECT_EQ(half["level"], 40.0);
   EXPECT_EQ(half["width"], maximum["width"]);
-  // The session that was written has no window, so that it may be laid over other data.
+  // The written session has no window, so that it suits other data too.
   EXPECT_EQ(text_of(folder_ / "out" / "session.toml").find("grey_width_hu"), std::string::npos);
   const io::Json minimum = report("--projection minimum");
   bool told = false;
@@ -167,7 +167,7 @@ TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
     EXPECT_TRUE(test::has_value(read));
     return *read;
   };
-  /// Greatest difference in the 3D view.
+  /// Largest difference of two images in the 3D view.
   const auto difference = [](const Image2d<Rgba8>& a, const Image2d<Rgba8>& b) {
     int most = 0;
     for (int y = 0; y < 64; ++y) {

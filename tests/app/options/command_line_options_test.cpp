@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Options that would do nothing, contradict or are out of range.
+// Options that have no effect, contradict each other or are out of range.
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -168,7 +168,7 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
             "it, found none"}}) {
     expect_refusal("replay x.mha --print-session " + arguments, 2, {refusal});
   }
-  // What a session file says is there.
+  // Inputs in a session file count as given.
   const auto session = folder_ / "session.toml";
   std::ofstream(session) << "[predicates]\nvolume = \"u.mha\"\n";
   const std::string with_session = "replay --print-session --session " + session.string();
@@ -206,7 +206,7 @@ TEST_F(CommandLineTest, OptionsOfARegistrationThatWouldDoNothingAreRefused) {
            {"x.mha --landmarks p.csv " + matrix, "--ct-from-reference: expected no --landmarks"}}) {
     expect_refusal("register " + arguments, 2, {refusal});
   }
-  // The files that are not there are what is wrong with these.
+  // Only the missing files are wrong here.
   expect_refusal("register x.mha --ct y.mha --effort quick --threads 1 --loss none", 3, {"y.mha"});
   expect_refusal("register --points p --surface s.vtk " + matrix, 3, {"s.vtk"});
 }

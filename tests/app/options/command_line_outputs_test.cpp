@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// What the program writes, and what it never writes over.
+// Files that the program writes, and files that it never overwrites.
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -13,7 +13,7 @@
 namespace nav::app {
 namespace {
 
-// A report, picture or set-up that cannot be written is no reason to compute for a minute.
+// The program rejects outputs that it cannot write before it computes for a minute.
 TEST_F(CommandLineTest, WhatCannotBeWrittenIsRefusedAtOnce) {
   const std::string nowhere = (folder_ / "none" / "x").string();
   const std::string ultrasound = write_ultrasound(folder_ / "us.mha");
@@ -27,7 +27,7 @@ TEST_F(CommandLineTest, WhatCannotBeWrittenIsRefusedAtOnce) {
     expect_refusal(arguments, 3, {option, "none/x"});
   }
   EXPECT_FALSE(std::filesystem::exists("x.png"));
-  // Where the verb makes the folder, a report may lie in it.
+  // A report may be written into a folder that the verb creates.
   const std::string sweep = write_sweep();
   const std::string arguments = "replay " + sweep + " --ct " + write_ct() + " --config " +
                                 write_config() + " --width 96 --height 64 --step 2 --out " +
@@ -75,7 +75,7 @@ TEST_F(CommandLineTest, NoOutputReplacesAnInputOrAnother) {
   expect_refusal("bench render --ct " + ct + " --json " + ct, 2, {"--json", "that of --ct"});
 }
 
-/// Files that are read late, or only where a look or predicates ask for them.
+/// Covers files that are read late, or only for an appearance or predicates.
 TEST_F(CommandLineTest, NoOutputReplacesWhatALookOrASessionReads) {
   const auto write = [&](const char* name) {
     std::ofstream(folder_ / name) << "mine";
@@ -128,14 +128,14 @@ TEST_F(CommandLineTest, NoOutputReplacesAPictureOfAFolder) {
                    {"--json: expected a file of its own", slice, "a picture of that of"});
   }
   EXPECT_EQ(*io::read_file(slice, 1000), dicom);
-  // Without the preamble, as read_ct takes it; one that begins alike is no picture.
+  // read_ct accepts DICOM without the preamble; a file that only begins like it is not DICOM.
   const std::string old = (folder_ / "ct/old.dcm").string();
   std::ofstream(old, std::ios::binary) << std::string("\x08\0\x60\0CS\x02\0CT", 10);
   expect_refusal("info " + ct + " --json " + old, 2, {old, "a picture of that of file"});
   const std::string alike = (folder_ / "ct/alike.json").string();
   std::ofstream(alike, std::ios::binary) << std::string("\x08\0\x60\0nothing of DICOM", 20);
   expect_refusal("info " + ct + " --json " + alike, 3, {"expected DICOM pictures, found none"});
-  // Behind a link of the folder.
+  // Behind a link in the folder.
   const std::string linked = (folder_ / "elsewhere.dcm").string();
   std::ofstream(linked, std::ios::binary) << dicom;
   std::filesystem::create_symlink("../elsewhere.dcm", folder_ / "ct/link.dcm");
@@ -203,13 +203,13 @@ TEST_F(CommandLineTest, StandardOutputThatCannotBeWrittenIsAnError) {
 TEST_F(CommandLineTest, AFailedReplayLeavesNoReportOfAnEarlierOne) {
   const std::string sweep = write_sweep();
   ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
-  // A folder in the place of a picture stops the run in the middle.
+  // A folder with the name of an image stops the run in the middle.
   std::filesystem::remove(folder_ / "out/replay_00002.png");
   std::filesystem::create_directory(folder_ / "out/replay_00002.png");
   expect_refusal(replay_arguments(sweep), 3, {"replay_00002.png"});
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html"));
-  // Nor one that stops before it draws.
+  // A run that stops before it draws leaves no report either.
   std::filesystem::remove(folder_ / "out/replay_00002.png");
   ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
   expect_refusal(replay_arguments(sweep) + " --registration no.json", 3, {"no.json"});
@@ -234,10 +234,10 @@ TEST_F(CommandLineTest, WhatAReplayLeavesIsItsOwn) {
     for (const char* name : names) std::ofstream(folder_ / "out" / name, std::ios::app);
   }
   std::filesystem::create_symlink("replay_notes.png", folder_ / "out/replay_00009.png");
-  // One that stops before it draws takes nothing but the report away.
+  // A run that stops before it draws removes only the report.
   expect_refusal(replay_arguments(sweep) + " --registration no.json", 3, {"no.json"});
   for (const char* name : earlier) EXPECT_TRUE(there(name)) << name;
-  // A folder in the place of a picture stops the run in the middle.
+  // A folder with the name of an image stops the run in the middle.
   std::filesystem::remove(folder_ / "out/replay_00002.png");
   std::filesystem::create_directory(folder_ / "out/replay_00002.png");
   expect_refusal(replay_arguments(sweep), 3, {"replay_00002.png"});

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Ultrasound by predicates and derived features, as a user asks for them.
+// Ultrasound by predicates and derived features on the command line.
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -20,7 +20,7 @@
 namespace nav::app {
 namespace {
 
-/// The same of 16 bits: half of the voxels above 255, three above what is kept of them.
+/// Ultrasound volume of 16 bits: half of the voxels above 255, three above the range that is kept.
 std::string write_wide_ultrasound(const std::filesystem::path& file) {
   std::vector<std::uint16_t> voxels(20 * 24 * 18);
   for (std::size_t i = 0; i < voxels.size(); ++i) {
@@ -245,7 +245,7 @@ TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRefusedByName) {
   }
 }
 
-// The first known voxel along the lines, or where the user says.
+// The face is at the first known voxel along the lines, or at the user's point.
 TEST_F(CommandLineTest, ParallelLinesBeginAtTheFace) {
   constexpr int kEmptyRows = 25;
   const auto write = [&](const char* name, int empty_rows) {
@@ -283,7 +283,7 @@ TEST_F(CommandLineTest, ParallelLinesBeginAtTheFace) {
   EXPECT_GT(lit(write("whole.mha", 0), "").first, 1000);
   EXPECT_GT(lit(padded, "--unknown 0").first, 500);
   EXPECT_GT(lit(padded, "--face 5 0 7").first, 500);
-  // From the box's own face those depths hold nothing, which is said.
+  // Measured from the box's own face those depths are empty; a warning says so.
   const auto [count, errors] = lit(padded, "");
   EXPECT_EQ(count, 0);
   EXPECT_NE(errors.find("the picture by predicates is empty"), std::string::npos) << errors;
@@ -408,11 +408,11 @@ TEST_F(CommandLineTest, StrokesChangeTheHistogram) {
       {"points_mm": [[4, 2, 9], [4, 20, 9], [9, 20, 9], [9, 2, 14]]}]})";
   expect_refusal(arguments + " --scribbles " + (folder_ / "strokes.json").string(), 2,
                  {"stroke 1", "point 2", "mm off"});
-  // Twice the same voxels is no mistake.
+  // Marking the same voxels twice is allowed.
   EXPECT_NE(sonde(arguments + " --show '9,9,9 radius=3' --show '9,9,9 radius=2'")
                 .errors.find("123 voxels to show, 0 to hide"),
             std::string::npos);
-  // The last one that covers a voxel counts.
+  // The last stroke that covers a voxel counts.
   const std::string hide = " --hide '9,9,9 radius=3'";
   const std::string show = " --show '9,9,9 radius=3'";
   EXPECT_NE(sonde(arguments + show + hide).errors.find("0 voxels to show, 123 to hide"),
@@ -465,7 +465,7 @@ TEST_F(CommandLineTest, WhatNoPictureReachedIsDarkAndKeepsItsValue) {
   std::ofstream(folder_ / "bright.json") << R"({"sonde_predicates": 1, "predicates": [
       {"name": "bright", "where": {"intensity": {}}}]})";
   const auto lit = [&](std::int16_t unknown, const std::string& more) {
-    // Known and black but for the outer half, which nobody has seen.
+    // One half is known and black, the outer half is unknown.
     for (std::size_t i = 0; i < voxels.size(); ++i) voxels[i] = i % 24 < 12 ? unknown : 0;
     const auto file = (folder_ / "u.mha").string();
     EXPECT_TRUE(test::has_value(io::write_ct_mha(*Volume::create(grid, voxels, "u"), file)));
@@ -499,7 +499,7 @@ TEST_F(CommandLineTest, PredicatesThatCannotBeDrawnSayWhyInOneSentence) {
         << R"({"sonde_predicates": 1, "predicates": [{"name": "a", "where": )" << where << "}]}";
     return arguments + (folder_ / "set.json").string();
   };
-  // What the command line asks for and cannot have.
+  // Errors on the command line.
   expect_refusal("predicates " + volume, 2, {"--out"});
   expect_refusal(arguments + "kidney", 2, {"--predicates", "carotid-context", "kidney"});
   expect_refusal(arguments + "carotid-vessel", 2, {"depth", "scan-line directions", "--into"});
@@ -512,7 +512,7 @@ TEST_F(CommandLineTest, PredicatesThatCannotBeDrawnSayWhyInOneSentence) {
   expect_refusal(arguments + "layers --importance liver=1", 2, {"skin, muscle, target", "liver"});
   expect_refusal(arguments + "layers --largest-radius -1", 2, {"largest_radius_mm", "-1"});
   expect_refusal("predicates --phantom liver --out x.png", 2, {"--phantom", "carotid", "liver"});
-  // What a file holds.
+  // Errors in a file.
   expect_refusal(file(R"({"sharpness": {}})"), 3, {"where", "sharpness"});
   expect_refusal(file(R"({"intensity": {"low": 0.8, "high": 0.2}})"), 3, {"low <= high"});
   expect_refusal(file(R"({"entry": "a"})"), 3, {"cycle"});
@@ -546,7 +546,7 @@ TEST_F(CommandLineTest, DerivedFeaturesAreKeptWhereAsked) {
   ASSERT_EQ(again.code, 0) << again.errors;
   EXPECT_NE(again.errors.find("snr: from the cache"), std::string::npos) << again.errors;
   EXPECT_NE(again.errors.find("relative residual"), std::string::npos) << again.errors;
-  // Predicates read what derive kept: the same voxels, scan lines and parameters.
+  // Predicates read the cache of derive: same voxels, scan lines and parameters.
   const auto set = folder_ / "confident.json";
   std::ofstream(set) << R"({"sonde_predicates": 1, "name": "c", "predicates": [{"name": "c",)"
                      << R"( "importance": 1, "hue_deg": 0, "saturation": 1,)"

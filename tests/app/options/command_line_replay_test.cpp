@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Replays, as a user asks for them.
+// Replays on the command line.
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -242,7 +242,7 @@ TEST_F(CommandLineTest, RefusesRecordingsThatHoldNoUsablePicture) {
 }
 
 TEST_F(CommandLineTest, PicturesWaitForThePosesThatAnOffsetNames) {
-  // Six pictures and poses, 100 ms apart.
+  // Six images and poses, 100 ms apart.
   const std::string replay = replay_arguments(write_sweep());
   ASSERT_EQ(sonde(replay + " --temporal-offset-ms=-450").code, 0);
   EXPECT_EQ(io::read_json("replay.json")["ledger"]["rejected"]["Probe.no_pose_yet"], 5);
@@ -307,7 +307,7 @@ TEST_F(CommandLineTest, StampsMayBeginBeforeTheOriginOfTheClock) {
   EXPECT_EQ(early["image_sha256"], usual["image_sha256"]);
 }
 
-/// TOML is UTF-8, names of files need not be: the session would name another file.
+/// TOML is UTF-8, but file names may have other bytes: the session would name another file.
 TEST_F(CommandLineTest, ASessionNamesNoOtherFileThanTheOneThatWasGiven) {
   const std::string latin = "c\xe9t.mha";
   for (const char* verb : {"replay s.mha --ct ", "slices ", "predicates "}) {

@@ -102,7 +102,7 @@ TEST_F(CommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
             "--rows: expected 0 (the probe's own) or 16 to 4096 pixels, found many"},
            {"simulate --out x.mha --frame-rate-hz fast",
             "--frame-rate-hz: expected more than 0 and at most 1000 Hz, found fast"},
-           // How many.
+           // Numbers of values.
            {"register --target 1 2",
             "--target: expected 3 numbers (x y z in the CT, LPS mm: where the error is judged), "
             "found 2"},
@@ -133,7 +133,7 @@ TEST_F(CommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
            {"simulate --out x.mha --family x",
             "--family: expected abdomen, neck, shoulder, tendon, head or spine, found x"},
            {"demo --out x --no-shading=maybe", "--no-shading: expected true or false, found maybe"},
-           // What does not go together, or is not known.
+           // Contradicting or unknown options.
            {"predicates --apex 1 2 3 --into 0 1 0", "--into: expected it or --apex, found both"},
            {"demo --out x --foo",
             "sonde demo: expected an option that 'sonde demo --help' lists, found --foo"},
@@ -147,7 +147,7 @@ TEST_F(CommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
             "found 'foo'"}}) {
     expect_refusal(arguments, 2, {"sonde: error: " + sentence});
   }
-  // Each choice that is named is one.
+  // Each of these choices is valid.
   for (const char* given : {"--probe standard", "--needle none", "--family spine", "--path tilt"}) {
     expect_refusal(std::string("simulate --out x.mha --rows 1 ") + given, 2, {"--rows"});
   }
@@ -249,7 +249,7 @@ TEST_F(CommandLineTest, NamesTheFieldThatIsWrong) {
   }
   const std::string sweep = change("_Timestamp = 10", "_Timestamp = noon");
   expect_refusal(replay_arguments(sweep), 3, {"frame 0", "Timestamp", "noon"});
-  // A pose that no frame gives is told by the gate's reason, with the file.
+  // If no image gives a pose, the error has the file and the gate's reason.
   const std::string scaled = write_sweep({}, [](io::SequenceFrame& frame) {
     io::set_transform(
         frame, {"ProbeToTracker", 2 * Eigen::Matrix4d::Identity().eval(), TrackingStatus::kOk});

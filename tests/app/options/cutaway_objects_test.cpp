@@ -26,7 +26,7 @@ class Reports final : public Diagnostics {
   std::string text;
 };
 
-/// A tetrahedron of four facets at a place, as ASCII STL.
+/// ASCII STL of a tetrahedron at a position.
 std::string tetrahedron(const V& at, double edge = 10) {
   std::ostringstream stl;
   const V p[4] = {at, at + edge * V::UnitX(), at + edge * V::UnitY(), at + edge * V::UnitZ()};

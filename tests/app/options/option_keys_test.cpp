@@ -20,7 +20,7 @@ TEST(OptionKeysTest, EveryKeyIsOneOfTheSessionFile) {
     const auto read = read_session_config(path);
     ASSERT_FALSE(read) << key;
     EXPECT_EQ(read.error().message.find("unknown key"), std::string::npos) << read.error().message;
-    // Of a key in a list's tables: the list is refused.
+    // The error quotes the value; for a key in a list's tables the list itself is rejected.
     EXPECT_NE(read.error().message.find("1979-05-27"), std::string::npos) << read.error().message;
   }
 }

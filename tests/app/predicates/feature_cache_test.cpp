@@ -46,7 +46,7 @@ ScalarVolume block(int side, std::int16_t first = 0) {
       std::make_shared<const Volume>(*Volume::create(grid, std::move(voxels), "block")));
 }
 
-/// Set where the program was started to write into a cache.
+/// Environment variable that makes this program write into the cache of that folder.
 constexpr const char* kWriteInto = "SONDE_TEST_WRITE_INTO";
 
 ScanLines along(const Eigen::Vector3d& away) { return *ScanLines::parallel({away}, {{0, 0, 0}}); }
@@ -58,7 +58,7 @@ DerivedRequest request(const DerivedOptions& options = SnrOptions{}) {
 class FeatureCacheTest : public ::testing::Test {
  protected:
   bool hits(const DerivedRequest& wanted) { return cache_.find(wanted, *diagnostics_).has_value(); }
-  /// Warnings about the file since the last time.
+  /// Warnings about the file since the last call.
   std::string warnings() {
     std::string all;
     for (const auto& entry : diagnostics_->entries()) all += entry.message;
@@ -135,14 +135,15 @@ TEST_F(FeatureCacheTest, WhatIsNotWholeIsReportedAndNeverUsed) {
   EXPECT_FALSE(hits(request(wider)));
 }
 
-/// Starts this test program anew with one test. Not a fork: a fork beside running threads copies
-/// the locks that these hold, an allocator's among them.
+/// Starts this test program again with a single test. Not a fork alone: a fork while other threads
+/// run would copy locks that they hold, such as the allocator's.
 pid_t start_writer(const std::string& test, const std::filesystem::path& folder) {
   const std::string filter = "--gtest_filter=" + test;
   const std::string cache = std::string(kWriteInto) + "=" + folder.string();
   std::vector<char*> environment{const_cast<char*>(cache.c_str())};  // NOLINT
   for (char** variable = environ; *variable != nullptr; ++variable) {
-    const bool of_this_run = std::string_view(*variable).starts_with("GTEST_");  // Its shard.
+    const bool of_this_run = std::string_view(*variable).starts_with(
+        "GTEST_");  // Settings of this run, such as its shard.
     if (!of_this_run) environment.push_back(*variable);
   }
   environment.push_back(nullptr);
@@ -171,7 +172,7 @@ TEST_F(FeatureCacheTest, TwoProcessesMayWriteAtOnce) {
     ASSERT_GT(writer, 0);
     writers.insert(writer);
   }
-  // Whoever reads meanwhile finds nothing or all of it.
+  // A reader finds no file or a complete one at any time.
   int found = 0;
   while (!writers.empty()) {
     found += hits(request()) ? 1 : 0;
@@ -218,7 +219,7 @@ TEST_F(FeatureMakerTest, ComputesOnceAndFindsItTheNextTime) {
   FeatureMaker first(1, folder_ / "features", console_);
   ASSERT_TRUE(test::has_value(first.make("snr", request())));
   ASSERT_TRUE(hits(request()));
-  // Proof that it is read: a file of other values that is whole.
+  // A complete file with other values shows that the cache is read.
   DerivedVolume other = *compute(request(), {});
   other.volume.values = std::make_shared<const std::vector<float>>(12 * 12 * 12, 42.0F);
   cache_.keep(request(), other, *diagnostics_);

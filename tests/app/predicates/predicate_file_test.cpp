@@ -66,7 +66,7 @@ TEST_F(PredicateFileTest, PresetsSurviveTheWayThroughAFile) {
       EXPECT_NEAR(back->model.histogram.bars()[j].importance,
                   file.model.histogram.bars()[j].importance, 1e-15);
     }
-    // Once through, nothing moves any more.
+    // After one round trip the text does not change any more.
     EXPECT_EQ(to_json_text(*back), to_json_text(file));
   }
 }
@@ -78,7 +78,7 @@ TEST_F(PredicateFileTest, BrighterThanWhiteIsBrightUnlessTheFileSaysOtherwise) {
   EXPECT_GE(file->model.entries[0].expression.values[1], 1e6);
 }
 
-// Whoever leaves a parameter out has to know what it is then.
+// Users need the initial values, because files may omit parameters.
 TEST(PredicateLibraryTest, TheInitialValuesAreInTheDocumentation) {
   std::ifstream page(std::string(SONDE_SOURCE_DIR) + "/docs/predicates.md");
   const std::string text{std::istreambuf_iterator<char>(page), {}};

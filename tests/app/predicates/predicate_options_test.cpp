@@ -24,7 +24,7 @@ namespace {
 using render::features::Paint;
 using E = render::PredicateExpression;
 
-/// Bright above black in one half, dark in the other.
+/// Volume with a dark half and a bright half.
 std::shared_ptr<const Volume> halves() {
   VoxelGrid grid;
   grid.size = {12, 10, 8};
@@ -131,7 +131,7 @@ TEST(PredicateOptionsTest, ASetUpThatIsNeitherFileNorPresetIsRefusedByKey) {
                              "carotid-vessel", "nope.json"}));
 }
 
-/// What is said of a volume's voxels: one warning or nothing.
+/// Warning about a volume's voxels above white; empty for none.
 std::string said_of_white(const std::vector<std::int16_t>& voxels,
                           const PredicateOptions& options) {
   CollectingDiagnostics diagnostics;
@@ -255,13 +255,13 @@ TEST(PredicateScribblesTest, WhatIsPaintedDecidesTheHistogram) {
   // m = 0.25 · (8, -8) / 16, whose mean is 0.
   EXPECT_NEAR(outcome->histogram.bars()[0].importance, 0.625, 1e-12);
   EXPECT_NEAR(outcome->histogram.bars()[1].importance, 0.375, 1e-12);
-  // Both in the bright half: nothing tells them apart.
+  // Both strokes are in the bright half, so no predicate tells them apart.
   const auto there = parse_stroke("--hide", Paint::kHide, "10,1,3 10,8,3 radius=0.4 normal=0,0,1");
   const auto alike = scribble(scene, {*show, *there}, 0.25);
   ASSERT_TRUE(test::has_value(alike));
   EXPECT_FALSE(alike->decisive);
   EXPECT_TRUE(alike->histogram.bars() == scene.predicates->model.histogram.bars());
-  // Other voxels, of whom the only predicate says nothing else.
+  // A single predicate keeps all importance.
   auto one = scene;
   one.predicates->model.entries.pop_back();
   one.predicates->model.histogram = *render::PredicateHistogram::create({{1, 0, 0.5}});

@@ -71,7 +71,7 @@ TEST_F(LandmarkFileTest, RefusesByLineAndColumn) {
       test::refuses(read_landmarks(folder_ / "missing.csv"), Code::kNotFound, {"missing.csv"}));
 }
 
-/// The lines of pairs that lie in the CT where they lie in the reference, but for an offset.
+/// Lines of a landmark file for pairs of points.
 std::string lines_of(const std::vector<Eigen::Vector3d>& reference,
                      const std::vector<Eigen::Vector3d>& ct) {
   std::ostringstream text;
@@ -99,7 +99,7 @@ TEST_F(LandmarkFileTest, PairsThatNothingChecksAreWarnedOf) {
     EXPECT_TRUE(decision.accepted);
     return decision.warnings;
   };
-  // A triangle of two equal sides: the same points the other way round fit as well.
+  // A triangle with two equal sides: with two points swapped it fits as well.
   const std::vector<Eigen::Vector3d> equal{{0, 150, 0}, {-30, 0, 0}, {30, 0, 0}};
   for (const auto& warnings :
        {warnings_of(equal, equal), warnings_of(equal, {equal[0], equal[2], equal[1]})}) {
@@ -112,7 +112,7 @@ TEST_F(LandmarkFileTest, PairsThatNothingChecksAreWarnedOf) {
   EXPECT_EQ(warnings_of(unlike, unlike).size(), 1u);
   const std::vector<Eigen::Vector3d> four{{0, 150, 0}, {-90, 0, 0}, {30, 0, 0}, {0, 10, 90}};
   EXPECT_TRUE(warnings_of(four, four).empty());
-  // All in one plane: a mirrored list fits as well, so that either is warned of.
+  // Nearly in one plane: a mirrored list fits as well, so both lists get a warning.
   const std::vector<Eigen::Vector3d> flat{{0, 150, 0}, {-90, 0, 0}, {30, 0, 1}, {70, 90, 0}};
   std::vector<Eigen::Vector3d> mirrored = flat;
   for (Eigen::Vector3d& p : mirrored) p.x() = -p.x();

@@ -55,7 +55,8 @@ TEST(PanelsTest, SayWhatTheRegistrationIsWarnedOfBelowTheNote) {
   EXPECT_GT(changed, 500);
 }
 
-/// A live black picture of 40 mm in the plane z = 0 of the CT, with a needle along +z of its frame.
+/// Epoch with a live black image of 40 mm in the plane z = 0 of the CT, and a needle whose +z
+/// points along a direction.
 session::Epoch with_needle(const Eigen::Vector3d& tip, const Eigen::Vector3d& along) {
   UltrasoundFrame frame;
   constexpr int kSide = 80;
@@ -68,7 +69,7 @@ session::Epoch with_needle(const Eigen::Vector3d& tip, const Eigen::Vector3d& al
   epoch.frame = TrackedFrame{frame, Transform<frames::Reference, frames::Image>(still, zero),
                              Duration::zero(), false};
   epoch.ultrasound = epoch.placement = epoch.plane = epoch.needle = {valid, ""};
-  // The picture's middle column lies at x = 20 of the CT.
+  // The image's middle column lies at x = 20 of the CT.
   epoch.ct_from_image = Transform<frames::Ct, frames::Image>(still, {20, 0, 0});
   const auto turn = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), along);
   epoch.ct_from_needle = Transform<frames::Ct, frames::Needle>(turn, tip);
@@ -89,7 +90,7 @@ Image2d<Rgba8> composed(const session::Epoch& epoch, int width = kWidth, int hei
   return compose_panels(view, context);
 }
 
-/// Pixels of the flat panels in which two pictures differ.
+/// Number of pixels of the flat panels in which two images differ.
 int changed_in_panels(const Image2d<Rgba8>& a, const Image2d<Rgba8>& b) {
   int changed = 0;
   for (int y = 0; y < kHeight; ++y) {

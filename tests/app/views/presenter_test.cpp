@@ -27,7 +27,7 @@ std::shared_ptr<const Volume> cube() {
   return std::make_shared<const Volume>(*Volume::create(grid, std::move(hu), "cube"));
 }
 
-/// The same with marbles of bone.
+/// Cube with marbles of bone.
 std::shared_ptr<const Volume> marbles() {
   const auto plain = cube();
   std::vector<std::int16_t> hu(plain->hu().begin(), plain->hu().end());
@@ -35,7 +35,7 @@ std::shared_ptr<const Volume> marbles() {
   return std::make_shared<const Volume>(*Volume::create(plain->grid(), std::move(hu), "marbles"));
 }
 
-/// An epoch whose ultrasound is a bright picture in the middle of the cube.
+/// Epoch with a bright ultrasound image in the middle of the cube.
 session::Epoch epoch(SafetyState state, const std::string& cause) {
   UltrasoundFrame frame{Timestamp{},
                         Timestamp{},
@@ -75,7 +75,7 @@ class PresenterTest : public ::testing::Test {
     EXPECT_TRUE(test::has_value(picture));
     return *picture;
   }
-  /// Bright grey pixels inside the ultrasound panel, away from its words and scale.
+  /// Number of bright grey pixels in the ultrasound panel, away from its text and scale.
   static int bright_pixels(const Image2d<Rgba8>& picture) {
     int count = 0;
     for (int y = 40; y < kViewHeight / 2 - 10; ++y) {
@@ -229,7 +229,7 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeByPredicatesWithPlaneAndCtSlice) {
   }
 }
 
-/// Pixels of the 3D view in which the hue of a predicate can be seen, but for the legend's.
+/// Number of pixels of the 3D view with the hue of a predicate, without the legend.
 int green_pixels(const Image2d<Rgba8>& picture) {
   constexpr int kLegend = 24;
   int count = 0;
@@ -413,7 +413,7 @@ TEST_F(PresenterTest, AnErrorThatWasNotMeasuredIsNotTold) {
   PresenterOptions options;
   options.width = kViewWidth;
   options.height = kViewHeight;
-  options.pixel_error = 0.5;  // More than any error of 0.002 allows.
+  options.pixel_error = 0.5;  // More than an error of 0.002 allows.
   auto spared = Presenter::create(options, marbles(), render::make_cpu_engine({.threads = 1}));
   ASSERT_TRUE(test::has_value(spared->present(shown)));
   ASSERT_TRUE(spared->step());
@@ -449,7 +449,7 @@ TEST_F(PresenterTest, ProjectionsAreAsExactAsOneAsks) {
       EXPECT_EQ(made->step()->pixel_error, 0) << "no ray is spared";
       steps.push_back(made->step()->step_voxels);
       if (!made->step()->reached) continue;
-      // Against the same window at the finest step.
+      // Compared with the finest step, in the same grey window.
       render::Scene scene = made->scene(shown);
       const auto found = made->engine().render(scene);
       scene.quality.step_voxels = 1.0 / 64;
@@ -474,7 +474,7 @@ TEST_F(PresenterTest, LooksFromTheFrontUnlessTold) {
   const render::Camera camera = made->scene(session::Epoch{}).camera;
   const Eigen::Vector3d forward = (camera.look_at_ct.mm - camera.eye_ct.mm).normalized();
   EXPECT_EQ(patient_direction(forward), "P");
-  // Facing the patient, the patient's left is at the viewer's right.
+  // The viewer faces the patient, so the patient's left is at the viewer's right.
   EXPECT_EQ(patient_direction(forward.cross(camera.up_ct.v)), "L");
 }
 
