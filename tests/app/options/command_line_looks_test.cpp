@@ -27,7 +27,7 @@ TEST_F(CommandLineTest, OptionsOfTheCutawayWinOverALookThatHasNone) {
     const Outcome outcome =
         sonde(arguments + " --look " + look + " " + option + " --save-look " + saved);
     EXPECT_EQ(outcome.code, 0) << option << ": " << outcome.errors;
-    EXPECT_TRUE(io::read_json("cut.json")["cutaway"].is_object()) << option;
+    EXPECT_TRUE(read_json("cut.json")["cutaway"].is_object()) << option;
   }
 }
 
@@ -68,7 +68,7 @@ TEST_F(CommandLineTest, TheWindowOfTheCtSuitsItOrIsAsOneSays) {
   const auto window = [&](const std::string& options) {
     const Outcome outcome = sonde(arguments + options);
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
-    const io::Json json = io::read_json("replay.json")["ct_window"];
+    const io::Json json = read_json("replay.json")["ct_window"];
     return std::pair(json["level"], json["width"]);
   };
   // The middle of the CT's panel, right of the 3D view.
@@ -133,7 +133,7 @@ TEST_F(CommandLineTest, AProjectionHasTheWindowOfWhatItShowsAndSaysWhich) {
   const auto report = [&](const std::string& options) {
     const Outcome outcome = sonde(replay + options);
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
-    return io::read_json("replay.json");
+    return read_json("replay.json");
   };
   EXPECT_TRUE(report("")["grey_window"].is_null());
   // Air and a block of 700 HU: air is left out; edge voxels, half air and half block, remain.
@@ -199,10 +199,10 @@ TEST_F(CommandLineTest, ASavedLookDrawsTheSamePicture) {
   const Outcome first =
       sonde(arguments + "--shading gooch --importance 500:900=0.9 --save-look " + saved);
   ASSERT_EQ(first.code, 0) << first.errors;
-  const auto digest = io::read_json("replay.json")["image_sha256"];
+  const auto digest = read_json("replay.json")["image_sha256"];
   const Outcome again = sonde(arguments + "--look " + saved);
   ASSERT_EQ(again.code, 0) << again.errors;
-  EXPECT_EQ(io::read_json("replay.json")["image_sha256"], digest);
+  EXPECT_EQ(read_json("replay.json")["image_sha256"], digest);
   expect_refusal(arguments + "--save-look " + (folder_ / "no" / "look.json").string(), 3,
                  {"look.json"});
   expect_refusal(arguments + "--projection mean --save-look " + saved, 2,
@@ -215,7 +215,7 @@ TEST_F(CommandLineTest, SamplingAndObjectsOfInterestChangeThePicture) {
   const auto digest = [&](const std::string& options) {
     const Outcome outcome = sonde(arguments + options);
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
-    return io::read_json("replay.json")["image_sha256"].get<std::string>();
+    return read_json("replay.json")["image_sha256"].get<std::string>();
   };
   const std::string plain = digest("");
   EXPECT_NE(digest("--classification post-classified"), plain);

@@ -305,7 +305,7 @@ TEST_F(CommandLineTest, SkippingIsMeasuredAboutACubicPatientAlone) {
       sonde("bench render --quick --part skipping --scene patient-64/vessels-only --json " +
             json.string());
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
-  const io::Json report = io::read_json("bench.json");
+  const io::Json report = read_json("bench.json");
   ASSERT_EQ(report["skip_bounds"].size(), 1U);
   EXPECT_EQ(report["skip_bounds"][0]["scene"], "patient-64/vessels-only/perspective/shaded");
   EXPECT_EQ(report["skip_bounds"][0]["bit_identical"], true);

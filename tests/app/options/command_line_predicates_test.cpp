@@ -56,7 +56,7 @@ TEST_F(CommandLineTest, PredicatesAreDrawnBesideTheStandardByEveryEngine) {
   const Outcome moved = sonde(arguments + " --into 0 1 0 --importance skin=0.9 --save " +
                               (folder_ / "mine.json").string());
   EXPECT_EQ(moved.code, 0) << moved.errors;
-  EXPECT_NEAR(io::read_json("mine.json")["predicates"][2]["importance"].get<double>(), 0.9, 1e-12);
+  EXPECT_NEAR(read_json("mine.json")["predicates"][2]["importance"].get<double>(), 0.9, 1e-12);
   expect_refusal(arguments + " --into 0 1 0 --engine vulkan", 2, {"engine", "vulkan"});
 }
 
@@ -152,9 +152,9 @@ TEST_F(CommandLineTest, TheOpacityOfASetUpIsDrawnAndSaved) {
   };
   set("0.5");
   const std::string dense = draw("dense", "");
-  EXPECT_EQ(io::read_json("dense.json")["opacity_length_mm"], 0.5);
+  EXPECT_EQ(read_json("dense.json")["opacity_length_mm"], 0.5);
   const std::string thin = draw("thin", " --opacity-length-mm 50");
-  EXPECT_EQ(io::read_json("thin.json")["opacity_length_mm"], 50);
+  EXPECT_EQ(read_json("thin.json")["opacity_length_mm"], 50);
   EXPECT_NE(dense, thin);
   EXPECT_NE(draw("densest", " --opacity-length-mm 0.001"), dense);
   set("50");
@@ -396,8 +396,7 @@ TEST_F(CommandLineTest, StrokesChangeTheHistogram) {
             (folder_ / "strokes.json").string() + " --save " + (folder_ / "after.json").string());
   EXPECT_EQ(outcome.code, 0) << outcome.errors;
   EXPECT_TRUE(std::filesystem::exists(folder_ / "strokes.png"));
-  EXPECT_NEAR(io::read_json("after.json")["predicates"][0]["importance"].get<double>(), 0.625,
-              0.01);
+  EXPECT_NEAR(read_json("after.json")["predicates"][0]["importance"].get<double>(), 0.625, 0.01);
   expect_refusal(arguments + " --show 1,2", 2, {"--show", "'1,2'"});
   expect_refusal(arguments + " --show 900,0,0", 2, {"stroke 1", "found none"});
   expect_refusal("predicates nowhere.mha --out x.png --show '9,9,9 radius=-1'", 2,

@@ -37,12 +37,12 @@ TEST_F(CommandLineTest, RegistersByLandmarksAndReplayUsesTheResult) {
   const Outcome outcome = sonde("register --landmarks " + points.string() + " --ct " + ct +
                                 " --json " + result.string());
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
-  const io::Json report = io::read_json("registration.json");
+  const io::Json report = read_json("registration.json");
   EXPECT_NEAR(report["registration"]["fre_rms_mm"].get<double>(), 0, 1e-9);
   EXPECT_NEAR(report["registration"]["ct_from_reference_mm"][3].get<double>(), 10, 1e-9);
   const Outcome replay = sonde(replay_arguments(sweep) + " --registration " + result.string());
   ASSERT_EQ(replay.code, 0) << replay.errors;
-  EXPECT_EQ(io::read_json("replay.json")["placement"]["kind"], "registered");
+  EXPECT_EQ(read_json("replay.json")["placement"]["kind"], "registered");
   // A pose for one phase of the breath must not be used at all times.
   io::Json moving = report;
   moving["breath"] = {{"supported", true}, {"accepted", true}};
@@ -164,7 +164,7 @@ TEST_F(CommandLineTest, LandmarksThatDoNotFitAreRefusedAndNeverShownAsRegistered
   expect_refusal("register --landmarks " + points.string() + " --ct " + write_ct() + " --json " +
                      result.string(),
                  5, {"residual of the landmarks"});
-  const io::Json refused = io::read_json("registration.json")["registration"];
+  const io::Json refused = read_json("registration.json")["registration"];
   EXPECT_EQ(refused["accepted"], false);
   EXPECT_FALSE(refused.contains("ct_from_reference_mm"));
   EXPECT_EQ(refused["refused_ct_from_reference_mm"].size(), 16U);

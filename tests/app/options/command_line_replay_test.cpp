@@ -35,7 +35,7 @@ TEST_F(CommandLineTest, AReplayMeasuresDistancesFromItsNeedleAndItsTarget) {
                              " --needle-frame NeedleTip --ct-from-reference "
                              "'1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'");
   EXPECT_EQ(live.code, 0) << live.errors;
-  EXPECT_EQ(io::read_json("replay.json")["frames"].size(), 7U) << "6 pictures and the animation";
+  EXPECT_EQ(read_json("replay.json")["frames"].size(), 7U) << "6 pictures and the animation";
   const std::string target = base + " --predicates " + set("target_distance");
   expect_refusal(target, 2, {"target_distance", "predicates.target_mm"});
   const auto session = folder_ / "target.toml";
@@ -65,14 +65,14 @@ TEST_F(CommandLineTest, AReplayWarnsOfAMostImportantPredicateThatOthersLower) {
   EXPECT_NE(warning_of(" --predicate-importance bright=1").find("counts for 0.5 of"),
             std::string::npos);
   EXPECT_EQ(warning_of(" --no-cutaway"), "");
-  const io::Json report = io::read_json("replay.json");
+  const io::Json report = read_json("replay.json");
   EXPECT_NEAR(report["predicates"][0]["importance"].get<double>(), 0.8, 1e-12);
 }
 
 TEST_F(CommandLineTest, ReplaysASweepAndSaysThatItIsNotRegistered) {
   const Outcome outcome = sonde(replay_arguments(write_sweep()));
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
-  const io::Json report = io::read_json("replay.json");
+  const io::Json report = read_json("replay.json");
   EXPECT_EQ(report["ledger"]["received"], 6);
   EXPECT_EQ(report["ledger"]["shown"], 6);
   EXPECT_EQ(report["placement"]["kind"], "centred");
@@ -92,7 +92,7 @@ TEST_F(CommandLineTest, AReplayWarnsOfASweepThatTheCtIsFarFrom) {
     const Outcome outcome =
         sonde(arguments + " --ct-from-reference \"1 0 0 " + x_mm + " 0 1 0 0 0 0 1 0 0 0 0 1\"");
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
-    const io::Json report = io::read_json("replay.json");
+    const io::Json report = read_json("replay.json");
     const bool said = outcome.errors.find("the sweep lies outside of the CT") != std::string::npos;
     EXPECT_EQ(said, !report["placement"]["warnings"].empty()) << outcome.errors;
     return report["placement"]["warnings"].dump();
@@ -135,15 +135,15 @@ TEST_F(CommandLineTest, ReplayIsTheSameForOneAndTwoThreadsAndFromItsSessionFile)
   const std::string sweep = write_sweep();
   const std::string arguments = replay_arguments(sweep);
   ASSERT_EQ(sonde(arguments + " --threads 1").code, 0);
-  const io::Json one = io::read_json("replay.json");
+  const io::Json one = read_json("replay.json");
   ASSERT_EQ(sonde(arguments + " --threads 2").code, 0);
-  const io::Json two = io::read_json("replay.json");
+  const io::Json two = read_json("replay.json");
   EXPECT_EQ(one["image_sha256"], two["image_sha256"]);
   EXPECT_EQ(one["pose_log_sha256"], two["pose_log_sha256"]);
   const Outcome again = sonde("replay --session " + (folder_ / "out/session.toml").string() +
                               " --json " + (folder_ / "again.json").string());
   ASSERT_EQ(again.code, 0) << again.errors;
-  EXPECT_EQ(io::read_json("again.json")["image_sha256"], one["image_sha256"]);
+  EXPECT_EQ(read_json("again.json")["image_sha256"], one["image_sha256"]);
 }
 
 TEST_F(CommandLineTest, AccountsForBadPosesAndTimes) {
@@ -163,7 +163,7 @@ TEST_F(CommandLineTest, AccountsForBadPosesAndTimes) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
   const Outcome outcome = sonde(replay_arguments(sweep) + " --skip-bad-frames");
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
-  const io::Json report = io::read_json("replay.json");
+  const io::Json report = read_json("replay.json");
   EXPECT_EQ(report["ledger"]["received"], 6);
   EXPECT_EQ(report["ledger"]["shown"], 3);
   EXPECT_TRUE(report["ledger"]["balanced"]);
@@ -189,7 +189,7 @@ TEST_F(CommandLineTest, APictureWhoseCalibrationCannotBeIsNotShown) {
     const Outcome outcome = sonde(arguments);
     ASSERT_EQ(outcome.code, 0) << outcome.errors;
     EXPECT_NE(outcome.errors.find("frame 2: ImageToProbe"), std::string::npos) << outcome.errors;
-    const io::Json report = io::read_json("replay.json");
+    const io::Json report = read_json("replay.json");
     EXPECT_EQ(report["ledger"]["shown"], 5);
     EXPECT_EQ(report["ledger"]["rejected"]["unusable_picture"], 1);
   };
@@ -245,9 +245,9 @@ TEST_F(CommandLineTest, PicturesWaitForThePosesThatAnOffsetNames) {
   // Six images and poses, 100 ms apart.
   const std::string replay = replay_arguments(write_sweep());
   ASSERT_EQ(sonde(replay + " --temporal-offset-ms=-450").code, 0);
-  EXPECT_EQ(io::read_json("replay.json")["ledger"]["rejected"]["Probe.no_pose_yet"], 5);
+  EXPECT_EQ(read_json("replay.json")["ledger"]["rejected"]["Probe.no_pose_yet"], 5);
   ASSERT_EQ(sonde(replay + " --temporal-offset-ms=450").code, 0);
-  EXPECT_EQ(io::read_json("replay.json")["ledger"]["rejected"]["Probe.before_first_pose"], 5);
+  EXPECT_EQ(read_json("replay.json")["ledger"]["rejected"]["Probe.before_first_pose"], 5);
   expect_refusal(replay + " --temporal-offset-ms=-2000", 3,
                  {"none of 6 frames usable: by --temporal-offset-ms -2000, 6 of 6 pictures lie "
                   "after the last pose, by 1500 to 2000 ms"});
@@ -287,7 +287,7 @@ TEST_F(CommandLineTest, ThePlacementOnTheCommandLineWinsOverTheFile) {
   expect_refusal(with_session, 3, {"missing.json"});
   const Outcome declared = sonde(with_session + " --ct-from-reference " + matrix);
   ASSERT_EQ(declared.code, 0) << declared.errors;
-  EXPECT_EQ(io::read_json("replay.json")["placement"]["kind"], "declared");
+  EXPECT_EQ(read_json("replay.json")["placement"]["kind"], "declared");
   std::ofstream(session) << "[placement]\nregistration = \"missing.json\"\n"
                             "ct_from_reference_mm = [1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]\n";
   expect_refusal(with_session, 3, {"placement.registration", "both"});
@@ -299,7 +299,7 @@ TEST_F(CommandLineTest, StampsMayBeginBeforeTheOriginOfTheClock) {
         write_sweep({}, [&](io::SequenceFrame& frame) { *frame.timestamp_s += shift_s; });
     const Outcome outcome = sonde(replay_arguments(sweep));
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
-    return io::read_json("replay.json");
+    return read_json("replay.json");
   };
   const io::Json usual = played(0);
   const io::Json early = played(-1000);

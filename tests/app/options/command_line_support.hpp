@@ -163,7 +163,7 @@ class CommandLineTest : public ::testing::Test {
            (folder_ / out).string() + " --width " + std::to_string(width) + " --height " +
            std::to_string(height) + " --step 2 --json " + (folder_ / "replay.json").string();
   }
-  io::Json io::read_json(const std::string& name) {
+  io::Json read_json(const std::string& name) {
     std::ifstream file(folder_ / name);
     return io::Json::parse(file, nullptr, false);
   }
