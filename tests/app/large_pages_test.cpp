@@ -30,7 +30,7 @@ bool system_has_large_pages() {
   return modes.find("[never]") == std::string::npos && !modes.empty();
 }
 
-TEST(LargePagesTest, LargeVectorsLieInThem) {
+TEST(LargePagesTest, LargeVectorsLieInLargePages) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers have a `new` of their own";
 #endif
@@ -42,7 +42,7 @@ TEST(LargePagesTest, LargeVectorsLieInThem) {
   EXPECT_EQ(block.back(), 'x');
 }
 
-TEST(LargePagesTest, BlocksOfEverySizeAreTheirOwn) {
+TEST(LargePagesTest, BlocksOfAllSizesDoNotOverlap) {
   std::vector<std::unique_ptr<char[]>> blocks;
   const std::size_t sizes[] = {
       0, 1, 4095, 1 << 20, 1 << 21, (1 << 22) - 1, 1 << 22, (1 << 22) + 1, 12345678};
@@ -59,7 +59,7 @@ TEST(LargePagesTest, BlocksOfEverySizeAreTheirOwn) {
 
 int asked_for_room = 0;
 
-TEST(LargePagesTest, MoreThanThereIsIsBadAlloc) {
+TEST(LargePagesTest, ThrowsBadAllocWhenMemoryIsExhausted) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers have a `new` of their own";
 #endif

@@ -30,7 +30,7 @@ __attribute__((noinline)) void operator delete(void* memory, std::size_t) noexce
 namespace nav::app {
 namespace {
 
-TEST(OutOfMemoryTest, IsSaidAndIsNoBug) {
+TEST(OutOfMemoryTest, IsReportedAsAnErrorNotAsABug) {
   const test::TemporaryFolder folder;
   const std::string out = (folder / "x.png").string();
   const char* const arguments[] = {"sonde",          "predicates", "--phantom", "neck",

@@ -9,7 +9,7 @@
 namespace nav::app {
 namespace {
 
-TEST(BenchDerivedJsonTest, EveryFeatureHasACurveAgainstItsDefinition) {
+TEST(BenchDerivedJsonTest, EveryFeatureIsComparedWithItsDefinition) {
   bench::DerivedBenchOptions options;
   options.side = 32;
   options.confidence_side = 16;
@@ -28,7 +28,7 @@ TEST(BenchDerivedJsonTest, EveryFeatureHasACurveAgainstItsDefinition) {
   EXPECT_EQ(json["timings"].size(), 9U);
 }
 
-TEST(BenchDerivedJsonTest, OnlyTheFeaturesAskedForAreMeasured) {
+TEST(BenchDerivedJsonTest, OnlyTheRequestedFeaturesAreMeasured) {
   bench::DerivedBenchOptions options;
   options.side = 32;
   options.repeats = {1, 0};

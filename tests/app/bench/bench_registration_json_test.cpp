@@ -26,7 +26,7 @@ bench::FaultPoint planted() {
   return point;
 }
 
-TEST(BenchRegistrationJsonTest, AFaultHasEveryKeyThatIsDocumented) {
+TEST(BenchRegistrationJsonTest, AFaultHasEveryDocumentedKey) {
   const io::Json rows = json_of(std::vector<bench::FaultPoint>{planted()}, "development");
   const io::Json expected =
       io::Json::parse(R"([{"seeds": "development", "fault": "delay", "size": -200.0,
@@ -36,7 +36,7 @@ TEST(BenchRegistrationJsonTest, AFaultHasEveryKeyThatIsDocumented) {
   EXPECT_EQ(rows, expected);
 }
 
-TEST(BenchRegistrationJsonTest, WhatNoAcceptedRunSaysIsNull) {
+TEST(BenchRegistrationJsonTest, ErrorsAreNullWithoutAcceptedRuns) {
   bench::FaultPoint point = planted();
   point.error_mean_mm = point.error_max_mm = point.actual_over_predicted = NAN;
   const io::Json rows = json_of(std::vector<bench::FaultPoint>{point}, "evaluation");
@@ -46,7 +46,7 @@ TEST(BenchRegistrationJsonTest, WhatNoAcceptedRunSaysIsNull) {
   }
 }
 
-TEST(BenchRegistrationJsonTest, StartsHaveEveryKeyThatIsDocumented) {
+TEST(BenchRegistrationJsonTest, StartsHaveEveryDocumentedKey) {
   bench::StartPoint point{"session rock", true};
   point.sweeps = 4;
   point.registrations = 31;

@@ -17,7 +17,7 @@
 namespace nav::app {
 namespace {
 
-TEST_F(CommandLineTest, OptionsOfTheCutawayWinOverALookThatHasNone) {
+TEST_F(CommandLineTest, OptionsOfTheCutawayOverrideAnAppearanceWithoutOne) {
   const std::string arguments = replay_arguments(write_sweep());
   const auto look = (folder_ / "look.json").string();
   ASSERT_EQ(sonde(arguments + " --no-cutaway --save-look " + look).code, 0);
@@ -31,7 +31,7 @@ TEST_F(CommandLineTest, OptionsOfTheCutawayWinOverALookThatHasNone) {
   }
 }
 
-TEST_F(CommandLineTest, LooksThatCannotBeAreUsageErrors) {
+TEST_F(CommandLineTest, InvalidAppearancesAreUsageErrors) {
   expect_refusal("demo --out x --shading flat", 2, {"look.style", "phong or gooch", "flat"});
   expect_refusal("demo --out x --emphasis 2", 2, {"look.emphasis", "2"});
   expect_refusal("demo --out x --projection mip", 2, {"look.projection", "mip"});
@@ -42,7 +42,7 @@ TEST_F(CommandLineTest, LooksThatCannotBeAreUsageErrors) {
   expect_refusal("demo --out x --importance a:b=c", 2, {"--importance", "'a:b=c'"});
 }
 
-TEST_F(CommandLineTest, OptionsOfTheLookAreResolvedIntoTheSession) {
+TEST_F(CommandLineTest, AppearanceOptionsEnterTheSession) {
   const auto session = folder_ / "session.toml";
   std::ofstream(session) << "[plan]\nentry_mm = [0,-9,0]\ntarget_mm = [0,0,0]\n"
                             "target_radius_mm = 4\n";
@@ -63,7 +63,7 @@ TEST_F(CommandLineTest, OptionsOfTheLookAreResolvedIntoTheSession) {
   EXPECT_NE(off.output.find("shading = false"), std::string::npos) << off.output;
 }
 
-TEST_F(CommandLineTest, TheWindowOfTheCtSuitsItOrIsAsOneSays) {
+TEST_F(CommandLineTest, TheWindowOfTheCtSuitsItUnlessItIsGiven) {
   const std::string arguments = replay_arguments(write_sweep(), "out", 400, 300) + " --frames 1";
   const auto window = [&](const std::string& options) {
     const Outcome outcome = sonde(arguments + options);
@@ -106,13 +106,13 @@ TEST_F(CommandLineTest, TheWindowOfTheCtSuitsItOrIsAsOneSays) {
   EXPECT_NE(said(with_session).find("window: level 1000, width 1200"), std::string::npos);
 }
 
-TEST_F(CommandLineTest, AGallerySaysWhichPicturesThereAre) {
+TEST_F(CommandLineTest, AGalleryListsItsImages) {
   expect_refusal("gallery --only nope --out " + (folder_ / "gallery").string(), 2,
                  {"--only", "fig2a", "registration-sweep", "simulator-spine", "predicates-inside",
                   "found nope"});
 }
 
-TEST_F(CommandLineTest, AGalleryOfNothingFails) {
+TEST_F(CommandLineTest, AnEmptyGalleryFails) {
   const std::string out = " --out " + (folder_ / "gallery").string();
   expect_refusal("gallery --engine foo --only simulator-vessel" + out, 2,
                  {"cpu, gl or reference", "foo"});
@@ -128,7 +128,7 @@ TEST_F(CommandLineTest, AGalleryOfNothingFails) {
   }
 }
 
-TEST_F(CommandLineTest, AProjectionHasTheWindowOfWhatItShowsAndSaysWhich) {
+TEST_F(CommandLineTest, AProjectionChoosesAndReportsItsGreyWindow) {
   const std::string replay = replay_arguments(write_sweep(), "out", 480, 300) + " --frames 1 ";
   const auto report = [&](const std::string& options) {
     const Outcome outcome = sonde(replay + options);
@@ -155,7 +155,7 @@ TEST_F(CommandLineTest, AProjectionHasTheWindowOfWhatItShowsAndSaysWhich) {
   EXPECT_TRUE(told) << minimum["diagnostics"];
 }
 
-TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
+TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicImage) {
   const std::string sweep = write_sweep();
   const auto picture = [&](const std::string& options) -> std::optional<Image2d<Rgba8>> {
     const Outcome outcome =
@@ -193,7 +193,7 @@ TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
   EXPECT_NE(session.output.find("orthographic = true"), std::string::npos) << session.output;
 }
 
-TEST_F(CommandLineTest, ASavedLookDrawsTheSamePicture) {
+TEST_F(CommandLineTest, ASavedAppearanceGivesTheSameImage) {
   const std::string arguments = replay_arguments(write_sweep()) + " --frames 1 ";
   const std::string saved = (folder_ / "mine.json").string();
   const Outcome first =
@@ -209,7 +209,7 @@ TEST_F(CommandLineTest, ASavedLookDrawsTheSamePicture) {
                  {"--save-look: expected --projection composite"});
 }
 
-TEST_F(CommandLineTest, SamplingAndObjectsOfInterestChangeThePicture) {
+TEST_F(CommandLineTest, SamplingAndObjectsOfInterestChangeTheImage) {
   const std::string arguments =
       replay_arguments(write_sweep()) + " --frames 1 --azimuth -20 --elevation 10 ";
   const auto digest = [&](const std::string& options) {

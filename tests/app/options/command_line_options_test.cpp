@@ -19,7 +19,7 @@ struct Idle {
   std::string refusal;
 };
 
-TEST_F(CommandLineTest, EmptyValuesAreRefused) {
+TEST_F(CommandLineTest, EmptyValuesAreRejected) {
   for (const char* option : {"--look", "--session", "--json", "--save-look", "--us-volume",
                              "--config", "--registration", "--series"}) {
     expect_refusal("replay x.mha --print-session " + std::string(option) + " ''", 2,
@@ -29,7 +29,7 @@ TEST_F(CommandLineTest, EmptyValuesAreRefused) {
   EXPECT_EQ(sonde("replay x.mha --print-session --needle-frame ''").code, 0);
 }
 
-TEST_F(CommandLineTest, AnOptionReplacesWhatTheSessionSaysInAnotherWay) {
+TEST_F(CommandLineTest, AnOptionReplacesItsAlternativeInTheSession) {
   const auto session = folder_ / "session.toml";
   const auto printed = [&](const std::string& file, const std::string& options) {
     std::ofstream(session) << file;
@@ -54,7 +54,7 @@ TEST_F(CommandLineTest, AnOptionReplacesWhatTheSessionSaysInAnotherWay) {
   EXPECT_EQ(text.find("step_voxels"), std::string::npos) << text;
 }
 
-TEST_F(CommandLineTest, OptionsOfASimulationThatWouldDoNothingAreRefused) {
+TEST_F(CommandLineTest, SimulationOptionsWithoutEffectAreRejected) {
   const std::string out = (folder_ / "sweep.mha").string();
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"--ct-spacing-mm 2", "--ct-spacing-mm: expected --ct beside it, found none"},
@@ -90,7 +90,7 @@ TEST_F(CommandLineTest, OptionsOfASimulationThatWouldDoNothingAreRefused) {
   EXPECT_EQ(all.code, 0) << all.errors;
 }
 
-TEST_F(CommandLineTest, OptionsOfALookThatWouldDoNothingAreRefused) {
+TEST_F(CommandLineTest, AppearanceOptionsWithoutEffectAreRejected) {
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"--grey-width 400",
             "--grey-width: expected --projection maximum, minimum or mean beside it, found "
@@ -125,7 +125,7 @@ TEST_F(CommandLineTest, OptionsOfALookThatWouldDoNothingAreRefused) {
   EXPECT_EQ(grey.code, 0) << grey.errors;
 }
 
-TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
+TEST_F(CommandLineTest, ReplayOptionsWithoutEffectAreRejected) {
   const std::string ct = write_ct();
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"--ct " + ct + " --series 1.2.3",
@@ -185,7 +185,7 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
   expect_refusal(with_session + " --ct " + ct, 2, {"--ct: expected a session of a recording"});
 }
 
-TEST_F(CommandLineTest, OptionsOfARegistrationThatWouldDoNothingAreRefused) {
+TEST_F(CommandLineTest, RegistrationOptionsWithoutEffectAreRejected) {
   const std::string ct = write_ct();
   const std::string matrix = "--ct-from-reference '1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'";
   for (const auto& [arguments, refusal] : std::vector<Idle>{
@@ -211,7 +211,7 @@ TEST_F(CommandLineTest, OptionsOfARegistrationThatWouldDoNothingAreRefused) {
   expect_refusal("register --points p --surface s.vtk " + matrix, 3, {"s.vtk"});
 }
 
-TEST_F(CommandLineTest, AValueOutOfRangeIsNamedByItsOptionAndItsKey) {
+TEST_F(CommandLineTest, AValueOutOfRangeIsNamedByOptionAndKey) {
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"replay s.mha --ct c --out o --width 0",
             "--width (output.width_px): expected 16 to 8192, found 0"},
@@ -236,7 +236,7 @@ TEST_F(CommandLineTest, AValueOutOfRangeInASessionFileIsNamedByItsKey) {
                  {"session.toml: output.width_px: expected 16 to 8192, found 0"});
 }
 
-TEST_F(CommandLineTest, OptionsOfPredicatesAndBenchesThatWouldDoNothingAreRefused) {
+TEST_F(CommandLineTest, PredicateAndBenchOptionsWithoutEffectAreRejected) {
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"predicates u.mha --print-session --phantom neck",
             "--phantom: expected no volume, which is drawn instead, beside it, found u.mha"},
@@ -289,7 +289,7 @@ TEST_F(CommandLineTest, OptionsOfPredicatesAndBenchesThatWouldDoNothingAreRefuse
   EXPECT_EQ(strokes.code, 0) << strokes.errors;
 }
 
-TEST_F(CommandLineTest, OptionsOfAnUltrasoundVolumeAreThoseOfPredicatesInAReplayToo) {
+TEST_F(CommandLineTest, AReplayTakesTheOptionsOfPredicatesForItsVolume) {
   const Outcome outcome = sonde(
       "replay x.mha --print-session --us-volume u.mha --predicates tendon-fibres --into 0 1 0 "
       "--labels a.mha --white 200");
@@ -299,7 +299,7 @@ TEST_F(CommandLineTest, OptionsOfAnUltrasoundVolumeAreThoseOfPredicatesInAReplay
   }
 }
 
-TEST_F(CommandLineTest, SkippingIsMeasuredAboutACubicPatientAlone) {
+TEST_F(CommandLineTest, SkippingIsMeasuredForACubicPatientAlone) {
   const auto json = folder_ / "bench.json";
   const Outcome outcome =
       sonde("bench render --quick --part skipping --scene patient-64/vessels-only --json " +

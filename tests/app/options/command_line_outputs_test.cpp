@@ -14,7 +14,7 @@ namespace nav::app {
 namespace {
 
 // The program rejects outputs that it cannot write before it computes for a minute.
-TEST_F(CommandLineTest, WhatCannotBeWrittenIsRefusedAtOnce) {
+TEST_F(CommandLineTest, UnwritableOutputsAreRejectedAtOnce) {
   const std::string nowhere = (folder_ / "none" / "x").string();
   const std::string ultrasound = write_ultrasound(folder_ / "us.mha");
   for (const auto& [arguments, option] : std::vector<std::pair<std::string, std::string>>{
@@ -38,7 +38,7 @@ TEST_F(CommandLineTest, WhatCannotBeWrittenIsRefusedAtOnce) {
   EXPECT_TRUE(std::filesystem::exists(folder_ / "new" / "report2.json"));
 }
 
-TEST_F(CommandLineTest, ARegistrationThatStopsLeavesNothingOfAnEarlierOne) {
+TEST_F(CommandLineTest, AStoppedRegistrationLeavesNoResultsOfAnEarlierOne) {
   std::filesystem::create_directories(folder_ / "out");
   for (const char* name : {"report.json", "registration.png", "mine.png"}) {
     std::ofstream(folder_ / "out" / name) << "{}";
@@ -76,7 +76,7 @@ TEST_F(CommandLineTest, NoOutputReplacesAnInputOrAnother) {
 }
 
 /// Covers files that are read late, or only for an appearance or predicates.
-TEST_F(CommandLineTest, NoOutputReplacesWhatALookOrASessionReads) {
+TEST_F(CommandLineTest, NoOutputReplacesAnInputOfAnAppearanceOrSession) {
   const auto write = [&](const char* name) {
     std::ofstream(folder_ / name) << "mine";
     return (folder_ / name).string();
@@ -116,7 +116,7 @@ TEST_F(CommandLineTest, NoOutputReplacesWhatALookOrASessionReads) {
   for (const std::string& file : {look, mesh, other}) EXPECT_EQ(text_of(file), "mine") << file;
 }
 
-TEST_F(CommandLineTest, NoOutputReplacesAPictureOfAFolder) {
+TEST_F(CommandLineTest, NoOutputReplacesAnImageInAFolder) {
   std::filesystem::create_directories(folder_ / "ct/deeper");
   const std::string slice = (folder_ / "ct/deeper/1.dcm").string();
   const std::string dicom = std::string(128, '\0') + "DICM";
@@ -175,7 +175,7 @@ TEST_F(CommandLineTest, NoOutputReplacesThePixelsOfAHeader) {
             0);
 }
 
-TEST_F(CommandLineTest, AnOutputThatCannotBeWrittenLeavesNothing) {
+TEST_F(CommandLineTest, AnUnwritableOutputLeavesNoFile) {
   const std::string sweep = write_sweep();
   const auto file = folder_ / "file";
   std::ofstream(file) << "x";
@@ -192,7 +192,7 @@ TEST_F(CommandLineTest, NoColourOutsideATerminal) {
   EXPECT_EQ(outcome.errors.find('\r'), std::string::npos);
 }
 
-TEST_F(CommandLineTest, StandardOutputThatCannotBeWrittenIsAnError) {
+TEST_F(CommandLineTest, UnwritableStandardOutputIsAnError) {
   const std::string sweep = write_sweep();
   for (const std::string& arguments : {"info " + sweep + " >/dev/full", "info " + sweep + " >&-",
                                        replay_arguments(sweep) + " --print-session >/dev/full"}) {
@@ -220,7 +220,7 @@ TEST_F(CommandLineTest, AFailedReplayLeavesNoReportOfAnEarlierOne) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
 }
 
-TEST_F(CommandLineTest, WhatAReplayLeavesIsItsOwn) {
+TEST_F(CommandLineTest, AReplayRemovesFilesOfAnEarlierReplay) {
   const std::string sweep = write_sweep();
   ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
   const auto there = [&](const char* name) {
@@ -247,7 +247,7 @@ TEST_F(CommandLineTest, WhatAReplayLeavesIsItsOwn) {
   EXPECT_TRUE(std::filesystem::is_symlink(folder_ / "out/replay_00009.png"));
 }
 
-TEST_F(CommandLineTest, AReplayReplacesNothingThatItReads) {
+TEST_F(CommandLineTest, AReplayReplacesNoInput) {
   const std::string sweep = write_sweep();
   std::filesystem::create_directory(folder_ / "out");
   const std::string report = (folder_ / "out/report.json").string();

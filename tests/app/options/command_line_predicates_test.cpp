@@ -43,7 +43,7 @@ std::ptrdiff_t count_of(const std::string& piece, const std::string& text) {
   return count;
 }
 
-TEST_F(CommandLineTest, PredicatesAreDrawnBesideTheStandardByEveryEngine) {
+TEST_F(CommandLineTest, EveryEngineDrawsPredicatesBesideTheStandardRendering) {
   const auto out = (folder_ / "both.png").string();
   const std::string arguments = "predicates " + write_ultrasound(folder_ / "us.mha") +
                                 " --width 200 --height 200 --out " + out +
@@ -60,7 +60,7 @@ TEST_F(CommandLineTest, PredicatesAreDrawnBesideTheStandardByEveryEngine) {
   expect_refusal(arguments + " --into 0 1 0 --engine vulkan", 2, {"engine", "vulkan"});
 }
 
-TEST_F(CommandLineTest, TheFeaturesOfThePhantomAreDerivedAsOneSays) {
+TEST_F(CommandLineTest, TheFeaturesOfThePhantomDependOnTheOptions) {
   const auto set = folder_ / "steep.json";
   std::ofstream(set) << R"({"sonde_predicates": 1, "name": "steep", "predicates": [)"
                      << R"({"name": "steep", "importance": 1, "hue_deg": 30, "saturation": 1,)"
@@ -80,7 +80,7 @@ TEST_F(CommandLineTest, TheFeaturesOfThePhantomAreDerivedAsOneSays) {
   EXPECT_EQ(pictures.size(), 3U);
 }
 
-TEST_F(CommandLineTest, LabelsOnOtherAxesAreRefusedByTheirAxes) {
+TEST_F(CommandLineTest, LabelsOnOtherAxesAreRejectedByTheirAxes) {
   const auto labels = folder_ / "labels.mha";
   std::ofstream out(labels, std::ios::binary);
   out << "ObjectType = Image\nNDims = 3\nBinaryData = True\n"
@@ -94,7 +94,7 @@ TEST_F(CommandLineTest, LabelsOnOtherAxesAreRefusedByTheirAxes) {
                  3, {"labels.mha", "along (1 0 0), (0 1 0)", "along (-1"});
 }
 
-TEST_F(CommandLineTest, PredicatesSayOnceWhatAPictureCannotShow) {
+TEST_F(CommandLineTest, PredicatesWarnOnceOfWhatAnImageCannotShow) {
   const std::string arguments = "predicates " + write_wide_ultrasound(folder_ / "us.mha") +
                                 " --width 200 --height 200 --out " + (folder_ / "x.png").string() +
                                 " --predicates " + (folder_ / "set.json").string();
@@ -118,7 +118,7 @@ TEST_F(CommandLineTest, PredicatesSayOnceWhatAPictureCannotShow) {
   EXPECT_EQ(count_of("drawn as", plain.errors), 0) << plain.errors;
 }
 
-TEST_F(CommandLineTest, PredicatesNameTheOptionOrTheKeyThatIsWrong) {
+TEST_F(CommandLineTest, PredicatesNameTheWrongOptionOrKey) {
   expect_refusal("predicates --out x.png --phantom-side 32 --predicates nope.json", 2,
                  {"--predicates (predicates.set_up): expected a file, or a predicate preset"});
   const auto session = folder_ / "session.toml";
@@ -134,7 +134,7 @@ TEST_F(CommandLineTest, PredicatesNameTheOptionOrTheKeyThatIsWrong) {
   EXPECT_EQ(sonde(painted + "vessel=400:0.5").code, 0);
 }
 
-TEST_F(CommandLineTest, TheOpacityOfASetUpIsDrawnAndSaved) {
+TEST_F(CommandLineTest, TheOpacityOfAPredicateSetIsDrawnAndSaved) {
   const auto set = [&](const std::string& length) {
     std::ofstream(folder_ / "set.json")
         << R"({"sonde_predicates": 1, "predicates": [{"name": "a", "where": {"intensity": {}}}],
@@ -167,7 +167,7 @@ TEST_F(CommandLineTest, TheOpacityOfASetUpIsDrawnAndSaved) {
   }
 }
 
-TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRefusedByName) {
+TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRejectedByName) {
   const std::string volume = write_ultrasound(folder_ / "us.mha");
   std::ofstream(folder_ / "set.json")
       << R"({"sonde_predicates": 1, "predicates": [{"name": "a", "where": {"any": [
@@ -297,7 +297,7 @@ TEST_F(CommandLineTest, ParallelLinesBeginAtTheFace) {
                  {"--face: expected --into, parallel scan lines,"});
 }
 
-TEST_F(CommandLineTest, FeaturesAreDerivedAsPredicatesReadThem) {
+TEST_F(CommandLineTest, DeriveComputesTheFeaturesThatPredicatesRead) {
   const std::string derive = "derive " + write_ultrasound(folder_ / "us.mha") + " --out " +
                              (folder_ / "d").string() + " --feature ";
   const auto greatest = [&](const std::string& options) {
@@ -338,7 +338,7 @@ TEST_F(CommandLineTest, FeaturesAreDerivedAsPredicatesReadThem) {
   }
 }
 
-TEST_F(CommandLineTest, WhatASavedSetUpDrawsIsWhatWasDrawn) {
+TEST_F(CommandLineTest, ASavedPredicateSetGivesTheSameImage) {
   std::ofstream(folder_ / "edges.json") << R"({"sonde_predicates": 1, "predicates": [
       {"name": "edge", "where": {"gradient_magnitude": {"low_per_mm": 0.02}}}]})";
   const auto draw = [&](const std::string& set_up, const std::string& more) {
@@ -357,7 +357,7 @@ TEST_F(CommandLineTest, WhatASavedSetUpDrawsIsWhatWasDrawn) {
   EXPECT_EQ(draw("smooth.json", "--smoothing-mm 0.4"), usual);
 }
 
-TEST_F(CommandLineTest, OptionsThatNoPredicateOfTheSetUsesAreRefused) {
+TEST_F(CommandLineTest, OptionsThatNoPredicateUsesAreRejected) {
   std::ofstream(folder_ / "bright.json") << R"({"sonde_predicates": 1, "predicates": [
       {"name": "bright", "where": {"intensity": {"low": 0.5}}}]})";
   const std::string arguments =
@@ -420,7 +420,7 @@ TEST_F(CommandLineTest, StrokesChangeTheHistogram) {
             std::string::npos);
 }
 
-TEST_F(CommandLineTest, APresetKeepsItsNameBesideAFileOfThatName) {
+TEST_F(CommandLineTest, TheNameOfAPresetNeverMeansAFile) {
   const auto session = folder_ / "session.toml";
   std::ofstream(session) << "[predicates]\nset_up = \"carotid-context\"\n";
   const auto there = std::filesystem::current_path();
@@ -435,7 +435,7 @@ TEST_F(CommandLineTest, APresetKeepsItsNameBesideAFileOfThatName) {
   std::filesystem::current_path(there);
 }
 
-TEST_F(CommandLineTest, OneSliceOfUltrasoundIsAVolumeWhateverItsAxis) {
+TEST_F(CommandLineTest, OneSliceOfUltrasoundIsAVolumeForAnyAxis) {
   for (const std::array<int, 3>& size : {std::array{20, 24, 1}, {20, 1, 24}, {1, 20, 24}}) {
     VoxelGrid grid;
     grid.size = size;
@@ -457,7 +457,7 @@ TEST_F(CommandLineTest, OneSliceOfUltrasoundIsAVolumeWhateverItsAxis) {
   }
 }
 
-TEST_F(CommandLineTest, WhatNoPictureReachedIsDarkAndKeepsItsValue) {
+TEST_F(CommandLineTest, UnknownVoxelsAreDarkAndKeepTheirValue) {
   VoxelGrid grid;
   grid.size = {24, 24, 24};
   std::vector<std::int16_t> voxels(grid.voxel_count());
@@ -489,7 +489,7 @@ TEST_F(CommandLineTest, WhatNoPictureReachedIsDarkAndKeepsItsValue) {
             std::string::npos);
 }
 
-TEST_F(CommandLineTest, PredicatesThatCannotBeDrawnSayWhyInOneSentence) {
+TEST_F(CommandLineTest, ErrorsOfPredicatesAreOneSentence) {
   const std::string volume = write_ultrasound(folder_ / "us.mha");
   const std::string arguments =
       "predicates " + volume + " --out " + (folder_ / "x.png").string() + " --predicates ";
@@ -532,7 +532,7 @@ TEST_F(CommandLineTest, PredicatesThatCannotBeDrawnSayWhyInOneSentence) {
                  {"labels.mha", "20 x 24 x 18", "20 x 24 x 17"});
 }
 
-TEST_F(CommandLineTest, DerivedFeaturesAreKeptWhereAsked) {
+TEST_F(CommandLineTest, DerivedFeaturesAreCachedOnRequest) {
   const std::string ct = write_ct();
   const std::string derive = "derive " + ct + " --into 0 1 0 --feature snr confidence --out " +
                              (folder_ / "slices").string() + " --cache " +

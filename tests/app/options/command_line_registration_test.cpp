@@ -12,7 +12,7 @@
 namespace nav::app {
 namespace {
 
-TEST_F(CommandLineTest, ARegistrationNeverSpeaksOfAReplay) {
+TEST_F(CommandLineTest, ARegistrationNeverMentionsAReplay) {
   const std::string arguments =
       "register " + write_sweep() + " --ct " + write_ct() + " --config " + write_config();
   const Outcome refused = sonde(arguments + " --probe-frame Stylus --image-frame Sono");
@@ -51,7 +51,7 @@ TEST_F(CommandLineTest, RegistersByLandmarksAndReplayUsesTheResult) {
                  {"registration.json", "breath"});
 }
 
-TEST_F(CommandLineTest, RegistersByTheLandmarksThatAgreeAndNamesTheOthers) {
+TEST_F(CommandLineTest, RegistersByAgreeingLandmarksAndNamesTheOthers) {
   const auto points = folder_ / "points.csv";
   std::ofstream(points) << "name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,"
                            "ct_z_mm,reference_sigma_x_mm,reference_sigma_y_mm,"
@@ -155,7 +155,7 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   expect_refusal(by_points + " --marker-towards left", 2, {"--marker-towards", "sweep"});
 }
 
-TEST_F(CommandLineTest, LandmarksThatDoNotFitAreRefusedAndNeverShownAsRegistered) {
+TEST_F(CommandLineTest, LandmarksThatDoNotFitAreNeverShownAsRegistered) {
   const auto points = folder_ / "points.csv";
   std::ofstream(points) << "name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,"
                            "ct_z_mm\nA,0,0,0,50,0,0\nB,50,0,0,0,0,0\nC,0,40,0,0,0,30\nD,0,0,30,"

@@ -42,7 +42,7 @@ TEST_F(CommandLineTest, WritesSlicesThroughAPoint) {
   expect_refusal("slices missing.mha --out " + out.string(), 3, {"missing.mha"});
 }
 
-TEST_F(CommandLineTest, SlicesShowASecondVolumeInItsOwnWindowAndSayWhich) {
+TEST_F(CommandLineTest, SlicesShowASecondVolumeInItsReportedWindow) {
   // Values like in MR: background, a dark body and a few bright voxels.
   VoxelGrid grid;
   grid.size = {30, 30, 30};
@@ -100,7 +100,7 @@ TEST_F(CommandLineTest, SlicesOf64PixelsHaveTheLettersOfTheirEdges) {
   expect_refusal(arguments + " --size 63", 2, {"--size: expected 64 to 8192"});
 }
 
-TEST_F(CommandLineTest, WritesObliqueSlicesAndThoseAlongANeedle) {
+TEST_F(CommandLineTest, WritesObliqueSlicesAndSlicesAlongANeedle) {
   const auto out = folder_ / "slices";
   const std::string arguments =
       "slices " + write_ct() + " --out " + out.string() + " --size 192 --at 0 0 0";
@@ -132,7 +132,7 @@ TEST_F(CommandLineTest, WritesObliqueSlicesAndThoseAlongANeedle) {
   expect_refusal(arguments + " --share 1", 2, {"--share: expected --recording or --second"});
 }
 
-TEST_F(CommandLineTest, WritesTheSliceAlongAPictureAndFusesBoth) {
+TEST_F(CommandLineTest, WritesAndFusesTheSliceAlongAnImage) {
   const auto out = folder_ / "slices";
   const std::string ct = write_ct();
   const std::string arguments = "slices " + ct + " --out " + out.string() + " --size 192";
@@ -164,7 +164,7 @@ TEST_F(CommandLineTest, WritesTheSliceAlongAPictureAndFusesBoth) {
   expect_refusal(arguments + " --second no.mha", 3, {"no.mha"});
 }
 
-TEST_F(CommandLineTest, SlicesOfASessionAreThoseOfItsFilesAndItsPath) {
+TEST_F(CommandLineTest, SlicesOfASessionUseItsFilesAndItsPath) {
   const auto session = folder_ / "session.toml";
   const auto out = folder_ / "slices";
   const auto bytes = [&](const std::string& name) { return text_of(out / name); };

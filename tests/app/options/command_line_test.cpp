@@ -24,7 +24,7 @@
 namespace nav::app {
 namespace {
 
-TEST_F(CommandLineTest, EveryOptionOfAKeyIsOneOfSomeVerb) {
+TEST_F(CommandLineTest, EveryKeyHasAnOptionOfAVerb) {
   std::string help;
   for (const char* verb : {"demo", "replay", "slices", "predicates"}) {
     const Outcome outcome = sonde(std::string(verb) + " --help");
@@ -39,7 +39,7 @@ TEST_F(CommandLineTest, EveryOptionOfAKeyIsOneOfSomeVerb) {
   }
 }
 
-TEST_F(CommandLineTest, BuiltProgramIsTheOneTestedHere) {
+TEST_F(CommandLineTest, TheBuiltProgramIsTheTestedOne) {
   for (const char* arguments : {"--version", "levitate"}) {
     const Outcome built = built_sonde(arguments);
     const Outcome here = sonde(arguments);
@@ -78,7 +78,7 @@ TEST_F(CommandLineTest, UsageErrorsExitWithTwo) {
   expect_refusal(replay_arguments(sweep) + " --ct-from-reference '1 2 3'", 2, {"16 numbers"});
 }
 
-TEST_F(CommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
+TEST_F(CommandLineTest, ParseErrorsHaveTheFormOfOtherErrors) {
   struct Wrong {
     std::string arguments;
     std::string sentence;
@@ -153,7 +153,7 @@ TEST_F(CommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
   }
 }
 
-TEST_F(CommandLineTest, SimulateNamesTheOptionThatCannotBe) {
+TEST_F(CommandLineTest, SimulateNamesTheInvalidOption) {
   const std::string out = (folder_ / "sweep.mha").string();
   const std::string simulate = "simulate --columns 16 --rows 16 --out " + out + " ";
   expect_refusal(simulate + "--frame-rate-hz 0", 2,
@@ -166,7 +166,7 @@ TEST_F(CommandLineTest, SimulateNamesTheOptionThatCannotBe) {
   EXPECT_FALSE(std::filesystem::exists(out));
 }
 
-TEST_F(CommandLineTest, AVolumeThatLiesTooFarAwayIsNamed) {
+TEST_F(CommandLineTest, NamesAVolumeThatLiesTooFarAway) {
   VoxelGrid grid;
   grid.size = {4, 4, 4};
   grid.origin_mm = {1e9, 0, 0};
@@ -231,7 +231,7 @@ TEST_F(CommandLineTest, InfoDescribesACt) {
   EXPECT_LT(report["value_range"][0].get<double>(), report["value_range"][1].get<double>());
 }
 
-TEST_F(CommandLineTest, NamesTheFieldThatIsWrong) {
+TEST_F(CommandLineTest, NamesTheWrongField) {
   const auto change = [&](const std::string& from, const std::string& to) {
     const std::string sweep = write_sweep();
     std::ifstream in(sweep, std::ios::binary);

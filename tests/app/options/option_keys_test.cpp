@@ -12,7 +12,7 @@
 namespace nav::app {
 namespace {
 
-TEST(OptionKeysTest, EveryKeyIsOneOfTheSessionFile) {
+TEST(OptionKeysTest, EveryKeyBelongsToTheSessionFile) {
   const test::TemporaryFolder folder;
   const auto path = folder / "session.toml";
   for (const auto& [key, option] : options_of_keys()) {
@@ -25,7 +25,7 @@ TEST(OptionKeysTest, EveryKeyIsOneOfTheSessionFile) {
   }
 }
 
-TEST(OptionKeysTest, AnErrorNamesTheOptionThatWasGiven) {
+TEST(OptionKeysTest, AnErrorNamesTheGivenOption) {
   CLI::App verb;
   int width = 0;
   verb.add_option("--width", width);

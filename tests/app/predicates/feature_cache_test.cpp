@@ -70,7 +70,7 @@ class FeatureCacheTest : public ::testing::Test {
   std::optional<CollectingDiagnostics> diagnostics_{std::in_place};
 };
 
-TEST_F(FeatureCacheTest, GivesBackTheSameBytesAndTheNote) {
+TEST_F(FeatureCacheTest, ReturnsTheSameBytesAndTheNote) {
   EXPECT_FALSE(hits(request()));
   DerivedVolume made = *compute(request(), {});
   made.note = "7 iterations";
@@ -84,7 +84,7 @@ TEST_F(FeatureCacheTest, GivesBackTheSameBytesAndTheNote) {
   EXPECT_EQ(warnings(), "");
 }
 
-TEST_F(FeatureCacheTest, AnotherVoxelParameterGridOrScanLineIsAnotherFeature) {
+TEST_F(FeatureCacheTest, EveryInputOfAFeatureChangesItsKey) {
   const DerivedRequest kept = request(ConfidenceOptions{});
   cache_.keep(kept, *compute(kept, {}), *diagnostics_);
   ASSERT_TRUE(hits(kept));
@@ -106,7 +106,7 @@ TEST_F(FeatureCacheTest, AnotherVoxelParameterGridOrScanLineIsAnotherFeature) {
   EXPECT_EQ(warnings(), "");
 }
 
-TEST_F(FeatureCacheTest, WhatIsNotWholeIsReportedAndNeverUsed) {
+TEST_F(FeatureCacheTest, DamagedFilesAreReportedAndNeverUsed) {
   cache_.keep(request(), *compute(request(), {}), *diagnostics_);
   const auto path = cache_.path_of(request());
   const std::string whole = *io::read_file(path, 1 << 20);
@@ -157,7 +157,7 @@ pid_t start_writer(const std::string& test, const std::filesystem::path& folder)
   return failed == 0 ? writer : -1;
 }
 
-TEST_F(FeatureCacheTest, TwoProcessesMayWriteAtOnce) {
+TEST_F(FeatureCacheTest, ProcessesMayWriteAtTheSameTime) {
   const DerivedVolume made = *compute(request(), {});
   if (const char* folder = std::getenv(kWriteInto)) {
     const FeatureCache shared{folder};
@@ -168,7 +168,7 @@ TEST_F(FeatureCacheTest, TwoProcessesMayWriteAtOnce) {
   std::set<pid_t> writers;
   for (int n = 0; n < 2; ++n) {
     const pid_t writer =
-        start_writer("FeatureCacheTest.TwoProcessesMayWriteAtOnce", folder_ / "features");
+        start_writer("FeatureCacheTest.ProcessesMayWriteAtTheSameTime", folder_ / "features");
     ASSERT_GT(writer, 0);
     writers.insert(writer);
   }
@@ -194,14 +194,14 @@ TEST_F(FeatureCacheTest, TwoProcessesMayWriteAtOnce) {
   EXPECT_EQ(files, 1);
 }
 
-TEST_F(FeatureCacheTest, AFolderThatCannotBeMadeIsReported) {
+TEST_F(FeatureCacheTest, ReportsAFolderThatCannotBeCreated) {
   std::ofstream(folder_ / "file") << "x";
   const FeatureCache none(folder_ / "file");
   none.keep(request(), *compute(request(), {}), *diagnostics_);
   EXPECT_NE(warnings().find("nothing is kept"), std::string::npos);
 }
 
-TEST_F(FeatureCacheTest, APipeOfItsNameIsNeitherReadNorWaitedFor) {
+TEST_F(FeatureCacheTest, DoesNotWaitForAPipeOfThatName) {
   std::filesystem::create_directories(folder_ / "features");
   ASSERT_EQ(::mkfifo(cache_.path_of(request()).c_str(), 0600), 0);
   EXPECT_FALSE(hits(request()));
@@ -215,7 +215,7 @@ class FeatureMakerTest : public FeatureCacheTest {
   Console console_{false};
 };
 
-TEST_F(FeatureMakerTest, ComputesOnceAndFindsItTheNextTime) {
+TEST_F(FeatureMakerTest, ComputesOnceAndThenReadsTheCache) {
   FeatureMaker first(1, folder_ / "features", console_);
   ASSERT_TRUE(test::has_value(first.make("snr", request())));
   ASSERT_TRUE(hits(request()));
@@ -229,7 +229,7 @@ TEST_F(FeatureMakerTest, ComputesOnceAndFindsItTheNextTime) {
   EXPECT_NE(without.make("snr", request())->volume.at(3, 4, 5), 42.0F);
 }
 
-TEST_F(FeatureMakerTest, CtrlCEndsTheComputationInOneSentenceAndKeepsNothing) {
+TEST_F(FeatureMakerTest, CtrlCEndsTheComputationWithOneSentenceAndCachesNothing) {
   const DerivedRequest slow{block(128), ConfidenceOptions{}, along({0, 1, 0})};
   {
     FeatureMaker maker(1, folder_ / "features", console_);
@@ -247,7 +247,7 @@ TEST_F(FeatureMakerTest, CtrlCEndsTheComputationInOneSentenceAndKeepsNothing) {
   EXPECT_TRUE(test::has_value(next.make("snr", request()))) << "a new one knows nothing of it";
 }
 
-TEST_F(FeatureMakerTest, ARefusedFeatureIsNotKept) {
+TEST_F(FeatureMakerTest, ARejectedFeatureIsNotCached) {
   FeatureMaker maker(1, folder_ / "features", console_);
   SnrOptions even;
   even.window_voxels = 4;

@@ -35,7 +35,7 @@ std::string layers_text(const std::string& surfaces, const std::string& more = "
          ", \"surfaces\": [" + surfaces + "]}";
 }
 
-TEST(PredicateLayersTest, FlatSurfacesLieAtTheirMillimetres) {
+TEST(PredicateLayersTest, FlatSurfacesLieAtTheirDepthInMillimetres) {
   const auto path =
       written("layers.json", layers_text(flat_surface(2.2) + "," + flat_surface(4.2)));
   const auto labels = read_layers(path, grid_of({6, 12, 5}));
@@ -47,7 +47,7 @@ TEST(PredicateLayersTest, FlatSurfacesLieAtTheirMillimetres) {
   }
 }
 
-TEST(PredicateLayersTest, RefusesByName) {
+TEST(PredicateLayersTest, RejectsErrorsByName) {
   const VoxelGrid grid = grid_of({6, 12, 5});
   const auto refused = [&](const std::string& text, std::initializer_list<std::string> parts) {
     return test::refuses(read_layers(written("bad_layers.json", text), grid),
@@ -71,7 +71,7 @@ std::string sweep_text(const std::string& pose) {
   return "{\"sonde_scan_lines\": 1, \"reach_mm\": 3, \"planes\": [" + plane + "]}";
 }
 
-TEST(PredicateScanLinesTest, OfAPlaneRunAlongItAndCountFromItsFace) {
+TEST(PredicateScanLinesTest, RunAlongTheirPlaneWithDepthFromItsFace) {
   Console console(false);
   const VoxelGrid grid = grid_of({6, 12, 5});
   render::PredicateScene predicates;
@@ -88,7 +88,7 @@ TEST(PredicateScanLinesTest, OfAPlaneRunAlongItAndCountFromItsFace) {
   EXPECT_EQ(depth.codes()->hu()[far], render::FeatureVolume::kUndefined);
 }
 
-TEST(PredicateScanLinesTest, RefusesByName) {
+TEST(PredicateScanLinesTest, RejectsErrorsByName) {
   Console console(false);
   const VoxelGrid grid = grid_of({6, 12, 5});
   render::PredicateScene predicates;

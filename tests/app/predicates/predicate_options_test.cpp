@@ -51,7 +51,7 @@ render::Scene scene_of_halves() {
   return scene;
 }
 
-TEST(PredicateOptionsTest, EditsOfTheHistogramKeepItsSum) {
+TEST(PredicateOptionsTest, EditsKeepTheSumOfTheHistogram) {
   auto model = *render::preset_predicates("carotid-vessel");
   const auto drag = parse_importance("vessel=0.9");
   const auto paint = parse_colour("vessel=200:0.5");
@@ -72,7 +72,7 @@ TEST(PredicateOptionsTest, EditsOfTheHistogramKeepItsSum) {
   EXPECT_TRUE(test::refuses(parse_colour("a=1"), ErrorCode::kUsage, {"NAME=HUE:SATURATION"}));
 }
 
-TEST(PredicateOptionsTest, RefusesNumbersThatCannotBeByKey) {
+TEST(PredicateOptionsTest, RejectsInvalidNumbersByKey) {
   const auto refused = [](auto change, std::initializer_list<std::string> pieces) {
     PredicateOptions options;
     change(options);
@@ -123,7 +123,7 @@ TEST(PredicateOptionsTest, HuesAreTakenModulo360) {
                             {"predicates.histogram.saturation", "0 to 1", "1.5"}));
 }
 
-TEST(PredicateOptionsTest, ASetUpThatIsNeitherFileNorPresetIsRefusedByKey) {
+TEST(PredicateOptionsTest, RejectsASetThatIsNeitherFileNorPresetByKey) {
   PredicateOptions options;
   options.set_up = "nope.json";
   EXPECT_TRUE(test::refuses(set_up_of(options), ErrorCode::kUsage,
@@ -144,7 +144,7 @@ std::string said_of_white(const std::vector<std::int16_t>& voxels,
   return entries[0].message;
 }
 
-TEST(PredicateWhiteTest, MuchAboveWhiteIsSaidWithAWhiteThatFits) {
+TEST(PredicateWhiteTest, WarnsOfManyVoxelsAboveWhiteAndProposesAWhite) {
   PredicateOptions options;  // White 255.
   std::vector<std::int16_t> voxels(1000, 255);
   EXPECT_EQ(said_of_white(voxels, options), "");
@@ -174,7 +174,7 @@ TEST(PredicateWhiteTest, UnknownVoxelsDoNotCount) {
   EXPECT_NE(said_of_white(voxels, options).find("found 100 %, up to 32000"), std::string::npos);
 }
 
-TEST(PredicateOptionsTest, WhatIsSaidWinsOverTheSetUpAndWhatCannotBeIsRefused) {
+TEST(PredicateOptionsTest, OptionsOverrideThePredicateSetAndContradictionsAreRejected) {
   PredicateOptions options;  // carotid-vessel: dark vessels of 2 to 4.5 mm.
   options.bright_vessels = true;
   options.hue_mean = "linear";
@@ -202,7 +202,7 @@ TEST(PredicateOptionsTest, WhatIsSaidWinsOverTheSetUpAndWhatCannotBeIsRefused) {
   std::filesystem::remove(path);
 }
 
-TEST(PredicateOptionsTest, TheOnlyBarKeepsAllImportance) {
+TEST(PredicateOptionsTest, ASingleBarKeepsAllImportance) {
   render::PredicateModel one;
   one.entries.push_back({"vessel", render::PredicateExpression::kind("intensity")});
   one.histogram = *render::PredicateHistogram::create({{1, 0, 0}});
@@ -211,7 +211,7 @@ TEST(PredicateOptionsTest, TheOnlyBarKeepsAllImportance) {
   EXPECT_TRUE(test::has_value(apply_edits({{"vessel", 1.0}}, one)));
 }
 
-TEST(PredicateScribblesTest, StrokesOfTheCommandLineFindTheirSlice) {
+TEST(PredicateScribblesTest, ParsesStrokesAndFindsTheirSlice) {
   const auto stroke = parse_stroke("--show", Paint::kShow, "0,0,0 4,0,0 4,3,3 radius=0.7");
   ASSERT_TRUE(test::has_value(stroke));
   EXPECT_EQ(stroke->points.size(), 3U);
@@ -243,7 +243,7 @@ TEST(PredicateScribblesTest, StrokesOfTheCommandLineFindTheirSlice) {
   }
 }
 
-TEST(PredicateScribblesTest, WhatIsPaintedDecidesTheHistogram) {
+TEST(PredicateScribblesTest, StrokesChangeTheHistogram) {
   const auto scene = scene_of_halves();
   const auto show = parse_stroke("--show", Paint::kShow, "8,1,3 8,8,3 radius=0.4 normal=0,0,1");
   const auto hide = parse_stroke("--hide", Paint::kHide, "2,1,3 2,8,3 radius=0.4 normal=0,0,1");
@@ -281,7 +281,7 @@ TEST(PredicateScribblesTest, WhatIsPaintedDecidesTheHistogram) {
                             {"stroke 2", "found none"}));
 }
 
-TEST(PredicateScribblesTest, FilesAreReadAndRefusedByPlace) {
+TEST(PredicateScribblesTest, ReadsFilesAndNamesThePositionOfErrors) {
   const test::TemporaryFolder folder;
   const auto path = folder / "strokes.json";
   const auto read = [&](const std::string& text) {
@@ -311,7 +311,7 @@ TEST(PredicateScribblesTest, FilesAreReadAndRefusedByPlace) {
                       {"strokes[0].points_mm", "at least one point"}));
 }
 
-TEST(PredicateLabelsTest, OneFileHoldsMasksSeveralABitEach) {
+TEST(PredicateLabelsTest, OneFileHasMasksSeveralHaveOneBitEach) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics diagnostics;
   VoxelGrid grid;
@@ -346,7 +346,7 @@ TEST(PredicateLabelsTest, OneFileHoldsMasksSeveralABitEach) {
                             {"0 to 4294967295", "-5"}));
 }
 
-TEST(PredicateSessionTest, EveryKeySurvivesTheWayThroughAFile) {
+TEST(PredicateSessionTest, EveryKeySurvivesARoundTripThroughAFile) {
   const test::TemporaryFolder folder;
   const auto path = folder / "session.toml";
   std::ofstream(path) << R"(

@@ -88,7 +88,7 @@ bool says_number(const Image2d<Rgba8>& picture, const std::string& number) {
   return false;
 }
 
-TEST(PredicatePictureTest, TheImportanceIsThereWholeBehindAnyName) {
+TEST(PredicatePictureTest, TheImportanceIsShownWholeAfterAnyName) {
   std::vector<std::size_t> lengths{1, 60, 3000};
   for (std::size_t n = 8; n < 24; ++n) lengths.push_back(n);  // Some of these lengths fill a line.
   for (const std::size_t length : lengths) {
@@ -107,7 +107,7 @@ TEST(PredicatePictureTest, NamesOutsideAsciiAreDrawn) {
   EXPECT_TRUE(same(drawn(400, model_of(1, "血管")), drawn(400, model_of(1, "??"))));
 }
 
-TEST(PredicatePictureTest, TheHighestBarIsAsHighAsThereIsRoom) {
+TEST(PredicatePictureTest, TheHighestBarFillsTheHeight) {
   const auto picture = drawn(800, model_of(32));
   int coloured = 0;
   for (int y = 68; y < 68 + 120; ++y) {
@@ -155,7 +155,7 @@ TEST_F(StrokePictureTest, EverySliceIsShown) {
 }
 
 // Slices may be nearer to each other than half a millimetre, and may cross.
-TEST_F(StrokePictureTest, StrokesOfNeighbouringVoxelsAndOtherDirectionsAreShownToo) {
+TEST_F(StrokePictureTest, CloseAndCrossingSlicesAreAllShown) {
   VoxelGrid fine;
   fine.size = {40, 40, 40};
   fine.spacing_mm = {0.4, 0.4, 0.4};
@@ -173,7 +173,7 @@ TEST_F(StrokePictureTest, StrokesOfNeighbouringVoxelsAndOtherDirectionsAreShownT
   EXPECT_GT(green({hidden, across}), 400);
 }
 
-TEST_F(StrokePictureTest, WhatThereIsNoRoomForIsCounted) {
+TEST_F(StrokePictureTest, CountsTheSlicesThatDoNotFit) {
   std::vector<Stroke> strokes;
   for (int n = 0; n < 12; ++n) strokes.push_back(stroke({5, 20, 3.0 * n}, {35, 20, 3.0 * n}));
   const auto yellow = [&](int side) {
@@ -186,7 +186,7 @@ TEST_F(StrokePictureTest, WhatThereIsNoRoomForIsCounted) {
   EXPECT_EQ(yellow(400), 0);
 }
 
-TEST_F(StrokePictureTest, OnlyWhatWasMarkedIsDrawn) {
+TEST_F(StrokePictureTest, OnlyMarkedVoxelsAreColoured) {
   const int inside = green({stroke({5, 20, 20}, {35, 20, 20})});
   const int a_fifth = green({stroke({5, 20, 20}, {11, 20, 20})});
   EXPECT_GT(inside, 1000);

@@ -56,7 +56,7 @@ TEST_F(LandmarkFileTest, ReadsTheAxesOfTheErrorsInBothFrames) {
                             ErrorCode::kMalformedData, {"column 8", "reference_sigma_x_mm"}));
 }
 
-TEST_F(LandmarkFileTest, RefusesByLineAndColumn) {
+TEST_F(LandmarkFileTest, RejectsErrorsByLineAndColumn) {
   using Code = ErrorCode;
   const std::string header = std::string(kHeader) + "\n";
   EXPECT_TRUE(test::refuses(read("x,y,z\n1,2,3\n"), Code::kMalformedData, {":1:", "name", "x"}));
@@ -86,7 +86,7 @@ std::string lines_of(const std::vector<Eigen::Vector3d>& reference,
   return text.str();
 }
 
-TEST_F(LandmarkFileTest, PairsThatNothingChecksAreWarnedOf) {
+TEST_F(LandmarkFileTest, WarnsOfPairsThatNoOtherPairChecks) {
   const Point<frames::Ct> target{{10, 10, 10}};
   CollectingDiagnostics diagnostics;
   const auto warnings_of = [&](const std::vector<Eigen::Vector3d>& reference,

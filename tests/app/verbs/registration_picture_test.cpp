@@ -44,7 +44,7 @@ int red(const Image2d<Rgba8>& picture, int panel) {
   return count;
 }
 
-TEST(RegistrationPictureTest, ARefusedOneSaysSoInRed) {
+TEST(RegistrationPictureTest, ARefusedRegistrationHasARedCaption) {
   const auto refused = picture(false);
   EXPECT_GT(red(refused, 2), 50);
   EXPECT_EQ(red(refused, 0) + red(refused, 1), 0);

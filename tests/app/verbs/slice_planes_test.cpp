@@ -35,7 +35,7 @@ double reach_px(const Volume& volume, const NamedPlane& slice) {
   return most;
 }
 
-TEST(SlicePlanesTest, TheCtFitsAboutAnyPointInOneScale) {
+TEST(SlicePlanesTest, TheCtFitsAroundAnyPointAtOneScale) {
   const Volume volume = ct();
   SlicesOptions options;
   options.size_px = 200;

@@ -26,7 +26,7 @@ Image2d<Rgba8> composed(const std::string& note, const std::string& warning = ""
   return compose_panels(view, {epoch, *ct, {}, {}, banner, {}, note, warning});
 }
 
-TEST(PanelsTest, SayWhatTheEngineGaveUpOverThe3dViewAlone) {
+TEST(PanelsTest, ShowTheEnginesNoteOverThe3dViewOnly) {
   const auto silent = composed("");
   const auto spoken = composed("CT down-sampled to 2 mm");
   ASSERT_EQ(silent.width(), spoken.width());
@@ -41,7 +41,7 @@ TEST(PanelsTest, SayWhatTheEngineGaveUpOverThe3dViewAlone) {
   EXPECT_GT(changed, 500);
 }
 
-TEST(PanelsTest, SayWhatTheRegistrationIsWarnedOfBelowTheNote) {
+TEST(PanelsTest, ShowTheRegistrationWarningBelowTheNote) {
   const auto silent = composed("");
   const auto warned = composed("", "registration warned: cost of the match: 0.3");
   int changed = 0;
@@ -99,7 +99,7 @@ int changed_in_panels(const Image2d<Rgba8>& a, const Image2d<Rgba8>& b) {
   return changed;
 }
 
-TEST(PanelsTest, ANeedleIsDrawnOnlyWhereItMeetsThePlane) {
+TEST(PanelsTest, TheNeedleIsDrawnOnlyWhereItMeetsThePlane) {
   const auto none = [] {
     session::Epoch epoch = with_needle({0, 0, 0}, {0, 1, 0});
     epoch.needle = {SafetyState::kLost, ""};
@@ -125,7 +125,7 @@ TEST(PanelsTest, ANeedleIsDrawnOnlyWhereItMeetsThePlane) {
   EXPECT_NE(ring, dot);
 }
 
-TEST(PanelsTest, TheMarginIsARingAboutTheTargetWhereItMeetsThePlane) {
+TEST(PanelsTest, TheMarginIsARingAroundTheTargetInThePlane) {
   session::Epoch epoch = with_needle({0, 0, 0}, {0, 1, 0});
   epoch.needle = {SafetyState::kLost, ""};
   VoxelGrid grid;
@@ -147,7 +147,7 @@ TEST(PanelsTest, TheMarginIsARingAboutTheTargetWhereItMeetsThePlane) {
   EXPECT_EQ(changed_in_panels(drawn(0, 10), drawn(5, 10)), 0);
 }
 
-TEST(PanelsTest, ANeedleThatIsExpectedHasALampAlsoWhileItIsLost) {
+TEST(PanelsTest, AnExpectedNeedleHasALampEvenWhileLost) {
   session::Epoch epoch = with_needle({20, 20, 0}, {0, 1, 0});
   epoch.needle = {SafetyState::kLost, "no needle pose"};
   const auto without = composed(epoch);
@@ -159,7 +159,7 @@ TEST(PanelsTest, ANeedleThatIsExpectedHasALampAlsoWhileItIsLost) {
   EXPECT_GT(changed, 200);
 }
 
-TEST(PanelsTest, ALongNoteIsToldToItsEnd) {
+TEST(PanelsTest, ALongNoteIsShownToItsEnd) {
   const std::string start =
       "the volume of 4096 x 4 x 4 voxels exceeds the device: it is drawn from means of 2 x 1 x 1 "
       "voxels; values differ by ";
@@ -172,7 +172,7 @@ TEST(PanelsTest, ALongNoteIsToldToItsEnd) {
   EXPECT_TRUE(differ);
 }
 
-TEST(WindowWordsTest, SayStatesCausesBannerAndThatARecordingHasEnded) {
+TEST(WindowWordsTest, ShowStatesCausesBannerAndTheEndOfARecording) {
   session::Epoch epoch = with_needle({20, 20, 0}, {0, 1, 0});
   epoch.placement = {SafetyState::kDegraded, "placed by declaration"};
   epoch.needle = {SafetyState::kLost, "no needle pose"};
@@ -206,7 +206,7 @@ TEST(WindowWordsTest, SayStatesCausesBannerAndThatARecordingHasEnded) {
   }
 }
 
-TEST(PanelsTest, SmallPicturesSayTheirBannerToo) {
+TEST(PanelsTest, SmallImagesShowTheBanner) {
   const session::Epoch epoch;
   const auto without = composed(epoch, 300, 200);
   const auto with = composed(epoch, 300, 200, "CT NOT REGISTERED");
@@ -217,7 +217,7 @@ TEST(PanelsTest, SmallPicturesSayTheirBannerToo) {
   EXPECT_GT(changed, 100);
 }
 
-TEST(PanelsTest, SmallPicturesSayWhatTheyLeaveOut) {
+TEST(PanelsTest, SmallImagesShowTheNotes) {
   VoxelGrid grid;
   grid.size = {1, 1, 1};
   const auto ct = Volume::create(grid, {0}, "one voxel");

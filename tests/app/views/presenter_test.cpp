@@ -55,7 +55,7 @@ session::Epoch epoch(SafetyState state, const std::string& cause) {
   return made;
 }
 
-TEST(MostTellingTest, IsHowFarOffTheTargetMayBeThenTheNeedle) {
+TEST(MostTellingTest, IsThePredictedErrorThenTheNeedleThenTheFirst) {
   const std::string cost = "cost of the match: 0.3";
   const std::string needle = "needle: this sweep would not show a calibration";
   const std::string predicted = "predicted error at the target: 1.8 mm";
@@ -89,13 +89,13 @@ class PresenterTest : public ::testing::Test {
   Presenter presenter_;
 };
 
-TEST_F(PresenterTest, ShowsALivePictureInItsPanel) {
+TEST_F(PresenterTest, ShowsALiveImageInItsPanel) {
   const auto picture = present(epoch(SafetyState::kValid, ""));
   EXPECT_EQ(picture.width(), kViewWidth + kSide);
   EXPECT_GT(bright_pixels(picture), 1000);
 }
 
-TEST_F(PresenterTest, DrawsThePlannedPathAndTheMarginThatIsCutFreeToo) {
+TEST_F(PresenterTest, DrawsThePlannedPathAndTheMarginOfTheTarget) {
   NeedlePlan plan{{{0, -30, 0}}, {{0, 10, 0}}, 6, 5};
   presenter_.set_plan(plan);
   const render::Scene scene = presenter_.scene(epoch(SafetyState::kValid, ""));
@@ -113,7 +113,7 @@ TEST_F(PresenterTest, DrawsThePlannedPathAndTheMarginThatIsCutFreeToo) {
   EXPECT_EQ(presenter_.scene(epoch(SafetyState::kValid, "")).spheres.size(), 2U);
 }
 
-TEST_F(PresenterTest, ByParallelRaysNothingOfTheCtLiesBehindTheEye) {
+TEST_F(PresenterTest, WithParallelRaysTheWholeCtLiesBeforeTheEye) {
   for (const double distance_mm : {0.0, 20.0, 500.0}) {
     SessionConfig::View view{.distance_mm = distance_mm};
     view.orthographic = true;
@@ -163,7 +163,7 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeInsideTheCt) {
   EXPECT_EQ(both->step()->pixel_error, 0) << "no ray is spared";
 }
 
-TEST_F(PresenterTest, TheNeedleIsAsLongAndThickAsIsSaid) {
+TEST_F(PresenterTest, TheNeedleHasTheSizeOfTheOptions) {
   PresenterOptions options;
   options.needle.length_mm = 90;
   options.needle.diameter_mm = 1.2;
@@ -179,7 +179,7 @@ TEST_F(PresenterTest, TheNeedleIsAsLongAndThickAsIsSaid) {
   EXPECT_NEAR(scene.needle->radius_mm, 0.6, 1e-12);
 }
 
-TEST_F(PresenterTest, ALegendSaysWhatThePredicatesAre) {
+TEST_F(PresenterTest, TheLegendNamesThePredicates) {
   const session::Epoch shown = epoch(SafetyState::kValid, "");
   const auto before = present(shown);
   render::PredicateScene predicates;
@@ -249,7 +249,7 @@ render::PredicateScene near(const std::string& kind) {
   return predicates;
 }
 
-TEST_F(PresenterTest, DistancesAreFromTheLiveNeedleAndNeverFromItsLastPose) {
+TEST_F(PresenterTest, DistancesUseTheLiveNeedleAndNeverItsLastPose) {
   for (const bool alone : {true, false}) {
     presenter_.draw_by_predicates({cube(), near("needle_distance")}, alone);
     session::Epoch shown = epoch(SafetyState::kLost, "no picture");
@@ -283,7 +283,7 @@ TEST_F(PresenterTest, DistancesAreFromTheLiveNeedleAndNeverFromItsLastPose) {
   }
 }
 
-TEST_F(PresenterTest, DistancesAreFromTheTargetOfTheSession) {
+TEST_F(PresenterTest, DistancesUseTheTargetOfTheSession) {
   session::Epoch shown = epoch(SafetyState::kLost, "no picture");
   presenter_.draw_by_predicates({cube(), near("target_distance")}, true,
                                 render::SphereShape{{{7, -3, 2}}, 4});
@@ -297,12 +297,12 @@ TEST_F(PresenterTest, DistancesAreFromTheTargetOfTheSession) {
   EXPECT_GT(green_pixels(present(shown)), 500);
 }
 
-TEST_F(PresenterTest, WithdrawsAStaleOrLostPicture) {
+TEST_F(PresenterTest, WithdrawsAStaleOrLostImage) {
   EXPECT_LT(bright_pixels(present(epoch(SafetyState::kStale, "the picture is 300 ms old"))), 50);
   EXPECT_LT(bright_pixels(present(epoch(SafetyState::kLost, "no picture"))), 50);
 }
 
-TEST_F(PresenterTest, NeverPutsALostPlaneOrNeedleIntoTheScene) {
+TEST_F(PresenterTest, NeverShowsALostPlaneOrNeedle) {
   session::Epoch lost = epoch(SafetyState::kLost, "the CT is not registered");
   lost.ct_from_needle = Transform<frames::Ct, frames::Needle>(Eigen::Quaterniond::Identity(),
                                                               Eigen::Vector3d::Zero());
@@ -320,7 +320,7 @@ TEST_F(PresenterTest, CastsAnUnchangedEmptyViewOnce) {
   EXPECT_EQ(presenter_.views_reused(), 4);
 }
 
-TEST_F(PresenterTest, AnEmptyViewIsCastAnewWithAnotherStep) {
+TEST_F(PresenterTest, AnEmptyViewIsCastAgainAfterAChangeOfTheStep) {
   PresenterOptions options;
   options.width = kViewWidth;
   options.height = kViewHeight;
@@ -335,7 +335,7 @@ TEST_F(PresenterTest, AnEmptyViewIsCastAnewWithAnotherStep) {
   EXPECT_EQ(made->views_reused(), 2);
 }
 
-TEST(PatientDirectionTest, NamesTheWayInLps) {
+TEST(PatientDirectionTest, NamesDirectionsInLps) {
   EXPECT_EQ(patient_direction({1, 0, 0}), "L");
   EXPECT_EQ(patient_direction({-1, 0, 0}), "R");
   EXPECT_EQ(patient_direction({0, 1, 0}), "P");
@@ -345,7 +345,7 @@ TEST(PatientDirectionTest, NamesTheWayInLps) {
   EXPECT_EQ(patient_direction({-2, -1, 0.1}), "RA");
 }
 
-TEST_F(PresenterTest, CutsObjectsFreeWhereThereIsACutaway) {
+TEST_F(PresenterTest, CutsObjectsFreeIfThereIsACutaway) {
   CutawayShapes shapes;
   shapes.boxes.push_back({{{0, 0, 0}}, 5 * Eigen::Matrix3d::Identity()});
   shapes.polygons.push_back({{{{0, 0, 0}}, {{9, 0, 0}}, {{0, 9, 0}}}});
@@ -357,7 +357,7 @@ TEST_F(PresenterTest, CutsObjectsFreeWhereThereIsACutaway) {
   EXPECT_TRUE(test::has_value(render::validate(scene)));
 }
 
-TEST(PresenterOptionsTest, SamplingIsTheScenes) {
+TEST(PresenterOptionsTest, SamplingOptionsReachTheScene) {
   PresenterOptions options;
   options.quality = {"post-classified", true, 0};
   auto made = Presenter::create(options, cube(), render::make_cpu_engine());
@@ -376,7 +376,7 @@ TEST(PresenterOptionsTest, SamplingIsTheScenes) {
                             ErrorCode::kUsage, {"quality.adaptive_error", "cta-liver-vessels"}));
 }
 
-TEST(PresenterOptionsTest, QualityIsTheScenes) {
+TEST(PresenterOptionsTest, StepAndPixelErrorReachTheScene) {
   const auto made = Presenter::create({{}, {}, kViewWidth, kViewHeight, 0.25, 0.1, 0.125, {}},
                                       cube(), render::make_cpu_engine());
   ASSERT_TRUE(test::has_value(made));
@@ -385,7 +385,7 @@ TEST(PresenterOptionsTest, QualityIsTheScenes) {
   EXPECT_EQ(quality.pixel_error, 0.125);
 }
 
-TEST_F(PresenterTest, TheStepIsChosenForAnErrorUnlessGiven) {
+TEST_F(PresenterTest, ChoosesTheStepForAnErrorUnlessItIsGiven) {
   const session::Epoch shown = epoch(SafetyState::kValid, "");
   present(shown);
   EXPECT_FALSE(presenter_.step()) << "2 voxels were asked for";
@@ -408,7 +408,7 @@ TEST_F(PresenterTest, TheStepIsChosenForAnErrorUnlessGiven) {
   EXPECT_GT(steps[0], steps[1]);
 }
 
-TEST_F(PresenterTest, AnErrorThatWasNotMeasuredIsNotTold) {
+TEST_F(PresenterTest, AnErrorThatWasNotMeasuredIsNotReported) {
   const session::Epoch shown = epoch(SafetyState::kValid, "");
   PresenterOptions options;
   options.width = kViewWidth;
@@ -432,7 +432,7 @@ TEST_F(PresenterTest, AnErrorThatWasNotMeasuredIsNotTold) {
             std::string::npos);
 }
 
-TEST_F(PresenterTest, ProjectionsAreAsExactAsOneAsks) {
+TEST_F(PresenterTest, ProjectionsReachTheWantedError) {
   const session::Epoch shown = epoch(SafetyState::kValid, "");
   for (const char* projection : test::trials({"mean", "maximum", "minimum"})) {
     PresenterOptions options;
@@ -465,7 +465,7 @@ TEST_F(PresenterTest, ProjectionsAreAsExactAsOneAsks) {
   }
 }
 
-TEST_F(PresenterTest, LooksFromTheFrontUnlessTold) {
+TEST_F(PresenterTest, LooksFromTheFrontByDefault) {
   PresenterOptions options;
   options.view.azimuth_deg = 0;
   options.view.elevation_deg = 0;
@@ -478,14 +478,14 @@ TEST_F(PresenterTest, LooksFromTheFrontUnlessTold) {
   EXPECT_EQ(patient_direction(forward.cross(camera.up_ct.v)), "L");
 }
 
-TEST_F(PresenterTest, RefusesAnUnknownPresetByName) {
+TEST_F(PresenterTest, RejectsAnUnknownPresetByName) {
   PresenterOptions options;
   options.look.preset = "ct-magic";
   const auto made = Presenter::create(options, cube(), render::make_cpu_engine());
   EXPECT_TRUE(test::refuses(made, ErrorCode::kNotFound, {"ct-magic", "ct-bone"}));
 }
 
-TEST_F(PresenterTest, AProjectionKeepsTheWindowThatItsFirstPictureWasGiven) {
+TEST_F(PresenterTest, AProjectionKeepsTheGreyWindowOfItsFirstImage) {
   SessionConfig::Look look;
   look.projection = "maximum";
   auto projecting = Presenter::create({look, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0, {}},
@@ -510,7 +510,7 @@ TEST_F(PresenterTest, AProjectionKeepsTheWindowThatItsFirstPictureWasGiven) {
   EXPECT_EQ(projecting->grey()->level_hu, chosen.level_hu);
 }
 
-TEST_F(PresenterTest, AProjectionOfOneValueSaysSo) {
+TEST_F(PresenterTest, AProjectionWithASingleValueHasANote) {
   SessionConfig::Look look;
   look.projection = "mean";
   auto projecting = Presenter::create({look, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0, {}}, cube(),
