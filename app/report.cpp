@@ -80,7 +80,7 @@ std::vector<std::pair<std::string, std::string>> rows_of(
   }
   rows.emplace_back("largest displacement from the registration",
                     quantity(summary.largest_displacement_mm, 1, "mm"));
-  rows.emplace_back("time of an update, median", quantity(1e3 * summary.update_s_median, 1, "ms"));
+  rows.emplace_back("median time of an update", quantity(1e3 * summary.update_s_median, 1, "ms"));
   return rows;
 }
 

@@ -36,8 +36,8 @@ Result<std::optional<render::Cutaway>> cutaway_of(const SessionConfig::Look::Cut
   const bool in_file = !file_says || file->cutaway->has_value();
   if (!in_file && !said.enabled && shapes(said)) {
     return Error{ErrorCode::kUsage,
-                 "look.cutaway: expected a look file that cuts, or enabled = true, beside angles, "
-                 "overlay or objects, found a look file that does not cut"};
+                 "look.cutaway: angles, overlay and objects require enabled = true, because the "
+                 "appearance file does not cut"};
   }
   if (!said.enabled.value_or(in_file)) return std::optional<render::Cutaway>{};
   render::Cutaway cutaway =
@@ -85,8 +85,8 @@ Result<ResolvedLook> resolve_look(const SessionConfig::Look& look, const Volume&
   // A style in the session turns shading on, even when the file turns it off.
   const bool in_file = resolved.shading.enabled || look.style.has_value();
   if (look.shading && !in_file && look.emphasis) {
-    return Error{ErrorCode::kUsage, "look.emphasis: expected shading that is on, found it off in " +
-                                        look.file.string()};
+    return Error{ErrorCode::kUsage,
+                 "look.emphasis: requires shading, which is off in " + look.file.string()};
   }
   resolved.shading.enabled = in_file && look.shading;
   resolved.shading.emphasis = look.emphasis.value_or(resolved.shading.emphasis);
@@ -124,8 +124,8 @@ void warn_of_lost_components(const render::TransferFunction& transfer, Diagnosti
     if (drawn >= kLeastShare * most->opacity) continue;
     std::ostringstream text;
     text << (component.name.empty() ? "transfer function" : "component " + component.name)
-         << ": expected nodes a whole value apart or more, as values are classified, found an "
-            "opacity of "
+         << ": expected nodes at least 1 apart, because values are classified at whole numbers, "
+            "found an opacity of "
          << most->opacity << " at " << most->hu << ", of which " << drawn
          << " is drawn: multiply the volume's values and the nodes by a constant";
     diagnostics.report(Severity::kWarning, "look", text.str());
@@ -136,12 +136,11 @@ void warn_of_units(const SessionConfig::Look& look, const Volume& ct, Diagnostic
   const bool of_hounsfield_units =
       look.file.empty() && look.nodes.empty() && look.preset.starts_with("ct");
   if (!of_hounsfield_units || look.projection != "composite" || render::is_hounsfield(ct)) return;
-  diagnostics.report(Severity::kWarning, "look",
-                     look.preset + ": expected a CT in Hounsfield units, found less than a " +
-                         "hundredth of " + ct.name() +
-                         " below -200, as air is: if it is an MR or "
-                         "stored in another unit, its colours mean nothing (--transfer-function "
-                         "mr-default, or a --look of its own)");
+  diagnostics.report(
+      Severity::kWarning, "look",
+      look.preset + ": expected a CT in Hounsfield units, found less than 1 % of " + ct.name() +
+          " below -200 (air): if it is an MR or has another unit, its colours have "
+          "no meaning (use --transfer-function mr-default, or a --look made for it)");
 }
 
 Result<void> save_look(const std::filesystem::path& path, const ResolvedLook& look) {

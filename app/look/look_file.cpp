@@ -207,8 +207,9 @@ Result<LookFile> read_look_file(const std::filesystem::path& path) {
   if (text->starts_with(kByteOrderMark)) text->erase(0, kByteOrderMark.size());
   const auto first = text->find_first_not_of(" \t\r\n");
   if (first == std::string::npos) {
-    return Error{ErrorCode::kMalformedData,
-                 name + ": expected a look or a Slicer volume property, found an empty file"};
+    return Error{
+        ErrorCode::kMalformedData,
+        name + ": expected an appearance or a Slicer volume property, found an empty file"};
   }
   if ((*text)[first] != '{' && path.extension() != ".json") {
     return slicer_look_from_vp(name, *text);
@@ -256,7 +257,7 @@ Result<LookFile> look_for(LookFile look, const Volume& volume) {
   auto laid = render::rescaled(look.transfer, *look.value_range, range);
   if (!laid) {
     return Error{laid.error().code,
-                 "value_range: expected one whose nodes stay apart over the volume's, found that " +
+                 "value_range: nodes become equal when mapped to the volume's range: " +
                      laid.error().message};
   }
   look.transfer = *std::move(laid);

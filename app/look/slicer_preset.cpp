@@ -322,7 +322,7 @@ Result<LookFile> slicer_look_from_json(const std::string& name, const PresetJson
                           interpolation.dump().substr(0, 40));
   }
   if (properties[0].value("independentComponents", PresetJson(true)) != true) {
-    return refused_preset(name + ": independentComponents", "true, of one component",
+    return refused_preset(name + ": independentComponents", "true, because there is one component",
                           properties[0]["independentComponents"].dump().substr(0, 40));
   }
   const PresetJson& component = components[0];

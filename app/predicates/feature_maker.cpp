@@ -51,7 +51,7 @@ Result<DerivedVolume> FeatureMaker::make(const std::string& name, const DerivedR
   }
   auto made = ticket->wait();
   if (!made) {
-    console_.end(made.error().code == ErrorCode::kCancelled ? "cancelled" : "refused");
+    console_.end(made.error().code == ErrorCode::kCancelled ? "cancelled" : "rejected");
     if (made.error().code == ErrorCode::kCancelled) return render::features::cancelled(name);
     return made;
   }

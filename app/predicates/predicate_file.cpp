@@ -217,8 +217,7 @@ Result<PredicateFile> from_json(const std::string& name, const io::Json& root) {
   if (different.size() > render::kMostLeaves) {
     return Error{ErrorCode::kMalformedData,
                  name + ": predicates: expected at most " + std::to_string(render::kMostLeaves) +
-                     " different ones in all combinations together, found " +
-                     std::to_string(different.size())};
+                     " different predicates, found " + std::to_string(different.size())};
   }
   return file;
 }

@@ -147,7 +147,7 @@ Result<render::features::ScanLines> compounded(const VoxelGrid& grid, const Scan
   auto found = lines.get();
   if (interrupt.asked())
     found = render::features::cancelled("scan lines");  // Ctrl-C may come at the very end.
-  console.end(found ? "done" : interrupt.asked() ? "cancelled" : "refused");
+  console.end(found ? "done" : interrupt.asked() ? "cancelled" : "rejected");
   return found;
 }
 
@@ -188,7 +188,7 @@ Result<render::features::ScanLines> read_scan_lines(const std::filesystem::path&
   if (!lines) return named(lines.error());
   if (!any_defined(*lines, grid)) {
     return named({ErrorCode::kMalformedData,
-                  "planes: expected pictures within reach_mm of a voxel whose directions do not "
+                  "planes: expected images within reach_mm of a voxel, with directions that do not "
                   "cancel there, found none"});
   }
   return lines;

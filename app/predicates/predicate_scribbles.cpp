@@ -227,8 +227,9 @@ Result<ScribbleOutcome> scribble(const render::Scene& scene, const std::vector<S
     const auto painted = mask.add(strokes[n]);
     if (!painted) return Error{painted.error().code, name + ": " + painted.error().message};
     if (!painted->covers_any) {
-      return Error{ErrorCode::kUsage,
-                   name + ": expected voxels of the volume under it, found none"};
+      return Error{
+          ErrorCode::kUsage,
+          name + ": expected at least one voxel of the volume under the stroke, found none"};
     }
   }
   std::vector<std::size_t> shown, hidden;

@@ -82,9 +82,9 @@ Result<bench::PredicateVolume> volume_of(const PredicateOptions& options, int th
                                        : read_layers(options.layers, grid);
   if (!labels && options.volume.empty() && !options.labels.empty()) {
     // An option with many values takes a volume that follows it as one more value.
-    return Error{labels.error().code, labels.error().message +
-                                          "; no volume is given but the phantom " +
-                                          options.phantom + ": a volume stands before --labels"};
+    return Error{labels.error().code,
+                 labels.error().message + "; no volume is given, so the phantom " +
+                     options.phantom + " is used: put the volume before --labels"};
   }
   if (!labels) return labels.error();
   out->predicates.features.labels = *std::move(labels);
@@ -100,9 +100,8 @@ Result<void> check_needs(const PredicateOptions& options, const bench::Predicate
     const auto kind = render::find_predicate_kind(name);
     if (!kind) return kind.error();
     const render::PredicateNeeds needs = (*kind)->needs(place);
-    const auto refuse = [&](const std::string& expected) {
-      return Error{ErrorCode::kUsage,
-                   "predicate " + name + ": expected " + expected + ", found none"};
+    const auto refuse = [&](const std::string& required) {
+      return Error{ErrorCode::kUsage, "predicate " + name + " requires " + required};
     };
     if (render::reads_scan_lines(needs) && !volume.predicates.scan) {
       return refuse(
@@ -113,7 +112,7 @@ Result<void> check_needs(const PredicateOptions& options, const bench::Predicate
     }
     const bool live = from != DistancesFrom::kOptions;
     if (needs.needle && !(live ? from == DistancesFrom::kLiveNeedle : options.needle.has_value())) {
-      return refuse(live ? "a needle of the recording (--needle-frame NAME)"
+      return refuse(live ? "a needle in the recording (--needle-frame NAME)"
                          : "a needle (--needle TIP HUB)");
     }
     if (needs.target && !options.target) {

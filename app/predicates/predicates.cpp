@@ -57,7 +57,7 @@ Result<Image2d<Rgba8>> draw(render::Engine& engine, const render::Scene& scene, 
   const auto image = engine.render(scene);
   if (!image) return image.error();
   const std::string& note = image->statistics.note;
-  if (!note.empty()) console.report(Severity::kWarning, "picture", note);
+  if (!note.empty()) console.report(Severity::kWarning, "image", note);
   return render::to_8bit(image->pixels);
 }
 
@@ -68,9 +68,9 @@ void warn_if_empty(const Image2d<Rgba8>& picture, const render::Scene& scene, Co
     return std::tie(p.r, p.g, p.b) != std::tie(pixels[0].r, pixels[0].g, pixels[0].b);
   };
   if (std::ranges::any_of(pixels, differs) || !scene.spheres.empty() || scene.needle) return;
-  console.report(Severity::kWarning, "picture",
+  console.report(Severity::kWarning, "image",
                  "expected samples that satisfy a predicate of importance above 0, found none: "
-                 "the picture by predicates is empty (units of the library: docs/predicates.md)");
+                 "the image by predicates is empty (units of the library: docs/predicates.md)");
 }
 
 Result<void> check_files(const SessionConfig& config) {
@@ -144,7 +144,7 @@ void say_outcome(const ScribbleOutcome& outcome, const render::PredicateModel& m
                      std::to_string(outcome.hidden) + " to hide";
   if (!outcome.decisive) {
     console.report(Severity::kWarning, "scribbles",
-                   text + ": they tell no predicate from another, so no importance changes");
+                   text + ": they do not distinguish the predicates, so no importance changes");
     return;
   }
   for (std::size_t j = 0; j < model.entries.size(); ++j) {
@@ -208,7 +208,8 @@ Result<void> run_predicates(const SessionConfig& config, Console& console) {
   if (!panels) return panels.error();
   warn_of_letters(scene.predicates->model, console);
   if (const auto ok = io::write_png(predicate_picture(*panels), options.picture); !ok) return ok;
-  console.say(volume.name + " by " + file.name + " in " + options.picture.string());
+  console.say("wrote " + options.picture.string() + ": " + volume.name + " by predicate set " +
+              file.name);
   if (options.save_set_up.empty()) return {};
   file.model = scene.predicates->model;
   file.opacity_length_mm = scene.predicates->opacity_length_mm;

@@ -84,7 +84,7 @@ Result<std::optional<Needle>> needle_of(const SlicesOptions& options, const Volu
     const Vec3 tip = options.needle_ct->head<3>();
     const Vec3 hub = options.needle_ct->tail<3>();
     if (!is_place(hub) || !((tip - hub).norm() > 1e-3)) {
-      return refused_plane("--needle", "a tip and a hub apart from it, within 1e7 mm", hub);
+      return refused_plane("--needle", "a tip and a hub apart from each other, within 1e7 mm", hub);
     }
     if (auto error = outside("--needle", "a tip", ct, tip)) return *error;
     return std::optional(Needle{{{hub}, {tip}}});
@@ -126,7 +126,7 @@ Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options,
     at = {*options.at_ct};
   } else if (along) {
     at = along->centre_ct;
-    if (auto error = outside("--frame", "a picture whose middle lies", ct, at.mm)) return *error;
+    if (auto error = outside("--frame", "an image whose middle lies", ct, at.mm)) return *error;
   } else if (*needle) {
     at = (**needle)[1];
   } else if (plan) {

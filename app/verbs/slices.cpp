@@ -128,7 +128,7 @@ Result<Image2d<Rgba8>> fused_slice(const Volume& ct, const NamedPlane& slice,
   if (!values) return values.error();
   const auto outside = [](float v) { return std::isnan(v); };
   const bool empty = std::ranges::all_of(values->pixels(), outside);
-  if (empty) console.report(Severity::kWarning, slice.name, "the slice lies outside of the CT");
+  if (empty) console.report(Severity::kWarning, slice.name, "the slice lies outside the CT");
   auto grey = render::to_grey(*values, window);
   if (overlay.second) {
     const auto second = render::slice_values(*overlay.second, slice.plane, how);
@@ -192,7 +192,8 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
                         Console& console) {
   if (config.source.kind == SessionConfig::SourceKind::kSimulated) {
     return Error{ErrorCode::kUsage,
-                 "source.kind: expected \"recording\", whose CT has a file, found \"simulated\""};
+                 "source.kind: expected \"recording\", because its CT has a file, found "
+                 "\"simulated\""};
   }
   if (auto ok = require_path(config.ct.path, "ct", "a CT"); !ok) return ok;
   if (auto ok = require_path(config.output.folder, "--out", "a folder"); !ok) return ok;
@@ -237,7 +238,8 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
   std::ostringstream where;
   where << planes->size() << " slices through (" << planes->front().plane.centre_ct.mm.transpose()
         << ") mm in " << config.output.folder.string() << ", window: " << level_and_width(window);
-  if (overlay->second) where << "; of the second volume: " << level_and_width(overlay->window);
+  if (overlay->second)
+    where << "; window of the second volume: " << level_and_width(overlay->window);
   console.say(where.str());
   return {};
 }

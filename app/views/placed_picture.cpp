@@ -11,7 +11,7 @@ namespace nav::app {
 namespace {
 
 Error without_pose(const std::string& found) {
-  return {ErrorCode::kUsage, "--frame: expected a picture with a pose, found " + found};
+  return {ErrorCode::kUsage, "--frame: expected an image with a pose, found " + found};
 }
 
 }  // namespace
@@ -51,8 +51,8 @@ Result<PlacedPicture> placed_picture(const SessionConfig& config, const Volume& 
     more = *stepped;
     if (paired) epoch = session->refresh();
   }
-  const std::string name = "frame " + std::to_string(wanted);
-  if (!paired) return without_pose(name + " without a picture or time");
+  const std::string name = "image " + std::to_string(wanted);
+  if (!paired) return without_pose(name + " without pixels or time");
   if (!paired->tracked) return without_pose(name + ": " + paired->cause);
   const TrackedFrame& tracked = *paired->tracked;
   PlacedPicture found{

@@ -53,8 +53,8 @@ Result<void> Presenter::cut_free(const CutawayShapes& shapes) {
   const bool any = !shapes.polygons.empty() || !shapes.boxes.empty() || !shapes.meshes.empty();
   if (!look_.cutaway && any && !options_.look.cutaway.enabled) {
     return Error{ErrorCode::kUsage,
-                 "cutaway_objects: expected a look file that cuts, or look.cutaway.enabled = true, "
-                 "beside them, found a look file that does not cut"};
+                 "cutaway_objects: requires look.cutaway.enabled = true, because the appearance "
+                 "file does not cut"};
   }
   if (!look_.cutaway) return {};
   look_.cutaway->polygons = shapes.polygons;
@@ -201,17 +201,17 @@ void say_sampling(const std::optional<render::StepChoice>& step, double wanted_r
                   Diagnostics& diagnostics) {
   if (!step || step->reached || std::isnan(step->rms)) return;
   std::ostringstream text;
-  text << "--rms-error (output.rms_error): expected " << wanted_rms
-       << ", found no step down to 1/16 voxel that is surely as good: this one errs by about "
-       << step->rms << "; --step goes finer";
+  text << "--rms-error (output.rms_error): expected an error of " << wanted_rms << ", found about "
+       << step->rms << ": no step down to 1/16 voxel surely reaches it; --step allows finer steps";
   diagnostics.report(Severity::kWarning, "sampling", text.str());
 }
 
 void Presenter::set_registration_warnings(const std::vector<std::string>& warnings) {
   warning_.clear();
   if (warnings.empty()) return;
-  const std::string count = warnings.size() > 1 ? " (" + std::to_string(warnings.size()) + ")" : "";
-  warning_ = "registration warned" + count + ": " + most_telling(warnings);
+  const std::string head = warnings.size() > 1 ? "warning 1 of " + std::to_string(warnings.size())
+                                               : std::string("registration warning");
+  warning_ = head + ": " + most_telling(warnings);
 }
 
 Result<void> Presenter::choose_grey(const render::Scene& first) {
@@ -226,7 +226,7 @@ Result<void> Presenter::choose_grey(const render::Scene& first) {
                              said.grey_width_hu.value_or(found->window.width_hu)};
   const std::string projection = "projection " + said.projection + ": ";
   if (found->only_air) {
-    grey_note_ = projection + "every ray finds nothing but air; expected a CT cropped to the body";
+    grey_note_ = projection + "every ray finds only air; crop the CT to the body";
   } else if (found->one_value) {
     grey_note_ = projection + "every ray finds one value: there is nothing to see";
   }

@@ -108,21 +108,21 @@ Result<Transform<frames::Ct, frames::Reference>> shape_start(const SessionConfig
     return rigid_from_matrix<frames::Ct, frames::Reference>(*config.placement.ct_from_reference);
   }
   return Error{ErrorCode::kUsage,
-               "--points: expected a start by --landmarks or --ct-from-reference, found neither"};
+               "--points requires a start pose by --landmarks or --ct-from-reference"};
 }
 
 /// Compares a pose by shape with landmarks. An offset that all points share (of the pointer or of
 /// the segmentation) shifts the pose by shape without a residual; only landmarks can show it. Adds
-/// a reason to refuse when the two poses are farther apart at the target than their predicted
-/// errors explain, and a warning when there are no landmarks.
+/// a reason against the pose when the two poses are farther apart at the target than their
+/// predicted errors explain, and a warning when there are no landmarks.
 io::Json second_opinion(const Ground& ground, const registration::ShapeRegistration& result,
                         const Point<frames::Ct>& target, registration::Decision& decision) {
   constexpr double kSigmas = 3;
   if (!ground.landmarks) {
     if (decision.accepted) {
       decision.warnings.emplace_back(
-          "points: expected --landmarks beside them, which show an offset that all points share, "
-          "found none: it is not in the predicted error");
+          "points: an offset that all points share is not in the predicted error; --landmarks "
+          "would show it");
     }
     return nullptr;
   }
@@ -135,7 +135,7 @@ io::Json second_opinion(const Ground& ground, const registration::ShapeRegistrat
   if (!(apart_mm <= limit_mm)) {
     std::ostringstream text;
     text << std::setprecision(3) << "landmarks and shape: expected poses at most " << limit_mm
-         << " mm apart at the target, as their predicted errors say, found " << apart_mm << " mm";
+         << " mm apart at the target (from their predicted errors), found " << apart_mm << " mm";
     decision.refuse(text.str());
   }
   return {{"apart_mm", json_number(apart_mm)}, {"limit_mm", json_number(limit_mm)}};
@@ -204,8 +204,7 @@ Result<Solver> choose_solver(const RegisterOptions& options) {
   if (!effort) return effort.error();
   const bool moves = options.motion.breath_period_s || options.motion.deformable;
   if (*effort == Effort::kQuick && moves) {
-    return Error{ErrorCode::kUsage,
-                 "--effort quick: expected no --breath-period and no --deformable, found one"};
+    return Error{ErrorCode::kUsage, "--effort quick excludes --breath-period and --deformable"};
   }
   const auto similarity =
       one_of("--similarity", options.similarity, {kLc2, kNcc, kMutualInformation});
@@ -239,7 +238,7 @@ std::string hidden_from_needle(const SessionConfig& config, const RegisterOption
     const bool calibration = misfit.cause == registration::MisfitCause::kCalibration;
     if (!calibration || !(misfit.unnoticed > kMostUnnoticedMm)) continue;
     return "needle: " + registration::unnoticed_in_words({misfit}) +
-           ": turn the probe about another axis too, or say how well it is calibrated "
+           ": turn the probe around another axis too, or give the accuracy of its calibration "
            "(--calibration-sigma-mm)";
   }
   return "";
@@ -273,8 +272,8 @@ Result<registration::SkinSearchOptions> choose_search(const SessionConfig& confi
   if (config.placement.ct_from_reference || !config.placement.registration.empty() ||
       !options.landmarks.empty()) {
     return Error{ErrorCode::kUsage,
-                 "--marker-towards: expected no start pose, which says how the probe was held, "
-                 "found one"};
+                 "--marker-towards: expected no start pose, because a start pose already says how "
+                 "the probe was held, found one"};
   }
   search.marker_towards = found->second;
   return search;
@@ -304,7 +303,7 @@ Result<registration::ImageRegistrationResult> register_from(
     if (found || search.marker_towards || found.error().code != ErrorCode::kRefused) return found;
     from_start.time_limit_s = std::max(solver.time_limit_s - seconds_since(begin), 1e-9);
     console.report(Severity::kWarning, "register",
-                   found.error().message + "; the search begins from: " + start.statement);
+                   found.error().message + "; the search starts from: " + start.statement);
   }
   return registration::register_sweep(ct, sweep, start.placement.ct_from_reference, from_start,
                                       console, progress);
@@ -453,22 +452,22 @@ Result<void> refuse_contradictions(const SessionConfig& config, const RegisterOp
   const bool by_pictures = !config.source.recording.empty();
   const bool moves = options.motion.breath_period_s || options.motion.deformable;
   if (by_shape && moves) {
-    return refuse(std::string("--points: expected no ") +
+    return refuse(std::string("--points excludes ") +
                   (options.motion.breath_period_s ? "--breath-period" : "--deformable") +
-                  ", which is of a sweep, found both");
+                  ", which requires a sweep");
   }
   if (!options.marker_towards.empty() && (by_shape || !by_pictures)) {
-    return refuse("--marker-towards: expected a sweep, found none");
+    return refuse("--marker-towards requires a sweep");
   }
   if (by_shape && !by_pictures) return {};
   if (by_shape || !options.shape.surface.empty() || !options.shape.centre_lines.empty()) {
-    return refuse("--surface, --centre-lines: expected --points and no sweep, found otherwise");
+    return refuse("--surface and --centre-lines require --points and exclude a sweep");
   }
   if (!by_pictures && moves) {
-    return refuse("--breath-period, --deformable: expected a sweep, found none");
+    return refuse("--breath-period and --deformable require a sweep");
   }
   if (!by_pictures && !ground.landmarks) {
-    return refuse("register: expected a sweep or --landmarks, found neither");
+    return refuse("register requires a sweep, --points or --landmarks");
   }
   return {};
 }

@@ -139,7 +139,8 @@ std::optional<Sweep> refine_breath(const Volume& ct, const Sweep& sweep,
   io::Json& json = outcome.json["breath"];
   std::optional<Sweep> still;
   if (!registration::may_be_moving(outcome.result, {})) {
-    json = not_tried("expected a common pose that lacks no overlap, which no breath explains");
+    json = not_tried(
+        "the common pose failed or lacks overlap with the CT, which breathing does not explain");
   } else {
     registration::PhaseOptions fit;
     fit.ridge = solver.ridge;
@@ -176,7 +177,8 @@ void take(const registration::DeformedRegistration& deformed, const Point<frames
     json["supported"] = false;
     json["model"] = "rigid";
     json["field"] = nullptr;
-    json["reason"] = deformed.tissue.reason + ", but in the CT so bent the registration is refused";
+    json["reason"] =
+        deformed.tissue.reason + ", but the registration in the deformed CT is refused";
     json["refused"] = decision.reasons;
     return;
   }
@@ -189,7 +191,8 @@ void refine_tissue(const Volume& ct, const Sweep& sweep, const Point<frames::Ct>
                    MotionOutcome& outcome) {
   io::Json& json = outcome.json["deformable"];
   if (!registration::may_be_moving(outcome.result, {})) {
-    json = not_tried("expected a pose that lacks no overlap, which no deformation explains");
+    json = not_tried(
+        "the pose failed or lacks overlap with the CT, which deformation does not explain");
   } else {
     registration::DeformableOptions fit;
     fit.ridge = solver.ridge;

@@ -158,8 +158,8 @@ Result<void> check_files(const SimulateOptions& options) {
   const auto apart = [&](const std::string& what, const fs::path& path, const std::string& from,
                          const fs::path& other) -> Result<void> {
     if (place(path) != place(other)) return {};
-    return Error{ErrorCode::kUsage, what + ": expected another file than that of " + from +
-                                        ", found " + path.string() + " for both"};
+    return Error{ErrorCode::kUsage, what + ": expected another file than " + from + ", found " +
+                                        path.string() + " for both"};
   };
   if (auto ok = apart("--truth", truth_file(options), "--out", options.out); !ok) return ok;
   if (options.ct.empty()) return {};
@@ -194,11 +194,11 @@ Result<void> run_simulate(const SimulateOptions& options, Console& console) {
   if (!session_settings) return session_settings.error();
   const auto session = sim::SimulatedSession::create(*session_settings, *patient);
   if (!session) return session.error();
-  console.begin("pictures");
+  console.begin("images");
   const auto recording =
       record(*session, options.out, options.compress, [&](double f) { console.progress(f); });
   if (!recording) return recording.error();
-  console.end(std::to_string(recording->frames.size()) + " pictures");
+  console.end(std::to_string(recording->frames.size()) + " images");
   const std::filesystem::path truth = truth_file(options);
   if (auto written = write_json(truth_of(*session, *recording), truth.string()); !written) {
     return written;

@@ -238,7 +238,7 @@ TEST_F(ResolveLookTest, RejectsCutawayValuesForAnAppearanceThatDoesNotCut) {
   EXPECT_FALSE(whole->cutaway);
   said.cutaway.theta1_deg = 20;
   EXPECT_TRUE(test::refuses(resolve_look(said, voxel()), ErrorCode::kUsage,
-                            {"look.cutaway", "enabled = true", "does not cut"}));
+                            {"look.cutaway", "enabled = true"}));
   said.cutaway.enabled = false;
   EXPECT_FALSE(resolve_look(said, voxel())->cutaway);
   said.cutaway.enabled = true;

@@ -150,7 +150,7 @@ TEST_F(CommandLineTest, AProjectionChoosesAndReportsItsGreyWindow) {
   const io::Json minimum = report("--projection minimum");
   bool told = false;
   for (const io::Json& entry : minimum["diagnostics"]) {
-    told |= entry["message"].get<std::string>().find("nothing but air") != std::string::npos;
+    told |= entry["message"].get<std::string>().find("only air") != std::string::npos;
   }
   EXPECT_TRUE(told) << minimum["diagnostics"];
 }
@@ -185,7 +185,7 @@ TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicImage) {
   ASSERT_TRUE(cpu && reference && perspective);
   constexpr int kEnginesApart = 4;  // Of 255.
   EXPECT_LE(difference(*cpu, *reference), kEnginesApart);
-  EXPECT_GT(difference(*cpu, *perspective), 40) << "another picture";
+  EXPECT_GT(difference(*cpu, *perspective), 40) << "another image";
   if (const auto gl = picture("--orthographic --engine gl")) {
     EXPECT_LE(difference(*cpu, *gl), kEnginesApart);
   }

@@ -286,10 +286,10 @@ TEST_F(CommandLineTest, ParallelLinesBeginAtTheFace) {
   // Measured from the box's own face those depths are empty; a warning says so.
   const auto [count, errors] = lit(padded, "");
   EXPECT_EQ(count, 0);
-  EXPECT_NE(errors.find("the picture by predicates is empty"), std::string::npos) << errors;
+  EXPECT_NE(errors.find("the image by predicates is empty"), std::string::npos) << errors;
   expect_refusal("predicates --print-session --predicates " + (folder_ / "shallow.json").string() +
                      " --face 0 0 0",
-                 2, {"--face", "expected into beside it, found none"});
+                 2, {"--face", "requires predicates.into"});
   const std::string derive =
       "derive " + padded + " --feature depth --out " + (folder_ / "d").string();
   EXPECT_NE(sonde(derive + " --into 0 1 0 --face 0 0 0").output.find("-10"), std::string::npos);
@@ -375,7 +375,7 @@ TEST_F(CommandLineTest, OptionsThatNoPredicateUsesAreRejected) {
                  {"smallest_radius_mm", "largest radius", "4.5"});
   expect_refusal("predicates --out x.png --phantom-side 32 --predicates " +
                      (folder_ / "bright.json").string() + " --importance bright=0.2",
-                 2, {"--importance", "1 of the only predicate", "0.2"});
+                 2, {"--importance", "only one predicate", "0.2"});
   const Outcome linear = sonde(arguments + "--hue-mean linear");
   EXPECT_NE(linear.output.find("hue_mean = 'linear'"), std::string::npos) << linear.output;
   expect_refusal(arguments + "--hue-mean square", 2, {"--hue-mean", "circular or linear"});

@@ -35,7 +35,7 @@ TEST_F(CommandLineTest, AReplayMeasuresDistancesFromItsNeedleAndItsTarget) {
                              " --needle-frame NeedleTip --ct-from-reference "
                              "'1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'");
   EXPECT_EQ(live.code, 0) << live.errors;
-  EXPECT_EQ(read_json("replay.json")["frames"].size(), 7U) << "6 pictures and the animation";
+  EXPECT_EQ(read_json("replay.json")["frames"].size(), 7U) << "6 images and the animation";
   const std::string target = base + " --predicates " + set("target_distance");
   expect_refusal(target, 2, {"target_distance", "predicates.target_mm"});
   const auto session = folder_ / "target.toml";

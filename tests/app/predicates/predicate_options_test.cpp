@@ -84,7 +84,7 @@ TEST(PredicateOptionsTest, RejectsInvalidNumbersByKey) {
   EXPECT_TRUE(refused([](auto& o) { o.black = std::nan(""); }, {"black", "nan"}));
   EXPECT_TRUE(refused([](auto& o) { o.into_ct = Eigen::Vector3d::Zero(); }, {"into", "not all 0"}));
   EXPECT_TRUE(refused([](auto& o) { o.into_ct = o.apex_ct = Eigen::Vector3d::UnitX(); },
-                      {"apex_mm", "both"}));
+                      {"apex_mm", "into"}));
   EXPECT_TRUE(refused([](auto& o) { o.target = Eigen::Vector4d::Zero(); }, {"target", "radius"}));
   EXPECT_TRUE(refused([](auto& o) { o.needle.emplace().setZero(); }, {"needle", "apart"}));
   EXPECT_TRUE(refused([](auto& o) { o.apex_ct = Eigen::Vector3d(1e300, 0, 0); },
@@ -156,10 +156,10 @@ TEST(PredicateWhiteTest, WarnsOfManyVoxelsAboveWhiteAndProposesAWhite) {
     voxels[static_cast<std::size_t>(n)] = static_cast<std::int16_t>(1000 + n);
   voxels[0] = 14600;
   // Above 1290 are 1291 to 1299 and 14600: 1 % of all.
-  EXPECT_EQ(
-      said_of_white(voxels, options),
-      "expected at most 5 % of the known voxels above white, 255, found 30 %, up to 14600, all "
-      "drawn alike; --white 1290 (predicates.white) leaves 1 % above it");
+  const std::string said = said_of_white(voxels, options);
+  for (const char* piece : {"(255)", "found 30 %", "up to 14600", "--white 1290"}) {
+    EXPECT_NE(said.find(piece), std::string::npos) << said;
+  }
   options.white = 1290;
   EXPECT_EQ(said_of_white(voxels, options), "");
 }
@@ -207,7 +207,7 @@ TEST(PredicateOptionsTest, ASingleBarKeepsAllImportance) {
   one.entries.push_back({"vessel", render::PredicateExpression::kind("intensity")});
   one.histogram = *render::PredicateHistogram::create({{1, 0, 0}});
   EXPECT_TRUE(test::refuses(apply_edits({{"vessel", 0.2}}, one), ErrorCode::kUsage,
-                            {"1 of the only predicate", "0.2"}));
+                            {"histogram.importance", "only one predicate", "0.2"}));
   EXPECT_TRUE(test::has_value(apply_edits({{"vessel", 1.0}}, one)));
 }
 

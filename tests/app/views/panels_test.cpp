@@ -43,7 +43,7 @@ TEST(PanelsTest, ShowTheEnginesNoteOverThe3dViewOnly) {
 
 TEST(PanelsTest, ShowTheRegistrationWarningBelowTheNote) {
   const auto silent = composed("");
-  const auto warned = composed("", "registration warned: cost of the match: 0.3");
+  const auto warned = composed("", "registration warning: cost of the match: 0.3");
   int changed = 0;
   for (int y = 0; y < silent.height(); ++y) {
     for (int x = 0; x < silent.width(); ++x) {
@@ -229,7 +229,7 @@ TEST(PanelsTest, SmallImagesShowTheNotes) {
   };
   const auto silent = said("", "");
   for (const auto& picture : {said("distance from the needle withdrawn: lost", ""),
-                              said("", "registration warned: few pictures")}) {
+                              said("", "registration warning: few images")}) {
     int changed = 0;
     for (int y = 0; y < 60; ++y) {
       for (int x = 0; x < 300; ++x) changed += picture.at(x, y) == silent.at(x, y) ? 0 : 1;
