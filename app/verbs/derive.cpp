@@ -128,7 +128,7 @@ Result<void> leave_out_without_lines(const DeriveOptions& options, std::vector<F
   }
   if (lacking.empty()) return {};
   if (!options.features.empty()) {
-    return Error{ErrorCode::kUsage, "--feature " + lacking.front() + ": requires " + lines};
+    return Error{ErrorCode::kUsage, "--feature " + lacking.front() + " requires " + lines};
   }
   std::erase_if(features, [](const Feature& f) { return needs_scan_lines(f.options); });
   std::string names;

@@ -113,7 +113,7 @@ TEST_F(CommandLineTest, AReplayWarnsOfAPlanFarFromTheCt) {
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
     return outcome.errors;
   };
-  // The CT is 120 mm wide; the skin may lie a little beside it.
+  // The CT is 120 mm wide; the skin may lie slightly outside it.
   EXPECT_EQ(said("[0, -90, 0]", "[0, 0, 0]").find("plan."), std::string::npos);
   const std::string far_target = said("[0, -90, 0]", "[1500, 0, 0]");
   EXPECT_NE(far_target.find("plan.target_mm: it lies 1442 mm outside of the CT"), std::string::npos)
