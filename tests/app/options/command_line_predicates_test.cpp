@@ -329,8 +329,8 @@ TEST_F(CommandLineTest, DeriveComputesTheFeaturesThatPredicatesRead) {
            {"snr --snr-window 4", "window_voxels odd in [3, 31], found 4"},
            {"confidence --into 0 1 0 --confidence-gamma 2", "gamma in [0, 1], found 2"},
            {"gradient-magnitude --white -1", "--white: expected more than --black, 0, found -1"},
-           {"confidence", "--feature confidence: expected scan lines (--into, --apex or "},
-           {"snr depth", "--feature depth: expected scan lines"},
+           {"confidence", "--feature confidence requires scan lines (--into, --apex or "},
+           {"snr depth", "--feature depth requires scan lines"},
            {"snr --white 9", "--white: expected --feature gradient-magnitude"},
            {"snr --confidence-beta 9", "--confidence-beta: expected --feature confidence"},
            {"depth --snr-window 3", "--snr-window: expected --feature snr"}}) {

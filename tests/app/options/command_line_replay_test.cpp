@@ -30,7 +30,7 @@ TEST_F(CommandLineTest, AReplayMeasuresDistancesFromItsNeedleAndItsTarget) {
   };
   const std::string base = replay_arguments(sweep) + " --us-volume " + ct + " --white 700";
   const std::string needle = base + " --predicates " + set("needle_distance");
-  expect_refusal(needle, 2, {"needle_distance", "needle of the recording (--needle-frame NAME)"});
+  expect_refusal(needle, 2, {"needle_distance", "requires a needle", "--needle-frame"});
   const Outcome live = sonde(needle +
                              " --needle-frame NeedleTip --ct-from-reference "
                              "'1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'");
