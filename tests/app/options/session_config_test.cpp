@@ -99,7 +99,7 @@ TEST_F(SessionConfigTest, ReadsThePlanAndTheKindOfView) {
               "1 mm apart"));
 }
 
-TEST_F(SessionConfigTest, ReadsTheWindowOfFlatPicturesAndKeepsThatNoneWasSaid) {
+TEST_F(SessionConfigTest, ReadsTheWindowOfFlatImagesAndKeepsItsAbsence) {
   const auto config = read("[view]\nwindow_level = -500\nwindow_width = 1500\n");
   ASSERT_TRUE(test::has_value(config));
   EXPECT_EQ(config->view.window_level, -500);
@@ -114,7 +114,7 @@ TEST_F(SessionConfigTest, ReadsTheWindowOfFlatPicturesAndKeepsThatNoneWasSaid) {
                             {"view.window_level"}));
 }
 
-TEST_F(SessionConfigTest, ReadsTheQualityAndRefusesWhatContradicts) {
+TEST_F(SessionConfigTest, ReadsTheQualityAndRejectsContradictions) {
   const auto config = read("[quality]\nclassification = \"post-classified\"\njitter = true\n");
   ASSERT_TRUE(test::has_value(config));
   EXPECT_EQ(config->quality.classification, "post-classified");
@@ -132,7 +132,7 @@ TEST_F(SessionConfigTest, ReadsTheQualityAndRefusesWhatContradicts) {
   EXPECT_TRUE(refused("[quality]\nstep = 1\n", "quality.step"));
 }
 
-TEST_F(SessionConfigTest, ReadsTheLook) {
+TEST_F(SessionConfigTest, ReadsTheAppearance) {
   const auto config = read(R"(
 [look]
 file = "liver.vp"
@@ -173,7 +173,7 @@ around_targets = false
                             {"look.cutaway.enabled", "true or false"}));
 }
 
-TEST_F(SessionConfigTest, RefusesUnknownKeysAndSectionsByLine) {
+TEST_F(SessionConfigTest, RejectsUnknownKeysAndSectionsByLine) {
   EXPECT_TRUE(test::refuses(read("[ct]\n\npth = \"a\"\n"), Code::kMalformedData,
                             {"session.toml:3", "ct.pth", "path"}));
   EXPECT_TRUE(test::refuses(read("[cutaway]\nangle_deg = 1\n"), Code::kMalformedData, {"cutaway"}));
@@ -183,7 +183,7 @@ TEST_F(SessionConfigTest, RefusesUnknownKeysAndSectionsByLine) {
                             {"look.nodes.alpha"}));
 }
 
-TEST_F(SessionConfigTest, RefusesALookWithMissingNumbersByLine) {
+TEST_F(SessionConfigTest, RejectsAnAppearanceWithMissingNumbersByLine) {
   EXPECT_TRUE(test::refuses(read("[look]\nnodes = [{rgb = [1,1,1]}]\n"), Code::kMalformedData,
                             {"session.toml:2", "look.nodes.hu", "found nothing"}));
   EXPECT_TRUE(test::refuses(read("[look]\nnodes = [{hu = 1}]\n"), Code::kMalformedData,
@@ -193,7 +193,7 @@ TEST_F(SessionConfigTest, RefusesALookWithMissingNumbersByLine) {
   EXPECT_TRUE(test::has_value(read("[look]\nimportance = [{importance = 1}]\n")));
 }
 
-TEST_F(SessionConfigTest, RefusesWrongTypesAndRanges) {
+TEST_F(SessionConfigTest, RejectsWrongTypesAndRanges) {
   EXPECT_TRUE(test::refuses(read("[output]\nwidth_px = \"wide\"\n"), Code::kMalformedData,
                             {":2", "output.width_px", "whole number", "wide"}));
   EXPECT_TRUE(test::refuses(read("[output]\nwidth_px = -3\n"), Code::kMalformedData, {"-3"}));
@@ -213,7 +213,7 @@ TEST_F(SessionConfigTest, RefusesWrongTypesAndRanges) {
                             {"source.kind", "device"}));
 }
 
-TEST_F(SessionConfigTest, RefusesWhatIsNotToml) {
+TEST_F(SessionConfigTest, RejectsTextThatIsNotToml) {
   EXPECT_TRUE(test::refuses(read("[ct\npath"), Code::kMalformedData, {"session.toml:1"}));
   EXPECT_TRUE(
       test::refuses(read_session_config(folder_ / "none.toml"), Code::kNotFound, {"none.toml"}));
