@@ -16,7 +16,8 @@ target_compile_options(nav_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow 
 add_library(nav_common INTERFACE)
 add_library(nav::common ALIAS nav_common)
 target_compile_features(nav_common INTERFACE cxx_std_20)
-target_include_directories(nav_common INTERFACE ${PROJECT_SOURCE_DIR})
+target_include_directories(nav_common INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+                                                $<INSTALL_INTERFACE:include/sonde>)
 option(SONDE_NAN_INIT "Fill fresh Eigen matrices with NaN" OFF)
 if(SONDE_NAN_INIT)
   target_compile_definitions(nav_common INTERFACE EIGEN_INITIALIZE_MATRICES_BY_NAN)
