@@ -107,7 +107,7 @@ class PaperShader final : public render::Engine {
     if (auto ok = validate(scene); !ok) return ok.error();
     if (!scene.predicates) {
       return Error{ErrorCode::kUnsupportedData,
-                   "paper shader: expected a scene by predicates, found none"};
+                   "paper shader: expected a scene with predicates, found none"};
     }
     current();
     auto image = draw(scene);
@@ -137,9 +137,8 @@ class PaperShader final : public render::Engine {
         reads_ ? read(scene) : RenderedImage{blank_.of(scene.width, scene.height), {}};
     image.statistics.cast_s = cast_s;
     if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
-      return Error{
-          ErrorCode::kUnavailable,
-          "paper shader: expected OpenGL to succeed, found error " + std::to_string(error)};
+      return Error{ErrorCode::kUnavailable,
+                   "paper shader: OpenGL ended with error " + std::to_string(error)};
     }
     return image;
   }

@@ -206,13 +206,13 @@ Result<std::vector<PredicateVolume>> volumes_of(const PredicateBenchOptions& opt
   if (!volumes.empty()) return volumes;
   if (!options.look.empty()) {
     return Error{ErrorCode::kUsage,
-                 "--look: expected what a set-up of the volumes begins with (vessel, interfaces, "
-                 "…), found " +
+                 "--look: expected the beginning of the name of a predicate set (vessel, "
+                 "interfaces, …), found " +
                      options.look};
   }
   return Error{ErrorCode::kUsage,
-               "--volume: expected what neck, carotid, shoulder, tendon, prostate, two-volumes or "
-               "features begins with, found " +
+               "--volume: expected the beginning of neck, carotid, shoulder, tendon, prostate, "
+               "two-volumes or features, found " +
                    options.volume};
 }
 
@@ -234,7 +234,7 @@ Result<void> measure_gl(const std::vector<PredicateVolume>& volumes,
 
 std::string cpu_text(const PredicateBenchReport& report) {
   std::string out =
-      "\nCPU engine, process time per picture, ms; samples in millions\n"
+      "\nCPU engine, process time per image, ms; samples in millions\n"
       "scene                          standard  predicates      brute   ratio   samples: standard "
       "predicates  brute   max error /255  identical  edit ms  set ms  set "
       "wall ms  set whole ms  fps (wall)\n";
@@ -254,7 +254,7 @@ std::string cpu_text(const PredicateBenchReport& report) {
   }
   std::snprintf(line, sizeof line,
                 "median predicates / standard (frame rates): %.2f; predicates / brute force: %.2f\n"
-                "one engine, beside the volume and its features: at most %.1f MB\n",
+                "memory of one engine, without the volume and its features: at most %.1f MB\n",
                 report.predicate_over_standard(), report.brute_over_predicate(),
                 report.megabytes.value_or(0));
   return out + line;
@@ -323,8 +323,8 @@ Result<PredicateBenchReport> measure_predicates(const PredicateBenchOptions& opt
 std::string to_text(const PredicateBenchReport& report) {
   char line[256];
   std::snprintf(line, sizeof line,
-                "early termination: %d violations of the bound in %d rays; stopping by opacity "
-                "alone errs by up to %.2f\n",
+                "early termination: %d violations of the bound in %d rays; termination by opacity "
+                "alone has errors up to %.2f\n",
                 report.bound_violations, report.rays_checked, report.naive_error);
   return (report.rows.empty() ? "" : cpu_text(report)) + line +
          (report.gl ? to_text(*report.gl) : "");

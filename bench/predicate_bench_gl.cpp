@@ -274,7 +274,7 @@ Result<GlPredicateReport> measure_gl_predicates(const std::vector<PredicateVolum
 
 std::string to_text(const GlPredicateReport& report) {
   char line[256];
-  std::snprintf(line, sizeof line, "\nGL engine on %s, %d x %d, ms per picture\n",
+  std::snprintf(line, sizeof line, "\nGL engine on %s, %d x %d, ms per image\n",
                 report.device.c_str(), report.width, report.height);
   std::string out = line;
   out +=
@@ -301,12 +301,12 @@ std::string to_text(const GlPredicateReport& report) {
     std::snprintf(line, sizeof line, "predicates / the paper's shader: %.2f\n", *paper);
     out += line;
   } else {
-    out += "the paper's shader draws another picture: not compared\n";
+    out += "the paper's shader draws another image: not compared\n";
   }
   if (const auto own = report.vs_paper_shader_own_filter()) {
     std::snprintf(line, sizeof line,
-                  "the paper's shader by the device's own filter: predicates / it %.2f, ms per "
-                  "picture (differs by /255):",
+                  "predicates / the paper's shader with the filter of the device: %.2f; ms per "
+                  "image (difference /255):",
                   *own);
     out += line;
     for (const auto& row : report.rows) {
@@ -318,7 +318,7 @@ std::string to_text(const GlPredicateReport& report) {
   }
   if (const auto cpu = report.cpu_vs_paper_shader()) {
     std::snprintf(line, sizeof line,
-                  "median the CPU engine / the paper's shader on the same processor: %.2f\n", *cpu);
+                  "median CPU engine / the paper's shader on the same processor: %.2f\n", *cpu);
     out += line;
   }
   return out;

@@ -105,7 +105,8 @@ Result<void> check(const NamedScene& named, const RenderBenchOptions& options) {
   };
   const render::Scene& scene = named.scene;
   if (scene.plane || scene.needle || !scene.spheres.empty() || !scene.lines.empty()) {
-    return refused("expected CT alone, which VTK's mappers can draw, found a plane or shapes");
+    return refused(
+        "expected a CT alone, because VTK's mappers draw nothing else, found a plane or shapes");
   }
   if (const auto ok = check_picture(options, scene.width, scene.height); !ok) {
     return refused(ok.error().message);
@@ -387,7 +388,7 @@ Result<void> check_picture(const RenderBenchOptions& options, int width, int hei
       height == factor * options.reference_height) {
     return {};
   }
-  return Error{ErrorCode::kUsage, "expected a picture of an odd multiple of " +
+  return Error{ErrorCode::kUsage, "expected an image of an odd multiple of " +
                                       std::to_string(options.reference_width) + " x " +
                                       std::to_string(options.reference_height) + " pixels, found " +
                                       std::to_string(width) + " x " + std::to_string(height)};
@@ -415,10 +416,11 @@ std::string to_text(const RenderBenchReport& report) {
          "stop a ray at an opacity of about\n"
          "1 - 1/255. rms, max: 8-bit colours of "
       << report.reference_width << " x " << report.reference_height
-      << " of the picture's pixels against the double-precision reference at 1/"
+      << " of the image's pixels against the double-precision reference at 1/"
       << std::lround(1 / report.reference_step)
-      << " voxel;\nown: VTK against itself at that step, which forgives it its other lights. Equal "
-         "error: along\nthe curves of time over error, VTK's with the smaller of rms and own.\n\n"
+      << " voxel;\nown: VTK against itself at that step, without the difference of its lighting. "
+         "Equal error: along\nthe curves of time over error; for VTK with the smaller of rms and "
+         "own.\n\n"
       << std::fixed << std::left << std::setw(54) << "scene" << std::setw(16) << "engine"
       << std::right << std::setw(7) << "step" << std::setw(7) << "pixel" << std::setw(10)
       << "cpu ms" << std::setw(10) << "wall ms" << std::setw(10) << "rms" << std::setw(8) << "max"
@@ -434,7 +436,7 @@ std::string to_text(const RenderBenchReport& report) {
   }
   out << "\nTimes faster at equal error (VTK's "
       << (report.of_device ? "wall time of a frame that stays on the device" : "process time")
-      << " over Sonde's), at each rms; \"-\": Sonde's curve ends before.\n";
+      << " over Sonde's), at each rms; \"-\": Sonde's curve does not reach it.\n";
   for (const RenderBenchRatio& ratio : report.ratios) {
     out << std::left << std::setw(54) << ratio.scene << std::setw(28) << ratio.name << std::right;
     for (const ErrorLevelRatio& level : ratio.levels) {

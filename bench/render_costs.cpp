@@ -239,10 +239,9 @@ Result<ChangeCost> measure(const SceneChange& change, const render::Scene& scene
 Result<CostTable> measure_costs(const render::Scene& scene, const Repeats& repeats) {
   if (!scene.ct || !scene.plane || !scene.needle || scene.spheres.empty() || scene.lines.empty() ||
       !scene.cutaway) {
-    return Error{
-        ErrorCode::kUsage,
-        "costs: expected CT, plane, needle, spheres, lines and cutaway in the scene, found "
-        "not all of them"};
+    return Error{ErrorCode::kUsage,
+                 "costs: expected CT, plane, needle, spheres, lines and cutaway in the scene, "
+                 "found some of them missing"};
   }
   CostTable table;
   MovingCamera whole(scene);
@@ -270,9 +269,9 @@ Result<CostTable> measure_costs(const render::Scene& scene, const Repeats& repea
 std::string to_text(const CostTable& table) {
   std::ostringstream out;
   out << std::fixed << std::setprecision(2)
-      << "Cost of every element, CPU engine, process ms (all threads): the picture with it less "
-         "the\npicture without it, and how far apart such differences lie. idle: in the scene, but "
-         "with nothing\nto do there. Whole scene: "
+      << "Cost of every element, CPU engine, process ms (all threads): the image with it minus the "
+         "image\nwithout it, and the scatter of such differences. idle: the element is in the "
+         "scene without\neffect. Whole scene: "
       << table.frame_ms << " ms, " << table.frame_samples << " samples.\n\n"
       << std::left << std::setw(50) << "element" << std::right << std::setw(9) << "ms"
       << std::setw(8) << "+-" << std::setw(12) << "samples" << std::setw(12) << "gradients"
@@ -289,7 +288,7 @@ std::string to_text(const CostTable& table) {
     out << '\n';
   }
   out << '\n'
-      << std::left << std::setw(50) << "from one picture to the next" << std::right << std::setw(9)
+      << std::left << std::setw(50) << "from one image to the next" << std::right << std::setw(9)
       << "ms" << std::setw(12) << "wall ms" << std::setw(12) << "prepare" << std::setw(12)
       << "samples" << std::setw(12) << "gradients" << '\n';
   for (const ChangeCost& cost : table.changes) {

@@ -117,7 +117,7 @@ std::shared_ptr<const Volume> read(const Source& source, const fs::path& data,
     if (fs::exists(inside)) path = inside;
   }
   if (!fs::exists(path)) {
-    skipped("expected " + path.string() + ", found nothing");
+    skipped("expected " + path.string() + ", found no file");
     return {};
   }
   auto ct = io::read_ct(path, diagnostics);

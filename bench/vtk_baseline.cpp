@@ -111,8 +111,7 @@ Result<std::unique_ptr<VtkBaseline>> VtkBaseline::create(Mapper mapper,
     vtkGPUVolumeRayCastMapper& checked = *impl->gpu;  // Public only in the base class.
     if (!checked.IsRenderSupported(&impl->window->window(), property)) {
       return Error{ErrorCode::kUnavailable,
-                   "VTK: expected support of its GPU volume mapper, found none on " +
-                       impl->window->device()};
+                   "VTK: its GPU volume mapper does not support " + impl->window->device()};
     }
     impl->volume->SetMapper(impl->gpu);
   } else {

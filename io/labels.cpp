@@ -61,7 +61,7 @@ Result<LabelFile> read_labels(const std::filesystem::path& path, Diagnostics& di
     const std::size_t i = misfit->index;
     return Error{
         ErrorCode::kMalformedData,
-        path.string() + ": expected labels that are whole numbers of 0 to 4294967295, found " +
+        path.string() + ": expected labels that are whole numbers from 0 to 4294967295, found " +
             detail::to_text(misfit->value) + " at index (" + std::to_string(i % row) + ", " +
             std::to_string(i % slice / row) + ", " + std::to_string(i / slice) + ")"};
   }

@@ -66,7 +66,7 @@ Result<ImageCalibration> recorded_calibration(const Chain& probe_from_pixels,
       std::ostringstream text;
       text << "frame " << i << ": " << name_of(probe_from_pixels)
            << ": expected the calibration of frame " << first
-           << ", as a probe has one, found another that places corners of the picture " << mm
+           << " (a probe has one calibration), found one that places corners of the image " << mm
            << " mm away";
       return Error{ErrorCode::kMalformedData, text.str()};
     }

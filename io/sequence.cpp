@@ -52,7 +52,7 @@ Result<void> interpret_axes(const detail::ImageFile& file, SequenceHeader& heade
   if (list_elsewhere || spatial < 2 || spatial > 3) {
     return Error{ErrorCode::kUnsupportedData,
                  header.path.string() +
-                     ": expected 2 or 3 axes in space, then at most a list of frames, found " +
+                     ": expected 2 or 3 axes in space, then at most one list of frames, found " +
                      std::to_string(sizes.size()) + " axes of kinds '" +
                      detail::excerpt(file.value(file.format == "NRRD" ? "kinds" : "Kinds")) + "'"};
   }
@@ -283,7 +283,7 @@ Result<void> check_complete(SequenceReader& reader) {
                  header.path.string() + ": pixel data cut short: expected " +
                      std::to_string(header.frame_count) + " frames (" +
                      (header.format == "NRRD" ? "sizes" : "DimSize") + "), found " +
-                     std::to_string(header.readable_frames) + " whole ones"};
+                     std::to_string(header.readable_frames) + " complete ones"};
   }
   // Invalid fields of a frame are not an error of the length, which is checked here.
   if (!header.compressed || !reader.frame_fields(header.frame_count - 1)) return {};

@@ -307,9 +307,9 @@ std::int64_t SequenceWriter::frame_count() const { return state_->frames; }
 Result<void> SequenceWriter::finish() {
   State& s = *state_;
   if (s.broken) {
-    return Error{ErrorCode::kIo, s.path.string() +
-                                     ": expected complete frames, found one whose "
-                                     "writing failed"};
+    return Error{
+        ErrorCode::kIo,
+        s.path.string() + ": expected complete frames, found one that could not be written"};
   }
   if (s.frames == 0) {
     return Error{ErrorCode::kRefused, s.path.string() + ": expected at least 1 frame, found none"};

@@ -184,7 +184,7 @@ Result<ImageCalibration> calibration_from_matrix(const Eigen::Matrix4d& probe_fr
     return Error{ErrorCode::kMalformedData, text.str()};
   };
   if (width < 1 || height < 1) {
-    return refuse("a picture with pixels", std::to_string(width) + " x " + std::to_string(height));
+    return refuse("an image with pixels", std::to_string(width) + " x " + std::to_string(height));
   }
   // Columns, rows, origin. The third column does not describe the plane.
   Eigen::Matrix<double, 4, 3> used;

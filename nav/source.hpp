@@ -26,9 +26,9 @@ class Source {
   virtual ~Source() = default;
   /// The streams; constant from construction on.
   [[nodiscard]] virtual const std::vector<StreamInfo>& streams() const = 0;
-  /// Next sample in order of arrival, over all streams. kTimeout at the deadline, kEndOfStream after
-  /// the last sample, kCancelled after stop(). Any other error ends the source. One caller at a
-  /// time.
+  /// Next sample in order of arrival, over all streams. kTimeout at the deadline, kEndOfStream
+  /// after the last sample, kCancelled after stop(). Any other error ends the source. One caller at
+  /// a time.
   virtual Result<Sample> next(Deadline deadline) = 0;
   /// Ends a waiting next(). Idempotent; may be called from another thread.
   virtual void stop() noexcept = 0;

@@ -39,7 +39,7 @@ void judge_misfits(const ImageRegistrationResult& result, const AcceptanceLimits
   if (worst == nullptr) worst = likeliest_misfit(result, warnings);
   if (worst == nullptr) return;
   const auto cause = static_cast<std::size_t>(worst->cause);
-  judge.at_most("misfit of pictures and CT as from " + in_words(*worst), worst->excess_mm(),
+  judge.at_most("misfit of images and CT, probably from " + in_words(*worst), worst->excess_mm(),
                 limits.max_misfit_mm[cause], warnings.max_misfit_mm[cause], " mm");
 }
 
@@ -58,13 +58,13 @@ void judge_halves(const ImageRegistrationResult& result, const AcceptanceLimits&
   const double limit_mm = limits.max_split_disagreement_mm;
   const double warning_mm = warnings.max_split_disagreement_mm;
   if (!result.split_fault.empty() && result.split_fault == result.halves_fault) {
-    judge_one("halves of the pictures", result.split_fault, result.split_disagreement_mm, limit_mm,
-              warning_mm);
+    judge_one("the two halves of the images", result.split_fault, result.split_disagreement_mm,
+              limit_mm, warning_mm);
     return;
   }
-  judge_one("odd and even pictures", result.split_fault, result.split_disagreement_mm, limit_mm,
+  judge_one("odd and even images", result.split_fault, result.split_disagreement_mm, limit_mm,
             warning_mm);
-  judge_one("first and second half", result.halves_fault, result.halves_disagreement_mm,
+  judge_one("the first and second half", result.halves_fault, result.halves_disagreement_mm,
             limits.max_halves_disagreement_mm, warnings.max_halves_disagreement_mm);
 }
 
@@ -175,8 +175,8 @@ void Judge::warn(const std::string& what, double found, const std::string& beyon
                  double warning, const std::string& unit) {
   std::ostringstream text;
   text.precision(3);
-  text << what << ": " << found << unit << "; refused " << beyond << ' ' << limit << unit
-       << ", warned of " << beyond << ' ' << warning << unit;
+  text << what << ": " << found << unit << "; warning " << beyond << ' ' << warning << unit
+       << ", refused " << beyond << ' ' << limit << unit;
   warnings_.push_back(text.str());
 }
 
@@ -192,21 +192,21 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   NAV_CHECK(ok.has_value(), ok ? std::string() : ok.error().message);
   Judge judge;
   if (result.termination == Termination::kIterationLimit) {
-    judge.warn("solver: expected it to converge, found the iteration limit before");
+    judge.warn("the solver stopped at the iteration limit before it converged");
   }
   if (result.termination == Termination::kTimeLimit) {
-    judge.refuse("solver: expected it to converge, found the time limit before");
+    judge.refuse("the solver stopped at the time limit before it converged");
   }
   if (result.termination == Termination::kFailed) {
-    judge.refuse("solver: expected it to converge, found: " + result.message);
+    judge.refuse("the solver failed: " + result.message);
   }
   judge.at_least("overlap of the sweep with the CT", result.overlap, limits.min_overlap,
                  warnings.min_overlap);
   judge.at_least("score against random poses", result.z_score, limits.min_z_score,
                  warnings.min_z_score);
   if (result.bootstrap.places > 0) {
-    judge.at_least("places that pictures were taken at", result.bootstrap.places, limits.min_places,
-                   warnings.min_places);
+    judge.at_least("positions at which images were acquired", result.bootstrap.places,
+                   limits.min_places, warnings.min_places);
   }
   judge.at_most("cost of the match", result.final_cost, limits.max_cost, warnings.max_cost, "");
   if (result.margin) {
@@ -218,16 +218,18 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
                   warnings.max_tre_rms_mm, " mm");
     const bool enough = result.bootstrap.places >= limits.min_places;
     if (enough && !result.bootstrap.fault.empty()) {
-      judge.warn("predicted error: by patches alone, not by pictures: " + result.bootstrap.fault);
+      judge.warn("predicted error: estimated from patches alone, not from images: " +
+                 result.bootstrap.fault);
     }
   } else {
     judge.refuse("uncertainty: " + result.covariance_fault);
   }
   judge_halves(result, limits, warnings, judge);
-  judge.at_most("way to a lower cost that the solver left", result.basin.shift_mm,
-                limits.max_basin_shift_mm, warnings.max_basin_shift_mm, " mm");
-  judge.at_most("stretch of the pictures, which are shown without it",
-                most_stretched(result.stretch), limits.max_stretch, warnings.max_stretch, "");
+  judge.at_most("distance to a lower cost nearby (the pose is not a local minimum)",
+                result.basin.shift_mm, limits.max_basin_shift_mm, warnings.max_basin_shift_mm,
+                " mm");
+  judge.at_most("scale of the images (they are drawn unscaled)", most_stretched(result.stretch),
+                limits.max_stretch, warnings.max_stretch, "");
   judge_misfits(result, limits, warnings, judge);
   return std::move(judge).decision();
 }

@@ -71,7 +71,7 @@ inline constexpr AcceptanceLimits kWarningLimits{.min_overlap = 0.8,
                                                  .max_misfit_mm = kTellingMm};
 
 enum class Verdict { kAccept, kWarn, kRefuse };
-/// Stable lower-case name: "accept", "warn", "refuse".
+/// Stable lower-case name: `accept`, `warn`, `refuse`.
 const char* to_string(Verdict verdict);
 /// Text for the user: "accepted", "accepted with warnings", "refused".
 const char* in_words(Verdict verdict);

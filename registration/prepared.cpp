@@ -46,9 +46,9 @@ std::string seen_in(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>
   const double patch_mm = (level.patch_side - 1) * level.sample_step_mm;
   std::ostringstream text;
   text.precision(3);
-  text << usable << " of " << masks.size() << " pictures have usable pixels, "
+  text << usable << " of " << masks.size() << " images have usable pixels, "
        << std::ranges::count_if(sweep.frames(), one_grey)
-       << " are of one grey throughout; a picture is "
+       << " are of one grey throughout; an image is "
        << first.pixels.width() * first.grid.mm_per_pixel.col(0).norm() << " x "
        << first.pixels.height() * first.grid.mm_per_pixel.col(1).norm() << " mm, a patch "
        << patch_mm << " x " << patch_mm << " mm, and the first " << near_field_mm

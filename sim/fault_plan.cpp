@@ -61,7 +61,7 @@ Result<Item> next_of(Source& source, detail::FaultInjector<Item>& injector, Dead
       injector.flush();
       if (injector.front() == nullptr) return item.error();
       if (injector.front()->received <= deadline) return injector.pop();
-      return Error{ErrorCode::kTimeout, "faulty source: nothing more by the deadline"};
+      return Error{ErrorCode::kTimeout, "faulty source: no sample before the deadline"};
     }
     injector.push(std::move(*item));
   }

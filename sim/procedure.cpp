@@ -102,7 +102,7 @@ Transform<Ct, Image> choose_approach_view(const AbdomenPhantom& phantom, const N
       }
     }
   }
-  NAV_CHECK(std::isfinite(best_score), "no place for the probe beside the entry");
+  NAV_CHECK(std::isfinite(best_score), "no position for the probe beside the entry");
   const Vec view = (target - best).normalized();
   return {facing(view, best - entry), best + kPressMm * view};
 }

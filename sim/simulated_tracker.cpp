@@ -41,7 +41,7 @@ void disturb(Eigen::Matrix4d& pose, const TrackerModel& model, std::uint64_t see
 }
 
 Error timeout(const char* what) {
-  return Error{ErrorCode::kTimeout, std::string(what) + ": nothing more by the deadline"};
+  return Error{ErrorCode::kTimeout, std::string(what) + ": no sample before the deadline"};
 }
 Error ended(const char* what, bool stopped) {
   if (stopped) return Error{ErrorCode::kCancelled, std::string(what) + ": stopped"};

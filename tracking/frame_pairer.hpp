@@ -3,15 +3,14 @@
 #pragma once
 
 #include <deque>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "nav/diagnostics.hpp"
+#include "nav/probe_calibration.hpp"
 #include "nav/sweep.hpp"
-#include "tracking/pose_buffer.hpp"
-#include "tracking/pose_gate.hpp"
+#include "tracking/tool_poses.hpp"
 
 namespace nav::tracking {
 
@@ -45,44 +44,47 @@ class FramePairer {
   /// \p fixed_reference_from_tracker: given when the patient is not tracked and the tracker itself
   /// was declared the reference. Precondition: validate(options), otherwise a Bug.
   FramePairer(
-      const Transform<frames::Probe, frames::Image>& probe_from_image,
+      const ProbeCalibration& calibration,
       std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference_from_tracker,
       const PairingOptions& options, Diagnostics& diagnostics);
 
-  void add_probe_pose(const RawPose& raw);
-  void add_reference_pose(const RawPose& raw);
+  void add_probe_pose(const RawPose& raw) { probe_.add(raw); }
+  void add_reference_pose(const RawPose& raw) { reference_.add(raw); }
+  /// Another calibration, for images that no earlier one fits.
+  void add_calibration(const ProbeCalibration& calibration) {
+    calibrations_.push_back(calibration);
+  }
+  /// Waits for a stream of this period: an image waits three periods, and poses up to two periods
+  /// apart are bridged, if that is longer than the options say.
+  void expect_period(Duration period);
   void add_frame(UltrasoundFrame frame);
 
   /// Images that are paired or rejected by \p now, in order of arrival. Pass end_of_stream at the
   /// end of a stream: images that still wait are then rejected, so that none is lost.
   std::vector<PairedFrame> take_ready(Timestamp now, bool end_of_stream = false);
 
-  /// Number of poses that the gate rejected, by body and cause ("Probe.not_rigid").
-  [[nodiscard]] const std::map<std::string, std::uint64_t>& rejected_poses() const {
-    return rejected_poses_;
-  }
+  [[nodiscard]] const ToolPoses<frames::Probe>& probe() const { return probe_; }
+  [[nodiscard]] const ToolPoses<frames::Reference>& reference() const { return reference_; }
+  /// One sentence while the newest image has a geometry that no calibration fits; else empty.
+  [[nodiscard]] const std::string& without_calibration() const { return without_calibration_; }
 
  private:
   struct Waiting {
     UltrasoundFrame frame;
     bool clock_believed;
   };
-  template <class Body>
-  void admit(PoseGate<Body>& gate, PoseBuffer<Body>& buffer, const RawPose& raw);
   std::optional<PairedFrame> settle(const Waiting& waiting, Timestamp now, bool end_of_stream);
 
-  Transform<frames::Probe, frames::Image> probe_from_image_;
+  std::vector<ProbeCalibration> calibrations_;
   std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference_from_tracker_;
   PairingOptions options_;
-  Diagnostics& diagnostics_;
-  PoseGate<frames::Probe> probe_gate_;
-  PoseGate<frames::Reference> reference_gate_;
-  PoseBuffer<frames::Probe> probe_poses_;
-  PoseBuffer<frames::Reference> reference_poses_;
+  Duration max_wait_;
+  ToolPoses<frames::Probe> probe_;
+  ToolPoses<frames::Reference> reference_;
   std::deque<Waiting> waiting_;
   DelayWatch frame_delay_;
   std::optional<Timestamp> newest_frame_;
-  std::map<std::string, std::uint64_t> rejected_poses_;
+  std::string without_calibration_;
 };
 
 }  // namespace nav::tracking

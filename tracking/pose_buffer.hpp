@@ -54,6 +54,11 @@ class PoseBuffer {
     }
   }
 
+  void set_max_gap(Duration max_gap) {
+    NAV_CHECK(max_gap > Duration::zero(), max_gap.count());
+    max_gap_ = max_gap;
+  }
+
   /// Pose at \p time, or the reason why there is none.
   [[nodiscard]] std::variant<PoseAt<Body>, PoseAbsence> at(Timestamp time) const {
     if (size_ == 0 || time > sample(size_ - 1).acquired) return PoseAbsence::kNotYet;

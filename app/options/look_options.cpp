@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "app/options/option_checks.hpp"
+#include "app/options/retired.hpp"
 
 namespace nav::app {
 namespace {
@@ -121,9 +122,7 @@ void add_quality_options(CLI::App& verb, SessionConfig& config) {
       ->capture_default_str();
   verb.add_flag("--jitter", config.quality.jitter,
                 "rays begin at different parts of a step: noise instead of rings");
-  verb.add_option("--adaptive-error", config.quality.adaptive_error,
-                  "cells that together err by no more are taken as one, 0 to 1; 0: never")
-      ->capture_default_str();
+  add_retired_option(verb, "--adaptive-error", kNoAdaptiveStep);
   verb.add_option_function<std::vector<std::string>>(
       "--cutaway-mesh",
       [&verb, &config](const std::vector<std::string>& files) {

@@ -16,7 +16,6 @@ constexpr OptionOfKey kOptionsOfKeys[] = {
     {"output.rms_error", "--rms-error"},
     {"output.pixel_error", "--pixel-error"},
     {"quality.classification", "--classification"},
-    {"quality.adaptive_error", "--adaptive-error"},
     {"output.frames", "--frames"},
     {"source.needle_length_mm", "--needle-length-mm"},
     {"source.needle_diameter_mm", "--needle-diameter-mm"},

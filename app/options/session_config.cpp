@@ -4,6 +4,7 @@
 
 #include <sstream>
 
+#include "app/options/retired.hpp"
 #include "app/options/session_look.hpp"
 #include "app/options/session_objects.hpp"
 #include "app/options/session_predicates.hpp"
@@ -112,7 +113,9 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   Section quality = section("quality");
   quality.text("classification", config.quality.classification);
   quality.flag("jitter", config.quality.jitter);
-  quality.number("adaptive_error", config.quality.adaptive_error);
+  double adaptive_error = 0;  // Session files of earlier versions have it, usually 0.
+  quality.number("adaptive_error", adaptive_error);
+  if (adaptive_error != 0) warn_retired("quality.adaptive_error", kNoAdaptiveStep);
   quality.finish();
 
   Section predicates = section("predicates");
@@ -286,13 +289,6 @@ Result<void> validate(const SessionConfig& config) {
     return refuse("quality.classification", "pre-integrated or post-classified",
                   quality.classification);
   }
-  if (!within(quality.adaptive_error, 0, 1)) {
-    return refuse("quality.adaptive_error", "0 to 1", quality.adaptive_error);
-  }
-  if (quality.adaptive_error > 0 && !pre_integrated) {
-    return refuse("quality.adaptive_error",
-                  "0 beside post-classified, whose cells are never joined", quality.adaptive_error);
-  }
   if (quality.jitter && config.output.pixel_error > 0) {
     return refuse("output.pixel_error", "0 beside quality.jitter, under which no ray is spared",
                   config.output.pixel_error);
@@ -380,8 +376,7 @@ Result<std::string> to_toml(const SessionConfig& config) {
                                     {"margin_mm", config.plan->margin_mm}});
   }
   root.insert("quality", toml::table{{"classification", config.quality.classification},
-                                     {"jitter", config.quality.jitter},
-                                     {"adaptive_error", config.quality.adaptive_error}});
+                                     {"jitter", config.quality.jitter}});
   if (!config.cutaway_objects.empty()) {
     root.insert("cutaway_objects", cutaway_objects_to_toml(config.cutaway_objects));
   }

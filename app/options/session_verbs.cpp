@@ -11,6 +11,7 @@
 #include "app/options/option_keys.hpp"
 #include "app/options/overwriting.hpp"
 #include "app/options/predicate_command.hpp"
+#include "app/options/retired.hpp"
 #include "app/options/session_files.hpp"
 #include "app/options/slices_options.hpp"
 #include "app/options/verbs.hpp"
@@ -260,8 +261,7 @@ void CommandLine::add_register() {
       "--time-limit", register_.time_limit_s,
       "s, also of the search without a start pose: the best pose until then is reported "
       "and refused; none until then is a refusal");
-  verb->add_option("--similarity", register_.similarity, "of sweep and CT: lc2, ncc or mi")
-      ->capture_default_str();
+  add_retired_option(*verb, "--similarity", "a sweep and a CT are compared by LC2");
   verb->add_option("--loss", register_.loss,
                    "how little a patch counts that the CT explains badly: none, cauchy or "
                    "geman-mcclure")

@@ -22,7 +22,8 @@
 namespace nav::app {
 namespace {
 
-/// One of the options, the other as the set-up says.
+/// Error for contradicting radii: one comes from the options, the other from the options or the
+/// predicate set.
 Error refuse_radii(const PredicateOptions& options, const VesselScales& vessels) {
   std::ostringstream text;
   if (options.smallest_radius_mm) {
@@ -35,11 +36,12 @@ Error refuse_radii(const PredicateOptions& options, const VesselScales& vessels)
   return {ErrorCode::kUsage, text.str()};
 }
 
-/// Absent where nothing was said of them: no scan line is made up.
+/// Scan lines of the options; absent when the options give none, because scan lines are never
+/// guessed.
 std::optional<render::ScanGeometry> scan_of(const PredicateOptions& options, const Volume& volume) {
   if (options.apex_ct) return render::FanScan{{*options.apex_ct}, options.face_radius_mm};
   if (!options.into_ct) return {};
-  // Directions may have any length, whose products need not be finite.
+  // Scaled, because products of very long directions may not be finite.
   const Eigen::Vector3d into = *options.into_ct / options.into_ct->cwiseAbs().maxCoeff();
   if (options.face_ct) return render::ParallelScan{{*options.face_ct}, {into}};
   return render::ParallelScan{nearest_voxel(volume, into, stored_value(options.unknown)), {into}};
@@ -75,10 +77,10 @@ Result<render::PredicateVolume> volume_of(const PredicateOptions& options, int t
   auto labels = options.layers.empty() ? read_labels(options.labels, grid, console)
                                        : read_layers(options.layers, grid);
   if (!labels && options.volume.empty() && !options.labels.empty()) {
-    // An option of many values takes what stands behind it.
-    return Error{labels.error().code, labels.error().message +
-                                          "; no volume is given but the phantom " +
-                                          options.phantom + ": a volume stands before --labels"};
+    // An option with many values takes a volume that follows it as one more value.
+    return Error{labels.error().code,
+                 labels.error().message + "; no volume is given, so the phantom " +
+                     options.phantom + " is used: put the volume before --labels"};
   }
   if (!labels) return labels.error();
   out->predicates.features.labels = *std::move(labels);
@@ -93,9 +95,8 @@ Result<void> check_needs(const PredicateOptions& options, const render::Predicat
     const auto kind = render::find_predicate_kind(name);
     if (!kind) return kind.error();
     const render::PredicateNeeds needs = (*kind)->needs(place);
-    const auto refuse = [&](const std::string& expected) {
-      return Error{ErrorCode::kUsage,
-                   "predicate " + name + ": expected " + expected + ", found none"};
+    const auto refuse = [&](const std::string& required) {
+      return Error{ErrorCode::kUsage, "predicate " + name + " requires " + required};
     };
     if (render::reads_scan_lines(needs) && !volume.predicates.scan) {
       return refuse(
@@ -106,7 +107,7 @@ Result<void> check_needs(const PredicateOptions& options, const render::Predicat
     }
     const bool live = from != DistancesFrom::kOptions;
     if (needs.needle && !(live ? from == DistancesFrom::kLiveNeedle : options.needle.has_value())) {
-      return refuse(live ? "a needle of the recording (--needle-frame NAME)"
+      return refuse(live ? "a needle in the recording (--needle-frame NAME)"
                          : "a needle (--needle TIP HUB)");
     }
     if (needs.target && !options.target) {
@@ -153,7 +154,7 @@ Result<Volume> read_ultrasound(const std::filesystem::path& path, Diagnostics& d
 
 Result<PredicateFile> set_up_of(const PredicateOptions& options) {
   Result<PredicateFile> file = [&]() -> Result<PredicateFile> {
-    // A preset keeps its name wherever one is: a file of that name is meant by ./NAME.
+    // The name of a preset always means the preset; ./NAME means a file of that name.
     auto preset = preset_predicate_file(options.set_up);
     if (preset) return preset;
     std::error_code ignored;
@@ -182,7 +183,7 @@ Result<PredicateFile> set_up_of(const PredicateOptions& options) {
 
 namespace {
 
-/// A volume whose unknown voxels are as dark as what returns nothing: nobody has seen tissue there.
+/// Volume with unknown voxels set to black, because nothing is known about tissue there.
 Result<std::shared_ptr<const Volume>> without_unknown(const std::shared_ptr<const Volume>& volume,
                                                       const PredicateOptions& options,
                                                       Console& console) {

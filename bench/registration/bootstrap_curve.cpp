@@ -234,20 +234,21 @@ BootstrapCurve measure_bootstrap(const BootstrapCurveOptions& options, CaseStore
 std::string to_text(const BootstrapCurve& curve) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(3)
-       << "\npictures drawn anew: how far the predicted error is from that of " << kBootstrapMost
+       << "\nresampled images: difference of the predicted error from that of " << kBootstrapMost
        << " replicates\n";
   for (const BootstrapPoint& p : curve.points) {
     text << "  " << std::setw(5) << p.replicates << " replicates: " << std::setprecision(0)
-         << p.cpu_us << " us of one processor, off by " << std::setprecision(1) << 100 * p.off
+         << p.cpu_us << " us of one processor, difference " << std::setprecision(1) << 100 * p.off
          << " %\n"
          << std::setprecision(3);
   }
-  text << "one step beside full solves of the same draws, RMS at the targets, no floor:\n";
+  text << "one step compared with full solves of the same samples, RMS at the targets, no floor:\n";
   for (const BootstrapReference& r : curve.references) {
     text << "  " << r.patient << ' ' << std::setw(9) << std::left << to_string(r.path) << std::right
-         << ": " << r.pictures << " pictures in blocks of " << r.block << ", steps " << r.step_mm
-         << " mm, solves " << r.solved_mm << " mm (" << r.solved_cpu_s << " s), apart " << r.apart
-         << "; clusters " << r.clusters_mm << " mm, actual error " << r.error_mm << " mm\n";
+         << ": " << r.pictures << " images in blocks of " << r.block << ", steps " << r.step_mm
+         << " mm, solves " << r.solved_mm << " mm (" << r.solved_cpu_s << " s), difference "
+         << r.apart << "; clusters " << r.clusters_mm << " mm, actual error " << r.error_mm
+         << " mm\n";
   }
   return text.str();
 }

@@ -16,10 +16,10 @@ registration::ImageRegistrationOptions with_patch_share(
 
 /// A point of run time against error: local registration from 5 mm, with one setting changed.
 struct EffortPoint {
-  /// "patches" (fraction of the default), "pictures" (evenly chosen images of the sweep), "levels"
-  /// (levels of the pyramid, the finest left out), "iterations" (largest number in each solve),
-  /// "precision" (mm between samples of the finest level), "quick" (fraction of the patches of a
-  /// quick registration), "slices" (slice thickness of the CT, mm).
+  /// `patches` (fraction of the default), `pictures` (evenly chosen images of the sweep), `levels`
+  /// (levels of the pyramid, the finest left out), `iterations` (largest number in each solve),
+  /// `precision` (mm between samples of the finest level), `quick` (fraction of the patches of a
+  /// quick registration), `slices` (slice thickness of the CT, mm).
   std::string axis;
   double x;
   int trials, right;

@@ -218,7 +218,7 @@ Result<void> write_elastix_case(const Patient& patient, const RecordedSweep& rec
   layout.precision(17);
   layout << us.size[0] << ' ' << us.size[1] << ' ' << us.size[2] << ' ' << us.origin.transpose();
   if (layout.flush()) return {};
-  return Error{ErrorCode::kIo, folder.string() + ": expected to write the case for elastix"};
+  return Error{ErrorCode::kIo, folder.string() + ": cannot write the case for elastix"};
 }
 
 Result<ElastixRun> run_elastix(const fs::path& elastix, const fs::path& folder, const CtPose& start,
@@ -227,7 +227,8 @@ Result<ElastixRun> run_elastix(const fs::path& elastix, const fs::path& folder, 
   std::array<int, 3> size{};
   Eigen::Vector3d origin;
   layout >> size[0] >> size[1] >> size[2] >> origin.x() >> origin.y() >> origin.z();
-  if (!layout) return Error{ErrorCode::kIo, folder.string() + ": expected a case, found none"};
+  if (!layout)
+    return Error{ErrorCode::kIo, folder.string() + ": expected a case for elastix, found none"};
   // The start is included in the positions of the sweep's voxels: elastix then starts from
   // identity.
   const Eigen::Matrix3d axes = start.rotation().toRotationMatrix();

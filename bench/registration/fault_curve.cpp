@@ -213,7 +213,7 @@ Result<std::vector<FaultTrial>> run_faults(const FaultCurveOptions& options, Cas
 
 std::string to_text(const std::vector<FaultPoint>& points, const std::string& title) {
   std::ostringstream text;
-  text << "\nfaults, " << title << ": target error of the accepted, mm, RMS over the targets\n"
+  text << "\nfaults, " << title << ": target error of accepted results, mm, RMS over the targets\n"
        << "                                                                      actual/  cause  "
           "misfits\n"
        << "  fault        size             runs solved clear warned refused false  mean   max "

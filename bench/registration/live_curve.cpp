@@ -193,7 +193,7 @@ Result<LiveCurve> measure_live(const LiveCurveOptions& options,
 std::string to_text(const LiveCurve& curve) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(2)
-       << "\nlive: RMS over a picture of where the pose puts it, mm; processor ms of an update\n";
+       << "\nlive: RMS error over an image, mm; processor ms of an update\n";
   for (const LivePoint& p : curve.points) {
     text << "  " << std::setw(6) << std::left << sim::to_string(p.kind) << std::right << " window "
          << p.window << ", " << std::setw(3) << p.patches << " patches: shown " << 100 * p.shown
@@ -203,8 +203,8 @@ std::string to_text(const LiveCurve& curve) {
   }
   const LiveEvidence& e = curve.evidence;
   text << std::setprecision(0) << "  withdrawn: own CT " << e.own_withdrawn << '/' << e.own
-       << ", another's " << e.others_withdrawn << '/' << e.others << ", after " << e.pictures_median
-       << " pictures (median)\n";
+       << ", another patient's CT " << e.others_withdrawn << '/' << e.others << ", after "
+       << e.pictures_median << " images (median)\n";
   return text.str();
 }
 

@@ -150,13 +150,12 @@ Result<std::vector<MotionPoint>> measure_motion(const MotionCurveOptions& option
 
 std::string to_text(const std::vector<MotionPoint>& points) {
   std::ostringstream text;
-  text
-      << std::fixed << std::setprecision(2)
-      << "\nbreathing: RMS error over the targets at the end of expiration, mm; processor and wall "
-         "s of the motion\n";
+  text << std::fixed << std::setprecision(2)
+       << "\nbreathing: RMS error over the targets at the end of expiration, mm; processor s and "
+          "wall s for the motion\n";
   for (const MotionPoint& p : points) {
     text << "  " << std::setw(6) << std::left << sim::to_string(p.kind) << std::right
-         << std::setw(5) << p.pictures << " pictures, harmonics " << p.harmonics << ": supported "
+         << std::setw(5) << p.pictures << " images, harmonics " << p.harmonics << ": supported "
          << p.supported << '/' << p.trials << ", common pose " << p.common_mm << ", at rest median "
          << p.error_median_mm << ", worst " << p.error_worst_mm << "; " << p.motion_cpu_s << ", "
          << p.motion_wall_s << '\n';

@@ -172,7 +172,7 @@ void add_ratios(const PeerOptions& options, PeerComparison& out) {
     if (next == nullptr || row->error_median_mm <= kConverged * next->error_median_mm) theirs = row;
   }
   if (theirs == nullptr) {
-    out.reason = "elastix was not right on all of the nearest starts at any effort";
+    out.reason = "elastix was not correct from all of the nearest starts at any effort";
     return;
   }
   for (const LocalEffort& effort : options.local_efforts) {
@@ -188,7 +188,8 @@ void add_ratios(const PeerOptions& options, PeerComparison& out) {
     out.ratios = ratios;
     return;
   }
-  out.reason = "no local registration was right on all of the nearest starts with a lower error";
+  out.reason =
+      "no local registration was correct from all of the nearest starts with a lower error";
 }
 
 Result<PeerComparison> compare_with_elastix(const PeerOptions& options, CaseStore& store,
@@ -245,11 +246,11 @@ Result<PeerComparison> compare_with_elastix(const PeerOptions& options, CaseStor
 std::string to_text(const PeerComparison& comparison) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(3)
-       << "\nbeside elastix, same images and starts, one thread; processor s from images in "
-          "memory (solve alone; whole process from files), quickest of repeats\n";
+       << "\ncompared with elastix, same images and starts, one thread; processor s from images in "
+          "memory (solve alone; whole process from files), fastest of the repeats\n";
   for (const PeerRow& row : comparison.rows) {
     text << "  " << std::setw(17) << std::left << row.name << std::right << " from " << std::setw(3)
-         << static_cast<int>(row.start_mm) << " mm: right " << row.right << '/' << row.trials
+         << static_cast<int>(row.start_mm) << " mm: correct " << row.right << '/' << row.trials
          << ", median " << row.error_median_mm << " mm, " << row.cpu_s << " (" << row.solve_cpu_s
          << "; " << row.end_to_end_cpu_s << ")\n";
   }

@@ -185,12 +185,11 @@ Result<std::vector<SkinCurvePoint>> measure_skin(const SkinCurveOptions& options
 
 std::string to_text(const std::vector<SkinCurvePoint>& points) {
   std::ostringstream text;
-  text
-      << std::fixed << std::setprecision(2)
-      << "\nwithout a start pose, over the skin of the CT: processor s, all preparation included\n";
+  text << std::fixed << std::setprecision(2)
+       << "\nwithout a start pose, over the skin of the CT: processor s, with all preparation\n";
   for (const SkinCurvePoint& p : points) {
     text << "  " << std::setw(10) << std::left << p.axis << std::right << std::setw(7) << p.x
-         << ": right " << p.right << '/' << p.trials << ", accepted " << p.accepted << ", median "
+         << ": correct " << p.right << '/' << p.trials << ", accepted " << p.accepted << ", median "
          << p.error_median_mm << " mm, " << p.cpu_s << " s; hopeless " << p.hopeless
          << ", false accepts " << p.false_accepts << ", " << p.hopeless_cpu_s << " s\n";
   }

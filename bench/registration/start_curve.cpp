@@ -229,7 +229,7 @@ Result<std::vector<StartSweep>> run_starts(const StartCurveOptions& options, Cas
 
 std::string to_text(const std::vector<StartPoint>& points) {
   std::ostringstream text;
-  text << std::fixed << "\none sweep from several starts: whether one pose has one verdict\n";
+  text << std::fixed << "\none sweep from several starts: verdicts at the same pose\n";
   for (const StartPoint& p : points) {
     text << "  " << std::setw(13) << std::left << p.path << std::right
          << (p.own_ct ? "own CT" : "other CT") << ": " << p.sweeps << " sweeps, " << p.same

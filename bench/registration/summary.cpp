@@ -226,8 +226,8 @@ std::string to_text(const CohortSummary& s, const std::string& title) {
        << "success: local to 10 mm " << s.success_local_10mm << ' ' << s.success_local_10mm_95
        << ", global to 40 mm " << s.success_from_40mm << ' ' << s.success_from_40mm_95 << '\n'
        << "false accepts " << s.false_accepts << " (share below " << s.false_accept_bound
-       << "), false refusals " << s.false_refusals << " of " << s.right << ", hopeless refused "
-       << s.hopeless_refused << '\n'
+       << "), correct but refused " << s.false_refusals << " of " << s.right
+       << ", hopeless refused " << s.hopeless_refused << '\n'
        << "accepted " << s.accepted << ", with warnings " << s.warned << ": error median, p95 "
        << s.clear_median_mm << ", " << s.clear_p95_mm << " mm without, " << s.warned_median_mm
        << ", " << s.warned_p95_mm << " mm with\n"
@@ -240,7 +240,7 @@ std::string to_text(const CohortSummary& s, const std::string& title) {
        << s.ct_cpu_s << '\n';
   for (const DistanceRow& row : s.distances) {
     text << "  " << (row.global ? "global" : "local ") << " from " << std::setw(3)
-         << static_cast<int>(row.start_mm) << " mm: right " << row.right << '/' << row.trials
+         << static_cast<int>(row.start_mm) << " mm: correct " << row.right << '/' << row.trials
          << ", accepted " << row.accepted << " (falsely " << row.false_accepts << "), median "
          << row.error_median_mm << " mm\n";
   }

@@ -226,9 +226,6 @@ Result<void> measure_navigation(const render::Scene& scene, const BenchRenderOpt
   auto costs = measure_costs(large, repeats);
   if (!costs) return costs.error();
   report.costs = std::move(*costs);
-  auto adaptive = measure_adaptive(large, repeats);
-  if (!adaptive) return adaptive.error();
-  report.adaptive = std::move(*adaptive);
   return {};
 }
 
@@ -338,9 +335,7 @@ Result<io::Json> measure_live(const BenchRenderOptions& options, int width, int 
   if (auto ok = measure_motion(options.quick, report, console); !ok) return ok.error();
   console.end();
   std::cout << live_text(report);
-  if (report.costs) {
-    std::cout << '\n' << to_text(*report.costs) << '\n' << to_text(report.adaptive);
-  }
+  if (report.costs) std::cout << '\n' << to_text(*report.costs);
 
   console.begin("agreement with the reference");
   auto rows = agreement(*scene, console);

@@ -207,20 +207,6 @@ io::Json as_json(const CostTable& table) {
           {"changes", std::move(changes)}};
 }
 
-io::Json as_json(const AdaptiveCurve& curve) {
-  io::Json points = io::Json::array();
-  for (const auto& p : curve.points) {
-    points.push_back({{"step", p.step_voxels},
-                      {"adaptive_error", p.adaptive_error},
-                      {"cpu_ms", p.cpu_ms},
-                      {"samples", p.samples},
-                      {"rms", p.rms}});
-  }
-  return {{"scene", curve.scene},
-          {"points", std::move(points)},
-          {"fixed_over_adaptive", app::json_number(curve.fixed_over_adaptive)}};
-}
-
 void add_comparison(const RenderBenchReport& report, io::Json& json) {
   json["gl_device"] = report.gl_device;
   json["time"] = report.of_device ? "wall" : "process";
@@ -262,7 +248,7 @@ io::Json json_of(const BenchRenderReport& report) {
   add_comparison(report.comparison, json);
   json["ratios"] = ratios_of(report);
   json["default_quality"] = default_quality(report.comparison);
-  for (const char* key : {"interaction", "skip_bounds", "adaptive", "scene_costs"}) {
+  for (const char* key : {"interaction", "skip_bounds", "scene_costs"}) {
     json[key] = io::Json::array();
   }
   for (const char* key : {"transfer_function_edit", "costs"}) json[key] = nullptr;
@@ -273,10 +259,7 @@ io::Json json_of(const BenchRenderReport& report) {
                                       {"prepare_ms", report.edit->prepare_ms},
                                       {"frame_ms", report.edit->frame_ms}};
   }
-  if (report.costs) {
-    json["costs"] = as_json(*report.costs);
-    for (const auto& curve : report.adaptive) json["adaptive"].push_back(as_json(curve));
-  }
+  if (report.costs) json["costs"] = as_json(*report.costs);
   for (const auto& [scene, costs] : report.scene_costs) {
     json["scene_costs"].push_back({{"scene", scene}, {"costs", as_json(costs)}});
   }

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "app/report.hpp"
-#include "bench/render_adaptive.hpp"
 #include "bench/render_comparison.hpp"
 #include "bench/render_costs.hpp"
 #include "bench/render_live.hpp"
@@ -26,7 +25,6 @@ struct BenchRenderReport {
   std::vector<Interaction> interaction;
   std::optional<EditCost> edit;
   std::optional<CostTable> costs;
-  std::vector<AdaptiveCurve> adaptive;  ///< With costs.
   struct SceneCosts {
     std::string scene;
     CostTable costs;

@@ -220,7 +220,7 @@ Result<Affine> nrrd_affine(const ImageFile& file, Diagnostics& diagnostics,
   }
   if (!good) {
     return bad_field(file, "space directions",
-                     "three vectors of three finite numbers, of the axes in space",
+                     "three vectors of three finite numbers, one for each axis in space",
                      file.value("space directions"));
   }
   Affine affine = Affine::Zero();
@@ -253,9 +253,9 @@ bool is_of_pictures(const ImageFile& file) {
 
 Result<std::array<int, 3>> volume_size(ImageFile& file, int least_slices) {
   if (is_of_pictures(file)) {
-    return Error{ErrorCode::kUnsupportedData,
-                 file.path.string() +
-                     ": expected a volume, found a sequence of pictures (Seq_Frame fields)"};
+    return Error{
+        ErrorCode::kUnsupportedData,
+        file.path.string() + ": expected a volume, found a sequence of images (Seq_Frame fields)"};
   }
   if (file.sizes.size() == 4 && file.sizes[3] == 1 && file.format == "NRRD") file.sizes.pop_back();
   if (file.sizes.size() != 3 || file.components != 1) {

@@ -221,7 +221,7 @@ Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::p
     add_file(file, *meta, *parser, all[place->second]);
   }
   if (all.empty()) {
-    return Error{ErrorCode::kNotFound, name + ": expected DICOM pictures, found none in " +
+    return Error{ErrorCode::kNotFound, name + ": expected DICOM images, found none in " +
                                            std::to_string(files.size()) + " files"};
   }
   return all;
@@ -269,7 +269,7 @@ Result<DicomSeries> choose_series(std::vector<DicomSeries> all, const std::strin
          " slices without RescaleSlope and RescaleIntercept; their values are taken as HU");
   }
   if (best->localizers > 0) {
-    warn(std::to_string(best->localizers) + " overview pictures (LOCALIZER) left out");
+    warn(std::to_string(best->localizers) + " overview images (LOCALIZER) left out");
   }
   return std::move(*best);
 }

@@ -100,7 +100,7 @@ class Walker {
       at = element->value + element->size;
     }
     if (syntax == "1.2.840.10008.1.2.1.99") {
-      return fail("expected a transfer syntax that is not deflated, found one", at);
+      return fail("expected a transfer syntax that is not deflated, found a deflated one", at);
     }
     coding_.implicit = syntax == "1.2.840.10008.1.2";
     coding_.big_endian = syntax == "1.2.840.10008.1.2.2";

@@ -121,11 +121,12 @@ Result<void> HuBuilder::report(const std::string& name, const std::array<int, 3>
   if (fractions_ && span > 0 && span < kLeastSpan) {
     // The factor gives as many steps as 10 to 13 bits have.
     const double factor = std::pow(10, std::ceil(std::log10(1000 / span)));
-    return Error{ErrorCode::kUnsupportedData,
-                 name + ": expected voxels that may be rounded to whole numbers, found fractions " +
-                     "within only " + to_text(least_) + " to " + to_text(greatest_) +
-                     ": multiply them by " + to_text(factor) +
-                     ", and what is given in their units too"};
+    return Error{
+        ErrorCode::kUnsupportedData,
+        name +
+            ": expected voxels that can be rounded to whole numbers, found fractions from only " +
+            to_text(least_) + " to " + to_text(greatest_) + ": multiply them by " +
+            to_text(factor) + ", and every option that is in their unit"};
   }
   const auto say = [&](Severity severity, std::size_t count, const std::string& what) {
     if (count > 0) {
@@ -141,7 +142,8 @@ Result<void> HuBuilder::report(const std::string& name, const std::array<int, 3>
   // Values below air are usually padding too.
   say(lost_values() ? Severity::kWarning : Severity::kInfo, below_,
       "below " + least + " set to " + least +
-          (lost_values() && floor_ == kAirHu ? ": no CT? Add a constant to all of them" : ""));
+          (lost_values() && floor_ == kAirHu ? "; if this is not a CT, add a constant to all voxels"
+                                             : ""));
   say(Severity::kWarning, above_, "above " + most + " set to " + most);
   return {};
 }

@@ -93,7 +93,7 @@ class HeaderReader {
     return {ErrorCode::kMalformedData,
             file_.path().string() + ": header cut short: expected " +
                 (out_.format == "NRRD" ? "an empty line" : "ElementDataFile") +
-                ", found end of file"};
+                ", found the end of the file"};
   }
 
   /// Returns true when the line was the last of the header.
@@ -221,7 +221,7 @@ Result<void> check_claims(ImageFile& file) {
                  file.path.string() + ": sizes claim " + std::to_string(bytes) +
                      " bytes, expected at most " + std::to_string(kMostExpansion) +
                      " times the compressed data, found " + std::to_string(file.available_bytes) +
-                     " bytes of it"};
+                     " compressed bytes"};
   }
   return {};
 }
@@ -297,8 +297,8 @@ Result<std::vector<DataPart>> detached_parts(const ImageFile& file, std::string_
   const auto words = split_words(value);
   if (words.empty()) return bad_field(file, key, "a file name", value);
   if (words[0] == "LIST") {
-    return Error{ErrorCode::kUnsupportedData,
-                 file.path.string() + ": " + std::string(key) + ": lists of files are not handled"};
+    return Error{ErrorCode::kUnsupportedData, file.path.string() + ": " + std::string(key) +
+                                                  ": lists of files are not supported"};
   }
   if (words.size() < 3 || words[0].find('%') == std::string_view::npos) {
     auto part = detached_part(folder / std::string(value), skip_bytes);

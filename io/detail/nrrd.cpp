@@ -85,7 +85,7 @@ Result<void> read_nrrd_sizes(ImageFile& file) {
     }
   }
   if (file.sizes.size() < 2 || file.sizes.size() > 4) {
-    return bad_field(file, "sizes", "2 to 4 axes beside components", text);
+    return bad_field(file, "sizes", "2 to 4 axes besides the components", text);
   }
   return {};
 }

@@ -92,7 +92,7 @@ Result<void> validate(const LiveOptions& o) {
     return refuse("an odd patch_side of 5 to 21");
   }
   if (o.level.patches < 50) return refuse("at least 50 patches");
-  if (o.window < 1 || o.window > 30) return refuse("a window of 1 to 30 pictures");
+  if (o.window < 1 || o.window > 30) return refuse("a window of 1 to 30 images");
   if (o.mask_pictures < 1 || o.mask_pictures > 30) return refuse("1 to 30 mask_pictures");
   if (o.max_iterations < 1 || o.max_iterations > 50) return refuse("1 to 50 iterations");
   if (!positive(o.ridge)) return refuse("ridge > 0");
@@ -132,6 +132,11 @@ LiveRegistration::LiveRegistration(std::shared_ptr<const CtChannels> ct, const P
                                    const LiveOptions& options)
     : ct_(std::move(ct)), accepted_(accepted), options_(options), pose_(accepted) {
   accept(accepted);
+}
+
+void LiveRegistration::replace_ct(std::shared_ptr<const CtChannels> ct) {
+  NAV_CHECK(ct != nullptr);
+  ct_ = std::move(ct);
 }
 
 void LiveRegistration::accept(const Pose& pose) {
@@ -282,26 +287,26 @@ void LiveRegistration::judge(LiveUpdate& update, const TrackedFrame& picture) {
   text.precision(3);
   if (withdrawn_) {
     update.state = LiveState::kLost;
-    text << "the CT may be another patient's, register anew: expected "
-         << options_.evidence_pictures << " pictures to match at least "
-         << 100 * options_.min_distinctness << " % better where it lies than "
+    text << "the CT may be of another patient, register again: expected "
+         << options_.evidence_pictures << " images to match at least "
+         << 100 * options_.min_distinctness << " % better at the registered pose than "
          << options_.elsewhere_mm << " mm away, found " << 100 * *withdrawn_ << " %";
   } else if (unusable_ >= options_.lost_after) {
     update.state = LiveState::kLost;
-    text << "no picture matches the CT: expected a usable one in the last " << options_.lost_after
+    text << "no image matches the CT: expected a usable one in the last " << options_.lost_after
          << ", found none";
   } else if (update.displacement_mm > options_.jump_mm) {
     update.state = LiveState::kDrifted;
     text << "expected the tissue within " << options_.jump_mm
-         << " mm of where it was accepted, found " << update.displacement_mm << " mm";
+         << " mm of its accepted position, found " << update.displacement_mm << " mm";
   } else if (update.mean_displacement_mm > options_.drift_mm) {
     update.state = LiveState::kDrifted;
-    text << "expected the mean position over " << options_.drift_s << " s within "
-         << options_.drift_mm << " mm of where it was accepted, found "
-         << update.mean_displacement_mm << " mm";
+    text << "expected the mean position of the tissue over " << options_.drift_s << " s within "
+         << options_.drift_mm << " mm of the accepted one, found " << update.mean_displacement_mm
+         << " mm";
   } else if (unusable_ > 0) {
     update.state = LiveState::kHolding;
-    text << "expected a picture that matches the CT, found " << update.patches
+    text << "expected an image that matches the CT, found " << update.patches
          << " patches with a cost of " << update.cost;
   }
   update.cause = text.str();
@@ -310,7 +315,7 @@ void LiveRegistration::judge(LiveUpdate& update, const TrackedFrame& picture) {
 Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& picture) {
   const Timestamp now = picture.frame.acquired;
   if (newest_ && now <= *newest_) {
-    return Error{ErrorCode::kUsage, "live registration: expected a picture after " +
+    return Error{ErrorCode::kUsage, "live registration: expected an image after " +
                                         std::to_string(to_seconds(*newest_)) + " s, found " +
                                         std::to_string(to_seconds(now)) + " s"};
   }

@@ -106,6 +106,8 @@ class LiveRegistration {
   [[nodiscard]] const Pose& accepted() const { return accepted_; }
   /// Sets a new accepted registration and clears the alarm.
   void accept(const Pose& pose);
+  /// A larger part of the same CT, prepared in the same way. Precondition: ct.
+  void replace_ct(std::shared_ptr<const CtChannels> ct);
 
  private:
   struct Picture {

@@ -100,8 +100,8 @@ Result<MovingRegistration> register_moving(const Volume& ct, const Sweep& sweep,
                                            const std::function<bool(double fraction)>& progress) {
   if (phases.size() != sweep.frames().size()) {
     return Error{ErrorCode::kUsage, "phases: expected one for each of " +
-                                        std::to_string(sweep.frames().size()) +
-                                        " pictures, found " + std::to_string(phases.size())};
+                                        std::to_string(sweep.frames().size()) + " images, found " +
+                                        std::to_string(phases.size())};
   }
   const auto evidence = motion_evidence(ct, sweep, common, solver.mask, kLevels);
   if (!evidence) return evidence.error();
@@ -131,8 +131,8 @@ Decision decide(const MovingRegistration& moving, const AcceptanceLimits& limits
   if (!(moving.settled_mm <= kMaxSettlingMm)) {
     std::ostringstream text;
     text.precision(3);
-    text << "pose at rest: expected at most " << kMaxSettlingMm
-         << " mm from where the phases put it, found " << moving.settled_mm << " mm";
+    text << "pose at rest: expected it within " << kMaxSettlingMm
+         << " mm of the pose from the phases of the breath, found " << moving.settled_mm << " mm";
     decision.refuse(text.str());
   }
   return decision;

@@ -130,11 +130,12 @@ void choose(const CrossCheck& check, const PhaseOptions& options, PhaseResult& r
       result.gain_sigmas >= options.min_gain_sigmas && share >= options.min_gain_share;
   std::ostringstream text;
   text.precision(3);
-  text << (result.supported ? "moves with the breath" : "rigid") << ": breaths that were left out "
-       << "gained " << 100 * share << " % and " << result.gain_sigmas
-       << " standard errors by a motion with the breath";
+  text << (result.supported ? "moves with the breath" : "rigid")
+       << ": in breaths left out of the fit, motion with the breath reduced the cost by "
+       << 100 * share << " % (" << result.gain_sigmas << " standard errors)";
   if (!result.supported) {
-    text << ", expected " << 100 * options.min_gain_share << " % and " << options.min_gain_sigmas;
+    text << ", expected at least " << 100 * options.min_gain_share << " % ("
+         << options.min_gain_sigmas << ')';
   }
   result.reason = text.str();
 }
@@ -142,14 +143,14 @@ void choose(const CrossCheck& check, const PhaseOptions& options, PhaseResult& r
 Result<void> check_phases(const PatchSet& patches, std::span<const double> phases) {
   for (std::size_t i = 0; i < phases.size(); ++i) {
     if (std::isnan(phases[i]) || (phases[i] >= 0 && phases[i] < 1)) continue;
-    return Error{ErrorCode::kUsage, "phase of picture " + std::to_string(i) +
+    return Error{ErrorCode::kUsage, "phase of image " + std::to_string(i) +
                                         ": expected [0, 1) or NaN, found " +
                                         std::to_string(phases[i])};
   }
   for (const Patch& p : patches.patches) {
     if (static_cast<std::size_t>(p.frame) < phases.size()) continue;
-    return Error{ErrorCode::kUsage, "phases: expected one for each picture, found " +
-                                        std::to_string(phases.size()) + " and a patch of picture " +
+    return Error{ErrorCode::kUsage, "phases: expected one for each image, found " +
+                                        std::to_string(phases.size()) + " and a patch of image " +
                                         std::to_string(p.frame)};
   }
   return {};
@@ -159,20 +160,20 @@ Result<void> check_pictures(const PhasePictures& level, int parts, const PhaseOp
   if (static_cast<int>(level.pictures.size()) < options.min_pictures) {
     return Error{ErrorCode::kRefused, "registration by phase: expected at least " +
                                           std::to_string(options.min_pictures) +
-                                          " pictures with patches and a phase, found " +
+                                          " images with patches and a phase, found " +
                                           std::to_string(level.pictures.size())};
   }
   const auto refuse = [](const std::string& expected, double gap) {
-    return Error{ErrorCode::kRefused, "registration by phase: expected " + expected +
-                                          ", found none in " +
-                                          std::to_string(std::lround(100 * gap)) + " % of it"};
+    return Error{ErrorCode::kRefused,
+                 "registration by phase: expected " + expected + ", found none in " +
+                     std::to_string(std::lround(100 * gap)) + " % of a breath"};
   };
   if (const double gap = longest_gap(level.all()); gap > options.max_gap) {
-    return refuse("pictures of the whole breath", gap);
+    return refuse("images of the whole breath", gap);
   }
   for (int part = 0; part < parts; ++part) {
     if (const double gap = longest_gap(level.without(part)); gap > options.max_gap) {
-      return refuse("two breaths, as one judges the other, and pictures of the whole of each", gap);
+      return refuse("images of two whole breaths (each checks the other)", gap);
     }
   }
   return {};
@@ -198,7 +199,7 @@ Result<PhaseResult> refine(const std::vector<PhasePictures>& levels, const Pose&
   const PhaseFit start{common, centre_of(finest.pictures, common), Eigen::MatrixXd::Zero(6, 1)};
   const Rivals whole = fit_whole(levels, start, options);
   const Error not_finite{ErrorCode::kNumerical,
-                         "registration by phase: expected a finite similarity of every picture"};
+                         "registration by phase: expected a finite similarity of every image"};
   if (!whole.finite()) return not_finite;
   CrossCheck check;
   std::vector<PhaseMotion> unseen;

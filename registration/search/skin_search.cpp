@@ -130,7 +130,7 @@ class Patience {
     if (cancelled_) return Error{ErrorCode::kCancelled, what + "cancelled by the caller"};
     if (!late()) return {};
     std::ostringstream text;
-    text << what << "expected a place within the time limit of " << limit_s_ << " s, found none";
+    text << what << "expected a position within the time limit of " << limit_s_ << " s, found none";
     return Error{ErrorCode::kTimeout, text.str()};
   }
 
@@ -272,7 +272,7 @@ Result<ImageRegistrationResult> register_on_skin(
   if (poses.empty()) {
     return Error{ErrorCode::kRefused,
                  "registration without a start pose: expected skin in " + ct.name() +
-                     " that the sweep fits on" +
+                     " on which the sweep fits" +
                      (search_options.marker_towards ? " with its marker as declared" : "") +
                      ", found none"};
   }
@@ -301,8 +301,8 @@ Result<ImageRegistrationResult> register_on_skin(
   }
   if (ends.empty()) {
     return patience.error().value_or(
-        Error{ErrorCode::kRefused, "registration without a start pose: expected a place in " +
-                                       ct.name() + " that the sweep shows, found none"});
+        Error{ErrorCode::kRefused, "registration without a start pose: expected a position in " +
+                                       ct.name() + " that the sweep matches, found none"});
   }
   auto best = best_of(std::move(ends), prepared->points(), rivals.margin);
   // Positions that were not reached in time might have been better.

@@ -40,7 +40,7 @@ Result<void> validate(const SkinSearchOptions& options);
 /// options.time_limit_s limits the whole search. If it ends the search before a position was found,
 /// the result is kTimeout; later it ends with the best result so far, which decide() rejects.
 /// Errors: those of register_sweep(); kTimeout; kRefused if the CT shows no skin on which the sweep
-/// fits, held as the options say.
+/// fits in a position that \p search allows.
 Result<ImageRegistrationResult> register_on_skin(
     const Volume& ct, const Sweep& sweep, const ImageRegistrationOptions& options,
     const SkinSearchOptions& search, Diagnostics& diagnostics,

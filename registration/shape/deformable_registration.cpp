@@ -116,10 +116,10 @@ Result<void> check_extent(const CtBox& box, double spacing_mm) {
   const double points = SplineField::control_points_over(box, spacing_mm);
   if (points <= SplineField::kMostControlPoints) return {};
   std::ostringstream text;
-  text << "deformable registration: expected patches within reach of "
+  text << "deformable registration: expected patches that at most "
        << SplineField::kMostControlPoints << " control points " << spacing_mm
-       << " mm apart, found them over " << (box.high - box.low).transpose() << " mm, which takes "
-       << points;
+       << " mm apart cover, found patches over " << (box.high - box.low).transpose()
+       << " mm, which need " << points;
   return Error{ErrorCode::kRefused, text.str()};
 }
 
@@ -149,9 +149,9 @@ Result<DeformableResult> choose(const DeformedCost& cost, const Choices& choices
   text.precision(3);
   const double share = 1 - result.held_out_deformed / std::max(result.held_out_rigid, 1e-12);
   if (!(result.gain_sigmas >= options.min_gain_sigmas && share >= options.min_gain_share)) {
-    text << "rigid: pictures that were left out gained " << 100 * share << " % and "
-         << result.gain_sigmas << " standard errors by a deformation, expected "
-         << 100 * options.min_gain_share << " % and " << options.min_gain_sigmas;
+    text << "rigid: in images left out of the fit, a deformation reduced the cost by "
+         << 100 * share << " % (" << result.gain_sigmas << " standard errors), expected at least "
+         << 100 * options.min_gain_share << " % (" << options.min_gain_sigmas << ')';
     result.reason = text.str();
     return result;
   }
@@ -168,7 +168,7 @@ Result<DeformableResult> choose(const DeformedCost& cost, const Choices& choices
     return result;
   }
   if (!(result.min_determinant >= options.min_determinant)) {
-    text << "rigid: the deformation squeezes tissue to " << result.min_determinant
+    text << "rigid: the deformation compresses tissue to " << result.min_determinant
          << " of its volume, expected at least " << options.min_determinant;
     result.reason = text.str();
     return result;
@@ -177,9 +177,10 @@ Result<DeformableResult> choose(const DeformedCost& cost, const Choices& choices
   result.supported = true;
   result.bending_energy_mm = all.field.bending_energy_mm();
   result.final_cost = mean_cost(cost, &result.field);
-  text << "deformable: pictures that were left out gained " << 100 * share << " % and "
-       << result.gain_sigmas << " standard errors; volumes change to no less than "
-       << result.min_determinant;
+  text << "deformable: in images left out of the fit, the deformation reduced the cost by "
+       << 100 * share << " % (" << result.gain_sigmas
+       << " standard errors); it compresses tissue to no less than " << result.min_determinant
+       << " of its volume";
   result.reason = text.str();
   return result;
 }
@@ -211,7 +212,7 @@ Result<DeformableResult> refine_deformable(const CtChannels& ct, const PatchSet&
   const Choices choices = choices_of(patches);
   if (choices.pictures < kMinPictures) {
     return Error{ErrorCode::kRefused,
-                 "deformable registration: expected at least 4 pictures with patches, found " +
+                 "deformable registration: expected at least 4 images with patches, found " +
                      std::to_string(choices.pictures)};
   }
   const DeformedCost cost(ct, patches, ct_from_reference, options);

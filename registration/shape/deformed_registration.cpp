@@ -44,7 +44,7 @@ Result<Volume> bent_ct(const Volume& ct, const SplineField& field) {
       }
     }
   });
-  return Volume::create(grid, std::move(hu), ct.name() + ", bent");
+  return Volume::create(grid, std::move(hu), ct.name() + ", deformed");
 }
 
 Result<DeformedRegistration> register_deformed(
@@ -75,9 +75,9 @@ Decision decide(const DeformedRegistration& deformed, const AcceptanceLimits& li
   AcceptanceLimits bent = limits;
   bent.max_cost = std::min(bent.max_cost, kMaxBentCost);
   Judge judge(decide(*deformed.in_bent_ct, bent, target));
-  judge.at_most("pose in the bent CT, from the common one", deformed.settled_mm, kMaxSettlingMm,
-                kMaxSettlingMm, " mm");
-  judge.at_most("disagreement of the deformations of odd and even pictures",
+  judge.at_most("distance between the poses in the deformed and the original CT",
+                deformed.settled_mm, kMaxSettlingMm, kMaxSettlingMm, " mm");
+  judge.at_most("disagreement of the deformations of odd and even images",
                 deformed.tissue.halves_disagreement_mm, kMaxHalvesMm, kMaxHalvesMm, " mm");
   return std::move(judge).decision();
 }

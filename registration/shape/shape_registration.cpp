@@ -33,6 +33,8 @@ Error refuse(ErrorCode code, const std::string& expected, const std::string& fou
   return {code, "shape registration: expected " + expected + ", found " + found};
 }
 
+Error cancelled() { return {ErrorCode::kCancelled, "shape registration: cancelled by the caller"}; }
+
 /// An even choice of at most count points.
 ReferencePoints some_of(std::span<const Point<frames::Reference>> points, std::size_t count) {
   const std::size_t stride = std::max<std::size_t>(1, (points.size() + count - 1) / count);
@@ -82,12 +84,12 @@ class ShapeRegistrar {
   Result<ShapeRegistration> run() {
     std::vector<ShapeSolution> found = coarse_solutions();
     if (!stopped_) hold_what_slides(found);
-    if (stopped_) return refuse(ErrorCode::kCancelled, "to go on", "the caller's cancel");
+    if (stopped_) return cancelled();
     found.erase(
         found.begin() + static_cast<std::ptrdiff_t>(std::min(found.size(), kFinishedShapes)),
         found.end());
     for (ShapeSolution& one : found) {
-      if (stopped()) return refuse(ErrorCode::kCancelled, "to go on", "the caller's cancel");
+      if (stopped()) return cancelled();
       const int before = one.iterations;
       one = descend(points_, shape_, one.pose, options_, options_.max_rounds);
       one.iterations += before;
@@ -261,7 +263,7 @@ Result<ShapeRegistration> register_points(std::span<const Point<frames::Referenc
   const bool spread = std::any_of(points.begin(), points.end(), [&](const auto& p) {
     return (p.mm - points.front().mm).norm() > kMinSpreadMm;
   });
-  if (!spread) return refuse(ErrorCode::kRefused, "points over 1 mm apart", "one place");
+  if (!spread) return refuse(ErrorCode::kRefused, "points over 1 mm apart", "one position");
   return ShapeRegistrar(points, shape, initial, options, keep_going).run();
 }
 

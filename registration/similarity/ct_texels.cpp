@@ -445,8 +445,8 @@ Result<TexelLattice> lattice_over(const Volume& ct, const CtBox& box, double sig
       const double gap = std::max(low[axis] - last, -high[axis]) * grid.spacing_mm[axis];
       std::ostringstream text;
       text << std::fixed << std::setprecision(1) << ct.name()
-           << ": expected the sweep to overlap the CT, found it wholly outside along "
-           << "axis " << axis << ", " << gap << " mm beyond what a search about its pose reaches";
+           << ": expected the sweep to overlap the CT, found it entirely outside along axis "
+           << axis << ", " << gap << " mm beyond the reach of the search about its pose";
       return Error{ErrorCode::kRefused, text.str()};
     }
     const int from = static_cast<int>(std::floor(std::max(low[axis], 0.0)));

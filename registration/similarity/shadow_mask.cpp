@@ -313,7 +313,7 @@ Result<void> check_outline(const SectorOutline& outline, const std::string& name
 Result<void> check_geometry(const Sweep& sweep) {
   for (std::size_t i = 0; i < sweep.frames().size(); ++i) {
     const UltrasoundFrame& frame = sweep.frames()[i].frame;
-    const std::string name = "sweep frame " + std::to_string(i) + ": ";
+    const std::string name = "sweep image " + std::to_string(i) + ": ";
     if (const auto ok = nav::validate(frame.grid); !ok) {
       return Error{ok.error().code, name + ok.error().message};
     }
@@ -321,7 +321,7 @@ Result<void> check_geometry(const Sweep& sweep) {
     const double height_mm = frame.pixels.height() * frame.grid.mm_per_pixel.col(1).norm();
     if (!(std::max(width_mm, height_mm) <= kWidestPictureMm)) {
       std::ostringstream text;
-      text << name << "expected a picture of at most " << kWidestPictureMm
+      text << name << "expected an image of at most " << kWidestPictureMm
            << " mm along either side, found one of " << width_mm << " x " << height_mm
            << " mm: is the size of its pixels in mm?";
       return Error{ErrorCode::kMalformedData, text.str()};
@@ -359,8 +359,8 @@ Result<std::vector<Image2d<std::uint8_t>>> shadow_masks(const Sweep& sweep,
   for (std::size_t i = 1; i < frames.size(); ++i) {
     if (!same_geometry(first, frames[i].frame)) {
       return Error{ErrorCode::kMalformedData,
-                   "sweep frame " + std::to_string(i) +
-                       ": expected the pixel grid and outline of frame 0, found others"};
+                   "sweep image " + std::to_string(i) +
+                       ": expected the pixel grid and outline of image 0, found others"};
     }
   }
   const ScanGeometry geometry = scan_geometry(first, options.line_spacing_mm);

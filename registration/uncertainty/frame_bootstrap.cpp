@@ -180,9 +180,9 @@ FrameBootstrap frame_bootstrap(const LocalShape& shape, const BootstrapOptions& 
   out.block = draws.block();
   out.places = draws.blocks();
   if (out.pictures < kLeastPictures) {
-    out.fault = too_few("pictures with patches", kLeastPictures, out.pictures);
+    out.fault = too_few("images with patches", kLeastPictures, out.pictures);
   } else if (out.places < kLeastPlaces) {
-    out.fault = too_few("places that pictures were taken at", kLeastPlaces, out.places);
+    out.fault = too_few("positions at which images were acquired", kLeastPlaces, out.places);
   } else {
     out.fault = all.fault;
   }
@@ -201,9 +201,9 @@ FrameBootstrap frame_bootstrap(const LocalShape& shape, const BootstrapOptions& 
     }
   }
   if (out.unsolved > kMostUnsolved * options.replicates) {
-    out.fault = "expected pictures drawn anew to determine the pose, found " +
+    out.fault = "expected resampled images to determine the pose, found " +
                 std::to_string(out.unsolved) + " of " + std::to_string(options.replicates) +
-                " draws that do not";
+                " samples that do not";
     out.twists.clear();
   }
   out.valid = out.fault.empty();

@@ -61,7 +61,7 @@ struct FrameBootstrap {
   int places = 0;    ///< Number of blocks in the images; 0 if no bootstrap was requested.
   int unsolved = 0;  ///< Replicates that do not determine the pose; they have no twist.
   bool valid = false;
-  std::string fault = "not asked for";  ///< One sentence; empty when valid.
+  std::string fault = "not requested";  ///< One sentence; empty when valid.
 
   /// Mean outer product of the twists; zero unless valid.
   [[nodiscard]] PoseUncertainty uncertainty() const;

@@ -284,8 +284,7 @@ Witnesses witnesses_of(const LocalShape& shape, const PatchSet& patches, const P
 std::string picture_direction(const std::vector<double>& along) {
   if (along.empty()) return "in any direction";
   constexpr double kMostly = 0.9;
-  constexpr const char* kNames[] = {"across the pictures", "in depth",
-                                    "out of the pictures' plane"};
+  constexpr const char* kNames[] = {"across the images", "in depth", "out of the image plane"};
   for (std::size_t axis = 0; axis < along.size(); ++axis) {
     if (std::abs(along[axis]) > kMostly) return kNames[axis];
   }
@@ -294,7 +293,7 @@ std::string picture_direction(const std::vector<double>& along) {
   for (std::size_t axis = 0; axis < along.size(); ++axis) {
     text << (axis == 0 ? "" : ", ") << along[axis];
   }
-  text << ") of the pictures' axes";
+  text << ") of the image axes";
   return text.str();
 }
 
@@ -308,23 +307,23 @@ std::string fault_in_words(const Misfit& misfit) {
   };
   switch (misfit.cause) {
     case MisfitCause::kDelay:
-      return any ? "any delay between pictures and poses"
-                 : "a delay between pictures and poses below " + size(1000) + " ms";
+      return any ? "any delay between images and poses"
+                 : "a delay between images and poses below " + size(1000) + " ms";
     case MisfitCause::kPixelSize:
-      return any ? "pixels of any wrong size" : "pixels less than " + size(100) + " % off";
+      return any ? "any error of the pixel size"
+                 : "an error of the pixel size below " + size(100) + " %";
     case MisfitCause::kCalibration:
-      return "a calibration of the probe off by " +
-             (any ? "any amount" : "less than " + size(1) + " mm") + ' ' +
-             picture_direction(misfit.unnoticed_along) +
-             " (which a needle that is tracked by itself would be off by)";
+      return "a probe calibration error " + (any ? "of any size" : "below " + size(1) + " mm") +
+             ' ' + picture_direction(misfit.unnoticed_along) +
+             " (a needle with its own tracker would be wrong by as much)";
     case MisfitCause::kMotion:
-      return any ? "a patient who moves"
-                 : "a patient who moves by less than " + size(1) + " mm RMS";
+      return any ? "any motion of the patient"
+                 : "motion of the patient below " + size(1) + " mm RMS";
     case MisfitCause::kBend:
       break;
   }
-  return any ? "tissue that lies otherwise than in the CT"
-             : "tissue that lies otherwise than in the CT by less than " + size(1) + " mm RMS";
+  return any ? "any tissue deformation relative to the CT"
+             : "tissue deformation below " + size(1) + " mm RMS relative to the CT";
 }
 
 }  // namespace
@@ -385,30 +384,30 @@ std::string in_words(const Misfit& misfit) {
   text.precision(2);
   switch (misfit.cause) {
     case MisfitCause::kDelay:
-      text << "pictures and poses of different moments";
+      text << "a delay between images and poses";
       if (values.size() == 1) {
-        text << " (pictures about " << 10 * std::lround(std::abs(100 * values[0])) << " ms "
+        text << " (images about " << 10 * std::lround(std::abs(100 * values[0])) << " ms "
              << (values[0] > 0 ? "later than their poses: lower"
                                : "earlier than their poses: raise")
              << " --temporal-offset-ms)";
       }
       break;
     case MisfitCause::kPixelSize:
-      text << "pixels of another size, or another speed of sound";
+      text << "a wrong pixel size or speed of sound";
       if (values.size() == 2) {
-        text << std::showpos << " (" << 100 * values[0] << " % deep, " << 100 * values[1]
-             << " % wide; calibrate the probe)";
+        text << std::showpos << " (" << 100 * values[0] << " % in depth, " << 100 * values[1]
+             << " % in width; recalibrate the probe)";
       }
       break;
     case MisfitCause::kCalibration:
-      text << "pictures that lie elsewhere on the probe (calibrate it)";
+      text << "a probe calibration error (recalibrate the probe)";
       break;
     case MisfitCause::kMotion:
-      text << "a patient who moved while the sweep was taken (sweep while the breath is held, or "
-              "give --breath-period)";
+      text << "motion of the patient during the sweep (sweep during a breath hold, or give "
+              "--breath-period)";
       break;
     case MisfitCause::kBend:
-      text << "tissue that lies otherwise than in the CT (try --deformable)";
+      text << "tissue deformed relative to the CT (try --deformable)";
       break;
   }
   return text.str();
@@ -428,7 +427,7 @@ double telling_excess_mm(const std::vector<Misfit>& misfits) {
 std::string unnoticed_in_words(const std::vector<Misfit>& misfits) {
   std::ostringstream text;
   for (const Misfit& misfit : misfits) {
-    text << (text.tellp() == 0 ? "this sweep would not show " : ", ") << fault_in_words(misfit);
+    text << (text.tellp() == 0 ? "this sweep cannot show " : ", ") << fault_in_words(misfit);
   }
   return text.str();
 }

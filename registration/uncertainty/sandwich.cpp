@@ -173,7 +173,7 @@ std::string curvature_fault(const Matrix6d& hessian) {
   std::ostringstream fault;
   fault << "the sweep does not determine the " << describe(eigen.vectors.col(0)) << ": ";
   if (weakest < 0) {
-    fault << "the pose is no minimum of the cost along it";
+    fault << "the pose is not a minimum of the cost along it";
   } else {
     fault << "expected a curvature ratio above " << kMinCurvatureRatio << ", found "
           << (strongest > 0 ? weakest / strongest : weakest);
@@ -211,7 +211,7 @@ Disagreement disagreement(const LocalShape& shape, const PatchSet& patches,
   const std::vector<int> order(frames.begin(), frames.end());
   // Images are thinned by the distance between them.
   if (order.size() == 1) {
-    return unknown("expected pictures with patches at two places or more, found one place");
+    return unknown("expected images with patches at two or more positions, found one position");
   }
   std::array<Vector6d, 2> gradient{Vector6d::Zero(), Vector6d::Zero()};
   std::array<double, 2> weight{0, 0};

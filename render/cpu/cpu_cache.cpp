@@ -68,8 +68,6 @@ void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
     integrals_ = march_integrals(*table_, volume_->low_hu(), volume_->high_hu());
   }
   cell_edge_ = 0;
-  const auto adaptive = adaptive_step(scene, *table_);
-  if (adaptive) make_cells(*adaptive, threads);
   if (!scene.quality.skip_empty_bricks) return;
   if (!bricks_) bricks_ = make_brick_grid(*ct_, threads);
   if (scene.projection != Projection::kComposite) {
@@ -77,7 +75,7 @@ void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
     return;
   }
   if (!distances_) make_leaps(threads);
-  if (!adaptive) find_visible_cells(scene.quality, threads);
+  find_visible_cells(scene.quality, threads);
   if (with_cutaway && importance_.empty()) {
     importance_ = brick_importance(*bricks_, *table_, threads);
     importance_.resize(importance_.size() + kBrickTail);
@@ -136,20 +134,11 @@ void CpuCache::forget_visible_cells() {
   rays_ = 0;
 }
 
-void CpuCache::make_cells(const AdaptiveStep& adaptive, int threads) {
-  if (cells_of_ == adaptive) return;
-  if (!bricks_) bricks_ = make_brick_grid(*ct_, threads);
-  cells_ = brick_cells(*bricks_, *table_, adaptive, threads);
-  cells_.resize(cells_.size() + kBrickTail);
-  cells_of_ = adaptive;
-}
-
 void CpuCache::take_volume(const Scene& scene, int threads) {
   volume_.emplace(*scene.ct, threads);
   ct_ = scene.ct;
   bricks_.reset();
   part_ranges_.reset();
-  cells_of_.reset();
   distances_.reset();
   forget_visible_cells();
   importance_.clear();
@@ -160,7 +149,6 @@ void CpuCache::take_transfer(const Scene& scene) {
   transfer_ = scene.transfer;
   table_.emplace(scene.transfer);
   entries_ = march_entries(*table_);
-  cells_of_.reset();
   distances_.reset();
   forget_visible_cells();
   importance_.clear();

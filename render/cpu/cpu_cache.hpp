@@ -11,7 +11,6 @@
 
 #include "render/cpu/cpu_transfer.hpp"
 #include "render/cpu/cpu_volume.hpp"
-#include "render/quality/adaptive_step.hpp"
 #include "render/scene.hpp"
 #include "render/skipping/brick_grid.hpp"
 #include "render/skipping/visible_cells.hpp"
@@ -49,14 +48,11 @@ class CpuCache {
   [[nodiscard]] const BrickShell& shell() const { return shell_; }
   /// Empty until a scene with a cutaway requests skipping.
   [[nodiscard]] const std::vector<std::uint8_t>& importance() const { return importance_; }
-  /// See MarchInputs::brick_cells, for the last scene with an adaptive step.
-  [[nodiscard]] const std::vector<std::uint8_t>& cells() const { return cells_; }
   /// See MarchInputs::brick_range. Empty until a projection requests skipping.
   [[nodiscard]] const std::vector<std::int32_t>& ranges() const { return ranges_; }
 
  private:
   void make_leaps(int threads);
-  void make_cells(const AdaptiveStep& adaptive, int threads);
   void find_visible_cells(const Quality& quality, int threads);
   void forget_visible_cells();
   void take_volume(const Scene& scene, int threads);
@@ -79,8 +75,6 @@ class CpuCache {
   std::uint64_t rays_ = 0;  ///< Number of rays cast of this volume with this transfer function.
   std::vector<std::uint8_t> importance_;
   std::vector<std::int32_t> ranges_;
-  std::vector<std::uint8_t> cells_;
-  std::optional<AdaptiveStep> cells_of_;  ///< The step that cells_ were computed for.
 };
 
 }  // namespace nav::render

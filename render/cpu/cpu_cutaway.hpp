@@ -65,7 +65,7 @@ struct CutChoice {
 struct CutBlock {
   float origin[3];  ///< On the ray, at the foot of the reference point.
   float direction[3];
-  float corner_origin[4][3];  ///< Of the four outermost rays, at their feet.
+  float corner_origin[4][3];  ///< Origins of the four outermost rays, at their feet.
   float corner_direction[4][3];
   float foot;   ///< Distance from the ray's origin to its foot, mm.
   float eye;    ///< Equal to foot; 0 in orthographic views.

@@ -30,7 +30,7 @@ using Clock = std::chrono::steady_clock;
 Result<void> check_size(const Volume& volume) {
   if (CpuVolume::fits(volume.grid())) return {};
   return Error{ErrorCode::kUnsupportedData,
-               volume.name() + ": expected fewer than 2^31 voxels with their border, found " +
+               volume.name() + ": expected fewer than 2^31 voxels including a border, found " +
                    std::to_string(volume.grid().voxel_count()) + " without it"};
 }
 

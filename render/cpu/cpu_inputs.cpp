@@ -6,8 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "render/quality/adaptive_step.hpp"
-
 namespace nav::render {
 namespace {
 
@@ -61,7 +59,6 @@ void set_grid(const Scene& scene, const CpuCache& cache, MarchInputs& in) {
 
 void set_bricks(const Scene& scene, const CpuCache& cache, const MarchKey& key, MarchInputs& in) {
   if (cache.bricks()) std::copy_n(cache.bricks()->count.data(), 3, in.bricks);
-  if (key.cells == MarchCells::kAdaptive) in.brick_cells = cache.cells().data();
   if (!scene.quality.skip_empty_bricks) return;
   if (scene.projection != Projection::kComposite) {
     in.brick_range = cache.ranges().data();
@@ -74,8 +71,7 @@ void set_bricks(const Scene& scene, const CpuCache& cache, const MarchKey& key, 
   in.brick_leap = cache.leaps().data();
   if (scene.quality.step_voxels <= kLongestCellOverParts) in.brick_parts = cache.parts().data();
   if (key.cells == MarchCells::kVisible) in.visible_cells = cache.visible_cells();
-  const bool in_runs =
-      key.classify == MarchClassify::kPreIntegrated && key.cells != MarchCells::kAdaptive;
+  const bool in_runs = key.classify == MarchClassify::kPreIntegrated;
   in.cells_per_look =
       in_runs ? cells_per_look_in_runs(scene.quality) : cells_per_look(scene.quality);
   // A run without visible cells costs little, and brick tests cannot skip the other runs.
@@ -174,11 +170,7 @@ RayInputs ray_inputs(const Scene& scene, double first_sample) {
 
 MarchKey march_key(const Scene& scene, const CpuCache& cache, bool with_cutaway) {
   MarchKey key{MarchClassify::kPreIntegrated, MarchShade::kNone, with_cutaway, MarchCells::kAll};
-  if (adaptive_step(scene, cache.table())) {
-    key.cells = MarchCells::kAdaptive;
-  } else if (cache.visible_cells() != nullptr) {
-    key.cells = MarchCells::kVisible;
-  }
+  if (cache.visible_cells() != nullptr) key.cells = MarchCells::kVisible;
   if (cache.table().rows() > 1) {
     key.classify = MarchClassify::kWindows;
   } else if (scene.quality.classification == Classification::kPostClassified) {

@@ -6,7 +6,6 @@
 
 #include "render/cpu/cpu_kernel_leap.hpp"
 #include "render/cpu/cpu_kernel_part.hpp"
-#include "render/cpu/cpu_kernel_segment.hpp"
 #include "render/cpu/cpu_kernel_shades.hpp"
 #include "render/cpu/cpu_kernel_steps.hpp"
 
@@ -27,7 +26,6 @@ class Marcher {
   using Classified = CellColour<V>;
   static constexpr bool kPre = kClassify == MarchClassify::kPreIntegrated;
   static constexpr bool kWindows = kClassify == MarchClassify::kWindows;
-  static constexpr bool kAdaptive = kCells == MarchCells::kAdaptive;
 
  public:
   Marcher(const MarchInputs& inputs, RayPacket& rays, int lane, MarchCounts& counts)
@@ -52,7 +50,6 @@ class Marcher {
     M active = V::both(V::less(begin_, end_), V::less(alpha_, opaque));
     if (!V::any(active)) return;
     Leaper<V, kPre, kFade> leaper(sampler_, rays_, lane_, cell);
-    Segments<V> segments(sampler_, cell);
     const bool skipping = in_.brick_leap != nullptr;
     M fresh = active;  // Lanes whose value at the begin of the cell is unknown.
     // Lanes enter bricks at different times. A brick test for each of them would cost more than
@@ -70,13 +67,9 @@ class Marcher {
         }
         until_look = patience * in_.cells_per_look;
       }
-      if constexpr (kAdaptive) {
-        const M single = kFade ? V::less(cell, fading_.t2) : V::none();
-        cells_ = segments.cells(cell, begin_, end_, active, single);
-      }
       int run = 1;
       if constexpr (kPre) {
-        if (!kAdaptive) run = skipping && until_look < kMarchRun ? until_look : kMarchRun;
+        run = skipping && until_look < kMarchRun ? until_look : kMarchRun;
         add_run(cell, run, active, fresh);
       } else {
         add_cell(cell, active);
@@ -92,16 +85,14 @@ class Marcher {
   }
 
  private:
-  /// Length of a run, in cells. A run of 1 is the segment.
-  [[nodiscard]] F cells(int run) const {
-    return run == 1 ? cells_ : V::set(static_cast<float>(run));
-  }
+  /// Length of a run, in cells.
+  static F cells(int run) { return V::set(static_cast<float>(run)); }
 
   void add_cell(F cell, M active) {
     Part part;
     part.cell = cell;
     part.t_a = V::max(cell, begin_);
-    part.t_b = V::min(V::add(cell, cells_), end_);
+    part.t_b = V::min(V::add(cell, V::set(1.0F)), end_);
     part.bow = V::set(0.0F);
     part.active = active;
     if constexpr (kCells == MarchCells::kVisible) {
@@ -150,7 +141,7 @@ class Marcher {
       if constexpr (kShade == MarchShade::kNone) blend(parts[i]);
     }
     if constexpr (kShade != MarchShade::kNone) {
-      shades_.shade(parts, run, cells_);
+      shades_.shade(parts, run);
       for (int i = 0; i < run; ++i) {
         if (parts[i].shows) blend(parts[i]);
       }
@@ -265,15 +256,13 @@ class Marcher {
       // Only the first cell of a run can be cut at its front.
       if (V::any(V::both(part.active, cut_a))) front_classified_ = front_faded_ = false;
     }
-    M bowed = V::both(V::negate(cut), V::less(V::set(1.5F), part.cell));
-    if constexpr (kAdaptive) bowed = V::both(bowed, V::less(cells_, V::set(1.5F)));
+    const M bowed = V::both(V::negate(cut), V::less(V::set(1.5F), part.cell));
     // A bow has no effect if both ends are invisible.
     const M may_bow = V::both(bowed, V::less(V::set(in_.invisible_up_to_hu), V::max(v0, v1)));
     set_before(part.cell, V::both(part.active, may_bow), fresh);
     const F rise_before = V::sub(v0, before_);
     part.bow = V::mask(bowed, V::mul(V::sub(rise_before, rise), V::set(1.0F / 12)));
     before_ = v0;
-    if constexpr (kAdaptive) before_at_ = part.cell;
   }
 
   /// Computes the integrals of a pre-integrated part, if it shows.
@@ -301,13 +290,9 @@ class Marcher {
 
   /// Sets before_ to the value at the lattice point in front of a cell, in lanes that need it.
   void set_before(F cell, M needed, M fresh) {
-    const F there = V::sub(cell, V::set(1.0F));
-    M unknown = V::both(needed, fresh);
-    if constexpr (kAdaptive) {
-      unknown = V::both(needed, V::either(fresh, V::less(before_at_, there)));
-    }
+    const M unknown = V::both(needed, fresh);
     if (!V::any(unknown)) return;
-    before_ = V::select(unknown, sampler_.value(there), before_);
+    before_ = V::select(unknown, sampler_.value(V::sub(cell, V::set(1.0F))), before_);
     counts_.samples += static_cast<std::uint64_t>(V::count(unknown));
   }
 
@@ -408,7 +393,7 @@ class Marcher {
       if (!V::any(shaded)) return;
     }
     if constexpr (kPre) {
-      shades_.find_places(part, cells_, shaded);
+      shades_.find_places(part, shaded);
     } else {
       shades.places = 1;
       shades.open[0] = shaded;
@@ -457,14 +442,12 @@ class Marcher {
   F end_;
   F rgb_[3];
   F alpha_;
-  F cells_ = V::set(1.0F);        ///< Length of the segment, in cells: 1 without kAdaptive.
   F front_{};                     ///< HU at the begin of the cell.
   bool front_known_ = false;      ///< front_ is valid.
   M front_seen_{};                ///< Lanes in which the begin of the cell lies in a visible cell.
   M counted_ = V::none();         ///< Lanes in which the sample front_ is already counted.
-  F before_{};                    ///< HU at the begin of the previous cell or segment.
+  F before_{};                    ///< HU at the begin of the previous cell.
   bool before_known_ = false;     ///< before_ is valid, except in lanes that have leapt.
-  F before_at_{};                 ///< Position of before_; only with kAdaptive.
   typename V::Integral ends_[2];  ///< Integrals at the ends of the cell.
   int front_end_ = 0;
   bool front_classified_ = false;  ///< ends_[front_end_] is the integral at front_.

@@ -25,11 +25,6 @@ March composite_cells(const MarchKey& key) {
       return march_with<V, kClassify, kShade, kFade, MarchCells::kAll>;
     case MarchCells::kVisible:
       return march_with<V, kClassify, kShade, kFade, MarchCells::kVisible>;
-    case MarchCells::kAdaptive:
-      if constexpr (kClassify == MarchClassify::kPreIntegrated) {
-        return march_with<V, kClassify, kShade, kFade, MarchCells::kAdaptive>;
-      }
-      break;
   }
   return nullptr;
 }

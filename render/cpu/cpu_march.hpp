@@ -70,9 +70,6 @@ struct MarchInputs {
   /// Greatest importance of samples that may be visible in a brick, in steps of 1/254 rounded up;
   /// 255: 1. Null without a cutaway. Readable 3 bytes past the end.
   const std::uint8_t* brick_importance;
-  /// Greatest number of cells of a brick that may be taken as one: brick_cells(). Null: single
-  /// cells. Readable 3 bytes past the end.
-  const std::uint8_t* brick_cells;
   const std::int32_t* brick_range;  ///< Least HU in the lower, greatest HU in the upper 16 bits.
                                     ///< For projections.
   int bricks[3];
@@ -178,9 +175,8 @@ struct MarchCounts {
 
 enum class MarchClassify { kPreIntegrated, kPostClassified, kWindows };
 enum class MarchShade { kNone, kPhong, kGooch };
-/// Cells that a march takes: all; those of MarchInputs::visible_cells; or several as one, only with
-/// kPreIntegrated.
-enum class MarchCells { kAll, kVisible, kAdaptive };
+/// Cells that a march takes: all, or those of MarchInputs::visible_cells.
+enum class MarchCells { kAll, kVisible };
 enum class MarchProject { kMaximum, kMinimum, kMean };
 
 /// Properties that a march is compiled for. Features that a scene does not have cost nothing.
@@ -229,6 +225,5 @@ MarchSet portable_marches();
 // Call these through cpu_marches(), because they need AVX2 and FMA, or x86-64-v4.
 MarchSet avx2_marches();
 MarchSet avx512_marches();
-MarchSet avx512_gathers_marches();  ///< Loads voxels by gathers.
 
 }  // namespace nav::render

@@ -6,6 +6,6 @@
 
 namespace nav::render {
 
-MarchSet avx512_marches() { return march_set<SamplingAvx512<VoxelsByLane>>(); }
+MarchSet avx512_marches() { return march_set<SamplingAvx512>(); }
 
 }  // namespace nav::render

@@ -10,7 +10,7 @@ namespace nav::render {
 
 /// The marches of the CPU engine, compiled for one instruction set.
 struct CpuMarches {
-  const char* name;  ///< "AVX-512 with gathers", "AVX-512", "AVX2" or "portable".
+  const char* name;  ///< "AVX-512", "AVX2" or "portable".
   MarchSet rays;
   PredicateMarchSet predicates;
 };

@@ -4,12 +4,11 @@
 
 #include "render/cpu/cpu_lanes_avx512.hpp"
 
-/// Two ways in which sixteen lanes load their voxels from CpuVolume. The faster one differs between
-/// processors (ADR 34, 44).
+/// Loads of the voxels of sixteen lanes from CpuVolume.
 namespace nav::render {
 namespace {
 
-/// Loads lane by lane, then joins and transposes.
+/// Loads lane by lane, then joins and transposes: gathers are slower on many processors.
 class VoxelsByLane {
   using F = Avx512::F;
 
@@ -47,47 +46,13 @@ class VoxelsByLane {
   Avx512::Lanes lanes_;
 };
 
-/// Loads by gathers of two words.
-class VoxelsByGathers {
-  using F = Avx512::F;
-
- public:
-  explicit VoxelsByGathers(Avx512::I at)
-      : low_(_mm512_castsi512_si256(at.v)), high_(_mm512_extracti64x4_epi64(at.v, 1)) {}
-
-  /// See VoxelsByLane.
-  __attribute__((always_inline)) void cell(const std::int32_t* p, int distance, F* words) const {
-    two(p, words);
-    two(p + distance, words + 2);
-  }
-  __attribute__((always_inline)) void row(const std::int32_t* p, F* words) const {
-    cell(p, 2, words);
-  }
-
- private:
-  __attribute__((always_inline)) void two(const std::int32_t* p, F* words) const {
-    const __m512i even =
-        _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
-    const __m512i odd =
-        _mm512_setr_epi32(1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
-    const __m512i first = _mm512_i32gather_epi64(low_, p, sizeof(std::int32_t));
-    const __m512i second = _mm512_i32gather_epi64(high_, p, sizeof(std::int32_t));
-    words[0] = _mm512_castsi512_ps(_mm512_permutex2var_epi32(first, even, second));
-    words[1] = _mm512_castsi512_ps(_mm512_permutex2var_epi32(first, odd, second));
-  }
-
-  __m256i low_;   ///< Offsets of the first eight lanes.
-  __m256i high_;  ///< Offsets of the other lanes.
-};
-
-/// Avx512 with loads of voxels. Voxels: one of the classes above.
-template <class Voxels>
+/// Avx512 with loads of voxels.
 struct SamplingAvx512 : Avx512 {
   /// Voxels at `at` and at + 1 of CpuVolume, and those one row, one slice, and both further.
   __attribute__((always_inline)) static void load_cells(const std::int32_t* p, int slice, I at,
                                                         F (*rows)[2]) {
     F words[4];
-    Voxels(at).cell(p, slice, words);
+    VoxelsByLane(at).cell(p, slice, words);
     for (int z = 0; z < 2; ++z) {
       for (int x = 0; x < 2; ++x) {
         rows[2 * z][x] = low_half(_mm512_castps_si512(words[2 * z + x]));
@@ -100,7 +65,7 @@ struct SamplingAvx512 : Avx512 {
   /// lanes, needed or not.
   static void differences(const std::int32_t* voxels, int row, int slice, I base, const F* w,
                           M /*needed*/, F* g) {
-    const Voxels from(base);
+    const VoxelsByLane from(base);
     F words[4];
     F ends[4][2];  // Rows of the cell at x and x + 1: in the slice before and in the slice after.
     from.cell(voxels - slice, 3 * slice, words);

@@ -8,8 +8,8 @@
 namespace nav::render {
 namespace {
 
-/// Avx512 with the integer logic that predicates need.
-struct LogicAvx512 : Avx512 {
+/// Avx512 with the operations that predicate_kernel.hpp needs.
+struct PredicateAvx512 : Avx512 {
   static I load_int(const std::int32_t* p, I at) { return {_mm512_i32gather_epi32(at.v, p, 4)}; }
   static void store_int(std::int32_t* p, I a) { _mm512_storeu_si512(p, a.v); }
   static M has_bits(I a, I mask) { return {_mm512_test_epi32_mask(a.v, mask.v)}; }
@@ -103,15 +103,10 @@ struct LogicAvx512 : Avx512 {
     }
     transpose(four, out);
   }
-};
-
-/// The operations that predicate_kernel.hpp needs. Voxels: a class of cpu_voxels_avx512.hpp.
-template <class Voxels>
-struct PredicateAvx512 : LogicAvx512 {
   __attribute__((always_inline)) static void load_cell_words(const std::int32_t* p, int slice, I at,
                                                              I* words) {
     F found[4];
-    Voxels(at).cell(p, slice, found);
+    VoxelsByLane(at).cell(p, slice, found);
     for (int i = 0; i < 4; ++i) words[i] = {_mm512_castps_si512(found[i])};
   }
 };

@@ -144,6 +144,5 @@ PredicateMarchSet portable_predicate_marches();
 // See avx2_marches() and the others.
 PredicateMarchSet avx2_predicate_marches();
 PredicateMarchSet avx512_predicate_marches();
-PredicateMarchSet avx512_gathers_predicate_marches();
 
 }  // namespace nav::render

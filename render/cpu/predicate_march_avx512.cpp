@@ -5,8 +5,6 @@
 
 namespace nav::render {
 
-PredicateMarchSet avx512_predicate_marches() {
-  return {predicate_march<PredicateAvx512<VoxelsByLane>>};
-}
+PredicateMarchSet avx512_predicate_marches() { return {predicate_march<PredicateAvx512>}; }
 
 }  // namespace nav::render

@@ -81,7 +81,7 @@ struct Sum {
 
 Result<void> check(std::span<const SweepPlane> planes, double reach_mm) {
   if (planes.empty()) {
-    return Error{ErrorCode::kUsage, "scan lines of a sweep: expected pictures, found none"};
+    return Error{ErrorCode::kUsage, "scan lines of a sweep: expected images, found none"};
   }
   if (!(reach_mm > 0 && reach_mm <= 100)) {
     std::ostringstream text;
@@ -91,10 +91,10 @@ Result<void> check(std::span<const SweepPlane> planes, double reach_mm) {
   for (std::size_t n = 0; n < planes.size(); ++n) {
     const Eigen::Vector2d extent = planes[n].high_mm - planes[n].low_mm;
     if (extent.x() > 0 && extent.y() > 0) continue;
-    return Error{ErrorCode::kMalformedData, "scan lines of a sweep: expected corners of picture " +
-                                                std::to_string(n) + " apart, found " +
-                                                std::to_string(extent.x()) + " x " +
-                                                std::to_string(extent.y()) + " mm"};
+    return Error{ErrorCode::kMalformedData,
+                 "scan lines of a sweep: expected an extent above 0 x 0 mm of image " +
+                     std::to_string(n) + ", found " + std::to_string(extent.x()) + " x " +
+                     std::to_string(extent.y()) + " mm"};
   }
   return {};
 }

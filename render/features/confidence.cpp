@@ -55,9 +55,9 @@ Error not_converged(const std::string& name, const ConfidenceOptions& options,
   if (std::isfinite(report.estimated_error)) {
     text << report.estimated_error;
   } else {
-    text << "none known";
+    text << "an unknown one";
   }
-  text << " after " << report.iterations;
+  text << " after " << report.iterations << " iterations";
   return {ErrorCode::kNumerical, text.str()};
 }
 

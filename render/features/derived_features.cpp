@@ -50,9 +50,9 @@ Result<void> check_lines(const PredicateScene& predicates, const VoxelGrid& grid
   }
   if (std::holds_alternative<VoxelScan>(*scan) && depth_of(predicates) == nullptr &&
       name == feature::kConfidence) {
-    return Error{ErrorCode::kMalformedData,
-                 "confidence: expected the depth of every voxel beside the direction of its scan "
-                 "line, found no feature depth"};
+    return Error{
+        ErrorCode::kMalformedData,
+        "confidence: expected the feature depth beside the scan-line directions, found none"};
   }
   return validate(*scan, grid);
 }

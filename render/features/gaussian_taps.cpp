@@ -55,8 +55,8 @@ Result<void> check_reach(const FilterReach& filter, const VoxelGrid& grid,
   const double reach = filter.truncate * filter.sigma_mm / grid.spacing_mm.minCoeff();
   if (reach <= kMaxVoxels) return {};
   std::ostringstream text;
-  text << name << ": expected " << filter.option << " such that filters reach at most "
-       << kMaxVoxels << " voxels, found " << filter.found_mm << " mm, which reaches " << reach;
+  text << name << ": expected filters of at most " << kMaxVoxels << " voxels, found " << reach
+       << " voxels for " << filter.option << " " << filter.found_mm << " mm";
   return Error{ErrorCode::kUsage, text.str()};
 }
 

@@ -156,9 +156,8 @@ int LayerModel::layer_at(const Eigen::Vector3d& voxel) const {
 Result<LabelVolume> LayerModel::rasterise(const VoxelGrid& grid, const RunOptions& run) const {
   const std::string name = "layer labels";
   if (grid.size != surfaces_.front().grid_size()) {
-    return Error{ErrorCode::kUsage, name +
-                                        ": expected the grid that the surfaces were made for, "
-                                        "found one of another size"};
+    return Error{ErrorCode::kUsage,
+                 name + ": expected a grid of the size of the surfaces' grid, found another size"};
   }
   if (auto ok = check_memory(name, grid.voxel_count(), 4, run.memory_limit); !ok) return ok.error();
   const int axis = surfaces_.front().axis();

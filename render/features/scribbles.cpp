@@ -23,7 +23,7 @@ Result<void> check_numbers(const Stroke& stroke) {
   }
   const Eigen::Vector3d& normal = stroke.plane_normal.v;
   if (!normal.allFinite() || !(normal.cwiseAbs().maxCoeff() > 1e-12)) {
-    return refuse("a finite plane normal of some length", normal.transpose());
+    return refuse("a finite plane normal that is not zero", normal.transpose());
   }
   if (!(stroke.radius_mm > 0 && stroke.radius_mm <= 1000)) {
     return refuse("radius_mm in (0, 1000]", stroke.radius_mm);
@@ -72,8 +72,8 @@ Result<void> check(const Stroke& stroke, const VoxelGrid& grid) {
     if (off_mm <= allowed_mm + kRoundingMm) continue;
     std::ostringstream text;
     text << "scribble: expected points within " << allowed_mm
-         << " mm, half its thickness, of the slice through the first one, found point " << n + 1
-         << " at (" << p.transpose() << "), " << off_mm << " mm off it";
+         << " mm (half the thickness) of the slice through the first point, found point " << n + 1
+         << " at (" << p.transpose() << "), " << off_mm << " mm away";
     return Error{ErrorCode::kUsage, text.str()};
   }
   return {};

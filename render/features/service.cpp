@@ -171,12 +171,12 @@ struct DerivedVolumes::State {
       return compute(*job->request, how);
     } catch (const std::bad_alloc&) {
       return Error{ErrorCode::kUnavailable,
-                   job->request->volume.name() +
-                       ": expected enough memory for a derived volume, found too little"};
+                   job->request->volume.name() + ": out of memory for a derived volume"};
     } catch (...) {
       job->thrown = std::current_exception();
-      return Error{ErrorCode::kUnavailable,
-                   job->request->volume.name() + ": expected a derived volume, found an exception"};
+      return Error{
+          ErrorCode::kUnavailable,
+          job->request->volume.name() + ": an exception ended the computation of a derived volume"};
     }
   }
 };

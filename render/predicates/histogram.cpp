@@ -58,7 +58,7 @@ Result<PredicateHistogram> PredicateHistogram::create(std::vector<Bar> bars) {
   }
   if (!bars.empty() && !(sum_of(bars) > 0)) {
     return Error{ErrorCode::kMalformedData,
-                 "predicates: expected an importance above 0, found 0 of every predicate"};
+                 "predicates: expected an importance above 0, found 0 for every predicate"};
   }
   PredicateHistogram out;
   out.bars_ = std::move(bars);

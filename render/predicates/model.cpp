@@ -54,7 +54,7 @@ class Checker {
   Result<void> visit(const PredicateExpression& e, int depth) {
     const std::string& name = path_.front();
     if (depth > kDeepestCombination) {
-      return malformed_predicates(name + ": expected combinations at most " +
+      return malformed_predicates(name + ": expected combinations nested at most " +
                                   std::to_string(kDeepestCombination) + " deep, found deeper ones");
     }
     if (e.op == Operator::kKind) return check_values(name, e);
@@ -136,8 +136,8 @@ Result<void> validate(const PredicateModel& model) {
   std::set<std::string> names;
   for (const PredicateEntry& entry : model.entries) {
     if (entry.name.empty() || !names.insert(entry.name).second) {
-      return malformed_predicates(
-          "predicates: expected a name of its own for each entry, found \"" + entry.name + "\"");
+      return malformed_predicates("predicates: expected a unique name for each entry, found \"" +
+                                  entry.name + "\"");
     }
   }
   Checker checker(model);

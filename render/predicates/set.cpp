@@ -26,7 +26,8 @@ std::string size_text(const VoxelGrid& grid) {
 Result<void> check_grid(const std::string& name, const VoxelGrid& found, const VoxelGrid& wanted) {
   if (same_grid(found, wanted)) return {};
   return malformed_predicates("feature " + name + ": expected the grid of the volume, " +
-                              size_text(wanted) + " voxels, found another of " + size_text(found));
+                              size_text(wanted) + " voxels, found another grid of " +
+                              size_text(found));
 }
 
 }  // namespace
@@ -121,7 +122,7 @@ class PredicateSetBuilder {
     }
     if (set_.leaves_.size() == kMostLeaves) {
       return malformed_predicates("predicates: expected at most " + std::to_string(kMostLeaves) +
-                                  " different ones in all combinations together, found more");
+                                  " different predicates in all combinations together, found more");
     }
     push(set_.leaves_.size());
     return read(entry.name + ": " + e.name, **kind, std::move(values));

@@ -10,7 +10,6 @@
 #include "nav/stopwatch.hpp"
 #include "render/engine.hpp"
 #include "render/parallel.hpp"
-#include "render/quality/adaptive_step.hpp"
 #include "render/reference/reference_predicates.hpp"
 #include "render/spec/ray_spec.hpp"
 #include "render/surfaces.hpp"
@@ -71,20 +70,6 @@ struct Prepared {
                        table.rows() == 1) {
     if (s.predicates) predicates.emplace(s);
     if (has_two_volumes(s)) second.emplace(s);
-    if (const auto adaptive = adaptive_step(s, table)) {
-      bricks = make_brick_grid(*s.ct, 0);
-      cells = brick_cells(bricks, table, *adaptive, 0);
-    }
-  }
-  /// The brick of an index, clamped to the box.
-  [[nodiscard]] std::size_t brick_at(const Vec3& index) const {
-    std::size_t brick = 0;
-    for (int axis = 2; axis >= 0; --axis) {
-      const double last = scene.ct->grid().size[static_cast<std::size_t>(axis)] - 1;
-      const auto voxel = static_cast<std::size_t>(std::clamp(index[axis], 0.0, last));
-      brick = brick * static_cast<std::size_t>(bricks.count[axis]) + voxel / kBrickVoxels;
-    }
-    return brick;
   }
 
   const Scene& scene;
@@ -96,8 +81,6 @@ struct Prepared {
   bool pre_integrated;
   std::optional<ReferencePredicates> predicates{};
   std::optional<SecondVolume> second{};
-  BrickGrid bricks{};                 ///< Only with an adaptive step.
-  std::vector<std::uint8_t> cells{};  ///< brick_cells(); only with an adaptive step.
 };
 
 /// Casts one ray at a time; keeps the state of the current one.
@@ -137,7 +120,6 @@ class Caster {
     double v_a;
     double v_b;
     double k;        ///< Begin of the whole cell, in cells.
-    int cells;       ///< Length in cells: 1, or that of the segment.
     double bow = 0;  ///< HU; spec::bow_of().
   };
   /// A classified cell. The importance is set only with emphasis.
@@ -231,57 +213,38 @@ class Caster {
     if (ct_first) p_.second->predicates.march(ray, part, light, counts_.samples);
   }
 
-  /// Number of cells from k on that form one segment: adaptive_step.hpp.
-  [[nodiscard]] int cells_from(double k, double begin, double end) const {
-    const double h = p_.step_mm;
-    const double t = (k + shift_) * h;
-    if (p_.cells.empty() || t < begin || t < span_.t2) return 1;
-    const std::size_t brick = p_.brick_at(index_at(k));
-    int m = 1;
-    while (m < p_.cells[brick] && (k + m + 1 + shift_) * h <= end &&
-           p_.brick_at(index_at(k + m + 1)) == brick) {
-      ++m;
-    }
-    return m;
-  }
-
-  /// Calls visit(k, cells, part begin, part end) for every cell, or group of cells, of a part of
-  /// the ray; t in mm.
+  /// Calls visit(k, part begin, part end) for every cell of a part of the ray; t in mm.
   template <class Visit>
   void for_each_cell(double begin, double end, const Visit& visit) {
     if (!(end > begin)) return;
     const double h = p_.step_mm;
-    int m = 1;
-    for (double k = std::floor(begin / h - shift_); (k + shift_) * h < end; k += m) {
-      m = cells_from(k, begin, end);
+    for (double k = std::floor(begin / h - shift_); (k + shift_) * h < end; k += 1) {
       const double t_a = std::max((k + shift_) * h, begin);
-      const double t_b = std::min((k + m + shift_) * h, end);
-      if (t_b > t_a) visit(k, m, t_a, t_b);
+      const double t_b = std::min((k + 1 + shift_) * h, end);
+      if (t_b > t_a) visit(k, t_a, t_b);
     }
   }
 
   void march(double begin, double end) {
     double last_k = std::numeric_limits<double>::quiet_NaN();
     double last_value = 0;
-    double before_k = last_k;  // Begin of the previous segment.
+    double before_k = last_k;  // Begin of the previous cell.
     double before_value = 0;
-    for_each_cell(begin, end, [&](double k, int m, double t_a, double t_b) {
-      Cell cell{t_a, t_b, 0, 0, k, m};
+    for_each_cell(begin, end, [&](double k, double t_a, double t_b) {
+      Cell cell{t_a, t_b, 0, 0, k};
       if (p_.pre_integrated) {
         const double v0 = k == last_k ? last_value : sample(index_at(k));
-        const double v1 = sample(index_at(k + m));
-        last_k = k + m;
+        const double v1 = sample(index_at(k + 1));
+        last_k = k + 1;
         last_value = v1;
         const bool whole = t_a == (k + shift_) * p_.step_mm && t_b == (k + 1 + shift_) * p_.step_mm;
-        if (m == 1 && whole && k >= bow_from_) {
+        if (whole && k >= bow_from_) {
           const double before = k - 1 == before_k ? before_value : sample(index_at(k - 1));
           cell.bow = spec::bow_of(before, v0, v1);
         }
         before_k = k;
         before_value = v0;
-        const auto value = [&](double t) {
-          return v0 + (t / p_.step_mm - k - shift_) / m * (v1 - v0);
-        };
+        const auto value = [&](double t) { return v0 + (t / p_.step_mm - k - shift_) * (v1 - v0); };
         cell.v_a = value(t_a);
         cell.v_b = value(t_b);
       } else {
@@ -300,9 +263,9 @@ class Caster {
     const double opacity = -std::expm1(-c.tau_per_mm * (cell.t_b - cell.t_a));
     const double share = spec::shaded_share(c.importance, scene_.shading);
     if (scene_.shading.enabled && share > 0) {
-      const int n = p_.pre_integrated ? spec::shades_of((1 - alpha_) * opacity,
-                                                        cell.cells * scene_.quality.step_voxels)
-                                      : 1;
+      const int n = p_.pre_integrated
+                        ? spec::shades_of((1 - alpha_) * opacity, scene_.quality.step_voxels)
+                        : 1;
       Vec3 sum = Vec3::Zero();
       for (int j = 0; j < n; ++j) {
         ++counts_.gradients;
@@ -316,9 +279,7 @@ class Caster {
   }
 
   /// Index of the position w in the whole cell, 0 at its begin and 1 at its end.
-  [[nodiscard]] Vec3 place_in(const Cell& cell, double w) const {
-    return index_at(cell.k + w * cell.cells);
-  }
+  [[nodiscard]] Vec3 place_in(const Cell& cell, double w) const { return index_at(cell.k + w); }
 
   [[nodiscard]] bool needs_importance() const {
     return scene_.shading.enabled && scene_.shading.emphasis > 0;
@@ -380,7 +341,7 @@ class Caster {
     double most = -std::numeric_limits<double>::infinity();
     double least = std::numeric_limits<double>::infinity();
     double sum = 0;
-    for_each_cell(in.begin, in.end, [&](double k, int, double t_a, double t_b) {
+    for_each_cell(in.begin, in.end, [&](double k, double t_a, double t_b) {
       const double v = sample(index_at(k + 0.5));
       most = std::max(most, v);
       least = std::min(least, v);

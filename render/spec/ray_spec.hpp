@@ -34,12 +34,11 @@
 ///   pre-integrated: mean(va, vb, bow); post-classified: at(v).
 /// The bow of a whole cell between lattice points k and k + 1 comes from the parabola through the
 /// values at k - 1, k and k + 1. It is the mean of the parabola over the cell minus the mean of the
-/// line: bow_of(). The bow is 0 for a cell that is cut and for several cells taken as one. It is
-/// also 0 unless k - 1 lies behind the lattice point at or in front of the entry into the box.
+/// line: bow_of(). The bow is 0 for a cell that is cut. It is also 0 unless k - 1 lies behind the
+/// lattice point at or in front of the entry into the box.
 /// Without the bow, all errors of a ray have one sign, and noise is drawn too faint.
 /// A transfer function with gradient windows is always post-classified, with the gradient at the
 /// middle.
-/// With quality.adaptive_error several cells may be taken as one: adaptive_step.hpp.
 ///
 /// Cutaway (ray_spec_cutaway.hpp). A part that begins in front of T2 has the visibilities
 /// V_a = visibility(I(va), Omega(a)) and V_b at its ends. If they differ by at most kFadeVaries,

@@ -111,7 +111,7 @@ Result<std::vector<float>> skin_distance_of(const Volume& ct) {
   const auto body = std::ranges::count(outside, std::uint8_t{0});
   if (body == 0) {
     return Error{ErrorCode::kMalformedData,
-                 "patient of a CT: expected a body in '" + ct.name() + "', found air only"};
+                 "patient of a CT: expected a body in '" + ct.name() + "', found only air"};
   }
   const auto half = static_cast<float>(0.5 * ct.grid().spacing_mm.minCoeff());
   const std::vector<float> from_body = chamfer(ct, outside, false);

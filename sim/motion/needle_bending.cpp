@@ -66,7 +66,7 @@ Result<NeedleBending> bending_aside(const NeedleBending& bending, double path_mm
   }
   if (!(aside_mm >= 0 && aside_mm <= kMostAsideShare * path_mm)) {
     std::ostringstream text;
-    text << "needle bending: expected 0 to " << kMostAsideShare * path_mm
+    text << "needle bending: expected a sideways distance of 0 to " << kMostAsideShare * path_mm
          << " mm (a fifth of the path), found " << aside_mm << " mm";
     return Error{ErrorCode::kUsage, text.str()};
   }

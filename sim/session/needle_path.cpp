@@ -100,8 +100,8 @@ Result<NeedlePlan> needle_path(const Anatomy& patient,
   }
   if (plan) return *plan;
   return Error{ErrorCode::kUsage, patient.name() +
-                                      ": expected a needle's way from the skin beside the probe to "
-                                      "a target that meets neither bone nor gas, found none"};
+                                      ": expected a needle path from the skin beside the probe to "
+                                      "a target, free of bone and gas, found none"};
 }
 
 }  // namespace nav::sim

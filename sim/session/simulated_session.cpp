@@ -132,7 +132,7 @@ class SessionFrames final : public ImageStream {
     const FrameTruth truth = session_.truth(index_);
     const Timestamp received = truth.physical + timing.latency;
     if (received > deadline) {
-      return Error{ErrorCode::kTimeout, std::string(kName) + "nothing more by the deadline"};
+      return Error{ErrorCode::kTimeout, std::string(kName) + "no image before the deadline"};
     }
     const NeedleShaft needle = session_.needle()
                                    ? NeedleShaft(session_.needle()->shaft_ct(truth.physical))
@@ -183,11 +183,11 @@ Result<void> validate(const SimulatedSessionOptions& o) {
   };
   if (!(o.duration_s > 0 && o.duration_s <= 3600)) return refuse("a duration of 0 to 3600 s");
   if (!(o.frame_rate_hz > 0 && o.frame_rate_hz <= 1000))
-    return refuse("0 to 1000 pictures a second");
-  if (!(o.duration_s * o.frame_rate_hz >= 1)) return refuse("at least two pictures");
+    return refuse("0 to 1000 images per second");
+  if (!(o.duration_s * o.frame_rate_hz >= 1)) return refuse("at least two images");
   // An image cannot arrive before its time stamp.
   if (o.image_timing.latency < std::max(o.image_timing.stamp_offset, Duration(0))) {
-    return refuse("a picture latency >= 0 and >= the stamp offset");
+    return refuse("an image latency >= 0 and >= the stamp offset");
   }
   for (const Result<void>& part :
        {validate(path_options(o)), validate(o.probe), validate(o.timing), validate(o.breathing),

@@ -36,7 +36,7 @@ Result<void> validate(const ElectromagneticTrackerOptions& o) {
     }
     steep += kSteepest * d.peak_mm.norm() / d.radius_mm;
   }
-  if (!(steep < 0.5)) return refuse("distorters that are together less steep than 0.5");
+  if (!(steep < 0.5)) return refuse("distorters with a sum of slopes below 0.5");
   return {};
 }
 

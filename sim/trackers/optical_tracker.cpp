@@ -58,7 +58,7 @@ Result<void> validate(const OpticalTrackerOptions& o) {
   for (const OpticalMarker& m : o.markers) {
     if (!m.position_mm.allFinite() || !(m.normal.norm() > 0.1)) return refuse("finite markers");
   }
-  if (!(width_of(o.markers) > 5)) return refuse("markers that do not lie on one line");
+  if (!(width_of(o.markers) > 5)) return refuse("markers that are not on one line");
   return {};
 }
 

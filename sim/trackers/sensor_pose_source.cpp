@@ -78,7 +78,7 @@ Result<RawPose> SensorPoseSource::next(Deadline deadline) {
     return Error{ErrorCode::kEndOfStream, std::string(kName) + "the recording time has ended"};
   }
   if (next_arrival() > deadline) {
-    return Error{ErrorCode::kTimeout, std::string(kName) + "nothing more by the deadline"};
+    return Error{ErrorCode::kTimeout, std::string(kName) + "no sample before the deadline"};
   }
   return poses_[position_++];
 }

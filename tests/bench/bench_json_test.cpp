@@ -7,9 +7,9 @@
 namespace nav::bench {
 namespace {
 
-TEST(BenchJsonTest, WhatWasNotMeasuredIsEmptyOrNullButThere) {
+TEST(BenchJsonTest, KeysWithoutMeasurementsAreEmptyOrNull) {
   const io::Json json = json_of(BenchRenderReport{});
-  for (const char* key : {"interaction", "skip_bounds", "adaptive"}) {
+  for (const char* key : {"interaction", "skip_bounds"}) {
     ASSERT_TRUE(json.contains(key)) << key;
     EXPECT_EQ(json[key], io::Json::array()) << key;
   }
@@ -22,7 +22,7 @@ TEST(BenchJsonTest, WhatWasNotMeasuredIsEmptyOrNullButThere) {
   EXPECT_TRUE(skipping["bit_identical"].is_null());
 }
 
-TEST(BenchJsonTest, PicturesThatSkippingChangesAreTold) {
+TEST(BenchJsonTest, SaysWhetherSkippingChangedTheImage) {
   for (const bool identical : {true, false}) {
     BenchRenderReport report;
     SkipRatio ratio;

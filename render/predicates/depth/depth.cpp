@@ -31,7 +31,7 @@ class Depth final : public PredicateKind {
  public:
   [[nodiscard]] std::string name() const override { return "depth"; }
   [[nodiscard]] std::string description() const override {
-    return "Distance from the probe's face along the scan line within a range.";
+    return "Distance from the probe's face along the scan line, within a range.";
   }
   [[nodiscard]] std::vector<PredicateParameter> parameters() const override {
     return {{"low_mm", "mm", -1e4, 1e4, 0}, {"high_mm", "mm", -1e4, 1e4, 30}};

@@ -65,7 +65,7 @@ class GradientAngle final : public PredicateKind {
  public:
   [[nodiscard]] std::string name() const override { return "gradient_angle"; }
   [[nodiscard]] std::string description() const override {
-    return "Angle between the gradient and the scan line within a range; 0: brighter with depth.";
+    return "Angle between the gradient and the scan line, within a range; 0: brighter with depth.";
   }
   [[nodiscard]] std::vector<PredicateParameter> parameters() const override {
     return {{"low_rad", "rad", 0, M_PI, 0},

@@ -15,7 +15,7 @@ class Label final : public PredicateKind {
  public:
   [[nodiscard]] std::string name() const override { return "label"; }
   [[nodiscard]] std::string description() const override {
-    return "Labelled with at least one bit of a mask, at the nearest voxel.";
+    return "The nearest voxel is labelled with at least one bit of a mask.";
   }
   [[nodiscard]] std::vector<PredicateParameter> parameters() const override {
     return {{"mask", "1", 1, 4294967295.0, 1}};

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Looks and galleries, as a user asks for them.
+// Appearances and galleries on the command line.
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
@@ -17,7 +17,7 @@
 namespace nav::app {
 namespace {
 
-TEST_F(CommandLineTest, OptionsOfTheCutawayWinOverALookThatHasNone) {
+TEST_F(CommandLineTest, OptionsOfTheCutawayOverrideAnAppearanceWithoutOne) {
   const std::string arguments = replay_arguments(write_sweep());
   const auto look = (folder_ / "look.json").string();
   ASSERT_EQ(sonde(arguments + " --no-cutaway --save-look " + look).code, 0);
@@ -31,7 +31,7 @@ TEST_F(CommandLineTest, OptionsOfTheCutawayWinOverALookThatHasNone) {
   }
 }
 
-TEST_F(CommandLineTest, LooksThatCannotBeAreUsageErrors) {
+TEST_F(CommandLineTest, InvalidAppearancesAreUsageErrors) {
   expect_refusal("demo --out x --shading flat", 2, {"look.style", "phong or gooch", "flat"});
   expect_refusal("demo --out x --emphasis 2", 2, {"look.emphasis", "2"});
   expect_refusal("demo --out x --projection mip", 2, {"look.projection", "mip"});
@@ -42,7 +42,7 @@ TEST_F(CommandLineTest, LooksThatCannotBeAreUsageErrors) {
   expect_refusal("demo --out x --importance a:b=c", 2, {"--importance", "'a:b=c'"});
 }
 
-TEST_F(CommandLineTest, OptionsOfTheLookAreResolvedIntoTheSession) {
+TEST_F(CommandLineTest, AppearanceOptionsEnterTheSession) {
   const auto session = folder_ / "session.toml";
   std::ofstream(session) << "[plan]\nentry_mm = [0,-9,0]\ntarget_mm = [0,0,0]\n"
                             "target_radius_mm = 4\n";
@@ -63,7 +63,7 @@ TEST_F(CommandLineTest, OptionsOfTheLookAreResolvedIntoTheSession) {
   EXPECT_NE(off.output.find("shading = false"), std::string::npos) << off.output;
 }
 
-TEST_F(CommandLineTest, TheWindowOfTheCtSuitsItOrIsAsOneSays) {
+TEST_F(CommandLineTest, TheWindowOfTheCtSuitsItUnlessItIsGiven) {
   const std::string arguments = replay_arguments(write_sweep(), "out", 400, 300) + " --frames 1";
   const auto window = [&](const std::string& options) {
     const Outcome outcome = sonde(arguments + options);
@@ -95,7 +95,7 @@ TEST_F(CommandLineTest, TheWindowOfTheCtSuitsItOrIsAsOneSays) {
   expect_refusal("replay x.mha --print-session --window-width -1", 2,
                  {"--window-width (view.window_width): expected 0.001 to 10^6, found -1"});
 
-  // So do slices, for what they show.
+  // Slices choose their window too, for the values that they show.
   const auto said = [&](const std::string& options) {
     const Outcome outcome = sonde("slices " + (folder_ / "ct.mha").string() + " --out " +
                                   (folder_ / "slices").string() + options);
@@ -114,7 +114,7 @@ TEST_F(CommandLineTest, AProjectionHasTheWindowOfWhatItShowsAndSaysWhich) {
     return read_json("replay.json");
   };
   EXPECT_TRUE(report("")["grey_window"].is_null());
-  // Air, and a block of 700 HU: air is left out, and what is half of each at its edge remains.
+  // Air and a block of 700 HU: air is left out; edge voxels, half air and half block, remain.
   const io::Json maximum = report("--projection maximum")["grey_window"];
   const double white = maximum["level"].get<double>() + maximum["width"].get<double>() / 2;
   EXPECT_NEAR(white, 700, 100) << maximum;
@@ -123,17 +123,17 @@ TEST_F(CommandLineTest, AProjectionHasTheWindowOfWhatItShowsAndSaysWhich) {
   const io::Json half = report("--projection maximum --grey-level 40")["grey_window"];
   EXPECT_EQ(half["level"], 40.0);
   EXPECT_EQ(half["width"], maximum["width"]);
-  // The session that was written has no window, so that it may be laid over other data.
+  // The written session has no window, so that it suits other data too.
   EXPECT_EQ(text_of(folder_ / "out" / "session.toml").find("grey_width_hu"), std::string::npos);
   const io::Json minimum = report("--projection minimum");
   bool told = false;
   for (const io::Json& entry : minimum["diagnostics"]) {
-    told |= entry["message"].get<std::string>().find("nothing but air") != std::string::npos;
+    told |= entry["message"].get<std::string>().find("only air") != std::string::npos;
   }
   EXPECT_TRUE(told) << minimum["diagnostics"];
 }
 
-TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
+TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicImage) {
   const std::string sweep = write_sweep();
   const auto picture = [&](const std::string& options) -> std::optional<Image2d<Rgba8>> {
     const Outcome outcome =
@@ -145,7 +145,7 @@ TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
     EXPECT_TRUE(test::has_value(read));
     return *read;
   };
-  /// Greatest difference in the 3D view.
+  /// Largest difference of two images in the 3D view.
   const auto difference = [](const Image2d<Rgba8>& a, const Image2d<Rgba8>& b) {
     int most = 0;
     for (int y = 0; y < 64; ++y) {
@@ -163,7 +163,7 @@ TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
   ASSERT_TRUE(cpu && reference && perspective);
   constexpr int kEnginesApart = 4;  // Of 255.
   EXPECT_LE(difference(*cpu, *reference), kEnginesApart);
-  EXPECT_GT(difference(*cpu, *perspective), 40) << "another picture";
+  EXPECT_GT(difference(*cpu, *perspective), 40) << "another image";
   if (const auto gl = picture("--orthographic --engine gl")) {
     EXPECT_LE(difference(*cpu, *gl), kEnginesApart);
   }
@@ -171,7 +171,7 @@ TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
   EXPECT_NE(session.output.find("orthographic = true"), std::string::npos) << session.output;
 }
 
-TEST_F(CommandLineTest, ASavedLookDrawsTheSamePicture) {
+TEST_F(CommandLineTest, ASavedAppearanceGivesTheSameImage) {
   const std::string arguments = replay_arguments(write_sweep()) + " --frames 1 ";
   const std::string saved = (folder_ / "mine.json").string();
   const Outcome first =
@@ -187,7 +187,7 @@ TEST_F(CommandLineTest, ASavedLookDrawsTheSamePicture) {
                  {"--save-look: expected --projection composite"});
 }
 
-TEST_F(CommandLineTest, SamplingAndObjectsOfInterestChangeThePicture) {
+TEST_F(CommandLineTest, SamplingAndObjectsOfInterestChangeTheImage) {
   const std::string arguments =
       replay_arguments(write_sweep()) + " --frames 1 --azimuth -20 --elevation 10 ";
   const auto digest = [&](const std::string& options) {
@@ -211,8 +211,6 @@ TEST_F(CommandLineTest, SamplingAndObjectsOfInterestChangeThePicture) {
   expect_refusal(arguments + "--no-cutaway --cutaway-mesh " + mesh.string(), 2,
                  {"--cutaway-mesh: expected a cutaway that is on"});
   expect_refusal(arguments + "--classification none", 2, {"--classification", "none"});
-  expect_refusal(arguments + "--adaptive-error 0.1 --classification post-classified", 2,
-                 {"--adaptive-error", "post-classified"});
   expect_refusal(arguments + "--jitter --pixel-error 0.1", 2, {"--pixel-error", "jitter"});
 }
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Options that would do nothing, contradict or are out of range.
+// Options that have no effect, contradict each other or are out of range.
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ struct Idle {
   std::string refusal;
 };
 
-TEST_F(CommandLineTest, EmptyValuesAreRefused) {
+TEST_F(CommandLineTest, EmptyValuesAreRejected) {
   for (const char* option : {"--look", "--session", "--json", "--save-look", "--us-volume",
                              "--config", "--registration", "--series"}) {
     expect_refusal("replay x.mha --print-session " + std::string(option) + " ''", 2,
@@ -29,7 +29,7 @@ TEST_F(CommandLineTest, EmptyValuesAreRefused) {
   EXPECT_EQ(sonde("replay x.mha --print-session --needle-frame ''").code, 0);
 }
 
-TEST_F(CommandLineTest, AnOptionReplacesWhatTheSessionSaysInAnotherWay) {
+TEST_F(CommandLineTest, AnOptionReplacesItsAlternativeInTheSession) {
   const auto session = folder_ / "session.toml";
   const auto printed = [&](const std::string& file, const std::string& options) {
     std::ofstream(session) << file;
@@ -54,7 +54,7 @@ TEST_F(CommandLineTest, AnOptionReplacesWhatTheSessionSaysInAnotherWay) {
   EXPECT_EQ(text.find("step_voxels"), std::string::npos) << text;
 }
 
-TEST_F(CommandLineTest, OptionsOfASimulationThatWouldDoNothingAreRefused) {
+TEST_F(CommandLineTest, SimulationOptionsWithoutEffectAreRejected) {
   const std::string out = (folder_ / "sweep.mha").string();
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"--ct-spacing-mm 2", "--ct-spacing-mm: expected --ct beside it, found none"},
@@ -90,7 +90,7 @@ TEST_F(CommandLineTest, OptionsOfASimulationThatWouldDoNothingAreRefused) {
   EXPECT_EQ(all.code, 0) << all.errors;
 }
 
-TEST_F(CommandLineTest, OptionsOfALookThatWouldDoNothingAreRefused) {
+TEST_F(CommandLineTest, AppearanceOptionsWithoutEffectAreRejected) {
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"--grey-width 400",
             "--grey-width: expected --projection maximum, minimum or mean beside it, found "
@@ -125,6 +125,15 @@ TEST_F(CommandLineTest, OptionsOfALookThatWouldDoNothingAreRefused) {
   EXPECT_EQ(grey.code, 0) << grey.errors;
 }
 
+TEST_F(CommandLineTest, RetiredOptionsAreIgnoredWithAWarning) {
+  const Outcome plain = sonde("replay x.mha --print-session");
+  const Outcome outcome = sonde("replay x.mha --print-session --adaptive-error 0.1");
+  EXPECT_EQ(outcome.code, 0) << outcome.errors;
+  EXPECT_EQ(outcome.output, plain.output);
+  EXPECT_TRUE(outcome.errors.starts_with("sonde: warning: --adaptive-error")) << outcome.errors;
+  EXPECT_EQ(sonde("replay --help").output.find("--adaptive-error"), std::string::npos);
+}
+
 TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
   const std::string ct = write_ct();
   for (const auto& [arguments, refusal] : std::vector<Idle>{
@@ -143,8 +152,8 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
            {"--us-volume u.mha --us-alone --rms-error 0.01",
             "--rms-error: expected a CT, whose step it chooses, beside it, found "
             "--us-alone"},
-           {"--us-volume u.mha --us-alone --adaptive-error 0.1",
-            "--adaptive-error: expected a CT, whose values they sample, beside it, found "
+           {"--us-volume u.mha --us-alone --classification post-classified",
+            "--classification: expected a CT, whose values they sample, beside it, found "
             "--us-alone"},
            {"--us-volume u.mha --us-alone --transfer-function ct-bone",
             "--transfer-function: expected a CT, which they show, beside it, found --us-alone"},
@@ -168,7 +177,7 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
             "it, found none"}}) {
     expect_refusal("replay x.mha --print-session " + arguments, 2, {refusal});
   }
-  // What a session file says is there.
+  // Inputs in a session file count as given.
   const auto session = folder_ / "session.toml";
   std::ofstream(session) << "[predicates]\nvolume = \"u.mha\"\n";
   const std::string with_session = "replay --print-session --session " + session.string();
@@ -185,7 +194,7 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
   expect_refusal(with_session + " --ct " + ct, 2, {"--ct: expected a session of a recording"});
 }
 
-TEST_F(CommandLineTest, OptionsOfARegistrationThatWouldDoNothingAreRefused) {
+TEST_F(CommandLineTest, RegistrationOptionsWithoutEffectAreRejected) {
   const std::string ct = write_ct();
   const std::string matrix = "--ct-from-reference '1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'";
   for (const auto& [arguments, refusal] : std::vector<Idle>{
@@ -196,7 +205,6 @@ TEST_F(CommandLineTest, OptionsOfARegistrationThatWouldDoNothingAreRefused) {
            {"--landmarks p.csv --temporal-offset-ms 5", "--temporal-offset-ms: expected a sweep"},
            {"--landmarks p.csv --effort quick", "--effort: expected a sweep"},
            {"--landmarks p.csv --time-limit 5", "--time-limit: expected a sweep"},
-           {"--points p --surface s.vtk --similarity mi", "--similarity: expected a sweep"},
            {"--points p --surface s.vtk --threads 2", "--threads: expected a sweep"},
            {"--landmarks p.csv --window-level 60", "--window-level: expected a sweep"},
            {"x.mha --ct y.mha --window-width 9", "--window-width: expected --out beside it"},
@@ -206,12 +214,12 @@ TEST_F(CommandLineTest, OptionsOfARegistrationThatWouldDoNothingAreRefused) {
            {"x.mha --landmarks p.csv " + matrix, "--ct-from-reference: expected no --landmarks"}}) {
     expect_refusal("register " + arguments, 2, {refusal});
   }
-  // The files that are not there are what is wrong with these.
+  // Only the missing files are wrong here.
   expect_refusal("register x.mha --ct y.mha --effort quick --threads 1 --loss none", 3, {"y.mha"});
   expect_refusal("register --points p --surface s.vtk " + matrix, 3, {"s.vtk"});
 }
 
-TEST_F(CommandLineTest, AValueOutOfRangeIsNamedByItsOptionAndItsKey) {
+TEST_F(CommandLineTest, AValueOutOfRangeIsNamedByOptionAndKey) {
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"replay s.mha --ct c --out o --width 0",
             "--width (output.width_px): expected 16 to 8192, found 0"},
@@ -265,7 +273,7 @@ TEST_F(CommandLineTest, OptionsOfPredicatesThatWouldDoNothingAreRefused) {
   EXPECT_EQ(strokes.code, 0) << strokes.errors;
 }
 
-TEST_F(CommandLineTest, OptionsOfAnUltrasoundVolumeAreThoseOfPredicatesInAReplayToo) {
+TEST_F(CommandLineTest, AReplayTakesTheOptionsOfPredicatesForItsVolume) {
   const Outcome outcome = sonde(
       "replay x.mha --print-session --us-volume u.mha --predicates tendon-fibres --into 0 1 0 "
       "--labels a.mha --white 200");

@@ -24,7 +24,7 @@
 namespace nav::app {
 namespace {
 
-TEST_F(CommandLineTest, EveryOptionOfAKeyIsOneOfSomeVerb) {
+TEST_F(CommandLineTest, EveryKeyHasAnOptionOfAVerb) {
   std::string help;
   for (const char* verb : {"demo", "replay", "slices", "predicates"}) {
     const Outcome outcome = sonde(std::string(verb) + " --help");
@@ -39,7 +39,7 @@ TEST_F(CommandLineTest, EveryOptionOfAKeyIsOneOfSomeVerb) {
   }
 }
 
-TEST_F(CommandLineTest, BuiltProgramIsTheOneTestedHere) {
+TEST_F(CommandLineTest, TheBuiltProgramIsTheTestedOne) {
   for (const char* arguments : {"--version", "levitate"}) {
     const Outcome built = built_sonde(arguments);
     const Outcome here = sonde(arguments);
@@ -89,7 +89,7 @@ TEST_F(CommandLineTest, UsageErrorsExitWithTwo) {
   expect_refusal(replay_arguments(sweep) + " --ct-from-reference '1 2 3'", 2, {"16 numbers"});
 }
 
-TEST_F(CommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
+TEST_F(CommandLineTest, ParseErrorsHaveTheFormOfOtherErrors) {
   struct Wrong {
     std::string arguments;
     std::string sentence;
@@ -110,7 +110,7 @@ TEST_F(CommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
             "--rows: expected 0 (the probe's own) or 16 to 4096 pixels, found many"},
            {"simulate --out x.mha --frame-rate-hz fast",
             "--frame-rate-hz: expected more than 0 and at most 1000 Hz, found fast"},
-           // How many.
+           // Numbers of values.
            {"register --target 1 2",
             "--target: expected 3 numbers (x y z in the CT, LPS mm: where the error is judged), "
             "found 2"},
@@ -138,7 +138,7 @@ TEST_F(CommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
            {"simulate --out x.mha --family x",
             "--family: expected abdomen, neck, shoulder, tendon, head or spine, found x"},
            {"demo --out x --no-shading=maybe", "--no-shading: expected true or false, found maybe"},
-           // What does not go together, or is not known.
+           // Contradicting or unknown options.
            {"predicates --apex 1 2 3 --into 0 1 0", "--into: expected it or --apex, found both"},
            {"demo --out x --foo",
             "sonde demo: expected an option that 'sonde demo --help' lists, found --foo"},
@@ -146,13 +146,13 @@ TEST_F(CommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
            {"levitate", "verb: expected one of " + verbs + ", found 'levitate'"}}) {
     expect_refusal(arguments, 2, {"sonde: error: " + sentence});
   }
-  // Each choice that is named is one.
+  // Each of these choices is valid.
   for (const char* given : {"--probe standard", "--needle none", "--family spine", "--path tilt"}) {
     expect_refusal(std::string("simulate --out x.mha --rows 1 ") + given, 2, {"--rows"});
   }
 }
 
-TEST_F(CommandLineTest, SimulateNamesTheOptionThatCannotBe) {
+TEST_F(CommandLineTest, SimulateNamesTheInvalidOption) {
   const std::string out = (folder_ / "sweep.mha").string();
   const std::string simulate = "simulate --columns 16 --rows 16 --out " + out + " ";
   expect_refusal(simulate + "--frame-rate-hz 0", 2,
@@ -161,11 +161,11 @@ TEST_F(CommandLineTest, SimulateNamesTheOptionThatCannotBe) {
   expect_refusal(simulate + "--seed -1", 2, {"--seed: expected a whole number", "found -1"});
   expect_refusal(simulate + "--seed 18446744073709551616", 2, {"found 18446744073709551616"});
   expect_refusal(simulate + "--needle bevel --needle-bending-mm 100", 2,
-                 {"needle bending: expected 0 to ", " mm (a fifth of the path), found 100 mm"});
+                 {"needle bending", "a fifth of the path", "found 100 mm"});
   EXPECT_FALSE(std::filesystem::exists(out));
 }
 
-TEST_F(CommandLineTest, AVolumeThatLiesTooFarAwayIsNamed) {
+TEST_F(CommandLineTest, NamesAVolumeThatLiesTooFarAway) {
   VoxelGrid grid;
   grid.size = {4, 4, 4};
   grid.origin_mm = {1e9, 0, 0};
@@ -230,7 +230,7 @@ TEST_F(CommandLineTest, InfoDescribesACt) {
   EXPECT_LT(report["value_range"][0].get<double>(), report["value_range"][1].get<double>());
 }
 
-TEST_F(CommandLineTest, NamesTheFieldThatIsWrong) {
+TEST_F(CommandLineTest, NamesTheWrongField) {
   const auto change = [&](const std::string& from, const std::string& to) {
     const std::string sweep = write_sweep();
     std::ifstream in(sweep, std::ios::binary);
@@ -248,7 +248,7 @@ TEST_F(CommandLineTest, NamesTheFieldThatIsWrong) {
   }
   const std::string sweep = change("_Timestamp = 10", "_Timestamp = noon");
   expect_refusal(replay_arguments(sweep), 3, {"frame 0", "Timestamp", "noon"});
-  // A pose that no frame gives is told by the gate's reason, with the file.
+  // If no image gives a pose, the error has the file and the gate's reason.
   const std::string scaled = write_sweep({}, [](io::SequenceFrame& frame) {
     io::set_transform(
         frame, {"ProbeToTracker", 2 * Eigen::Matrix4d::Identity().eval(), TrackingStatus::kOk});

@@ -12,7 +12,7 @@
 namespace nav::app {
 namespace {
 
-TEST(OptionKeysTest, EveryKeyIsOneOfTheSessionFile) {
+TEST(OptionKeysTest, EveryKeyBelongsToTheSessionFile) {
   const test::TemporaryFolder folder;
   const auto path = folder / "session.toml";
   for (const auto& [key, option] : options_of_keys()) {
@@ -20,12 +20,12 @@ TEST(OptionKeysTest, EveryKeyIsOneOfTheSessionFile) {
     const auto read = read_session_config(path);
     ASSERT_FALSE(read) << key;
     EXPECT_EQ(read.error().message.find("unknown key"), std::string::npos) << read.error().message;
-    // Of a key in a list's tables: the list is refused.
+    // The error quotes the value; for a key in a list's tables the list itself is rejected.
     EXPECT_NE(read.error().message.find("1979-05-27"), std::string::npos) << read.error().message;
   }
 }
 
-TEST(OptionKeysTest, AnErrorNamesTheOptionThatWasGiven) {
+TEST(OptionKeysTest, AnErrorNamesTheGivenOption) {
   CLI::App verb;
   int width = 0;
   verb.add_option("--width", width);

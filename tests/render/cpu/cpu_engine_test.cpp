@@ -468,16 +468,13 @@ TEST(CpuEngineTest, VectorAndPortablePathsAgree) {
 TEST(CpuEngineTest, AllVectorInstructionsGiveEqualBytes) {
   const auto eight = make_cpu_engine({0, CpuLanes::kAvx2});
   const auto sixteen = make_cpu_engine({0, CpuLanes::kAvx512});
-  const auto gathers = make_cpu_engine({0, CpuLanes::kAvx512Gathers});
   if (sixteen->device().substr(0, 7) != "AVX-512") GTEST_SKIP() << "this processor has no AVX-512";
   EXPECT_EQ(eight->device().substr(0, 4), "AVX2");
-  EXPECT_EQ(gathers->device().substr(0, 20), "AVX-512 with gathers");
   std::mt19937 random(14);
   for (int i = 0; i < 120; ++i) {
     const Scene scene = random_scene(random, random_volume(random, random_grid(i)));
     const RenderedImage image = test::draw(*sixteen, scene);
     EXPECT_TRUE(test::same_bytes(test::draw(*eight, scene), image)) << i << description(scene);
-    EXPECT_TRUE(test::same_bytes(test::draw(*gathers, scene), image)) << i << description(scene);
   }
 }
 
@@ -512,8 +509,7 @@ TEST(CpuEngineTest, PrefetchingDoesNotChangeTheImage) {
       scene.quality.step_voxels = step;
       const RenderedImage expected = test::draw(*reference, scene);
       ASSERT_GT(std::abs(expected.pixels.at(20, 15).r - scene.background_rgb[0]), 0.05);
-      for (const CpuLanes lanes :
-           {CpuLanes::kPortable, CpuLanes::kAvx2, CpuLanes::kAvx512, CpuLanes::kAvx512Gathers}) {
+      for (const CpuLanes lanes : {CpuLanes::kPortable, CpuLanes::kAvx2, CpuLanes::kAvx512}) {
         const auto engine = make_cpu_engine({0, lanes});
         EXPECT_LT(test::max_difference(test::draw(*engine, scene), expected), 1e-3F)
             << engine->device() << ' ' << orthographic << ' ' << step;

@@ -225,39 +225,6 @@ TEST(StepSearchTest, ReportsAnUnreachableError) {
   EXPECT_GT(choice->rms, 1e-7);
 }
 
-TEST(StepSearchTest, CountsTheErrorOfMergedCells) {
-  // True over estimated error, as without merged cells.
-  constexpr double kLeast = 0.6;
-  constexpr double kMost = 1.15;
-  const auto engine = make_cpu_engine();
-  int out_of_reach = 0;
-  for (const char* preset : test::trials({"ct-soft-tissue", "cta-vessels"})) {
-    Scene scene = abdomen(preset, false);
-    const RenderedImage truth = truth_of(*engine, scene);
-    for (const double adaptive_error : {0.02, 1.0}) {
-      scene.quality.adaptive_error = adaptive_error;
-      for (const double asked : {1e-2, kDefaultRms}) {
-        const auto choice = step_for_error(*engine, scene, asked);
-        ASSERT_TRUE(test::has_value(choice));
-        const RenderedImage image =
-            at_quality(*engine, scene, choice->step_voxels, choice->pixel_error);
-        const double found = rms_difference(image.pixels, truth.pixels);
-        const std::string where = std::string(preset) + ", " + std::to_string(adaptive_error) +
-                                  ", " + std::to_string(asked) + ", step " +
-                                  std::to_string(choice->step_voxels);
-        EXPECT_LE(found, kMost * choice->rms) << where;
-        EXPECT_GE(found, kLeast * choice->rms) << where;
-        EXPECT_EQ(choice->reached, choice->rms <= asked) << where;
-        if (choice->reached) {
-          EXPECT_LE(found, asked) << where;
-        }
-        out_of_reach += choice->reached ? 0 : 1;
-      }
-    }
-  }
-  EXPECT_TRUE(out_of_reach > 0 || test::kSanitized);
-}
-
 TEST(StepSearchTest, AnEmptyImageTakesTheCoarsestStep) {
   Scene scene = abdomen("ct-bone", false);
   scene.transfer =

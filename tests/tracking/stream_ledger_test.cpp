@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "tracking/frame_ledger.hpp"
+#include "tracking/stream_ledger.hpp"
 
 #include <gtest/gtest.h>
 
 namespace nav::tracking {
 namespace {
 
-TEST(FrameLedgerTest, ReceivedIsShownPlusSupersededPlusRejected) {
-  FrameLedger ledger;
+TEST(StreamLedgerTest, ReceivedIsShownPlusSupersededPlusRejected) {
+  StreamLedger ledger;
   for (int i = 0; i < 6; ++i) ledger.receive();
-  ledger.show();
-  ledger.show();
+  ledger.deliver();
+  ledger.deliver();
   ledger.supersede();
   ledger.reject("Probe.pose_gap");
   ledger.reject("Probe.pose_gap");
@@ -23,9 +23,9 @@ TEST(FrameLedgerTest, ReceivedIsShownPlusSupersededPlusRejected) {
   EXPECT_EQ(ledger.rejected().at("Probe.pose_gap"), 2u);
 }
 
-TEST(FrameLedgerTest, ShowingMoreImagesThanReceivedIsABug) {
-  FrameLedger ledger;
-  ledger.show();
+TEST(StreamLedgerTest, ShowingMoreImagesThanReceivedIsABug) {
+  StreamLedger ledger;
+  ledger.deliver();
   EXPECT_THROW((void)ledger.balanced(), Bug);
 }
 
