@@ -3,6 +3,7 @@
 // The verbs of ultrasound volumes and of the simulator: predicates, derive, simulate.
 #include "app/options/idle_options.hpp"
 #include "app/options/option_checks.hpp"
+#include "app/options/option_keys.hpp"
 #include "app/options/overwriting.hpp"
 #include "app/options/predicate_command.hpp"
 #include "app/options/verbs.hpp"
