@@ -346,7 +346,7 @@ class Replay {
       if (!last) changed |= advance(clock.now());
       if (!seen || !(changed || view.wants_refinement(clock.now()))) return Image2d<Rgba8>();
       auto image = out_ && shown_ > written ? view.draw_presented(*seen, clock.now())
-                                            : view.draw(*seen, clock.now(), last);
+                                            : view.draw(*seen, clock.now(), last && !failure);
       if (!image) return image;
       say_note();
       // The search for the step of the first image takes seconds.
