@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "app/console.hpp"
@@ -58,9 +57,6 @@ struct SimulateOptions {
   double ct_spacing_mm = 1.5;
   bool compress = false;
 };
-
-/// Of each number: its option, and in words what validate() takes.
-std::vector<std::pair<std::string, std::string>> simulate_ranges();
 
 /// A refusal that names the first number out of its range, or one of what was not asked for.
 Result<void> validate(const SimulateOptions& options);
