@@ -10,23 +10,24 @@
 
 namespace nav::app {
 
-/// What the user sees while the program works, on standard error: warnings and errors of the
-/// libraries at once, information only when verbose; everything is kept for the report. Colour and
-/// moving progress bars only on a terminal. Thread-safe except progress, which belongs to main.
+/// Messages and progress for the user, on standard error. Warnings and errors of the libraries
+/// appear at once, information only when verbose; everything is kept for the report. Colours and
+/// moving progress bars appear only on a terminal. Thread-safe, except for progress, which belongs
+/// to the main thread.
 class Console final : public Diagnostics {
  public:
   explicit Console(bool verbose);
   void report(Severity severity, std::string_view source, std::string_view message) override;
-  /// Everything that was reported, folded.
+  /// All reported messages; equal ones are folded into one entry with a count.
   [[nodiscard]] std::vector<DiagnosticEntry> entries() const { return collected_.entries(); }
 
-  /// Starts a stage of long work; ends the one before.
+  /// Starts a stage of long work; ends the previous one.
   void begin(const std::string& stage);
-  /// fraction in [0, 1] of the current stage.
+  /// Shows the progress of the current stage. fraction: 0 to 1; values outside are clamped.
   void progress(double fraction);
-  /// Ends the current stage with a word on its outcome and the time it took.
+  /// Ends the current stage and prints its outcome and duration.
   void end(const std::string& outcome = "done");
-  /// One plain line for the user, such as where the report lies.
+  /// Prints one line for the user, such as the path of the report. Ends the current stage.
   void say(const std::string& line);
 
  private:
@@ -39,7 +40,8 @@ class Console final : public Diagnostics {
   std::chrono::steady_clock::time_point begun_;
 };
 
-/// A text for a terminal: names come from files, and what steers one is replaced by spaces.
+/// Replaces control characters with spaces. Names come from files, and control characters in them
+/// could change the terminal.
 std::string without_controls(std::string_view text);
 
 }  // namespace nav::app

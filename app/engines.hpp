@@ -11,8 +11,8 @@
 
 namespace nav::app {
 
-/// "cpu", "gl" or "reference"; kUsage for other names, kUnavailable where the machine lacks what
-/// the engine needs.
+/// Creates the engine with that name: "cpu", "gl" or "reference". Returns kUsage for other names
+/// and kUnavailable when the machine lacks what the engine needs. threads: 0 for all cores.
 Result<std::unique_ptr<render::Engine>> make_engine(const std::string& name, int threads,
                                                     Diagnostics& diagnostics);
 

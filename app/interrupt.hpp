@@ -6,16 +6,16 @@
 
 namespace nav::app {
 
-/// While one lives, the first SIGINT (Ctrl-C) asks for an orderly end instead of killing the
-/// program; the next one kills it. What was before comes back with its end. One at a time; main
-/// thread only.
+/// Turns the first SIGINT (Ctrl-C) into a request for an orderly end as long as the object exists.
+/// The next SIGINT kills the program. The destructor restores the previous handler. One object at a
+/// time; main thread only.
 class Interrupt {
  public:
   Interrupt();
   ~Interrupt();
   Interrupt(const Interrupt&) = delete;
   Interrupt& operator=(const Interrupt&) = delete;
-  /// Whether the user asked for the end since.
+  /// True when SIGINT has arrived since the object was constructed.
   [[nodiscard]] bool asked() const;
 
  private:

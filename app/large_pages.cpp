@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// What `new` gives to the whole program, its libraries included: large blocks lie in large pages
-// where the system has them. Volumes, features and pictures are of megabytes, and to touch them for
-// the first time in pages of 4096 bytes takes longer than to read them (ADR 50). Sanitizers have
-// their own `new`.
+// The `new` of the whole program, including its libraries. It puts large blocks into large pages
+// when the system has them. Volumes, features and images take megabytes; touching them for the
+// first time in pages of 4096 bytes takes longer than reading them (ADR 50). Sanitizers have their
+// own `new`.
 #include "nav/large_pages.hpp"
 
 #include <cstdlib>
@@ -11,7 +11,8 @@
 
 #if defined(__linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 namespace {
-constexpr std::size_t kLeastBytes = 2 * nav::kLargePage;  // Holds a large page wherever it lies.
+constexpr std::size_t kLeastBytes =
+    2 * nav::kLargePage;  // Contains a whole large page at any address.
 }  // namespace
 
 // Not inlined: the compiler would see malloc() and delete as a mismatch.

@@ -13,26 +13,28 @@
 
 namespace nav::app {
 
-/// Where a verb writes. Files appear under their names only when complete. Not thread-safe.
+/// Output folder of a verb. Files appear under their names only when complete. Not thread-safe.
 class OutputFolder {
  public:
-  /// Creates the folder when it is missing and proves that it can be written to.
+  /// Creates the folder when it is missing and writes a test file to check that it is writable.
   static Result<OutputFolder> create(const std::filesystem::path& path);
 
-  /// Writes and lists a picture; its pixels enter the image digest.
+  /// Writes an image and adds it to files(); its pixels enter the image digest.
   Result<void> write_picture(const std::string& name, const Image2d<Rgba8>& picture);
-  /// Removes the reports of an earlier run, so that they never lie beside the pictures of a run
-  /// that stopped.
+  /// Removes the reports of an earlier run, so that they never stand beside the images of a later
+  /// run that stopped.
   void forget_reports() const;
-  /// Removes what an earlier run wrote under the names of this one, before its first picture:
-  /// reports, files and numbered pictures ("sweep_012.png" of "sweep"). Links stay.
+  /// Removes files of an earlier run that have the names of this run. Call it before the first
+  /// image. It removes reports, \p files and numbered images of \p series ("sweep_012.png" for
+  /// "sweep"). Links stay.
   [[nodiscard]] Result<void> forget_earlier_run(const std::set<std::string>& files,
                                                 const std::set<std::string>& series) const;
-  /// The same of files and numbered pictures alone, in a folder whose reports may be of others.
+  /// Does what forget_earlier_run() does, but keeps the reports: those in a shared folder may be of
+  /// another program.
   [[nodiscard]] Result<void> forget(const std::set<std::string>& files,
                                     const std::set<std::string>& series = {}) const;
   Result<void> write_text(const std::string& name, const std::string& text);
-  /// Lists a file that something else wrote.
+  /// Adds a file that other code wrote to files().
   void list(const std::string& name) { files_.push_back(name); }
 
   [[nodiscard]] std::filesystem::path operator/(const std::string& name) const {
@@ -40,7 +42,7 @@ class OutputFolder {
   }
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
   [[nodiscard]] const std::vector<std::string>& files() const { return files_; }
-  /// SHA-256 over the SHA-256 of every picture's 8-bit RGBA pixels, in the order written.
+  /// SHA-256 over the SHA-256 of every image's 8-bit RGBA pixels, in the order written.
   [[nodiscard]] std::string image_digest() const;
 
  private:
@@ -50,8 +52,8 @@ class OutputFolder {
   std::string picture_digests_;
 };
 
-/// Removes the reports of an earlier run, and files of these names, before anything can stop this
-/// one. Where there is no folder yet, none is made: a run may be refused.
+/// Removes the reports of an earlier run and the named files. Call it before anything can stop the
+/// new run. Does not create a missing folder, because the run may still be rejected.
 Result<void> forget_earlier_reports(const std::filesystem::path& folder,
                                     const std::set<std::string>& files = {});
 

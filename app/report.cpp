@@ -80,7 +80,7 @@ std::vector<std::pair<std::string, std::string>> rows_of(
   }
   rows.emplace_back("largest displacement from the registration",
                     quantity(summary.largest_displacement_mm, 1, "mm"));
-  rows.emplace_back("time of an update, median", quantity(1e3 * summary.update_s_median, 1, "ms"));
+  rows.emplace_back("median time of an update", quantity(1e3 * summary.update_s_median, 1, "ms"));
   return rows;
 }
 
@@ -92,10 +92,10 @@ io::Json json_of(const Eigen::Matrix4d& matrix) {
   return numbers;
 }
 
-io::Json json_of(const tracking::FrameLedger& ledger) {
+io::Json json_of(const tracking::StreamLedger& ledger) {
   io::Json json;
   json["received"] = ledger.received();
-  json["shown"] = ledger.shown();
+  json["shown"] = ledger.delivered();
   json["superseded"] = ledger.superseded();
   json["rejected"] = io::Json::object();
   for (const auto& [cause, count] : ledger.rejected()) json["rejected"][cause] = count;
@@ -228,7 +228,7 @@ io::Json json_of(const std::vector<DiagnosticEntry>& entries) {
 }
 
 Result<void> write_json(const io::Json& json, const std::string& where) {
-  // Bytes that are not UTF-8 (file names, header fields) must not stop a report.
+  // Bytes that are not UTF-8 (in file names or header fields) must not stop a report.
   const std::string text = json.dump(2, ' ', false, io::Json::error_handler_t::replace) + "\n";
   if (where == "-") {
     std::cout << text << std::flush;

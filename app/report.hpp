@@ -20,49 +20,50 @@
 
 namespace nav::app {
 
-io::Json json_of(const tracking::FrameLedger& ledger);
+io::Json json_of(const tracking::StreamLedger& ledger);
 io::Json json_of(const registration::Decision& decision);
-/// Key of the pose of an accepted or a rejected registration.
+/// JSON key of a registration's pose; it differs for accepted and refused registrations.
 inline const char* pose_key(const registration::Decision& decision) {
   return decision.accepted ? session::kAcceptedPose : session::kRefusedPose;
 }
 io::Json json_of(const session::TissueFollower::Summary& summary);
-/// The same as rows of a table.
+/// Rows of the report table with the summary: name and value.
 std::vector<std::pair<std::string, std::string>> rows_of(
     const session::TissueFollower::Summary& summary);
 io::Json json_of(const registration::ImageRegistrationResult& result,
                  const registration::Decision& decision, const Point<frames::Ct>& target);
 io::Json json_of(const std::vector<DiagnosticEntry>& entries);
-/// Null where the user gave a step.
+/// Null when the user gave a step.
 io::Json json_of(const std::optional<render::StepChoice>& step);
 io::Json json_of(const render::HuWindow& window);
-/// Null where nothing is projected.
+/// Null when the view is not a projection.
 io::Json json_of(const std::optional<render::GreyWindow>& window);
-/// One line of the log for each warning that a registration was accepted with.
+/// Reports each warning with which a registration was accepted.
 void report_warnings(const std::vector<std::string>& warnings, Diagnostics& diagnostics);
-/// 16 numbers, row-major.
+/// List of 16 numbers, row-major.
 io::Json json_of(const Eigen::Matrix4d& matrix);
-/// A number, or null when it is not finite (JSON has no NaN).
+/// Number, or null when it is not finite (JSON has no NaN).
 io::Json json_number(double value);
-/// The same; null where there is none.
+/// Number, or null when it is absent or not finite.
 io::Json json_number(const std::optional<double>& value);
 
-/// Writes JSON where --json asked: a file, or standard output for "-".
+/// Writes JSON to the argument of --json: a file, or standard output for "-".
 Result<void> write_json(const io::Json& json, const std::string& where);
 
-/// The parts of an HTML report.
+/// Contents of an HTML report.
 struct HtmlReport {
   std::string title;
-  std::string summary;   ///< One paragraph; plain text.
-  bool warning = false;  ///< The summary stands on a warning colour.
+  std::string summary;                                        ///< One paragraph; plain text.
+  bool warning = false;                                       ///< The summary has a warning colour.
   std::vector<std::pair<std::string, std::string>> pictures;  ///< File and caption.
   std::vector<std::pair<std::string, std::vector<std::pair<std::string, std::string>>>> tables;
 };
 
-/// Self-contained page beside its pictures. All text is escaped.
+/// HTML page that needs no other files than its images, which lie in the same folder. All text is
+/// escaped.
 std::string to_html(const HtmlReport& report);
 
-/// "12.3 mm": digits after the point, unit; "withdrawn" when not finite.
+/// Text such as "12.3 mm"; "withdrawn" when the value is not finite. digits: after the point.
 std::string quantity(double value, int digits, const std::string& unit);
 
 }  // namespace nav::app

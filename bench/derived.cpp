@@ -25,7 +25,7 @@ using namespace render::features;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kVoxelMm = 0.4;
 
-/// In [0, 1), from a position: no state, no order.
+/// Number in [0, 1) from a position: without state, independent of the order.
 double hash01(std::uint64_t x) {
   x += 0x9e3779b97f4a7c15ULL;
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
@@ -33,7 +33,7 @@ double hash01(std::uint64_t x) {
   return static_cast<double>((x ^ (x >> 31)) >> 11) * 0x1.0p-53;
 }
 
-/// Mean brightness at a place, shares of the side.
+/// Mean brightness at a position, in fractions of the side.
 double tissue(double x, double y, double z) {
   const double layers = 90 + 30 * std::sin(14 * y + 2 * std::sin(5 * x)) + 10 * std::sin(9 * z);
   const double vessels[3][3] = {{0.3, 0.45, 0.05}, {0.62, 0.6, 0.03}, {0.5, 0.25, 0.018}};
@@ -64,7 +64,7 @@ ScanLines down(const ScalarVolume& volume) {
   return *ScanLines::parallel({{0, 1, 0}}, volume.grid().at({0, 0, 0}));
 }
 
-/// From an apex half a side above the middle of the first face.
+/// Scan lines from an apex half a side above the middle of the first face.
 ScanLines fan(const ScalarVolume& volume) {
   const auto& size = volume.grid().size;
   return *ScanLines::fan(volume.grid().at({size[0] / 2.0, -size[1] / 2.0, size[2] / 2.0}), 0);
@@ -74,14 +74,14 @@ GradientPartOptions smooth(GradientPart part, double truncate = GradientOptions{
   return {part, {.smoothing_mm = kUsualSmoothingMm, .truncate = truncate}};
 }
 
-/// A feature with the ITK filter that computes the same.
+/// A feature with the ITK filter that computes the same quantity.
 struct Subject {
   std::string name;
   DerivedOptions options;
   double goal_s;
   std::string peer;
   std::function<void(ItkPeer&)> run_peer;
-  std::optional<ScanLines> lines{};  ///< None: down.
+  std::optional<ScanLines> lines{};  ///< None: scan lines run straight down.
 };
 
 std::vector<Subject> subjects(const ScalarVolume& volume, int threads) {
@@ -130,7 +130,7 @@ Result<DerivedTiming> time_subject(const Subject& subject, const ScalarVolume& v
     }
   };
   std::vector<Task> tasks{[&]() -> Result<void> {
-    malloc_trim(0);  // What earlier ones have left would hide what this one takes.
+    malloc_trim(0);  // Memory left by earlier runs would hide the memory of this one.
     before = resident_bytes();
     most = before;
     auto found = compute(request, run);
@@ -174,7 +174,7 @@ Difference difference(const FeatureVolume& found, const std::vector<double>& tru
   return d;
 }
 
-/// Times a setting and holds it against the truth.
+/// Times a setting and compares its result with the truth.
 Result<void> add_point(const std::string& feature, const std::string& setting,
                        const ScalarVolume& volume, const DerivedOptions& options,
                        const std::vector<double>& truth, DerivedBenchReport& report) {
@@ -232,7 +232,7 @@ Result<void> confidence_curve(int side, DerivedBenchReport& report) {
   return {};
 }
 
-/// Radius of the filters against the definition.
+/// Varies the radius of the filters and compares with the definition.
 Result<void> smooth_gradient_curve(const std::string& feature, DerivedBenchReport& report) {
   const ScalarVolume volume = derived_phantom(48);
   GradientPart part = GradientPart::kMagnitude;
@@ -254,7 +254,8 @@ Result<void> smooth_gradient_curve(const std::string& feature, DerivedBenchRepor
   return {};
 }
 
-/// What is computed one way only: sums of a window in double, differences of neighbours, distances.
+/// Varies the size for features with a single method: sums of a window in double precision,
+/// differences of neighbours, distances.
 Result<void> size_curve(const std::string& feature, DerivedBenchReport& report) {
   for (const int side : {16, 24, 32, 48}) {
     const ScalarVolume volume = derived_phantom(side);
@@ -310,7 +311,7 @@ ScalarVolume derived_phantom(int side) {
   for (int k = 0; k < side; ++k) {
     for (int j = 0; j < side; ++j) {
       for (int i = 0; i < side; ++i, ++cell) {
-        // An exponential power correlated along the row.
+        // Exponentially distributed power, correlated along the row.
         kept = 0.6 * kept - 0.4 * std::log(1 - hash01(cell));
         const double mean = tissue((i + 0.5) / side, (j + 0.5) / side, (k + 0.5) / side);
         voxels.push_back(static_cast<std::int16_t>(std::min(255.0, mean * std::sqrt(kept))));

@@ -8,7 +8,7 @@
 
 namespace nav::bench {
 
-/// Plain numbers: ITK brings an Eigen of its own, which must not meet ours in one source file.
+/// Plain numbers, because ITK has its own Eigen, which must not meet ours in one source file.
 struct ItkVoxels {
   std::array<int, 3> size;
   std::array<double, 3> spacing_mm;
@@ -21,8 +21,8 @@ struct ItkTubes {
   int scales;
 };
 
-/// The filters of ITK that stand beside ours, on a copy of the same voxels. Without ITK at build
-/// time there are none.
+/// The filters of ITK that are compared with ours, on a copy of the same voxels. A build without
+/// ITK has none.
 class ItkPeer {
  public:
   ItkPeer(const ItkVoxels& voxels, int threads);
@@ -35,7 +35,7 @@ class ItkPeer {
   void signal_to_noise();
   /// itk::MultiScaleHessianBasedMeasureImageFilter with HessianToObjectnessMeasureImageFilter.
   void vesselness(const ItkTubes& tubes);
-  /// itk::GradientMagnitudeImageFilter; smoothed:
+  /// itk::GradientMagnitudeImageFilter; with smoothing:
   /// itk::GradientMagnitudeRecursiveGaussianImageFilter.
   void gradient_magnitude(double smoothing_mm);
 

@@ -11,10 +11,10 @@
 
 namespace nav::bench {
 
-/// What stands for a picture that is not read back.
+/// Placeholder of an image that is not read back.
 class BlankPicture {
  public:
-  /// Black; shared between calls for one size.
+  /// A black image; shared between calls for one size.
   const Image2d<RgbaF>& of(int width, int height) {
     if (picture_.width() != width || picture_.height() != height) {
       const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
@@ -27,9 +27,9 @@ class BlankPicture {
   Image2d<RgbaF> picture_;
 };
 
-/// The GL engine as an application's window has it: render() returns when the device has drawn, and
-/// the picture stays there. What is returned is black; of its statistics samples and rays are 0.
-/// kUnavailable without OpenGL.
+/// The GL engine as an application window uses it: render() returns when the device has drawn, and
+/// the image stays on the device. The returned image is black; samples and rays of its statistics
+/// are 0. kUnavailable without OpenGL.
 Result<std::unique_ptr<render::Engine>> make_gl_frames(const render::GlOptions& options = {});
 
 }  // namespace nav::bench

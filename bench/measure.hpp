@@ -14,13 +14,13 @@
 
 namespace nav::bench {
 
-/// User and system time of the whole process, all threads, s.
+/// User and system time of the whole process with all threads, s.
 double process_time_s();
-/// Memory of the process that is in RAM, bytes; 0 where the system does not say.
+/// Memory of the process in RAM, bytes; 0 if the system does not tell it.
 std::size_t resident_bytes();
 
-/// The pixels in the middle of parts of factor × factor of a picture. factor: odd, so that they are
-/// those of a picture of so many fewer pixels.
+/// The pixels in the middle of blocks of factor × factor pixels of an image. factor: odd, so that
+/// they are the pixels of an image at that lower resolution.
 template <class T>
 Image2d<T> middles(const Image2d<T>& picture, int factor) {
   NAV_CHECK(factor > 0 && factor % 2 == 1, factor);
@@ -31,28 +31,28 @@ Image2d<T> middles(const Image2d<T>& picture, int factor) {
   return {picture.width() / factor, picture.height() / factor, std::move(pixels)};
 }
 
-/// What one run takes, medians of several.
+/// Time of one run, medians of several.
 struct Taken {
   double cpu_s = 0;
   double wall_s = 0;
-  double cpu_scatter_s = 0;  ///< How far runs lie from cpu_s, median.
+  double cpu_scatter_s = 0;  ///< Median distance of runs from cpu_s.
 };
 
-/// Something whose time is measured; a failure ends the measurement.
+/// A measured operation; a failure ends the measurement.
 using Task = std::function<Result<void>()>;
 
-/// How often tasks are repeated.
+/// Limits on the repeats of tasks.
 struct Repeats {
   int times = 3;        ///< >= 1.
-  double enough_s = 2;  ///< No further repeat of a task that took this long in all, process time.
+  double enough_s = 2;  ///< No further repeat of a task after this total process time.
 };
 
-/// Medians of tasks run in turn (A B C A B C …), so that what else the machine does hits them
-/// alike.
+/// Medians of tasks run in turn (A B C A B C …), so that other load on the machine affects all of
+/// them equally.
 Result<std::vector<Taken>> time_in_turn(const std::vector<Task>& tasks, const Repeats& repeats);
 
-/// Runs tasks in turn for a tenth of a second, once each at least: devices lower their clock while
-/// they have little to do.
+/// Runs tasks in turn for a tenth of a second, each at least once, because devices lower their
+/// clock when they have little to do.
 Result<void> keep_busy(const std::vector<Task>& tasks);
 
 }  // namespace nav::bench

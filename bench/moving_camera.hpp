@@ -10,14 +10,14 @@
 
 namespace nav::bench {
 
-/// Draws a scene on its own CPU engine again and again, each frame a little moved, so that nothing
-/// but the casting is left to do and none of it can be left out.
+/// Draws a scene on its own CPU engine again and again, with the camera moved a little for each
+/// image. Only the ray casting remains, and no part of it can be reused.
 class MovingCamera {
  public:
   explicit MovingCamera(render::Scene scene) : scene_(std::move(scene)) {}
 
   Result<void> draw() { return draw(frame_ + 1); }
-  /// The frame of a number; draw() goes on from there.
+  /// Draws the image with this number; draw() continues from it.
   Result<void> draw(int frame) {
     frame_ = frame;
     auto image = engine_->render(nudged(scene_, frame_));
@@ -25,7 +25,7 @@ class MovingCamera {
     statistics_ = image->statistics;
     return {};
   }
-  /// Of the last frame.
+  /// Statistics of the last image.
   [[nodiscard]] const render::RenderStatistics& statistics() const { return statistics_; }
 
  private:

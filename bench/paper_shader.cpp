@@ -34,7 +34,7 @@ using render::Scene;
 constexpr int kLabelUnit = render::kLabels;
 constexpr int kFirstFeature = render::kTarget + 1;
 
-/// Eqs. 6 to 8 as sums over the bars of what is true, one after the other.
+/// Eqs. 6 to 8 as sums over the bars of the true predicates, one after the other.
 std::string bars_text(const PredicateSet& set) {
   std::string uniforms;
   std::string body = "vec4 sum_bars(uint entries) {\n  vec4 sum = vec4(0.0);\n";
@@ -47,7 +47,7 @@ std::string bars_text(const PredicateSet& set) {
   return uniforms + body + "  return sum;\n}\n";
 }
 
-/// gathers: of slices, as fast as the device's filter.
+/// gathers: uses texture gathers of slices, which are as fast as the device's filter.
 std::string fetches_text(std::size_t features, bool gathers) {
   const std::string kind = gathers ? "sampler2DArray" : "sampler3D";
   const std::string function = gathers ? "gathered" : "trilinear";
@@ -107,7 +107,7 @@ class PaperShader final : public render::Engine {
     if (auto ok = validate(scene); !ok) return ok.error();
     if (!scene.predicates) {
       return Error{ErrorCode::kUnsupportedData,
-                   "paper shader: expected a scene by predicates, found none"};
+                   "paper shader: expected a scene with predicates, found none"};
     }
     current();
     auto image = draw(scene);
@@ -137,9 +137,8 @@ class PaperShader final : public render::Engine {
         reads_ ? read(scene) : RenderedImage{blank_.of(scene.width, scene.height), {}};
     image.statistics.cast_s = cast_s;
     if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
-      return Error{
-          ErrorCode::kUnavailable,
-          "paper shader: expected OpenGL to succeed, found error " + std::to_string(error)};
+      return Error{ErrorCode::kUnavailable,
+                   "paper shader: OpenGL ended with error " + std::to_string(error)};
     }
     return image;
   }
@@ -247,8 +246,8 @@ class PaperShader final : public render::Engine {
 
   std::unique_ptr<render::OffscreenWindow> window_;
   bool reads_;
-  bool compute_;        ///< As the GL engine: what the device does faster.
-  bool manual_filter_;  ///< As the GL engine: where the device's filter is coarse.
+  bool compute_;        ///< The faster choice on the device, like the GL engine.
+  bool manual_filter_;  ///< True if the device's filter is coarse, like the GL engine.
   BlankPicture blank_;
   std::unique_ptr<GlProgram> program_;
   std::string text_;

@@ -11,9 +11,8 @@
 #include <memory>
 #include <random>
 
+#include "bench/predicate_cases.hpp"
 #include "bench/predicate_frames.hpp"
-#include "bench/predicate_patient.hpp"
-#include "bench/predicate_phantom.hpp"
 #include "bench/scene_set.hpp"
 #include "render/engine.hpp"
 #include "render/spec/predicate_spec.hpp"
@@ -45,21 +44,22 @@ Result<void> check_pictures(Engine& engine, const Scene& scene, PredicateBenchRo
   return {};
 }
 
-/// What one engine of a scene holds by itself, bytes: its volumes and features are the scene's.
+/// Memory of one engine with a scene, bytes, without the scene's volumes and features.
 Result<double> engine_bytes(const Scene& scene, int threads) {
   const auto engine = render::make_cpu_engine({threads});
-  malloc_trim(0);  // What earlier engines have left would hide what this one takes.
+  malloc_trim(0);  // Memory left by earlier engines would hide the memory of this one.
   const std::size_t before = resident_bytes();
   int frame = 0;
   const Task draw = frames(*engine, scene, frame);
   for (int i = 0; i < 2; ++i) {
     if (auto ok = draw(); !ok) return ok.error();
   }
-  malloc_trim(0);  // What a picture needed only while it was drawn.
+  malloc_trim(0);  // Releases memory that was needed only during drawing.
   return static_cast<double>(resident_bytes()) - static_cast<double>(before);
 }
 
-/// Process time of what an edit needs before its first ray; of the set: from the other one.
+/// Process time that an edit needs before its first ray; for a set: after a change from the other
+/// set.
 Result<void> time_edits(Engine& engine, const Scene& scene, const Scene& other_set,
                         PredicateBenchRow& row) {
   std::vector<double> importance;
@@ -85,12 +85,12 @@ Result<PredicateBenchRow> measure_scene(const PredicateVolume& volume,
                                         const PredicateBenchOptions& options) {
   PredicateBenchRow row;
   row.scene = volume.name + "/" + look.name;
-  const Scene scene = predicate_scene(volume, look, options.width, options.height);
+  const Scene scene = predicate_scene(volume, look.model, options.width, options.height);
   const Scene standard = standard_scene(scene);
   const auto held = engine_bytes(scene, options.threads);
   if (!held) return held.error();
   row.engine_bytes = *held;
-  // One each, so that none rebuilds what another threw away.
+  // One engine each, so that none rebuilds data that another discarded.
   std::unique_ptr<Engine> engines[3];
   for (auto& engine : engines) engine = render::make_cpu_engine({options.threads});
   int frame = 0;
@@ -119,7 +119,7 @@ Result<PredicateBenchRow> measure_scene(const PredicateVolume& volume,
   return row;
 }
 
-/// The theorem of render/spec/predicate_spec.hpp on random and on adversarial rays.
+/// Tests the theorem of render/spec/predicate_spec.hpp on random and on adversarial rays.
 void check_theorem(PredicateBenchReport& report) {
   constexpr int kRays = 100'000;
   constexpr double kRounding = 1e-12;
@@ -156,7 +156,7 @@ bool wanted(const std::string& name, const PredicateBenchOptions& options) {
   return name.starts_with(options.volume);
 }
 
-/// Leaves the set-ups that are asked for, and the volume if there are any.
+/// Keeps the requested predicate sets, and adds the volume if any remain.
 void add_wanted(PredicateVolume volume, const PredicateBenchOptions& options,
                 std::vector<PredicateVolume>& volumes) {
   std::erase_if(volume.looks,
@@ -164,13 +164,14 @@ void add_wanted(PredicateVolume volume, const PredicateBenchOptions& options,
   if (!volume.looks.empty()) volumes.push_back(std::move(volume));
 }
 
-/// The paper's patients, simulated, with every feature that their set-ups ask for. At most 256
-/// voxels a side: to simulate larger ones takes memory that has nothing to do with drawing them.
+/// The paper's patients, simulated, with every feature that their predicate sets read. At most 256
+/// voxels a side: the simulation of larger volumes takes memory that has nothing to do with drawing
+/// them.
 Result<void> add_patients(const PredicateBenchOptions& options,
                           std::vector<PredicateVolume>& volumes) {
   for (const char* name : {"carotid", "shoulder", "tendon"}) {
     if (!wanted(name, options)) continue;
-    auto volume = simulated_ultrasound(name, std::min(options.side, 256));
+    auto volume = patient_volume(name, std::min(options.side, 256));
     if (!volume) return volume.error();
     for (const auto& look : volume->looks) {
       if (!look.name.starts_with(options.look)) continue;
@@ -197,7 +198,7 @@ Result<std::vector<PredicateVolume>> volumes_of(const PredicateBenchOptions& opt
     if (prostate) {
       add_wanted(*std::move(prostate), options, volumes);
     } else if (!options.volume.empty() && volumes.empty()) {
-      return prostate.error();  // Nothing else was asked for.
+      return prostate.error();  // No other volume was requested.
     } else {
       diagnostics.report(Severity::kWarning, "bench", "skipped: " + prostate.error().message);
     }
@@ -205,13 +206,13 @@ Result<std::vector<PredicateVolume>> volumes_of(const PredicateBenchOptions& opt
   if (!volumes.empty()) return volumes;
   if (!options.look.empty()) {
     return Error{ErrorCode::kUsage,
-                 "--look: expected what a set-up of the volumes begins with (vessel, interfaces, "
-                 "…), found " +
+                 "--look: expected the beginning of the name of a predicate set (vessel, "
+                 "interfaces, …), found " +
                      options.look};
   }
   return Error{ErrorCode::kUsage,
-               "--volume: expected what neck, carotid, shoulder, tendon, prostate, two-volumes or "
-               "features begins with, found " +
+               "--volume: expected the beginning of neck, carotid, shoulder, tendon, prostate, "
+               "two-volumes or features, found " +
                    options.volume};
 }
 
@@ -233,7 +234,7 @@ Result<void> measure_gl(const std::vector<PredicateVolume>& volumes,
 
 std::string cpu_text(const PredicateBenchReport& report) {
   std::string out =
-      "\nCPU engine, process time per picture, ms; samples in millions\n"
+      "\nCPU engine, process time per image, ms; samples in millions\n"
       "scene                          standard  predicates      brute   ratio   samples: standard "
       "predicates  brute   max error /255  identical  edit ms  set ms  set "
       "wall ms  set whole ms  fps (wall)\n";
@@ -253,7 +254,7 @@ std::string cpu_text(const PredicateBenchReport& report) {
   }
   std::snprintf(line, sizeof line,
                 "median predicates / standard (frame rates): %.2f; predicates / brute force: %.2f\n"
-                "one engine, beside the volume and its features: at most %.1f MB\n",
+                "memory of one engine, without the volume and its features: at most %.1f MB\n",
                 report.predicate_over_standard(), report.brute_over_predicate(),
                 report.megabytes.value_or(0));
   return out + line;
@@ -322,8 +323,8 @@ Result<PredicateBenchReport> measure_predicates(const PredicateBenchOptions& opt
 std::string to_text(const PredicateBenchReport& report) {
   char line[256];
   std::snprintf(line, sizeof line,
-                "early termination: %d violations of the bound in %d rays; stopping by opacity "
-                "alone errs by up to %.2f\n",
+                "early termination: %d violations of the bound in %d rays; termination by opacity "
+                "alone has errors up to %.2f\n",
                 report.bound_violations, report.rays_checked, report.naive_error);
   return (report.rows.empty() ? "" : cpu_text(report)) + line +
          (report.gl ? to_text(*report.gl) : "");

@@ -22,18 +22,18 @@ using render::Engine;
 using render::RenderedImage;
 using render::Scene;
 
-/// The engines of one scene, so that none rebuilds what another threw away.
+/// The engines of one scene, so that none rebuilds data that another discarded.
 struct Engines {
-  std::shared_ptr<Engine> standard, predicates, brute, paper;  ///< What is timed.
-  /// The same for pictures to look at: a device keeps those that are timed.
+  std::shared_ptr<Engine> standard, predicates, brute, paper;  ///< Engines that are timed.
+  /// Engines for images that are read back: on a device, timed images stay there.
   std::shared_ptr<Engine> read_predicates, read_paper;
-  /// By the device's own filter, on devices.
+  /// Engines with the device's own filter, on devices.
   std::shared_ptr<Engine> paper_own_filter, read_paper_own_filter;
   bool software = false;
-  std::unique_ptr<Engine> cpu;  ///< Where OpenGL runs on the same processor, else null.
+  std::unique_ptr<Engine> cpu;  ///< If OpenGL runs on the same processor, else null.
 };
 
-/// What an application has of a device: pictures that stay there.
+/// An engine as an application uses it on a device: images stay there.
 Result<std::unique_ptr<Engine>> make_timed(bool software) {
   CollectingDiagnostics unheard;
   return software ? render::make_gl_engine(unheard) : make_gl_frames();
@@ -71,7 +71,7 @@ Result<Engines> make_engines(Diagnostics& diagnostics, std::optional<bool> of_de
   return out;
 }
 
-/// The paper's linear mean of hues, for the same picture.
+/// Uses the paper's linear mean of hues, so that both draw the same image.
 Scene as_printed(Scene scene) {
   scene.predicates->hue_mean = render::spec::HueMean::kLinear;
   return scene;
@@ -84,7 +84,7 @@ Result<void> time_frames(Engines& engines, const Scene& scene, int repeats, GlPr
                           frames(*engines.predicates, scene, frame, &cast_s[1]),
                           frames(*engines.brute, without_tricks(scene), frame, &cast_s[2]),
                           frames(*engines.paper, as_printed(scene), frame, &cast_s[3])};
-  // Until each set has a program of its own.
+  // Warm-up until each predicate set has its own program.
   for (int warm = 0; warm <= render::GlRaycaster::kSettledAfter; ++warm) {
     for (const Task& task : {tasks[1], tasks[2]}) {
       if (auto ok = task(); !ok) return ok;
@@ -143,7 +143,7 @@ Result<void> check_pictures(Engines& engines, const Scene& scene, GlPredicateRow
   return {};
 }
 
-/// Process time where OpenGL runs in software, else wall time, ms.
+/// Process time if OpenGL runs in software, else wall time, ms.
 Result<double> time_frame(Engine& engine, const Scene& scene, bool software) {
   const auto start = std::chrono::steady_clock::now();
   const double process_s = process_time_s();
@@ -163,7 +163,8 @@ Result<void> time_waiting(const Scene& scene, const Scene& other_set, bool softw
   return {};
 }
 
-/// set_edit_ms on an engine that has drawn the volume by a set without features, not this one.
+/// Measures set_edit_ms on an engine that has drawn the volume with a set without features, but not
+/// with this set.
 Result<void> time_edits(Engines& engines, const Scene& scene, const Scene& other_set,
                         GlPredicateRow& row) {
   auto fresh = make_timed(engines.software);
@@ -256,7 +257,7 @@ Result<GlPredicateReport> measure_gl_predicates(const std::vector<PredicateVolum
       report.device = engines->standard->device();
       report.width = engines->software ? width / 2 : width;
       report.height = engines->software ? height / 2 : height;
-      const Scene scene = predicate_scene(volume, look, report.width, report.height);
+      const Scene scene = predicate_scene(volume, look.model, report.width, report.height);
       GlPredicateRow row;
       row.scene = volume.name + "/" + look.name;
       if (auto ok = time_frames(*engines, scene, repeats, row); !ok) return ok.error();
@@ -273,7 +274,7 @@ Result<GlPredicateReport> measure_gl_predicates(const std::vector<PredicateVolum
 
 std::string to_text(const GlPredicateReport& report) {
   char line[256];
-  std::snprintf(line, sizeof line, "\nGL engine on %s, %d x %d, ms per picture\n",
+  std::snprintf(line, sizeof line, "\nGL engine on %s, %d x %d, ms per image\n",
                 report.device.c_str(), report.width, report.height);
   std::string out = line;
   out +=
@@ -300,12 +301,12 @@ std::string to_text(const GlPredicateReport& report) {
     std::snprintf(line, sizeof line, "predicates / the paper's shader: %.2f\n", *paper);
     out += line;
   } else {
-    out += "the paper's shader draws another picture: not compared\n";
+    out += "the paper's shader draws another image: not compared\n";
   }
   if (const auto own = report.vs_paper_shader_own_filter()) {
     std::snprintf(line, sizeof line,
-                  "the paper's shader by the device's own filter: predicates / it %.2f, ms per "
-                  "picture (differs by /255):",
+                  "predicates / the paper's shader with the filter of the device: %.2f; ms per "
+                  "image (difference /255):",
                   *own);
     out += line;
     for (const auto& row : report.rows) {
@@ -317,7 +318,7 @@ std::string to_text(const GlPredicateReport& report) {
   }
   if (const auto cpu = report.cpu_vs_paper_shader()) {
     std::snprintf(line, sizeof line,
-                  "median the CPU engine / the paper's shader on the same processor: %.2f\n", *cpu);
+                  "median CPU engine / the paper's shader on the same processor: %.2f\n", *cpu);
     out += line;
   }
   return out;

@@ -8,14 +8,14 @@
 
 namespace nav::bench {
 
-/// What a user waits for after another set of predicates, wall time, ms.
+/// Waiting time of a user after a change of the predicate set, wall time, ms.
 struct ProgressiveEdit {
-  double first_ms = 0;       ///< To the first picture as render::ProgressiveRenderer draws it.
-  bool provisional = false;  ///< That picture: render::RenderStatistics::provisional.
-  double whole_ms = 0;       ///< To the first whole one.
+  double first_ms = 0;       ///< Until the first image from render::ProgressiveRenderer.
+  bool provisional = false;  ///< RenderStatistics::provisional of that image.
+  double whole_ms = 0;       ///< Until the first complete image.
 };
 
-/// A set that reads nothing but the volume: whatever a scene reads besides is new to its engine.
+/// A predicate set that reads only the volume: all other data of a scene is then new to its engine.
 inline render::Scene plain_set(render::Scene scene) {
   render::PredicateModel& model = scene.predicates->model;
   model.entries = {{"plain", render::PredicateExpression::kind("intensity", {0.123, 0.987})}};
@@ -23,7 +23,8 @@ inline render::Scene plain_set(render::Scene scene) {
   return scene;
 }
 
-/// On an engine that has drawn nothing yet: a user has looked at the other set from several sides.
+/// Measures on an engine that has drawn nothing yet: first draws the other set from several sides,
+/// as a user would.
 inline Result<ProgressiveEdit> time_progressive_edit(render::Engine& fresh,
                                                      const render::Scene& scene,
                                                      const render::Scene& other_set) {

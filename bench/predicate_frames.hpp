@@ -11,7 +11,7 @@
 
 namespace nav::bench {
 
-/// Of any channel, [0, 1].
+/// Largest difference in any channel, [0, 1].
 inline double largest_difference(const render::RenderedImage& a, const render::RenderedImage& b) {
   float most = 0;
   for (std::size_t i = 0; i < a.pixels.pixels().size(); ++i) {
@@ -34,8 +34,8 @@ inline double rms_difference(const render::RenderedImage& a, const render::Rende
   return std::sqrt(sum / (3.0 * static_cast<double>(count)));
 }
 
-/// Draws frames that differ by micrometres, so that every one is cast. cast_s, where there is one,
-/// gets what the device took for each.
+/// Draws frames that differ by micrometres, so that each is cast again. cast_s, if not null,
+/// receives the device's time for each.
 inline Task frames(render::Engine& engine, render::Scene scene, int& frame,
                    std::vector<double>* cast_s = nullptr) {
   return [&engine, scene = std::move(scene), &frame, cast_s]() -> Result<void> {
@@ -46,7 +46,7 @@ inline Task frames(render::Engine& engine, render::Scene scene, int& frame,
   };
 }
 
-/// No bricks, no early end.
+/// Removes bricks and early termination.
 inline render::Scene without_tricks(render::Scene scene) {
   scene.predicates->termination_error = 0;
   scene.quality.skip_empty_bricks = false;

@@ -42,11 +42,12 @@ Picture colours(const Image2d<Rgba8>& image) {
 struct Contestant {
   std::string name;
   bool ours;
-  bool by_rays;  ///< Without a pixel error no pixel depends on others: a small picture shows the
-                 ///< error as a large one.
+  /// Without a pixel error no pixel depends on others: a small image shows the same error as a
+  /// large one.
+  bool by_rays;
   bool by_opengl;
-  std::function<Result<void>(const render::Scene&)> draw;  ///< What is timed.
-  /// What is compared, 8 bits: middles() of a picture.
+  std::function<Result<void>(const render::Scene&)> draw;  ///< Operation that is timed.
+  /// Image that is compared, 8 bits: middles() of an image.
   std::function<Result<Picture>(const render::Scene&, int factor)> picture;
 };
 
@@ -63,7 +64,7 @@ Contestant contestant(const std::shared_ptr<render::Engine>& engine) {
   return {engine->name(), true, true, engine->name() == "gl", draw, picture};
 }
 
-/// stays: the picture that is timed is not read back.
+/// stays: the timed image is not read back.
 Contestant contestant(VtkBaseline::Mapper mapper, const std::shared_ptr<VtkBaseline>& baseline,
                       bool stays) {
   const auto draw = [baseline, stays](const render::Scene& scene) -> Result<void> {
@@ -81,7 +82,7 @@ Contestant contestant(VtkBaseline::Mapper mapper, const std::shared_ptr<VtkBasel
           picture};
 }
 
-/// Root mean square and greatest difference over pixels and channels.
+/// Root mean square and largest difference over pixels and channels.
 std::pair<double, double> difference(const Picture& found, const Picture& truth) {
   double sum = 0;
   double max = 0;
@@ -104,7 +105,8 @@ Result<void> check(const NamedScene& named, const RenderBenchOptions& options) {
   };
   const render::Scene& scene = named.scene;
   if (scene.plane || scene.needle || !scene.spheres.empty() || !scene.lines.empty()) {
-    return refused("expected CT alone, which VTK's mappers can draw, found a plane or shapes");
+    return refused(
+        "expected a CT alone, because VTK's mappers draw nothing else, found a plane or shapes");
   }
   if (const auto ok = check_picture(options, scene.width, scene.height); !ok) {
     return refused(ok.error().message);
@@ -116,7 +118,7 @@ Result<void> check(const NamedScene& named, const RenderBenchOptions& options) {
   return render::validate(scene);
 }
 
-/// Runs the scenes one after the other and collects the report.
+/// Runs the scenes in order and collects the report.
 class Comparison {
  public:
   Comparison(const RenderBenchOptions& options, Diagnostics& diagnostics)
@@ -135,7 +137,7 @@ class Comparison {
     ours_.push_back(contestant(std::shared_ptr<render::Engine>(std::move(gl).value())));
     if (!report_.of_device) return {};
     if (auto ok = draw_on_device({}); !ok) return ok;
-    // As VTK's mapper draws, whatever the device does faster.
+    // Fragment shaders like VTK's mapper, even if compute shaders are faster on the device.
     const render::GlOptions fragments{.compute = false};
     auto other = render::make_gl_engine(diagnostics_, fragments);
     if (!other) return other.error();
@@ -147,7 +149,7 @@ class Comparison {
   RenderBenchReport finish();
 
  private:
-  /// Pictures of the last contestant stay on the device when they are timed.
+  /// Timed images of the last contestant stay on the device.
   Result<void> draw_on_device(const render::GlOptions& options) {
     auto frames = make_gl_frames(options);
     if (!frames) return frames.error();
@@ -171,7 +173,7 @@ class Comparison {
     out.height = options_.reference_height;
     return out;
   }
-  /// What a contestant shows of a scene where the reference's pixels are.
+  /// Colours of a contestant at the positions of the reference's pixels.
   [[nodiscard]] Result<Picture> seen(const Contestant& who, const render::Scene& scene) const;
 
   const RenderBenchOptions& options_;
@@ -220,12 +222,12 @@ Result<void> Comparison::run(const NamedScene& named) {
   all.insert(all.end(), vtk->begin(), vtk->end());
   std::vector<Picture> own_truths(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
-    // First frame of the full size: uploads, gradients and compilation are not timed.
+    // First image at full size, so that uploads, gradients and compilation are not timed.
     render::Scene first = named.scene;
     first.quality.step_voxels = options_.step_voxels.front();
     if (auto warm = all[i].draw(first); !warm) return warm;
     if (all[i].ours) continue;
-    if (!all[i].by_rays) {  // The same mapper with all rays came just before.
+    if (!all[i].by_rays) {  // This mapper with all rays precedes it.
       own_truths[i] = own_truths[i - 1];
       continue;
     }
@@ -237,12 +239,12 @@ Result<void> Comparison::run(const NamedScene& named) {
     if (auto ok = run_step(named, all, {step, 0}, *truth, own_truths); !ok) return ok;
   }
   std::vector<SparsePoint> own;
-  if (!report_.of_device) own = options_.own_sparse;  // Which has a ray for every pixel.
+  if (!report_.of_device) own = options_.own_sparse;  // A device always has a ray for every pixel.
   for (const double step : options_.own_step_voxels) own.push_back({step, 0});
   for (const SparsePoint& quality : own) {
     if (auto ok = run_step(named, ours_, quality, *truth, own_truths); !ok) return ok;
   }
-  // Beside VTK on the same processor.
+  // The chosen step is compared with VTK on the same processor only.
   if (!report_.of_device) {
     if (auto ok = run_chosen(named, *truth, own_truths); !ok) return ok;
   }
@@ -250,7 +252,7 @@ Result<void> Comparison::run(const NamedScene& named) {
   return {};
 }
 
-/// ChosenStep::rms_whole.
+/// Computes ChosenStep::rms_whole.
 Result<double> whole_error(render::Engine& engine, render::Scene scene,
                            const render::StepChoice& choice) {
   scene.quality.pixel_error = choice.pixel_error;
@@ -266,7 +268,7 @@ Result<double> whole_error(render::Engine& engine, render::Scene scene,
 Result<void> Comparison::run_chosen(const NamedScene& named, const Picture& truth,
                                     const std::vector<Picture>& own_truths) {
   const auto engine = render::make_cpu_engine();
-  // What the engine makes of the volume is made for every picture, not for the search.
+  // Prepares the volume first: every image needs this, so it is not part of the search time.
   if (auto warm = engine->render(small(named.scene)); !warm) return warm.error();
   const double start = process_time_s();
   const auto choice = render::step_for_error(*engine, named.scene, render::kDefaultRms);
@@ -305,7 +307,7 @@ Result<void> Comparison::run_step(const NamedScene& named, const std::vector<Con
   scene.quality.pixel_error = quality.pixel_error;
   std::vector<RenderBenchRow> rows;
   std::vector<Task> tasks;
-  std::vector<Task> on_device;  // Not in turn with what lets the device wait.
+  std::vector<Task> on_device;  // Timed separately, because the other tasks let the device idle.
   for (std::size_t i = 0; i < all.size(); ++i) {
     const Contestant& who = all[i];
     const auto found = seen(who, scene);
@@ -337,7 +339,7 @@ Result<void> Comparison::run_step(const NamedScene& named, const std::vector<Con
 Result<std::vector<Taken>> Comparison::time_on_device(const std::vector<Task>& tasks) {
   if (tasks.empty()) return std::vector<Taken>{};
   if (auto busy = keep_busy(tasks); !busy) return busy.error();
-  constexpr int kTimes = 9;  // Of milliseconds.
+  constexpr int kTimes = 9;  // Each takes only milliseconds.
   return time_in_turn(tasks, {std::max(options_.repeats.times, kTimes), options_.repeats.enough_s});
 }
 
@@ -386,7 +388,7 @@ Result<void> check_picture(const RenderBenchOptions& options, int width, int hei
       height == factor * options.reference_height) {
     return {};
   }
-  return Error{ErrorCode::kUsage, "expected a picture of an odd multiple of " +
+  return Error{ErrorCode::kUsage, "expected an image of an odd multiple of " +
                                       std::to_string(options.reference_width) + " x " +
                                       std::to_string(options.reference_height) + " pixels, found " +
                                       std::to_string(width) + " x " + std::to_string(height)};
@@ -414,10 +416,11 @@ std::string to_text(const RenderBenchReport& report) {
          "stop a ray at an opacity of about\n"
          "1 - 1/255. rms, max: 8-bit colours of "
       << report.reference_width << " x " << report.reference_height
-      << " of the picture's pixels against the double-precision reference at 1/"
+      << " of the image's pixels against the double-precision reference at 1/"
       << std::lround(1 / report.reference_step)
-      << " voxel;\nown: VTK against itself at that step, which forgives it its other lights. Equal "
-         "error: along\nthe curves of time over error, VTK's with the smaller of rms and own.\n\n"
+      << " voxel;\nown: VTK against itself at that step, without the difference of its lighting. "
+         "Equal error: along\nthe curves of time over error; for VTK with the smaller of rms and "
+         "own.\n\n"
       << std::fixed << std::left << std::setw(54) << "scene" << std::setw(16) << "engine"
       << std::right << std::setw(7) << "step" << std::setw(7) << "pixel" << std::setw(10)
       << "cpu ms" << std::setw(10) << "wall ms" << std::setw(10) << "rms" << std::setw(8) << "max"
@@ -433,7 +436,7 @@ std::string to_text(const RenderBenchReport& report) {
   }
   out << "\nTimes faster at equal error (VTK's "
       << (report.of_device ? "wall time of a frame that stays on the device" : "process time")
-      << " over Sonde's), at each rms; \"-\": Sonde's curve ends before.\n";
+      << " over Sonde's), at each rms; \"-\": Sonde's curve does not reach it.\n";
   for (const RenderBenchRatio& ratio : report.ratios) {
     out << std::left << std::setw(54) << ratio.scene << std::setw(28) << ratio.name << std::right;
     for (const ErrorLevelRatio& level : ratio.levels) {

@@ -15,33 +15,34 @@
 
 namespace nav::bench {
 
-/// A quality, with fewer rays than pixels or not.
+/// A quality, with or without fewer rays than pixels.
 struct SparsePoint {
   double step_voxels;
   double pixel_error;  ///< 0: a ray for every pixel.
 };
 
-/// How the comparison is run.
+/// Options of the comparison.
 struct RenderBenchOptions {
-  std::vector<double> step_voxels{2, 1, 0.5, 0.25};  ///< Of the smallest spacing; every engine.
-  /// Sonde's engines alone, so that their curves span the errors of VTK's.
+  /// In units of the smallest spacing; for every engine.
+  std::vector<double> step_voxels{2, 1, 0.5, 0.25};
+  /// Additional steps for Sonde's engines only, so that their curves span the errors of VTK's.
   std::vector<double> own_step_voxels{4, 0.125};
-  /// And with fewer rays: quality.pixel_error. Not of a device.
+  /// Additional qualities with fewer rays: quality.pixel_error. Not for an engine on a device.
   std::vector<SparsePoint> own_sparse{{1, 0.3},     {1, 0.15},    {1, 0.08},
                                       {0.5, 0.15},  {0.5, 0.08},  {0.5, 0.04},
                                       {0.25, 0.08}, {0.25, 0.04}, {0.25, 0.02}};
-  /// Errors at which curves are compared besides VTK's own points, rms.
+  /// Errors at which curves are compared, in addition to VTK's own points, rms.
   std::vector<double> levels{2e-2, 1e-2, 5e-3, 2e-3};
-  Repeats repeats;  ///< Of timed frames, engines in turn.
-  /// Size of the reference's picture, pixels. Those of the scenes are an odd multiple, so that the
-  /// middles of its pixels are middles of theirs, where their error is measured.
+  Repeats repeats;  ///< Repeats of the timed images, engines in turn.
+  /// Size of the reference image, pixels. Those of the scenes are an odd multiple, so that the
+  /// middles of the reference's pixels are middles of theirs, where their error is measured.
   int reference_width = 64;
   int reference_height = 48;
-  double reference_step = 1.0 / 16;  ///< Of the double-precision reference, voxels.
-  bool gl = true;                    ///< Sonde's OpenGL engine; of a device, fragment shaders too.
-  std::optional<bool> of_device;     ///< Instead of what the device's name says; for tests.
+  double reference_step = 1.0 / 16;  ///< Step of the double-precision reference, voxels.
+  bool gl = true;                    ///< Sonde's OpenGL engine; on a device, fragment shaders too.
+  std::optional<bool> of_device;     ///< Replaces the decision by the device's name; for tests.
   bool vtk_gpu = true;               ///< vtkOpenGLGPUVolumeRayCastMapper.
-  bool vtk_gpu_half = true;          ///< And with a ray for every second column and row.
+  bool vtk_gpu_half = true;          ///< GPU mapper with a ray for every second column and row.
   bool vtk_fixed_point = true;       ///< vtkFixedPointVolumeRayCastMapper.
 };
 
@@ -51,51 +52,53 @@ struct RenderBenchRow {
   std::string engine;  ///< "cpu", "gl", "gl-fragment", "vtk-gpu", "vtk-gpu-half", "vtk-fixedpoint".
   double step = 0;     ///< Voxels.
   double pixel_error = 0;  ///< Sonde's engines: quality.pixel_error.
-  double cpu_s = 0;        ///< Process time per frame, user and system, all threads; median.
+  double cpu_s = 0;        ///< Median process time per image, user and system, all threads.
   double wall_s = 0;       ///< Median.
-  double rms = 0;          ///< Of 8-bit colour against the reference, all pixels and channels.
+  double rms = 0;  ///< RMS error of 8-bit colour against the reference, all pixels and channels.
   double max = 0;
-  /// VTK: the same against its own picture at the reference's step, free of differences between
+  /// VTK: the same against its own image at the reference's step, which removes differences between
   /// the models (its lights, its gradients); NaN for Sonde's engines.
   double rms_own = 0;
-  /// What the curves use: rms, for VTK the smaller of rms and rms_own.
+  /// Error for the curves: rms; for VTK the smaller of rms and rms_own.
   [[nodiscard]] double error() const { return rms_own < rms ? rms_own : rms; }
 };
 
-/// Sonde's engine against VTK's mapper in one scene, along their curves.
+/// Comparison of Sonde's engine with VTK's mapper in one scene, along their curves.
 struct RenderBenchRatio {
   std::string scene;
   /// "cpu_vs_vtk_gpu", "gl_vs_vtk_gpu", "cpu_vs_vtk_fixedpoint": VTK with a ray for every pixel.
-  /// "cpu_vs_vtk_gpu_any", "gl_vs_vtk_gpu_any": VTK's mapper also with half of the rays each way,
-  /// whichever is faster. "gl-fragment_…": without compute shaders, of a device.
+  /// "cpu_vs_vtk_gpu_any", "gl_vs_vtk_gpu_any": VTK's mapper also with half of the rays along each
+  /// axis, whichever is faster. "gl-fragment_…": without compute shaders, on a device.
   /// "cpu_dense_vs_vtk_gpu", "gl_dense_vs_vtk_gpu": a ray for every pixel on both sides.
   std::string name;
   bool shaded = false;
   std::vector<ErrorLevelRatio> levels;
-  /// Sonde's time to an rms of 5e-3 over the time of VTK's cheapest picture; NaN: not reached.
+  /// Sonde's time to reach an rms of 5e-3 over the time of VTK's cheapest image; NaN: not reached.
   double fine_over_their_cheapest = 0;
 };
 
-/// What the error of a scene was measured against.
+/// Accuracy of the reference of a scene.
 struct SceneTruth {
   std::string scene;
-  double self_convergence;  ///< Rms between the reference at its step and at twice that.
+  /// RMS difference between the reference at its step and at twice that step.
+  double self_convergence;
 };
 
-/// The step and pixel error that the CPU engine takes by itself.
+/// The step and pixel error that the CPU engine chooses itself.
 struct ChosenStep {
   std::string scene;
   render::StepChoice choice;
-  double search_cpu_s = 0;  ///< Process time to find it, once for a volume and a look.
-  /// Of 8-bit colour over the whole picture, against the same engine's at an eighth of the step,
-  /// where no ray ends early: the reference's few pixels miss most edges, where pictures err most.
+  double search_cpu_s = 0;  ///< Process time to find it, once for a volume and an appearance.
+  /// RMS error of 8-bit colour over the whole image, against that of the same engine at an eighth
+  /// of the step without early termination. The reference has few pixels and misses most edges,
+  /// where errors are largest.
   double rms_whole = 0;
 };
 
 struct RenderBenchReport {
   std::string gl_device;
-  /// OpenGL has a device of its own: curves take the wall time of a frame that stays on it, instead
-  /// of process time.
+  /// True if OpenGL has its own device: curves then use the wall time of an image that stays on it,
+  /// instead of process time.
   bool of_device = false;
   int reference_width = 0;
   int reference_height = 0;
@@ -103,32 +106,33 @@ struct RenderBenchReport {
   std::vector<SceneTruth> truths;
   std::vector<RenderBenchRow> rows;
   std::vector<RenderBenchRatio> ratios;
-  std::vector<ChosenStep> chosen;  ///< Empty of a device.
+  std::vector<ChosenStep> chosen;  ///< Empty on a device.
 };
 
-/// Runs all engines in turn in one process: same camera, picture size, transfer function, shading
-/// and step; VTK without automatic sampling distances and without jitter. Calls progress with the
-/// number of scenes done. Refuses scenes with anything but a CT, which VTK's mappers cannot draw.
+/// Runs all engines in turn in one process with the same camera, image size, transfer function,
+/// shading and step; VTK without automatic sampling distances and without jitter. Calls progress
+/// with the number of scenes done. Rejects scenes with anything but a CT, which VTK's mappers
+/// cannot draw.
 Result<RenderBenchReport> compare_renderers(const std::vector<NamedScene>& scenes,
                                             const RenderBenchOptions& options,
                                             Diagnostics& diagnostics,
                                             const std::function<void(std::size_t)>& progress = {});
 
-/// Whose pictures make a curve.
+/// The images that form a curve.
 struct RenderBenchCurve {
   std::vector<std::string> engines;
-  bool sparse;  ///< With quality.pixel_error too.
+  bool sparse;  ///< Includes images with quality.pixel_error.
 };
 ErrorCurve curve_of(const RenderBenchReport& report, const std::string& scene,
                     const RenderBenchCurve& curve);
 
-/// Refuses pictures that are no odd multiple of the reference's.
+/// Rejects an image size that is not an odd multiple of the reference's.
 Result<void> check_picture(const RenderBenchOptions& options, int width, int height);
 
-/// The row of an engine in a scene at a quality; null when there is none.
+/// The row of an engine in a scene at a quality; null if there is none.
 const RenderBenchRow* find_row(const RenderBenchReport& report, const std::string& scene,
                                const std::string& engine, const SparsePoint& quality);
-/// The same with a ray for every pixel.
+/// find_row() with a ray for every pixel.
 const RenderBenchRow* find_row(const RenderBenchReport& report, const std::string& scene,
                                const std::string& engine, double step);
 

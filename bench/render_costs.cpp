@@ -17,12 +17,12 @@ namespace {
 
 using Change = std::function<void(render::Scene&)>;
 
-/// An element: changes of the bare scene (CT alone, unshaded).
+/// An element, as changes of the bare scene (CT alone, unshaded).
 struct Element {
   std::string name;
-  Change without;  ///< What the element builds on.
-  Change with;     ///< The same and the element.
-  Change idle;     ///< The same and the element with nothing to do; empty: it cannot idle.
+  Change without;  ///< Scene that the element is added to.
+  Change with;     ///< This scene with the element.
+  Change idle;     ///< This scene with the element idle; empty: it cannot be idle.
 };
 
 render::TransferFunction clear_everywhere() {
@@ -32,7 +32,7 @@ render::TransferFunction clear_everywhere() {
   return *made;
 }
 
-/// The same function where every node is of one importance.
+/// The function with one importance at all nodes.
 render::TransferFunction of_importance(const render::TransferFunction& transfer,
                                        double importance) {
   std::vector<render::TransferComponent> components = transfer.components();
@@ -137,7 +137,7 @@ Result<ElementCost> measure(const Element& element, const render::Scene& base,
   };
   cost.ms = difference_ms(1);
   cost.scatter_ms = scatter_ms(1);
-  // Counts of the same frame: some may have drawn more frames than others.
+  // Counts are taken from the same image, because some cameras may have drawn more images.
   for (MovingCamera& one : drawn) {
     if (auto last = one.draw(0); !last) return last.error();
   }
@@ -152,11 +152,11 @@ Result<ElementCost> measure(const Element& element, const render::Scene& base,
   return cost;
 }
 
-/// A change of the whole scene from frame to frame.
+/// A change of the whole scene from image to image.
 struct SceneChange {
   std::string name;
   std::function<void(render::Scene&, int frame)> apply;
-  Change of = kNothing;  ///< What of the scene is drawn before it and after it.
+  Change of = kNothing;  ///< Elements of the scene that are drawn, before and after the change.
 };
 
 void move_plane(render::Scene& scene, int frame) {
@@ -239,10 +239,9 @@ Result<ChangeCost> measure(const SceneChange& change, const render::Scene& scene
 Result<CostTable> measure_costs(const render::Scene& scene, const Repeats& repeats) {
   if (!scene.ct || !scene.plane || !scene.needle || scene.spheres.empty() || scene.lines.empty() ||
       !scene.cutaway) {
-    return Error{
-        ErrorCode::kUsage,
-        "costs: expected CT, plane, needle, spheres, lines and cutaway in the scene, found "
-        "not all of them"};
+    return Error{ErrorCode::kUsage,
+                 "costs: expected CT, plane, needle, spheres, lines and cutaway in the scene, "
+                 "found some of them missing"};
   }
   CostTable table;
   MovingCamera whole(scene);
@@ -270,9 +269,9 @@ Result<CostTable> measure_costs(const render::Scene& scene, const Repeats& repea
 std::string to_text(const CostTable& table) {
   std::ostringstream out;
   out << std::fixed << std::setprecision(2)
-      << "Cost of every element, CPU engine, process ms (all threads): the picture with it less "
-         "the\npicture without it, and how far apart such differences lie. idle: in the scene, but "
-         "with nothing\nto do there. Whole scene: "
+      << "Cost of every element, CPU engine, process ms (all threads): the image with it minus the "
+         "image\nwithout it, and the scatter of such differences. idle: the element is in the "
+         "scene without\neffect. Whole scene: "
       << table.frame_ms << " ms, " << table.frame_samples << " samples.\n\n"
       << std::left << std::setw(50) << "element" << std::right << std::setw(9) << "ms"
       << std::setw(8) << "+-" << std::setw(12) << "samples" << std::setw(12) << "gradients"
@@ -289,7 +288,7 @@ std::string to_text(const CostTable& table) {
     out << '\n';
   }
   out << '\n'
-      << std::left << std::setw(50) << "from one picture to the next" << std::right << std::setw(9)
+      << std::left << std::setw(50) << "from one image to the next" << std::right << std::setw(9)
       << "ms" << std::setw(12) << "wall ms" << std::setw(12) << "prepare" << std::setw(12)
       << "samples" << std::setw(12) << "gradients" << '\n';
   for (const ChangeCost& cost : table.changes) {

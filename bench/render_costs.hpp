@@ -12,16 +12,16 @@
 
 namespace nav::bench {
 
-/// What one element of a picture costs: the picture with it less the picture without it, CPU
-/// engine, process time and counts. Negative: it saves.
+/// Cost of one element of an image: the image with it minus the image without it, CPU engine,
+/// process time and counts. Negative: the element saves time.
 struct ElementCost {
   std::string element;
   double ms = 0;
-  double scatter_ms = 0;  ///< How far apart such differences lie in this run.
+  double scatter_ms = 0;  ///< Spread of these differences in this run.
   std::int64_t samples = 0;
   std::int64_t gradients = 0;
-  /// The same where the element is in the scene but has nothing to do there: a lost plane, a
-  /// cutaway about nothing, shading of what has no importance. Counts are exact.
+  /// Cost of the element when it is in the scene but has nothing to do there: a lost plane, a
+  /// cutaway about nothing, shading of tissue without importance. Counts are exact.
   bool has_idle = false;
   double idle_ms = 0;
   double idle_scatter_ms = 0;
@@ -29,12 +29,12 @@ struct ElementCost {
   std::int64_t idle_gradients = 0;
 };
 
-/// What a change of the scene costs: the picture after it, caches as they were before it.
+/// Cost of a change of the scene: the image after it, with caches as they were before it.
 struct ChangeCost {
   std::string change;
-  double ms = 0;          ///< Process time of the whole picture, median.
-  double wall_ms = 0;     ///< Wall time of the whole picture, median.
-  double prepare_ms = 0;  ///< Wall time of what had to be rebuilt, median.
+  double ms = 0;          ///< Process time of the whole image, median.
+  double wall_ms = 0;     ///< Wall time of the whole image, median.
+  double prepare_ms = 0;  ///< Wall time of the rebuilt data, median.
   std::uint64_t samples = 0;
   std::uint64_t gradients = 0;
 };
@@ -46,8 +46,8 @@ struct CostTable {
   std::vector<ChangeCost> changes;
 };
 
-/// Every element of a picture by itself, on the CPU engine. scene: CT, plane, needle, spheres,
-/// lines and cutaway all present, otherwise kUsage.
+/// Measures every element of an image separately, on the CPU engine. scene: CT, plane, needle,
+/// spheres, lines and cutaway are all present, otherwise kUsage.
 Result<CostTable> measure_costs(const render::Scene& scene, const Repeats& repeats);
 
 /// Plain-text table.

@@ -23,14 +23,14 @@ bool same_bytes(const render::RenderedImage& a, const render::RenderedImage& b) 
   return x.size() == y.size() && std::memcmp(x.data(), y.data(), x.size_bytes()) == 0;
 }
 
-/// The scene with so many times fewer pixels each way.
+/// The scene with \p factor times fewer pixels along each axis.
 render::Scene smaller(render::Scene scene, int factor) {
   scene.width /= factor;
   scene.height /= factor;
   return scene;
 }
 
-/// Medians of scenes drawn in turn; the first frame of each fills the caches.
+/// Medians of scenes drawn in turn; the first image of each fills the caches.
 Result<std::vector<Taken>> time_scenes(std::vector<MovingCamera>& cameras, const Repeats& repeats) {
   std::vector<Task> tasks;
   for (MovingCamera& camera : cameras) {
@@ -173,7 +173,7 @@ Result<EditCost> measure_edit(const render::Scene& scene, int edits) {
     auto components = scene.transfer.components();
     for (auto& node : components.front().nodes) {
       node.opacity *= 1 - 0.01 * i;
-      node.hu += i % 2 == 0 ? 3 * i : -3 * i;  // Other bricks show something than before.
+      node.hu += i % 2 == 0 ? 3 * i : -3 * i;  // Changes which bricks show something.
     }
     auto edited = render::TransferFunction::blend(scene.transfer.name(), std::move(components));
     if (!edited) return edited.error();
@@ -188,9 +188,10 @@ Result<EditCost> measure_edit(const render::Scene& scene, int edits) {
   return EditCost{scene.ct->grid().size[0], median(prepare), median(frame)};
 }
 
-/// A user who moves the camera and then lets go of it, pictures as they are shown meanwhile.
+/// A user moves the camera and then stops, with the images shown meanwhile.
 Result<void> move_and_stop(const render::Scene& scene, Interaction& found) {
-  constexpr int kLearning = 3;  // The first pictures are whole, or tell what coarse ones cost.
+  // The first images are complete, or measure the cost of coarse ones.
+  constexpr int kLearning = 3;
   constexpr int kPictures = 23;
   const auto engine = render::make_cpu_engine();
   render::ProgressiveRenderer renderer(*engine);
@@ -212,7 +213,8 @@ Result<void> move_and_stop(const render::Scene& scene, Interaction& found) {
 
 Result<Interaction> measure_interaction(const NamedScene& named, const Repeats& repeats) {
   constexpr double kRms = 1e-2;
-  constexpr int kFactor = 5;  // Odd: the middles of the reference's pixels are middles of pixels.
+  // Odd: the middles of the reference's pixels are then middles of pixels.
+  constexpr int kFactor = 5;
   Interaction found{named.name, named.scene.ct->grid().size[0]};
   render::Scene scene = named.scene;
   scene.quality.step_voxels = 0.125;
@@ -225,7 +227,7 @@ Result<Interaction> measure_interaction(const NamedScene& named, const Repeats& 
   found.rms = least_s;
   bool dense_found = false;
   for (const double step : {2.0, 1.75, 1.5, 1.25, 1.0, 0.75, 0.5, 0.25}) {
-    // Finer steps than the one after the first that is enough are never faster.
+    // After the first sufficient step, only the next finer one can be faster.
     if (dense_found && step < 0.6 * found.dense_step) break;
     for (const double pixel_error : {0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3}) {
       scene.quality.step_voxels = step;

@@ -12,11 +12,11 @@
 #include "nav/result.hpp"
 #include "render/scene.hpp"
 
-/// What a live session asks of the CPU engine: cutaway, new images, edits, interaction, skipping.
+/// Tasks of the CPU engine in a live session: cutaway, new images, edits, interaction, skipping.
 namespace nav::bench {
 
-/// One picture three ways: CT alone; with the plane; with the plane and the cutaway about it. And
-/// the CT alone at a coarser step, which tells what a sample costs beside what rays do without.
+/// One image in three versions: CT alone; with the plane; with the plane and the cutaway about it.
+/// The CT alone at a coarser step tells the cost of a sample apart from the rest of a ray.
 struct CutawayCost {
   double ct_ms = 0;  ///< Process time.
   double coarse_ct_ms = 0;
@@ -26,15 +26,15 @@ struct CutawayCost {
   std::uint64_t coarse_ct_samples = 0;
   std::uint64_t plane_samples = 0;
   std::uint64_t cutaway_samples = 0;
-  /// (cutaway - ct) / cutaway: what both cost of a frame, all told; negative: they save.
+  /// (cutaway - ct) / cutaway: net fraction of an image that both cost; negative: they save time.
   [[nodiscard]] double net_fraction() const { return 1 - ct_ms / cutaway_ms; }
-  /// The same if the samples that they save were still taken, at what one more sample of the CT
-  /// alone costs: the price of their own work.
+  /// The fraction if the samples that they save were still taken, at the cost of one more sample of
+  /// the CT alone: the cost of their own work.
   [[nodiscard]] double own_fraction() const {
     return own_fraction((ct_ms - coarse_ct_ms) / samples_over(coarse_ct_samples));
   }
-  /// An upper bound of it: at what a sample costs with its share of all else that a frame does, as
-  /// if rays and empty space went away with the samples.
+  /// An upper bound of own_fraction(), with the average cost of a sample, which includes its share
+  /// of all other work of an image, as if rays and empty space went away with the samples.
   [[nodiscard]] double own_fraction_at_most() const {
     return own_fraction(ct_ms / samples_over(0));
   }
@@ -47,26 +47,27 @@ struct CutawayCost {
     return (cutaway_ms + sample_ms * samples_over(cutaway_samples) - ct_ms) / cutaway_ms;
   }
 };
-/// Precondition of the scene: a plane and a cutaway.
+/// Precondition: the scene has a plane and a cutaway.
 Result<CutawayCost> measure_cutaway(const render::Scene& scene, const Repeats& repeats);
 
 /// A new ultrasound image at the same pose and camera.
 struct ImageUpdate {
-  double cpu_ms = 0;  ///< Process time of the whole picture, median.
+  double cpu_ms = 0;  ///< Process time of the whole image, median.
   double wall_ms = 0;
-  std::uint64_t samples = 0;  ///< Most volume samples of any update.
-  bool identical = true;      ///< To an engine that never saw the picture before.
+  std::uint64_t samples = 0;  ///< Largest number of volume samples of any update.
+  /// Identical to the image of an engine that never saw the previous ultrasound image.
+  bool identical = true;
 };
 Result<ImageUpdate> measure_image_update(const render::Scene& scene, int updates);
 
-/// Volume samples with skipping and without, at the scene's quality: of a picture among others,
-/// when all is known that is skipped by.
+/// Volume samples with and without skipping, at the scene's quality, for an image after the first
+/// one, when all data for skipping is known.
 struct SkipRatio {
   std::string scene;
-  std::uint64_t first = 0;  ///< With skipping, of the first picture with this transfer function.
+  std::uint64_t first = 0;  ///< With skipping, first image with this transfer function.
   std::uint64_t on = 0;
   std::uint64_t off = 0;
-  std::uint64_t brute = 0;  ///< Without early termination either: all that the rays' parts hold.
+  std::uint64_t brute = 0;  ///< Without early termination too: all samples of the rays' parts.
   bool identical = false;   ///< Byte for byte.
   [[nodiscard]] double ratio() const {
     return static_cast<double>(off) / static_cast<double>(on > 0 ? on : 1);
@@ -77,41 +78,42 @@ struct SkipRatio {
 };
 Result<SkipRatio> measure_skipping(const NamedScene& named);
 
-/// Beside that, what could be skipped at best, and the time.
+/// Skipping compared with its best possible result, with times.
 struct SkipBound {
   SkipRatio found;
   SkipOracle oracle;
-  double on_ms = 0;  ///< Process time of a picture, least of all repeats.
+  double on_ms = 0;  ///< Process time of an image, smallest of all repeats.
   double off_ms = 0;
 };
-/// Precondition of the scene: that of skip_oracle().
+/// Precondition: that of skip_oracle().
 Result<SkipBound> measure_skip_bound(const NamedScene& named, int repeats);
 
-/// Time of a picture where nothing is empty: with skipping over without, less 1.
+/// Relative overhead of skipping in an image where nothing is empty: time with skipping over time
+/// without, minus 1.
 Result<double> full_volume_overhead(const render::Scene& scene, const Repeats& repeats);
 
-/// An edited transfer function on a cubic patient of n voxels a side.
+/// Cost of an edited transfer function on a cubic patient of n voxels a side.
 struct EditCost {
   int side = 0;
-  double prepare_ms = 0;  ///< Wall time to classify anew and rebuild tables, median.
-  double frame_ms = 0;    ///< Process time of the first picture after it, median.
+  double prepare_ms = 0;  ///< Wall time to classify again and rebuild tables, median.
+  double frame_ms = 0;    ///< Process time of the first image after it, median.
 };
 Result<EditCost> measure_edit(const render::Scene& scene, int edits);
 
-/// The camera moves: frames of 800 x 600 at the fastest step and pixel error that keep rms <= 1e-2,
-/// and the same as render::ProgressiveRenderer draws it.
+/// A moving camera: images of 800 x 600 at the fastest step and pixel error that keep rms <= 1e-2,
+/// and the same with render::ProgressiveRenderer.
 struct Interaction {
   std::string scene;
   int side = 0;
-  double step = 0;         ///< Voxels; the finest candidate when none keeps to 1e-2.
-  double pixel_error = 0;  ///< Of the quality.
-  double rms = 0;          ///< Against the reference, unlike the comparison not rounded to 8 bits.
-  double dense_step = 0;   ///< The coarsest with a ray for every pixel.
+  double step = 0;         ///< Voxels; the finest candidate if none keeps to 1e-2.
+  double pixel_error = 0;  ///< Pixel error of the quality.
+  double rms = 0;  ///< Against the reference; not rounded to 8 bits, unlike in the comparison.
+  double dense_step = 0;  ///< The coarsest step with a ray for every pixel.
   double dense_wall_ms = 0;
   double cpu_ms = 0;
   double wall_ms = 0;
-  double progressive_wall_ms = 0;  ///< Median of the pictures on the way.
-  double refined_ms = 0;           ///< From the last movement to the whole picture, wall.
+  double progressive_wall_ms = 0;  ///< Median of the images during the movement.
+  double refined_ms = 0;           ///< From the last movement to the complete image, wall time.
 };
 Result<Interaction> measure_interaction(const NamedScene& named, const Repeats& repeats);
 

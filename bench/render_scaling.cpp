@@ -21,7 +21,7 @@ Result<render::Scene> scene_of(std::shared_ptr<const Volume> ct,
   return scenes.front().scene;
 }
 
-/// Tissue above a value, opaque enough to see; the lower the value, the fuller the volume.
+/// Tissue above a value, opaque enough to be visible; the lower the value, the fuller the volume.
 render::TransferFunction above(double hu) {
   auto made = render::TransferFunction::create("above " + std::to_string(std::lround(hu)),
                                                {{hu, {0.9, 0.7, 0.6}, 0, 1},
@@ -45,7 +45,8 @@ Result<ScalingPoint> measure(const std::string& axis, double x, const render::Sc
                    static_cast<double>(std::max<std::uint64_t>(first->statistics.bricks, 1));
   point.bytes_per_voxel = std::numeric_limits<double>::quiet_NaN();
   if (axis == "side") {
-    const double pixels = 16.0 * scene.width * scene.height;  // The picture is not the structure.
+    // The image is not part of the structures.
+    const double pixels = 16.0 * scene.width * scene.height;
     const double taken = static_cast<double>(after) - static_cast<double>(before) - pixels;
     point.bytes_per_voxel =
         std::max(taken, 0.0) / static_cast<double>(scene.ct->grid().voxel_count());
@@ -63,7 +64,7 @@ Result<ScalingPoint> measure(const std::string& axis, double x, const render::Sc
   return point;
 }
 
-/// One point to measure; the volume is made only when its turn comes.
+/// One point to measure; its volume is made only when it is needed.
 struct Plan {
   std::string axis;
   double x;
@@ -106,7 +107,7 @@ Result<std::vector<ScalingPoint>> measure_scaling(const ScalingOptions& options,
   const std::vector<Plan> all = plans(options);
   for (const Plan& plan : all) {
     if (!ct || ct->grid().size[0] != plan.side) {
-      ct.reset();  // Before the next is made: two of the largest may not fit.
+      ct.reset();  // Released before the next is made: two of the largest may not fit in memory.
       auto made = cubic_patient(plan.side);
       if (!made) return made.error();
       ct = std::move(*made);

@@ -14,28 +14,28 @@ namespace nav::bench {
 
 struct ScalingOptions {
   std::vector<int> sides{64, 96, 128, 192, 256, 384, 512, 768};  ///< Voxels, [16, 768].
-  int side = 256;   ///< Of the volume where something else varies.
-  int width = 800;  ///< Of the pictures where something else varies, pixels.
+  int side = 256;   ///< Side of the volume if another axis varies.
+  int width = 800;  ///< Width of the images if another axis varies, pixels.
   int height = 600;
   Repeats repeats{5, 2};
 };
 
-/// Time of one picture of the cubic patient, CPU engine, shaded, half a voxel per step.
+/// Time of one image of the cubic patient, CPU engine, shaded, half a voxel per step.
 struct ScalingPoint {
   std::string axis;  ///< "side", "pixels", "threads", "occupied".
   std::string look;  ///< Transfer function.
-  double x = 0;      ///< Voxels a side; pixels; threads; share of bricks occupied.
+  double x = 0;      ///< Voxels a side; pixels; threads; fraction of bricks occupied.
   double cpu_ms = 0;
   double wall_ms = 0;
-  double prepare_ms = 0;  ///< Wall time of what a new volume needs, once.
+  double prepare_ms = 0;  ///< Wall time to prepare a new volume, once.
   std::uint64_t samples = 0;
-  double occupied = 0;  ///< Share of the bricks that may show something.
-  /// Memory that the engine took for a volume, all its structures, over its voxels; the volume
-  /// itself is 2 more. NaN on other axes.
+  double occupied = 0;  ///< Fraction of the bricks that may show something.
+  /// Memory of all of the engine's structures for a volume, per voxel; the volume itself takes 2
+  /// more. NaN on other axes.
   double bytes_per_voxel = 0;
 };
 
-/// All axes in turn; progress with the share done.
+/// Measures all axes in turn; progress receives the fraction done.
 Result<std::vector<ScalingPoint>> measure_scaling(const ScalingOptions& options,
                                                   const std::function<void(double)>& progress = {});
 

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 struct Source {
   const char* name;
   const char* path;
-  const char* archive;  ///< Holds path's folder; empty: path is there as it is.
+  const char* archive;  ///< Archive that holds path's folder; empty: path exists unpacked.
   std::vector<const char*> looks;
 };
 
@@ -38,7 +38,7 @@ const std::vector<Source>& sources() {
   return all;
 }
 
-/// A preset for values that are HU + 1024, as the head's file has them without saying so.
+/// A preset for values that are HU + 1024, as in the head's file, which does not state this.
 Result<render::TransferFunction> raw_look(const std::string& name, const std::string& preset) {
   auto transfer = render::preset_transfer_function(preset);
   if (!transfer) return transfer;
@@ -67,7 +67,7 @@ Result<BenchVolume> with_looks(const std::string& name, std::shared_ptr<const Vo
   return volume;
 }
 
-/// Folder for an unpacked archive, removed with the object.
+/// Folder for an unpacked archive, removed together with the object.
 class UnpackFolder {
  public:
   UnpackFolder()
@@ -79,7 +79,7 @@ class UnpackFolder {
   UnpackFolder(const UnpackFolder&) = delete;
   UnpackFolder& operator=(const UnpackFolder&) = delete;
 
-  /// False when tar, zstd or the archive fail.
+  /// Returns false if tar, zstd or the archive fails.
   bool unpack(const fs::path& archive) {
     std::error_code error;
     fs::create_directories(path_, error);
@@ -93,7 +93,7 @@ class UnpackFolder {
   fs::path path_;
 };
 
-/// Absent, with a line that says why, when the data are missing.
+/// Absent, with a reported reason, if the data is missing.
 std::shared_ptr<const Volume> read(const Source& source, const fs::path& data,
                                    Diagnostics& diagnostics) {
   const auto skipped = [&](const std::string& why) {
@@ -117,7 +117,7 @@ std::shared_ptr<const Volume> read(const Source& source, const fs::path& data,
     if (fs::exists(inside)) path = inside;
   }
   if (!fs::exists(path)) {
-    skipped("expected " + path.string() + ", found nothing");
+    skipped("expected " + path.string() + ", found no file");
     return {};
   }
   auto ct = io::read_ct(path, diagnostics);
@@ -128,7 +128,7 @@ std::shared_ptr<const Volume> read(const Source& source, const fs::path& data,
   return std::make_shared<const Volume>(std::move(*ct));
 }
 
-/// Where the eye stands and whether rays are parallel.
+/// Position of the eye and kind of projection.
 struct View {
   const char* name;
   bool orthographic;
@@ -137,7 +137,8 @@ struct View {
 
 render::Camera camera_of(const View& view, const VoxelGrid& grid) {
   constexpr double kFovRad = 0.5;
-  constexpr double kPart = 0.8;  // Of the circumscribed sphere that fills the picture's height.
+  // Fraction of the circumscribed sphere that fills the image height.
+  constexpr double kPart = 0.8;
   const double radius = 0.5 * grid.extent_mm().norm() * kPart;
   render::Camera camera;
   camera.look_at_ct = grid.centre();
@@ -161,7 +162,7 @@ std::string name_of(const std::string& volume, const std::string& look, const Vi
   return volume + "/" + look + "/" + view.name + "/" + (shaded ? "shaded" : "unshaded");
 }
 
-/// Sum of three uniform numbers of variance 1/3 each from a voxel's number: mean 0, variance 1.
+/// Sum of three uniform numbers of variance 1/3 each, from a voxel's number: mean 0, variance 1.
 double noise_of(std::size_t voxel) {
   double sum = 0;
   for (std::uint64_t i = 0; i < 3; ++i) {
@@ -176,7 +177,7 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Some scene of a volume has a name that contains filter.
+/// True if some scene of a volume has a name that contains filter.
 bool wanted(const std::string& volume, const std::vector<const char*>& looks,
             const std::string& filter) {
   for (const char* one : looks) {
@@ -209,7 +210,7 @@ render::Scene nudged(render::Scene scene, int frame) {
 
 Result<std::shared_ptr<const Volume>> cubic_patient(int n, double scanned_mm) {
   constexpr double kSideMm = 300;
-  // Of volumes of several sizes, which are the same patient.
+  // Scans shared by volumes of several sizes of the same patient.
   static std::map<double, Result<Volume>> bases;
   if (!bases.contains(scanned_mm)) {
     sim::CtOptions options;

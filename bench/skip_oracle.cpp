@@ -19,7 +19,7 @@ namespace {
 
 using render::spec::Ray;
 
-/// Which bricks of an edge may show something.
+/// Tells which bricks of one edge length may show something.
 class OracleBricks {
  public:
   OracleBricks(const Volume& volume, const render::TransferTable& table, int edge, int threads)
@@ -39,7 +39,7 @@ class OracleBricks {
     const auto shows = std::count(shows_.begin(), shows_.end(), 1);
     return static_cast<double>(shows) / static_cast<double>(shows_.size());
   }
-  /// index: within the volume.
+  /// index: voxel index within the volume.
   [[nodiscard]] bool show(const Eigen::Vector3d& index) const {
     const Eigen::Vector3i b = index.cast<int>() / edge_;
     return shows_[as_size((b.z() * count_.y() + b.y()) * count_.x() + b.x())] != 0;
@@ -51,7 +51,7 @@ class OracleBricks {
   std::vector<std::uint8_t> shows_;
 };
 
-/// Samples that bound the cells told of, one after the other.
+/// Counts the samples at the ends of the cells that are added in order.
 class OracleCount {
  public:
   void add(bool taken) {

@@ -7,8 +7,8 @@
 #include <iomanip>
 #include <sstream>
 
+#include "bench/predicate_cases.hpp"
 #include "bench/predicate_frames.hpp"
-#include "bench/predicate_patient.hpp"
 #include "render/gl/gl_device.hpp"
 #include "render/two_volumes.hpp"
 #include "sim/anatomy/patient.hpp"
@@ -17,7 +17,7 @@
 namespace nav::bench {
 namespace {
 
-constexpr std::uint64_t kSeed = 2;  // Of "carotid".
+constexpr std::uint64_t kSeed = 2;  // Seed of "carotid".
 
 Result<std::shared_ptr<const Volume>> ct_of_the_patient() {
   const auto patient = sim::make_patient("neck", {kSeed, sim::Contrast::kArterial});
@@ -30,7 +30,7 @@ Result<std::shared_ptr<const Volume>> ct_of_the_patient() {
   return std::make_shared<const Volume>(*std::move(ct));
 }
 
-/// On the line into the neck, from the left, the front and a little above.
+/// A camera aimed along the line into the neck, from the left, the front and a little above.
 render::Camera camera_at(const Point<frames::Ct>& target, const Eigen::Vector3d& into) {
   constexpr double kDistanceMm = 230;
   constexpr double kAsideRad = 0.7;
@@ -49,7 +49,7 @@ render::Scene with_step(render::Scene scene, double step) {
   return scene;
 }
 
-/// What a picture of a scene reads.
+/// Number of volume samples of an image of a scene.
 Result<std::uint64_t> samples_of(render::Engine& engine, const render::Scene& scene) {
   const auto image = engine.render(scene);
   if (!image) return image.error();
@@ -60,7 +60,7 @@ bool is_software(const render::Engine& engine) {
   return engine.name() == "gl" && render::runs_in_software(engine.device());
 }
 
-/// Of the CT alone, the ultrasound alone, and both.
+/// Times of the CT alone, the ultrasound alone, and both.
 struct Times {
   std::vector<std::unique_ptr<render::Engine>> engines;
   std::vector<Task> tasks;
@@ -74,7 +74,7 @@ struct Times {
     const auto read = samples_of(*engines.back(), scene);
     if (!read) return read.error();
     tasks.push_back(frames(*engines.back(), scene, frame, &cast_s[tasks.size()]));
-    // Until a set of predicates has a program of its own.
+    // Warm-up until a predicate set has its own program.
     for (int warm = 0; engines.back()->name() == "gl" && warm < kWarm; ++warm) {
       if (auto ok = tasks.back()(); !ok) return ok.error();
     }
@@ -124,9 +124,9 @@ Result<double> edit_ms(render::Engine& engine, render::Scene scene) {
   return median(all);
 }
 
-/// What all engines are compared with.
+/// Reference for all engines.
 struct Truth {
-  render::Scene scene;  ///< Small.
+  render::Scene scene;  ///< At low resolution.
   Image2d<RgbaF> pixels;
   double rms = 0;
 };
@@ -175,7 +175,7 @@ Result<TwoVolumesReport> measure_engine(const EngineMaker& make, render::Scene s
 }  // namespace
 
 Result<render::Scene> two_volumes_scene(int side, int width, int height) {
-  auto volume = simulated_ultrasound("carotid", side);
+  auto volume = patient_volume("carotid", side);
   if (!volume) return volume.error();
   const auto ct = ct_of_the_patient();
   if (!ct) return ct.error();

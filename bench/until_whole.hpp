@@ -10,7 +10,7 @@
 
 namespace nav::bench {
 
-/// Pictures of a scene until one is whole, as a viewer asks for them.
+/// Draws images of a scene until one is complete, at the rate at which a viewer requests them.
 inline Result<void> draw_until_whole(render::ProgressiveRenderer& renderer,
                                      const render::Scene& scene, const Clock& clock) {
   constexpr auto kRefresh = std::chrono::milliseconds(5);

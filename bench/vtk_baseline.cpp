@@ -42,7 +42,8 @@ vtkSmartPointer<vtkFixedPointVolumeRayCastMapper> fixed_point_mapper() {
   return mapper;
 }
 
-/// The mapper's own picture: 15-bit colours, premultiplied, bottom row first, where the volume is.
+/// The mapper's own image: 15-bit colours, premultiplied, bottom row first, in the part that the
+/// volume covers.
 Image2d<Rgba8> picture_of(vtkFixedPointRayCastImage& image, const render::Scene& scene) {
   const int* memory = image.GetImageMemorySize();
   const int* used = image.GetImageInUseSize();
@@ -110,8 +111,7 @@ Result<std::unique_ptr<VtkBaseline>> VtkBaseline::create(Mapper mapper,
     vtkGPUVolumeRayCastMapper& checked = *impl->gpu;  // Public only in the base class.
     if (!checked.IsRenderSupported(&impl->window->window(), property)) {
       return Error{ErrorCode::kUnavailable,
-                   "VTK: expected support of its GPU volume mapper, found none on " +
-                       impl->window->device()};
+                   "VTK: its GPU volume mapper does not support " + impl->window->device()};
     }
     impl->volume->SetMapper(impl->gpu);
   } else {
@@ -137,7 +137,7 @@ Image2d<Rgba8> VtkBaseline::render(const render::Scene& scene) {
   return pixels;
 }
 
-/// Leaves the context current.
+/// Leaves the context current on return.
 void VtkBaseline::draw_current(const render::Scene& scene) {
   vtkOpenGLRenderWindow& window = impl_->window->window();
   window.MakeCurrent();

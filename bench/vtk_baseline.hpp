@@ -11,8 +11,9 @@
 
 namespace nav::bench {
 
-/// VTK's volume mappers, set up fairly: no automatic sampling distances, no jitter, one ray per
-/// pixel unless asked for fewer, the caller's step, camera, transfer function and shading.
+/// VTK's volume mappers with a fair configuration: no automatic sampling distances, no jitter, one
+/// ray per pixel unless fewer are requested, and the caller's step, camera, transfer function and
+/// shading.
 class VtkBaseline {
  public:
   enum class Mapper {
@@ -21,19 +22,19 @@ class VtkBaseline {
     kFixedPoint
   };
 
-  /// kUnavailable without an off-screen OpenGL context, or when the mapper refuses it. The scene's
+  /// kUnavailable without an off-screen OpenGL context, or if the mapper rejects it. The scene's
   /// volume is shared.
   static Result<std::unique_ptr<VtkBaseline>> create(Mapper mapper, const render::Scene& scene);
   ~VtkBaseline();
   VtkBaseline(const VtkBaseline&) = delete;
   VtkBaseline& operator=(const VtkBaseline&) = delete;
 
-  /// Draws as render(), and leaves the picture on the device, which has drawn it on return.
+  /// Draws like render(), but leaves the image on the device, which has finished drawing on return.
   void draw(const render::Scene& scene);
-  /// Draws with the scene's camera, size, background and step; everything else as created.
+  /// Draws with the scene's camera, size, background and step; everything else stays as created.
   Image2d<Rgba8> render(const render::Scene& scene);
-  /// The same picture as the mapper computed it. The fixed-point mapper's is taken before VTK draws
-  /// it as a textured rectangle, which smooths it; the GPU mapper's is that of render().
+  /// The image as the mapper computed it. For the fixed-point mapper it is taken before VTK
+  /// draws it as a textured rectangle, which smooths it; for the GPU mapper it is that of render().
   Image2d<Rgba8> render_unsmoothed(const render::Scene& scene);
 
  private:

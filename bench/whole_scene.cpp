@@ -9,7 +9,7 @@
 namespace nav::bench {
 namespace {
 
-/// Stripes across the beam that darken with depth.
+/// An image of stripes across the beam that darken with depth.
 UltrasoundFrame picture(double side_mm) {
   constexpr int kPixels = 256;
   constexpr double kStripes = 24;
@@ -32,8 +32,9 @@ UltrasoundFrame picture(double side_mm) {
 }  // namespace
 
 render::Scene with_everything(render::Scene scene) {
-  constexpr double kShare = 0.4;      // Of the CT's least extent.
-  constexpr double kOffNormal = 0.6;  // Rad: a picture is hardly ever seen face on.
+  constexpr double kShare = 0.4;  // Fraction of the CT's smallest extent.
+  // Rad: an ultrasound image is hardly ever viewed perpendicularly.
+  constexpr double kOffNormal = 0.6;
   const VoxelGrid& grid = scene.ct->grid();
   const double side_mm = kShare * grid.extent_mm().minCoeff();
   const Eigen::Vector3d centre = grid.centre().mm;

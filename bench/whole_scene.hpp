@@ -6,9 +6,9 @@
 
 namespace nav::bench {
 
-/// The scene with all that a session may put into a CT, in its middle and in proportion to its
-/// least extent: an ultrasound picture that is cut free, a needle, a target with its margin, the
-/// entry, and two lines.
+/// The scene with all elements that a session may add to a CT, in its middle and in proportion to
+/// its smallest extent: an ultrasound image with a cutaway, a needle, a target with its margin, the
+/// entry point, and two lines.
 render::Scene with_everything(render::Scene scene);
 
 }  // namespace nav::bench

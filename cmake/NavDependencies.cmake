@@ -8,8 +8,8 @@ find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 find_package(PNG REQUIRED)
 find_package(ZLIB REQUIRED)
 find_package(Ceres 2.1 REQUIRED)
-# Debian keeps OpenCVConfig.cmake in libopencv-dev, which pulls in every module and its GUI. Two
-# modules are enough here, so they are found by hand.
+# Debian's OpenCVConfig.cmake is part of libopencv-dev, which installs every module and its GUI.
+# Only two modules are needed, so they are found one by one.
 find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4 REQUIRED)
 foreach(module core imgproc)
   find_library(OPENCV_${module}_LIBRARY opencv_${module} REQUIRED)
@@ -18,7 +18,7 @@ foreach(module core imgproc)
     opencv::${module} PROPERTIES IMPORTED_LOCATION ${OPENCV_${module}_LIBRARY}
                                  INTERFACE_INCLUDE_DIRECTORIES ${OPENCV_INCLUDE_DIR})
 endforeach()
-# libwebp and its animation encoder come with pkg-config files only.
+# libwebp and its animation encoder have pkg-config files only.
 find_path(WEBP_INCLUDE_DIR webp/mux.h REQUIRED)
 foreach(module webp webpmux)
   find_library(WEBP_${module}_LIBRARY ${module} REQUIRED)
@@ -29,7 +29,7 @@ foreach(module webp webpmux)
 endforeach()
 find_package(glm REQUIRED)
 find_package(OpenGL REQUIRED COMPONENTS OpenGL EGL GLX)
-find_package(X11 REQUIRED) # Only to ask whether there is a display: VTK aborts without one.
+find_package(X11 REQUIRED) # Only to test whether there is a display: VTK aborts without one.
 find_path(USB_INCLUDE_DIR libusb-1.0/libusb.h REQUIRED)
 find_library(USB_LIBRARY usb-1.0 REQUIRED)
 add_library(usb::usb UNKNOWN IMPORTED)

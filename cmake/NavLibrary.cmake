@@ -1,18 +1,18 @@
 # SPDX-FileCopyrightText: 2026 The Sonde authors
 # SPDX-License-Identifier: Apache-2.0
 
-# Flags that belong to the compiler of our own code only; linked PRIVATE.
+# Compiler flags for the project's own code only; linked PRIVATE.
 add_library(nav_warnings INTERFACE)
 add_library(nav::warnings ALIAS nav_warnings)
 target_compile_options(nav_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
-                                              # GCC 12 sees overlaps in std::string and unset strings in
-                                              # std::variant that are not there (bugs 105651, 105562, 105329).
+                                              # False warnings of GCC 12 about overlaps in std::string and
+                                              # unset strings in std::variant (bugs 105651, 105562, 105329).
                                               -Wno-restrict -Wno-maybe-uninitialized
                                               -Wno-stringop-overflow
-                                              # Overlaps again, in batches: seen, no error.
+                                              # False overlaps in batches: a warning, not an error.
                                               "$<$<BOOL:${SONDE_WERROR}>:-Werror;-Wno-error=array-bounds>")
 
-# Flags that every translation unit of the project shares: language, sanitizers.
+# Flags of every translation unit of the project: language, sanitizers.
 add_library(nav_common INTERFACE)
 add_library(nav::common ALIAS nav_common)
 target_compile_features(nav_common INTERFACE cxx_std_20)
@@ -26,32 +26,33 @@ if(SONDE_SANITIZER)
                                               -fno-omit-frame-pointer)
   target_link_options(nav_common INTERFACE -fsanitize=${SONDE_SANITIZER})
   if(SONDE_SANITIZER MATCHES "address")
-    # Else Eigen allocates in a way of its own, and what Debian's Ceres has instantiated of it does not.
+    # Otherwise Eigen allocates in its own way, unlike the parts of Eigen that are instantiated in
+    # Debian's Ceres.
     target_compile_definitions(nav_common INTERFACE EIGEN_MALLOC_ALREADY_ALIGNED=1)
   endif()
   if(SONDE_SANITIZER MATCHES "undefined")
-    # More than half of the time to compile Eigen. The address sanitizer finds null and whoever reads
-    # through a pointer that overflowed, the processor what is not aligned for a vector; and no
-    # pointer is cast to a derived class without asking.
+    # These checks take more than half of the time to compile Eigen. The address sanitizer finds
+    # null pointers and reads through an overflowed pointer. The processor reports misaligned
+    # vectors. No pointer is cast to a derived class unchecked.
     target_compile_options(nav_common
                            INTERFACE -fno-sanitize=null,alignment,pointer-overflow,vptr)
   endif()
 endif()
 
-# How far files are optimised that hold the hot loops: kernels for several processors are the same
-# text several times, which is half of the time of render under a sanitizer.
+# Optimisation of the files with the hot loops. Kernels for several processors compile the same text
+# several times, which is half of the compile time of render under a sanitizer.
 set(nav_hot_loops -O3)
 if(SONDE_SANITIZER)
   set(nav_hot_loops -O1)
 endif()
 
-# Precompiled headers hide a missing include, so they are for builds that only test: the daily
-# builds, which have none, are those that have to find every header named. There is one set for the
-# libraries, one for the app and one for the test programs, whatever else each of them links.
-# They also compile the files of a library, the app or a test program sixteen at a time, which takes
-# less than half the time: names of a file's own are unique there, and differ from those that headers
-# declare. GCC does not look for garbage before it has a gigabyte, a tenth less, and the quicker linker
-# of the binutils links, where there is one.
+# Precompiled headers hide a missing include, so they are only for builds that test. The daily
+# builds have none, and find every missing include. There is one set for the libraries, one for the
+# app and one for the test programs, independent of their other dependencies.
+# With this option the files of a library, the app or a test program are also compiled sixteen at a
+# time, in less than half the time. Therefore names local to a file are unique there, and differ
+# from names that headers declare. GCC collects garbage only above a gigabyte, which saves a tenth
+# of the time. The faster linker of the binutils is used if it is installed.
 option(SONDE_PRECOMPILE "Precompile common headers and compile in batches" OFF)
 if(SONDE_PRECOMPILE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(nav_common INTERFACE --param=ggc-min-heapsize=1000000)
@@ -60,7 +61,7 @@ if(SONDE_PRECOMPILE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     target_link_options(nav_common INTERFACE -fuse-ld=gold)
   endif()
 endif()
-# nav_precompiled(<name> HEADERS <h>… USES targets…): a set, in a target of its own.
+# nav_precompiled(<name> HEADERS <h>… USES targets…): a set of precompiled headers, as a target.
 function(nav_precompiled name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "HEADERS;USES")
   file(GENERATE OUTPUT ${CMAKE_BINARY_DIR}/${name}.cpp CONTENT "")
@@ -70,12 +71,14 @@ function(nav_precompiled name)
                             <cmath> <filesystem> <functional> <memory> <optional> <span> <sstream>
                             <string> <vector> ${arg_HEADERS})
 endfunction()
-# nav_optimise_as_test(<target>): what takes time is in the libraries. Also for the set of headers:
-# whoever starts with it is optimised as it was.
+# nav_optimise_as_test(<target>): a lower optimisation level, because the time-critical code is
+# in the libraries. It is also used for the set of precompiled headers, which must have the same level as
+# its users.
 function(nav_optimise_as_test target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
-# nav_precompile(<target> <set>): the target's files start with that set, made when first asked for.
+# nav_precompile(<target> <set>): the target's files include that set of precompiled headers, which
+# is created at its first use.
 function(nav_precompile target from)
   if(NOT SONDE_PRECOMPILE)
     return()
@@ -86,7 +89,7 @@ function(nav_precompile target from)
                       GTest::gmock)
       nav_optimise_as_test(${from})
     elseif(from STREQUAL "nav_app_headers")
-      # Not CLI11: its classes come out whole in every file that has seen them.
+      # CLI11 is left out: its classes would be compiled completely in every file that includes it.
       nav_precompiled(${from} HEADERS <nlohmann/json.hpp> USES Eigen3::Eigen
                       nlohmann_json::nlohmann_json)
     else()
@@ -102,7 +105,7 @@ function(nav_in_batches target)
   if(NOT SONDE_BATCHES)
     return()
   endif()
-  # A file's own types are no header's because a batch includes the file.
+  # Avoids a warning: in a batch, the types local to a file seem to belong to a header.
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 16)
   target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
 endfunction()
@@ -112,9 +115,9 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE RelWithDebInfo)
 endif()
 
-# nav_add_library(<folder> SOURCES a.cpp… [USES targets…] [PRIVATE_USES targets…])
-# One static library per folder, known as nav::<folder>. USES appear in public headers,
-# PRIVATE_USES only in .cpp files.
+# nav_add_library(<folder> SOURCES a.cpp… [USES targets…] [PRIVATE_USES targets…]):
+# one static library per folder, called nav::<folder>. USES appear in public headers, PRIVATE_USES
+# only in .cpp files.
 function(nav_add_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES;USES;PRIVATE_USES")
   add_library(nav_${name} STATIC ${arg_SOURCES})
@@ -123,7 +126,7 @@ function(nav_add_library name)
     nav_${name}
     PUBLIC nav::common ${arg_USES}
     PRIVATE nav::warnings ${arg_PRIVATE_USES})
-  if(name STREQUAL "app")
+  if(name MATCHES "^(app|bench_program)$")
     nav_precompile(nav_${name} nav_app_headers)
   else()
     nav_precompile(nav_${name} nav_library_headers)
@@ -131,11 +134,11 @@ function(nav_add_library name)
   nav_in_batches(nav_${name})
 endfunction()
 
-# nav_add_test(<name> SOURCES a_test.cpp… [USES targets…] [LABELS unit;…] [TIMEOUT s]
-#              [PREFIX text] [OPTIONS flags…])
-# One GoogleTest program; each TEST becomes one CTest test, its name after the prefix; under a
-# sanitizer each program becomes four. Default label: unit. Programs labelled gpu, hardware or slow
-# are not run under a sanitizer, so they are not built there either. Options are for compiling and
+# nav_add_test(<name> SOURCES a_test.cpp… [USES targets…] [LABELS unit;…] [TIMEOUT s] [PREFIX text]
+# [OPTIONS flags…]):
+# one GoogleTest program. Each TEST becomes one CTest test, whose name follows the prefix. Under a
+# sanitizer each program becomes four CTest tests. Default label: unit. Programs labelled gpu,
+# hardware or slow are neither run nor built under a sanitizer. Options are used for compiling and
 # linking.
 function(nav_add_test name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT;PREFIX" "SOURCES;USES;LABELS;OPTIONS")
@@ -164,7 +167,7 @@ function(nav_add_test name)
     return()
   endif()
   if(SONDE_SANITIZER)
-    # To start a program takes longer there than most tests.
+    # Under a sanitizer, the start of a program takes longer than most tests.
     set(parts 4)
     math(EXPR last "${parts} - 1")
     foreach(part RANGE ${last})
@@ -186,11 +189,9 @@ function(nav_add_test name)
 endfunction()
 
 # nav_add_benchmark(<name> SOURCES a_bench.cpp… [USES targets…] [SMOKE regex]): a Google Benchmark
-# program that `ctest -L bench` runs once as a smoke test, all of it or what the regex names.
+# program. `ctest -L bench` runs it once as a smoke test: all benchmarks, or those that match the
+# regex.
 function(nav_add_benchmark name)
-  if(NOT SONDE_BUILD_BENCH)
-    return()
-  endif()
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "SMOKE" "SOURCES;USES")
   if(NOT arg_SMOKE)
     set(arg_SMOKE ".")

@@ -1,8 +1,8 @@
 # SPDX-FileCopyrightText: 2026 The Sonde authors
 # SPDX-License-Identifier: Apache-2.0
 
-# nav_embed_shaders(<target> FILES a.glsl…): a static library whose function
-# nav::shaders::source(name) gives the text of each file, embedded at build time.
+# nav_embed_shaders(<target> FILES a.glsl…): a static library. Its function
+# nav::shaders::source(name) returns the text of each file, embedded at build time.
 function(nav_embed_shaders target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "FILES")
   set(output ${CMAKE_CURRENT_BINARY_DIR}/embedded_shaders.cpp)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 The Sonde authors
 # SPDX-License-Identifier: Apache-2.0
-# Writes OUTPUT: a C++ file with the text of each of NAMES ("a|b") under FOLDER.
+# Writes OUTPUT: a C++ file with the texts of the files NAMES ("a|b") in FOLDER.
 string(REPLACE "\"" "" NAMES "${NAMES}")
 string(REPLACE "|" ";" names "${NAMES}")
 set(entries "")

@@ -28,13 +28,13 @@ Result<std::vector<UsbDevice>> list_usb() {
   libusb_context* context = nullptr;
   if (const int code = libusb_init(&context); code != 0) {
     return Error{ErrorCode::kUnavailable,
-                 std::string("USB: expected a USB stack, found ") + libusb_strerror(code)};
+                 std::string("USB: cannot start the USB library: ") + libusb_strerror(code)};
   }
   libusb_device** list = nullptr;
   const auto count = libusb_get_device_list(context, &list);
   if (count < 0) {
     libusb_exit(context);
-    return Error{ErrorCode::kUnavailable, std::string("USB: expected a list of devices, found ") +
+    return Error{ErrorCode::kUnavailable, std::string("USB: cannot list the devices: ") +
                                               libusb_strerror(static_cast<int>(count))};
   }
   std::vector<UsbDevice> devices;
@@ -58,9 +58,9 @@ Result<std::vector<CanInterface>> list_can(const std::filesystem::path& sys_clas
   std::vector<CanInterface> interfaces;
   std::filesystem::directory_iterator folder(sys_class_net, status);
   if (status) {
-    return Error{ErrorCode::kUnavailable, sys_class_net.string() +
-                                              ": expected the kernel's network interfaces, found " +
-                                              status.message()};
+    return Error{
+        ErrorCode::kUnavailable,
+        sys_class_net.string() + ": cannot list the network interfaces: " + status.message()};
   }
   for (const auto& entry : folder) {
     int type = -1;

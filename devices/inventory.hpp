@@ -16,14 +16,14 @@ struct UsbDevice {
   int address;
   std::uint16_t vendor_id;
   std::uint16_t product_id;
-  std::string product;  ///< As the device calls itself; empty when it may not be opened.
+  std::string product;  ///< Name that the device reports; empty when it may not be opened.
 };
 
-/// USB devices that libusb sees, by bus and address. kUnavailable without a USB stack.
+/// USB devices found by libusb, sorted by bus and address. kUnavailable without a USB stack.
 Result<std::vector<UsbDevice>> list_usb();
 
 struct CanInterface {
-  std::string name;  ///< "can0", "vcan0".
+  std::string name;  ///< Such as "can0" or "vcan0".
   bool up;
 };
 

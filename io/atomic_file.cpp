@@ -20,14 +20,14 @@ Error failed(const std::filesystem::path& path, const char* what) {
   return {ErrorCode::kIo, path.string() + ": cannot " + what + ": " + std::strerror(errno)};
 }
 
-/// Where links lead: what is replaced is the file that they name, not the link.
+/// Follows symbolic links: the file that they point to is replaced, not the link.
 Result<std::filesystem::path> behind_links(std::filesystem::path path) {
-  constexpr int kMostLinks = 40;  // As many as the kernel follows.
+  constexpr int kMostLinks = 40;  // Limit of the kernel.
   const std::filesystem::path asked = path;
   for (int i = 0; i < kMostLinks; ++i) {
     std::error_code code;
     const auto next = std::filesystem::read_symlink(path, code);
-    if (code) return path;  // It is no link.
+    if (code) return path;  // Not a link.
     path = path.parent_path() / next;
   }
   errno = ELOOP;
@@ -44,7 +44,7 @@ bool is_special(const std::filesystem::path& path) {
 Result<AtomicFile> AtomicFile::create(const std::filesystem::path& path) {
   AtomicFile file;
   file.path_ = path;
-  std::error_code ignored;  // What is wrong with a path shows when the file is created.
+  std::error_code ignored;  // An invalid path is reported when the file is created.
   if (path.filename().empty() || std::filesystem::is_directory(path, ignored)) {
     return Error{ErrorCode::kIo, path.string() + ": expected the name of a file, found a folder"};
   }
@@ -111,13 +111,14 @@ Result<void> AtomicFile::commit() {
     abandon();
     return error;
   };
-  // Special files (pipes, /dev/null) cannot be synced; that is no loss.
+  // Special files (pipes, /dev/null) cannot be synced; this is not an error.
   if (::fsync(descriptor_) != 0 && !temporary_.empty()) return fail("sync");
   if (::close(std::exchange(descriptor_, -1)) != 0) return fail("close");
   if (temporary_.empty()) return {};
   if (::rename(temporary_.c_str(), path_.c_str()) != 0) return fail("rename to its final name");
   temporary_.clear();
-  // The folder entry too must survive a power cut; a file system that cannot do it is no failure.
+  // Syncs the folder entry, so that it survives a power failure. File systems that cannot do it are
+  // accepted.
   const std::filesystem::path folder = path_.has_parent_path() ? path_.parent_path() : ".";
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (descriptor >= 0) {

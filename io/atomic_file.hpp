@@ -14,10 +14,10 @@
 
 namespace nav::io {
 
-/// A file that appears under its name only when complete: bytes go to a temporary name in the same
-/// folder; commit() syncs and renames. Destroyed without commit, nothing is left. Writing to
-/// something that exists and is not a regular file (/dev/full, a pipe) goes straight to it. Of a
-/// link the file that it names is replaced; the link stays. Not thread-safe.
+/// File that appears under its name only when it is complete. Bytes go to a temporary file in the
+/// same folder; commit() syncs and renames it. Destruction without commit() leaves no file. An
+/// existing target that is not a regular file (/dev/full, a pipe) is written directly. If the path
+/// is a symbolic link, the file it points to is replaced and the link is kept. Not thread-safe.
 class AtomicFile {
  public:
   static Result<AtomicFile> create(const std::filesystem::path& path);
@@ -25,27 +25,27 @@ class AtomicFile {
   AtomicFile& operator=(AtomicFile&& other) noexcept;
   ~AtomicFile();
 
-  /// Appends. Errors: kIo, naming the file and the system's reason (disk full, …).
+  /// Appends bytes. Errors: kIo, with the file name and the system's reason (disk full, …).
   Result<void> write(std::span<const std::byte> bytes);
   Result<void> write(std::string_view text);
   [[nodiscard]] std::uint64_t size() const { return size_; }
-  /// Syncs and renames; the file is closed whatever happens.
+  /// Syncs and renames. The file is closed in any case.
   Result<void> commit();
 
  private:
   AtomicFile() = default;
   void abandon() noexcept;
   std::filesystem::path path_;
-  std::filesystem::path temporary_;  ///< Empty when writing straight.
+  std::filesystem::path temporary_;  ///< Empty when the target is written directly.
   int descriptor_ = -1;
   std::uint64_t size_ = 0;
 };
 
-/// Whole content at once, through an AtomicFile.
+/// Writes the whole content through an AtomicFile.
 Result<void> write_file(const std::filesystem::path& path, std::string_view text);
 Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);
 
-/// Whole file in memory; refuses more than max_bytes.
+/// Reads a whole file into memory; rejects files larger than \p max_bytes.
 Result<std::string> read_file(const std::filesystem::path& path, std::uint64_t max_bytes);
 
 }  // namespace nav::io

@@ -22,10 +22,10 @@ namespace detail {
 Result<void> unknown_orientation(const std::filesystem::path& path, const std::string& found,
                                  Diagnostics& diagnostics, const CtOptions& options) {
   const std::string message =
-      path.string() + ": expected how the axes lie in the patient, found " + found;
+      path.string() + ": expected the orientation of the axes in the patient, found " + found;
   if (!options.accept_unknown_orientation) return Error{ErrorCode::kUnsupportedData, message};
   diagnostics.report(Severity::kWarning, "io.ct",
-                     message + "; taken as left, posterior, superior as asked");
+                     message + "; assumed to be left, posterior, superior, as requested");
   return {};
 }
 
@@ -43,10 +43,9 @@ Result<std::vector<std::filesystem::path>> files_below(const std::filesystem::pa
     std::error_code ignored;
     if (it->is_regular_file(ignored)) files.push_back(it->path());
     if (it->is_symlink(ignored) && !it->exists(ignored)) {
-      diagnostics.report(Severity::kWarning, "io.ct",
-                         it->path().string() +
-                             ": expected a file behind the link, found none; if it was a slice, "
-                             "it is missing");
+      diagnostics.report(
+          Severity::kWarning, "io.ct",
+          it->path().string() + ": the link points to no file; if that was a slice, it is missing");
     }
     if (files.size() > kMaxFiles) {
       return Error{ErrorCode::kUnsupportedData,
@@ -153,14 +152,14 @@ std::string meta_header(const VoxelGrid& grid, const std::string& compressed_siz
   text += compressed_size.empty()
               ? std::string("CompressedData = False\n")
               : "CompressedData = True\nCompressedDataSize = " + compressed_size + "\n";
-  // Column-major storage is the order of the format: one direction after the other.
+  // Column-major storage is the order of the format: one direction after another.
   text += "TransformMatrix = " + join(grid.directions.reshaped()) + "\n";
   text += "Offset = " + join(grid.origin_mm) + "\nCenterOfRotation = 0 0 0\n";
   text += "ElementSpacing = " + join(grid.spacing_mm) + "\nDimSize = " + join(grid.size) + "\n";
   return text + "ElementType = MET_SHORT\nElementDataFile = LOCAL\n";
 }
 
-/// The whole volume as one zlib stream.
+/// Compresses the whole volume to one zlib stream.
 Result<std::vector<std::byte>> deflate_all(std::span<const std::byte> bytes) {
   auto deflater = detail::Deflater::create(detail::DeflateFormat::kZlib);
   if (!deflater) return deflater.error();

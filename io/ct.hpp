@@ -13,36 +13,36 @@
 namespace nav::io {
 
 struct CtOptions {
-  /// SeriesInstanceUID to take from a DICOM folder; empty: the CT series with most slices.
+  /// SeriesInstanceUID to read from a DICOM folder; empty: the CT series with most slices.
   std::string series_uid;
-  /// Take a file that does not say how its axes lie in the patient as LPS, with a warning;
-  /// otherwise it is refused.
+  /// Accepts a file without axis orientation as LPS, with a warning; otherwise it is rejected.
   bool accept_unknown_orientation = false;
-  /// Wider gaps between slices are refused instead of interpolated, mm.
+  /// Largest gap between slices that is interpolated, mm; wider gaps are rejected.
   double max_gap_mm = 10.0;
-  /// Fewer slices in a file other than DICOM are refused: one is no CT, but may be ultrasound.
+  /// Least number of slices in a file other than DICOM. A single slice is not a CT, but may be
+  /// ultrasound.
   int least_slices = 2;
-  /// Of values, in messages; empty: stored values of something else, which have none.
+  /// Unit of the values, for messages; empty: stored values of another kind, without a unit.
   std::string unit = "HU";
-  std::int16_t least = kAirHu;  ///< Lower values are set to it: no tissue has them, padding has.
+  std::int16_t least = kAirHu;  ///< Lower values are set to it: they are padding, not tissue.
 };
 
-/// Reads a CT as Hounsfield units in LPS: a DICOM folder or file (compressed and multi-frame too),
-/// NIfTI (.nii, .nii.gz), MetaImage (.mha, .mhd) or NRRD (.nrrd, .nhdr), told apart by ending and
-/// content. Directions are those of the file, left-handed ones included. Values are rounded to
-/// int16 and those below the options' least, -1024 HU (padding), set to it; how many is reported. A
-/// DICOM stack that is tilted or unevenly spaced is resampled by linear interpolation onto a
-/// regular orthogonal grid, with a warning; what cannot be true is refused by name, and so are
-/// reals that rounding would destroy (some not whole, all within less than 64 of each other).
-/// Blocks; thread-safe.
+/// Reads a CT as Hounsfield units in LPS: a DICOM folder or file (also compressed and multi-frame),
+/// NIfTI (.nii, .nii.gz), MetaImage (.mha, .mhd) or NRRD (.nrrd, .nhdr), recognised by ending and
+/// content. The directions are those of the file, including left-handed ones. Values are rounded to
+/// int16. Values below the options' least, -1024 HU (padding), are set to it, and their number is
+/// reported. A DICOM stack that is tilted or unevenly spaced is resampled by linear interpolation
+/// onto a regular orthogonal grid, with a warning. Impossible values are rejected by name. Real
+/// values that rounding would destroy (some not whole, all within less than 64 of each other) are
+/// rejected too. Blocks; thread-safe.
 Result<Volume> read_ct(const std::filesystem::path& path, Diagnostics& diagnostics,
                        const CtOptions& options = {});
 
-/// Whether read_ct takes a file of a folder for one of DICOM, by its content; false for one that
-/// cannot be read. Blocks; thread-safe.
+/// True when read_ct() would read a file of a folder as DICOM, by its content; false when it cannot
+/// be read. Blocks; thread-safe.
 bool is_dicom(const std::filesystem::path& path);
 
-/// Writes a MetaImage with exact geometry (LPS), zlib-compressed unless told otherwise; atomically.
+/// Writes a MetaImage with exact geometry (LPS), atomically; zlib-compressed by default.
 Result<void> write_ct_mha(const Volume& volume, const std::filesystem::path& path,
                           bool compress = true);
 

@@ -25,11 +25,12 @@ inline constexpr int kDeepestJson = 64;
 
 /// A text as JSON, at most kDeepestJson levels deep; the message begins with the name of the file.
 Result<Json> parse_json(const std::string& name, const std::string& text);
-/// The same of a file of at most so many bytes; errors of reading as io::read_file().
+/// Reads a file of at most \p most_bytes as JSON. Errors: those of parse_json() and
+/// io::read_file().
 Result<Json> read_json(const std::filesystem::path& path, std::uint64_t most_bytes);
 
-/// One object of the file: hands out its members and, at the end, refuses what nobody asked for.
-/// The first problem is kept.
+/// One object of the file: hands out its members and, at the end, rejects members that nobody asked
+/// for. The first problem is kept.
 class JsonMember {
  public:
   JsonMember(const Json& json, std::string where, std::optional<Error>& error)
@@ -43,7 +44,7 @@ class JsonMember {
       return (infinite && found.is_null()) || (found.is_number() && std::isfinite(value));
     });
   }
-  /// A number that has no usual value: finish() refuses an object without it.
+  /// A number that has no usual value: finish() rejects an object without it.
   void required_number(const char* key, double& value) {
     number(key, value);
     required_.push_back(key);
@@ -74,7 +75,7 @@ class JsonMember {
       return good;
     });
   }
-  /// The version of a format, the one that is known; of later ones it is said that they are later.
+  /// Checks the version of a format. The error says if a newer Sonde has written the file.
   void version(const char* key, int known) {
     const Json* found = any(key);
     if (error_) return;
@@ -92,7 +93,7 @@ class JsonMember {
     known_.insert(key);
     return json_.is_object() && json_.contains(key) ? &json_.at(key) : nullptr;
   }
-  /// A member that has members of its own, where it is there.
+  /// Reads a member that is an object; nothing if it is absent.
   void object(const char* key, const std::function<void(JsonMember&)>& read) {
     const Json* found = any(key);
     if (found == nullptr || error_) return;
@@ -108,7 +109,7 @@ class JsonMember {
       return true;
     });
   }
-  /// Refuses what nobody asked for, and an object without what it must have.
+  /// Rejects members that nobody asked for, and an object without a required member.
   void finish() {
     if (!json_.is_object() || error_) return;
     for (const auto& [key, value] : json_.items()) {

@@ -21,7 +21,7 @@ class LabelSink final : public detail::VoxelSink {
       push(rescale.slope * static_cast<double>(stored) + rescale.intercept);
     });
   }
-  /// The first value that is no label.
+  /// First value that is not a label.
   struct Misfit {
     double value;
     std::size_t index;
@@ -45,7 +45,7 @@ class LabelSink final : public detail::VoxelSink {
 Result<LabelFile> read_labels(const std::filesystem::path& path, Diagnostics& diagnostics) {
   LabelSink sink;
   CtOptions reading;
-  reading.least_slices = 1;  // As ultrasound may have.
+  reading.least_slices = 1;  // Ultrasound may have a single slice.
   const auto grid = detail::read_voxels(path, sink, diagnostics, reading);
   if (!grid) {
     return Error{
@@ -61,7 +61,7 @@ Result<LabelFile> read_labels(const std::filesystem::path& path, Diagnostics& di
     const std::size_t i = misfit->index;
     return Error{
         ErrorCode::kMalformedData,
-        path.string() + ": expected labels that are whole numbers of 0 to 4294967295, found " +
+        path.string() + ": expected labels that are whole numbers from 0 to 4294967295, found " +
             detail::to_text(misfit->value) + " at index (" + std::to_string(i % row) + ", " +
             std::to_string(i % slice / row) + ", " + std::to_string(i / slice) + ")"};
   }

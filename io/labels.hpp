@@ -12,15 +12,15 @@
 
 namespace nav::io {
 
-/// A segmentation: a whole number of 0 to 2^32 - 1 per voxel, exactly as the file says it.
+/// Segmentation: a whole number of 0 to 2^32 - 1 for each voxel, exactly as in the file.
 struct LabelFile {
   VoxelGrid grid;
-  std::vector<std::uint32_t> values;  ///< i fastest, then j, then k.
+  std::vector<std::uint32_t> values;  ///< Order: i fastest, then j, then k.
 };
 
-/// Reads NIfTI (.nii, .nii.gz), MetaImage (.mha, .mhd) or NRRD (.nrrd, .nhdr), reals too where they
-/// are whole. Refuses fractions, negative numbers, numbers above 2^32 - 1, NaN and Inf by value and
-/// index, and whatever read_ct does of the geometry. Blocks; thread-safe.
+/// Reads NIfTI (.nii, .nii.gz), MetaImage (.mha, .mhd) or NRRD (.nrrd, .nhdr); real values are
+/// accepted if they are whole. Rejects fractions, negative numbers, numbers above 2^32 - 1, NaN and
+/// Inf by value and index, and the geometries that read_ct() rejects. Blocks; thread-safe.
 Result<LabelFile> read_labels(const std::filesystem::path& path, Diagnostics& diagnostics);
 
 }  // namespace nav::io

@@ -28,7 +28,7 @@ std::span<const std::byte> bytes_of(const Image2d<Rgba8>& picture) {
 }  // namespace
 
 Result<void> write_png(const Image2d<Rgba8>& picture, const std::filesystem::path& path) {
-  if (picture.empty()) return refuse(path, "expected a picture with pixels, found none");
+  if (picture.empty()) return refuse(path, "expected an image with pixels, found none");
   png_image image{};
   image.version = PNG_IMAGE_VERSION;
   image.width = static_cast<png_uint_32>(picture.width());
@@ -76,7 +76,7 @@ Result<void> check_animation(const std::vector<Image2d<Rgba8>>& frames, int fram
   constexpr int kMaxSide = WEBP_MAX_DIMENSION;
   constexpr int kMaxDurationMs = 60000;
   if (frames.empty() || frames[0].empty()) {
-    return refuse(path, "expected at least 1 picture with pixels, found none");
+    return refuse(path, "expected at least 1 image with pixels, found none");
   }
   if (frame_duration_ms < 1 || frame_duration_ms > kMaxDurationMs) {
     return refuse(
@@ -95,7 +95,7 @@ Result<void> check_animation(const std::vector<Image2d<Rgba8>>& frames, int fram
     if (frame.width() != frames[0].width() || frame.height() != frames[0].height() ||
         frame.width() > kMaxSide || frame.height() > kMaxSide) {
       return refuse(
-          path, "picture " + std::to_string(i) + ": expected " + std::to_string(frames[0].width()) +
+          path, "image " + std::to_string(i) + ": expected " + std::to_string(frames[0].width()) +
                     " x " + std::to_string(frames[0].height()) +
                     " pixels, at most 16383 a side, found " + std::to_string(frame.width()) +
                     " x " + std::to_string(frame.height()));
@@ -104,7 +104,7 @@ Result<void> check_animation(const std::vector<Image2d<Rgba8>>& frames, int fram
   return {};
 }
 
-/// One picture in the encoder's form; pixels are copied by the encoder.
+/// Adds one image to the encoder, which copies the pixels.
 bool add_frame(WebPAnimEncoder* encoder, const Image2d<Rgba8>& frame, int time_ms,
                const WebPConfig& config) {
   WebPPicture picture;
@@ -129,11 +129,11 @@ Result<void> write_animation(const std::vector<Image2d<Rgba8>>& frames, int fram
     return Error{ErrorCode::kIo, path.string() + ": cannot encode: " + why};
   };
   if (WebPConfigInit(&config) == 0 || WebPAnimEncoderOptionsInit(&encoder_options) == 0) {
-    return fail("libwebp of another version");
+    return fail("libwebp has an unexpected version");
   }
   config.quality = options.quality;
   config.lossless = options.lossless ? 1 : 0;
-  config.exact = options.lossless ? 1 : 0;  // Colours under full transparency stay.
+  config.exact = options.lossless ? 1 : 0;  // Keeps the colours of fully transparent pixels.
   const std::unique_ptr<WebPAnimEncoder, void (*)(WebPAnimEncoder*)> encoder(
       WebPAnimEncoderNew(frames[0].width(), frames[0].height(), &encoder_options),
       WebPAnimEncoderDelete);

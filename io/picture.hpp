@@ -10,10 +10,10 @@
 
 namespace nav::io {
 
-/// Writes an 8-bit RGBA PNG, atomically. Same pixels, same bytes. Refuses an empty picture.
+/// Writes an 8-bit RGBA PNG, atomically. Equal pixels give equal bytes. Rejects an empty image.
 Result<void> write_png(const Image2d<Rgba8>& picture, const std::filesystem::path& path);
 
-/// Reads any PNG as 8-bit RGBA with straight alpha. Refuses more than 2^28 pixels.
+/// Reads any PNG as 8-bit RGBA with straight alpha. Rejects more than 2^28 pixels.
 Result<Image2d<Rgba8>> read_png(const std::filesystem::path& path);
 
 struct AnimationOptions {
@@ -21,8 +21,8 @@ struct AnimationOptions {
   float quality = 75;  ///< 0 (small) to 100; ignored when lossless.
 };
 
-/// Writes an endless animated WebP, atomically. Refuses no frames, frames of different size, sides
-/// beyond 16383 pixels, a duration outside [1, 60000] ms.
+/// Writes an animated WebP that repeats endlessly, atomically. Rejects an empty list, images of
+/// different sizes, sides above 16383 pixels, and a duration outside [1, 60000] ms.
 Result<void> write_animation(const std::vector<Image2d<Rgba8>>& frames, int frame_duration_ms,
                              const std::filesystem::path& path,
                              const AnimationOptions& options = {});

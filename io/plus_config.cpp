@@ -23,7 +23,7 @@ class ConfigReader {
     const auto content = read_file(config_.path, kMaxConfigBytes);
     if (!content) return content.error();
     pugi::xml_document document;
-    // The default options expand the five entities of XML only; document types are passed over.
+    // The default options expand only the five entities of XML; document types are skipped.
     const auto parsed = document.load_buffer(content->data(), content->size());
     if (!parsed) {
       return malformed("expected XML, found at byte " + std::to_string(parsed.offset) + ": " +
@@ -65,7 +65,7 @@ class ConfigReader {
     return out;
   }
 
-  /// count finite numbers of an attribute; empty when it is absent.
+  /// Reads \p count finite numbers of an attribute; empty when it is absent.
   Result<std::vector<double>> numbers(const pugi::xml_node& node, const char* name,
                                       std::size_t count, const std::string& element) const {
     const auto attribute = node.attribute(name);

@@ -13,17 +13,17 @@
 
 namespace nav::io {
 
-/// One entry of CoordinateDefinitions: p_to = to_from_from * p_from. Not judged: it may scale, as
-/// Image is in pixels.
+/// One entry of CoordinateDefinitions: p_to = to_from_from * p_from. The matrix is not checked; it
+/// may scale, because Image is in pixels.
 struct CoordinateDefinition {
   std::string from;
   std::string to;
   Eigen::Matrix4d to_from_from;
-  std::optional<double> error;  ///< As stored by PLUS, usually mm; used by nothing.
-  std::string date;             ///< As in the file.
+  std::optional<double> error;  ///< Value stored by PLUS, usually mm; not used.
+  std::string date;             ///< Text of the file.
 };
 
-/// A DataSource of a device: a tool, a video port or a field.
+/// DataSource of a device: a tool, a video port or a field.
 struct PlusDataSource {
   std::string id;
   std::string type;               ///< "Tool", "Video", "FieldData".
@@ -31,7 +31,7 @@ struct PlusDataSource {
   std::map<std::string, std::string> attributes;
 };
 
-/// A Device of the data collection.
+/// Device of the data collection.
 struct PlusDevice {
   std::string id;
   std::string type;
@@ -47,7 +47,7 @@ struct PlusDevice {
 
 enum class TransducerGeometry { kLinear, kCurvilinear };
 
-/// ScanConversion: how the scanner laid its beams into the picture. Absent members were absent.
+/// ScanConversion: geometry of the scan lines in the image. Members that the file lacks are absent.
 struct ScanConversion {
   TransducerGeometry geometry;
   std::optional<Eigen::Vector2d> output_spacing_mm;     ///< OutputImageSpacingMmPerPixel.
@@ -59,7 +59,7 @@ struct ScanConversion {
   std::map<std::string, std::string> attributes;  ///< Every attribute as in the file.
 };
 
-/// What Sonde needs of a PLUS device-set configuration. Elements it does not know are ignored.
+/// The part of a PLUS device-set configuration that Sonde uses. Unknown elements are ignored.
 struct PlusConfig {
   std::filesystem::path path;
   std::string version;
@@ -67,14 +67,15 @@ struct PlusConfig {
   std::vector<PlusDevice> devices;
   std::optional<ScanConversion> scan_conversion;  ///< The first in the file.
 
-  /// The definition From -> To as written, or nullptr.
+  /// The definition From -> To as in the file, or nullptr.
   [[nodiscard]] const CoordinateDefinition* find(const std::string& from,
                                                  const std::string& to) const;
 };
 
-/// Reads a configuration. No entity, include or network address is ever followed. Refuses: files
-/// beyond 64 MiB, no PlusConfiguration root, a Matrix that is not 16 finite numbers, the same
-/// transform twice, offsets and geometry that are not numbers. Messages name the file and element.
+/// Reads a configuration. Entities, includes and network addresses are never followed. Rejects
+/// files above 64 MiB, a missing PlusConfiguration root, a Matrix that is not 16 finite numbers, a
+/// transform that is defined twice, and offsets and geometry that are not numbers. Messages name
+/// the file and element.
 Result<PlusConfig> read_plus_config(const std::filesystem::path& path);
 
 }  // namespace nav::io

@@ -29,7 +29,7 @@ std::string frame_name(const SequenceHeader& header, std::int64_t index) {
   return header.path.string() + ": frame " + std::to_string(index);
 }
 
-/// "Seq_Frame0012_Timestamp" taken apart; nothing when it has another form.
+/// Splits a key such as "Seq_Frame0012_Timestamp"; nothing when it has another form.
 std::optional<FrameField> frame_field(const detail::Field& field) {
   constexpr std::size_t kPrefix = std::string_view("Seq_Frame").size();
   const std::string_view rest = field.first.substr(kPrefix);
@@ -40,7 +40,7 @@ std::optional<FrameField> frame_field(const detail::Field& field) {
   return FrameField{*number, rest.substr(digits + 1), field.second};
 }
 
-/// Which axis means what: columns, rows, [slices], [time].
+/// Interprets the axes of the file: columns, rows, [slices], [time].
 Result<void> interpret_axes(const detail::ImageFile& file, SequenceHeader& header) {
   const auto& sizes = file.sizes;
   const std::string_view last = file.kinds.empty() ? std::string_view("list") : file.kinds.back();
@@ -52,7 +52,7 @@ Result<void> interpret_axes(const detail::ImageFile& file, SequenceHeader& heade
   if (list_elsewhere || spatial < 2 || spatial > 3) {
     return Error{ErrorCode::kUnsupportedData,
                  header.path.string() +
-                     ": expected 2 or 3 axes in space, then at most a list of frames, found " +
+                     ": expected 2 or 3 axes in space, then at most one list of frames, found " +
                      std::to_string(sizes.size()) + " axes of kinds '" +
                      detail::excerpt(file.value(file.format == "NRRD" ? "kinds" : "Kinds")) + "'"};
   }
@@ -71,7 +71,7 @@ Result<void> interpret_axes(const detail::ImageFile& file, SequenceHeader& heade
     return Error{ErrorCode::kMalformedData,
                  header.path.string() + ": expected at least 1 frame, found an empty sequence"};
   }
-  // Two days at 60 Hz. Frames without pixels take no room in a file, but every one takes time.
+  // Two days at 60 Hz. Frames without pixels need no space in a file, but each needs time.
   constexpr std::int64_t kMostFrames = 10'000'000;
   if (header.frame_count > kMostFrames) {
     return Error{ErrorCode::kMalformedData, header.path.string() + ": expected at most " +
@@ -81,7 +81,7 @@ Result<void> interpret_axes(const detail::ImageFile& file, SequenceHeader& heade
   return {};
 }
 
-/// How many frames the raw data can hold; refuses data that do not hold one.
+/// Computes the number of frames that the raw data can hold; rejects data that do not hold one.
 Result<void> check_length(const detail::ImageFile& file, SequenceHeader& header) {
   header.readable_frames = header.frame_count;
   const std::size_t frame_bytes = header.frame_bytes();
@@ -93,8 +93,8 @@ Result<void> check_length(const detail::ImageFile& file, SequenceHeader& header)
                    " bytes of pixels, found " + std::to_string(file.available_bytes)};
 }
 
-/// Spacing of a sequence means nothing, but one that cannot be marks a damaged header. The list
-/// axis of NRRD has none, which is written as NaN.
+/// Rejects impossible spacings, which mark a damaged header; the spacing of a sequence is not used
+/// otherwise. The list axis of NRRD has no spacing, which is written as NaN.
 Result<void> check_spacing(const detail::ImageFile& file) {
   const bool nrrd = file.format == "NRRD";
   const std::string_view key = nrrd ? "spacings" : "ElementSpacing";
@@ -125,7 +125,7 @@ Result<SequenceHeader> interpret(const detail::ImageFile& file) {
   return header;
 }
 
-/// Fields of all frames, ordered by frame and name. Frames may be many more than fields.
+/// Fields of all frames, ordered by frame and name. There may be many more frames than fields.
 Result<std::vector<FrameField>> collect_frame_fields(const detail::ImageFile& file,
                                                      SequenceHeader& header) {
   std::vector<FrameField> fields;
@@ -171,7 +171,7 @@ Result<std::optional<double>> time_field(const SequenceHeader& header, const Seq
   return seconds;
 }
 
-/// MetaImage says ImageStatus, NRRD says Status; files without either hold images.
+/// MetaImage uses the key ImageStatus, NRRD uses Status; files without either hold images.
 bool declared_invalid(const SequenceFrame& frame) {
   for (const char* key : {"ImageStatus", "Status"}) {
     const auto found = frame.fields.find(key);
@@ -283,9 +283,9 @@ Result<void> check_complete(SequenceReader& reader) {
                  header.path.string() + ": pixel data cut short: expected " +
                      std::to_string(header.frame_count) + " frames (" +
                      (header.format == "NRRD" ? "sizes" : "DimSize") + "), found " +
-                     std::to_string(header.readable_frames) + " whole ones"};
+                     std::to_string(header.readable_frames) + " complete ones"};
   }
-  // What a frame's fields lack is no matter of length.
+  // Invalid fields of a frame are not an error of the length, which is checked here.
   if (!header.compressed || !reader.frame_fields(header.frame_count - 1)) return {};
   const auto last = reader.read(header.frame_count - 1);
   if (!last) return last.error();

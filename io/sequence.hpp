@@ -20,76 +20,76 @@
 
 namespace nav::io {
 
-/// What a PLUS/IGSIO sequence metafile (.igs.mha, .mha, .mhd, .nrrd, .nhdr) says of all its frames.
+/// Header of a PLUS/IGSIO sequence metafile (.igs.mha, .mha, .mhd, .nrrd, .nhdr): the properties of
+/// all its frames.
 struct SequenceHeader {
   std::filesystem::path path;
   std::string format;  ///< "MetaImage" or "NRRD".
-  int width = 0;       ///< Columns; 0 in tracker-only recordings.
-  int height = 0;      ///< Rows; 0 in tracker-only recordings.
-  int depth = 1;       ///< Slices of one frame; 1 unless 3D + time.
+  int width = 0;       ///< Number of columns; 0 in tracker-only recordings.
+  int height = 0;      ///< Number of rows; 0 in tracker-only recordings.
+  int depth = 1;       ///< Slices of one frame; 1 except for 3D + time.
   int components = 1;  ///< Samples per pixel, interleaved: 1, or 3 for colour.
   PixelType pixel_type = PixelType::kUint8;
-  std::string orientation;  ///< As in the file ("MF", "UNA", "FM", "XX"); empty when absent.
-  std::string image_type;   ///< As in the file ("BRIGHTNESS", "RGB_COLOR"); empty when absent.
+  std::string orientation;  ///< Text of the file ("MF", "UNA", "FM", "XX"); empty when absent.
+  std::string image_type;   ///< Text of the file ("BRIGHTNESS", "RGB_COLOR"); empty when absent.
   std::int64_t frame_count = 0;
-  /// Frames whose pixels the file can hold by its length; less than frame_count when a raw file was
-  /// cut short. Equals frame_count for compressed files, where only reading can tell.
+  /// Number of frames whose pixels fit in the length of the file; less than frame_count when a raw
+  /// file is cut short. Equal to frame_count for compressed files, for which only reading can tell.
   std::int64_t readable_frames = 0;
   bool compressed = false;
   std::map<std::string, std::string> fields;  ///< Every header key outside frames, as in the file.
 
-  /// Bytes of one frame: width * height * depth * components * size of a sample.
+  /// Size of one frame in bytes: width * height * depth * components * size of a sample.
   [[nodiscard]] std::size_t frame_bytes() const;
 };
 
-/// One frame of a sequence.
+/// One frame of a sequence: an image with its fields.
 struct SequenceFrame {
   std::int64_t index = 0;
   std::optional<double> timestamp_s;             ///< Field Timestamp, s; finite.
   std::optional<double> unfiltered_timestamp_s;  ///< Field UnfilteredTimestamp, s; finite.
   bool image_valid = false;                   ///< Not declared invalid, and the frame is not 0 x 0.
-  std::map<std::string, std::string> fields;  ///< Every Seq_Frame field, name without the prefix.
-  std::vector<std::byte> pixels;              ///< Native endian, in the orientation of the file.
+  std::map<std::string, std::string> fields;  ///< Every Seq_Frame field, name without prefix.
+  std::vector<std::byte> pixels;              ///< Native byte order, orientation of the file.
 };
 
-/// 16 numbers of a frame that nobody has judged yet: p_to = matrix * p_from. Rigid transforms are
-/// in mm. NaN only with a status other than ok and unknown.
+/// Unchecked 4 x 4 matrix of a frame: p_to = matrix * p_from. Rigid transforms are in mm. It is NaN
+/// only with a status other than ok and unknown.
 struct NamedTransform {
   std::string name;  ///< "ProbeToTracker".
   Eigen::Matrix4d to_from_from;
-  TrackingStatus status;  ///< kUnknown when the file gives none: never ok.
+  TrackingStatus status;  ///< kUnknown when the file gives none; it never counts as ok.
 };
 
-/// Names ("ProbeToTracker") of the transforms that a frame carries, sorted.
+/// Sorted names ("ProbeToTracker") of the transforms of a frame.
 std::vector<std::string> transform_names(const SequenceFrame& frame);
 
-/// The transform of that name ("ProbeToTracker", without the suffix "Transform"). Numbers are
-/// row-major and independent of the locale. Errors: kNotFound when the frame has none of that name;
-/// kMalformedData unless there are exactly 16 finite numbers (finite is not asked of a pose whose
-/// status says that there was none).
+/// Transform with that name ("ProbeToTracker", without the suffix "Transform"). Numbers are
+/// row-major and independent of the locale. Errors: kNotFound when the frame has no such transform;
+/// kMalformedData unless it has exactly 16 finite numbers. NaN is accepted when the status says
+/// that there was no pose.
 Result<NamedTransform> transform(const SequenceFrame& frame, std::string_view name);
 
-/// Puts a transform and its status in the fields of a frame, as PLUS writes them. kUnknown writes
-/// no status.
+/// Writes a transform and its status into the fields of a frame, in the format of PLUS. kUnknown
+/// writes no status.
 void set_transform(SequenceFrame& frame, const NamedTransform& transform);
 
-/// What a status text of PLUS means; texts that PLUS does not know are kInvalid, never ok.
+/// Meaning of a PLUS status text. Texts that PLUS does not define are kInvalid, never ok.
 TrackingStatus tracking_status_from_text(std::string_view text);
 
-/// The B-mode picture of a frame, flipped to columns toward the marked side and rows away from the
-/// transducer ("MF"), whatever the file holds. Refuses, in one sentence: colour, samples that are
-/// not 8-bit, radio-frequency data and orientations, unknown or absent orientation, several slices,
-/// 0 x 0 and invalid images.
+/// B-mode image of a frame, flipped so that columns increase towards the marked side and rows away
+/// from the transducer ("MF"). Rejects colour, samples that are not 8-bit, radio-frequency data and
+/// their orientations, unknown or absent orientation, several slices, 0 x 0, and invalid images.
 Result<Image2d<std::uint8_t>> brightness_image(const SequenceHeader& header,
                                                const SequenceFrame& frame);
 
-/// Reads frames one by one; pixel data are never all in memory. Raw files are read in any order;
-/// compressed ones forward, an earlier index inflates again from the start. Offsets are 64 bits.
-/// Not thread-safe: one reader per thread.
+/// Reads frames one by one; the pixel data are never all in memory. Raw files are read in any
+/// order. Compressed files are read forward; an earlier index decompresses from the start again.
+/// Offsets have 64 bits. Not thread-safe: use one reader per thread.
 class SequenceReader {
  public:
-  /// Reads the header, at most 512 MiB of it, and checks its claims against the length of the file
-  /// before anything of their size is allocated.
+  /// Reads the header, at most 512 MiB of it, and checks its sizes against the length of the file
+  /// before memory is allocated for them.
   static Result<SequenceReader> open(const std::filesystem::path& path);
 
   SequenceReader(SequenceReader&&) noexcept;
@@ -97,10 +97,11 @@ class SequenceReader {
   ~SequenceReader();
 
   [[nodiscard]] const SequenceHeader& header() const;
-  /// A frame with its pixels; index in [0, frame_count). Errors name the frame: kUsage out of
-  /// range, kMalformedData for cut pixel data or a timestamp that is not a finite number.
+  /// Reads a frame with its pixels; index in [0, frame_count). Errors name the frame: kUsage when
+  /// out of range, kMalformedData for truncated pixel data or a timestamp that is not a finite
+  /// number.
   Result<SequenceFrame> read(std::int64_t index);
-  /// The same without pixels, which are not touched.
+  /// Reads the fields of a frame without its pixels.
   [[nodiscard]] Result<SequenceFrame> frame_fields(std::int64_t index) const;
 
  private:
@@ -109,12 +110,12 @@ class SequenceReader {
   std::unique_ptr<State> state_;
 };
 
-/// The files beside a MetaImage or NRRD header in which its samples are, of a sequence or a volume;
-/// none where they follow the header, and for what no reader takes for one.
+/// Separate files with the samples of a MetaImage or NRRD header, sequence or volume; none when the
+/// samples follow the header or the file is not readable as such.
 std::vector<std::filesystem::path> sample_files(const std::filesystem::path& header);
 
-/// Whether the pixels of every frame that the header declares are there: kMalformedData where the
-/// file is cut short or DimSize says too much. Inflates compressed data once, to the end.
+/// Checks that the pixels of every declared frame exist. kMalformedData when the file is cut short
+/// or DimSize is too large. Decompresses compressed data once, to the end.
 Result<void> check_complete(SequenceReader& reader);
 
 }  // namespace nav::io

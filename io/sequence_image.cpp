@@ -13,8 +13,8 @@ struct Flips {
   bool rows = false;
 };
 
-/// Letter 1: where columns grow to (Marked, Unmarked); letter 2: rows (Far, Near); letter 3, when
-/// there is one: slices (Ascending, Descending), of no meaning for a single slice.
+/// Letter 1: direction of increasing columns (Marked, Unmarked). Letter 2: rows (Far, Near).
+/// Optional letter 3: slices (Ascending, Descending), which has no meaning for a single slice.
 std::optional<Flips> flips_to_mf(std::string_view orientation) {
   const bool third_ok =
       orientation.size() == 2 ||
@@ -36,7 +36,7 @@ Result<Flips> judge(const SequenceHeader& header, const SequenceFrame& frame) {
     return Error{ErrorCode::kUnsupportedData, where + reason};
   };
   if (header.width == 0 || header.height == 0) {
-    return refuse("expected a picture, found 0 x 0 pixels");
+    return refuse("expected an image, found 0 x 0 pixels");
   }
   if (header.components != 1 || header.image_type == "RGB_COLOR") {
     return refuse("expected brightness, found colour with " + std::to_string(header.components) +
@@ -54,8 +54,7 @@ Result<Flips> judge(const SequenceHeader& header, const SequenceFrame& frame) {
   }
   if (is_rf_orientation(header.orientation)) {
     return refuse(
-        "expected a scan-converted picture (MF, MN, UF or UN), found the beam-wise "
-        "orientation " +
+        "expected a scan-converted image (MF, MN, UF or UN), found the beam-wise orientation " +
         header.orientation);
   }
   const auto flips = flips_to_mf(header.orientation);

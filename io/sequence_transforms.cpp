@@ -83,7 +83,7 @@ Result<NamedTransform> transform(const SequenceFrame& frame, std::string_view na
   };
   const auto words = detail::split_words(found->second);
   if (words.size() != 16) return malformed(std::to_string(words.size()) + " words");
-  // A pose that its own status disowns may be written as NaN.
+  // A pose whose status says that it is invalid may be written as NaN.
   const bool claimed = out.status == TrackingStatus::kOk || out.status == TrackingStatus::kUnknown;
   for (std::size_t i = 0; i < 16; ++i) {
     const auto number = detail::parse_double(words[i]);

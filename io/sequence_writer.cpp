@@ -20,7 +20,7 @@ namespace nav::io {
 
 namespace {
 
-/// Keys that the writer decides itself, in both formats.
+/// True for keys that the writer decides itself, in both formats.
 bool is_structural(std::string_view key) {
   static const std::set<std::string_view> kKeys = {"ObjectType",
                                                    "NDims",
@@ -112,7 +112,8 @@ std::string identity_matrix(int n) {
   return text;
 }
 
-// PLUS pads these so that it can patch them in place; kept so that its tools can do so too.
+// PLUS pads these fields so that its tools can change them in place. The padding is kept for these
+// tools.
 constexpr std::size_t kFrameCountWidth = 16;
 constexpr std::size_t kCompressedSizeWidth = 40;
 
@@ -128,7 +129,7 @@ struct SequenceWriter::State {
   std::optional<detail::Deflater> deflater;
   std::string frame_lines;
   std::int64_t frames = 0;
-  bool broken = false;  ///< An append failed half-way: the file could only be wrong.
+  bool broken = false;  ///< An append failed half-way: the file would be wrong.
 
   [[nodiscard]] std::string meta_header() const;
   [[nodiscard]] std::string nrrd_header() const;
@@ -284,7 +285,7 @@ Result<void> SequenceWriter::append(const SequenceFrame& frame) {
   const auto put_time = [&](const char* name, const std::optional<double>& time) {
     if (!time) return;
     const auto old = fields.find(name);
-    // The text as it came keeps its digits.
+    // The text of the file is kept if it has the same value, because it keeps all digits.
     if (old != fields.end() && detail::parse_double(old->second) == time) return;
     fields[name] = detail::to_text(*time);
   };
@@ -306,9 +307,9 @@ std::int64_t SequenceWriter::frame_count() const { return state_->frames; }
 Result<void> SequenceWriter::finish() {
   State& s = *state_;
   if (s.broken) {
-    return Error{ErrorCode::kIo, s.path.string() +
-                                     ": expected complete frames, found one whose "
-                                     "writing failed"};
+    return Error{
+        ErrorCode::kIo,
+        s.path.string() + ": expected complete frames, found one that could not be written"};
   }
   if (s.frames == 0) {
     return Error{ErrorCode::kRefused, s.path.string() + ": expected at least 1 frame, found none"};
@@ -319,7 +320,7 @@ Result<void> SequenceWriter::finish() {
     if (!ok) return ok;
     s.deflater.reset();
   }
-  s.broken = true;  // Whatever follows, nothing more can be appended.
+  s.broken = true;  // From here on, frames can no longer be appended, even if an error follows.
   auto file = AtomicFile::create(s.path);
   if (!file) return file.error();
   if (const auto ok = file->write(s.nrrd ? s.nrrd_header() : s.meta_header()); !ok) return ok;

@@ -11,13 +11,13 @@
 namespace nav::io {
 
 /// Writes a PLUS sequence metafile: .mha (raw or one zlib stream) or .nrrd (raw or gzip), by the
-/// ending of the path. Pixels go to a temporary file beside the final one; finish() puts the header
-/// before them, syncs and renames. Without a successful finish() nothing is left under either name.
-/// Not thread-safe.
+/// ending of the path. Pixels go to a temporary file beside the final one; finish() writes the
+/// header before them, syncs and renames. Without a successful finish() neither file remains. Not
+/// thread-safe.
 class SequenceWriter {
  public:
   /// Uses width, height, depth, components, pixel_type, orientation ("MF" when empty), image_type
-  /// ("BRIGHTNESS" when empty), compressed and fields of the header; the other members are ignored.
+  /// ("BRIGHTNESS" when empty), compressed and fields of the header; other members are ignored.
   /// Keys in fields that the writer itself decides (DimSize, ElementType, …) are ignored too.
   static Result<SequenceWriter> create(const std::filesystem::path& path,
                                        const SequenceHeader& header);
@@ -27,11 +27,11 @@ class SequenceWriter {
   ~SequenceWriter();
 
   /// Appends a frame: its fields, timestamps, validity and pixels. The index is ignored: frames are
-  /// numbered as they come. Refuses a wrong number of bytes, non-finite times, names or values that
-  /// would break the header.
+  /// numbered in order of arrival. Rejects a wrong number of bytes, non-finite times, and names or
+  /// values that would break the header.
   Result<void> append(const SequenceFrame& frame);
   [[nodiscard]] std::int64_t frame_count() const;
-  /// Completes the file under its final name; refuses a sequence without frames.
+  /// Completes the file under its final name; rejects a sequence without frames.
   Result<void> finish();
 
  private:

@@ -26,7 +26,7 @@ namespace {
 constexpr std::uint64_t kMaxTextBytes = 256 << 20;
 constexpr std::uint64_t kMaxSurfaceBytes = 1 << 30;
 
-/// VTK takes an STL file that is cut short for a smaller surface.
+/// Rejects a truncated STL file, which VTK reads as a smaller surface.
 Result<void> check_whole_stl(const std::filesystem::path& path, std::string_view text) {
   constexpr std::size_t kHead = 512;
   const auto head_has = [&](std::string_view word) {
@@ -55,10 +55,10 @@ Result<void> check_whole_stl(const std::filesystem::path& path, std::string_view
                                    std::to_string((text.size() - kHeader) / kFacet));
 }
 
-/// Where each kind of file has words of its writer; views into it.
+/// Titles and comments of each file format; views into the text.
 constexpr std::size_t kMostHead = 64 << 10;
 std::string_view stl_title(std::string_view head) {
-  constexpr std::size_t kTitle = 80;  // In text it ends with the line.
+  constexpr std::size_t kTitle = 80;  // In text files it ends with the line.
   const bool words = head.starts_with("solid");
   return head.substr(0, std::min(kTitle, words ? head.find('\n') : kTitle));
 }
@@ -70,8 +70,8 @@ std::string_view vtk_title(std::string_view head) {
   return head.substr(0, head.find('\n'));
 }
 
-/// "SPACE=RAS", as 3D Slicer and Mimics write it: x and y point the other way. Without a word of
-/// it: LPS, as 3D Slicer takes it. The end of a longer word (COLORSPACE=) says something else.
+/// Interprets "SPACE=RAS", written by 3D Slicer and Mimics: x and y point the other way. Without it
+/// the space is LPS, as in 3D Slicer. The end of a longer word (COLORSPACE=) does not count.
 Result<void> turn_to_lps(std::string_view comments, TriangleMesh& mesh) {
   constexpr std::string_view kSpace = "SPACE=";
   const auto in_word = [](char c) {
@@ -103,7 +103,7 @@ Result<TriangleMesh> read_stl(const std::filesystem::path& path) {
   detail::VtkErrors errors;
   vtkNew<vtkSTLReader> reader;
   errors.watch(reader);
-  errors.watch(reader->GetExecutive());  // It says again that the reader failed.
+  errors.watch(reader->GetExecutive());  // Reports the reader's failure again.
   reader->SetFileName(path.c_str());
   errors.run([&] { reader->Update(); });
   if (!errors.first().empty()) return detail::malformed_surface(path, "a surface", errors.first());

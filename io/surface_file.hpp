@@ -11,16 +11,16 @@
 
 namespace nav::io {
 
-/// Reads a surface of at most 1 GiB from a legacy VTK (.vtk), STL (.stl) or PLY (.ply) file;
-/// polygons become fans of triangles, strips are taken apart. Coordinates are mm, LPS unless
-/// the file's title or comments say SPACE=RAS. Errors: kNotFound, kUnsupportedData (another ending
-/// or space), kMalformedData (not readable, no triangles); the message names the file. Files that
-/// are cut short are refused.
+/// Reads a surface of at most 1 GiB from a legacy VTK (.vtk), STL (.stl) or PLY (.ply) file.
+/// Polygons become fans of triangles; strips become single triangles. Coordinates are mm, LPS
+/// unless the file's title or comments contain SPACE=RAS. Errors: kNotFound, kUnsupportedData
+/// (another ending or space), kMalformedData (not readable, cut short, no triangles). The message
+/// names the file.
 Result<TriangleMesh> read_surface(const std::filesystem::path& path);
 
-/// Reads points from text: three numbers in each line, between blanks or commas, mm; lines that
-/// begin with # are comments. An empty line ends a group (a branch of a vessel tree) and begins
-/// another. Errors name file and line.
+/// Reads points from text: three numbers in each line, separated by blanks or commas, mm. Lines
+/// that begin with # are comments. An empty line ends a group (a branch of a vessel tree) and
+/// begins the next one. Errors name file and line.
 Result<std::vector<std::vector<Eigen::Vector3d>>> read_point_groups(
     const std::filesystem::path& path);
 

@@ -13,7 +13,7 @@ namespace nav::io {
 
 namespace {
 
-/// The inverse, or nothing when there is none to speak of.
+/// Inverse of a matrix, or nothing when it is not invertible.
 std::optional<Eigen::Matrix4d> inverse_of(const Eigen::Matrix4d& m) {
   if (!m.allFinite()) return {};
   const Eigen::FullPivLU<Eigen::Matrix4d> lu(m);
@@ -21,7 +21,8 @@ std::optional<Eigen::Matrix4d> inverse_of(const Eigen::Matrix4d& m) {
   return Eigen::Matrix4d(lu.inverse());
 }
 
-/// Ok, then unknown, then the statuses that mean there is no pose; the first of these names it.
+/// Worse of two statuses: ok, then unknown, then the statuses without a pose; the first of these is
+/// returned.
 TrackingStatus worse(TrackingStatus a, TrackingStatus b) {
   const auto rank = [](TrackingStatus s) {
     return s == TrackingStatus::kOk ? 0 : s == TrackingStatus::kUnknown ? 1 : 2;
@@ -31,7 +32,8 @@ TrackingStatus worse(TrackingStatus a, TrackingStatus b) {
 
 std::string edge_name(const std::string& from, const std::string& to) { return from + "To" + to; }
 
-/// Whether two matrices are each other's inverse, as far as four decimals of a rotation tell.
+/// True when two matrices are inverse to each other within the rounding of a rotation to four
+/// decimals.
 bool are_inverse(const Eigen::Matrix4d& a, const Eigen::Matrix4d& b) {
   constexpr double kRounding = 1e-4;
   const auto largest = [](const auto& block) { return block.cwiseAbs().maxCoeff(); };
@@ -48,8 +50,8 @@ bool is_claimed(const NamedTransform& transform) {
   return transform.status == TrackingStatus::kOk || transform.status == TrackingStatus::kUnknown;
 }
 
-/// Refuses a pose that the frame contradicts by one of the other direction. What its own status
-/// disowns contradicts nothing.
+/// Rejects a pose that contradicts the pose of the opposite direction in the same sequence frame.
+/// Poses with an invalid status are not compared.
 Result<void> check_reverse(const SequenceFrame& frame, const NamedTransform& pose) {
   const auto ends = split_transform_name(pose.name);
   if (!ends || !is_claimed(pose)) return {};
@@ -69,7 +71,7 @@ std::optional<std::pair<std::string, std::string>> split_transform_name(std::str
   std::optional<std::pair<std::string, std::string>> found;
   for (auto at = name.find("To", 1); at != std::string_view::npos; at = name.find("To", at + 1)) {
     if (at + 2 >= name.size() || !starts_name(name[at + 2])) continue;
-    if (found) return {};  // "AToBToC" could be split in two ways.
+    if (found) return {};  // The name could be split in two ways, such as "AToBToC".
     found.emplace(name.substr(0, at), name.substr(at + 2));
   }
   return found;
@@ -125,7 +127,7 @@ Result<Chain> TransformTree::find(const std::string& from, const std::string& to
   while (!queue.empty() && reached.count(to) == 0) {
     const std::string here = queue.front();
     queue.pop_front();
-    for (const Edge& edge : edges_) {  // Frames come first in the list, so they win.
+    for (const Edge& edge : edges_) {  // Edges of frames come first: they take precedence.
       for (const bool inverted : {false, true}) {
         const std::string& start = inverted ? edge.to : edge.from;
         const std::string& end = inverted ? edge.from : edge.to;
@@ -182,9 +184,10 @@ Result<ImageCalibration> calibration_from_matrix(const Eigen::Matrix4d& probe_fr
     return Error{ErrorCode::kMalformedData, text.str()};
   };
   if (width < 1 || height < 1) {
-    return refuse("a picture with pixels", std::to_string(width) + " x " + std::to_string(height));
+    return refuse("an image with pixels", std::to_string(width) + " x " + std::to_string(height));
   }
-  Eigen::Matrix<double, 4, 3> used;  // Columns, rows, origin: the third column is not of the plane.
+  // Columns, rows, origin. The third column does not describe the plane.
+  Eigen::Matrix<double, 4, 3> used;
   used << probe_from_pixels.col(0), probe_from_pixels.col(1), probe_from_pixels.col(3);
   if (!used.allFinite()) return refuse("finite numbers", used.reshaped().transpose());
   constexpr double kLastRowTolerance = 1e-6;
@@ -201,7 +204,8 @@ Result<ImageCalibration> calibration_from_matrix(const Eigen::Matrix4d& probe_fr
   }
   const Eigen::Vector3d x = along_columns.normalized();
   PixelGrid grid;
-  // How far the row step misses the normal of the columns is the shear, which stays in the grid.
+  // The shear is the deviation of the row step from the normal of the columns. It stays in the
+  // grid.
   const Eigen::Vector3d across = along_rows - x.dot(along_rows) * x;
   grid.mm_per_pixel << along_columns.norm(), x.dot(along_rows), 0, across.norm();
   const double middle = 0.5 * (width - 1);

@@ -17,41 +17,42 @@
 
 namespace nav::io {
 
-/// One step of a chain: a known transform, used as written or inverted.
+/// One step of a chain: a known transform, used directly or inverted.
 struct ChainLink {
-  std::string name;         ///< As written: "ProbeToTracker".
-  bool from_frame = false;  ///< Comes with each frame; otherwise from the configuration.
+  std::string name;         ///< Name in the file: "ProbeToTracker".
+  bool from_frame = false;  ///< True: part of each sequence frame; false: from the configuration.
   bool inverted = false;
-  Eigen::Matrix4d step;  ///< Already inverted when inverted; configuration links only, else NaN.
+  Eigen::Matrix4d step;  ///< Matrix of the step, inverted if necessary; NaN if from_frame.
 };
 
-/// The way from one coordinate frame to another: to_from_from = links[n-1].step * … *
+/// Chain of transforms between two coordinate frames: to_from_from = links[n-1].step * … *
 /// links[0].step.
 struct Chain {
   std::string from;
   std::string to;
-  std::vector<ChainLink> links;  ///< In order of travel, starting at from.
+  std::vector<ChainLink> links;  ///< Links in order, starting at \p from.
 
-  /// The product for one frame, with the worst status of the frame's links (configuration links are
-  /// ok). Errors name the transform that the frame lacks, that cannot be inverted, or that
-  /// contradicts the one of the other direction where the frame has both.
+  /// Product for one sequence frame, with the worst status of its links (configuration links are
+  /// ok). Errors name the transform that the sequence frame lacks, that cannot be inverted, or that
+  /// contradicts the transform of the opposite direction if the sequence frame has both.
   [[nodiscard]] Result<NamedTransform> evaluate(const SequenceFrame& frame) const;
 };
 
-/// Which transforms exist between named coordinate frames: those of a recording's frames and those
-/// of a configuration, each usable both ways. Where both know a transform, the frames win.
+/// Transforms between named coordinate frames: those of the frames of a recording and those of a
+/// configuration. Each can be used in both directions. If both define a transform, the recording
+/// takes precedence.
 class TransformTree {
  public:
-  /// Names of frame transforms are split at their "To"; those that cannot be split link nothing and
-  /// are left out. Refuses definitions that are not finite and invertible, and two of opposite
-  /// directions that are not each other's inverse.
+  /// The names of the recorded transforms are split at their "To"; names that cannot be split are
+  /// left out. Rejects definitions that are not finite and invertible, and two definitions of
+  /// opposite directions that are not inverse to each other.
   static Result<TransformTree> create(const std::vector<std::string>& frame_transforms,
                                       const std::vector<CoordinateDefinition>& definitions);
 
-  /// Shortest chain; the first found in order of definition among equals. The error of a missing
-  /// link names both ends and lists what exists.
+  /// Shortest chain; among equally short ones the first in order of definition. The error for a
+  /// missing link names both ends and lists the existing transforms.
   [[nodiscard]] Result<Chain> find(const std::string& from, const std::string& to) const;
-  /// "Probe→Tracker (frames), Image→Probe (configuration)".
+  /// Text such as "Probe→Tracker (frames), Image→Probe (configuration)".
   [[nodiscard]] std::string describe() const;
 
  private:
@@ -63,20 +64,21 @@ class TransformTree {
   std::vector<Edge> edges_;
 };
 
-/// Splits a transform name at the "To" between two capitalised names ("StylusTipToStylus"), or
-/// nothing when there is no such place.
+/// Splits a transform name at the "To" between two capitalised names ("StylusTipToStylus"); nothing
+/// when there is no such position or more than one.
 std::optional<std::pair<std::string, std::string>> split_transform_name(std::string_view name);
 
-/// A probe calibration taken apart: where the pixels lie in the plane, and the plane in the probe.
+/// Decomposed probe calibration: positions of the pixels in the image plane, and pose of the plane
+/// in the Probe frame.
 struct ImageCalibration {
   Transform<frames::Probe, frames::Image> probe_from_image;
   PixelGrid grid;
 };
 
-/// Splits ImageToProbe of PLUS (pixels, MF, to mm): origin at the middle of the first row, +x along
-/// columns, +z = x × y of the picture's axes; the shear of real calibrations stays in grid,
-/// exactly. The third column carries no information of the plane and is ignored. Refuses NaN, a
-/// last row that is not 0 0 0 1, zero columns, shear above 20 degrees, a picture without pixels.
+/// Decomposes ImageToProbe of PLUS (pixels, MF, to mm): origin at the centre of the first row, +x
+/// along the columns, +z = x × y of the image axes. The shear of real calibrations stays in grid,
+/// exactly. The third column does not describe the plane and is ignored. Rejects NaN, a last row
+/// that is not 0 0 0 1, zero columns, shear above 20 degrees, and an image without pixels.
 Result<ImageCalibration> calibration_from_matrix(const Eigen::Matrix4d& probe_from_pixels,
                                                  int width, int height);
 

@@ -8,7 +8,7 @@
 
 namespace nav {
 
-/// A broken invariant of our own code, never a failure of the outside world. Caught only at
+/// An error of this program's own code, never a failure of the outside world. It is caught only at
 /// thread roots in app/, which blank the overlay.
 class Bug : public std::logic_error {
  public:
@@ -28,7 +28,8 @@ template <class... Values>
 
 }  // namespace nav
 
-/// Armed in every build; throws nav::Bug with the condition and the values given.
+/// Checks an invariant in every build. A failure throws nav::Bug with the condition and the given
+/// values.
 #define NAV_CHECK(condition, ...)                                                           \
   do {                                                                                      \
     if (!(condition)) {                                                                     \

@@ -17,24 +17,26 @@ enum class Severity { kInfo, kWarning, kError };
 /// Stable lower-case name, for reports.
 const char* to_string(Severity severity);
 
-/// Where libraries say what they saw. They never print. Implementations are thread-safe.
+/// The interface through which libraries report what they find. Libraries never print.
+/// Implementations are thread-safe.
 class Diagnostics {
  public:
   virtual ~Diagnostics() = default;
-  /// source: the part that speaks ("io", "tracking.gate"); message: one sentence.
+  /// \p source: the part that reports ("io", "tracking.gate"). \p message: one sentence.
   virtual void report(Severity severity, std::string_view source, std::string_view message) = 0;
 };
 
-/// One thing that was said, and how often.
+/// One reported message and its number of repetitions.
 struct DiagnosticEntry {
   Severity severity;
   std::string source;
   std::string message;
-  std::size_t count = 1;  ///< Repetitions of the same text, folded.
+  std::size_t count = 1;  ///< Number of reports with the same text.
 };
 
-/// Keeps what was said, folding repetitions (the rate limit). For reports and tests. Keeps at most
-/// capacity different texts; later ones are counted in dropped().
+/// Stores reported messages for reports and tests. Repetitions of a message are counted, which
+/// limits the rate. At most \p capacity different messages are stored; later ones are counted in
+/// dropped().
 class CollectingDiagnostics final : public Diagnostics {
  public:
   explicit CollectingDiagnostics(std::size_t capacity = 1000) : capacity_(capacity) {}

@@ -4,7 +4,7 @@
 
 #include <string_view>
 
-/// Coordinate-frame tags. Their drawing and definitions are in docs/frames.md.
+/// Tags of the coordinate frames. docs/frames.md draws and defines them.
 namespace nav::frames {
 
 struct Ct {
@@ -24,7 +24,7 @@ struct Needle {
 };  ///< Tracked body on the needle: origin at the tip, +z from the hub towards the tip, mm.
 struct Image {
   static constexpr std::string_view kName = "Image";
-};  ///< Ultrasound plane: origin mid transducer face, +x lateral toward the probe mark, +y deep,
-    ///< +z = x × y, mm.
+};  ///< Ultrasound plane: origin at the centre of the transducer face, +x lateral towards the probe
+    ///< mark, +y into the depth, +z = x × y, mm.
 
 }  // namespace nav::frames

@@ -13,8 +13,8 @@
 
 namespace nav {
 
-/// Owning 2D picture, row-major, top row first. Copying copies a pointer: pixels are immutable
-/// once shared. Thread-safe to read.
+/// 2D image that owns its pixels; row-major, top row first. A copy shares the pixels, which do not
+/// change once shared. Reading is thread-safe.
 template <class T>
 class Image2d {
  public:
@@ -22,7 +22,7 @@ class Image2d {
   /// Precondition: pixels.size() == width * height, otherwise a Bug.
   Image2d(int width, int height, std::vector<T> pixels)
       : Image2d(shared(width, height, std::make_shared<const std::vector<T>>(std::move(pixels)))) {}
-  /// Shares pixels that nobody changes any more. Preconditions as above, and not null.
+  /// Shares pixels that no longer change. Preconditions: the size as above, and not null.
   static Image2d shared(int width, int height, std::shared_ptr<const std::vector<T>> pixels) {
     NAV_CHECK(width >= 0 && height >= 0, width, height);
     NAV_CHECK(pixels->size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height),

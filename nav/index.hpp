@@ -6,7 +6,7 @@
 
 namespace nav {
 
-/// A count or an index of the standard containers from one that arithmetic was done with; >= 0.
+/// Converts a signed count or index, >= 0, to the index type of the standard containers.
 constexpr std::size_t as_size(int n) { return static_cast<std::size_t>(n); }
 
 }  // namespace nav

@@ -18,7 +18,7 @@ namespace {
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-// Length of the sum of two unit vectors: there it has lost half of its digits.
+// Length of the sum of two unit vectors below which half of its digits are lost.
 constexpr double kNearlyOpposite = 1e-8;
 
 }  // namespace
@@ -40,7 +40,8 @@ SingularValues singular_values(const Eigen::Matrix3d& m) {
 
 Matrix6d symmetric_inverse(const Matrix6d& m) {
   const auto factors = m.ldlt();
-  // solve() takes 0 for what such a pivot leaves free: a covariance would be too sure of it.
+  // For such a pivot solve() returns 0 as undetermined value, which as a covariance would claim
+  // certainty.
   if ((factors.vectorD().array() == 0).any()) {
     return Matrix6d::Constant(std::numeric_limits<double>::infinity());
   }
@@ -50,7 +51,8 @@ Matrix6d symmetric_inverse(const Matrix6d& m) {
 Vector6d symmetric_solve(const Matrix6d& m, const Vector6d& b) { return m.ldlt().solve(b); }
 
 Eigen::Vector3d extents(const Eigen::Matrix3Xd& points) {
-  // The squares lose half of the digits; along the axes that they give, no longer.
+  // Squaring loses half of the digits. The axes of the squares are accurate enough, so the extents
+  // are measured along them.
   Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
   for (const auto& p : points.colwise()) squares += p * p.transpose();
   const Eigen::Matrix3d axes = eigenpairs<3>(squares).vectors;

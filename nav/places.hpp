@@ -6,10 +6,10 @@
 
 namespace nav {
 
-/// 10 km: farther is a mistake of units. Squares of it stay exact.
+/// Largest accepted coordinate: 10 km. Anything farther is a mistake of units. Its square is exact.
 inline constexpr double kFurthestMm = 1e7;
 
-/// Whether no coordinate is NaN or beyond kFurthestMm.
+/// True when no coordinate is NaN or beyond kFurthestMm.
 template <int Rows>
 bool is_place(const Eigen::Matrix<double, Rows, 1>& mm) {
   return (mm.cwiseAbs().array() <= kFurthestMm).all();

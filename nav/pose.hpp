@@ -11,13 +11,14 @@
 
 namespace nav {
 
-/// What the tracker said of a pose. "Unknown" (no status came) is never "ok": it degrades.
+/// Status that the tracker reports with a pose. kUnknown (no status received) is never treated as
+/// kOk: the pose is degraded.
 enum class TrackingStatus { kOk, kUnknown, kOccluded, kOutOfVolume, kTimeout, kInvalid };
 
 /// Stable lower-case name, for reports.
 const char* to_string(TrackingStatus status);
 
-/// A pose as it came from outside: 16 numbers that nobody has judged yet.
+/// Pose as received from outside: 16 unchecked numbers.
 struct RawPose {
   Timestamp acquired;
   Timestamp received;
@@ -25,7 +26,7 @@ struct RawPose {
   Eigen::Matrix4d tracker_from_body = Eigen::Matrix4d::Constant(std::nan(""));
 };
 
-/// A pose that passed the gate, or the fact that there was none.
+/// Pose that passed the gate; without a transform: there was no valid pose at that time.
 template <class Body>
 struct TrackedPose {
   Timestamp acquired;

@@ -11,17 +11,17 @@
 
 namespace nav {
 
-/// What kind of outside failure happened; decides the exit code of the program.
+/// Kind of a failure of the outside world. It decides the exit code of the program.
 enum class ErrorCode {
   kUsage,            ///< The caller asked for something that does not exist or contradicts itself.
   kNotFound,         ///< A file, folder or named thing is missing.
-  kMalformedData,    ///< Input that breaks its format, or values that cannot be true.
-  kUnsupportedData,  ///< Well-formed input of a kind that is not handled.
+  kMalformedData,    ///< The input breaks its format, or its values are impossible.
+  kUnsupportedData,  ///< The input is well-formed, but of a kind that is not handled.
   kIo,               ///< Reading or writing failed: permissions, disk full, broken pipe.
-  kUnavailable,      ///< A device, driver or display that is not there.
+  kUnavailable,      ///< A device, driver or display does not exist or cannot be used.
   kTimeout,          ///< A deadline passed.
   kCancelled,        ///< The caller asked to stop.
-  kEndOfStream,      ///< The source has nothing more; not a failure of anything.
+  kEndOfStream,      ///< The source has no more data; not a failure.
   kRefused,          ///< A result was computed and judged not good enough to use.
   kNumerical,        ///< A computation has no finite or unique answer.
 };
@@ -36,7 +36,7 @@ struct Error {
   std::string message;
 };
 
-/// Either a T or an Error (std::expected when we reach C++23). Access to the absent half is a Bug.
+/// Either a T or an Error (to become std::expected in C++23). Access to the absent one is a Bug.
 template <class T>
 class [[nodiscard]] Result {
  public:

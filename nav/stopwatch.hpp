@@ -6,7 +6,7 @@
 
 namespace nav {
 
-/// Real seconds that something took, for reports.
+/// Real time since \p start, s; for reports.
 inline double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }

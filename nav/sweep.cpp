@@ -8,15 +8,15 @@ namespace nav {
 
 Result<Sweep> Sweep::create(std::vector<TrackedFrame> frames, std::string calibration_id) {
   if (frames.empty()) {
-    return Error{ErrorCode::kMalformedData, "sweep: expected at least one tracked frame, found 0"};
+    return Error{ErrorCode::kMalformedData, "sweep: expected at least one tracked image, found 0"};
   }
   const auto refuse = [](std::size_t index, const std::string& what) {
-    return Error{ErrorCode::kMalformedData, "sweep frame " + std::to_string(index) + ": " + what};
+    return Error{ErrorCode::kMalformedData, "sweep image " + std::to_string(index) + ": " + what};
   };
   const auto& first = frames.front().frame.pixels;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const auto& pixels = frames[i].frame.pixels;
-    if (pixels.empty()) return refuse(i, "expected a picture, found 0 pixels");
+    if (pixels.empty()) return refuse(i, "expected an image, found 0 pixels");
     if (pixels.width() != first.width() || pixels.height() != first.height()) {
       std::ostringstream text;
       text << "expected " << first.width() << " x " << first.height() << " pixels, found "

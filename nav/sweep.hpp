@@ -10,24 +10,24 @@
 
 namespace nav {
 
-/// A picture with its pose at the moment of acquisition.
+/// Ultrasound image with its pose at the moment of acquisition.
 struct TrackedFrame {
   UltrasoundFrame frame;
   Transform<frames::Reference, frames::Image> reference_from_image;
-  Duration pose_gap;      ///< Distance in time to the nearest real pose sample, >= 0.
-  bool degraded = false;  ///< A contributing pose came without a status.
+  Duration pose_gap;      ///< Time to the nearest measured pose sample, >= 0.
+  bool degraded = false;  ///< A contributing pose had no status.
 };
 
-/// Ordered tracked frames of one recording with the calibration that placed them.
+/// Ordered tracked images of one recording, with the calibration that placed them.
 class Sweep {
  public:
-  /// Refuses: no frames, times not strictly increasing, empty pictures, pictures of different
-  /// size. The message names the frame.
+  /// Rejects an empty list, times that are not strictly increasing, empty images, and images of
+  /// different sizes. The message names the image.
   static Result<Sweep> create(std::vector<TrackedFrame> frames, std::string calibration_id);
 
   [[nodiscard]] const std::vector<TrackedFrame>& frames() const { return frames_; }
   [[nodiscard]] const std::string& calibration_id() const { return calibration_id_; }
-  /// Mean of the picture centres: the natural centre of rotation, Reference frame, mm.
+  /// Mean of the image centres, mm, Reference frame; used as the centre of rotation.
   [[nodiscard]] Point<frames::Reference> centroid() const;
 
  private:

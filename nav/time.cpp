@@ -8,7 +8,8 @@
 
 namespace nav {
 namespace {
-// int64 nanoseconds end at 9.22e9 s: so far, the difference of any two times is one too.
+// int64 nanoseconds end at 9.22e9 s. Within this limit, the difference of any two times is
+// representable.
 constexpr double kMaxSeconds = 4.6e9;
 }  // namespace
 
@@ -18,7 +19,8 @@ bool is_representable_seconds(double seconds) {
 
 Duration from_seconds(double seconds) {
   NAV_CHECK(is_representable_seconds(seconds), seconds);
-  // Whole seconds and the fraction apart: a double holds an epoch of 1.7e9 s only to 0.2 µs.
+  // Whole seconds and the fraction are converted separately: a double holds an epoch of 1.7e9 s
+  // only to 0.2 µs.
   const double whole = std::floor(seconds);
   const double fraction = seconds - whole;
   return std::chrono::seconds(static_cast<std::int64_t>(whole)) +

@@ -7,8 +7,8 @@
 
 namespace nav {
 
-/// The one clock of a session: int64 nanoseconds from an arbitrary origin. It is virtual in replay
-/// and tests, monotonic when live. It has no now(): time is an argument, or comes from a Clock.
+/// The only clock of a session: int64 nanoseconds from an arbitrary origin. It is virtual in replay
+/// and tests, and monotonic when live. It has no now(): time is an argument or comes from a Clock.
 struct SessionClock {
   using rep = std::int64_t;
   using period = std::nano;
@@ -19,13 +19,13 @@ struct SessionClock {
 
 using Timestamp = SessionClock::time_point;
 using Duration = SessionClock::duration;
-/// Time by which a call must return.
+/// Time at which a call must have returned.
 using Deadline = Timestamp;
 
-/// Seconds (for reports and file formats) to a session duration, rounded to the nearest
+/// Converts seconds (from reports and file formats) to a session duration, rounded to the nearest
 /// nanosecond. Precondition: finite and |seconds| < 4.6e9, otherwise a Bug.
 Duration from_seconds(double seconds);
-/// A session duration in seconds.
+/// Converts a session duration to seconds.
 double to_seconds(Duration duration);
 /// Seconds since the origin of the session clock.
 inline double to_seconds(Timestamp time) { return to_seconds(time.time_since_epoch()); }
@@ -39,7 +39,8 @@ class Clock {
   [[nodiscard]] virtual Timestamp now() const = 0;
 };
 
-/// Real time from CLOCK_MONOTONIC; origin at construction. Wall-clock steps cannot reach it.
+/// Real time from CLOCK_MONOTONIC; its origin is the construction. Changes of the wall clock do not
+/// affect it.
 class MonotonicClock final : public Clock {
  public:
   MonotonicClock();
@@ -49,11 +50,11 @@ class MonotonicClock final : public Clock {
   std::chrono::steady_clock::time_point origin_;
 };
 
-/// Time that moves only when told to. Not thread-safe: replay and tests own it on one thread.
+/// Time that advances only by advance_to(). Not thread-safe: replay and tests use it on one thread.
 class VirtualClock final : public Clock {
  public:
   [[nodiscard]] Timestamp now() const override { return now_; }
-  /// Moves to a time that is not before now(), otherwise a Bug.
+  /// Advances to a time that is not before now(), otherwise a Bug.
   void advance_to(Timestamp time);
 
  private:

@@ -19,7 +19,7 @@ struct Point {
   Eigen::Matrix<S, 3, 1> mm;
 };
 
-/// A free vector in frame F, unitless or mm as its name says. Transforms rotate it only.
+/// Free vector in frame F, unitless or mm; its name says which. Transforms rotate it only.
 template <class F, class S = double>
 struct Direction {
   Eigen::Matrix<S, 3, 1> v;
@@ -34,9 +34,9 @@ Point<F, S> operator+(const Point<F, S>& a, const Direction<F, S>& d) {
   return {a.mm + d.v};
 }
 
-/// Rigid map from From-coordinates to To-coordinates: p_to = R p_from + t. It never scales and has
-/// no default: a pose is measured, computed or absent. S may be a ceres::Jet.
-/// Parameter order where it is a vector: [qx qy qz qw | tx ty tz], rotation first, mm.
+/// Rigid map from From-coordinates to To-coordinates: p_to = R p_from + t. It never scales. It has
+/// no default: a pose is measured, computed or absent. S may be a ceres::Jet. Parameter order as a
+/// vector: [qx qy qz qw | tx ty tz], rotation first, mm.
 template <class To, class From, class S = double>
 class Transform {
  public:
@@ -54,7 +54,7 @@ class Transform {
     }
   }
 
-  /// The map of a frame onto itself; there is none between different frames.
+  /// Map of a frame to itself; it does not exist between different frames.
   static Transform identity() requires std::is_same_v<To, From> {
     return Transform(Quaternion::Identity(), Vector::Zero());
   }
@@ -88,10 +88,10 @@ class Transform {
   Vector translation_mm_;
 };
 
-/// How far a matrix may be from rigid before it is refused.
+/// Largest deviation from a rigid matrix that is accepted.
 struct RigidTolerance {
-  double orthonormality = 1e-3;  ///< max |RᵀR − I| element; trackers print 6 digits.
-  double last_row = 1e-6;        ///< max deviation of the last row from 0 0 0 1.
+  double orthonormality = 1e-3;  ///< Max |RᵀR − I| element; trackers print 6 digits.
+  double last_row = 1e-6;        ///< Max deviation of the last row from 0 0 0 1.
 };
 
 namespace detail {
@@ -100,8 +100,8 @@ Result<Eigen::Quaterniond> rotation_from_matrix(const Eigen::Matrix4d& m, const 
                                                 const RigidTolerance& tolerance);
 }  // namespace detail
 
-/// Turns 16 numbers from the outside into a Transform, or refuses them by name. The nearest
-/// rotation (polar decomposition) replaces the rounding error of text formats.
+/// Converts 16 numbers from outside into a Transform, or rejects them by name. The nearest rotation
+/// (polar decomposition) removes the rounding error of text formats.
 template <class To, class From>
 Result<Transform<To, From>> rigid_from_matrix(const Eigen::Matrix4d& to_from_from,
                                               const RigidTolerance& tolerance = {}) {
@@ -117,8 +117,8 @@ double rotation_distance_rad(const Transform<To, From>& a, const Transform<To, F
   return a.rotation().angularDistance(b.rotation());
 }
 
-/// Pose between a (fraction 0) and b (fraction 1): slerp on the shorter arc and linear
-/// translation. Precondition: fraction in [0, 1], otherwise a Bug: it never extrapolates.
+/// Pose between a (fraction 0) and b (fraction 1): slerp on the shorter arc and linear translation.
+/// It never extrapolates. Precondition: fraction in [0, 1], otherwise a Bug.
 template <class To, class From>
 Transform<To, From> interpolate(const Transform<To, From>& a, const Transform<To, From>& b,
                                 double fraction) {

@@ -9,11 +9,11 @@
 
 namespace nav {
 
-/// Triangles in CT coordinates, as a file gives them: possibly open, with either orientation.
+/// Triangle mesh in CT coordinates, as read from a file: possibly open, with either orientation.
 struct TriangleMesh {
   std::vector<Eigen::Vector3d> points_mm;     ///< Ct, LPS.
   std::vector<std::array<int, 3>> triangles;  ///< Indices into points_mm.
-  std::string name;                           ///< For messages.
+  std::string name;                           ///< Name for messages.
 };
 
 }  // namespace nav

@@ -34,7 +34,7 @@ double PixelGrid::shear_rad() const {
 Result<void> validate(const PixelGrid& grid) {
   constexpr double kMinSpacingMm = 1e-4;
   constexpr double kMaxSpacingMm = 100.0;
-  constexpr double kMaxShearRad = 0.35;  // 20 degrees: no calibration is that far off.
+  constexpr double kMaxShearRad = 0.35;  // 20 degrees; calibrations are far below.
   if (!grid.mm_per_pixel.allFinite() || !grid.origin_mm.allFinite()) {
     return Error{ErrorCode::kMalformedData,
                  "pixel grid: expected finite numbers, found NaN or Inf"};

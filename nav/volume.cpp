@@ -30,7 +30,7 @@ Result<void> validate(const VoxelGrid& grid, const std::string& name) {
     }
     voxels *= grid.size[a];
     const double spacing = grid.spacing_mm[axis];
-    // No scanner is finer than a tenth of a micrometre or coarser than a metre.
+    // The limits are a tenth of a micrometre and a metre, beyond every scanner.
     if (!(spacing >= 1e-4 && spacing <= 1e3)) {
       std::ostringstream found;
       found << spacing;
@@ -86,7 +86,7 @@ std::optional<double> Volume::sample(const Point<frames::Ct>& p) const {
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
     const int last = grid_.size[a] - 1;
-    // Rounding of an on-the-border point must not push it out.
+    // Rounding must not move a point on the border outside.
     constexpr double kBorderTolerance = 1e-9;
     if (!(index[axis] >= -kBorderTolerance && index[axis] <= last + kBorderTolerance)) return {};
     const double clamped = std::clamp(index[axis], 0.0, static_cast<double>(last));

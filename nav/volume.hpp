@@ -17,10 +17,10 @@
 
 namespace nav {
 
-/// Where voxel centres lie in CT coordinates (LPS, mm):
-/// p_ct = origin_mm + directions · (spacing_mm ∘ (i, j, k)).
+/// Positions of the voxel centres in CT coordinates (LPS, mm): p_ct = origin_mm + directions ·
+/// (spacing_mm ∘ (i, j, k)).
 struct VoxelGrid {
-  std::array<int, 3> size{};                                 ///< Voxels along i, j, k.
+  std::array<int, 3> size{};                                 ///< Number of voxels along i, j, k.
   Eigen::Vector3d spacing_mm{1, 1, 1};                       ///< > 0.
   Eigen::Vector3d origin_mm{0, 0, 0};                        ///< Centre of voxel (0, 0, 0).
   Eigen::Matrix3d directions = Eigen::Matrix3d::Identity();  ///< Orthonormal columns; may be
@@ -38,28 +38,29 @@ struct VoxelGrid {
     return (directions.transpose() * (p.mm - origin_mm)).cwiseQuotient(spacing_mm);
   }
   [[nodiscard]] Point<frames::Ct> centre() const;
-  /// Edge lengths of the box of voxel centres plus half a voxel each side, mm.
+  /// Edge lengths of the box of voxel centres, extended by half a voxel at each side, mm.
   [[nodiscard]] Eigen::Vector3d extent_mm() const;
 };
 
-/// Refuses sizes < 1 or > 2^31 voxels in all, spacing outside [1e-4, 1e3] mm, directions
-/// that are not orthonormal within 1e-4, origins that are not finite. name: the thing to blame.
+/// Rejects sizes < 1 or more than 2^31 voxels in all, spacing outside [1e-4, 1e3] mm, directions
+/// that are not orthonormal within 1e-4, and origins that are not finite. \p name: the volume's
+/// name in the message.
 Result<void> validate(const VoxelGrid& grid, const std::string& name);
 
-/// Air, used outside a volume, HU.
+/// HU of air; used outside a volume.
 inline constexpr std::int16_t kAirHu = -1024;
 
-/// CT in Hounsfield units. Copying copies a pointer: voxels are immutable and thread-safe to read.
-/// Order: i fastest, then j, then k.
+/// CT volume in Hounsfield units. A copy shares the voxels, which never change. Reading is
+/// thread-safe. Voxel order: i fastest, then j, then k.
 class Volume {
  public:
-  /// Refuses a bad grid or a voxel count that does not match it.
+  /// Rejects an invalid grid or a voxel count that does not match it.
   static Result<Volume> create(const VoxelGrid& grid, std::vector<std::int16_t> hu,
                                std::string name);
 
   [[nodiscard]] const VoxelGrid& grid() const { return grid_; }
   [[nodiscard]] std::span<const std::int16_t> hu() const { return *hu_; }
-  /// What the volume is called in messages: file name or phantom name.
+  /// Name of the volume in messages: file name or phantom name.
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] std::int16_t at(int i, int j, int k) const;
   /// Trilinear value at a point, HU; absent outside the box of voxel centres.

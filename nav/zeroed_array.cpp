@@ -16,7 +16,7 @@
 namespace nav {
 namespace {
 
-// The address sanitizer sees no ends of mappings.
+// The address sanitizer does not detect accesses past the end of a mapping.
 #if defined(__linux__) && !defined(__SANITIZE_ADDRESS__)
 
 bool is_mapped(std::size_t bytes) { return bytes >= kLargePage; }
@@ -36,7 +36,7 @@ void unmap(void*, std::size_t) {}
 
 #endif
 
-/// The first address of a large page in a mapping.
+/// First large-page boundary in a mapping.
 void* first_large_page(void* mapped) {
   const auto past = reinterpret_cast<std::uintptr_t>(mapped) % kLargePage;
   return static_cast<char*>(mapped) + (past == 0 ? 0 : kLargePage - past);

@@ -9,10 +9,10 @@
 
 namespace nav {
 
-/// Bytes that are 0 until they are written. Those of large pages and more come from the system page
-/// by page as they are touched, by whichever thread touches them, and in large pages where the
-/// system has them: nobody waits for zeros that are written twice, and rays and stencils that step
-/// from page to page find them in the processor's table of pages.
+/// Memory whose bytes are 0 until they are written. Blocks of a large page or more are mapped: the
+/// system provides each page when a thread first touches it, as a large page if possible. No time
+/// is spent on zeros that are overwritten anyway, and large pages reduce the TLB misses of rays and
+/// stencils that step from page to page.
 class ZeroedMemory {
  public:
   ZeroedMemory() = default;
@@ -32,11 +32,12 @@ class ZeroedMemory {
  private:
   void* data_ = nullptr;
   std::size_t bytes_ = 0;
-  void* mapped_ = nullptr;  ///< Where the mapping starts, which data_ lies in; null: of the heap.
+  /// Start of the mapping that contains data_; null: data_ is on the heap.
+  void* mapped_ = nullptr;
   std::size_t mapped_bytes_ = 0;
 };
 
-/// A fixed number of plain values, all 0 at first, as ZeroedMemory has them.
+/// Array of fixed size of plain values, all 0 at first; its memory is a ZeroedMemory.
 template <class T>
 class ZeroedArray {
   static_assert(std::is_trivially_copyable_v<T> && std::is_trivially_destructible_v<T>);

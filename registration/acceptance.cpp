@@ -25,26 +25,26 @@ std::string sentence(const std::string& what, const std::string& relation, doubl
   return text.str();
 }
 
-/// NaN where any of it is.
+/// NaN if any component is NaN.
 double most_stretched(const Stretch& stretch) {
   const double deep = std::abs(stretch.depth_scale - 1);
   const double strain = stretch.strain.norm();
   return std::isnan(strain) ? strain : std::max(deep, strain);
 }
 
-/// One sentence at most.
+/// Adds at most one sentence.
 void judge_misfits(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
                    const AcceptanceLimits& warnings, Judge& judge) {
   const Misfit* worst = likeliest_misfit(result, limits);
   if (worst == nullptr) worst = likeliest_misfit(result, warnings);
   if (worst == nullptr) return;
   const auto cause = static_cast<std::size_t>(worst->cause);
-  judge.at_most("misfit of pictures and CT as from " + in_words(*worst), worst->excess_mm(),
+  judge.at_most("misfit of images and CT, probably from " + in_words(*worst), worst->excess_mm(),
                 limits.max_misfit_mm[cause], warnings.max_misfit_mm[cause], " mm");
 }
 
-/// Where halves could not be compared, that is said once, and not again where the uncertainty has
-/// failed for the same reason.
+/// Judges the disagreements of halves. A reason why halves could not be compared is given once, and
+/// not at all if the uncertainty failed for the same reason.
 void judge_halves(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
                   const AcceptanceLimits& warnings, Judge& judge) {
   const auto judge_one = [&](const std::string& what, const std::string& fault, double found_mm,
@@ -58,13 +58,13 @@ void judge_halves(const ImageRegistrationResult& result, const AcceptanceLimits&
   const double limit_mm = limits.max_split_disagreement_mm;
   const double warning_mm = warnings.max_split_disagreement_mm;
   if (!result.split_fault.empty() && result.split_fault == result.halves_fault) {
-    judge_one("halves of the pictures", result.split_fault, result.split_disagreement_mm, limit_mm,
-              warning_mm);
+    judge_one("the two halves of the images", result.split_fault, result.split_disagreement_mm,
+              limit_mm, warning_mm);
     return;
   }
-  judge_one("odd and even pictures", result.split_fault, result.split_disagreement_mm, limit_mm,
+  judge_one("odd and even images", result.split_fault, result.split_disagreement_mm, limit_mm,
             warning_mm);
-  judge_one("first and second half", result.halves_fault, result.halves_disagreement_mm,
+  judge_one("the first and second half", result.halves_fault, result.halves_disagreement_mm,
             limits.max_halves_disagreement_mm, warnings.max_halves_disagreement_mm);
 }
 
@@ -116,7 +116,7 @@ AcceptanceLimits limits_for(Effort effort) {
   AcceptanceLimits limits;
   if (effort == Effort::kQuick) {
     limits.max_cost = 0.25;
-    // Half of its few pictures err by as much themselves.
+    // The halves of its few images have errors of the same size themselves.
     limits.max_split_disagreement_mm = 1.5;
     limits.max_misfit_mm[static_cast<std::size_t>(MisfitCause::kDelay)] = 0.75;
     limits.max_misfit_mm[static_cast<std::size_t>(MisfitCause::kCalibration)] = 0.9;
@@ -175,8 +175,8 @@ void Judge::warn(const std::string& what, double found, const std::string& beyon
                  double warning, const std::string& unit) {
   std::ostringstream text;
   text.precision(3);
-  text << what << ": " << found << unit << "; refused " << beyond << ' ' << limit << unit
-       << ", warned of " << beyond << ' ' << warning << unit;
+  text << what << ": " << found << unit << "; warning " << beyond << ' ' << warning << unit
+       << ", refused " << beyond << ' ' << limit << unit;
   warnings_.push_back(text.str());
 }
 
@@ -192,21 +192,21 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   NAV_CHECK(ok.has_value(), ok ? std::string() : ok.error().message);
   Judge judge;
   if (result.termination == Termination::kIterationLimit) {
-    judge.warn("solver: expected it to converge, found the iteration limit before");
+    judge.warn("the solver stopped at the iteration limit before it converged");
   }
   if (result.termination == Termination::kTimeLimit) {
-    judge.refuse("solver: expected it to converge, found the time limit before");
+    judge.refuse("the solver stopped at the time limit before it converged");
   }
   if (result.termination == Termination::kFailed) {
-    judge.refuse("solver: expected it to converge, found: " + result.message);
+    judge.refuse("the solver failed: " + result.message);
   }
   judge.at_least("overlap of the sweep with the CT", result.overlap, limits.min_overlap,
                  warnings.min_overlap);
   judge.at_least("score against random poses", result.z_score, limits.min_z_score,
                  warnings.min_z_score);
   if (result.bootstrap.places > 0) {
-    judge.at_least("places that pictures were taken at", result.bootstrap.places, limits.min_places,
-                   warnings.min_places);
+    judge.at_least("positions at which images were acquired", result.bootstrap.places,
+                   limits.min_places, warnings.min_places);
   }
   judge.at_most("cost of the match", result.final_cost, limits.max_cost, warnings.max_cost, "");
   if (result.margin) {
@@ -218,16 +218,18 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
                   warnings.max_tre_rms_mm, " mm");
     const bool enough = result.bootstrap.places >= limits.min_places;
     if (enough && !result.bootstrap.fault.empty()) {
-      judge.warn("predicted error: by patches alone, not by pictures: " + result.bootstrap.fault);
+      judge.warn("predicted error: estimated from patches alone, not from images: " +
+                 result.bootstrap.fault);
     }
   } else {
     judge.refuse("uncertainty: " + result.covariance_fault);
   }
   judge_halves(result, limits, warnings, judge);
-  judge.at_most("way to a lower cost that the solver left", result.basin.shift_mm,
-                limits.max_basin_shift_mm, warnings.max_basin_shift_mm, " mm");
-  judge.at_most("stretch of the pictures, which are shown without it",
-                most_stretched(result.stretch), limits.max_stretch, warnings.max_stretch, "");
+  judge.at_most("distance to a lower cost nearby (the pose is not a local minimum)",
+                result.basin.shift_mm, limits.max_basin_shift_mm, warnings.max_basin_shift_mm,
+                " mm");
+  judge.at_most("scale of the images (they are drawn unscaled)", most_stretched(result.stretch),
+                limits.max_stretch, warnings.max_stretch, "");
   judge_misfits(result, limits, warnings, judge);
   return std::move(judge).decision();
 }
@@ -243,7 +245,7 @@ const Misfit* likeliest_misfit(const ImageRegistrationResult& result,
     beyond.push_back(&misfit);
     most = std::max(most, misfit.gain);
   }
-  // They come with the simplest first.
+  // Misfits are sorted, simplest first.
   const auto found = std::find_if(beyond.begin(), beyond.end(), [&](const Misfit* misfit) {
     return misfit->gain >= kShare * most;
   });

@@ -13,46 +13,52 @@
 
 namespace nav::registration {
 
-/// What a registration must show before anything is drawn with it. Every limit is inclusive. The
-/// defaults are frozen on the development seeds of 'sonde bench registration', simulated patients
-/// all of them: 20 right results cost at most 0.24 and their halves agreed within 0.8 mm but for
-/// one of 2.3 mm; results with another patient of like anatomy cost at least 0.42, other hopeless
-/// ones 0.38 and more. They say nothing yet about real patients, whom the cost will rather refuse.
+/// Limits that a registration must meet before anything is drawn with it. Every limit is inclusive.
+/// The defaults were frozen on the development seeds of 'sonde bench registration', which are all
+/// simulated patients. There, 20 right results cost at most 0.24, and their halves agreed within
+/// 0.8 mm except one (2.3 mm). Results with the CT of another, similar patient cost at least 0.42;
+/// other hopeless results cost at least 0.38. The limits say nothing yet about real patients: the
+/// limit of the cost will more likely reject those.
 struct AcceptanceLimits {
   double min_overlap = 0.6;  ///< Fraction of the ultrasound inside the CT, [0, 1].
-  double min_z_score = 4.5;  ///< Against random poses, first level.
-  /// That pictures were taken at, BootstrapOptions::block_mm apart: those of fewer match elsewhere
-  /// nearly as well, and what they have in common no draw of them shows.
+  double min_z_score = 4.5;  ///< Score against random poses, on the first level.
+  /// Number of distinct positions of the probe, BootstrapOptions::block_mm apart. Ultrasound images
+  /// from fewer positions match elsewhere nearly as well, and resampling them does not show the
+  /// error that they share.
   int min_places = kLeastPlaces;
-  double max_cost = 0.33;                   ///< Of the result on the finest level, (0, 1].
-  double min_margin = 0.15;                 ///< To another minimum, where one was found.
-  double max_tre_rms_mm = 2;                ///< Predicted at the target, > 0.
-  double max_split_disagreement_mm = 1;     ///< Odd against even pictures, > 0.
+  double max_cost = 0.33;                   ///< Cost of the result on the finest level, (0, 1].
+  double min_margin = 0.15;                 ///< Margin to another minimum, if one was found.
+  double max_tre_rms_mm = 2;                ///< Predicted error at the target, > 0.
+  double max_split_disagreement_mm = 1;     ///< Odd against even ultrasound images, > 0.
   double max_halves_disagreement_mm = 2.5;  ///< First against second half, > 0.
-  double max_basin_shift_mm = 1.5;          ///< To lower costs nearby without derivatives, > 0.
-  /// Strain or depth factor off one that was refined beside the pose, > 0: pictures are shown as
-  /// they came, and 1 % of 100 mm is a millimetre.
+  /// Distance to lower costs nearby, found without derivatives, > 0.
+  double max_basin_shift_mm = 1.5;
+  /// Strain, or depth factor minus 1, that was refined together with the pose, > 0. Ultrasound
+  /// images are shown as they came, and 1 % of 100 mm is a millimetre.
   double max_stretch = 0.01;
-  /// Beyond noise, by MisfitCause, mm, > 0. On the development seeds at most 0.35, 0.34, 0.5, 0.79
-  /// and 0.91 where nothing is wrong; 0.86 and more where pixels are 1.5 % off, 1.1 and more where
-  /// pictures are 100 ms late and the pose was accepted, 1.4 and more where the patient breathes.
+  /// Misfit beyond noise, by MisfitCause, mm, > 0. On the development seeds it is at most 0.35,
+  /// 0.34, 0.5, 0.79 and 0.91 when nothing is wrong. It is at least 0.86 when pixels are 1.5 % off,
+  /// at least 1.1 when ultrasound images are 100 ms late and the pose was accepted, and at least
+  /// 1.4 when the patient breathes.
   std::array<double, kMisfitCauses> max_misfit_mm = {0.6, 0.7, 0.65, 1.2, 1.5};
 };
 
-/// A refusal that names the first limit out of its range.
+/// Returns an error that names the first limit that is out of its range.
 Result<void> validate(const AcceptanceLimits& limits);
 
-/// The limits for a registration by such an effort: the defaults, but for a quick one a cost of at
-/// most 0.25. Coarse samples match more easily: on the development seeds right ones cost at most
-/// 0.245, another patient's CT at least 0.276. Its few pictures disagree more, and tell less of a
-/// delay and of the calibration: up to 0.70 and 0.86 mm where nothing is wrong.
+/// The limits for a registration with this effort. A quick registration has the default limits,
+/// except a cost of at most 0.25 and wider limits for odd against even images, for a delay and for
+/// the calibration. Coarse samples match more easily: on the development seeds right results cost
+/// at most 0.245 and another patient's CT costs at least 0.276. The few images of a quick
+/// registration disagree more and show less about a delay and the calibration: these misfits reach
+/// 0.70 and 0.86 mm when nothing is wrong.
 AcceptanceLimits limits_for(Effort effort);
 
-/// From where on a result that is accepted is accepted with a warning: between here and its limit;
-/// a warning beyond its limit never comes. Those of cost, score, disagreements and predicted error
-/// were chosen on the development seeds, simulated patients all of them, where 4 to 8 % of the
-/// accepted results are warned of (docs/experiments/registration.md); the others say what nothing
-/// there came near.
+/// Values from which an accepted result is accepted with a warning: a result between this value and
+/// its limit. A warning value beyond its limit has no effect. The values of cost, score,
+/// disagreements and predicted error were chosen on the development seeds, which are all simulated
+/// patients; there, 4 to 8 % of the accepted results get a warning
+/// (docs/experiments/registration.md). The other values are ones that no result there came near.
 inline constexpr AcceptanceLimits kWarningLimits{.min_overlap = 0.8,
                                                  .min_z_score = 5,
                                                  .max_cost = 0.28,
@@ -65,21 +71,21 @@ inline constexpr AcceptanceLimits kWarningLimits{.min_overlap = 0.8,
                                                  .max_misfit_mm = kTellingMm};
 
 enum class Verdict { kAccept, kWarn, kRefuse };
-/// "accept", "warn", "refuse".
+/// Stable lower-case name: `accept`, `warn`, `refuse`.
 const char* to_string(Verdict verdict);
-/// For the user: "accepted", "accepted with warnings", "refused".
+/// Text for the user: "accepted", "accepted with warnings", "refused".
 const char* in_words(Verdict verdict);
 
 /// The verdict. reasons holds one sentence for each limit that was missed, with the limit and the
-/// value found; empty exactly when accepted.
+/// value found; it is empty exactly when the result is accepted.
 struct Decision {
   bool accepted;
   std::vector<std::string> reasons;
-  /// One sentence for each value between its warning and its limit, and for a solve that ended at
-  /// its iteration limit; of accepted results only.
+  /// One sentence for each value between its warning value and its limit, and one for a solve that
+  /// ended at its iteration limit. Only accepted results have warnings.
   std::vector<std::string> warnings = {};
 
-  /// One more reason.
+  /// Adds a reason and rejects the result.
   void refuse(std::string reason);
   [[nodiscard]] Verdict verdict() const {
     if (!accepted) return Verdict::kRefuse;
@@ -87,17 +93,17 @@ struct Decision {
   }
 };
 
-/// Collects what misses its limit and what comes near it. A value that is NaN misses every limit,
-/// one that is infinite every at_most().
+/// Collects the values that miss their limit or come near it. A NaN misses every limit; an infinite
+/// value misses every at_most().
 class Judge {
  public:
   Judge() = default;
-  /// Goes on where another has ended.
+  /// Continues from an earlier decision.
   explicit Judge(Decision before)
       : reasons_(std::move(before.reasons)), warnings_(std::move(before.warnings)) {}
 
   void at_least(const std::string& what, double found, double limit, double warning);
-  /// unit: with its space.
+  /// \p unit includes its leading space.
   void at_most(const std::string& what, double found, double limit, double warning,
                const std::string& unit);
   void refuse(std::string reason) { reasons_.push_back(std::move(reason)); }
@@ -111,26 +117,28 @@ class Judge {
 };
 
 /// Judges a result for use at a target. A value that is not finite never passes. Limits out of
-/// range are a Bug: validate() them first. Warnings change nothing of what is refused.
+/// range are a Bug: validate() them first. Warnings do not change what is rejected.
 Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
                 const Point<frames::Ct>& target, const AcceptanceLimits& warnings = kWarningLimits);
 
-/// The misfit beyond its limit that decide() names, what is most likely wrong: the one of fewest
-/// numbers that explains two fifths of what any of them does. A delay looks like a motion too, and
-/// wrong pixels like a bend. One of the result's; null where none is beyond its limit.
+/// The most likely cause among the misfits beyond their limits; decide() names it. It is the
+/// simplest cause (with the fewest parameters) that explains at least two fifths of what the best
+/// of these causes explains. A delay also looks like a motion, and wrong pixels like a bend. Points
+/// into the result; null if no misfit is beyond its limit.
 const Misfit* likeliest_misfit(const ImageRegistrationResult& result,
                                const AcceptanceLimits& limits);
 
-/// What a registration by landmarks must show. Inclusive. A fit of swapped or misplaced pairs has
-/// residuals of centimetres; skin markers and bony landmarks stay within a few millimetres.
+/// Limits that a registration by landmarks must meet. Inclusive. A fit of swapped or misplaced
+/// pairs has residuals of centimetres; skin markers and bony landmarks stay within a few
+/// millimetres.
 struct LandmarkLimits {
   double max_fre_rms_mm = 5;  ///< Residual of the pairs, > 0.
   double max_tre_rms_mm = 2;  ///< Predicted at the target, > 0.
 };
 inline constexpr LandmarkLimits kLandmarkWarnings{.max_fre_rms_mm = 3, .max_tre_rms_mm = 1};
 
-/// Predicted error at a target, mm RMS: from the given sigmas, or from the residuals where these
-/// say that the sigmas were too small.
+/// Predicted error at a target, mm RMS: computed from the given sigmas, or from the residuals if
+/// these show that the sigmas were too small.
 double predicted_tre_rms_mm(const LandmarkRegistration& fit, const Point<frames::Ct>& target);
 
 /// Judges a fit for use at a target. A value that is not finite never passes.

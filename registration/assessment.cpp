@@ -22,7 +22,7 @@ double z_score(const Lc2Cost& cost, const SweepPoints& sweep, const Pose& pose, 
   double variance = 0;
   for (const double value : costs) variance += (value - mean) * (value - mean) / (n - 1);
   const double deviation = std::sqrt(variance);
-  // Equal costs everywhere: nothing to tell a pose by.
+  // Equal costs everywhere give no information about a pose.
   if (!(deviation > 0)) return 0;
   return (mean - cost.cost(pose).cost) / deviation;
 }

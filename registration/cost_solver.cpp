@@ -10,8 +10,9 @@
 namespace nav::registration {
 namespace {
 
-// Where curvature is not that of Gauss–Newton yet, a step of several times the right length takes
-// as many refusals to shorten as the region is too large, each an evaluation.
+// Initial trust region. Where the curvature differs from Gauss–Newton's, a step is several times
+// too long. A region that is too large then costs rejected steps, each one evaluation, until it is
+// small enough.
 constexpr double kFirstTrustRegion = 3;
 
 class Watch final : public ceres::IterationCallback {
@@ -32,8 +33,9 @@ class Watch final : public ceres::IterationCallback {
   bool converged = false;
 
  private:
-  /// What a step brought, or, where it was refused, what it had promised. Ceres itself compares
-  /// what a refused step would have lost, which may happen to be little far from the minimum.
+  /// The gain of an accepted step, or the predicted gain of a rejected one. Ceres itself compares
+  /// the loss that a rejected step would have caused, which may be small by chance far from the
+  /// minimum.
   static double gain_of(const ceres::IterationSummary& step) {
     if (step.step_is_successful) return step.cost_change;
     return step.relative_decrease != 0 ? std::abs(step.cost_change / step.relative_decrease)
@@ -48,13 +50,14 @@ ceres::Solver::Options solver_options(const SolveLimits& limits) {
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
   options.max_num_iterations = limits.max_iterations;
-  options.num_threads = 1;  // The one residual block is parallel inside.
+  options.num_threads = 1;  // The single residual block is parallel internally.
   options.logging_type = ceres::SILENT;
-  options.function_tolerance = 0;  // Watch's.
+  options.function_tolerance = 0;  // Watch checks it.
   options.initial_trust_region_radius = kFirstTrustRegion;
   options.gradient_tolerance = 1e-10;
   options.parameter_tolerance = 1e-5;
-  // Too long steps are refused by the cost; each halves the trust region faster.
+  // Steps that are too long are rejected by their cost; each rejection shrinks the trust region
+  // faster.
   options.max_num_consecutive_invalid_steps = 20;
   return options;
 }
@@ -82,7 +85,7 @@ CostSolution minimise(ceres::CostFunction* residuals, Eigen::Ref<Eigen::VectorXd
   if (!usable) delta.setZero();
   std::string message = watch.converged ? "a step gains less than the tolerance" : summary.message;
   std::replace(message.begin(), message.end(), '\n', ' ');
-  // Ceres counts ½‖R‖²; its costs are -1 where it never got one.
+  // Ceres counts ½‖R‖²; its costs are -1 if it never computed one.
   const double initial = summary.initial_cost >= 0 ? 2 * summary.initial_cost : 1.0;
   const double last = usable && summary.final_cost >= 0 ? 2 * summary.final_cost : initial;
   return {initial,

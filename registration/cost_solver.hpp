@@ -15,13 +15,14 @@ namespace ceres {
 class CostFunction;
 }
 
-/// What every refinement of a cost E >= 0 by Ceres shares.
+/// Common parts of every refinement of a cost E >= 0 by Ceres.
 namespace nav::registration {
 
-/// Residuals r and their Jacobian for a cost E with its gradient g of E/2 and Gauss–Newton Hessian
-/// H = QΛQᵀ, n parameters: r = [Λ^{−½}Qᵀg; √(E − gᵀH⁺g)], n + 1 of them, and Jacobian [Λ^{½}Qᵀ; 0]
-/// have the normal equations of all samples together, and rᵀr = E. Directions with less than 1e-9
-/// of the greatest curvature, which carry only rounding noise of the float kernel, are left out.
+/// Residuals r and their Jacobian for a cost E with n parameters, with the gradient g of E/2 and
+/// the Gauss–Newton Hessian H = QΛQᵀ. The n + 1 residuals r = [Λ^{−½}Qᵀg; √(E − gᵀH⁺g)] and the
+/// Jacobian [Λ^{½}Qᵀ; 0] have the same normal equations as all samples together, and rᵀr = E.
+/// Directions with less than 1e-9 of the greatest curvature are left out: they carry only the
+/// rounding noise of the float kernel.
 template <class Gradient, class Hessian, class Residuals, class Jacobian>
 void fill_residuals(double cost, const Gradient& gradient, const Hessian& hessian, Residuals& r,
                     Jacobian& jacobian) {
@@ -43,28 +44,30 @@ void fill_residuals(double cost, const Gradient& gradient, const Hessian& hessia
   r[n] = std::sqrt(std::max(cost - explained, 0.0));
 }
 
-/// When a solve is done. A change of the cost by a share t moves a pose by some 6 mm·sqrt(t).
+/// When a solve is finished. A relative change t of the cost moves a pose by about 6 mm·sqrt(t).
 struct SolveLimits {
   int max_iterations;  ///< >= 0.
-  /// Done when a step lowers the cost by less than this share, or promises to and is refused, > 0.
+  /// The solve is finished when a step lowers the cost by less than this fraction, or when a
+  /// rejected step predicted less than this fraction; > 0.
   double cost_tolerance = 3e-6;
-  /// Asked before each step: true ends with the best so far (kTimeLimit). Empty: never.
+  /// Asked before each step: true ends the solve with the best result so far (kTimeLimit). Empty:
+  /// never.
   std::function<bool()> late = {};
 };
 
-/// How a minimum was found.
+/// A minimum and how it was found.
 struct CostSolution {
   double initial_cost;
-  double final_cost;  ///< 1 when the cost was never finite.
+  double final_cost;  ///< 1 if the cost was never finite.
   int iterations;
   Termination termination;
   std::string message;
   bool cancelled;
 };
 
-/// Levenberg–Marquardt by Ceres on one residual block from delta = 0, which is left there when
-/// nothing usable was found. Takes the residuals; their sum of squares is the cost. keep_going:
-/// asked once per iteration; false stops with cancelled set.
+/// Levenberg–Marquardt by Ceres on one residual block from delta = 0. delta stays 0 if no usable
+/// result was found. Takes ownership of the residuals; their sum of squares is the cost.
+/// keep_going: asked once per iteration; false stops the solve and sets cancelled.
 CostSolution minimise(ceres::CostFunction* residuals, Eigen::Ref<Eigen::VectorXd> delta,
                       const SolveLimits& limits, const std::function<bool()>& keep_going);
 

@@ -27,43 +27,46 @@
 namespace nav::registration {
 namespace {
 
-// Distinct poses that go on from one level to the next, besides the plain one.
+// Number of distinct poses that continue to the next level, besides the plain one.
 constexpr std::size_t kKeptCandidates = 3;
 constexpr std::size_t kKeptOnFinest = 2;
-// Poses this close are one candidate on the way, and one minimum in the end.
+// Poses this close are one candidate during the solve, and one minimum at the end.
 constexpr double kSameCandidateMm = 1.0;
 constexpr double kSameMinimumMm = 5.0;
-// Share of the cost at which a solve is done in the end: 0.03 mm with samples of 1.2 mm. It grows
-// with the error's square, and that of fewer, coarser samples with the square of their step.
+// Relative cost change at which the final solve is finished: 0.03 mm with samples of 1.2 mm. The
+// cost grows with the square of the error, and the error of fewer, coarser samples grows with the
+// square of their step.
 constexpr double kFineTolerance = 2e-5;
 constexpr double kFineStepMm = 1.2;
-// The finest level starts with every so many-th patch, where that leaves enough.
+// The finest level starts with every fourth patch, if that leaves enough.
 constexpr std::size_t kFirstStride = 4;
 constexpr std::size_t kLeastFirst = 300;
 constexpr double kLeastCost = 1e-12;
-// Of the finest samples: up to so far gradients beside the pose do for the curvature too.
+// Largest step, relative to the finest samples' step, for which the gradients beside the pose are
+// also used for the curvature.
 constexpr double kSharedSteps = 0.5;
 constexpr double kSolveProgress = 0.9;
-// A pose of the finest level is judged by this share of its patches, those of highest contrast:
-// among all of them a right pose costs 0.6 and a wrong one hardly more, among these 0.2 and 0.4.
-// Patches without structure of the CT are in it, or a pose where the CT has none would be the best.
+// Fraction of the patches of the finest level that judge a pose: those of highest contrast. Over
+// all patches a right pose costs 0.6 and a wrong one hardly more; over these patches they cost 0.2
+// and 0.4. The fraction includes patches without CT structure; otherwise a pose where the CT has
+// none would be the best.
 constexpr double kJudgingShare = 0.12;
 
-/// The CT as a level sees it.
+/// The CT of one level.
 struct LevelCt {
   std::shared_ptr<const CtChannels> channels;
-  std::shared_ptr<PatchChannels> near;  ///< Where it is there, the channels have no texels.
+  std::shared_ptr<PatchChannels> near;  ///< If set, the channels have no texels.
 };
 
-/// Where a level looks at the CT.
+/// The part of the CT that a level needs.
 struct LevelReach {
   std::function<CtBox()> box;
   const PreparedLevel& level;
-  const std::vector<Pose>& poses;  ///< From which solves start; empty on the first level.
+  const std::vector<Pose>& poses;  ///< Start poses of the solves; empty on the first level.
 };
 using ChannelsOf = std::function<Result<LevelCt>(const LevelReach& reach)>;
 
-/// One rung of the ladder, ready to be evaluated.
+/// One level, ready to be evaluated.
 struct Level {
   const PreparedLevel& prepared;
   LevelCt ct;
@@ -77,12 +80,12 @@ struct LevelSolve {
   int iterations, candidates;
 };
 
-/// The patches that a pose of the finest level is judged by.
+/// The patches that judge a pose of the finest level.
 PatchSet judging(const PreparedLevel& level, int least_judging) {
   const auto& all = level.patches.patches;
   const auto share = static_cast<std::size_t>(kJudgingShare * static_cast<double>(all.size()));
   const std::size_t count = std::max(share, as_size(least_judging));
-  // Patches chosen by contrast are that share already.
+  // Patches chosen by contrast are already this fraction.
   if (level.options.choice == PatchChoice::kContrast || count >= all.size()) return level.patches;
   std::vector<double> contrasts;
   for (const Patch& patch : all) contrasts.push_back(patch.norm_grey);
@@ -92,7 +95,7 @@ PatchSet judging(const PreparedLevel& level, int least_judging) {
   return subset(level.patches, [&](const Patch& patch) { return patch.norm_grey >= least; });
 }
 
-/// A pose on its way through the levels.
+/// A pose that is followed through the levels.
 struct Candidate {
   PoseSolution solution;
   bool plain;  ///< Descends from the initial pose alone: never dropped.
@@ -118,7 +121,7 @@ class Registrar {
   Result<ImageRegistrationResult> run();
 
  private:
-  /// Readies the next level, with the CT near where the one before has come to.
+  /// Prepares the next level, with the CT near the poses that the level before found.
   Result<void> add_level();
   void solve_starts(const Level& level);
   void solve_candidates(const Level& level, std::size_t keep);
@@ -129,7 +132,7 @@ class Registrar {
   [[nodiscard]] bool finest(const Level& level) const {
     return &level.prepared == &sweep_.levels().back();
   }
-  /// What a solve on these patches makes least: on the finest level with the loss.
+  /// The cost that a solve on these patches minimises: with the loss on the finest level.
   [[nodiscard]] Lc2Cost solved_cost(const Level& level, const PatchSet& patches) const {
     return level.cost.on(patches).robust(finest(level) ? options_.loss : RobustLoss{});
   }
@@ -142,7 +145,7 @@ class Registrar {
   [[nodiscard]] ImageRegistrationResult report(const Candidate& best);
   void stretch(Candidate& best);
   bool keep_going();
-  /// Whether the time is over; what asked is cut short then.
+  /// True if the time limit is exceeded; the caller then stops early.
   bool late() {
     hurried_ = hurried_ || seconds_since(start_) > options_.time_limit_s;
     return hurried_;
@@ -162,9 +165,9 @@ class Registrar {
   const std::function<bool(double)>& progress_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   const SweepPoints& points_;
-  std::vector<Level> levels_;  // As many as were begun.
+  std::vector<Level> levels_;  // Only the levels begun so far.
   std::vector<Candidate> candidates_;
-  PatchSet judging_;  // Of the finest level.
+  PatchSet judging_;  // Patches of the finest level.
   std::optional<double> lost_margin_;
   Stretch stretch_;
   double fraction_ = 0;
@@ -178,7 +181,7 @@ bool Registrar::keep_going() {
   return !cancelled_;
 }
 
-/// First level: the plain solve, and a search where that is not clearly right.
+/// First level: the plain solve, and a search if the plain solve is not clearly right.
 void Registrar::solve_starts(const Level& level) {
   const auto start = std::chrono::steady_clock::now();
   const SearchOptions box{
@@ -198,11 +201,11 @@ void Registrar::solve_starts(const Level& level) {
   drop_duplicates(kKeptCandidates);
 }
 
-/// Patches that can tell poses nearby apart. Mutual information is of all samples.
+/// Patches that can distinguish nearby poses. Mutual information uses all samples.
 PatchSet Registrar::structured(const Level& level, const Pose& pose,
                                const PatchSet& patches) const {
   if (options_.similarity == Similarity::kMutualInformation) return patches;
-  // The level before, where it has channels of its own.
+  // The level before, if it has channels of its own.
   const Level* before = &level != &levels_.front() ? &level - 1 : nullptr;
   const bool smoother = before != nullptr && before->ct.near == nullptr;
   return with_ct_structure(*level.ct.channels, patches, pose, options_.min_ct_contrast_hu,
@@ -220,9 +223,10 @@ PoseSolution Registrar::solve_on(const Level& level, const PatchSet& patches, co
                     [this] { return keep_going(); });
 }
 
-/// Solved where the CT has structure, judged where the ultrasound has contrast.
+/// Solves with the patches in which the CT has structure, and judges with the patches of highest
+/// ultrasound contrast.
 PoseSolution Registrar::solve_where_structured(const Level& level, const Pose& start) {
-  // Most of the way with a part of the patches: the rest is a step or two with all.
+  // A part of the patches covers most of the distance; all patches then need only a step or two.
   std::size_t index = 0;
   std::optional<PoseSolution> near;
   if (level.patches().patches.size() / kFirstStride >= kLeastFirst) {
@@ -233,7 +237,7 @@ PoseSolution Registrar::solve_where_structured(const Level& level, const Pose& s
   }
   const Pose& from = near ? near->pose : start;
   const double coarser = level.prepared.options.sample_step_mm / kFineStepMm;
-  // Mutual information is hardly less at its minimum than beside it.
+  // Mutual information hardly falls towards its minimum.
   const double power = options_.similarity == Similarity::kMutualInformation ? 2 : 4;
   PoseSolution solution = solve_on(level, structured(level, from, level.patches()), from,
                                    kFineTolerance * std::pow(coarser, power));
@@ -264,8 +268,8 @@ void Registrar::solve_candidates(const Level& level, std::size_t keep) {
   drop_duplicates(keep);
 }
 
-/// Best first; keeps at most so many distinct ones, and the plain one unless it has lost. What the
-/// margin is to those that go is remembered.
+/// Sorts the candidates, best first. Keeps at most \p keep distinct ones, and the plain one unless
+/// it has lost. Records the margin to those that are dropped.
 void Registrar::drop_duplicates(std::size_t keep) {
   std::stable_sort(candidates_.begin(), candidates_.end(), [](const auto& a, const auto& b) {
     return a.solution.final_cost < b.solution.final_cost;
@@ -288,7 +292,7 @@ void Registrar::drop_duplicates(std::size_t keep) {
   candidates_ = std::move(kept);
 }
 
-/// Whether another minimum need not be followed; keeps the smallest margin of those.
+/// True if another minimum need not be followed; records the smallest margin of those.
 bool Registrar::lost(const Candidate& best, const Candidate& other) {
   if (distance_mm(points_, best.solution.pose, other.solution.pose) <= kSameMinimumMm) return false;
   const double ratio = other.solution.final_cost / std::max(best.solution.final_cost, kLeastCost);
@@ -308,7 +312,7 @@ std::optional<double> Registrar::margin(const Candidate& best) const {
   return margin;
 }
 
-/// Refines the chosen pose together with the stretch that the options allow.
+/// Refines the chosen pose together with the depth factor or strain that the options allow.
 void Registrar::stretch(Candidate& best) {
   const int iterations = best.solution.iterations;
   const Level& level = levels_.back();
@@ -328,7 +332,8 @@ void Registrar::stretch(Candidate& best) {
   stretch_ = found.stretch;
 }
 
-/// Of some patches where the CT would have to be prepared for nothing else there.
+/// Finest-level cost at the initial pose: of a third of the patches if the CT there would have to
+/// be prepared for this purpose only.
 double Registrar::initial_cost(const Level& level) const {
   constexpr std::size_t kStride = 3;
   if (level.ct.near == nullptr) return level.cost.on(judging_).cost(initial_).cost;
@@ -344,7 +349,7 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
   const Lc2Cost solved = solved_cost(finest, patches);
   const Point<frames::Ct> centre = pose * points_.centroid;
   const double sample_step_mm = finest.prepared.options.sample_step_mm;
-  // Among coarse samples the poses that costs are asked at are near enough for the curvature too.
+  // With coarse samples the poses of the basin check are close enough for the curvature too.
   const bool shared = kAroundMm <= kSharedSteps * sample_step_mm;
   const CostsAround around = costs_around(solved, points_, pose, shared);
   const LocalShape shape =
@@ -398,7 +403,7 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
          level.patches().frames, solve.candidates, solve.iterations, solve.initial_cost,
          solve.final_cost, level.prepared.seconds + level.channels_s, solve.seconds});
   }
-  result.initial_cost = initial_cost(finest);  // Last: it may look at other parts of the CT.
+  result.initial_cost = initial_cost(finest);  // Last, because it may need other parts of the CT.
   result.total_s = seconds_since(start_);
   return result;
 }
@@ -458,11 +463,11 @@ Result<ImageRegistrationResult> Registrar::run() {
   return result;
 }
 
-/// The CT near each patch, or nothing where a box of it would not do for most of what a solve looks
-/// at: from each of several poses a patch looks elsewhere, while those of one pose together look at
-/// less than the CT.
+/// The CT near each patch; null if the boxes for several start poses would have too many texels:
+/// each pose needs other boxes, while the boxes of a single pose together have fewer texels than
+/// the whole CT.
 Result<std::shared_ptr<PatchChannels>> few_texels(const Volume& ct, const LevelReach& reach) {
-  constexpr double kShare = 0.5;  // A texel of many small boxes takes about twice as long.
+  constexpr double kShare = 0.5;  // A texel in many small boxes takes about twice as long.
   const PatchSet& patches = reach.level.patches;
   auto near = PatchChannels::create(ct, sigma_of(reach.level.options.sample_step_mm),
                                     reach.level.options.texel_sigmas, patches.patches.size());
@@ -474,7 +479,7 @@ Result<std::shared_ptr<PatchChannels>> few_texels(const Volume& ct, const LevelR
     for (std::size_t i = 0; i < patches.patches.size(); ++i) {
       texels += near->texels_for(place(patches, i, pose));
     }
-    texels *= static_cast<double>(reach.poses.size() + 1);  // The initial pose is looked at too.
+    texels *= static_cast<double>(reach.poses.size() + 1);  // The initial pose is needed too.
     if (texels > kShare * whole.size[0] * whole.size[1] * whole.size[2]) return {nullptr};
   }
   return std::make_shared<PatchChannels>(*std::move(near));
@@ -503,7 +508,7 @@ Result<ImageRegistrationResult> register_prepared(
   const auto channels_of = [&](const LevelReach& reach) -> Result<LevelCt> {
     const LevelOptions& level = reach.level.options;
     const double sigma_mm = sigma_of(level.sample_step_mm);
-    // Both look at the channels of the level themselves.
+    // Mutual information and the depth factor or strain read the channels of the level directly.
     const bool any_ct = options.similarity != Similarity::kMutualInformation &&
                         options.stretch == StretchModel::kNone;
     if (any_ct && !reach.poses.empty()) {

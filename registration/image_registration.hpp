@@ -23,210 +23,219 @@
 
 namespace nav::registration {
 
-/// Which of the squares that the mask allows become patches.
+/// Rule that chooses patches among the squares that the mask allows.
 enum class PatchChoice {
-  /// Those of highest contrast: seen from afar, but where speckle happens to agree among them.
+  /// Squares of highest contrast. They are visible from afar, but are biased towards places where
+  /// speckle happens to agree.
   kContrast,
-  /// Spread evenly: no such bias, which is what limits the accuracy of the finest level.
+  /// Squares spread evenly. They avoid this bias, which would limit the accuracy of the finest
+  /// level.
   kEven,
 };
 
-/// One step of the coarse-to-fine ladder.
+/// One level of the coarse-to-fine registration.
 struct LevelOptions {
   double sample_step_mm;  ///< Distance of neighbouring samples of a patch, > 0.
   int patch_side;         ///< Samples along each side of a square patch, 5 to 21, odd.
-  int patches;            ///< Most patches used, >= 50.
-  double frame_step_mm;   ///< Pictures are thinned to about this distance, > 0.
+  int patches;            ///< Largest number of patches used, >= 50.
+  double frame_step_mm;   ///< Ultrasound images are thinned to about this distance, > 0.
   PatchChoice choice = PatchChoice::kContrast;
-  double texel_sigmas =
-      0.7;  ///< How far the CT's texels are apart, in sigmas of 0.75 steps, (0, 2].
+  /// Distance of the CT's texels, in sigmas of 0.75 steps, (0, 2].
+  double texel_sigmas = 0.7;
 };
 
-/// What makes ultrasound and CT alike.
+/// Similarity measure between the ultrasound and the CT.
 enum class Similarity {
   kLc2,  ///< Each patch is an affine combination of the CT and its gradient along the beam.
   kNcc,  ///< Squared normalised cross-correlation of each patch with the CT.
-  kMutualInformation,  ///< Of all samples' greys and HU (mutual_information.hpp).
+  /// Mutual information of the greys and HU of all samples (mutual_information.hpp).
+  kMutualInformation,
 };
 
 /// Stable lower-case name: "lc2", "ncc", "mi".
 const char* to_string(Similarity similarity);
 
-/// What is refined on the finest level besides the pose (stretch.hpp).
+/// Parameters that are refined on the finest level besides the pose (stretch.hpp).
 enum class StretchModel {
   kNone,
-  kSoundSpeed,  ///< One factor of depth: the tissue's speed of sound over the scanner's.
+  kSoundSpeed,  ///< One depth factor: the speed of sound of the tissue over that of the scanner.
   kAffine,      ///< Six strains about the sweep's centroid.
 };
 
 /// Stable lower-case name: "none", "sound-speed", "affine".
 const char* to_string(StretchModel model);
 
-/// What a StretchModel found.
+/// The depth factor or strain that a StretchModel found.
 struct Stretch {
-  double depth_scale = 1;                            ///< True depth over the picture's.
+  double depth_scale = 1;  ///< True depth over depth in the ultrasound image.
   Eigen::Matrix3d strain = Eigen::Matrix3d::Zero();  ///< Symmetric, Reference: p' = p + E(p − c).
   Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  ///< c, Reference.
 };
 
-/// How to register a sweep to a CT. The defaults are meant for an abdominal sweep.
+/// Options of the registration of a sweep to a CT. The defaults suit an abdominal sweep.
 struct ImageRegistrationOptions {
-  /// Coarse to fine; the first also ranks the starts. At least one. A level whose patches do not
-  /// fit into the pictures is left out and reported; the last must fit.
+  /// Levels from coarse to fine; the first also ranks the starts. At least one. A level whose
+  /// patches do not fit into the ultrasound images is left out and reported; the last level must
+  /// fit.
   std::vector<LevelOptions> levels = {
       {5.0, 7, 250, 9.0}, {3.0, 9, 500, 6.0}, {1.2, 9, 7500, 1.0, PatchChoice::kEven}};
   ShadowMaskOptions mask;
-  /// The limits of acceptance are those of LC²; what the others cost is not comparable.
+  /// The limits of acceptance are for LC²; the costs of the other measures are not comparable.
   Similarity similarity = Similarity::kLc2;
   StretchModel stretch = StretchModel::kNone;
-  /// Of the patches' terms in the finest solve; what is reported and judged is without it.
+  /// Loss on the terms of the patches in the finest solve. The reported and judged costs are
+  /// without it.
   RobustLoss loss{PatchLoss::kCauchy, 0.3};
   double ridge = 0.01;  ///< λ: noise of the CT channels in units of 100 HU, > 0.
-  /// Patches where the CT differs by less than this, RMS, are left out of the finest solve: they
-  /// say nothing, and what is noise of the CT there costs as much as structure. HU, >= 0.
+  /// Patches with a CT contrast below this (RMS) are left out of the finest solve: they carry no
+  /// information, cost as much time as the others and follow the noise of the CT. HU, >= 0.
   double min_ct_contrast_hu = 5;
-  /// A pose is judged by those of the finest level that have most contrast, at least by so many, 20
-  /// to 1000000.
+  /// A pose is judged by the patches of highest contrast of the finest level, and by at least this
+  /// many of them, 20 to 1000000.
   int least_judging = 200;
-  int most_pictures = 0;  ///< Others, evenly along the way, are not looked at; 0: all are, >= 0.
-  /// Pictures are averaged over blocks of pixels before anything else, as wide as the smoothing of
-  /// the finest level allows.
+  /// Largest number of ultrasound images used, spread evenly along the path; 0: all, >= 0.
+  int most_pictures = 0;
+  /// Ultrasound images are averaged over blocks of pixels before anything else. The blocks are as
+  /// wide as the smoothing of the finest level allows.
   bool average_pixels = false;
-  int max_iterations = 30;        ///< Of each solve on each level, >= 1.
-  int starts = 600;               ///< Seeded starts searched where the plain solve fails, >= 0.
-  double start_range_mm = 40;     ///< Half width of their box of translations, >= 0.
-  double start_range_rad = 0.45;  ///< Half width of their box of rotation vectors, [0, pi].
+  int max_iterations = 30;     ///< Limit for each solve on each level, >= 1.
+  int starts = 600;            ///< Seeded starts that are searched if the plain solve fails, >= 0.
+  double start_range_mm = 40;  ///< Half width of the starts' box of translations, >= 0.
+  double start_range_rad = 0.45;  ///< Half width of the starts' box of rotation vectors, [0, pi].
   int z_score_poses = 60;         ///< Random poses that the result is compared with, >= 10.
-  double bias_floor_mm = 0.07;    ///< Standard deviation that no sweep can undercut, >= 0.
-  /// How well the probe's calibration is known, [0, 10]: see calibration_covariance(). 0: it is
-  /// taken to be right, and what is predicted holds as long as it is. More than 0 needs kLc2.
+  double bias_floor_mm = 0.07;    ///< Standard deviation below which no sweep's error falls, >= 0.
+  /// Uncertainty of the probe's calibration, [0, 10]: see calibration_covariance(). 0: the
+  /// calibration is taken to be exact, and the predicted error holds only if it is. A value above 0
+  /// requires kLc2.
   double calibration_sigma_mm = 0;
-  BootstrapOptions bootstrap;  ///< Of its pictures, for the predicted error.
+  BootstrapOptions bootstrap;  ///< Resampling of the ultrasound images, for the predicted error.
   int threads = 2;             ///< 1 to 64; the result does not depend on it.
-  /// After so long no solve is begun or goes on: the best pose so far is assessed, and refused. >
-  /// 0.
+  /// Time limit, > 0. After it no solve begins or continues: the best pose so far is assessed and
+  /// rejected.
   double time_limit_s = std::numeric_limits<double>::infinity();
-  std::uint64_t seed = 1;  ///< Of the starts and the random poses.
+  std::uint64_t seed = 1;  ///< Seed of the starts and the random poses.
 };
 
-/// How much work a registration is worth.
+/// Computing time that a registration may take.
 enum class Effort {
-  kQuick,  ///< A fifth of the usual time or less, a few tenths of a millimetre farther off.
+  kQuick,  ///< At most a fifth of the usual time, and a few tenths of a millimetre less accurate.
   kUsual,
 };
 
 /// Stable lower-case name: "quick", "usual".
 const char* to_string(Effort effort);
 
-/// The usual options, or those of a quick registration: two levels, a few hundred patches of
-/// eight pictures, samples 2.4 mm apart at best.
+/// The usual options, or the options of a quick registration: two levels, a few hundred patches of
+/// eight ultrasound images, and samples at least 2 mm apart.
 ImageRegistrationOptions with_effort(Effort effort);
 
-/// A refusal that names the first option out of its range.
+/// Returns an error that names the first option that is out of its range.
 Result<void> validate(const ImageRegistrationOptions& options);
 
 /// Why the last solve stopped.
 enum class Termination {
   kConverged,
-  kIterationLimit,  ///< Judged as any other, and warned of.
-  kTimeLimit,       ///< What was found until then, and refused.
+  kIterationLimit,  ///< Judged as any other result, with a warning.
+  kTimeLimit,       ///< The best result until then, which is rejected.
   kFailed,
 };
 
 /// Stable lower-case name, for reports.
 const char* to_string(Termination termination);
 
-/// What happened on one level, for the chosen candidate.
+/// Report of one level, for the chosen candidate.
 struct LevelReport {
   double sample_step_mm;
   int patches;
-  int frames;      ///< Thinned pictures that patches came from.
+  int frames;      ///< Thinned ultrasound images that patches came from.
   int candidates;  ///< Poses solved on this level.
   int iterations;
   double initial_cost;  ///< Mean weighted 1 − LC², [0, 1].
   double final_cost;
-  double preparation_s;  ///< Wall time of channels and patches.
-  double solve_s;        ///< Wall time of all candidates.
+  double preparation_s;  ///< Wall time to prepare the channels and patches.
+  double solve_s;        ///< Wall time of the solves of all candidates.
 };
 
-/// What costs alone say of a minimum that the solver found by derivatives.
+/// A check, by costs alone, of a minimum that the solver found by derivatives.
 struct BasinCheck {
-  /// Least share by which the cost rises 1 mm away, of six shifts and six turns that move the
-  /// sweep's edge by 1 mm; negative: it falls somewhere.
+  /// Smallest relative increase of the cost 1 mm away, over six shifts and six rotations that move
+  /// the sweep's edge by 1 mm. Negative: the cost falls in some direction.
   double rise = 0;
-  /// How far steps of 1 mm to ever lower costs lead, RMS over the sweep, mm; 0: nowhere.
+  /// Distance that steps of 1 mm towards lower costs lead away, RMS over the sweep, mm; 0: no step
+  /// lowers the cost.
   double shift_mm = 0;
 };
 
-/// How a part of the sweep agrees with the pose that all of it found.
+/// Agreement of a part of the sweep with the pose found from all of it.
 struct RegionAgreement {
-  int along;    ///< Third of the pictures, 0 the first.
-  int deep;     ///< Third of the depth that patches lie at, 0 next to the probe.
-  int patches;  ///< That the solve used there.
-  double cost;  ///< Of them, [0, 1]; 0 is a perfect match.
-  /// How far the middle of the region would go if all patches pulled as these do, one Newton step,
-  /// mm; infinite where the pose is not determined.
+  int along;    ///< Third of the ultrasound images, 0 is the first.
+  int deep;     ///< Third of the depth range of the patches, 0 is next to the probe.
+  int patches;  ///< Patches that the solve used in this region.
+  double cost;  ///< Cost of these patches, [0, 1]; 0 is a perfect match.
+  /// Distance from the pose to the minima of parabolas through the costs of these patches, one
+  /// along each axis of Ct, mm. At most 2 mm along an axis; 0 along an axis with no minimum.
   double pull_mm;
-  Point<frames::Ct> centre;  ///< Mean of its patches at the pose.
+  Point<frames::Ct> centre;  ///< Mean position of its patches at the pose.
 };
 
-/// The whole story of a solve. Whether to use it is decide()'s business (acceptance.hpp).
+/// The complete result of a solve. decide() says whether it may be used (acceptance.hpp).
 struct ImageRegistrationResult {
   Transform<frames::Ct, frames::Reference> ct_from_reference;
   Termination termination;
-  std::string message;  ///< Why the solve stopped, in the solver's words.
-  int iterations;       ///< Of the chosen candidate, all levels.
-  /// Finest-level cost at the initial pose, [0, 1]; 0 is a perfect match. Of every fifth patch
-  /// where the CT was prepared for few patches only.
+  std::string message;  ///< Why the solve stopped, in the words of the solver.
+  int iterations;       ///< Iterations of the chosen candidate on all levels.
+  /// Finest-level cost at the initial pose, [0, 1]; 0 is a perfect match. If the CT was prepared
+  /// near the patches only, it is the cost of every third patch.
   double initial_cost;
-  /// Finest-level cost at the result, [0, 1]: of the patches of most contrast, without the loss. Of
-  /// pictures so small that only the finest level fits: of all patches, with it, which is more.
+  /// Finest-level cost at the result, [0, 1]: of the patches of highest contrast, without the loss.
+  /// If ultrasound images are so small that only the finest level fits, it is the cost of all
+  /// patches with the loss, which is higher.
   double final_cost;
   double overlap;  ///< Fraction of the usable ultrasound inside the CT, [0, 1].
-  int patches;     ///< On the finest level.
+  int patches;     ///< Patches on the finest level.
 
-  /// About the sweep's centroid, the largest misfit that is no chance included; meaningless unless
-  /// valid.
+  /// Uncertainty about the sweep's centroid; includes the largest misfit that is not chance.
+  /// Meaningless unless covariance_valid.
   PoseUncertainty uncertainty;
-  bool covariance_valid;         ///< False: a direction is not determined by the sweep.
-  std::string covariance_fault;  ///< Which and why; empty when valid.
+  bool covariance_valid;         ///< False: the sweep does not determine one of the directions.
+  std::string covariance_fault;  ///< Which direction and why; empty if valid.
 
   double z_score;  ///< (mean cost of random poses − cost) / their standard deviation, first level.
-  /// (cost of the best other minimum − cost) / cost; other: more than 5 mm away. On the finest
-  /// level that the other was followed to: one that costs 1.4 times as much is given up.
-  /// Absent when no start ended in another minimum.
+  /// (cost of the best other minimum − cost) / cost; another minimum is more than 5 mm away. It is
+  /// computed on the finest level that the other minimum was followed to: a minimum that costs 1.4
+  /// times as much is given up. Absent if no start ended in another minimum.
   std::optional<double> margin;
-  /// RMS over the sweep between the poses that odd and even pictures would each move to, one Newton
-  /// step from the result, mm; infinite where split_fault says why it is not known.
+  /// RMS over the sweep between the poses that odd and even ultrasound images would each move to,
+  /// one Newton step from the result, mm; infinite if split_fault says why it is not known.
   double split_disagreement_mm;
-  double halves_disagreement_mm;  ///< The same between the first and the second half.
+  double halves_disagreement_mm;  ///< Disagreement between the first and the second half.
 
   std::vector<LevelReport> levels;  ///< Coarse to fine.
   double total_s;                   ///< Wall time of the whole call.
   Stretch stretch = {};             ///< Identity unless the options ask for it.
-  /// What uncertainty is the larger of, in every direction (frame_bootstrap.hpp): by clusters of
-  /// patches alone, and by pictures drawn anew.
+  /// The two covariances that uncertainty takes the larger of, in every direction
+  /// (frame_bootstrap.hpp): by clusters of patches alone, and by resampled ultrasound images.
   PoseUncertainty clusters = {};
   FrameBootstrap bootstrap = {};
-  int used_patches = 0;  ///< Of patches, those where the CT has structure.
+  int used_patches = 0;  ///< Patches in which the CT has structure, of all patches.
   BasinCheck basin = {};
-  std::vector<RegionAgreement> regions = {};  ///< Along the sweep and deep (regions.hpp).
-  std::vector<Misfit> misfits = {};           ///< What else may be wrong (misfit.hpp).
-  /// Why the disagreements are not known: what was expected and what was found; empty where they
-  /// are.
+  /// Thirds along the sweep and in depth (regions.hpp).
+  std::vector<RegionAgreement> regions = {};
+  std::vector<Misfit> misfits = {};  ///< Other faults that may be present (misfit.hpp).
+  /// Why a disagreement is not known: what was expected and what was found; empty if it is known.
   std::string split_fault = {}, halves_fault = {};
 
-  /// Expected RMS error at a point of the CT, mm; infinite while the covariance is not valid.
+  /// Expected RMS error at a point of the CT, mm; infinite if the covariance is not valid.
   [[nodiscard]] double tre_rms_mm(const Point<frames::Ct>& target) const;
 };
 
 /// Refines a start pose by maximising LC² (Wein et al. 2008, 2013): each small in-plane patch of
 /// the sweep is explained by an affine combination of the CT and of its gradient along the beam.
 /// The coefficients are eliminated (variable projection, Kaufman 1975) and Ceres solves for the
-/// pose. A portfolio of seeded starts around the initial pose competes with the plain solve from
-/// it where that is not clearly right. Same inputs give the same bytes for any thread count.
-/// progress: called from the calling thread with the fraction done in [0, 1]; false cancels.
-/// Errors: kUsage (options), kMalformedData (sweep geometry), kRefused (no usable patch, sweep
+/// pose. If the plain solve from the initial pose is not clearly right, seeded starts around the
+/// initial pose compete with it. The same inputs give the same bytes for any thread count.
+/// progress: called on the calling thread with the fraction done in [0, 1]; false cancels.
+/// Errors: kUsage (options), kMalformedData (sweep geometry), kRefused (no usable patch, or a sweep
 /// outside the CT), kNumerical (cost not finite), kCancelled.
 Result<ImageRegistrationResult> register_sweep(
     const Volume& ct, const Sweep& sweep, const Transform<frames::Ct, frames::Reference>& initial,

@@ -48,9 +48,9 @@ ImageRegistrationOptions with_effort(Effort effort) {
   options.least_judging = 40;
   options.most_pictures = 8;
   options.average_pixels = true;
-  // 95 % intervals cover 0.95 of the development seeds' targets.
+  // With this value, 95 % intervals cover 0.95 of the targets on the development seeds.
   options.bias_floor_mm = 0.1;
-  // Twice as many change no decision.
+  // Twice as many poses change no decision.
   options.z_score_poses = 30;
   options.bootstrap.replicates = 200;
   return options;
@@ -69,7 +69,7 @@ Result<void> validate(const ImageRegistrationOptions& options) {
   if (options.stretch != StretchModel::kNone &&
       options.similarity == Similarity::kMutualInformation) {
     return Error{ErrorCode::kUsage,
-                 "image registration: stretch: expected none with mutual information, found one"};
+                 "image registration: stretch cannot be estimated with mutual information"};
   }
   if (!(options.loss.scale >= 1e-3 && options.loss.scale <= 1000)) {
     return refuse("loss.scale", "0.001 to 1000", options.loss.scale);
@@ -108,10 +108,11 @@ Result<void> validate(const ImageRegistrationOptions& options) {
     return refuse("calibration_sigma_mm", "0 to 10", options.calibration_sigma_mm);
   }
   if (options.calibration_sigma_mm > 0 && options.similarity != Similarity::kLc2) {
-    return Error{ErrorCode::kUsage,
-                 std::string("image registration: calibration_sigma_mm: expected the similarity "
-                             "lc2 with it, found ") +
-                     to_string(options.similarity)};
+    return Error{
+        ErrorCode::kUsage,
+        std::string(
+            "image registration: calibration_sigma_mm requires the similarity lc2, found ") +
+            to_string(options.similarity)};
   }
   if (const auto ok = validate(options.bootstrap); !ok) return ok.error();
   if (!(options.time_limit_s > 0)) {

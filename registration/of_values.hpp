@@ -8,22 +8,22 @@
 #include "nav/matrices.hpp"
 #include "registration/twist.hpp"
 
-/// Functions of symmetric 6 × 6 matrices by their eigenvalues.
+/// Functions of symmetric 6 × 6 matrices, applied to their eigenvalues.
 namespace nav::registration {
 
-/// V f(λ) Vᵀ.
+/// Returns V f(λ) Vᵀ.
 template <class Function>
 Matrix6d of_values(const Matrix6d& symmetric, const Function& f) {
   const auto pairs = eigenpairs(symmetric);
   return pairs.vectors * pairs.values.unaryExpr(f).asDiagonal() * pairs.vectors.transpose();
 }
 
-/// Square root of a value, 0 of one below 0; and its inverse.
+/// Square root of a value (0 for a negative value), and its inverse.
 inline constexpr auto square_root = [](double value) { return std::sqrt(std::max(value, 0.0)); };
 inline constexpr auto inverse_square_root = [](double value) { return 1 / square_root(value); };
 
-/// S with S B Sᵀ = A for positive A and B: takes Hessians that together are B to ones that together
-/// are A.
+/// S with S B Sᵀ = A for positive definite A and B. It maps Hessians whose sum is B to Hessians
+/// whose sum is A.
 inline Matrix6d turning_into(const Matrix6d& a, const Matrix6d& b) {
   return of_values(a, square_root) * of_values(b, inverse_square_root);
 }

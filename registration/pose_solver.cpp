@@ -35,7 +35,7 @@ class TwistCost final : public ceres::SizedCostFunction<7, 6> {
     r.setZero();
     const bool again = tried_ && *tried_ == delta;
     if (!again) {
-      // Most steps that are tried are taken, and then asked for with derivatives.
+      // Most tried steps are accepted, and Ceres then asks for their derivatives.
       terms_ = cost_.terms(pose, centre_ + twist.tail<3>());
       tried_ = delta;
     }
@@ -55,7 +55,7 @@ class TwistCost final : public ceres::SizedCostFunction<7, 6> {
             Eigen::Map<Eigen::Matrix<double, 7, 1>> r,
             Eigen::Map<Eigen::Matrix<double, 7, 6, Eigen::RowMajor>> jacobian) const {
     const Vector6d twist = twist_of(delta.data());
-    // The twist's own derivative: a left increment about the moved centre.
+    // Derivative of the twist itself: a left increment about the moved centre.
     Matrix6d chain = Matrix6d::Identity();
     chain.topLeftCorner<3, 3>() = left_jacobian(twist.head<3>()) / kRotationScaleMm;
     const Vector6d g = chain.transpose() * terms.gradient;
@@ -68,9 +68,10 @@ class TwistCost final : public ceres::SizedCostFunction<7, 6> {
   Eigen::Vector3d centre_;
   int& non_finite_;
   mutable std::optional<Vector6d> tried_;
-  mutable CostTerms terms_;  // At tried_.
+  mutable CostTerms terms_;  // Terms at tried_.
   mutable SecantCurvature<6>
-      curvature_;  // Ceres asks one thread for Jacobians, once for each step taken.
+      // Ceres asks for Jacobians on one thread, once for each accepted step.
+      curvature_;
 };
 
 }  // namespace
@@ -81,7 +82,7 @@ PoseSolution solve_pose(const Lc2Cost& cost, const Pose& start,
   const Eigen::Vector3d centre = (start * centroid).mm;
   int non_finite = 0;
   Eigen::VectorXd delta(6);
-  auto* residuals = new TwistCost(cost, start, centre, non_finite);  // Ceres takes it.
+  auto* residuals = new TwistCost(cost, start, centre, non_finite);  // Ceres takes ownership.
   const CostSolution found = minimise(residuals, delta, limits, keep_going);
   return {moved(start, centre, TwistCost::twist_of(delta.data())),
           found.initial_cost,

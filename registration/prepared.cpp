@@ -30,7 +30,7 @@ std::string too_few(std::size_t level, double step_mm, std::size_t found) {
   return text.str();
 }
 
-/// What of a sweep tells why it has no patches, as a clause.
+/// A clause that says why a sweep has no patches.
 std::string seen_in(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks,
                     const LevelOptions& level, double near_field_mm) {
   const auto any = [](std::span<const std::uint8_t> pixels) {
@@ -46,9 +46,9 @@ std::string seen_in(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>
   const double patch_mm = (level.patch_side - 1) * level.sample_step_mm;
   std::ostringstream text;
   text.precision(3);
-  text << usable << " of " << masks.size() << " pictures have usable pixels, "
+  text << usable << " of " << masks.size() << " images have usable pixels, "
        << std::ranges::count_if(sweep.frames(), one_grey)
-       << " are of one grey throughout; a picture is "
+       << " are of one grey throughout; an image is "
        << first.pixels.width() * first.grid.mm_per_pixel.col(0).norm() << " x "
        << first.pixels.height() * first.grid.mm_per_pixel.col(1).norm() << " mm, a patch "
        << patch_mm << " x " << patch_mm << " mm, and the first " << near_field_mm
@@ -120,7 +120,7 @@ CtBox reachable_box(const PreparedSweep& sweep,
   const double search = options.starts > 0 ? options.start_range_mm +
                                                  options.start_range_rad * sweep.points().radius_mm
                                            : 0.0;
-  // The random poses that the result is judged by go farther than a solve without starts.
+  // The random poses that the result is judged by reach farther than a solve without starts.
   return box_around(sweep.points(), {initial}, std::max(search + kNearTravelMm, kRandomPoseMm));
 }
 

@@ -16,23 +16,23 @@
 
 namespace nav::registration {
 
-/// Scale space of both pictures for samples one step apart, mm.
+/// Sigma of the Gaussian that smooths the ultrasound and the CT for samples this far apart, mm.
 constexpr double sigma_of(double sample_step_mm) { return 0.75 * sample_step_mm; }
 
-/// The CT as every registration to it sees it, on all levels. Copies share the channels;
-/// thread-safe to read.
+/// The channels of a CT on all levels, ready for every registration to it. Copies share the
+/// channels; thread-safe to read.
 class PreparedCt {
  public:
-  /// The whole CT. Errors: those of validate(options) and of make_ct_channels().
+  /// Prepares the whole CT. Errors: those of validate(options) and make_ct_channels().
   static Result<PreparedCt> create(const Volume& ct, const ImageRegistrationOptions& options);
 
   [[nodiscard]] const VoxelGrid& grid() const { return grid_; }
   [[nodiscard]] const std::string& name() const { return name_; }
-  /// One for each level of the options that it was made with.
+  /// One entry for each level of the options that it was made with.
   [[nodiscard]] const std::vector<std::shared_ptr<const CtChannels>>& levels() const {
     return levels_;
   }
-  /// Sample steps of the levels, mm: what a prepared sweep must have too.
+  /// Sample steps of the levels, mm; a prepared sweep must have the same ones.
   [[nodiscard]] const std::vector<double>& sample_steps_mm() const { return steps_; }
 
  private:
@@ -44,14 +44,14 @@ class PreparedCt {
 
 /// The patches of one level of a sweep.
 struct PreparedLevel {
-  std::size_t index;  ///< Of the level in the options.
+  std::size_t index;  ///< Index of the level in the options.
   LevelOptions options;
   PatchSet patches;
-  double seconds;  ///< Wall time it took.
+  double seconds;  ///< Wall time of its preparation.
 };
 
-/// What of a sweep depends neither on the CT nor on the pose: masks and patches on all levels.
-/// Thread-safe to read.
+/// The part of a sweep's preparation that depends neither on the CT nor on the pose: masks and
+/// patches on all levels. Thread-safe to read.
 class PreparedSweep {
  public:
   /// keep_going: asked before every level; false ends with kCancelled. Errors: kUsage (options),
@@ -61,10 +61,11 @@ class PreparedSweep {
                                       const std::function<bool()>& keep_going = {});
 
   [[nodiscard]] const SweepPoints& points() const { return points_; }
-  /// Coarse to fine; levels whose patches do not fit into the pictures are missing.
+  /// Levels from coarse to fine; levels whose patches do not fit into the ultrasound images are
+  /// missing.
   [[nodiscard]] const std::vector<PreparedLevel>& levels() const { return levels_; }
   [[nodiscard]] const std::vector<double>& sample_steps_mm() const { return steps_; }
-  /// Of the pictures that patches' frames count.
+  /// Motions of the ultrasound images that Patch::frame indexes.
   [[nodiscard]] const std::vector<PictureMotion>& motions() const { return motions_; }
 
  private:
@@ -74,24 +75,25 @@ class PreparedSweep {
   std::vector<double> steps_;
 };
 
-/// How far a solve from a start near the minimum may travel: room around the sweep, mm.
+/// Distance that a solve from a start near the minimum may travel, mm: the margin around the sweep.
 inline constexpr double kNearTravelMm = 12;
 
-/// Part of the CT that a registration from this start can reach, its random poses included.
+/// The part of the CT that a registration from this start can reach, its random poses included.
 CtBox reachable_box(const PreparedSweep& sweep,
                     const Transform<frames::Ct, frames::Reference>& initial,
                     const ImageRegistrationOptions& options);
 
-/// register_sweep() with the work that repeats done before. Preparations with other levels than
-/// those of the options are a Bug.
+/// register_sweep() with the repeated work done before. Preparations whose levels differ from those
+/// of the options are a Bug.
 Result<ImageRegistrationResult> register_prepared(
     const PreparedCt& ct, const PreparedSweep& sweep,
     const Transform<frames::Ct, frames::Reference>& initial,
     const ImageRegistrationOptions& options,
     const std::function<bool(double fraction)>& progress = {});
 
-/// The same for once: of the CT every level prepares what the poses of the one before can reach.
-/// Errors besides: those of make_ct_channels().
+/// register_sweep() for a prepared sweep and a CT that is used once: every level prepares only the
+/// part of the CT that the poses of the level before can reach. Additional errors: those of
+/// make_ct_channels().
 Result<ImageRegistrationResult> register_prepared(
     const Volume& ct, const PreparedSweep& sweep,
     const Transform<frames::Ct, frames::Reference>& initial,

@@ -20,7 +20,7 @@ int third_of(double value, double low, double high) {
   return std::clamp(static_cast<int>(kThirds * (value - low) / (high - low)), 0, kThirds - 1);
 }
 
-/// Region of each patch.
+/// Region index of each patch.
 std::vector<std::size_t> regions_of(const PatchSet& set) {
   std::vector<int> frames;
   double shallow = std::numeric_limits<double>::infinity();
@@ -43,11 +43,11 @@ std::vector<std::size_t> regions_of(const PatchSet& set) {
 
 struct Region {
   int patches = 0;
-  Eigen::Vector3d middle_mm = Eigen::Vector3d::Zero();  ///< Their sum, Reference.
-  std::vector<std::size_t> members;                     ///< Those whose costs are known around.
+  Eigen::Vector3d middle_mm = Eigen::Vector3d::Zero();  ///< Sum of the patch centres, Reference.
+  std::vector<std::size_t> members;  ///< Patches whose costs about the pose are known.
 };
 
-/// Cost of the patches of one region at the pose, and back and forth along each axis.
+/// Cost of the patches of one region at the pose, and one step back and forth along each axis.
 struct RegionCosts {
   double here = 0;
   std::array<std::array<double, 2>, 3> beside{};
@@ -76,7 +76,8 @@ RegionCosts costs_of(const CostsAround& around, const std::vector<std::size_t>& 
   return out;
 }
 
-/// Of a similarity without a part for each patch: that of the region's patches together.
+/// Costs of a region with a similarity that has no terms of single patches: the cost of its patches
+/// together.
 RegionCosts costs_of_all(const CostsAround& around, const Lc2Cost& cost,
                          const std::vector<std::size_t>& members) {
   std::size_t index = 0;
@@ -94,7 +95,7 @@ RegionCosts costs_of_all(const CostsAround& around, const Lc2Cost& cost,
   return out;
 }
 
-/// RegionAgreement::pull_mm: where the parabola along each axis is least.
+/// RegionAgreement::pull_mm: distance to the minima of the parabolas along the axes.
 double pull_mm(const RegionCosts& costs) {
   constexpr double kFarthestMm = 2 * kAroundMm;
   double squares = 0;

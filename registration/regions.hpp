@@ -9,8 +9,9 @@
 
 namespace nav::registration {
 
-/// The regions that have patches among those around, of 3 along the sweep times 3 deep, along
-/// slowest; costs are of these. around: of cost.
+/// The regions that contain patches of around, of 3 along the sweep times 3 in depth; the index
+/// along the sweep runs slowest. Costs are those of the patches of around, which must have been
+/// computed from cost.
 std::vector<RegionAgreement> region_agreement(const CostsAround& around, const Lc2Cost& cost);
 
 }  // namespace nav::registration

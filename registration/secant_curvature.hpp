@@ -9,18 +9,18 @@
 
 namespace nav::registration {
 
-/// Gauss–Newton takes a patch that follows its noise for curvature: it is up to ten times stiffer
-/// than the cost, and steps fall short as often. The change of the exact gradient over the last
-/// step says what is too much (structured BFGS: Dennis, Martinez and Tapia 1989). N parameters, or
-/// Eigen::Dynamic.
+/// Corrects the Gauss–Newton Hessian, which takes the fit of a patch to its noise for curvature: it
+/// is up to ten times stiffer than the cost, and steps are too short by the same factor. The change
+/// of the exact gradient over the last step shows the excess (structured BFGS: Dennis, Martinez and
+/// Tapia 1989). N parameters, or Eigen::Dynamic.
 template <int N>
 class SecantCurvature {
  public:
   using Vector = Eigen::Matrix<double, N, 1>;
   using Matrix = Eigen::Matrix<double, N, N>;
 
-  /// Gauss–Newton's Hessian corrected by what the steps so far have shown; positive definite where
-  /// that is.
+  /// The Gauss–Newton Hessian, corrected by the steps so far; positive definite if the Gauss–Newton
+  /// Hessian is.
   Matrix corrected(const Vector& delta, const Vector& gradient, const Matrix& stiff) {
     Matrix b = stiff;
     if (known_) {
@@ -43,7 +43,7 @@ class SecantCurvature {
     if (!(sbs > 0) || !(sy > kLeast * step.dot(stiff * step))) return;
     b += change * change.transpose() / sy - bs * bs.transpose() / sbs;
   }
-  /// b with its eigenvalues relative to the stiff Hessian held in [kLeast, 1].
+  /// b with its eigenvalues relative to the stiff Hessian clamped to [kLeast, 1].
   static Matrix within(const Matrix& stiff, const Matrix& b) {
     const Eigen::LLT<Matrix> llt(stiff);
     if (llt.info() != Eigen::Success) return stiff;
@@ -58,7 +58,8 @@ class SecantCurvature {
     return out.allFinite() ? out : stiff;
   }
 
-  // Of Gauss–Newton's curvature: what seems less still is mostly a step of many times the way.
+  // Least fraction of the Gauss–Newton curvature: a smaller value mostly gives a step that is many
+  // times too long.
   static constexpr double kLeast = 0.2;
   bool known_ = false;
   Vector delta_, gradient_;

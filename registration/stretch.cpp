@@ -18,7 +18,7 @@ using Parameters = Eigen::VectorXd;
 
 Eigen::Index count_of(StretchModel model) { return model == StretchModel::kSoundSpeed ? 1 : 6; }
 
-/// Parameters in mm at 60 mm to a stretch.
+/// Converts parameters, in mm at 60 mm, to a depth factor or strain.
 Stretch stretch_of(StretchModel model, const Eigen::VectorXd& m,
                    const Point<frames::Reference>& centroid) {
   Stretch stretch;
@@ -32,7 +32,7 @@ Stretch stretch_of(StretchModel model, const Eigen::VectorXd& m,
   return stretch;
 }
 
-/// How a patch's centre moves with the parameters, Reference, mm per mm.
+/// Derivative of a patch's centre by the parameters, Reference, mm per mm.
 Eigen::Matrix3Xd motion_of(StretchModel model, const Patch& patch,
                            const Point<frames::Reference>& centroid) {
   if (model == StretchModel::kSoundSpeed) return patch.depth_mm / kRotationScaleMm * patch.beam;
@@ -52,7 +52,7 @@ struct Terms {
   Eigen::MatrixXd hessian;
 };
 
-/// Residuals as those of pose_solver.cpp, with more parameters: fill_residuals().
+/// Residuals as in pose_solver.cpp, with more parameters: fill_residuals().
 class StretchCost final : public ceres::CostFunction {
  public:
   StretchCost(const Lc2Cost& cost, const Pose& start, const Point<frames::Reference>& centroid,
@@ -163,7 +163,8 @@ StretchSolution solve_stretch(const Lc2Cost& cost, const Pose& start,
   NAV_CHECK(cost.similarity() != Similarity::kMutualInformation);
   int non_finite = 0;
   Parameters delta(kPose + count_of(model));
-  auto* residuals = new StretchCost(cost, start, centroid, model, non_finite);  // Ceres takes it.
+  // Ceres takes ownership.
+  auto* residuals = new StretchCost(cost, start, centroid, model, non_finite);
   const CostSolution found = minimise(residuals, delta, limits, keep_going);
   return {{moved(start, (start * centroid).mm, StretchCost::twist_of(delta)), found.initial_cost,
            found.final_cost, found.iterations, non_finite, found.termination, found.message,

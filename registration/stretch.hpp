@@ -8,19 +8,21 @@
 
 namespace nav::registration {
 
-/// Patches whose centres a stretch has moved; each stays a rigid piece of its picture.
+/// Patches with their centres moved by a depth factor or strain; each patch stays a rigid piece of
+/// its ultrasound image.
 PatchSet stretched(const PatchSet& patches, const Stretch& stretch);
 
-/// A pose with the stretch that goes with it.
+/// A pose with the depth factor or strain that was refined with it.
 struct StretchSolution {
-  PoseSolution pose;  ///< Its costs are those of the stretched patches.
+  PoseSolution pose;  ///< Its costs are those of the moved patches.
   Stretch stretch;
 };
 
-/// Refines pose and stretch together: Ceres over [60 ω | t | stretch] about the sweep's centroid,
-/// all in mm at 60 mm. The derivatives are exact for patches that move as rigid pieces; what a
-/// patch of a centimetre is stretched itself (0.2 mm at 4 %) is left out. Stays within 10 % of each
-/// strain. Preconditions: model is not kNone; the similarity is kLc2 or kNcc.
+/// Refines the pose together with the depth factor or strain: Ceres over [60 ω | t | parameters]
+/// about the sweep's centroid, all in mm at 60 mm. The derivatives are exact for patches that move
+/// as rigid pieces; the deformation within a patch of a centimetre (0.2 mm at 4 %) is neglected.
+/// Each parameter stays within 10 %. Preconditions: model is not kNone; the similarity is kLc2 or
+/// kNcc.
 StretchSolution solve_stretch(const Lc2Cost& cost, const Pose& start,
                               const Point<frames::Reference>& centroid, StretchModel model,
                               const SolveLimits& limits, const std::function<bool()>& keep_going);

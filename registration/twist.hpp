@@ -13,17 +13,17 @@ namespace nav::registration {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
-/// [v]ₓ, so that [v]ₓ w = v × w.
+/// The matrix [v]ₓ with [v]ₓ w = v × w.
 inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;
   m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
   return m;
 }
 
-/// exp of a rotation vector, rad.
+/// Exponential of a rotation vector, rad.
 inline Eigen::Quaterniond exp_rotation(const Eigen::Vector3d& omega) {
   const double angle = omega.norm();
-  // Below this sin(a/2)/a equals 1/2 to the last bit.
+  // Below this angle sin(a/2)/a equals 1/2 to the last bit.
   constexpr double kTinyRad = 1e-9;
   const double k = angle < kTinyRad ? 0.5 : std::sin(0.5 * angle) / angle;
   Eigen::Quaterniond q;
@@ -36,7 +36,7 @@ inline Eigen::Quaterniond exp_rotation(const Eigen::Vector3d& omega) {
 inline Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& omega) {
   const double angle2 = omega.squaredNorm();
   const double angle = std::sqrt(angle2);
-  // Taylor below: the closed forms lose digits as 1 − cos does.
+  // Taylor series below this angle: the closed forms lose digits as 1 − cos does.
   constexpr double kSmallRad = 1e-4;
   const double a = angle < kSmallRad ? 0.5 - angle2 / 24 : (1 - std::cos(angle)) / angle2;
   const double b =

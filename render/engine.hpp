@@ -58,9 +58,8 @@ class Engine {
 };
 
 /// The instructions that the CPU engine uses. All vector instruction sets draw the same bytes; the
-/// portable one rounds products separately from sums. kAvx512 fetches voxels lane by lane. kFastest
-/// may also use gathers (kAvx512Gathers), if they are faster on this processor.
-enum class CpuLanes { kPortable, kAvx2, kAvx512, kAvx512Gathers, kFastest };
+/// portable one rounds products separately from sums.
+enum class CpuLanes { kPortable, kAvx2, kAvx512, kFastest };
 
 struct CpuOptions {
   int threads = 0;  ///< 0: all cores. The image does not depend on it, byte for byte.

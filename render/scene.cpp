@@ -92,7 +92,7 @@ Result<void> check_plane(const UltrasoundPlane& plane) {
   if (plane.safety.state == SafetyState::kLost) return {};  // Not drawn, so not checked.
   const UltrasoundFrame& frame = plane.frame;
   if (frame.pixels.empty()) {
-    return refusal("plane.frame.pixels", "a picture",
+    return refusal("plane.frame.pixels", "an image",
                    std::to_string(frame.pixels.width()) + " x " +
                        std::to_string(frame.pixels.height()) + " pixels");
   }
@@ -280,7 +280,7 @@ Result<void> check_ultrasound(const Scene& scene) {
   const UltrasoundVolume& ultrasound = *scene.ultrasound;
   if (!ultrasound.volume) return refusal("ultrasound.volume", "a volume", "none");
   if (scene.predicates) {
-    return refusal("ultrasound", "no predicates of the CT beside it", "both");
+    return refusal("ultrasound", "no predicates of the CT together with it", "both");
   }
   if (const auto ok = first_of(
           {check_place("ultrasound.volume.grid.origin_mm", ultrasound.volume->grid().origin_mm),
@@ -307,7 +307,6 @@ Result<void> validate(const Scene& scene) {
           first_of({check_camera(scene.camera), check_shading(scene.shading),
                     check_range("quality.step_voxels", scene.quality.step_voxels, 1.0 / 64.0, 16),
                     check_positive("quality.opaque_at", scene.quality.opaque_at, 1),
-                    check_range("quality.adaptive_error", scene.quality.adaptive_error, 0, 1),
                     check_range("quality.pixel_error", scene.quality.pixel_error, 0, 1),
                     check_range("grey.level_hu", scene.grey.level_hu, -1e6, 1e6),
                     check_positive("grey.width_hu", scene.grey.width_hu, 1e6),

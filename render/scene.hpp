@@ -151,9 +151,6 @@ struct Quality {
   double opaque_at = 0.996;       ///< Early ray termination at this opacity; 1: never.
   bool skip_empty_bricks = true;  ///< Gives the same bits on and off.
   bool jitter = false;            ///< Shifts each ray's cells by a fixed pseudo-random part of one.
-  /// [0, 1]. > 0: cells of a brick are taken as one if this adds no more than this error to any
-  /// channel, see adaptive_step.hpp. 0: never.
-  double adaptive_error = 0;
   /// [0, 1]. > 0: a pixel takes the mean of the rays around it if they differ by no more than this
   /// in any channel, see sparse_rays.hpp. 0: every pixel has its own ray. The reference engine
   /// ignores it.

@@ -42,7 +42,7 @@ bool same_shading(const Shading& a, const Shading& b) {
 bool same_quality(const Quality& a, const Quality& b) {
   const auto all = [](const Quality& q) {
     return std::tie(q.step_voxels, q.classification, q.opaque_at, q.skip_empty_bricks, q.jitter,
-                    q.adaptive_error, q.pixel_error);
+                    q.pixel_error);
   };
   return all(a) == all(b);
 }

@@ -6,7 +6,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 tools/install-dependencies.sh build
-# Half of the build's time is reading the same headers.
+# Reading the same headers takes half of the build time.
 cmake --preset release -Wno-dev -DSONDE_PRECOMPILE=ON -DSONDE_BUILD_TESTS=OFF -DSONDE_BUILD_BENCH=OFF -B build/demo
 cmake --build build/demo --parallel "$(tools/jobs.sh)" --target sonde
 build/demo/app/sonde demo --out demo-output "$@"

@@ -3,18 +3,19 @@
 #include "session/navigator.hpp"
 
 #include <algorithm>
+#include <variant>
+#include <vector>
 
 namespace nav::session {
 namespace {
 
-constexpr std::size_t kPoseCapacity = 1024;
-
-/// What a pose's own state is, apart from its age.
-template <class Pose>
-Safety status_safety(const Pose& pose, const std::string& body) {
-  if (pose.status == TrackingStatus::kOk) return {SafetyState::kValid, ""};
+/// State of a pose apart from its age.
+Safety status_safety(bool degraded, const std::string& body) {
+  if (!degraded) return {SafetyState::kValid, ""};
   return {SafetyState::kDegraded, "the tracker gave no status for " + body};
 }
+
+constexpr Duration kUnknownPeriod = std::chrono::milliseconds(50);
 
 }  // namespace
 
@@ -32,44 +33,65 @@ Epoch ended(Epoch epoch, const std::string& cause) {
   return epoch;
 }
 
-Navigator::Navigator(const Transform<frames::Probe, frames::Image>& probe_from_image,
+Navigator::Navigator(const ProbeCalibration& calibration,
                      std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference,
                      const NavigatorOptions& options, Diagnostics& diagnostics)
     : options_(options),
       diagnostics_(diagnostics),
-      pairer_(probe_from_image, fixed_reference, options.pairing, diagnostics),
-      needle_gate_(options.pairing.gate),
-      needle_poses_(kPoseCapacity, options.pairing.max_pose_gap),
-      reference_gate_(options.pairing.gate),
-      reference_poses_(kPoseCapacity, options.pairing.max_pose_gap),
+      pairer_(calibration, fixed_reference, options.pairing, diagnostics),
+      needle_(options.pairing.gate, options.pairing.max_pose_gap, diagnostics),
       fixed_reference_(std::move(fixed_reference)) {}
 
-void Navigator::on_event(const SessionEvent& event) {
-  if (const auto* frame = std::get_if<UltrasoundFrame>(&event.what)) {
-    ledger_.receive();
-    pairer_.add_frame(*frame);
-  } else if (const auto* missing = std::get_if<MissingFrame>(&event.what)) {
-    ledger_.receive();
-    ledger_.reject(missing->cause);
-    diagnostics_.report(Severity::kWarning, "source", missing->message);
-  } else if (const auto* probe = std::get_if<ProbePose>(&event.what)) {
-    pairer_.add_probe_pose(probe->raw);
-  } else if (const auto* reference = std::get_if<ReferencePose>(&event.what)) {
-    pairer_.add_reference_pose(reference->raw);
-    const auto admission = reference_gate_.admit(reference->raw);
-    if (tracking::has_usable_time(admission.rejection)) {
-      reference_poses_.push(admission.pose);
-    }
-  } else if (const auto* needle = std::get_if<NeedlePose>(&event.what)) {
-    const auto admission = needle_gate_.admit(needle->raw);
-    if (admission.rejection) {
-      ++rejected_needle_poses_[std::string("Needle.") + tracking::to_string(*admission.rejection)];
-      diagnostics_.report(Severity::kWarning, "tracking.gate", admission.message);
-    }
-    if (tracking::has_usable_time(admission.rejection)) {
-      needle_poses_.push(admission.pose);
-    }
+Duration Navigator::frame_period() const {
+  return options_.frame_period.value_or(image_period_.period().value_or(kUnknownPeriod));
+}
+
+Duration Navigator::needle_period() const {
+  return options_.needle_period.value_or(pose_period_.period().value_or(kUnknownPeriod));
+}
+
+void Navigator::add_image(UltrasoundFrame image) {
+  ledger_.receive();
+  image_period_.add(image.acquired);
+  if (!options_.frame_period && image_period_.period()) {
+    pairer_.expect_period(*image_period_.period());
+    needle_.set_max_gap(
+        std::max<Duration>(options_.pairing.max_pose_gap, 2 * *image_period_.period()));
   }
+  pairer_.add_frame(std::move(image));
+}
+
+void Navigator::add_missing(const MissingImage& missing) {
+  ledger_.receive();
+  ledger_.reject(missing.cause);
+  diagnostics_.report(Severity::kWarning, "source", missing.message);
+}
+
+void Navigator::add_pose(ToolRole role, const RawPose& pose) {
+  if (role == ToolRole::kProbe) {
+    pairer_.add_probe_pose(pose);
+  } else if (role == ToolRole::kReference) {
+    pairer_.add_reference_pose(pose);
+  } else if (role == ToolRole::kNeedle) {
+    pose_period_.add(pose.acquired);
+    needle_.add(pose);
+  }
+}
+
+const tracking::StreamLedger& Navigator::ledger(ToolRole role) const {
+  NAV_CHECK(role == ToolRole::kProbe || role == ToolRole::kReference || role == ToolRole::kNeedle);
+  if (role == ToolRole::kProbe) return pairer_.probe().ledger();
+  return role == ToolRole::kReference ? pairer_.reference().ledger() : needle_.ledger();
+}
+
+std::optional<Safety> Navigator::loss(bool images, ToolRole tool) const {
+  if (images && !images_lost_.empty()) return Safety{SafetyState::kLost, images_lost_};
+  for (const ToolRole role : {tool, ToolRole::kReference}) {
+    if (role == ToolRole::kReference && fixed_reference_) continue;
+    const auto lost = poses_lost_.find(role);
+    if (lost != poses_lost_.end()) return Safety{SafetyState::kLost, lost->second};
+  }
+  return std::nullopt;
 }
 
 void Navigator::settle(Timestamp now, bool end_of_stream,
@@ -91,18 +113,23 @@ Epoch Navigator::refresh(Timestamp now) {
   epoch.now = now;
   epoch.placement =
       placement_ ? placement_->safety : Safety{SafetyState::kLost, "the CT is not registered"};
-  epoch.ultrasound = {SafetyState::kLost, "no tracked ultrasound picture yet"};
+  epoch.ultrasound = {SafetyState::kLost, "no tracked ultrasound image yet"};
   if (newest_) {
     epoch.frame = newest_;
     epoch.frame_is_new = !newest_shown_;
-    if (epoch.frame_is_new) ledger_.show();
+    if (epoch.frame_is_new) ledger_.deliver();
     newest_shown_ = true;
-    epoch.ultrasound = compose({freshness("the ultrasound picture", newest_->frame.acquired, now,
-                                          freshness_limits(options_.frame_period)),
+    epoch.ultrasound = compose({freshness("the ultrasound image", newest_->frame.acquired, now,
+                                          freshness_limits(frame_period())),
                                 tracking_safety(*newest_)});
     if (placement_) {
       epoch.ct_from_image = placement_->ct_from_reference * newest_->reference_from_image;
     }
+  }
+  if (const auto lost = loss(true, ToolRole::kProbe)) {
+    epoch.ultrasound = *lost;
+  } else if (!pairer_.without_calibration().empty()) {
+    epoch.ultrasound = {SafetyState::kLost, pairer_.without_calibration()};
   }
   epoch.plane = compose({epoch.ultrasound, epoch.placement});
   refresh_needle(epoch);
@@ -113,58 +140,78 @@ Epoch Navigator::aged(Epoch epoch, Timestamp now) const {
   epoch.now = now;
   epoch.frame_is_new = false;
   if (epoch.frame) {
-    const Safety picture = freshness("the ultrasound picture", epoch.frame->frame.acquired, now,
-                                     freshness_limits(options_.frame_period));
-    epoch.ultrasound = compose({epoch.ultrasound, picture});
-    epoch.plane = compose({epoch.plane, picture});
+    const Safety image = freshness("the ultrasound image", epoch.frame->frame.acquired, now,
+                                   freshness_limits(frame_period()));
+    epoch.ultrasound = compose({epoch.ultrasound, image});
+    epoch.plane = compose({epoch.plane, image});
   }
   if (epoch.needle_acquired) {
     epoch.needle = compose({epoch.needle, freshness("the needle pose", *epoch.needle_acquired, now,
-                                                    freshness_limits(options_.needle_period))});
+                                                    freshness_limits(needle_period()))});
   }
   if (!epoch.needle.shows_numbers()) epoch.guidance.reset();
   return epoch;
 }
 
 void Navigator::refresh_needle(Epoch& epoch) const {
-  const auto newest = needle_poses_.newest();
   epoch.needle = {SafetyState::kLost, "no needle pose"};
-  if (!newest || !placement_) return;
+  if (const auto lost = loss(false, ToolRole::kNeedle)) epoch.needle = *lost;
+  const auto newest = needle_.buffer().newest();
+  if (!newest || !placement_ || loss(false, ToolRole::kNeedle)) return;
   if (!newest->tracker_from_body) {
     epoch.needle.cause = std::string("the needle is not tracked: ") + to_string(newest->status);
     return;
   }
-  auto reference_from_tracker = fixed_reference_;
-  Safety reference{SafetyState::kValid, ""};
-  Timestamp acquired = newest->acquired;
-  if (!reference_from_tracker) {
-    const auto pose = reference_poses_.newest();
-    if (!pose || !pose->tracker_from_body) {
+  // Both bodies at one instant: the newest at which each has a pose.
+  Timestamp instant = newest->acquired;
+  std::vector<Safety> states{
+      freshness("the needle pose", newest->acquired, epoch.now, freshness_limits(needle_period()))};
+  if (!fixed_reference_) {
+    const auto reference = pairer_.reference().buffer().newest();
+    if (!reference || !reference->tracker_from_body) {
       epoch.needle.cause = "the patient reference is not tracked";
       return;
     }
-    reference_from_tracker = pose->tracker_from_body->inverse();
-    acquired = std::min(acquired, pose->acquired);
-    reference = compose({freshness("the patient reference", pose->acquired, epoch.now,
-                                   freshness_limits(options_.needle_period)),
-                         status_safety(*pose, "the patient reference")});
+    instant = std::min(instant, reference->acquired);
+    states.push_back(freshness("the patient reference", reference->acquired, epoch.now,
+                               freshness_limits(needle_period())));
   }
-  epoch.needle = compose({freshness("the needle pose", newest->acquired, epoch.now,
-                                    freshness_limits(options_.needle_period)),
-                          reference, status_safety(*newest, "the needle"), placement_->safety});
-  epoch.needle_acquired = acquired;
-  epoch.ct_from_needle =
-      placement_->ct_from_reference * *reference_from_tracker * *newest->tracker_from_body;
+  const auto needle = needle_.buffer().at(instant);
+  if (const auto* absence = std::get_if<tracking::PoseAbsence>(&needle)) {
+    epoch.needle.cause = std::string("the needle has no pose at the time of the reference: ") +
+                         tracking::to_string(*absence);
+    return;
+  }
+  const auto& tracker_from_needle = std::get<tracking::PoseAt<frames::Needle>>(needle);
+  auto reference_from_tracker = fixed_reference_;
+  if (!reference_from_tracker) {
+    const auto reference = pairer_.reference().buffer().at(instant);
+    if (const auto* absence = std::get_if<tracking::PoseAbsence>(&reference)) {
+      epoch.needle.cause =
+          std::string("the patient reference has no pose at the time of the needle: ") +
+          tracking::to_string(*absence);
+      return;
+    }
+    const auto& tracker_from_reference = std::get<tracking::PoseAt<frames::Reference>>(reference);
+    reference_from_tracker = tracker_from_reference.tracker_from_body.inverse();
+    states.push_back(status_safety(tracker_from_reference.degraded, "the patient reference"));
+  }
+  states.push_back(status_safety(tracker_from_needle.degraded, "the needle"));
+  states.push_back(placement_->safety);
+  epoch.needle = compose(states);
+  epoch.needle_acquired = instant;
+  epoch.ct_from_needle = placement_->ct_from_reference * *reference_from_tracker *
+                         tracker_from_needle.tracker_from_body;
   if (plan_ && epoch.needle.shows_numbers()) epoch.guidance = guide(*plan_, *epoch.ct_from_needle);
 }
 
 std::optional<Transform<frames::Ct, frames::Needle>> Navigator::needle_at(Timestamp time) const {
-  const auto needle = needle_poses_.at(time);
+  const auto needle = needle_.buffer().at(time);
   const auto* tracker_from_needle = std::get_if<tracking::PoseAt<frames::Needle>>(&needle);
   if (!placement_ || tracker_from_needle == nullptr) return std::nullopt;
   auto reference_from_tracker = fixed_reference_;
   if (!reference_from_tracker) {
-    const auto reference = reference_poses_.at(time);
+    const auto reference = pairer_.reference().buffer().at(time);
     const auto* pose = std::get_if<tracking::PoseAt<frames::Reference>>(&reference);
     if (pose == nullptr) return std::nullopt;
     reference_from_tracker = pose->tracker_from_body.inverse();
@@ -181,8 +228,12 @@ void Navigator::finish() {
 }
 
 std::map<std::string, std::uint64_t> Navigator::rejected_poses() const {
-  auto all = pairer_.rejected_poses();
-  all.insert(rejected_needle_poses_.begin(), rejected_needle_poses_.end());
+  std::map<std::string, std::uint64_t> all;
+  for (const ToolRole role : {ToolRole::kProbe, ToolRole::kReference, ToolRole::kNeedle}) {
+    for (const auto& [cause, count] : ledger(role).rejected()) {
+      all[std::string(to_string(role)) + "." + cause] = count;
+    }
+  }
   return all;
 }
 

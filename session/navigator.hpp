@@ -6,114 +6,117 @@
 #include <map>
 #include <optional>
 #include <string>
-#include <variant>
-#include <vector>
 
 #include "nav/plan.hpp"
+#include "nav/probe_calibration.hpp"
 #include "nav/safety.hpp"
+#include "nav/sample.hpp"
 #include "nav/sweep.hpp"
-#include "tracking/frame_ledger.hpp"
 #include "tracking/frame_pairer.hpp"
+#include "tracking/period_estimator.hpp"
+#include "tracking/stream_ledger.hpp"
 
 namespace nav::session {
 
-/// What arrives, in order of arrival on the session clock.
-struct ProbePose {
-  RawPose raw;
-};
-struct ReferencePose {
-  RawPose raw;
-};
-struct NeedlePose {
-  RawPose raw;
-};
-/// A picture that the source itself could not deliver (0 x 0, invalid status, wrong type).
-struct MissingFrame {
-  std::uint64_t sequence;
-  std::string cause;    ///< Stable name for the ledger.
-  std::string message;  ///< One sentence.
-};
-struct SessionEvent {
-  Timestamp received;
-  std::variant<UltrasoundFrame, ProbePose, ReferencePose, NeedlePose, MissingFrame> what;
-};
-
-/// Where the CT lies, and how far that is believed.
+/// Pose of the CT, and how far it is believed.
 struct CtPlacement {
   Transform<frames::Ct, frames::Reference> ct_from_reference;
   Safety safety;
 };
 
-/// Everything that one display refresh shows: all views and numbers of the refresh come from it.
+/// Everything that one display refresh shows: all its views and numbers come from here.
 struct Epoch {
   Timestamp now;
-  std::optional<TrackedFrame> frame;  ///< The newest paired picture, however old.
-  bool frame_is_new = false;          ///< First refresh that has it.
-  Safety ultrasound;                  ///< Freshness and tracking of the picture.
-  Safety placement;                   ///< Of the CT.
-  Safety plane;                       ///< The picture inside the CT: the worst of both.
+  std::optional<TrackedFrame> frame;  ///< The newest paired image, however old.
+  bool frame_is_new = false;          ///< True in the first refresh that has this image.
+  Safety ultrasound;                  ///< Freshness and tracking of the image.
+  Safety placement;                   ///< State of the CT's pose.
+  Safety plane;                       ///< The image inside the CT: the worst of both.
   std::optional<Transform<frames::Ct, frames::Image>> ct_from_image;
   Safety needle;
   std::optional<Transform<frames::Ct, frames::Needle>> ct_from_needle;
-  std::optional<Timestamp> needle_acquired;  ///< Of the oldest pose that it is made of.
-  /// Only while the whole chain is valid; otherwise withdrawn.
+  /// The instant at which needle and reference were composed: the newest that both have a pose for.
+  std::optional<Timestamp> needle_acquired;
+  /// Present only while the whole chain is valid; otherwise withdrawn.
   std::optional<NeedleGuidance> guidance;
 };
 
-/// What a tracked picture's own state is, apart from its age.
+/// State of a tracked image apart from its age.
 Safety tracking_safety(const TrackedFrame& frame);
-/// An epoch when nothing more comes: what was live is stale, what was lost stays lost, and numbers
-/// are withdrawn.
+/// The epoch when no more samples come: live inputs become stale, lost inputs stay lost, and
+/// numbers are withdrawn.
 Epoch ended(Epoch epoch, const std::string& cause);
 
 struct NavigatorOptions {
   tracking::PairingOptions pairing;
-  Duration frame_period = std::chrono::milliseconds(50);  ///< Expected; decides freshness.
-  Duration needle_period = std::chrono::milliseconds(20);
+  /// Expected time between images and between needle poses; it decides when they are stale. Absent:
+  /// learned from the stamps, and 50 ms until two have come.
+  std::optional<Duration> frame_period = std::chrono::milliseconds(50);
+  std::optional<Duration> needle_period = std::chrono::milliseconds(20);
 };
 
-/// The live part of a session: takes events in, gives epochs out, and accounts for every picture.
-/// One thread; time is an argument.
+/// The live part of a session: takes images and poses in, gives epochs out, and accounts for every
+/// sample. It knows only what has arrived. One thread; time is an argument.
 class Navigator {
  public:
-  Navigator(const Transform<frames::Probe, frames::Image>& probe_from_image,
+  Navigator(const ProbeCalibration& calibration,
             std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference,
             const NavigatorOptions& options, Diagnostics& diagnostics);
 
-  void on_event(const SessionEvent& event);
-  /// Pairs what can be paired by now; every settled picture goes to the listener, in order.
+  /// Samples in order of arrival.
+  void add_image(UltrasoundFrame image);
+  /// Role: kProbe, kReference or kNeedle; poses of other tools are of no use here.
+  void add_pose(ToolRole role, const RawPose& pose);
+  void add_missing(const MissingImage& missing);
+  /// Another calibration of the probe, for images of another geometry.
+  void add_calibration(const ProbeCalibration& calibration) {
+    pairer_.add_calibration(calibration);
+  }
+  /// A stream has failed for good: whatever depends on it is lost from now on, by this cause.
+  void lose_images(const std::string& cause) { images_lost_ = cause; }
+  void lose_poses(ToolRole role, const std::string& cause) { poses_lost_[role] = cause; }
+
+  /// Pairs the images that can be paired by now. Every settled image goes to the listener, in
+  /// order.
   void settle(Timestamp now, bool end_of_stream,
               const std::function<void(const tracking::PairedFrame&)>& listener);
-  /// One display refresh. The newest picture counts as shown when it is new; those between two
-  /// refreshes as superseded.
+  /// One display refresh. A new image counts as delivered; images between two refreshes count as
+  /// superseded.
   Epoch refresh(Timestamp now);
-  /// An epoch at a later time, up to which nothing has come: what has grown old is stale or lost,
-  /// and its numbers are withdrawn.
+  /// The epoch at a later time, if nothing came until then: old inputs are stale or lost, and their
+  /// numbers are withdrawn.
   [[nodiscard]] Epoch aged(Epoch epoch, Timestamp now) const;
-  /// Where the needle was at a time; absent where it had no pose then.
+  /// Pose of the needle at a time; absent if it had none.
   [[nodiscard]] std::optional<Transform<frames::Ct, frames::Needle>> needle_at(
       Timestamp time) const;
-  /// Ends the session: the picture that no refresh came for counts as superseded.
+  /// Ends the session: an image that no refresh has shown counts as superseded.
   void finish();
 
   void set_placement(CtPlacement placement) { placement_ = std::move(placement); }
   void set_plan(const NeedlePlan& plan) { plan_ = plan; }
-  [[nodiscard]] const tracking::FrameLedger& ledger() const { return ledger_; }
+  /// Accounts for the images.
+  [[nodiscard]] const tracking::StreamLedger& ledger() const { return ledger_; }
+  /// Accounts for the poses of a tool; role as in add_pose().
+  [[nodiscard]] const tracking::StreamLedger& ledger(ToolRole role) const;
+  /// Rejected poses by body and cause ("Probe.not_rigid").
   [[nodiscard]] std::map<std::string, std::uint64_t> rejected_poses() const;
 
  private:
   void refresh_needle(Epoch& epoch) const;
+  [[nodiscard]] Duration frame_period() const;
+  [[nodiscard]] Duration needle_period() const;
+  /// Loss of a stream that the ultrasound or the needle depends on.
+  [[nodiscard]] std::optional<Safety> loss(bool images, ToolRole tool) const;
 
   NavigatorOptions options_;
   Diagnostics& diagnostics_;
   tracking::FramePairer pairer_;
-  tracking::PoseGate<frames::Needle> needle_gate_;
-  tracking::PoseBuffer<frames::Needle> needle_poses_;
-  tracking::PoseGate<frames::Reference> reference_gate_;
-  tracking::PoseBuffer<frames::Reference> reference_poses_;
+  tracking::ToolPoses<frames::Needle> needle_;
+  tracking::PeriodEstimator image_period_, pose_period_;
   std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference_;
-  tracking::FrameLedger ledger_;
-  std::map<std::string, std::uint64_t> rejected_needle_poses_;
+  tracking::StreamLedger ledger_;
+  std::string images_lost_;
+  std::map<ToolRole, std::string> poses_lost_;
   std::optional<TrackedFrame> newest_;
   bool newest_shown_ = false;
   std::optional<CtPlacement> placement_;

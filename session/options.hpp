@@ -39,6 +39,9 @@ struct SourceOptions {
   bool whole_picture = false;
   /// Plays on past frames whose data cannot be true; they are counted by cause.
   bool skip_bad_frames = false;
+  /// A recording from a file: plays it once before the replay, to choose camera and grey window for
+  /// the whole sweep. Otherwise they are chosen for the first image, as in a live session.
+  bool survey = true;
   std::uint64_t seed = 1;  ///< Seed of a simulation.
 };
 

@@ -22,18 +22,22 @@ Transform<frames::Ct, frames::Reference> centred(const Volume& ct, const SweepSu
   return {turn.normalized(), ct.grid().centre().mm - turn * sweep.centroid.mm};
 }
 
-/// Of Placement::outside.
-std::string outside_of(const Volume& ct, const SweepSurvey& sweep,
-                       const Transform<frames::Ct, frames::Reference>& ct_from_reference) {
+/// Distance of the nearest image from the CT, mm; 0 if one meets it, infinite without images.
+double nearest_of(const Volume& ct, const SweepSurvey& sweep,
+                  const Transform<frames::Ct, frames::Reference>& ct_from_reference) {
   constexpr std::size_t kCorners = 4;
   double nearest_mm = std::numeric_limits<double>::infinity();
-  std::array<Point<frames::Ct>, kCorners> picture;
+  std::array<Point<frames::Ct>, kCorners> image;
   for (std::size_t i = 0; i < sweep.corners.size(); ++i) {
-    picture[i % kCorners] = ct_from_reference * sweep.corners[i];
-    if (i % kCorners == kCorners - 1) nearest_mm = std::min(nearest_mm, mm_outside(ct, picture));
+    image[i % kCorners] = ct_from_reference * sweep.corners[i];
+    if (i % kCorners == kCorners - 1) nearest_mm = std::min(nearest_mm, mm_outside(ct, image));
   }
+  return nearest_mm;
+}
+
+std::string outside_text(double nearest_mm) {
   if (!(nearest_mm > 0 && std::isfinite(nearest_mm))) return "";
-  return "the sweep lies outside of the CT, its nearest picture " +
+  return "the sweep lies outside the CT; its nearest image is " +
          std::to_string(std::lround(std::ceil(nearest_mm))) + " mm away";
 }
 
@@ -49,16 +53,17 @@ Result<std::shared_ptr<const Volume>> read_session_ct(const CtOptions& options,
 }
 
 Result<Placement> place_ct(const PlacementOptions& options, const Volume& ct,
-                           const SweepSurvey& sweep, const std::string& reference_frame) {
-  Placement found{{centred(ct, sweep),
-                   {SafetyState::kDegraded, "the CT is only centred on the sweep, not registered"}},
-                  "centred",
-                  "The CT is not registered: for want of a placement, the sweep's centre lies at "
-                  "the CT's centre, the depth of the pictures points to posterior and their "
-                  "lateral axis to the patient's left."};
+                           const SweepSurvey& sweep, const std::optional<RecordingRead>& recording,
+                           const std::string& reference_frame) {
+  Placement found{
+      {centred(ct, sweep),
+       {SafetyState::kDegraded, "the CT is only centred on the sweep, not registered"}},
+      "centred",
+      "No registration given: the sweep is centred on the CT. The depth of the images points "
+      "to posterior, their lateral axis to the patient's left."};
   if (!options.registration.empty()) {
-    auto registered = read_registration(options.registration, ct,
-                                        {reference_frame, sweep.recording, options.follow});
+    auto registered =
+        read_registration(options.registration, ct, {reference_frame, recording, options.follow});
     if (!registered) return registered.error();
     found.placement = {registered->ct_from_reference, {SafetyState::kValid, ""}};
     found.kind = "registered";
@@ -75,8 +80,17 @@ Result<Placement> place_ct(const PlacementOptions& options, const Volume& ct,
     found.kind = "declared";
     found.statement = "The CT is not registered: it lies where the user declared it to lie.";
   }
-  found.outside = outside_of(ct, sweep, found.placement.ct_from_reference);
+  found.outside = outside_text(nearest_of(ct, sweep, found.placement.ct_from_reference));
   return found;
 }
+
+void OutsideWatch::add(const Volume& ct, const CtPlacement& placement, const TrackedFrame& image) {
+  if (nearest_mm_ && *nearest_mm_ <= 0) return;
+  const SweepSurvey sweep = survey_of(image);
+  const double mm = nearest_of(ct, sweep, placement.ct_from_reference);
+  nearest_mm_ = std::min(nearest_mm_.value_or(mm), mm);
+}
+
+std::string OutsideWatch::warning() const { return outside_text(nearest_mm_.value_or(0)); }
 
 }  // namespace nav::session

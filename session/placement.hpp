@@ -28,9 +28,22 @@ struct Placement {
 };
 
 /// Registration file, declared matrix, or the centre rule, in this order. The centre rule puts the
-/// sweep's centre at the CT's centre, the pictures' depth towards posterior and their lateral axis
-/// towards the patient's left. Only a registration is valid; the others are degraded.
+/// sweep's centre at the CT's centre, the images' depth towards posterior and their lateral axis
+/// towards the patient's left. Only a registration is valid; the others are degraded. \p recording:
+/// what is known of the recording that the registration is to fit; absent: nothing.
 Result<Placement> place_ct(const PlacementOptions& options, const Volume& ct,
-                           const SweepSurvey& sweep, const std::string& reference_frame);
+                           const SweepSurvey& sweep, const std::optional<RecordingRead>& recording,
+                           const std::string& reference_frame);
+
+/// Tells how far images stay outside the CT, from the images so far. Not thread-safe.
+class OutsideWatch {
+ public:
+  void add(const Volume& ct, const CtPlacement& placement, const TrackedFrame& image);
+  /// One sentence with the distance of the nearest image while none has met the CT; else empty.
+  [[nodiscard]] std::string warning() const;
+
+ private:
+  std::optional<double> nearest_mm_;
+};
 
 }  // namespace nav::session

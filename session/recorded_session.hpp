@@ -7,12 +7,13 @@
 #include <string>
 #include <vector>
 
+#include "io/recording_source.hpp"
 #include "nav/diagnostics.hpp"
 #include "session/navigator.hpp"
 #include "session/options.hpp"
 #include "session/pose_log.hpp"
 #include "session/registration_file.hpp"
-#include "sim/replay.hpp"
+#include "session/session.hpp"
 
 namespace nav::session {
 
@@ -39,120 +40,113 @@ class FirstWarning final : public Diagnostics {
   std::size_t count_ = 0;
 };
 
-/// A recording played through the live pipeline, one frame at a time, on the virtual clock.
-/// Not thread-safe.
+/// A recording as a session on the virtual clock. Not thread-safe.
 class RecordedSession {
  public:
-  using Listener = std::function<void(const tracking::PairedFrame&)>;
+  /// Opens recording and calibration. Without a named reference frame, "Reference" is taken if the
+  /// recording has it, otherwise the tracker, with a warning. \p diagnostics must outlive it.
+  static Result<RecordedSession> open(const SourceOptions& options, Diagnostics& diagnostics);
 
-  /// Opens recording and calibration. Without a named reference frame, "Reference" is taken where
-  /// the recording has it; otherwise the tracker, which is reported. diagnostics must outlive it.
-  static Result<RecordedSession> open(const SourceOptions& source, Diagnostics& diagnostics);
-
-  /// Feeds one frame and settles what can be paired; false at the end, when everything is settled.
-  Result<bool> step(const Listener& listener);
+  /// Takes in the next samples and settles what can be paired; false at the end, when everything
+  /// is settled.
+  Result<bool> step(const Session::Listener& listener);
   /// Steps to the end.
-  Result<void> play(const Listener& listener);
-  /// Back to the first frame, with a fresh clock, ledger and log; the placement is kept.
+  Result<void> play(const Session::Listener& listener);
+  /// Back to the first frame, with a fresh clock, ledger, log and estimators; placement and a given
+  /// outline are kept.
   void rewind();
 
-  /// Virtual time: of the newest of what went in so far.
-  [[nodiscard]] Timestamp now() const { return now_; }
-  [[nodiscard]] Epoch refresh() { return navigator_->refresh(now_); }
-  [[nodiscard]] Navigator& navigator() { return *navigator_; }
-  [[nodiscard]] const Navigator& navigator() const { return *navigator_; }
-  [[nodiscard]] const PoseLog& log() const { return log_; }
+  [[nodiscard]] Session& session() { return *session_; }
+  [[nodiscard]] const Session& session() const { return *session_; }
+  [[nodiscard]] Timestamp now() const { return session_->now(); }
+  [[nodiscard]] Epoch refresh() { return session_->refresh(); }
+  [[nodiscard]] Navigator& navigator() { return session_->navigator(); }
+  [[nodiscard]] const Navigator& navigator() const { return session_->navigator(); }
+  [[nodiscard]] const PoseLog& log() const { return session_->log(); }
   void set_placement(const CtPlacement& placement);
-  /// Of the pictures from now on that say none themselves.
-  void set_outline(const SectorOutline& outline) { outline_ = outline; }
-  [[nodiscard]] const std::optional<SectorOutline>& outline() const { return outline_; }
+  /// Outline of the images that come without one; none: they are drawn whole. Replaces the outline
+  /// that the session learns.
+  void set_outline(const std::optional<SectorOutline>& outline);
+  [[nodiscard]] const std::optional<SectorOutline>& outline() const { return session_->outline(); }
 
-  [[nodiscard]] std::int64_t total_frames() const { return replay_.total_frames(); }
-  /// From the first to the last stamp of the frames that went in so far.
+  /// Frames that the header declares.
+  [[nodiscard]] std::int64_t total_frames() const { return source_->total_frames(); }
+  /// Time from the first to the last stamp of the frames read so far.
   [[nodiscard]] Duration length() const {
-    return first_time_ ? *last_time_ - *first_time_ : Duration(0);
+    return first_time() ? *last_time() - *first_time() : Duration(0);
   }
-  /// Picture stamps minus pose stamps, as configured.
+  /// Image stamps minus pose stamps, as configured.
   [[nodiscard]] Duration temporal_offset() const { return options_.pairing.temporal_offset; }
   [[nodiscard]] const Transform<frames::Probe, frames::Image>& probe_from_image() const {
-    return replay_.calibration()->probe_from_image;
+    return source_->calibration().probe_from_image;
   }
-  /// Stamps of the first and last of the frames that went in so far; absent while none has one.
-  [[nodiscard]] std::optional<Timestamp> first_time() const { return first_time_; }
-  [[nodiscard]] std::optional<Timestamp> last_time() const { return last_time_; }
-  /// Frames that went in so far.
-  [[nodiscard]] std::int64_t frames_read() const { return frames_read_; }
-  /// Which frames and transforms are in use, for the report.
-  [[nodiscard]] const std::string& description() const { return replay_.description(); }
-  /// What is taken as the patient's frame, and why.
+  /// First and last stamp of the frames read so far; absent while no frame has one.
+  [[nodiscard]] std::optional<Timestamp> first_time() const { return source_->first_time(); }
+  [[nodiscard]] std::optional<Timestamp> last_time() const { return source_->last_time(); }
+  /// Frames read so far.
+  [[nodiscard]] std::int64_t frames_read() const { return source_->frames_read(); }
+  /// Frames and transforms in use, for the report.
+  [[nodiscard]] const std::string& description() const { return source_->description(); }
+  /// Which frame is taken as the patient's, and why.
   [[nodiscard]] const std::string& reference_statement() const { return reference_statement_; }
   /// Name of that frame in the recording.
   [[nodiscard]] const std::string& reference_frame() const { return reference_frame_; }
-  /// The recording's path, for messages.
+  /// Path of the recording, for messages.
   [[nodiscard]] const std::string& name() const { return name_; }
-  /// Why the first picture that could not be used was refused; empty while there is none.
-  [[nodiscard]] const std::string& first_refusal() const { return first_refusal_; }
-  /// Frames whose data cannot be true (times that do not increase, poses or calibrations that are
-  /// not rigid or not numbers), as opposed to frames that say themselves that nothing was tracked
-  /// or seen.
-  [[nodiscard]] std::int64_t bad_frames() const { return bad_frames_; }
-  /// What is wrong with the first of them, one sentence; empty while there is none.
-  [[nodiscard]] const std::string& first_bad_frame() const { return first_bad_frame_; }
+  /// Cause of the first image that could not be used; empty while there is none.
+  [[nodiscard]] const std::string& first_rejection() const { return session_->first_rejection(); }
+  /// Frames read so far whose data cannot be true, as in io::RecordingSource.
+  [[nodiscard]] std::int64_t bad_frames() const { return source_->bad_frames(); }
+  [[nodiscard]] const std::string& first_bad_frame() const { return source_->first_bad_frame(); }
   /// The first warning about a frame or pose; empty while there is none.
   [[nodiscard]] const std::string& first_warning() const { return diagnostics_->message(); }
 
  private:
-  RecordedSession(sim::ReplaySession replay, NavigatorOptions options,
-                  std::unique_ptr<FirstWarning> diagnostics, bool fixed_reference,
-                  std::string reference_statement);
-  void feed(sim::ReplayEvent event);
-  [[nodiscard]] std::string defect_of(const sim::ReplayEvent& event) const;
-  void note_degraded(const sim::ReplayEvent& event);
+  RecordedSession() = default;
 
   std::unique_ptr<FirstWarning> diagnostics_;  ///< Outlives what reports to it.
-  sim::ReplaySession replay_;
+  std::shared_ptr<io::RecordingSource> source_;
   NavigatorOptions options_;
-  bool fixed_reference_;
+  bool fixed_reference_ = false;
   std::string reference_statement_;
   std::string name_;
   std::string reference_frame_;
   std::optional<CtPlacement> placement_;
-  std::optional<SectorOutline> outline_;
-  Timestamp now_{};  ///< The latest stamp so far; the origin while there is none.
-  std::unique_ptr<Navigator> navigator_;
-  PoseLog log_;
-  std::int64_t frames_read_ = 0;
-  std::string first_refusal_;
-  std::int64_t bad_frames_ = 0;
-  std::string first_bad_frame_;
-  std::optional<Timestamp> first_time_, last_time_;
-  bool ended_ = false;
+  std::optional<std::optional<SectorOutline>> outline_;
+  std::unique_ptr<Session> session_;
 };
 
-/// What is known of a recording beforehand; of its pictures only some are kept.
+/// Facts of a sweep; only some of its images are kept.
 struct SweepSurvey {
-  RecordingRead recording;
+  RecordingRead recording;  ///< Of a whole recording only.
   std::size_t paired = 0;
   Point<frames::Reference> centroid{{0, 0, 0}};
-  Eigen::Vector3d lateral = Eigen::Vector3d::Zero();  ///< Sum of the pictures' x axes, Reference.
+  Eigen::Vector3d lateral = Eigen::Vector3d::Zero();  ///< Sum of the images' x axes, Reference.
   Eigen::Vector3d deep = Eigen::Vector3d::Zero();     ///< Sum of their y axes, Reference.
-  double picture_extent_mm = 0;                       ///< Diagonal of the last picture.
-  std::vector<TrackedFrame> spread;                   ///< Evenly over the recording, about 60.
-  std::vector<Point<frames::Reference>> corners;      ///< Of all pictures, four each.
-  /// What to warn of where the temporal offset left more than a tenth of the pictures without a
-  /// pose, one sentence; empty: nothing.
+  double picture_extent_mm = 0;                       ///< Diagonal of the last image.
+  std::vector<TrackedFrame> spread;                   ///< About 60 images, evenly over the sweep.
+  std::vector<Point<frames::Reference>> corners;      ///< Corners of all images, four each.
+  /// One sentence if the temporal offset left more than a tenth of the images without a pose; else
+  /// empty.
   std::string warning;
 };
-/// The sector that the pictures of a recording show; absent where they say one themselves, are of a
-/// linear probe, or of several sizes.
+/// The survey of a sweep that consists of one image so far.
+SweepSurvey survey_of(const TrackedFrame& image);
+/// The sector that the images show; absent if they bring an outline, come from a linear probe, or
+/// have several sizes.
 std::optional<SectorOutline> sector_of(const SweepSurvey& sweep);
-/// Orthonormal mean axes of the pictures (columns x, y, z of Image in Reference); absent where the
-/// pictures look every way and their axes cancel out.
+/// Orthonormal mean axes of the images (columns x, y, z of Image in Reference); absent if the
+/// images look in all directions and their axes cancel out.
 std::optional<Eigen::Matrix3d> mean_axes(const SweepSurvey& sweep);
-/// Refuses a recording with bad frames unless they are to be skipped.
+/// The recording and how it is read, as far as it is known before its end: without the number of
+/// frames and the last stamp. \p image: any of its images.
+RecordingRead recording_read(const RecordedSession& session, const UltrasoundFrame& image);
+/// The error of a recording of which no image could be paired, with the causes.
+Error nothing_paired(const RecordedSession& session);
+/// Rejects a recording with bad frames unless they are to be skipped.
 Result<void> check_frames(const RecordedSession& session, bool skip_bad_frames);
-/// Plays the whole recording once and rewinds it. kMalformedData when no picture could be paired;
-/// the message gives the causes.
+/// Plays the whole recording once and rewinds it. kMalformedData when the file is cut short, or no
+/// image could be paired; the message gives the causes.
 Result<SweepSurvey> survey(RecordedSession& session, bool skip_bad_frames);
 
 }  // namespace nav::session

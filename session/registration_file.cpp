@@ -29,9 +29,9 @@ io::Json json_of(const RecordingRead& recording) {
     for (const double mm : corner.mm) corners.push_back(mm);
   }
   return {{"name", recording.name},
-          {"frames", recording.frames},
+          {"frames", recording.frames ? io::Json(*recording.frames) : io::Json()},
           {"first_s", recording.first_s},
-          {"last_s", recording.last_s},
+          {"last_s", recording.last_s ? io::Json(*recording.last_s) : io::Json()},
           {"temporal_offset_ms", recording.temporal_offset_ms},
           {"corners_probe_mm", std::move(corners)}};
 }
@@ -86,10 +86,12 @@ std::optional<RecordingRead> recording_of(const io::Json& json) {
   return read;
 }
 
+/// What is not known of one of them is not compared.
 bool same_recording(const RecordingRead& a, const RecordingRead& b) {
   constexpr double kStampS = 1e-6;
-  return a.name == b.name && a.frames == b.frames && std::abs(a.first_s - b.first_s) <= kStampS &&
-         std::abs(a.last_s - b.last_s) <= kStampS;
+  if (a.name != b.name || std::abs(a.first_s - b.first_s) > kStampS) return false;
+  if (a.frames && b.frames && *a.frames != *b.frames) return false;
+  return !a.last_s || !b.last_s || std::abs(*a.last_s - *b.last_s) <= kStampS;
 }
 
 /// The pose of a recording took up how it was read: read otherwise, its pictures lie elsewhere.

@@ -23,14 +23,15 @@ inline constexpr const char* kRefusedPose = "refused_ct_from_reference_mm";
 /// SHA-256 of a CT's grid and voxels: what a registration belongs to.
 std::string ct_digest(const Volume& ct);
 
-/// The recording that a registration by image was made of, and how it was read.
+/// The recording that a registration by images was made from, and how it was read.
 struct RecordingRead {
-  std::string name;                ///< Of its file, without the folder.
-  std::int64_t frames = 0;         ///< All, usable or not.
-  double first_s = 0, last_s = 0;  ///< Stamps of the first and the last.
-  double temporal_offset_ms = 0;   ///< Picture stamps minus pose stamps, as it was told.
-  /// Calibration: where the first pixel, the end of the first row and the end of the first column
-  /// of the pictures lie on the probe, mm.
+  std::string name;                    ///< File name without the folder.
+  std::optional<std::int64_t> frames;  ///< All frames, usable or not; absent before the end.
+  double first_s = 0;                  ///< First stamp.
+  std::optional<double> last_s;        ///< Last stamp; absent before the end.
+  double temporal_offset_ms = 0;       ///< Image stamps minus pose stamps, as configured.
+  /// Calibration: positions of the first pixel, the end of the first row and the end of the first
+  /// column of the images on the probe, mm.
   std::array<Point<frames::Probe>, 3> corners{{{{0, 0, 0}}, {{0, 0, 0}}, {{0, 0, 0}}}};
 };
 

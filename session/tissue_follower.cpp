@@ -18,12 +18,25 @@ namespace {
 using registration::LiveState;
 using registration::LiveUpdate;
 
-registration::CtBox box_about(const std::vector<Point<frames::Reference>>& corners,
-                              const Transform<frames::Ct, frames::Reference>& accepted,
-                              double margin_mm) {
+/// The part of the CT that an image can reach while the tissue moves.
+Eigen::AlignedBox3d box_around(const TrackedFrame& image,
+                               const Transform<frames::Ct, frames::Reference>& accepted,
+                               double margin_mm) {
   Eigen::AlignedBox3d box;
-  for (const auto& corner : corners) box.extend((accepted * corner).mm);
-  return {box.min().array() - margin_mm, box.max().array() + margin_mm};
+  for (const auto& corner : survey_of(image).corners) box.extend((accepted * corner).mm);
+  return {(box.min().array() - margin_mm).matrix(), (box.max().array() + margin_mm).matrix()};
+}
+
+/// Prepared at once beyond what an image needs, so that a sweep does not extend it every time.
+constexpr double kAheadMm = 20;
+
+Result<std::shared_ptr<const registration::CtChannels>> channels_in(
+    const Volume& ct, const registration::CtBox& box) {
+  const registration::LiveOptions options;
+  auto channels =
+      registration::make_ct_channels(ct, box, registration::sigma_of(options.level.sample_step_mm));
+  if (!channels) return channels.error();
+  return std::make_shared<const registration::CtChannels>(std::move(*channels));
 }
 
 Safety safety_of(const LiveUpdate& update) {
@@ -42,26 +55,43 @@ Safety safety_of(const LiveUpdate& update) {
 
 }  // namespace
 
-Result<TissueFollower> TissueFollower::create(const SweepSurvey& sweep, const Volume& ct,
-                                              const CtPlacement& accepted, int threads,
+Result<TissueFollower> TissueFollower::create(std::shared_ptr<const Volume> ct,
+                                              const CtPlacement& accepted,
+                                              const TrackedFrame& first, int threads,
                                               Diagnostics& diagnostics) {
   registration::LiveOptions options;
-  constexpr int kMostThreads = 64;  // Of LiveOptions.
+  constexpr int kMostThreads = 64;  // As LiveOptions allow.
   options.threads = usable_threads(threads > 0 ? std::min(threads, kMostThreads) : kMostThreads);
-  auto channels = registration::make_ct_channels(
-      ct, box_about(sweep.corners, accepted.ct_from_reference, options.jump_mm),
-      registration::sigma_of(options.level.sample_step_mm));
+  const auto around = box_around(first, accepted.ct_from_reference, options.jump_mm + kAheadMm);
+  const registration::CtBox box{around.min(), around.max()};
+  auto channels = channels_in(*ct, box);
   if (!channels) return channels.error();
-  auto live = registration::LiveRegistration::create(
-      std::make_shared<const registration::CtChannels>(std::move(*channels)),
-      accepted.ct_from_reference, options);
+  auto live = registration::LiveRegistration::create(*std::move(channels),
+                                                     accepted.ct_from_reference, options);
   if (!live) return live.error();
-  return TissueFollower(std::move(*live), accepted, diagnostics);
+  return TissueFollower(std::move(*live), std::move(ct), box, accepted, diagnostics);
 }
 
-TissueFollower::TissueFollower(registration::LiveRegistration live, const CtPlacement& accepted,
-                               Diagnostics& diagnostics)
+Result<void> TissueFollower::extend_to(const TrackedFrame& image) {
+  const registration::LiveOptions options;
+  const auto needed = box_around(image, live_.accepted(), options.jump_mm);
+  const Eigen::AlignedBox3d have(box_.low, box_.high);
+  if (have.contains(needed)) return {};
+  const auto grown = have.merged(box_around(image, live_.accepted(), options.jump_mm + kAheadMm));
+  const registration::CtBox box{grown.min(), grown.max()};
+  auto channels = channels_in(*ct_, box);
+  if (!channels) return channels.error();
+  live_.replace_ct(*std::move(channels));
+  box_ = box;
+  return {};
+}
+
+TissueFollower::TissueFollower(registration::LiveRegistration live,
+                               std::shared_ptr<const Volume> ct, const registration::CtBox& box,
+                               const CtPlacement& accepted, Diagnostics& diagnostics)
     : live_(std::move(live)),
+      ct_(std::move(ct)),
+      box_(box),
       diagnostics_(&diagnostics),
       placement_(accepted),
       text_(
@@ -71,7 +101,8 @@ TissueFollower::TissueFollower(registration::LiveRegistration live, const CtPlac
 
 CtPlacement TissueFollower::follow(const TrackedFrame& picture) {
   const auto start = std::chrono::steady_clock::now();
-  const auto update = live_.update(picture);
+  const auto extended = extend_to(picture);
+  const auto update = extended ? live_.update(picture) : extended.error();
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   update_s_.push_back(took.count());
   if (!update) {

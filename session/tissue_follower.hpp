@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,11 +25,12 @@ class TissueFollower {
   /// Limit of an update that the summary counts against, s: a refresh of 20 Hz.
   static constexpr double kUpdateLimit_s = 0.05;
 
-  /// Prepares the CT about a sweep, whose pictures should have the outline of their sector.
-  /// accepted: of a registration that was accepted.
-  static Result<TissueFollower> create(const SweepSurvey& sweep, const Volume& ct,
-                                       const CtPlacement& accepted, int threads,
-                                       Diagnostics& diagnostics);
+  /// Prepares the CT around the first image; later images extend that part when they leave it.
+  /// Images of convex probes should have the outline of their sector. \p accepted: placement of a
+  /// registration that was accepted. Precondition: ct.
+  static Result<TissueFollower> create(std::shared_ptr<const Volume> ct,
+                                       const CtPlacement& accepted, const TrackedFrame& first,
+                                       int threads, Diagnostics& diagnostics);
 
   /// Where the CT lies for this picture. Pictures that cannot be judged (not later than the last,
   /// impossible geometry) leave it as it was, as stale. Never fails for what a picture shows.
@@ -56,12 +58,16 @@ class TissueFollower {
   [[nodiscard]] const std::string& text() const { return text_; }
 
  private:
-  TissueFollower(registration::LiveRegistration live, const CtPlacement& accepted,
+  TissueFollower(registration::LiveRegistration live, std::shared_ptr<const Volume> ct,
+                 const registration::CtBox& box, const CtPlacement& accepted,
                  Diagnostics& diagnostics);
+  Result<void> extend_to(const TrackedFrame& image);
   void note_state(const registration::LiveUpdate& update, const TrackedFrame& picture);
   void log(const registration::LiveUpdate& update, const TrackedFrame& picture);
 
   registration::LiveRegistration live_;
+  std::shared_ptr<const Volume> ct_;
+  registration::CtBox box_;  ///< Part of the CT that is prepared.
   Diagnostics* diagnostics_;
   CtPlacement placement_;
   std::map<std::string, int> states_;

@@ -25,7 +25,7 @@
 #ifdef SHARED_DEPTH
 #include "include/shared_depth.glsl"
 #endif
-#if defined(SKIPPING) || defined(ADAPTIVE)
+#ifdef SKIPPING
 #include "include/bricks.glsl"
 #endif
 #ifdef PROJECTION
@@ -41,9 +41,6 @@
 #endif
 #ifdef SKIPPING
 #include "include/skipping.glsl"
-#endif
-#ifdef ADAPTIVE
-#include "include/adaptive.glsl"
 #endif
 #endif
 
@@ -164,7 +161,7 @@ void main() {
   set_lattice(ray);
 #if defined(SKIPPING) && !defined(PROJECTION)
   take_over_skipping();
-#elif defined(SKIPPING) || defined(ADAPTIVE)
+#elif defined(SKIPPING)
   take_over_bricks();
 #endif
 #ifndef PROJECTION

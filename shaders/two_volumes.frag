@@ -19,7 +19,7 @@
 #ifdef SHARED_DEPTH
 #include "include/shared_depth.glsl"
 #endif
-#if defined(SKIPPING) || defined(ADAPTIVE)
+#ifdef SKIPPING
 #include "include/bricks.glsl"
 #endif
 #include "include/transfer.glsl"
@@ -32,9 +32,6 @@
 #endif
 #ifdef SKIPPING
 #include "include/skipping.glsl"
-#endif
-#ifdef ADAPTIVE
-#include "include/adaptive.glsl"
 #endif
 
 uniform float opaque_at;  // A stretch of the CT ends at this alpha; > 1: never.
@@ -206,7 +203,7 @@ void main() {
   second_move_lattice();
 #if defined(SKIPPING) && !defined(PROJECTION)
   take_over_skipping();
-#elif defined(SKIPPING) || defined(ADAPTIVE)
+#elif defined(SKIPPING)
   take_over_bricks();
 #endif
   take_over_transfer();

@@ -33,15 +33,15 @@ void add_vessels(const std::vector<VesselSegment>& vessels, std::vector<Organ>& 
     const Eigen::Vector3d pad = Eigen::Vector3d::Constant(c.radius + 3);
     organs.push_back({tissue, c, {c.from.cwiseMin(c.to) - pad, c.from.cwiseMax(c.to) + pad}});
   };
-  // Walls first, so that no wall crosses a lumen where vessels join. Only portal veins have walls
-  // that ultrasound shows.
+  // The walls are added first, so that no wall crosses a lumen where vessels join. Only portal
+  // veins have walls that ultrasound shows.
   for (const VesselSegment& s : vessels) {
     if (s.tissue == Tissue::kPortalVein) add(s, 0.5 + 0.1 * s.radius_mm, Tissue::kPortalWall);
   }
   for (const VesselSegment& s : vessels) add(s, 0, s.tissue);
 }
 
-/// The lesion: a sphere with low bumps that keeps its centre and mean radius.
+/// Lesion: a sphere with shallow bumps that keep its centre and mean radius.
 Organ lesion_organ(const NeedlePlan& plan, Random& random) {
   const Eigen::Vector3d centre = plan.target_ct.mm;
   const double radius = plan.target_radius_mm;
@@ -139,7 +139,7 @@ std::vector<NamedPoint> AbdomenPhantom::landmarks() const {
   pole("gallbladder fundus", b.gallbladder, -1);
   pole("gallbladder neck", b.gallbladder, 1);
   points.push_back({"lesion centre", body_->plan.target_ct});
-  // A bifurcation is the end of a piece from which at least two others grow.
+  // A bifurcation is the end of a segment from which at least two others branch.
   std::vector<int> children(body_->vessels.size(), 0);
   for (const VesselSegment& s : body_->vessels) {
     if (s.parent >= 0) ++children[static_cast<std::size_t>(s.parent)];

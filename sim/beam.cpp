@@ -10,10 +10,9 @@
 namespace nav::sim {
 namespace {
 
-constexpr double kAxialSigmaMmTimesMhz = 1.1;  // Pulse of about two cycles.
+constexpr double kAxialSigmaMmTimesMhz = 1.1;  // Value for a pulse of about two cycles.
 
-/// Correlation of the scatterers' lattice between points a distance apart: it makes neighbours
-/// add up.
+/// Correlation of the scatterers' lattice between two points: because of it, neighbours add up.
 double lattice(double mm, double cell_mm) { return std::max(0.0, 1.0 - std::abs(mm) / cell_mm); }
 
 }  // namespace

@@ -8,7 +8,8 @@
 
 namespace nav::sim {
 
-/// One axis of the Gaussian blur over a float volume, border repeated. Private to sim/.
+/// Applies a Gaussian blur along one axis of a float volume; the border is repeated. Private to
+/// sim/.
 void blur_axis(std::vector<float>& voxels, const VoxelGrid& grid, std::size_t axis,
                double sigma_voxels);
 

@@ -47,7 +47,7 @@ Result<VoxelGrid> grid_of(const CtOptions& options) {
     if (!(length > 0 && length < 1e4)) return refused_scan("a region of 0 to 10^4 mm", length);
     const double count = length / spacing;
     if (count >= 1e6) return refused_scan("at most 10^6 voxels along an axis", count);
-    // Rounding must not lose the last voxel of a region that is a multiple of the spacing.
+    // Rounding must not drop the last voxel of a region that is a multiple of the spacing.
     grid.size[static_cast<std::size_t>(axis)] = static_cast<int>(count + 1e-6) + 1;
   }
   grid.spacing_mm = options.spacing_mm;

@@ -12,7 +12,7 @@
 
 namespace nav::sim {
 
-/// Box of the simulated scan, CT coordinates, mm; the default holds the abdomen.
+/// Box of the simulated scan, CT coordinates, mm. The default contains the abdomen.
 struct CtRegion {
   Eigen::Vector3d min_mm{-150, -120, -110};
   Eigen::Vector3d max_mm{150, 120, 110};
@@ -24,20 +24,20 @@ struct CtOptions {
   double psf_mm = 0.6;   ///< Standard deviation of the scanner's blur, >= 0; 0: none.
   std::uint64_t seed = 1;
   CtRegion region;
-  /// Points per axis that a voxel averages, [1, 8]: partial volume beyond the blended boundary of
-  /// a point, as of thick slices.
+  /// Number of points per axis that are averaged in a voxel, [1, 8]. It adds partial volume, as in
+  /// thick slices, to the blended boundary of each point.
   int points_per_axis = 1;
 };
 
-/// A CT of the patient; voxel (0,0,0) at region.min_mm, axes along LPS. Noise is white and counter
-/// based: the same bytes for any number of threads. Refuses spacing or region that is not finite
-/// and positive, negative noise or blur, grids of more than 2^31 voxels.
+/// Simulates a CT of the patient; voxel (0,0,0) is at region.min_mm, axes along LPS. Noise is white
+/// and counter-based: the bytes do not depend on the number of threads. Rejects a spacing or region
+/// that is not finite and positive, negative noise or blur, and grids of more than 2^31 voxels.
 Result<Volume> scan_ct(const Anatomy& patient, const CtOptions& options = {});
 
-/// The same on any grid: oblique, thick slices; options.spacing_mm and region play no part.
+/// Simulates a CT on any grid: oblique, thick slices. options.spacing_mm and region are not used.
 Result<Volume> scan_ct(const Anatomy& patient, const VoxelGrid& grid, const CtOptions& options);
 
-/// The patient's own region.
+/// Region that the patient suggests for a scan.
 CtRegion region_of(const Anatomy& patient);
 
 }  // namespace nav::sim

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::uint64_t kFaultStream = 0x6661756c74;
 
-/// In the order of FaultKind.
+/// Members in the order of FaultKind.
 constexpr std::array<double FaultPlan::*, 11> kChances = {
     &FaultPlan::drop,         &FaultPlan::duplicate,   &FaultPlan::reorder,
     &FaultPlan::future_stamp, &FaultPlan::clock_step,  &FaultPlan::stall,
@@ -61,7 +61,7 @@ Result<Item> next_of(Source& source, detail::FaultInjector<Item>& injector, Dead
       injector.flush();
       if (injector.front() == nullptr) return item.error();
       if (injector.front()->received <= deadline) return injector.pop();
-      return Error{ErrorCode::kTimeout, "faulty source: nothing more by the deadline"};
+      return Error{ErrorCode::kTimeout, "faulty source: no sample before the deadline"};
     }
     injector.push(std::move(*item));
   }
@@ -139,7 +139,7 @@ void FaultInjector<RawPose>::spoil(RawPose& pose) {
   const Timestamp received = pose.received;
   Eigen::Matrix4d& m = pose.tracker_from_body;
   if (happens(FaultKind::kEmpty, plan_.empty, received)) {
-    // Drivers repeat identity with such a status; the status must be enough.
+    // Some drivers send identity with such a status, so the status alone must be sufficient.
     pose.status = TrackingStatus::kOccluded;
     m.setIdentity();
   }
@@ -152,7 +152,7 @@ void FaultInjector<RawPose>::spoil(RawPose& pose) {
   }
   if (happens(FaultKind::kMirror, plan_.mirror, received)) m.col(axis) *= -1;
   if (happens(FaultKind::kDenormalised, plan_.denormalised, received)) {
-    // The usual formula of a matrix from a quaternion grows with the square of its norm.
+    // The usual conversion of a quaternion to a matrix scales with the square of the norm.
     m.topLeftCorner<3, 3>() *= plan_.norm * plan_.norm;
   }
 }
@@ -174,7 +174,7 @@ void FaultInjector<Item>::spoil_time(Item& item, Timestamp received) {
 
 template <class Item>
 void FaultInjector<Item>::release(Item item) {
-  // What was held back arrives no earlier than what it waited for.
+  // A delayed item arrives no earlier than the items that it waited for.
   if (!ready_.empty()) item.received = std::max(item.received, ready_.back().received);
   ready_.push_back(std::move(item));
 }
@@ -225,7 +225,7 @@ template class FaultInjector<UltrasoundFrame>;
 
 }  // namespace detail
 
-FaultyPoseSource::FaultyPoseSource(std::unique_ptr<PoseSource> source, const FaultPlan& plan,
+FaultyPoseSource::FaultyPoseSource(std::unique_ptr<PoseStream> source, const FaultPlan& plan,
                                    std::uint64_t stream)
     : source_(std::move(source)), injector_(checked(plan), stream) {
   NAV_CHECK(source_ != nullptr);
@@ -234,7 +234,7 @@ Result<RawPose> FaultyPoseSource::next(Deadline deadline) {
   return next_of(*source_, injector_, deadline);
 }
 
-FaultyFrameSource::FaultyFrameSource(std::unique_ptr<FrameSource> source, const FaultPlan& plan,
+FaultyFrameSource::FaultyFrameSource(std::unique_ptr<ImageStream> source, const FaultPlan& plan,
                                      std::uint64_t stream)
     : source_(std::move(source)), injector_(checked(plan), stream) {
   NAV_CHECK(source_ != nullptr);

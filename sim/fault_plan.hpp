@@ -9,65 +9,66 @@
 #include <string_view>
 #include <vector>
 
-#include "nav/source.hpp"
+#include "sim/streams.hpp"
 
 namespace nav::sim {
 
-/// What can go wrong with a stream. The last four are of poses only.
+/// Kinds of faults of a stream. The last four exist only for poses.
 enum class FaultKind {
-  kDrop,          ///< A burst of samples never arrives.
+  kDrop,          ///< Several samples in a row never arrive.
   kDuplicate,     ///< A sample arrives twice.
   kReorder,       ///< A sample arrives after its successor.
-  kFutureStamp,   ///< One stamp lies in the future.
+  kFutureStamp,   ///< One stamp is in the future.
   kClockStep,     ///< The device's clock is set, and later set back.
   kStall,         ///< Nothing arrives for a while, then everything at once.
-  kEmpty,         ///< A picture without pixels; of poses: a status without a pose.
+  kEmpty,         ///< An image without pixels; for poses: a status without a pose.
   kNan,           ///< A number of the pose is NaN.
-  kFlip,          ///< Markers are mistaken for each other: a half turn about the body.
-  kMirror,        ///< A column changes its sign: a reflection.
-  kDenormalised,  ///< The quaternion's norm is off, so the matrix scales.
+  kFlip,          ///< Markers are confused: a half turn about the body.
+  kMirror,        ///< A column changes its sign, which gives a reflection.
+  kDenormalised,  ///< The quaternion's norm is wrong, so the matrix scales.
 };
 const char* to_string(FaultKind kind);
 
-/// When and how a stream fails: the chance of each fault at each sample, and its size. The same
-/// plan does the same to the same stream. All chances are 0 by default.
+/// Probability of each fault at each sample, and its size. The same plan has the same effect on the
+/// same stream. All probabilities are 0 by default.
 struct FaultPlan {
   std::uint64_t seed = 1;
   double drop = 0, duplicate = 0, reorder = 0, future_stamp = 0, clock_step = 0, stall = 0,
          empty = 0, nan = 0, flip = 0, mirror = 0, denormalised = 0;
   int drop_samples = 8;                                    ///< Length of a burst, >= 1.
-  Duration future = std::chrono::milliseconds(400);        ///< How far, > 0.
-  Duration step = std::chrono::milliseconds(150);          ///< How far a clock is set; not 0.
-  int step_samples = 40;                                   ///< Until it is set back, >= 1.
+  Duration future = std::chrono::milliseconds(400);        ///< Shift of a stamp, > 0.
+  Duration step = std::chrono::milliseconds(150);          ///< Step of the clock; not 0.
+  int step_samples = 40;                                   ///< Samples until set back, >= 1.
   Duration stall_length = std::chrono::milliseconds(300);  ///< > 0.
-  double norm = 1.02;                                      ///< Of a de-normalised quaternion.
+  double norm = 1.02;                                      ///< Norm of a wrong quaternion.
 
-  /// Every fault with the same chance.
+  /// Plan with the same probability for every fault.
   static FaultPlan everything(double chance, std::uint64_t seed);
-  /// From a command line: one chance for all ("0.01"), or each by name ("drop=0.02,nan=0.001").
-  /// Refuses what is neither, with the names, and chances outside [0, 1].
+  /// Parses a command line: one probability for all ("0.01"), or each by name
+  /// ("drop=0.02,nan=0.001"). Rejects other texts, with the list of names, and probabilities
+  /// outside [0, 1].
   static Result<FaultPlan> from(std::string_view text, std::uint64_t seed);
 };
 
-/// A refusal that names the first value out of range.
+/// Rejects a plan with a value out of range; the message names the first one.
 Result<void> validate(const FaultPlan& plan);
 
-/// A fault that was put into a stream.
+/// A fault that was inserted into a stream.
 struct FaultRecord {
   FaultKind kind;
-  std::uint64_t sample;  ///< Of the untouched stream, from 0.
-  Timestamp received;    ///< Of the untouched sample.
+  std::uint64_t sample;  ///< Number in the unchanged stream, from 0.
+  Timestamp received;    ///< Reception of the unchanged sample.
 };
 
 namespace detail {
-/// Faults of one stream, for poses and pictures alike: what goes in comes out late, changed, twice
-/// or never, in order of arrival.
+/// Inserts faults into one stream of poses or images: each item comes out late, changed, twice or
+/// never, in order of arrival.
 template <class Item>
 class FaultInjector {
  public:
   FaultInjector(const FaultPlan& plan, std::uint64_t stream) : plan_(plan), stream_(stream) {}
   void push(Item item);
-  /// No more goes in: what was held back comes out.
+  /// Releases the items that were held back; to be called at the end of the stream.
   void flush();
   [[nodiscard]] const Item* front() const { return ready_.empty() ? nullptr : &ready_.front(); }
   Item pop();
@@ -91,32 +92,32 @@ class FaultInjector {
 };
 }  // namespace detail
 
-/// A pose source with faults; rules of the source that it wraps. Not thread-safe.
-class FaultyPoseSource final : public PoseSource {
+/// Pose source with faults; the rules of the wrapped source apply. Not thread-safe.
+class FaultyPoseSource final : public PoseStream {
  public:
-  /// stream: tells sources with the same plan apart. Precondition: validate(plan).
-  FaultyPoseSource(std::unique_ptr<PoseSource> source, const FaultPlan& plan,
+  /// \p stream distinguishes sources with the same plan. Precondition: validate(plan).
+  FaultyPoseSource(std::unique_ptr<PoseStream> source, const FaultPlan& plan,
                    std::uint64_t stream = 0);
   Result<RawPose> next(Deadline deadline) override;
   void stop() noexcept override { source_->stop(); }
   [[nodiscard]] const std::vector<FaultRecord>& faults() const { return injector_.faults(); }
 
  private:
-  std::unique_ptr<PoseSource> source_;
+  std::unique_ptr<PoseStream> source_;
   detail::FaultInjector<RawPose> injector_;
 };
 
-/// The same for pictures.
-class FaultyFrameSource final : public FrameSource {
+/// Source of images with faults; see FaultyPoseSource.
+class FaultyFrameSource final : public ImageStream {
  public:
-  FaultyFrameSource(std::unique_ptr<FrameSource> source, const FaultPlan& plan,
+  FaultyFrameSource(std::unique_ptr<ImageStream> source, const FaultPlan& plan,
                     std::uint64_t stream = 100);
   Result<UltrasoundFrame> next(Deadline deadline) override;
   void stop() noexcept override { source_->stop(); }
   [[nodiscard]] const std::vector<FaultRecord>& faults() const { return injector_.faults(); }
 
  private:
-  std::unique_ptr<FrameSource> source_;
+  std::unique_ptr<ImageStream> source_;
   detail::FaultInjector<UltrasoundFrame> injector_;
 };
 

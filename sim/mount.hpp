@@ -9,14 +9,14 @@
 
 namespace nav::sim {
 
-/// How a body happens to be put on: turned by 0.8 to 2.6 rad about any axis, so that no test passes
-/// with frames mixed up.
+/// Random orientation in which a body is mounted: a rotation by 0.8 to 2.6 rad about any axis, so
+/// that no test passes when coordinate frames are confused.
 inline Eigen::Quaterniond random_mount(Random& random) {
   const double angle = random.uniform(0.8, 2.6);
   return Eigen::Quaterniond(Eigen::AngleAxisd(angle, random.direction()));
 }
 
-/// The picture in the frame of the body clamped to the probe.
+/// Pose of the image in the frame of the body that is clamped to the probe.
 inline Transform<frames::Probe, frames::Image> mount_probe(Random random) {
   const Eigen::Vector3d at = Eigen::Vector3d(8.5, -31.2, 84.6) + random.offset(4);
   return {random_mount(random), at};

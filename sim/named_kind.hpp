@@ -10,8 +10,8 @@
 
 namespace nav::sim {
 
-/// The kind whose to_string() is name; kUsage with the names of all for one that is none. what: of
-/// what they are the kinds, for the message. Two kinds or more.
+/// Returns the kind whose to_string() is \p name; kUsage with all names for an unknown one. \p
+/// what: subject of the message. At least two kinds.
 template <class Kind>
 Result<Kind> kind_by_name(std::string_view what, std::initializer_list<Kind> kinds,
                           std::string_view name) {

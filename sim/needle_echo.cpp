@@ -13,9 +13,9 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-constexpr double kRadiusMm = 0.35;  // Of the echo across the shaft, standard deviation.
-constexpr double kSilent = 18;      // Exponent (twice negated) beyond which nothing is heard.
-constexpr double kReachMm = 1.5;    // Across the shaft until then.
+constexpr double kRadiusMm = 0.35;  // Standard deviation of the echo across the shaft.
+constexpr double kSilent = 18;      // Exponent (times -2) beyond which the echo is ignored.
+constexpr double kReachMm = 1.5;    // Distance across the shaft at which kSilent is reached.
 
 }  // namespace
 
@@ -31,7 +31,7 @@ NeedleEcho::NeedleEcho(const NeedleShaft& needle,
     const Vec front = (image_from_ct * points[i]).mm;
     const Vec way = front - (image_from_ct * points[i + 1]).mm;
     const double length = way.norm();
-    if (!(length > 0)) continue;  // Pushed in by nothing yet.
+    if (!(length > 0)) continue;  // The needle has not been inserted yet.
     pieces_.push_back({front, way / length, length, behind});
     behind += length;
   }
@@ -39,7 +39,7 @@ NeedleEcho::NeedleEcho(const NeedleShaft& needle,
 
 void NeedleEcho::look(const Piece& piece, const ScanLine& ray, std::span<Nearest> best) const {
   const double step = geometry_.sample_mm();
-  // The samples beside the piece; whatever lies further along the line does not hear it.
+  // Only the samples beside the piece receive its echo.
   const Eigen::Vector2d front = piece.front.head<2>() - ray.start;
   const Eigen::Vector2d back = front - piece.length_mm * piece.axis.head<2>();
   const auto [near, far] = std::minmax({front.dot(ray.direction), back.dot(ray.direction)});

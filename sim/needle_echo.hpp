@@ -11,31 +11,32 @@
 
 namespace nav::sim {
 
-/// Echo of a needle in one picture: a thin bright line where the shaft lies within the slice,
-/// strongest where the beam meets it square, with a brighter tip, weakened as any echo by the
-/// tissue in front of it. Private to sim/. Geometry and probe must outlive it. Thread-safe to read.
+/// Echo of a needle in one ultrasound image: a thin bright line where the shaft lies within the
+/// slice, strongest where the beam is perpendicular to it, with a brighter tip. The tissue in front
+/// of it attenuates it like any echo. Private to sim/. Geometry and probe must outlive it. Reading
+/// is thread-safe.
 class NeedleEcho {
  public:
   NeedleEcho(const NeedleShaft& needle, const Transform<frames::Ct, frames::Image>& ct_from_image,
              const ScanGeometry& geometry, const ProbeModel& probe);
-  /// No needle: nothing to add.
+  /// True without a needle: there is nothing to add.
   [[nodiscard]] bool empty() const { return pieces_.empty(); }
-  /// Adds what a scan line receives, before depth gain, to all its samples. left: amplitude that is
-  /// left of an echo from each after the way there and back, (0, 1].
+  /// Adds the signal that a scan line receives, before depth gain, to all its samples. \p left:
+  /// remaining amplitude of an echo from each sample after the way there and back, (0, 1].
   void add(int line, std::span<const float> left, std::span<std::complex<float>> samples) const;
 
  private:
-  /// A straight piece of the shaft, Image coordinates.
+  /// Straight piece of the shaft, Image coordinates.
   struct Piece {
-    Eigen::Vector3d front, axis;  ///< End nearer to the tip; unit, towards the tip.
+    Eigen::Vector3d front, axis;  ///< End nearer to the tip; unit vector towards the tip.
     double length_mm;
-    double behind_tip_mm;  ///< Along the shaft from the tip to the front.
+    double behind_tip_mm;  ///< Distance from the tip to the front, along the shaft.
   };
-  /// The point of the shaft that a sample hears best.
+  /// Point of the shaft that contributes most to a sample.
   struct Nearest {
-    double exponent;  ///< Of the amplitude, twice negated; smaller is louder.
+    double exponent;  ///< Exponent of the amplitude, times -2; smaller is louder.
     double behind_tip_mm;
-    double facing;  ///< Square of the sine between beam and shaft.
+    double facing;  ///< Squared sine of the angle between beam and shaft.
   };
   void look(const Piece& piece, const ScanLine& ray, std::span<Nearest> best) const;
 

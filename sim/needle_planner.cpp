@@ -16,7 +16,7 @@ constexpr double kMarginMm = 5;
 constexpr double kMinPathMm = 45;
 constexpr double kMaxPathMm = 105;
 
-/// How far a needle has to stay from an organ, mm; absent: it may pass.
+/// Least distance of a needle from an organ, mm; absent: it may pass through.
 std::optional<double> clearance_mm(Tissue tissue) {
   switch (tissue) {
     case Tissue::kBone:
@@ -34,7 +34,7 @@ std::optional<double> clearance_mm(Tissue tissue) {
   }
 }
 
-/// Smallest spare clearance along the path, mm; negative: it touches something.
+/// Smallest remaining clearance along the path, mm; negative: it touches an organ.
 double spare_mm(const std::vector<Organ>& organs, const Vec& entry, const Vec& target) {
   double spare = 1e9;
   Eigen::AlignedBox3d path(entry.cwiseMin(target), entry.cwiseMax(target));
@@ -67,7 +67,7 @@ std::optional<Path> best_entry(const Build& build, const std::vector<Organ>& org
       const Vec entry(t * std::cos(angle), t * std::sin(angle), z);
       const double length = (target - entry).norm();
       if (length < kMinPathMm || length > kMaxPathMm) continue;
-      // A needle slides off a skin that it meets at a grazing angle.
+      // A needle slides off the skin at a grazing angle.
       const Vec inward = Vec(-entry.x(), -entry.y(), 0).normalized();
       if (inward.dot(target - entry) < 0.6 * length) continue;
       const double spare = spare_mm(organs, entry, target);
@@ -89,7 +89,7 @@ NeedlePlan choose_plan(const Build& build, const std::vector<Organ>& organs, Ran
     const Vec target = halton_in(region, start + i);
     if (build.liver_mm(target) > -(kLesionRadiusMm + 7)) continue;
     if (build.gallbladder(target) < kLesionRadiusMm + 8) continue;
-    // The trunks of the trees come in here.
+    // The trunks of the vessel trees enter here.
     if ((target - Vec(-28, 2, 4)).norm() < 34 || (target - Vec(-24, 18, 62)).norm() < 36) continue;
     if (const auto path = best_entry(build, organs, target)) {
       return {{path->entry}, {target}, kLesionRadiusMm, kMarginMm};

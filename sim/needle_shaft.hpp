@@ -10,14 +10,16 @@
 
 namespace nav::sim {
 
-/// Where a needle lies in the patient, as a picture shows it: a chain of straight pieces from the
-/// tip backwards. Empty: there is none.
+/// Shape of a needle in the patient, as an image shows it: a chain of straight pieces from the tip
+/// backwards. Empty: there is no needle.
 class NeedleShaft {
  public:
   NeedleShaft() = default;
-  /// Points of the shaft, tip first, CT coordinates as the pictures' poses; none or at least two.
+  /// \p points_ct: points of the shaft, tip first, in the CT coordinates of the image poses; none
+  /// or at least two.
   explicit NeedleShaft(std::vector<Point<frames::Ct>> points_ct) : points_(std::move(points_ct)) {}
-  /// A straight needle of 150 mm. Implicit: what a tracker shows is a straight needle.
+  /// Straight needle of 150 mm. The conversion is implicit, because a tracker shows a straight
+  /// needle.
   NeedleShaft(const Transform<frames::Ct, frames::Needle>& ct_from_needle)
       : points_{ct_from_needle * Point<frames::Needle>{{0, 0, 0}},
                 ct_from_needle * Point<frames::Needle>{{0, 0, -150}}} {}

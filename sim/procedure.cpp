@@ -25,15 +25,15 @@ using frames::Tracker;
 using Vec = Eigen::Vector3d;
 
 constexpr double kStartSeconds = 1.0;
-constexpr double kPauseSeconds = 2.0;  // Between the sweep and the approach.
-constexpr double kPressMm = 8;         // A curved face is pushed into the soft skin.
-constexpr double kContactMm = 0.5;     // To each side, over which the skin's slope counts.
+constexpr double kPauseSeconds = 2.0;  // Pause between the sweep and the approach.
+constexpr double kPressMm = 8;         // Depth of a curved face in the soft skin.
+constexpr double kContactMm = 0.5;     // Half width for the skin's slope.
 constexpr double kCameraMm = 1500;
-constexpr double kParkedMm = 120;   // Needle tip before the entry while it waits.
-constexpr double kReadyMm = 30;     // And when the approach begins.
-constexpr double kHandErrorMm = 4;  // Sideways, before the needle touches the skin.
+constexpr double kParkedMm = 120;   // Distance of the needle tip from the entry while it waits.
+constexpr double kReadyMm = 30;     // Distance when the approach begins.
+constexpr double kHandErrorMm = 4;  // Sideways error before the needle touches the skin.
 
-/// Frame with given y axis, x as near as possible to a wish.
+/// Rotation with a given y axis, and x as near as possible to \p x_wish.
 Eigen::Quaterniond facing(const Vec& y, const Vec& x_wish) {
   Eigen::Matrix3d axes;
   axes.col(1) = y.normalized();
@@ -42,8 +42,8 @@ Eigen::Quaterniond facing(const Vec& y, const Vec& x_wish) {
   return Eigen::Quaterniond(axes);
 }
 
-/// The hand's path below the costal arch, from the midline to the right flank, while the beam fans
-/// up and down and the probe turns about it. share: 0 to 1 of the way.
+/// Path of the hand below the costal arch, from the midline to the right flank; the beam fans up
+/// and down and the probe turns about it. \p share: 0 to 1 of the path.
 Transform<Ct, Image> sweep_view(const AbdomenPhantom& phantom, double share) {
   const double way = shapes::smooth_step(share);
   const double turn = 2 * std::numbers::pi * share;
@@ -57,7 +57,7 @@ Transform<Ct, Image> sweep_view(const AbdomenPhantom& phantom, double share) {
   return {(straight * roll * tilt * rock).normalized(), skin + kPressMm * into};
 }
 
-/// Number of samples between two points that sound does not pass.
+/// Number of samples between two points that block sound.
 int blocked_samples(const AbdomenPhantom& phantom, const Vec& from, const Vec& to) {
   const int steps = static_cast<int>((to - from).norm() / 1.5);
   int blocked = 0;
@@ -68,8 +68,8 @@ int blocked_samples(const AbdomenPhantom& phantom, const Vec& from, const Vec& t
   return blocked;
 }
 
-/// Probe beside the entry with lesion and needle path in its plane: the place with the freest view
-/// of the lesion. The needle enters from the -x side.
+/// Pose of the probe beside the entry, with the lesion and the needle path in its plane: the
+/// position with the least obstructed view of the lesion. The needle enters from the -x side.
 Transform<Ct, Image> choose_approach_view(const AbdomenPhantom& phantom, const NeedlePlan& plan) {
   const Vec entry = plan.entry_ct.mm;
   const Vec target = plan.target_ct.mm;
@@ -88,7 +88,7 @@ Transform<Ct, Image> choose_approach_view(const AbdomenPhantom& phantom, const N
           std::asin(std::clamp(view.cross((target - entry).normalized()).norm(), 0.0, 1.0));
       if (slant > 0.75 || spread < 0.35) continue;
       const Vec halfway = 0.5 * (entry + target);
-      // Neighbouring scan lines start beside the middle of the face and end beside the target.
+      // Neighbouring scan lines start beside the centre of the face and end beside the target.
       const Vec side = facing(view, skin - entry) * Vec::UnitX();
       int blocked = blocked_samples(phantom, skin, halfway);
       for (const double aside : {-1.0, -0.5, 0.0, 0.5, 1.0}) {
@@ -102,7 +102,7 @@ Transform<Ct, Image> choose_approach_view(const AbdomenPhantom& phantom, const N
       }
     }
   }
-  NAV_CHECK(std::isfinite(best_score), "no place for the probe beside the entry");
+  NAV_CHECK(std::isfinite(best_score), "no position for the probe beside the entry");
   const Vec view = (target - best).normalized();
   return {facing(view, best - entry), best + kPressMm * view};
 }
@@ -137,13 +137,13 @@ const ProcedureOptions& checked(const ProcedureOptions& options) {
   NAV_CHECK(options.frame_rate_hz > 0 && options.frame_rate_hz <= 1000, options.frame_rate_hz);
   NAV_CHECK(validate(options.tracker).has_value());
   NAV_CHECK(validate(options.probe).has_value());
-  // A picture cannot arrive before the time stamped on it.
+  // An image cannot arrive before its time stamp.
   NAV_CHECK(options.image_timing.latency >= options.image_timing.stamp_offset &&
             options.image_timing.latency >= Duration(0));
   return options;
 }
 
-/// Reference body on the front of the chest.
+/// Pose of the reference body on the front of the chest.
 Transform<Ct, Reference> place_reference(Random random) {
   const Vec at = Vec(20, -125, 70) + random.offset(15);
   return {random_mount(random), at};
@@ -223,7 +223,7 @@ Transform<Ct, Needle> Procedure::ct_from_needle(Timestamp time) const {
   };
   const Vec path = plan_.target_ct.mm - plan_.entry_ct.mm;
   const Vec axis = path.normalized();
-  // Along the planned path from the entry; negative: outside the patient.
+  // Distance along the planned path from the entry; negative: outside the patient.
   double along = -kParkedMm + (kParkedMm - kReadyMm) * share(sweep.end, approach.begin);
   if (time > approach.begin) {
     along = -kReadyMm + (path.norm() + kReadyMm) * share(approach.begin, approach.end);

@@ -13,13 +13,13 @@
 namespace nav::sim {
 
 struct ProcedureOptions {
-  std::uint64_t seed = 1;  ///< Anatomy, geometry of the room, hand tremor, noise.
+  std::uint64_t seed = 1;  ///< Seed of anatomy, operating room, hand tremor and noise.
   Contrast contrast = Contrast::kPortal;
-  int sweep_frames = 60;     ///< >= 2.
-  int approach_frames = 40;  ///< >= 2.
+  int sweep_frames = 60;     ///< Number of images, >= 2.
+  int approach_frames = 40;  ///< Number of images, >= 2.
   double frame_rate_hz = 20;
-  double tremor_mm = 0.3;     ///< Amplitude of the hand's wobble.
-  double tremor_rad = 0.004;  ///< Same, angle.
+  double tremor_mm = 0.3;     ///< Amplitude of the hand's tremor.
+  double tremor_rad = 0.004;  ///< Amplitude of the rotation by the tremor.
   ProbeModel probe = convex_abdominal();
   TrackerModel tracker;
   ImageTiming image_timing;
@@ -29,19 +29,19 @@ enum class Phase { kSweep, kApproach };
 
 struct PhaseInterval {
   Phase phase;
-  Timestamp begin;  ///< Physical time of its first picture.
-  Timestamp end;    ///< Physical time of its last picture.
+  Timestamp begin;  ///< Physical time of its first image.
+  Timestamp end;    ///< Physical time of its last image.
   int first_frame;
   int frame_count;
 };
 
-/// A whole simulated intervention on the session clock: a freehand sweep over the liver, then a
-/// needle that advances to the lesion under in-plane ultrasound. Everything here is the truth,
-/// without noise. Times are physical times; before the first and after the last picture the world
-/// stands still. Thread-safe to read.
+/// Simulated intervention on the session clock: a freehand sweep over the liver, then a needle that
+/// advances to the lesion under in-plane ultrasound. All values are the truth, without noise. Times
+/// are physical times; nothing moves before the first and after the last image. Reading is
+/// thread-safe.
 class Procedure {
  public:
-  /// Precondition: options within their ranges, otherwise a Bug.
+  /// Precondition: options are within their ranges, otherwise a Bug.
   explicit Procedure(const ProcedureOptions& options);
 
   [[nodiscard]] const ProcedureOptions& options() const { return options_; }
@@ -64,7 +64,7 @@ class Procedure {
 
   [[nodiscard]] const std::vector<PhaseInterval>& phases() const { return phases_; }
   [[nodiscard]] int frame_count() const;
-  /// Physical time of a picture, 0 <= index < frame_count().
+  /// Physical time of an image, 0 <= index < frame_count().
   [[nodiscard]] Timestamp frame_time(int index) const;
   [[nodiscard]] Timestamp end() const;
 

@@ -14,9 +14,9 @@ namespace {
 
 using Complex = std::complex<float>;
 
-constexpr std::size_t kTaps = 10;  // Half a beam.
+constexpr std::size_t kTaps = 10;  // Half of the beam.
 
-/// Half a Gaussian, centre first, to three standard deviations.
+/// Half of a Gaussian, centre first, to three standard deviations.
 std::vector<float> half_gaussian(double sigma) {
   std::vector<float> taps(static_cast<std::size_t>(std::ceil(3 * sigma)) + 1);
   for (std::size_t k = 0; k < taps.size(); ++k) {
@@ -26,7 +26,7 @@ std::vector<float> half_gaussian(double sigma) {
   return taps;
 }
 
-/// Beyond the ends of the line there is nothing.
+/// Convolution with zeros beyond the ends of the line.
 void convolve(std::span<const Complex> in, std::span<const float> taps, std::span<Complex> out) {
   const std::size_t n = in.size();
   for (std::size_t i = 0; i < n; ++i) out[i] = taps[0] * in[i];

@@ -8,10 +8,10 @@
 namespace nav::sim {
 namespace {
 
-/// Range resolution follows the wavelength: about 0.26 mm between samples at 3.5 MHz.
+/// The range resolution follows the wavelength: about 0.26 mm between samples at 3.5 MHz.
 constexpr double kSampleMmTimesMhz = 0.9;
 
-/// From the apex to the face.
+/// Distance from the apex to the face.
 double face_radius_mm(const ProbeModel& probe) {
   return probe.kind == ProbeKind::kSector ? 0.0 : probe.radius_mm;
 }
@@ -22,7 +22,7 @@ PixelGrid picture_grid(const ProbeModel& probe) {
   if (probe.kind != ProbeKind::kLinear) {
     const double radius = face_radius_mm(probe);
     width = 2 * (radius + probe.depth_mm) * std::sin(probe.half_angle_rad);
-    // The ends of a curved face lie above its middle, which is the origin.
+    // The ends of a curved face lie above its centre, which is the origin.
     top = -radius * (1 - std::cos(probe.half_angle_rad));
   }
   const double spacing =
@@ -60,7 +60,7 @@ double ScanGeometry::line_spacing_mm(double along_mm) const {
   if (probe_.kind == ProbeKind::kLinear) return probe_.width_mm / (probe_.lines - 1);
   const double spacing =
       (face_radius_mm(probe_) + along_mm) * 2 * probe_.half_angle_rad / (probe_.lines - 1);
-  constexpr double kLeastMm = 0.02;  // At the apex of a sector the lines meet.
+  constexpr double kLeastMm = 0.02;  // The lines of a sector meet at the apex.
   return std::max(spacing, kLeastMm);
 }
 

@@ -12,33 +12,33 @@
 
 namespace nav::sim {
 
-/// One scan line in the image plane, mm.
+/// Scan line in the image plane, mm.
 struct ScanLine {
   Eigen::Vector2d start;
-  Eigen::Vector2d direction;  ///< Unit.
+  Eigen::Vector2d direction;  ///< Unit vector.
 };
 
-/// Where scan lines and pixels of a probe lie. Private to sim/.
+/// Positions of the scan lines and pixels of a probe. Private to sim/.
 class ScanGeometry {
  public:
   explicit ScanGeometry(const ProbeModel& probe);
 
   [[nodiscard]] ScanLine line(int index) const;
-  /// Line and sample, both continuous, of a point of the plane; also outside the field.
+  /// Continuous line and sample index of a point in the plane, also outside the field.
   [[nodiscard]] Eigen::Vector2d beam_of(const Eigen::Vector2d& p) const {
     return beam_of<double>(p);
   }
-  /// The same in float: within 0.005 of a line and of a sample.
+  /// beam_of() in the precision of S; in float within 0.005 of a line and of a sample.
   template <class S>
   [[nodiscard]] Eigen::Matrix<S, 2, 1> beam_of(const Eigen::Matrix<S, 2, 1>& p) const;
-  /// Between neighbouring lines at a distance from the face.
+  /// Distance between neighbouring lines at a distance from the face.
   [[nodiscard]] double line_spacing_mm(double along_mm) const;
   [[nodiscard]] int samples() const { return samples_; }
   [[nodiscard]] double sample_mm() const { return sample_mm_; }
   [[nodiscard]] const PixelGrid& grid() const { return grid_; }
   [[nodiscard]] const std::optional<SectorOutline>& outline() const { return outline_; }
 
-  /// Picture from grey values of lines x samples (bilinear); black outside the field.
+  /// Image from grey values of lines x samples (bilinear); black outside the field.
   [[nodiscard]] Image2d<std::uint8_t> convert(std::span<const float> grey) const;
 
  private:
@@ -53,7 +53,7 @@ class ScanGeometry {
   double sample_mm_;
   double half_lines_ = 0.5 * (probe_.lines - 1);
   double samples_per_mm_ = 1.0 / sample_mm_;
-  double shares_per_mm_ = 2 / probe_.width_mm;  ///< Of half the face; of half the opening.
+  double shares_per_mm_ = 2 / probe_.width_mm;  ///< Share of half of the face or angle.
   double shares_per_rad_ = 1 / probe_.half_angle_rad;
   int samples_;
   PixelGrid grid_;
@@ -62,7 +62,7 @@ class ScanGeometry {
 };
 
 inline double angle_of(double x, double y) { return std::atan2(x, y); }
-/// Within 1.2e-5 rad (Abramowitz and Stegun 4.4.47), a third of the time of atan2.
+/// Angle within 1.2e-5 rad (Abramowitz and Stegun 4.4.47), in a third of the time of atan2.
 inline float angle_of(float x, float y) {
   constexpr float kHalfPi = 1.5707963F;
   const float a = std::abs(x), b = std::abs(y);

@@ -10,13 +10,13 @@
 
 namespace nav::sim {
 
-/// Point scatterers that stick to the tissue: one in each cell of a lattice along the CT's axes, at
-/// a place and of a strength out of the cell's hash. Private to sim/. Thread-safe.
+/// Point scatterers that are fixed in the tissue: one in each cell of a lattice along the CT axes.
+/// A hash of the cell gives its position and strength. Private to sim/. Thread-safe.
 class ScattererCells {
  public:
   ScattererCells(std::uint64_t seed, double cell_mm) : seed_(seed), cell_mm_(cell_mm) {}
   [[nodiscard]] double cell_mm() const { return cell_mm_; }
-  /// Identity of a cell's scatterer, for place() and strength().
+  /// Random bits of a cell's scatterer, for place() and strength().
   [[nodiscard]] std::uint64_t bits(const Eigen::Vector3i& cell) const {
     const auto part = [](int i) {
       return static_cast<std::uint64_t>(static_cast<std::int64_t>(i));
@@ -25,11 +25,11 @@ class ScattererCells {
                      (part(cell.y()) * 0xd8163841cb1ab31fULL) ^
                      (part(cell.z()) * 0xcb1ab31f8da6b343ULL));
   }
-  /// Place within its cell, cells, [0, 1).
+  /// Position within the cell, [0, 1) of the cell size.
   [[nodiscard]] static Eigen::Vector3d place(std::uint64_t bits) {
     return {share(bits, 0), share(bits, 16), share(bits, 32)};
   }
-  /// Of mean 0 and unit variance, nearly normal: a sum of four uniform numbers.
+  /// Strength with mean 0 and unit variance, nearly normal: a sum of four uniform numbers.
   [[nodiscard]] static double strength(std::uint64_t bits) {
     constexpr double kSqrt3 = 1.7320508;
     const std::uint64_t more = hash_bits(bits);

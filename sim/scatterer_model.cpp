@@ -20,25 +20,27 @@ namespace {
 
 using Complex = std::complex<float>;
 
-constexpr double kCellMmTimesMhz = 2.4;  // One scatterer in each cell of this side.
+constexpr double kCellMmTimesMhz = 2.4;  // Edge of the cells, each with one scatterer.
 constexpr double kSoundMmPerUs = 1.54;
-constexpr double kRoughMm = 0.05;  // Of interfaces, standard deviation.
+constexpr double kRoughMm = 0.05;  // Standard deviation of the roughness of interfaces.
 constexpr float kMirror = 1.1F;    // Echo of a full reflection, 1 is white.
-// Half thickness in standard deviations of the beam: what lies beyond has 1 % of the power.
+// Half thickness of the slab in standard deviations of the beam. Scatterers beyond it have 1 % of
+// the power.
 constexpr double kSlab = 1.8;
-constexpr int kPlanePieces = 8;  // Of a line, to find how moved tissue lies at rest.
+// Number of pieces of a line that are used to find the position of moved tissue at rest.
+constexpr int kPlanePieces = 8;
 constexpr double kSpreadPadMm = 2;
-// Scatterers whose echo stays 20 dB below the electronic noise are not looked up.
+// Level below the electronic noise, dB, at which scatterers are skipped.
 constexpr double kUnseenDb = 20;
 
 /// A scatterer or mirror in beam coordinates.
 struct Spike {
-  std::uint32_t at;  ///< line * samples + sample below.
+  std::uint32_t at;  ///< Index line * samples + sample of the next lower node.
   float line_share, sample_share;
   Complex echo;
 };
 
-/// What depends on the depth alone.
+/// Values that depend only on the depth.
 struct Layer {
   float elevation_sigma_mm;
   float level;  ///< Echo of a scatterer of unit strength in liver.
@@ -107,22 +109,22 @@ class Model {
     return kFwhmToSigma * probe_.elevation_fwhm_mm * defocus(probe_, along, 1.0);
   }
   [[nodiscard]] Complex phase(double along) const {
-    // Turns first: what is left of a whole one keeps its digits as a float.
+    // Whole turns are removed first, so that the remainder keeps its digits as a float.
     const double turns = 2 * probe_.frequency_mhz / kSoundMmPerUs * along;
     return unit_phasor(static_cast<float>(turns - std::floor(turns)));
   }
-  /// What a line meets, where it lies at rest.
+  /// Point of a line in the tissue at rest.
   [[nodiscard]] Point<frames::Ct> at(std::size_t line, double depth) const {
     return {paths_[line].at(depth)};
   }
 
-  /// The picture's slice at rest: its plane, how far tissue of the picture lies off it, and which
-  /// axis of the lattice crosses it most directly.
+  /// Slice of the image at rest: its plane, the largest deviation of the image's tissue from it,
+  /// and the lattice axis that crosses it most directly.
   struct Slab {
     Vec3d point, normal;
     double bulge_mm;
     int thin;
-    double half_mm;  ///< Of the widest place, with the bulge.
+    double half_mm;  ///< Half thickness at the widest position, with the bulge.
   };
   [[nodiscard]] Slab rest_slab() const {
     Slab slab{pose_.translation_mm(), (pose_ * Direction<frames::Image>{Vec3d::UnitZ()}).v, 0, 0,
@@ -143,11 +145,12 @@ class Model {
     points.colwise() -= slab.point;
     slab.normal = eigenpairs<3>(points * points.transpose()).vectors.col(0);
     const double off = (slab.normal.transpose() * points).cwiseAbs().maxCoeff();
-    // Between the points it may be a little more; squeezed tissue is thinner now than at rest.
+    // The factor allows for larger deviations between the points. Compressed tissue is thinner now
+    // than at rest.
     slab.bulge_mm = 1.5 * off + 1.0;
   }
 
-  /// Box of the whole field at rest, CT coordinates, with the slab's thickness.
+  /// Box of the whole field at rest, CT coordinates, with the thickness of the slab.
   [[nodiscard]] Eigen::AlignedBox3d field_box() const {
     Eigen::AlignedBox3d box;
     for (std::size_t l = 0; l < lines_; ++l) {
@@ -160,7 +163,7 @@ class Model {
     return box;
   }
 
-  /// Scatterers of the slab, row by row of the lattice that is fixed to the tissue.
+  /// Adds the scatterers of the slab, row by row of the lattice that is fixed to the tissue.
   void add_scatterers(std::vector<Complex>& raw) const {
     const int u = (slab_.thin + 1) % 3;
     const int v = (slab_.thin + 2) % 3;
@@ -178,14 +181,14 @@ class Model {
     for (const auto& row : rows) add(row, raw);
   }
 
-  /// The cells along the thin axis that the slab holds, if the picture reaches them.
+  /// Adds the cells along the thin axis that are in the slab, if the image reaches them.
   void add_row(Eigen::Vector3i index, std::vector<Spike>& out) const {
     const double cell = cells_.cell_mm();
     const double across = std::abs(slab_.normal[slab_.thin]);
     Vec3d middle = cell * (index.cast<double>().array() + 0.5);
     middle[slab_.thin] = slab_.point[slab_.thin];
     middle[slab_.thin] -= slab_.normal.dot(middle - slab_.point) / slab_.normal[slab_.thin];
-    // How far along the picture the row's ends lie from its middle; tissue may be stretched.
+    // Distance within the image from the middle of the row to its ends. Tissue may be stretched.
     const double slope = std::sqrt(std::max(0.0, 1 - across * across)) / across;
     const double spread = (warp_ == nullptr ? 1.0 : 1.5) *
                           ((slab_.half_mm + cell) * slope + 2 * cell + slab_.bulge_mm);
@@ -200,7 +203,7 @@ class Model {
     const int last = cells_.index(middle[slab_.thin] + reach);
     const auto half_mm = static_cast<float>(kSlab * sigma);
     index[slab_.thin] = first;
-    // Where the row's first corner lies in the picture; at rest the others follow by steps.
+    // Image position of the row's first corner; at rest the others follow by constant steps.
     const Vec3d corner = (image_from_ct_ * Point<frames::Ct>{cell * index.cast<double>()}).mm;
     for (int c = first; c <= last; ++c) {
       index[slab_.thin] = c;
@@ -224,8 +227,8 @@ class Model {
     return geometry_.beam_of<float>(q.head<2>());
   }
 
-  /// A scatterer at a point at rest, if the picture shows it. q: where it is in the picture now,
-  /// mm.
+  /// Adds a scatterer at \p p at rest, if the image shows it. \p q: its present position in the
+  /// image, mm.
   void add_scatterer(std::uint64_t bits, const Vec3d& p, const Eigen::Vector3f& q,
                      std::vector<Spike>& out) const {
     const Eigen::Vector2f beam = beam_of(q);
@@ -265,7 +268,7 @@ class Model {
     }
   }
 
-  /// A rough mirror wherever the tissue changes along a line.
+  /// Adds a rough mirror at every tissue boundary along a line.
   void add_mirrors(std::vector<Complex>& raw) const {
     tbb::parallel_for(std::size_t{0}, lines_, [&](std::size_t l) {
       for (std::size_t i = 1; i + 1 < n_; ++i) {
@@ -274,14 +277,14 @@ class Model {
     });
   }
 
-  /// Between sample i - 1 of a line and sample i.
+  /// Adds the mirror between samples i - 1 and i of a line.
   void add_mirror(std::size_t l, std::size_t i, std::vector<Complex>& raw) const {
     const Tissue before = way_.tissue[l * n_ + i - 1];
     const double depth = boundary(l, static_cast<double>(i - 1), before);
     const Vec3d p = at(l, depth).mm;
     const double rough = kRoughMm * normal_at(seed_, 0x726f756768, hash_bits(seed_, l, i));
-    // Per sample, so that it does not depend on how finely a line is sampled; the beam adds its
-    // lines up.
+    // The amplitude is scaled by the beam width in lines, so that it does not depend on the line
+    // spacing: the beam adds up its lines.
     const double lateral = std::sqrt(2 * std::numbers::pi) * sigma_lateral(probe_, depth) /
                            geometry_.line_spacing_mm(depth);
     const auto r =
@@ -295,11 +298,11 @@ class Model {
     raw[l * n_ + s + 1] += share * echo;
   }
 
-  /// Depth where the tissue changes within a step, by bisection.
+  /// Depth of the tissue boundary within a step, by bisection.
   [[nodiscard]] double boundary(std::size_t line, double index, Tissue before) const {
     double low = index * geometry_.sample_mm();
     double high = low + geometry_.sample_mm();
-    if (before == Tissue::kGel) return high;  // The skin under the gel is where contact begins.
+    if (before == Tissue::kGel) return high;  // Contact begins at the skin under the gel.
     for (int i = 0; i < 5; ++i) {
       const double middle = 0.5 * (low + high);
       (patient_.tissue(at(line, middle)) == before ? low : high) = middle;

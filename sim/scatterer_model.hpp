@@ -12,24 +12,24 @@
 
 namespace nav::sim {
 
-/// Echoes of all lines, one after the other, and the amplitude that is left of an echo from each
+/// Echoes of all lines, one line after another, and the remaining amplitude of an echo from each
 /// sample after the way there and back.
 struct LineEchoes {
   std::vector<std::complex<float>> echo;
   std::vector<float> left;
 };
 
-/// The second acoustic model, built differently from the rays of UltrasoundSimulator. Private to
-/// sim/. Point scatterers, fixed in the tissue, are projected into beam coordinates with the phase
-/// of their range and convolved with pulse and beam (Gao et al., COLE, 2009); elevation is a weight
-/// of each scatterer by its distance to the plane. Interfaces are rough mirrors where the tissue
-/// changes along a line, found to a hundredth of a millimetre: their echoes carry phase too, so
-/// that strength falls with the incidence angle because neighbouring lines cancel, not by a law.
-/// Absorption is summed along the lines and averaged over the aperture.
+/// Second acoustic model, independent of the rays of UltrasoundSimulator. Private to sim/. Point
+/// scatterers, fixed in the tissue, are projected into beam coordinates with the phase of their
+/// range and convolved with pulse and beam (Gao et al., COLE, 2009). Elevation is a weight of each
+/// scatterer by its distance to the plane. Interfaces are rough mirrors where the tissue changes
+/// along a line, found to a hundredth of a millimetre. Their echoes have a phase too: the strength
+/// falls with the incidence angle because neighbouring lines cancel, not by a law. Absorption is
+/// summed along the lines and averaged over the aperture.
 ///
-/// Complex echoes of lines x samples before depth gain and noise, on the scale of the ray model.
-/// warp: where the tissue has gone, with its scatterers; nullptr: at rest. The same bytes for any
-/// number of threads.
+/// Returns complex echoes of lines x samples before depth gain and noise, on the scale of the ray
+/// model. \p warp: motion of the tissue and its scatterers; nullptr: at rest. The bytes do not
+/// depend on the number of threads.
 LineEchoes scatterer_echoes(const Anatomy& patient, const ScanGeometry& geometry,
                             const ProbeModel& probe, std::uint64_t seed,
                             const Transform<frames::Ct, frames::Image>& ct_from_image,

@@ -8,8 +8,8 @@
 
 #include "sim/anatomy/dual.hpp"
 
-/// Signed distances in mm, negative inside, of double or Dual positions. Ellipsoids are first-order
-/// distances: exact on the surface, with slope near one around it.
+/// Signed distances of double or Dual positions, mm, negative inside. Distances of ellipsoids are
+/// of first order: exact on the surface, with a slope near one around it.
 namespace nav::sim::shapes {
 
 using Vec = Eigen::Vector3d;
@@ -17,7 +17,7 @@ using Vec = Eigen::Vector3d;
 struct Ellipsoid {
   Vec centre;
   Vec radii;
-  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< Columns: its axes.
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  ///< Columns: the axes of the ellipsoid.
   [[nodiscard]] double operator()(const Vec& p) const { return distance(p); }
   [[nodiscard]] Dual operator()(const Vec3Dual& p) const { return distance(p); }
   template <class S>
@@ -48,7 +48,7 @@ struct Capsule {
   }
 };
 
-/// Shortest distance between two segments' axes, sampled finely enough for clearance tests.
+/// Shortest distance between the axes of two capsules, sampled finely enough for clearance tests.
 inline double axis_gap(const Capsule& a, const Capsule& b) {
   double gap = 1e9;
   constexpr int kSamples = 6;
@@ -71,20 +71,20 @@ template <class S>
 S smooth_intersection(const S& a, const S& b, double k) {
   return -smooth_union(S(-a), S(-b), k);
 }
-/// a without b.
+/// The part of a outside b.
 template <class S>
 S smooth_difference(const S& a, const S& b, double k) {
   return smooth_intersection(a, S(-b), k);
 }
 
-/// 0 below 0, 1 above 1, a smooth cubic between.
+/// 0 for t < 0, 1 for t > 1, a smooth cubic between.
 template <class S>
 S smooth_step(const S& t) {
   const S s = std::clamp(t, S(0.0), S(1.0));
   return s * s * (3.0 - 2.0 * s);
 }
 
-/// Cross-section |x/a|^2.5 + |y/b|^2.5 = 1, endless along z.
+/// Cross-section |x/a|^2.5 + |y/b|^2.5 = 1, infinite along z.
 struct SuperEllipse {
   double a;
   double b;

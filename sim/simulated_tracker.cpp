@@ -22,7 +22,7 @@ Eigen::Matrix4d true_pose(const Procedure& procedure, TrackedBody body, Timestam
   return {};
 }
 
-/// Noise about the body's own origin.
+/// Adds noise about the body's own origin.
 void disturb(Eigen::Matrix4d& pose, const TrackerModel& model, std::uint64_t seed,
              std::uint64_t stream, std::uint64_t sample) {
   Eigen::Vector3d shift;
@@ -41,7 +41,7 @@ void disturb(Eigen::Matrix4d& pose, const TrackerModel& model, std::uint64_t see
 }
 
 Error timeout(const char* what) {
-  return Error{ErrorCode::kTimeout, std::string(what) + ": nothing more by the deadline"};
+  return Error{ErrorCode::kTimeout, std::string(what) + ": no sample before the deadline"};
 }
 Error ended(const char* what, bool stopped) {
   if (stopped) return Error{ErrorCode::kCancelled, std::string(what) + ": stopped"};

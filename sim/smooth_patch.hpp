@@ -10,12 +10,12 @@
 
 namespace nav::sim {
 
-/// The nodes of a SmoothField in a box, drawn once: a picture asks the same few nodes a hundred
-/// thousand times. Private to sim/. The field must outlive it. Thread-safe to read.
+/// Values of a SmoothField at its nodes in a box, computed once: an image uses the same few nodes a
+/// hundred thousand times. Private to sim/. The field must outlive it. Reading is thread-safe.
 class SmoothPatch {
  public:
   SmoothPatch(const SmoothField& field, const Eigen::AlignedBox3d& box_mm);
-  /// field.at(mm) to float rounding; outside the box it asks the field.
+  /// Returns field.at(mm) within float rounding; outside the box it evaluates the field.
   [[nodiscard]] float at(const Eigen::Vector3d& mm) const {
     const Eigen::Array3d q = mm.array() * cells_per_mm_ - first_;
     if (!(q.minCoeff() >= 0 && (q < last_).all())) return field_->at(mm);
@@ -38,7 +38,7 @@ class SmoothPatch {
  private:
   const SmoothField* field_;
   double cells_per_mm_;
-  Eigen::Array3d first_, last_;  ///< Nodes; the last counted from the first.
+  Eigen::Array3d first_, last_;  ///< First and last node; the last is counted from the first.
   Eigen::Array3i size_;
   std::vector<float> nodes_;
 };

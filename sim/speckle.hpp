@@ -13,21 +13,22 @@
 
 namespace nav::sim {
 
-/// Scatterers that stick to the tissue: every cell of an oblique lattice in CT space holds one
-/// complex number of unit mean power, from a hash of its position. Blurred with the beam they give
-/// fully developed speckle (Goodman 1975). Thread-safe.
+/// Scatterers that are fixed in the tissue: every cell of an oblique lattice in CT space has one
+/// complex number of unit mean power, given by a hash of its position. Blurred with the beam they
+/// give fully developed speckle (Goodman 1975). Thread-safe.
 class SpeckleField {
  public:
   SpeckleField(std::uint64_t seed, double cell_mm)
-      // Oblique, so that no image plane of habit (axial, sagittal) runs along a layer of cells.
+      // The lattice is oblique, so that no usual image plane (axial, sagittal) runs along a layer
+      // of cells.
       : rotation_(Eigen::AngleAxisd(0.83, Eigen::Vector3d(0.36, 0.48, 0.8)).toRotationMatrix()),
         seed_(hash_bits(seed ^ 0x737065636b6c65)),
         cells_per_mm_(1.0 / cell_mm) {}
-  /// to_cells() as a matrix.
+  /// Matrix of to_cells().
   [[nodiscard]] Eigen::Matrix3d cells_from_mm() const { return cells_per_mm_ * rotation_; }
 
   [[nodiscard]] double cell_mm() const { return 1.0 / cells_per_mm_; }
-  /// CT position or direction in lattice cells; walk a scan line in these.
+  /// Converts a CT position or direction to lattice cells. Scan lines are followed in these units.
   [[nodiscard]] Eigen::Vector3d to_cells(const Eigen::Vector3d& mm) const {
     return cells_per_mm_ * (rotation_ * mm);
   }
@@ -38,7 +39,7 @@ class SpeckleField {
     const std::uint64_t bits = hash_bits(seed_ ^ (index(cells.x()) * 0x8da6b343d8163841ULL) ^
                                          (index(cells.y()) * 0xd8163841cb1ab31fULL) ^
                                          (index(cells.z()) * 0xcb1ab31f8da6b343ULL));
-    // Sums of two uniform 16-bit numbers each: mean 65535, variance 2 (2^32 - 1) / 12.
+    // Each part is a sum of two uniform 16-bit numbers: mean 65535, variance 2 (2^32 - 1) / 12.
     constexpr float kUnitPower = 1.0F / 37837.2F;
     const auto part = [bits](int shift) { return static_cast<float>((bits >> shift) & 0xffff); };
     return {(part(0) + part(16) - 65535.0F) * kUnitPower,
@@ -60,7 +61,7 @@ class SmoothField {
     const Eigen::Vector3d low = q.array().floor();
     const Eigen::Vector3d t = q - low;
     const Eigen::Vector3i first = low.cast<int>();
-    std::array<std::uint64_t, 4> columns;  // Bits of node(), where x and y are settled.
+    std::array<std::uint64_t, 4> columns;  // Bits of node() after the steps for x and y.
     for (int i = 0; i < 2; ++i) {
       const std::uint64_t row = next(seed_, first.x() + i);
       for (int j = 0; j < 2; ++j) {

@@ -18,9 +18,9 @@ struct Properties {
 };
 
 // HU: Kalender, Computed Tomography (2011), ch. 1, and usual contrast phases. Acoustics: Szabo,
-// Diagnostic Ultrasound Imaging (2014), app. B; scatter relative to liver from the same and from
-// what B-mode shows (bile and blood nearly none, renal sinus bright). MR: the order of grey values
-// of a spin echo at short TR and TE.
+// Diagnostic Ultrasound Imaging (2014), app. B. Scatter relative to liver: the same book and the
+// usual appearance in B-mode (bile and blood nearly none, renal sinus bright). MR: the order of
+// grey values of a spin echo at short TR and TE.
 constexpr std::array<Properties, static_cast<std::size_t>(Tissue::kCount)> kTable = {{
     {"air", -1000, -1000, -1000, 0, {0.0004F, 1.0F, 0.0F}},
     {"skin", 30, 40, 50, 420, {1.72F, 0.70F, 1.6F}},

@@ -10,7 +10,7 @@
 
 namespace nav::sim {
 
-/// What a point of the simulated patient consists of.
+/// Material at a point of the simulated patient.
 enum class Tissue : std::uint8_t {
   kAir,  ///< Outside the patient.
   kSkin,
@@ -42,19 +42,19 @@ enum class Tissue : std::uint8_t {
   kGas,
   kArtery,      ///< Lumen of a large artery outside the abdomen.
   kVein,        ///< Lumen of a large vein outside the abdomen.
-  kVesselWall,  ///< Acoustic values: media.
-  kPlaque,      ///< Soft.
+  kVesselWall,  ///< Acoustic values of the media.
+  kPlaque,      ///< Soft plaque.
   kCalcification,
   kThyroid,
   kNerve,
   kTendon,
-  kFascia,  ///< Sheaths of muscle and tendon, paratenon, bursal fat.
-  kFluid,   ///< Bursa, joint, tear.
+  kFascia,  ///< Sheaths of muscles and tendons, paratenon, bursal fat.
+  kFluid,   ///< Fluid of a bursa, joint or tear.
   kGreyMatter,
   kWhiteMatter,
   kCerebrospinalFluid,
   kDura,
-  kTumour,  ///< Of the brain.
+  kTumour,  ///< Brain tumour.
   kGel,     ///< Bath or pad that couples a probe.
   kCount
 };
@@ -67,31 +67,32 @@ enum class Contrast {
   kNative,
   kArterial,
   kPortal,
-  kMr  ///< Not a CT: T1-weighted-like grey values, 0 to 1000, of no unit.
+  kMr  ///< Not a CT: grey values like a T1-weighted MR, 0 to 1000, without unit.
 };
 
-/// Stable lower-case name ("portal"), and back; kUsage for a name that is none.
+/// Stable lower-case name ("portal"), and its inverse; kUsage for an unknown name.
 const char* to_string(Contrast contrast);
 Result<Contrast> contrast_from(std::string_view name);
 
 /// Mean CT value of a tissue in a contrast phase, HU (kMr: grey value). Typical textbook values.
 double tissue_hu(Tissue tissue, Contrast contrast);
 
-/// Acoustic values of a tissue, chosen independently of its CT value (bile and blood, liver and
-/// spleen, fat and lesion order differently in the two pictures).
+/// Acoustic values of a tissue, chosen independently of its CT value. Bile and blood, liver and
+/// spleen, and fat and lesion have a different order of brightness in CT and ultrasound.
 struct Acoustics {
   float impedance_mrayl;            ///< Density times speed of sound, MRayl.
   float attenuation_db_per_cm_mhz;  ///< One way, dB / (cm MHz).
   float scatter;                    ///< Backscatter amplitude relative to liver, >= 0.
-  /// Direction of fibres, CT axes, as long as the share of the scatter that they direct, [0, 1].
+  /// Direction of fibres, CT axes. Its length is the share of the scatter that depends on this
+  /// direction, [0, 1].
   std::array<float, 3> fibre{};
-  /// Backscatter amplitude of a thin layer, relative to liver, along its unit normal, CT axes:
-  /// comes on top of scatter, strongest where the beam meets the layer square.
+  /// Backscatter amplitude of a thin layer, relative to liver, along its unit normal, CT axes. It
+  /// is added to scatter, and strongest where the beam is perpendicular to the layer.
   std::array<float, 3> sheet{};
 };
 const Acoustics& tissue_acoustics(Tissue tissue);
 
-/// Bone and gas: they end a scan line.
+/// True for bone and gas, which end a scan line.
 bool blocks_ultrasound(Tissue tissue);
 
 }  // namespace nav::sim

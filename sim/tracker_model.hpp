@@ -7,28 +7,28 @@
 
 namespace nav::sim {
 
-/// How a simulated tracker errs. Noise is white, per axis, one standard deviation.
+/// Errors of a simulated tracker. Noise is white; each value is the standard deviation per axis.
 struct TrackerModel {
   double rate_hz = 50;
   double noise_mm = 0.15;
   double noise_rad = 0.0015;
-  Duration latency = std::chrono::milliseconds(15);  ///< acquired to received.
+  Duration latency = std::chrono::milliseconds(15);  ///< Time from acquisition to reception.
   Duration jitter = std::chrono::milliseconds(2);    ///< Added latency, uniform in [0, jitter].
-  double dropout_probability = 0;                    ///< That an occlusion begins at a sample.
-  int dropout_samples = 10;                          ///< Length of an occlusion.
+  double dropout_probability = 0;                    ///< Chance of an occlusion per sample.
+  int dropout_samples = 10;                          ///< Length of an occlusion, samples.
 };
 
-/// A tracker streams from so long before the first picture until so long after the last.
+/// Time before the first and after the last image during which a tracker also streams.
 inline constexpr Duration kTrackerLeadIn = std::chrono::milliseconds(500);
 
-/// Stamps of simulated pictures.
+/// Time stamps of simulated images.
 struct ImageTiming {
-  Duration stamp_offset{0};  ///< Stamped acquisition minus physical acquisition: what the pairing
-                             ///< has to correct.
-  Duration latency = std::chrono::milliseconds(30);  ///< Physical acquisition to received.
+  /// Stamped minus physical acquisition; the pairing has to correct it.
+  Duration stamp_offset{0};
+  Duration latency = std::chrono::milliseconds(30);  ///< Physical acquisition to reception.
 };
 
-/// A refusal that names the first value that cannot be.
+/// Rejects an invalid model; the message names the first invalid value.
 Result<void> validate(const TrackerModel& model);
 
 }  // namespace nav::sim

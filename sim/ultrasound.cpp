@@ -21,8 +21,8 @@ namespace {
 using Vec = Eigen::Vector3d;
 using Complex = std::complex<float>;
 
-constexpr int kStride = 2;  // Echo samples per sample of tissue.
-constexpr int kSlices = 3;  // Across the slice thickness.
+constexpr int kStride = 2;  // Number of echo samples per tissue sample.
+constexpr int kSlices = 3;  // Number of samples across the slice thickness.
 constexpr int kMaxLateralTaps = 8;
 constexpr std::array<float, kSlices> kSliceAmplitude = {0.408248F, 0.816497F, 0.408248F};
 constexpr std::uint64_t kPictureNoiseStream = 0x7573;
@@ -31,7 +31,7 @@ constexpr std::uint64_t kClutterStream = 0x636c75;
 struct TissueSample {
   float impedance = 0;
   float impedance_across = 0;  ///< Derivative along +z of the image, MRayl / mm.
-  float loss_db_per_mm = 0;    ///< One way.
+  float loss_db_per_mm = 0;    ///< Loss for one way.
   std::array<float, kSlices> scatter{};
 };
 
@@ -66,7 +66,7 @@ struct UltrasoundSimulator::Tables {
   SmoothField absorption;
   std::vector<float> axial;    ///< Half of the symmetric pulse, centre first.
   std::vector<float> lateral;  ///< Taps 0..kMaxLateralTaps, each for all samples.
-  std::vector<float> gain;     ///< Depth gain per sample.
+  std::vector<float> gain;     ///< Depth gain of each sample.
 };
 
 UltrasoundSimulator::Tables::Tables(std::shared_ptr<const Anatomy> p, const ProbeModel& m,
@@ -137,8 +137,8 @@ void UltrasoundSimulator::Tables::sample_tissue(const RestPath& path,
   }
 }
 
-/// tissue: all lines, one after the other. kept: takes the amplitude that is left of an echo from
-/// each sample; may be empty.
+/// \p tissue: all lines, one after another. \p kept: receives the remaining amplitude of an echo
+/// from each sample; may be empty.
 void UltrasoundSimulator::Tables::echoes(const RestPath& path, int line,
                                          std::span<const TissueSample> tissue,
                                          std::span<float> kept, std::span<Complex> out) const {
@@ -204,7 +204,7 @@ void UltrasoundSimulator::Tables::blur_along(std::span<Complex> line) const {
   }
 }
 
-/// Echoes of the face: what comes back once is thrown down again and returns at twice and three
+/// Adds reverberations of the face: an echo is reflected there again and returns at twice and three
 /// times its depth, after the losses of the longer way.
 void UltrasoundSimulator::Tables::add_reverberation(std::span<Complex> line) const {
   const std::vector<Complex> in(line.begin(), line.end());
@@ -217,7 +217,7 @@ void UltrasoundSimulator::Tables::add_reverberation(std::span<Complex> line) con
   }
 }
 
-/// The lateral beam of one line. echo: all lines.
+/// Applies the lateral beam to one line. \p echo: all lines.
 std::vector<Complex> UltrasoundSimulator::Tables::across(std::span<const Complex> echo,
                                                          int line) const {
   std::vector<Complex> sum(samples());
@@ -230,7 +230,7 @@ std::vector<Complex> UltrasoundSimulator::Tables::across(std::span<const Complex
   return sum;
 }
 
-/// Depth gain, electronic noise, clutter and envelope of one line.
+/// Computes depth gain, electronic noise, clutter and envelope of one line.
 void UltrasoundSimulator::Tables::detect(std::span<const Complex> sum, int line,
                                          std::uint64_t sequence, std::span<float> out) const {
   const SpeckleField noise(hash_bits(seed, kPictureNoiseStream, sequence), 1.0);
@@ -329,7 +329,7 @@ std::vector<Complex> UltrasoundSimulator::Tables::ray_echoes(
 
 namespace {
 
-/// Lines in reverse order.
+/// Reverses the order of the lines.
 void mirror(ScanLineImage& image) {
   const auto n = static_cast<std::ptrdiff_t>(image.samples);
   for (std::ptrdiff_t l = 0; l < image.lines / 2; ++l) {

@@ -15,11 +15,11 @@
 
 namespace nav::sim {
 
-/// Envelope signal: scan lines x samples, one line after the other.
+/// Envelope signal: scan lines x samples, one line after another.
 struct ScanLineImage {
   int lines = 0;
   int samples = 0;
-  double sample_mm = 0;  ///< Between samples; sample 0 lies on the face.
+  double sample_mm = 0;  ///< Distance between samples; sample 0 is at the face.
   std::vector<float> amplitude;
   [[nodiscard]] float at(int line, int sample) const {
     return amplitude[static_cast<std::size_t>(line) * static_cast<std::size_t>(samples) +
@@ -27,13 +27,13 @@ struct ScanLineImage {
   }
 };
 
-/// B-mode pictures of a patient: attenuation per tissue with an imperfect depth gain, echoes of
-/// interfaces (impedance step times incidence), fully developed speckle that sticks to the tissue,
-/// beam and slice width, shadows of bone and gas, log compression, scan conversion. The same bytes
-/// for any number of threads; simulate() is thread-safe.
+/// Simulates B-mode images of a patient: attenuation per tissue with an imperfect depth gain,
+/// echoes of interfaces (impedance step times incidence), fully developed speckle that is fixed in
+/// the tissue, beam and slice width, shadows of bone and gas, log compression, scan conversion. The
+/// bytes do not depend on the number of threads. simulate() is thread-safe.
 class UltrasoundSimulator {
  public:
-  /// Preconditions: a patient; validate(probe), otherwise a Bug.
+  /// Preconditions: \p patient is not null; validate(probe); otherwise a Bug.
   UltrasoundSimulator(std::shared_ptr<const Anatomy> patient, const ProbeModel& probe,
                       std::uint64_t seed);
   UltrasoundSimulator(const AbdomenPhantom& phantom, const ProbeModel& probe, std::uint64_t seed);
@@ -41,9 +41,9 @@ class UltrasoundSimulator {
   UltrasoundSimulator(UltrasoundSimulator&&) noexcept;
   UltrasoundSimulator& operator=(UltrasoundSimulator&&) noexcept;
 
-  /// One picture. received is set to acquired; sequence also seeds the electronic noise.
-  /// needle: where a needle lies, if there is one to be seen; straight or bent.
-  /// warp: where the tissue has gone, which carries its speckle with it; nullptr: at rest.
+  /// Simulates one image. received is set to acquired; sequence also seeds the electronic noise.
+  /// \p needle: a straight or bent needle, if one is visible.
+  /// \p warp: motion of the tissue and its speckle; nullptr: at rest.
   [[nodiscard]] UltrasoundFrame simulate(const Transform<frames::Ct, frames::Image>& ct_from_image,
                                          Timestamp acquired, std::uint64_t sequence,
                                          const NeedleShaft& needle = {},

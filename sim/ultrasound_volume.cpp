@@ -18,13 +18,13 @@ namespace {
 
 using Complex = std::complex<float>;
 
-constexpr std::size_t kVolumeTaps = 9;  // Half a beam, centre included.
+constexpr std::size_t kVolumeTaps = 9;  // Half of the beam, centre included.
 constexpr std::uint64_t kVolumeNoiseStream = 0x757333;
 
-/// What the tissue does to sound at a place.
+/// Acoustic values of the tissue at a point.
 struct Echo {
   float impedance;
-  float loss_db_per_mm;  ///< One way.
+  float loss_db_per_mm;  ///< Loss for one way.
   float scatter;
 };
 
@@ -94,8 +94,9 @@ class Scanner {
     }
   }
 
-  /// Echo of a full reflection per depth. Echoes of a surface add up in phase over the beam's
-  /// thickness, those of scatterers do not; a picture, which has no neighbours there, does without.
+  /// Echo of a full reflection at each depth. Echoes of a surface add up in phase over the beam's
+  /// thickness, unlike those of scatterers. A single image has no neighbours in elevation and does
+  /// not need this.
   [[nodiscard]] std::vector<float> mirror_gain() const {
     const std::vector<float> taps = beam(2, options_.probe.elevation_fwhm_mm, 1.0);
     std::vector<float> gain(ny_);
@@ -107,7 +108,7 @@ class Scanner {
     return gain;
   }
 
-  /// Echoes along a line before the beam's blur.
+  /// Computes the echoes along a line before the beam's blur.
   void reflect(const std::vector<Echo>& tissue, const std::vector<float>& mirror, std::size_t i,
                std::size_t k, std::span<Complex> out) const {
     const auto own = row(tissue, i, k);
@@ -165,7 +166,7 @@ class Scanner {
     }
   }
 
-  /// Half the beam across the lines along an axis, tap by tap, all depths.
+  /// Half of the beam across the lines along an axis, tap by tap, for all depths.
   [[nodiscard]] std::vector<float> beam(std::size_t axis, double fwhm_mm, double spread) const {
     std::vector<float> taps(kVolumeTaps * ny_);
     std::array<float, kVolumeTaps> w{};
@@ -178,7 +179,7 @@ class Scanner {
     return taps;
   }
 
-  /// The beam across the lines along an axis (0: across, 2: along), in place.
+  /// Applies the beam across the lines along an axis (0: across, 2: along), in place.
   void blur_across(std::vector<Complex>& echo, std::size_t axis, double fwhm_mm,
                    double spread) const {
     const std::vector<float> taps = beam(axis, fwhm_mm, spread);
@@ -205,7 +206,7 @@ class Scanner {
     });
   }
 
-  /// Noise, depth gain, envelope, log compression.
+  /// Applies noise, depth gain, envelope and log compression.
   std::vector<float> detect(const std::vector<Complex>& echo) const {
     const ProbeModel& probe = options_.probe;
     const auto gain = depth_gain(probe, options_.seed, lines_.step_mm(), ny_);

@@ -58,7 +58,7 @@ class Grower {
     if (!best) return;
     const int piece = force(bud.parent, bud.from, *best, bud.radius_mm, bud.tissue);
     const Vec along = (*best - bud.from).normalized();
-    const double share = random_.uniform(0.55, 0.8);  // Of the cube of the radius.
+    const double share = random_.uniform(0.55, 0.8);  // Share of the cubed radius.
     const double large = bud.radius_mm * std::cbrt(share);
     const double small = bud.radius_mm * std::cbrt(1 - share);
     const Vec side = along.cross(random_.direction()).normalized();
@@ -66,7 +66,8 @@ class Grower {
     if (small >= kMinRadiusMm) this->bud(piece, along - 0.9 * side, small);
   }
 
-  /// End of the next piece: of several directions the one that leads into the freest space.
+  /// End of the next piece: among several directions the one that leads into the largest free
+  /// space.
   std::optional<Vec> best_piece(const Bud& bud) {
     std::optional<Vec> best;
     double best_score = 0;
@@ -87,7 +88,7 @@ class Grower {
     return best;
   }
 
-  /// Room around a piece beyond what it needs, mm; not positive: it does not fit.
+  /// Free space around a piece beyond its need, mm; not positive: it does not fit.
   [[nodiscard]] double free_space(const Capsule& piece, int parent) const {
     double room = -territory_.liver_mm(piece.to) - (piece.radius + 3);
     if (room <= 0) return room;
@@ -111,7 +112,7 @@ class Grower {
   const VesselTerritory& territory_;
   Random& random_;
   std::vector<VesselSegment> segments_;
-  std::deque<Bud> buds_;  // First in, first out: large vessels take their space first.
+  std::deque<Bud> buds_;  // First in, first out: large vessels occupy their space first.
 };
 
 }  // namespace

@@ -11,14 +11,14 @@
 
 namespace nav::sim {
 
-/// Where vessels may grow.
+/// Region in which vessels may grow.
 struct VesselTerritory {
-  std::function<double(const Eigen::Vector3d&)> liver_mm;  ///< Negative inside.
-  NeedlePlan plan;  ///< The lesion and its path stay free of vessels of more than 2 mm radius.
+  std::function<double(const Eigen::Vector3d&)> liver_mm;  ///< Distance; negative inside.
+  NeedlePlan plan;  ///< The lesion and its path are kept free of vessels with a radius above 2 mm.
 };
 
-/// Portal tree from the hilum and hepatic veins from the vena cava, branching by Murray's law
-/// (r^3 = r1^3 + r2^3) down to 1.3 mm, into free space of the liver. CT coordinates.
+/// Grows the portal tree from the hilum and hepatic veins from the vena cava, branching by Murray's
+/// law (r^3 = r1^3 + r2^3) down to 1.3 mm, into free space of the liver. CT coordinates.
 std::vector<VesselSegment> grow_liver_vessels(const VesselTerritory& territory, Random& random);
 
 }  // namespace nav::sim

@@ -9,8 +9,8 @@
 
 namespace nav::sim {
 
-/// The scan lines of a three-dimensional acquisition: across by along of them, each with as many
-/// samples as the volume is deep. Private to sim/.
+/// Scan lines of a three-dimensional acquisition: a grid of across by along lines, each with one
+/// sample per voxel in depth. Private to sim/.
 class VolumeLines {
  public:
   VolumeLines(const Transform<frames::Ct, frames::Image>& pose, const UltrasoundVolumeOptions& o)
@@ -19,7 +19,7 @@ class VolumeLines {
     for (const int axis : {0, 2}) {
       const auto a = static_cast<std::size_t>(axis);
       const double extent = axis == 0 ? o.width_mm : o.thickness_mm;
-      // Parallel: mm; from an apex: tangents.
+      // For parallel lines in mm; from an apex as tangents.
       step_[a] = extent / (o.size[a] - 1) / (parallel() ? 1.0 : reach);
       first_[a] = -0.5 * step_[a] * (o.size[a] - 1);
     }
@@ -30,11 +30,11 @@ class VolumeLines {
     return static_cast<std::size_t>(options_.size[static_cast<std::size_t>(axis)]);
   }
   [[nodiscard]] double step_mm() const { return step_mm_; }
-  /// Between neighbouring lines along an axis (0 or 2) at a depth.
+  /// Distance between neighbouring lines along an axis (0 or 2) at a depth.
   [[nodiscard]] double spacing_mm(std::size_t axis, double along_mm) const {
     return parallel() ? step_[axis] : step_[axis] * (options_.apex_mm + along_mm);
   }
-  /// Start and unit direction, CT coordinates.
+  /// Start and unit direction of a line, CT coordinates.
   void line(std::size_t i, std::size_t k, Vec3d& start, Vec3d& along) const {
     const double u = first_[0] + step_[0] * static_cast<double>(i);
     const double v = first_[2] + step_[2] * static_cast<double>(k);
@@ -47,7 +47,7 @@ class VolumeLines {
     start = (pose_ * Point<frames::Image>{from}).mm;
     along = (pose_ * Direction<frames::Image>{way}).v;
   }
-  /// Voxels: mm of the image frame at full extent.
+  /// Grid of the voxels over the full extent, CT coordinates, with the axes of the Image frame.
   [[nodiscard]] VoxelGrid voxels() const {
     VoxelGrid grid;
     grid.size = options_.size;
@@ -60,7 +60,7 @@ class VolumeLines {
     grid.directions = pose_.rotation().toRotationMatrix();
     return grid;
   }
-  /// Continuous (line across, sample, line along) of a voxel.
+  /// Continuous index (line across, sample, line along) of a voxel.
   [[nodiscard]] Vec3d beam_index(const Vec3d& voxel) const {
     if (parallel()) return voxel;
     const VoxelGrid& g = grid_;

@@ -12,7 +12,7 @@
 namespace nav::sim {
 namespace {
 
-constexpr std::size_t kAperture = 6;  // Lines to either side that share the way down.
+constexpr std::size_t kAperture = 6;  // Number of lines to either side that are averaged.
 
 class Walk {
  public:
@@ -23,7 +23,7 @@ class Walk {
         step_mm_(geometry.sample_mm()),
         mhz_(probe.frequency_mhz) {}
 
-  /// Tissue and the amplitude left along one line.
+  /// Computes the tissue and the remaining amplitude along one line.
   void operator()(const RestPath& path, std::span<Tissue> tissue, std::span<float> left) const {
     double loss_db = 0;
     bool contact = false;
@@ -51,7 +51,7 @@ class Walk {
   double step_mm_, mhz_;
 };
 
-/// Mean over the lines of the aperture, samples apart.
+/// Mean over the lines of the aperture, for each sample.
 void average(std::span<const float> lines, std::size_t line, std::span<float> out) {
   const std::size_t n = out.size();
   const std::size_t count = lines.size() / n;

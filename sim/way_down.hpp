@@ -12,18 +12,19 @@
 
 namespace nav::sim {
 
-/// What sound meets along the lines of a picture; lines x samples each. Private to sim/.
+/// Tissue and remaining amplitude along the lines of an image; lines x samples each. Private to
+/// sim/.
 struct WayDown {
   std::vector<Tissue> tissue;
-  /// Amplitude that is left after the way there and back, mean over the aperture's lines.
+  /// Remaining amplitude after the way there and back, averaged over the lines of the aperture.
   std::vector<float> left;
 };
 
-/// paths: the lines where they lie at rest. absorption: by how much it varies from place to place.
+/// \p paths: the lines in the tissue at rest. \p absorption: local variation of the absorption.
 WayDown way_down(const Anatomy& patient, const ScanGeometry& geometry, const ProbeModel& probe,
                  std::span<const RestPath> paths, const SmoothPatch& absorption);
 
-/// Share of the pressure that comes back where one tissue meets another, with its sign.
+/// Reflected share of the pressure at the boundary of two tissues, with its sign.
 double reflection(Tissue before, Tissue after);
 
 }  // namespace nav::sim

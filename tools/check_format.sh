@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-FileCopyrightText: 2026 The Sonde authors
 # SPDX-License-Identifier: Apache-2.0
-# Fails when a C++ file differs from what clang-format 14 makes of it; --fix rewrites instead.
+# Fails when clang-format 14 would change a C++ file; --fix formats the files instead.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 mode=(--dry-run -Werror)

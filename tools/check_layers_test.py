@@ -47,6 +47,35 @@ class CheckLayersTest(unittest.TestCase):
                     (root / name).write_text(text)
                 self.assertEqual(len(check_layers.shadowed_in(root)), count)
 
+    def test_the_product_may_not_see_bench(self):
+        for folder, count in (("app", 1), ("session", 1), ("bench", 0)):
+            with self.subTest(folder):
+                name = f"{folder}/a.cpp"
+                self.assertEqual(len(self.problems(name, '#include "bench/a.hpp"\n')), count)
+
+    def test_bench_may_see_app_but_its_window(self):
+        self.assertEqual(self.problems("bench/a.cpp", '#include "app/report.hpp"\n'), [])
+        self.assertEqual(len(self.problems("bench/a.cpp", '#include "app/window/w.hpp"\n')), 1)
+
+    def test_the_overview_counts_includes_and_lines_of_code(self):
+        with tempfile.TemporaryDirectory() as folder:
+            root = pathlib.Path(folder)
+            for name, text in (("sim/a.cpp", '#include "nav/b.hpp"\n#include "nav/c.hpp"\n'
+                                             '#include "sim/a.hpp"\n#include "io/ct.hpp"\n'
+                                             '#include <vector>\n'),
+                               ("nav/b.hpp", "// A comment.\n\nint b;  // Another.\n"),
+                               ("shaders/a.frag", "void main() {\n}\n"),
+                               ("nav/CMakeLists.txt", "project(a)\n")):
+                (root / name).parent.mkdir(parents=True, exist_ok=True)
+                (root / name).write_text(text)
+            overview = [line.split() for line in check_layers.overview_of(root)]
+        self.assertIn(["sim", "->", "io", "(1),", "nav", "(2)"], overview)
+        self.assertIn(["nav", "->", "nothing"], overview)
+        self.assertIn(["sim", "1", "5"], overview)
+        self.assertIn(["nav", "1", "1"], overview)
+        self.assertIn(["shaders", "1", "2"], overview)
+        self.assertIn(["all", "3", "8"], overview)
+
     def test_output_at_the_top_is_refused(self):
         with tempfile.TemporaryDirectory() as folder:
             root = pathlib.Path(folder)

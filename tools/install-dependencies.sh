@@ -2,19 +2,19 @@
 # SPDX-FileCopyrightText: 2026 The Sonde authors
 # SPDX-License-Identifier: Apache-2.0
 #
-# Installs what Sonde needs from Debian 12 packages; the one place where they are listed.
+# Installs the Debian 12 packages that Sonde needs; they are listed only here.
 #   tools/install-dependencies.sh [build] [test] [lint] [tidy]     default: build
 # build  compile and run the program (headless, and a plain X window when there is a display)
-# test   also what the tests and benchmarks need
+# test   also run the tests and benchmarks
 # lint   also the formatter and the shader checker
-# tidy   also clang-tidy, which no build needs
-# Idempotent: installs only what is missing, without recommended packages; says what it does.
+# tidy   also clang-tidy, which is not needed to build
+# Idempotent: installs only missing packages, without recommended ones, and prints what it does.
 set -euo pipefail
 
 build=(
   g++ cmake ninja-build
   libeigen3-dev libceres-dev libglm-dev libtbb-dev                  # mathematics, threads
-  libvtk9-dev libvtk-dicom-dev libegl-dev libegl-mesa0 libgl1-mesa-dri # pictures
+  libvtk9-dev libvtk-dicom-dev libegl-dev libegl-mesa0 libgl1-mesa-dri # images
   libopencv-core-dev libopencv-imgproc-dev
   libusb-1.0-0-dev                                                  # devices
   libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libpugixml-dev # text formats

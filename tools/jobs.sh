@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-FileCopyrightText: 2026 The Sonde authors
 # SPDX-License-Identifier: Apache-2.0
-# How many compilers may run at once: one a core, and no more than memory holds. A batch of files
-# with Eigen and Ceres in it takes up to 3 GB.
+# Prints the number of compilers that may run at once: one per core, limited by the memory. A batch
+# of files that include Eigen and Ceres takes up to 3 GB.
 set -euo pipefail
 cores=$(nproc)
 fit=$(awk '/^MemAvailable:/ { print int($2 / 3000000) }' /proc/meminfo)

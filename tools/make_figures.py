@@ -1,16 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The Sonde authors
 # SPDX-License-Identifier: Apache-2.0
-"""Measures what docs/figures.md shows and writes that page and its plots anew.
+"""Runs the measurements of docs/figures.md and writes that page and its plots.
 
     tools/make_figures.py [--build build/release] [--only render ...] [--seeds 8] [--quick]
 
-What was measured is kept in build/figures/, one JSON file for each part, with its date and
-processor: --only measures some parts and takes the others from there, or as
-they stand on the page. On two quiet cores render takes forty minutes, live ten, skipping two, scaling two,
-registration (the whole cohort, twice) an hour; --quick takes six minutes in all and shows fewer scenes and trials.
-Volumes other than the simulated patient come from SONDE_DATA_DIR. Nothing in the page is written by
-hand.
+Results are stored in build/figures/, one JSON file for each part, with date and processor. --only
+measures some parts; the others are read from there or kept as they are on the page. On two idle
+cores render takes forty minutes, live ten, skipping two, scaling two, and registration (the whole
+cohort, twice) an hour. --quick takes six minutes in all and shows fewer scenes and trials. Volumes
+other than the simulated patient are read from SONDE_DATA_DIR. The whole page is generated.
 """
 import argparse
 import datetime
@@ -66,7 +65,7 @@ def decades(values: list[float]) -> tuple[int, int]:
 
 def panel(lines: dict[str, tuple[str, list[tuple[float, float]]]], title: str, x_label: str,
           y_label: str) -> str:
-    """Lines by name (colour, points), both axes logarithmic, as one group of an SVG."""
+    """Plot of named lines (colour, points) with two logarithmic axes, as one group of an SVG."""
     left, right, top, bottom = 62, PANEL_WIDTH - 16, 34, PANEL_HEIGHT - 46
     points = [p for _, line in lines.values() for p in line]
     low_x, high_x = decades([p[0] for p in points])
@@ -103,7 +102,7 @@ def panel(lines: dict[str, tuple[str, list[tuple[float, float]]]], title: str, x
 
 
 def sheet(panels: list[str]) -> str:
-    """Panels side by side, two a row."""
+    """Puts panels side by side, two in a row."""
     rows = (len(panels) + 1) // 2
     columns = min(len(panels), 2)
     out = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {columns * PANEL_WIDTH} '
@@ -116,7 +115,7 @@ def sheet(panels: list[str]) -> str:
 
 
 def front(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Those that no other beats in both."""
+    """The Pareto front: points that no other point beats in both coordinates."""
     kept: list[tuple[float, float]] = []
     for point in sorted(points):
         if not kept or point[1] < kept[-1][1]:
@@ -125,12 +124,12 @@ def front(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 
 def error_panel(rows: list[dict], scene: str, time: str = "cpu_s") -> str:
-    """Error over process time, or wall_s, one line for each engine."""
+    """Plots error over process time (or wall_s), one line for each engine."""
     lines = {}
     on_card = time == "wall_s"
     for name, colour in COLOURS.items():
         engine, _, fewer = name.partition(",")
-        if on_card and fewer:  # There, every pixel has a ray.
+        if on_card and fewer:  # On a card every pixel has a ray.
             continue
         mine = sorted((r for r in rows if r["scene"] == scene and r["engine"] == engine
                        and (fewer or not r["pixel_error"])), key=lambda r: -r["step"])
@@ -149,7 +148,7 @@ def number(value: float | None, digits: int = 1) -> str:
 
 
 def error_sheets(report: dict, docs: pathlib.Path) -> list[str]:
-    """One sheet for each volume and shading; the links to them."""
+    """Writes one sheet for each volume and shading; returns the links to them."""
     scenes = list(dict.fromkeys(r["scene"] for r in report["results"]))
     sheets: dict[str, list[str]] = {}
     for scene in scenes:
@@ -303,7 +302,7 @@ From one image to the next:
 
 
 def measured(sonde: pathlib.Path, *arguments: object) -> dict:
-    """The JSON of one verb of sonde."""
+    """Runs one verb of sonde and returns its JSON."""
     with tempfile.TemporaryDirectory() as folder:
         file = pathlib.Path(folder, "report.json")
         run(sonde, *arguments, "--json", file)
@@ -311,8 +310,8 @@ def measured(sonde: pathlib.Path, *arguments: object) -> dict:
 
 
 def part(file: pathlib.Path, wanted: bool, measure: Callable[[], object]) -> dict | None:
-    """Measures a part anew, or takes what was kept of it: date, processor, result; none:
-    nothing was."""
+    """Measures a part, or reads its stored date, processor and result; None when nothing is
+    stored."""
     if wanted:
         kept = {
             "date": str(datetime.date.today()),
@@ -325,7 +324,7 @@ def part(file: pathlib.Path, wanted: bool, measure: Callable[[], object]) -> dic
 
 
 def standing(page: str, first: str, after: str | None) -> str:
-    """The sections of a page from one heading up to another, as they are."""
+    """The existing sections of a page from one heading up to another."""
     begin = page.find(f"## {first}")
     end = len(page) if after is None else page.find(f"## {after}")
     if begin < 0 or end < 0:
@@ -334,7 +333,8 @@ def standing(page: str, first: str, after: str | None) -> str:
 
 
 def processor() -> str:
-    """Ratios differ from one to another; the model alone may be that of a whole series."""
+    """Name of the processor, on which ratios depend. A model number alone may stand for a whole
+    series."""
     try:
         lines = pathlib.Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:
@@ -514,7 +514,7 @@ def success_lines(peer: list[dict]) -> str:
 
 
 def fault_table(faults: list) -> str:
-    """Sweeps with faults, those of the evaluation seeds beside those of the development seeds."""
+    """Table of the sweeps with faults, with the evaluation seeds beside the development seeds."""
     rows = {}
     for f in faults:
         none = f["fault"] == "none"
@@ -534,7 +534,7 @@ def fault_table(faults: list) -> str:
 
 
 def fault_section(report: dict) -> str:
-    """Empty where faults were not measured."""
+    """Section about faults; empty when they were not measured."""
     faults = report.get("faults")
     if not faults:
         return ""
@@ -551,7 +551,7 @@ true one, of those that name a cause. Testing for causes takes
 
 
 def slice_section(report: dict) -> str:
-    """Empty where slices were not measured."""
+    """Section about slices; empty when they were not measured."""
     points = [p for p in report["curve"] if p["axis"] == "slices"]
     if not points:
         return ""
@@ -565,7 +565,7 @@ Slices of a CT averaged to thicker slices, local from 5 mm, one sweep for each p
 
 
 def start_section(report: dict) -> str:
-    """Empty where starts were not measured."""
+    """Section about starts; empty when they were not measured."""
     starts = report.get("starts")
     if not starts:
         return ""
@@ -596,7 +596,7 @@ prediction from some starts. A rock swings within one plane, which tells little.
 
 
 def registration_section(kept: dict, docs: pathlib.Path) -> str:
-    """Cohort, curve, peer and faults; draws the curve."""
+    """Section about cohort, curve, peer and faults; draws the curve."""
     report = kept["result"]
     panels = []
     for axis, label in [("patches", "share of the patches"), ("pictures", "pictures in the sweep"),
@@ -652,7 +652,7 @@ from files if it was measured. Sonde quick: `--effort quick`; x0.5: half of the 
 
 
 PARTS = ["demo", "registration", "render", "skipping", "live", "scaling", "poses"]
-CARD = "card"  # Measured where there is one.
+CARD = "card"  # Measured if there is a graphics card.
 
 
 def pose_lines(build: pathlib.Path) -> str:

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-FileCopyrightText: 2026 The Sonde authors
 # SPDX-License-Identifier: Apache-2.0
-# Draws the pictures of docs/gallery.md anew: tools/make_gallery.sh [path of sonde]
+# Draws the images of docs/gallery.md: tools/make_gallery.sh [path of sonde]
 # Needs ImageMagick with WebP; figures 2 and 3, prostate and spine need SONDE_DATA_DIR.
 set -eu
 root=$(cd "$(dirname "$0")/.." && pwd)

@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: 2026 The Sonde authors
 # SPDX-License-Identifier: Apache-2.0
-"""Draws docs/benchmarks/registration-success.svg from what 'sonde bench registration --json FILE'
-measured: the share of right results (< 2 mm) against the start's error, ours and elastix side by
-side. tools/make_figures.py does so too.
+"""Draws docs/benchmarks/registration-success.svg from the results of 'sonde bench registration
+--json FILE': the share of correct results (< 2 mm) against the error of the start, for Sonde and
+elastix side by side. tools/make_figures.py draws it too.
 
     tools/registration_figure.py FILE... [--out docs/benchmarks/registration-success.svg]
 
-Several files: each adds what the ones before lack, so that parts may be measured apart.
+With several files, each adds the parts that the files before it lack, so that parts may be
+measured separately.
 """
 import argparse
 import json

@@ -12,25 +12,27 @@
 
 namespace nav::tracking {
 
-/// Tells when a clock has been set, from the one thing that a wrong clock cannot hide: the way from
-/// acquisition to reception takes about as long as it always did. A stream that was held up looks
-/// the same, and is refused as well: it is no longer live. While what was held up arrives all at
-/// once, a false stamp may look as old as it should; so after a late sample, samples are believed
-/// again only when they have come in time for kProbation. The usual delay is the median of the
-/// first samples and then stays, so that a drifting clock is noticed too. Not thread-safe.
+/// Detects that a device's clock was set. A wrong clock cannot hide one thing: the delay from
+/// acquisition to reception is nearly constant. A delayed stream looks the same, and its samples
+/// are rejected too, because they are no longer live. When the delayed samples arrive all at once,
+/// a false stamp may seem to have the usual age. Therefore, after a late sample, samples are
+/// accepted again only after they have arrived in time for kProbation. The usual delay is the
+/// median of the first samples and then stays fixed, so that a drifting clock is detected too. Not
+/// thread-safe.
 class DelayWatch {
  public:
-  /// tolerance > 0: how far a delay may be from the usual one.
+  /// \p tolerance: largest accepted difference from the usual delay, > 0.
   explicit DelayWatch(Duration tolerance) : tolerance_(tolerance) {
     NAV_CHECK(tolerance > Duration::zero(), tolerance.count());
   }
 
-  /// Whether a sample's stamp is believed. Ask once for each sample, in order of reception.
+  /// True when the time stamp of a sample is plausible. Call it once for each sample, in order of
+  /// reception.
   bool believes(Timestamp acquired, Timestamp received) {
     const Duration delay = received - acquired;
     if (count_ < delays_.size()) {
       const auto end = delays_.begin() + static_cast<std::ptrdiff_t>(count_++);
-      // Kept sorted, so that the median is at hand.
+      // The delays are kept sorted, so that the median is available at once.
       const auto place = std::upper_bound(delays_.begin(), end, delay);
       std::move_backward(place, end, end + 1);
       *place = delay;
@@ -38,7 +40,7 @@ class DelayWatch {
     return judge(delay - delays_[(count_ - 1) / 2], received);
   }
 
-  /// The usual delay so far. Precondition: at least one sample.
+  /// Usual delay so far. Precondition: at least one sample.
   [[nodiscard]] Duration usual() const {
     NAV_CHECK(count_ > 0);
     return delays_[(count_ - 1) / 2];

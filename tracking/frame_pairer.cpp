@@ -8,8 +8,6 @@
 namespace nav::tracking {
 namespace {
 
-constexpr std::size_t kPoseCapacity = 1024;
-
 Error refuse(const std::string& what) { return Error{ErrorCode::kUsage, "pairing: " + what}; }
 
 }  // namespace
@@ -40,38 +38,24 @@ Result<void> validate(const PairingOptions& options) {
 }
 
 FramePairer::FramePairer(
-    const Transform<frames::Probe, frames::Image>& probe_from_image,
+    const ProbeCalibration& calibration,
     std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference_from_tracker,
     const PairingOptions& options, Diagnostics& diagnostics)
-    : probe_from_image_(probe_from_image),
+    : calibrations_{calibration},
       fixed_reference_from_tracker_(std::move(fixed_reference_from_tracker)),
       options_(options),
-      diagnostics_(diagnostics),
-      probe_gate_(options.gate),
-      reference_gate_(options.gate),
-      probe_poses_(kPoseCapacity, options.max_pose_gap),
-      reference_poses_(kPoseCapacity, options.max_pose_gap),
+      max_wait_(options.max_wait),
+      probe_(options.gate, options.max_pose_gap, diagnostics),
+      reference_(options.gate, options.max_pose_gap, diagnostics),
       frame_delay_(options.gate.max_delay_change) {
   NAV_CHECK(validate(options).has_value());
 }
 
-template <class Body>
-void FramePairer::admit(PoseGate<Body>& gate, PoseBuffer<Body>& buffer, const RawPose& raw) {
-  const Admission<Body> admission = gate.admit(raw);
-  if (admission.rejection) {
-    ++rejected_poses_[std::string(Body::kName) + "." + to_string(*admission.rejection)];
-    diagnostics_.report(Severity::kWarning, "tracking.gate", admission.message);
-  }
-  // A pose at a time that is already taken, or not believed, says nothing new; any other absence is
-  // kept, so that nothing is interpolated across it.
-  if (!has_usable_time(admission.rejection)) return;
-  buffer.push(admission.pose);
-}
-
-void FramePairer::add_probe_pose(const RawPose& raw) { admit(probe_gate_, probe_poses_, raw); }
-
-void FramePairer::add_reference_pose(const RawPose& raw) {
-  admit(reference_gate_, reference_poses_, raw);
+void FramePairer::expect_period(Duration period) {
+  max_wait_ = std::max<Duration>(options_.max_wait, 3 * period);
+  const Duration gap = std::max<Duration>(options_.max_pose_gap, 2 * period);
+  probe_.set_max_gap(gap);
+  reference_.set_max_gap(gap);
 }
 
 void FramePairer::add_frame(UltrasoundFrame frame) {
@@ -87,7 +71,7 @@ std::optional<PairedFrame> FramePairer::settle(const Waiting& waiting, Timestamp
     return PairedFrame{frame.sequence, std::nullopt, cause};
   };
   if (newest_frame_ && frame.acquired <= *newest_frame_) return reject("time_not_increasing");
-  // Pictures that are stamped early are moved past their reception by the offset itself.
+  // A negative offset moves the acquisition times of images past their reception.
   const Duration moved = std::max<Duration>(-options_.temporal_offset, Duration::zero());
   if (frame.acquired - frame.received > options_.gate.max_future + moved) {
     return reject("time_in_future");
@@ -96,41 +80,54 @@ std::optional<PairedFrame> FramePairer::settle(const Waiting& waiting, Timestamp
   if (frame.pixels.empty()) return reject("no_image");
   if (!validate(frame.grid)) return reject("invalid_pixel_grid");
 
-  const bool given_up = end_of_stream || now > frame.received + options_.max_wait;
-  const auto probe = probe_poses_.at(frame.acquired);
+  const ImageGeometry geometry = geometry_of(frame);
+  const auto calibration =
+      std::ranges::find_if(calibrations_, [&](const auto& one) { return one.fits(geometry); });
+  without_calibration_.clear();
+  if (calibration == calibrations_.end()) {
+    without_calibration_ =
+        "no calibration of the probe fits the images, which are now " + geometry.description();
+    return reject("no_calibration");
+  }
+
+  // The pose of an image that is stamped early arrives as much later.
+  const bool given_up = end_of_stream || now > frame.received + max_wait_ + moved;
+  const auto probe = probe_.buffer().at(frame.acquired);
   if (const auto* absence = std::get_if<PoseAbsence>(&probe)) {
     if (*absence == PoseAbsence::kNotYet && !given_up) return std::nullopt;
     return reject(std::string("Probe.") + to_string(*absence));
   }
   const auto& tracker_from_probe = std::get<PoseAt<frames::Probe>>(probe);
   if (fixed_reference_from_tracker_) {
-    return PairedFrame{frame.sequence,
-                       TrackedFrame{frame,
-                                    *fixed_reference_from_tracker_ *
-                                        tracker_from_probe.tracker_from_body * probe_from_image_,
-                                    tracker_from_probe.gap, tracker_from_probe.degraded},
-                       ""};
+    return PairedFrame{
+        frame.sequence,
+        TrackedFrame{frame,
+                     *fixed_reference_from_tracker_ * tracker_from_probe.tracker_from_body *
+                         calibration->probe_from_image,
+                     tracker_from_probe.gap, tracker_from_probe.degraded},
+        ""};
   }
-  const auto reference = reference_poses_.at(frame.acquired);
+  const auto reference = reference_.buffer().at(frame.acquired);
   if (const auto* absence = std::get_if<PoseAbsence>(&reference)) {
     if (*absence == PoseAbsence::kNotYet && !given_up) return std::nullopt;
     return reject(std::string("Reference.") + to_string(*absence));
   }
   const auto& tracker_from_reference = std::get<PoseAt<frames::Reference>>(reference);
-  return PairedFrame{frame.sequence,
-                     TrackedFrame{frame,
-                                  tracker_from_reference.tracker_from_body.inverse() *
-                                      tracker_from_probe.tracker_from_body * probe_from_image_,
-                                  std::max(tracker_from_probe.gap, tracker_from_reference.gap),
-                                  tracker_from_probe.degraded || tracker_from_reference.degraded},
-                     ""};
+  return PairedFrame{
+      frame.sequence,
+      TrackedFrame{frame,
+                   tracker_from_reference.tracker_from_body.inverse() *
+                       tracker_from_probe.tracker_from_body * calibration->probe_from_image,
+                   std::max(tracker_from_probe.gap, tracker_from_reference.gap),
+                   tracker_from_probe.degraded || tracker_from_reference.degraded},
+      ""};
 }
 
 std::vector<PairedFrame> FramePairer::take_ready(Timestamp now, bool end_of_stream) {
   std::vector<PairedFrame> ready;
   while (!waiting_.empty()) {
     auto settled = settle(waiting_.front(), now, end_of_stream);
-    if (!settled) break;  // Order is kept: later pictures wait behind this one.
+    if (!settled) break;  // Order is kept: later images wait behind this one.
     if (settled->tracked) newest_frame_ = waiting_.front().frame.acquired;
     ready.push_back(std::move(*settled));
     waiting_.pop_front();

@@ -3,86 +3,88 @@
 #pragma once
 
 #include <deque>
-#include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "nav/diagnostics.hpp"
+#include "nav/probe_calibration.hpp"
 #include "nav/sweep.hpp"
-#include "tracking/pose_buffer.hpp"
-#include "tracking/pose_gate.hpp"
+#include "tracking/tool_poses.hpp"
 
 namespace nav::tracking {
 
-/// How pictures meet poses.
+/// Options of the pairing of images and poses.
 struct PairingOptions {
-  /// By how much picture stamps are later than pose stamps of the same moment. Subtracted from
-  /// every picture's acquisition time, here and nowhere else.
+  /// Stamp of an image minus the stamp of a pose at the same moment. It is subtracted from the
+  /// acquisition time of every image, here and nowhere else.
   Duration temporal_offset{0};
-  /// How long a picture waits, from its reception, for poses to arrive.
+  /// Longest time that an image waits for its poses, from its reception.
   Duration max_wait = std::chrono::milliseconds(250);
-  /// Longest distance between two pose samples that may be bridged.
+  /// Longest time between two pose samples over which a pose is interpolated.
   Duration max_pose_gap = std::chrono::milliseconds(200);
   PoseGateOptions gate;
 };
 
-/// Refuses negative waits, gaps that are not positive, offsets beyond 10 s, bad gate limits.
+/// Rejects negative waits, gaps that are not positive, offsets beyond 10 s, and bad gate limits.
 Result<void> validate(const PairingOptions& options);
 
-/// What became of one picture.
+/// Result of the pairing of one image.
 struct PairedFrame {
   std::uint64_t sequence;
-  std::optional<TrackedFrame> tracked;  ///< Absent when rejected.
+  std::optional<TrackedFrame> tracked;  ///< Absent when the image was rejected.
   std::string cause;                    ///< Stable name of the rejection; empty when paired.
 };
 
-/// Gives each picture the pose of its moment: reference_from_tracker(t) · tracker_from_probe(t) ·
-/// probe_from_image, all on session time. Lossless and in order: every picture that goes in comes
+/// Finds the pose of each image: reference_from_tracker(t) · tracker_from_probe(t) ·
+/// probe_from_image, all on session time. It keeps the order and loses nothing: every image comes
 /// out once, paired or rejected with a cause. Not thread-safe.
 class FramePairer {
  public:
-  /// fixed_reference_from_tracker: given when nothing tracks the patient and the tracker itself
-  /// was declared to be the reference. Precondition: validate(options), otherwise a Bug.
+  /// \p fixed_reference_from_tracker: given when the patient is not tracked and the tracker itself
+  /// was declared the reference. Precondition: validate(options), otherwise a Bug.
   FramePairer(
-      const Transform<frames::Probe, frames::Image>& probe_from_image,
+      const ProbeCalibration& calibration,
       std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference_from_tracker,
       const PairingOptions& options, Diagnostics& diagnostics);
 
-  void add_probe_pose(const RawPose& raw);
-  void add_reference_pose(const RawPose& raw);
+  void add_probe_pose(const RawPose& raw) { probe_.add(raw); }
+  void add_reference_pose(const RawPose& raw) { reference_.add(raw); }
+  /// Another calibration, for images that no earlier one fits.
+  void add_calibration(const ProbeCalibration& calibration) {
+    calibrations_.push_back(calibration);
+  }
+  /// Waits for a stream of this period: an image waits three periods, and poses up to two periods
+  /// apart are bridged, if that is longer than the options say.
+  void expect_period(Duration period);
   void add_frame(UltrasoundFrame frame);
 
-  /// Pictures whose fate is known at now, in order of arrival. At the end of a stream, pass
-  /// end_of_stream: what still waits is rejected rather than lost.
+  /// Images that are paired or rejected by \p now, in order of arrival. Pass end_of_stream at the
+  /// end of a stream: images that still wait are then rejected, so that none is lost.
   std::vector<PairedFrame> take_ready(Timestamp now, bool end_of_stream = false);
 
-  /// Poses that the gate turned away, by body and cause ("Probe.not_rigid").
-  [[nodiscard]] const std::map<std::string, std::uint64_t>& rejected_poses() const {
-    return rejected_poses_;
-  }
+  [[nodiscard]] const ToolPoses<frames::Probe>& probe() const { return probe_; }
+  [[nodiscard]] const ToolPoses<frames::Reference>& reference() const { return reference_; }
+  /// One sentence while the newest image has a geometry that no calibration fits; else empty.
+  [[nodiscard]] const std::string& without_calibration() const { return without_calibration_; }
 
  private:
   struct Waiting {
     UltrasoundFrame frame;
     bool clock_believed;
   };
-  template <class Body>
-  void admit(PoseGate<Body>& gate, PoseBuffer<Body>& buffer, const RawPose& raw);
   std::optional<PairedFrame> settle(const Waiting& waiting, Timestamp now, bool end_of_stream);
 
-  Transform<frames::Probe, frames::Image> probe_from_image_;
+  std::vector<ProbeCalibration> calibrations_;
   std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference_from_tracker_;
   PairingOptions options_;
-  Diagnostics& diagnostics_;
-  PoseGate<frames::Probe> probe_gate_;
-  PoseGate<frames::Reference> reference_gate_;
-  PoseBuffer<frames::Probe> probe_poses_;
-  PoseBuffer<frames::Reference> reference_poses_;
+  Duration max_wait_;
+  ToolPoses<frames::Probe> probe_;
+  ToolPoses<frames::Reference> reference_;
   std::deque<Waiting> waiting_;
   DelayWatch frame_delay_;
   std::optional<Timestamp> newest_frame_;
-  std::map<std::string, std::uint64_t> rejected_poses_;
+  std::string without_calibration_;
 };
 
 }  // namespace nav::tracking

@@ -12,36 +12,38 @@
 
 namespace nav::tracking {
 
-/// Why there is no pose at a time.
+/// Reason why there is no pose at a time.
 enum class PoseAbsence {
-  kNotYet,      ///< Later than the newest sample: it may still come. Never extrapolated.
-  kTooOld,      ///< Earlier than the oldest sample that is still kept.
+  kNotYet,      ///< Later than the newest sample: it may still arrive. Poses are never
+                ///< extrapolated.
+  kTooOld,      ///< Earlier than the oldest stored sample.
   kNotTracked,  ///< A neighbouring sample has no pose (occluded, rejected).
   kGap,         ///< The neighbouring samples are too far apart in time.
 };
 const char* to_string(PoseAbsence absence);
 
-/// A pose at a time between two real samples.
+/// Pose at a time between two measured samples.
 template <class Body>
 struct PoseAt {
   Transform<frames::Tracker, Body> tracker_from_body;
-  Duration gap;   ///< To the nearer real sample, >= 0; 0: exact.
-  bool degraded;  ///< A contributing sample came without a status.
+  Duration gap;   ///< Time to the nearer measured sample, >= 0; 0: exact.
+  bool degraded;  ///< A contributing sample had no status.
 };
 
-/// The recent past of one body, in time order. It interpolates and never extrapolates.
-/// Fixed memory: no allocation after construction. Not thread-safe.
+/// Recent poses of one body, in time order. Poses are interpolated, never extrapolated. The memory
+/// is fixed: no allocation after construction. Not thread-safe.
 template <class Body>
 class PoseBuffer {
  public:
-  /// capacity >= 2 samples; max_gap > 0 between neighbours that may be bridged.
+  /// \p capacity >= 2 samples. \p max_gap > 0: longest time between neighbours that is
+  /// interpolated.
   explicit PoseBuffer(std::size_t capacity = 512, Duration max_gap = std::chrono::milliseconds(200))
       : max_gap_(max_gap) {
     NAV_CHECK(capacity >= 2 && max_gap > Duration::zero(), capacity, max_gap.count());
     samples_.resize(capacity);
   }
 
-  /// Precondition: later than every sample before it, otherwise a Bug (the gate ensures it).
+  /// Precondition: later than every earlier sample, otherwise a Bug (the gate ensures it).
   void push(TrackedPose<Body> pose) {
     NAV_CHECK(size_ == 0 || pose.acquired > sample(size_ - 1).acquired);
     samples_[(begin_ + size_) % samples_.size()] = std::move(pose);
@@ -52,7 +54,12 @@ class PoseBuffer {
     }
   }
 
-  /// Pose at a time, or why there is none.
+  void set_max_gap(Duration max_gap) {
+    NAV_CHECK(max_gap > Duration::zero(), max_gap.count());
+    max_gap_ = max_gap;
+  }
+
+  /// Pose at \p time, or the reason why there is none.
   [[nodiscard]] std::variant<PoseAt<Body>, PoseAbsence> at(Timestamp time) const {
     if (size_ == 0 || time > sample(size_ - 1).acquired) return PoseAbsence::kNotYet;
     if (time < sample(0).acquired) return PoseAbsence::kTooOld;
@@ -73,7 +80,7 @@ class PoseBuffer {
   }
 
   [[nodiscard]] std::size_t size() const { return size_; }
-  /// The newest sample, if any; with or without a pose.
+  /// Newest sample with or without a pose; nothing when empty.
   [[nodiscard]] std::optional<TrackedPose<Body>> newest() const {
     if (size_ == 0) return std::nullopt;
     return sample(size_ - 1);

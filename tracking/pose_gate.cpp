@@ -60,7 +60,7 @@ std::string at(const RawPose& raw, const std::string& name) {
 GateState::Verdict GateState::judge_time(const RawPose& raw, const std::string& name) {
   std::ostringstream text;
   text << at(raw, name);
-  // Asked of every pose: a clock that was set back would otherwise hide behind "too old".
+  // Every pose is checked: otherwise a clock that was set back would be reported as "too old" only.
   const bool believed = delay_.believes(raw.acquired, raw.received);
   if (newest_ && raw.acquired <= *newest_) {
     text << "expected a time after " << to_seconds(*newest_) << " s";
@@ -93,7 +93,7 @@ GateState::Verdict GateState::judge_motion(const RawPose& raw, const Eigen::Quat
   }
   if (!admitted_time_) return {std::nullopt, ""};
   const double seconds = to_seconds(raw.acquired - *admitted_time_);
-  // After a second of silence the body may be anywhere: the gate must open again.
+  // After a second without poses the body may be anywhere, so any motion is accepted.
   if (seconds >= 1.0) return {std::nullopt, ""};
   const double speed = (position_mm - admitted_position_mm_).norm() / seconds;
   if (speed > options_.max_speed_mm_per_s) {

@@ -10,43 +10,43 @@
 
 namespace nav::tracking {
 
-/// What a pose must satisfy before anything else sees it.
+/// Conditions that a pose must meet before it is used.
 struct PoseGateOptions {
   RigidTolerance rigid;
   double working_radius_mm = 10000;  ///< Largest |translation| in the Tracker frame.
-  double max_speed_mm_per_s = 5000;  ///< Between neighbouring admitted poses of one body.
-  /// Turn between neighbouring admitted poses less than a second apart, rad: a larger one is a body
-  /// whose markers were mistaken for each other, not a hand. (0, pi].
+  double max_speed_mm_per_s = 5000;  ///< Speed between neighbouring admitted poses of one body.
+  /// Rotation between neighbouring admitted poses less than a second apart, rad, in (0, pi]. A
+  /// larger rotation means that markers were confused, not that a hand moved.
   double max_turn_rad = 1.2;
-  /// How far a stamp may lie after its reception; beyond it the device's clock is not believed.
+  /// Longest time by which a stamp may lie after its reception; beyond it the device's clock is
+  /// wrong.
   Duration max_future = std::chrono::milliseconds(100);
-  /// How far the way from acquisition to reception may differ from what is usual for the stream;
-  /// beyond it the device's clock has been set, or the stream was held up. > 0.
+  /// Largest accepted difference from the stream's usual delay between acquisition and reception, >
+  /// 0. A larger one means that the device's clock was set or the stream was delayed.
   Duration max_delay_change = std::chrono::milliseconds(60);
 };
 
-/// Refuses limits that are NaN or not positive.
+/// Rejects limits that are NaN or not positive.
 Result<void> validate(const PoseGateOptions& options);
 
-/// Why a pose was turned away. Names are stable, for the ledger and reports.
+/// Cause of a rejection. The names are stable, for the ledger and reports.
 enum class PoseRejection { kStatus, kNotRigid, kOutsideVolume, kTime, kClock, kTooFast };
 const char* to_string(PoseRejection cause);
-/// Whether the time of a pose that was turned away for a cause may still be used: the fact that
-/// there was no pose then.
+/// True when the time of a rejected pose may be used: it tells that there was no valid pose then.
 inline bool has_usable_time(const std::optional<PoseRejection>& cause) {
   return cause != PoseRejection::kTime && cause != PoseRejection::kClock;
 }
 
-/// Verdict on one pose.
+/// Decision about one pose.
 template <class Body>
 struct Admission {
-  TrackedPose<Body> pose;                  ///< Without a transform exactly when rejected.
+  TrackedPose<Body> pose;                  ///< Has a transform if and only if it was admitted.
   std::optional<PoseRejection> rejection;  ///< Absent when admitted.
   std::string message;                     ///< One sentence when rejected.
 };
 
 namespace detail {
-/// Frame-independent part of the gate; state of one body.
+/// Frame-independent part of the gate: the state of one body.
 class GateState {
  public:
   explicit GateState(const PoseGateOptions& options)
@@ -64,15 +64,15 @@ class GateState {
 
   PoseGateOptions options_;
   DelayWatch delay_;
-  std::optional<Timestamp> newest_;  ///< Of every pose whose time was usable.
+  std::optional<Timestamp> newest_;  ///< Newest usable time, of admitted and rejected poses.
   std::optional<Timestamp> admitted_time_;
   Eigen::Vector3d admitted_position_mm_ = Eigen::Vector3d::Zero();
   Eigen::Quaterniond admitted_rotation_ = Eigen::Quaterniond::Identity();
 };
 }  // namespace detail
 
-/// Lets only finite, rigid, timely poses inside the working volume through; keeps the fact and
-/// the cause of every other. One gate per tracked body; not thread-safe.
+/// Admits only finite, rigid, timely poses inside the working volume. Other poses are kept without
+/// a transform, with the cause. One gate for each tracked body. Not thread-safe.
 template <class Body>
 class PoseGate {
  public:

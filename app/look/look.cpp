@@ -24,7 +24,7 @@ Result<render::TransferFunction> transfer_of(const SessionConfig::Look& look, co
   return render::with_importance(*base, look.importance);
 }
 
-/// Whether anything is said of how to cut.
+/// True when the session sets any property of the cutaway's shape.
 bool shapes(const SessionConfig::Look::Cutaway& said) {
   return said.theta1_deg || said.theta2_deg || said.overlay_mm || said.around_plane ||
          said.around_needle || said.around_targets;
@@ -36,15 +36,15 @@ Result<std::optional<render::Cutaway>> cutaway_of(const SessionConfig::Look::Cut
   const bool in_file = !file_says || file->cutaway->has_value();
   if (!in_file && !said.enabled && shapes(said)) {
     return Error{ErrorCode::kUsage,
-                 "look.cutaway: expected a look file that cuts, or enabled = true, beside angles, "
-                 "overlay or objects, found a look file that does not cut"};
+                 "look.cutaway: angles, overlay and objects require enabled = true, because the "
+                 "appearance file does not cut"};
   }
   if (!said.enabled.value_or(in_file)) return std::optional<render::Cutaway>{};
   render::Cutaway cutaway =
       file_says ? file->cutaway->value_or(render::Cutaway{}) : render::Cutaway{};
-  constexpr double io::kRadPerDeg = M_PI / 180;
-  if (said.theta1_deg) cutaway.theta1_rad = *said.theta1_deg * io::kRadPerDeg;
-  if (said.theta2_deg) cutaway.theta2_rad = *said.theta2_deg * io::kRadPerDeg;
+  constexpr double kRadPerDeg = M_PI / 180;
+  if (said.theta1_deg) cutaway.theta1_rad = *said.theta1_deg * kRadPerDeg;
+  if (said.theta2_deg) cutaway.theta2_rad = *said.theta2_deg * kRadPerDeg;
   cutaway.overlay_mm = said.overlay_mm.value_or(cutaway.overlay_mm);
   cutaway.around_plane = said.around_plane.value_or(cutaway.around_plane);
   cutaway.around_needle = said.around_needle.value_or(cutaway.around_needle);
@@ -52,8 +52,7 @@ Result<std::optional<render::Cutaway>> cutaway_of(const SessionConfig::Look::Cut
   if (cutaway.theta1_rad > cutaway.theta2_rad) {
     std::ostringstream text;
     text << "look.cutaway.theta1_deg: expected at most theta2_deg, "
-         << cutaway.theta2_rad / io::kRadPerDeg << ", found "
-         << cutaway.theta1_rad / io::kRadPerDeg;
+         << cutaway.theta2_rad / kRadPerDeg << ", found " << cutaway.theta1_rad / kRadPerDeg;
     return Error{ErrorCode::kUsage, text.str()};
   }
   return std::optional<render::Cutaway>(cutaway);
@@ -83,11 +82,11 @@ Result<ResolvedLook> resolve_look(const SessionConfig::Look& look, const Volume&
     resolved.value_range = render::value_range(ct);
     resolved.shading = render::rescaled({}, render::kNominalRange, *resolved.value_range);
   }
-  // Who asks for a style asks for shading, whatever the file says.
+  // A style in the session turns shading on, even when the file turns it off.
   const bool in_file = resolved.shading.enabled || look.style.has_value();
   if (look.shading && !in_file && look.emphasis) {
-    return Error{ErrorCode::kUsage, "look.emphasis: expected shading that is on, found it off in " +
-                                        look.file.string()};
+    return Error{ErrorCode::kUsage,
+                 "look.emphasis: requires shading, which is off in " + look.file.string()};
   }
   resolved.shading.enabled = in_file && look.shading;
   resolved.shading.emphasis = look.emphasis.value_or(resolved.shading.emphasis);
@@ -104,7 +103,7 @@ Result<ResolvedLook> resolve_look(const SessionConfig::Look& look, const Volume&
 
 namespace {
 
-/// The opacity of a component at a value.
+/// Opacity of a component at a value.
 double opacity_at(const render::TransferComponent& component, double value) {
   const auto& nodes = component.nodes;
   const auto next = std::ranges::upper_bound(nodes, value, {}, &render::TransferNode::hu);
@@ -117,7 +116,7 @@ double opacity_at(const render::TransferComponent& component, double value) {
 }  // namespace
 
 void warn_of_lost_components(const render::TransferFunction& transfer, Diagnostics& diagnostics) {
-  constexpr double kLeastShare = 0.5;  // Of its greatest opacity.
+  constexpr double kLeastShare = 0.5;  // Share of the component's greatest opacity.
   for (const render::TransferComponent& component : transfer.components()) {
     const auto most = std::ranges::max_element(component.nodes, {}, &render::TransferNode::opacity);
     const double drawn = std::max(opacity_at(component, std::floor(most->hu)),
@@ -125,8 +124,8 @@ void warn_of_lost_components(const render::TransferFunction& transfer, Diagnosti
     if (drawn >= kLeastShare * most->opacity) continue;
     std::ostringstream text;
     text << (component.name.empty() ? "transfer function" : "component " + component.name)
-         << ": expected nodes a whole value apart or more, as values are classified, found an "
-            "opacity of "
+         << ": expected nodes at least 1 apart, because values are classified at whole numbers, "
+            "found an opacity of "
          << most->opacity << " at " << most->hu << ", of which " << drawn
          << " is drawn: multiply the volume's values and the nodes by a constant";
     diagnostics.report(Severity::kWarning, "look", text.str());
@@ -137,12 +136,11 @@ void warn_of_units(const SessionConfig::Look& look, const Volume& ct, Diagnostic
   const bool of_hounsfield_units =
       look.file.empty() && look.nodes.empty() && look.preset.starts_with("ct");
   if (!of_hounsfield_units || look.projection != "composite" || render::is_hounsfield(ct)) return;
-  diagnostics.report(Severity::kWarning, "look",
-                     look.preset + ": expected a CT in Hounsfield units, found less than a " +
-                         "hundredth of " + ct.name() +
-                         " below -200, as air is: if it is an MR or "
-                         "stored in another unit, its colours mean nothing (--transfer-function "
-                         "mr-default, or a --look of its own)");
+  diagnostics.report(
+      Severity::kWarning, "look",
+      look.preset + ": expected a CT in Hounsfield units, found less than 1 % of " + ct.name() +
+          " below -200 (air): if it is an MR or has another unit, its colours have "
+          "no meaning (use --transfer-function mr-default, or a --look made for it)");
 }
 
 Result<void> save_look(const std::filesystem::path& path, const ResolvedLook& look) {

@@ -14,29 +14,33 @@
 
 namespace nav::app {
 
-/// A session's look for one volume: what a scene takes over as it is.
+/// Appearance of one volume in a session, in the form that a scene uses.
 struct ResolvedLook {
   render::TransferFunction transfer;
   render::Shading shading;
   std::optional<render::Cutaway> cutaway;
   render::Projection projection = render::Projection::kComposite;
-  /// Of the volume, where values of the transfer function are only true for it (MR).
+  /// Value range of the volume; present when the values of the transfer function hold only for this
+  /// volume (MR).
   std::optional<render::ValueRange> value_range{};
 };
 
-/// Warns of components whose opacity lies between whole numbers, at which values are classified.
+/// Warns of components that are opaque only between whole numbers: values are classified at whole
+/// numbers, so these components are lost.
 void warn_of_lost_components(const render::TransferFunction& transfer, Diagnostics& diagnostics);
 
-/// Warns of a preset for Hounsfield units on a volume that seems to have none.
+/// Warns when a preset for Hounsfield units is used on a volume whose values do not seem to be
+/// Hounsfield units.
 void warn_of_units(const SessionConfig::Look& look, const Volume& ct, Diagnostics& diagnostics);
 
-/// Nothing for an empty path, else stores a look, to be carried to another data set: colours with
-/// the importance that was laid over them, shading, and which kinds of objects cut.
+/// Stores an appearance for use with another data set: colours with the importance of the session,
+/// shading, and the kinds of objects that cut. Does nothing when the path is empty.
 Result<void> save_look(const std::filesystem::path& path, const ResolvedLook& look);
 
-/// Reads the look file, if there is one, fits presets and files to the volume, and lays over them
-/// what the session says. Refuses unknown presets, bad files and importance rules, and values that
-/// contradict each other only now (theta1 of the session above theta2 of the file).
+/// Reads the appearance file, if there is one, fits the preset or file to the volume and applies
+/// the session's settings on top. Rejects unknown presets, bad files and importance rules, and
+/// values that contradict each other only in combination (theta1 of the session above theta2 of the
+/// file).
 Result<ResolvedLook> resolve_look(const SessionConfig::Look& look, const Volume& ct);
 
 }  // namespace nav::app

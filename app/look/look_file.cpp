@@ -91,9 +91,9 @@ render::Cutaway read_cutaway(const io::Json& json, const std::string& where,
   member.flag("around_needle", c.around_needle);
   member.flag("around_targets", c.around_spheres);
   member.finish();
-  // In the words and units of the file, before the scene names its own.
+  // Checked here in the names and units of the file, before the scene reports its own.
   const auto degrees = [](double rad) {
-    constexpr double kShares = 1e9;  // Of a degree: what the file says, not how it is rounded.
+    constexpr double kShares = 1e9;  // Parts of a degree; removes rounding errors.
     return std::round(rad * 180 / M_PI * kShares) / kShares;
   };
   for (const auto& [key, angle] :
@@ -106,7 +106,7 @@ render::Cutaway read_cutaway(const io::Json& json, const std::string& where,
   return c;
 }
 
-/// What validate(Scene) says of the shading and the cutaway alone.
+/// Checks the shading and the cutaway alone with validate(Scene).
 Result<void> check_in_scene(const std::string& name, const LookFile& look) {
   static const auto voxel = std::make_shared<const Volume>(
       *Volume::create(VoxelGrid{{1, 1, 1}}, std::vector<std::int16_t>(1), "look"));
@@ -207,8 +207,9 @@ Result<LookFile> read_look_file(const std::filesystem::path& path) {
   if (text->starts_with(kByteOrderMark)) text->erase(0, kByteOrderMark.size());
   const auto first = text->find_first_not_of(" \t\r\n");
   if (first == std::string::npos) {
-    return Error{ErrorCode::kMalformedData,
-                 name + ": expected a look or a Slicer volume property, found an empty file"};
+    return Error{
+        ErrorCode::kMalformedData,
+        name + ": expected an appearance or a Slicer volume property, found an empty file"};
   }
   if ((*text)[first] != '{' && path.extension() != ".json") {
     return slicer_look_from_vp(name, *text);
@@ -256,7 +257,7 @@ Result<LookFile> look_for(LookFile look, const Volume& volume) {
   auto laid = render::rescaled(look.transfer, *look.value_range, range);
   if (!laid) {
     return Error{laid.error().code,
-                 "value_range: expected one whose nodes stay apart over the volume's, found that " +
+                 "value_range: nodes become equal when mapped to the volume's range: " +
                      laid.error().message};
   }
   look.transfer = *std::move(laid);

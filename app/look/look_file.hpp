@@ -12,32 +12,34 @@
 
 namespace nav::app {
 
-/// A look that can be stored and carried to another data set: how values are classified, shaded and
-/// cut away. Objects of a cutaway belong to a procedure and are not part of it, only which kinds
-/// cut.
+/// Appearance that can be stored and used with another data set: how values are classified, shaded
+/// and cut away. It holds which kinds of objects cut, but not the objects themselves: these belong
+/// to a procedure.
 struct LookFile {
   render::TransferFunction transfer;
-  std::optional<render::Shading> shading;  ///< Absent: the file does not say.
-  /// Absent: the file does not say. Inner absence: no cutaway.
+  std::optional<render::Shading> shading;  ///< Absent: not in the file.
+  /// Outer optional absent: not in the file. Inner optional absent: no cutaway.
   std::optional<std::optional<render::Cutaway>> cutaway;
-  /// The value range of the volume that it was made for, where values have no absolute scale (MR).
+  /// Value range of the volume that the appearance was made for; present when values have no
+  /// absolute scale (MR).
   std::optional<render::ValueRange> value_range;
 };
 
 /// Reads Sonde's own JSON (docs/look-file.md) or 3D Slicer's volume properties, .vp and .vp.json;
-/// the contents decide which. Refuses files above 1 MiB, above 4096 nodes, broken, with numbers
-/// that are not finite or out of range; the message names file, place, what was expected and what
-/// was found.
+/// the contents decide which. Rejects files that are broken, are larger than 1 MiB, have more than
+/// 4096 nodes, or have numbers that are not finite or out of range. The message names the file, the
+/// position, what was expected and what was found.
 Result<LookFile> read_look_file(const std::filesystem::path& path);
 
-/// Sonde's own JSON of a look; read_look_file() gives back the same values.
+/// Appearance as Sonde's own JSON; read_look_file() returns the same values.
 std::string to_json_text(const LookFile& look);
-/// Writes it; the file appears when it is complete.
+/// Writes the appearance as JSON; the file appears only when it is complete.
 Result<void> write_look_file(const std::filesystem::path& path, const LookFile& look);
 
-/// The look for a volume: values of the transfer function and gradients of the shading, said or
-/// not, are carried over from look.value_range to the volume's own where the file has one;
-/// otherwise they are absolute. Refuses nodes that fall together there.
+/// Appearance for a volume. When the file has a value range, the values of the transfer function
+/// and the gradients of the shading, given or default, are mapped from look.value_range to the
+/// volume's own range; otherwise they are absolute. Rejects nodes that become equal by this
+/// mapping.
 Result<LookFile> look_for(LookFile look, const Volume& volume);
 
 }  // namespace nav::app

@@ -14,7 +14,7 @@ using PresetJson = nlohmann::json;
 constexpr std::size_t kMostPoints = 4096;
 constexpr double kMostPosition = 1e9;
 
-/// A point of a piecewise-linear curve: x and one value (opacity) or three (colour).
+/// Point of a piecewise-linear curve: x and one value (opacity) or three (colour).
 struct CurvePoint {
   double x;
   std::vector<double> y;
@@ -44,8 +44,8 @@ std::string text_of(double x) {
   return text.str();
 }
 
-/// As Slicer keeps points: in order, all of them. One at the place of the one before is a step and
-/// moves to the next single-precision number.
+/// Sorts the points and keeps all of them, as Slicer does. A point at the same x as the previous
+/// one makes a step: it moves to the next single-precision number.
 Curve sorted(Curve curve) {
   std::stable_sort(curve.begin(), curve.end(),
                    [](const CurvePoint& a, const CurvePoint& b) { return a.x < b.x; });
@@ -86,7 +86,7 @@ std::vector<double> at(const Curve& curve, double x) {
   return y;
 }
 
-/// A gradient opacity as the factor of its plateau and a window.
+/// Gradient opacity in Sonde's form: the value of its plateau and a window.
 struct GradientShare {
   double factor = 1;
   std::optional<render::GradientWindow> window;
@@ -155,7 +155,7 @@ Result<LookFile> to_look(const std::string& name, SlicerProperty property) {
   return LookFile{*std::move(transfer), shading, {}, {}};
 }
 
-/// The numbers of a line of a .vp file.
+/// Numbers in a line of a .vp file.
 Result<std::vector<double>> numbers_of(const std::string& where, const std::string& line) {
   std::vector<double> numbers;
   std::istringstream stream(line);
@@ -170,7 +170,7 @@ Result<std::vector<double>> numbers_of(const std::string& where, const std::stri
   return numbers;
 }
 
-/// "count x y… x y…": count is that of all numbers behind it.
+/// Reads a curve from "count x y… x y…"; count is the number of all numbers after it.
 Result<Curve> curve_of(const std::string& where, const std::string& line, std::size_t values) {
   const auto numbers = numbers_of(where, line);
   if (!numbers) return numbers.error();
@@ -322,13 +322,13 @@ Result<LookFile> slicer_look_from_json(const std::string& name, const PresetJson
                           interpolation.dump().substr(0, 40));
   }
   if (properties[0].value("independentComponents", PresetJson(true)) != true) {
-    return refused_preset(name + ": independentComponents", "true, of one component",
+    return refused_preset(name + ": independentComponents", "true, because there is one component",
                           properties[0]["independentComponents"].dump().substr(0, 40));
   }
   const PresetJson& component = components[0];
   JsonReader reader(name);
   SlicerProperty property;
-  property.shade = reader.flag(component, "shade", false);  // As Slicer reads it.
+  property.shade = reader.flag(component, "shade", false);  // Slicer's default.
   if (component.contains("lighting")) {
     const PresetJson& lighting = component["lighting"];
     if (!lighting.is_object()) {

@@ -2,15 +2,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/options/command_line.hpp"
 
-#include <cstdio>
 #include <iostream>
-#include <new>
+#include <utility>
 
 #include "app/options/exit_code.hpp"
 #include "app/options/option_checks.hpp"
 #include "app/options/option_parser.hpp"
 #include "app/options/overwriting.hpp"
+#include "app/options/program.hpp"
 #include "app/options/verbs.hpp"
+#include "app/verbs/bench_program.hpp"
 #include "app/verbs/devices.hpp"
 #include "app/verbs/info.hpp"
 
@@ -35,19 +36,18 @@ void CommandLine::add_info() {
   });
 }
 
-void CommandLine::add_gallery() {
-  CLI::App* gallery = app_.add_subcommand("gallery", "Draw the pictures of docs/gallery.md");
-  gallery->add_option("--out", gallery_.out, "folder to write to")->required();
-  gallery->add_option("--engine", gallery_.engine, "cpu, gl or reference")->capture_default_str();
-  gallery->add_option("--only", gallery_.only, "only pictures whose name contains this");
-  gallery->add_option("--width", gallery_.width)
-      ->check(in_range(16, 4096, "pixels"))
-      ->capture_default_str();
-  gallery->add_option("--height", gallery_.height)
-      ->check(in_range(16, 4096, "pixels"))
-      ->capture_default_str();
-  gallery->callback(
-      [this] { verb_ = [this](Console& console) { return run_gallery(gallery_, console); }; });
+void CommandLine::add_bench_program() {
+  for (const auto& [name, description] :
+       {std::pair{"bench", "Measure run time against error (program sonde-bench)"},
+        {"gallery", "Draw the pictures of docs/gallery.md (program sonde-bench)"}}) {
+    CLI::App* verb = app_.add_subcommand(name, description);
+    // run() hands the command line over before it is parsed.
+    verb->callback([this, name = std::string(name)] {
+      verb_ = [name](Console&) -> Result<void> {
+        return Error{ErrorCode::kUsage, name + ": expected it as the first word, found others"};
+      };
+    });
+  }
 }
 
 void CommandLine::add_devices() {
@@ -56,12 +56,10 @@ void CommandLine::add_devices() {
   });
 }
 
-int CommandLine::fail(const Error& error) const {
-  std::fprintf(stderr, "sonde: error: %s\n", without_controls(error.message).c_str());
-  return exit_code(error);
-}
+int CommandLine::fail(const Error& error) const { return print_error("sonde", error); }
 
 int CommandLine::run(int argc, const char* const* argv) {
+  if (const auto words = bench_words(argc, argv)) return fail(run_bench_program(*words));
   // Options win over the session file, so it is read before they are.
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
@@ -103,18 +101,7 @@ int CommandLine::run(int argc, const char* const* argv) {
 }
 
 int run_command_line(int argc, const char* const* argv) {
-  try {
-    return CommandLine().run(argc, argv);
-  } catch (const std::bad_alloc&) {
-    std::fputs("sonde: error: out of memory: expected room for what was asked for, found none\n",
-               stderr);
-    return kExitDevice;
-  } catch (const std::exception& bug) {
-    std::string what = bug.what();
-    for (char& c : what) c = c == '\n' ? ' ' : c;
-    std::fprintf(stderr, "sonde: bug: %s\n", what.c_str());
-    return kExitBug;
-  }
+  return run_guarded("sonde", [&] { return CommandLine().run(argc, argv); });
 }
 
 }  // namespace nav::app

@@ -18,11 +18,11 @@ bool derives_any_of(const Settings& s, std::initializer_list<std::string_view> n
          });
 }
 
-Need vesselness() {
+Requirement vesselness() {
   return {.met = [](const Settings& s) { return derives_any_of(s, {"vesselness"}); },
           .text = "--feature vesselness"};
 }
-Need scan_lines() {
+Requirement scan_lines() {
   return {.met =
               [](const Settings& s) {
                 return derives_any_of(s, {"confidence", "gradient-angle", "gradient-along",
@@ -30,7 +30,7 @@ Need scan_lines() {
               },
           .text = "--feature confidence, gradient-angle, gradient-along, gradient-across or depth"};
 }
-Need gradients() {
+Requirement gradients() {
   return {.met =
               [](const Settings& s) {
                 return derives_any_of(s, {"gradient-magnitude", "gradient-angle", "gradient-along",
@@ -40,7 +40,7 @@ Need gradients() {
               "--feature gradient-magnitude, gradient-angle, gradient-along or "
               "gradient-across"};
 }
-Need snr_or_gradients() {
+Requirement snr_or_gradients() {
   return {.met =
               [](const Settings& s) {
                 return derives_any_of(s, {"snr", "gradient-magnitude", "gradient-angle",
@@ -50,15 +50,15 @@ Need snr_or_gradients() {
               "--feature snr, gradient-magnitude, gradient-angle, gradient-along or "
               "gradient-across"};
 }
-Need snr() {
+Requirement snr() {
   return {.met = [](const Settings& s) { return derives_any_of(s, {"snr"}); },
           .text = "--feature snr"};
 }
-Need confidence() {
+Requirement confidence() {
   return {.met = [](const Settings& s) { return derives_any_of(s, {"confidence"}); },
           .text = "--feature confidence"};
 }
-Need values() {
+Requirement values() {
   return {.met =
               [](const Settings& s) {
                 return derives_any_of(s, {"snr", "vesselness", "confidence", "gradient-magnitude",

@@ -75,7 +75,7 @@ void write_kind(KeyWriter& writer, const char* key, const Settings& s) {
   writer.table.insert(key, simulated ? "simulated" : "recording");
 }
 
-Need ct_to_register() { return {.any_of = {{"--ct"}}, .verb = "register"}; }
+Requirement ct_to_register() { return {.any_of = {{"--ct"}}, .verb = "register"}; }
 
 }  // namespace
 
@@ -83,7 +83,7 @@ Error unreadable(const std::string& expected, const std::string& text) {
   return {ErrorCode::kUsage, "expected " + expected + ", found '" + text + "'"};
 }
 
-Need recording_session() {
+Requirement recording_session() {
   return {.met =
               [](const Settings& s) {
                 return s.config.source.kind == SessionConfig::SourceKind::kRecording;
@@ -93,15 +93,15 @@ Need recording_session() {
           .verb = "replay"};
 }
 
-Need sweep_to_register() {
+Requirement sweep_to_register() {
   return {.met = [](const Settings& s) { return !s.config.source.recording.empty(); },
           .text = "a sweep",
           .verb = "register"};
 }
 
-Need recording_to_slice() { return {.any_of = {{"--recording"}}, .verb = "slices"}; }
+Requirement recording_to_slice() { return {.any_of = {{"--recording"}}, .verb = "slices"}; }
 
-Need dicom_folder() {
+Requirement dicom_folder() {
   return {.met =
               [](const Settings& s) {
                 std::error_code ignored;

@@ -47,7 +47,7 @@ struct Condition {
 };
 
 /// An option without effect unless one of the conditions holds, or a rule that no condition states.
-struct Need {
+struct Requirement {
   std::vector<Condition> any_of{};
   bool (*met)(const Settings&) = nullptr;           ///< A rule; replaces the conditions.
   std::string text{};                               ///< The rule in words: "a DICOM folder".
@@ -80,10 +80,12 @@ struct Option {
   std::string key{};                     ///< Of the session file: "output.width_px"; empty: none.
   std::vector<std::string> more_keys{};  ///< Further keys that it sets.
   bool written_when_set = false;         ///< An empty value is left out of a session file.
-  std::vector<Need> needs{};
+  std::vector<Requirement> needs{};
   std::vector<Condition> idle_with{};   ///< It has no effect while one of these holds.
   std::vector<std::string> excludes{};  ///< Options that cannot be given beside it.
   std::string formerly{};               ///< Older name, which works with a warning.
+  std::string
+      retired{};  ///< Reason why an option of the last version is ignored; empty: it is not.
   /// Replaces the slot: stores values that need more than a conversion. Errors: `expected …, found
   /// …`, without the name.
   Result<void> (*take)(Settings&, const std::vector<std::string>&) = nullptr;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstdint>
+#include <filesystem>
 #include <limits>
 #include <sstream>
 
@@ -20,9 +21,10 @@ const CLI::App& meant_verb(const CLI::App& app) {
   return *verb;
 }
 
-/// "sonde bench render".
+/// "sonde info".
 std::string full_name(const CLI::App& verb) {
-  if (verb.get_parent() == nullptr) return "sonde";
+  // The parser has the name of a program from its command line.
+  if (verb.get_parent() == nullptr) return std::filesystem::path(verb.get_name()).filename();
   return full_name(*verb.get_parent()) + " " + verb.get_name();
 }
 
@@ -88,8 +90,10 @@ std::string wrong_verb(const CLI::App& app) {
     names.push_back(one->get_name());
   }
   const auto rest = app.remaining(true);
-  return (&verb == &app ? "verb" : full_name(verb)) + ": expected one of " + listed(names) +
-         ", found " + (rest.empty() ? "none" : "'" + rest.front() + "'");
+  const std::string name = full_name(verb);
+  const bool first = name.find(' ') == std::string::npos;
+  return (first ? "verb" : name) + ": expected one of " + listed(names) + ", found " +
+         (rest.empty() ? "none" : "'" + rest.front() + "'");
 }
 
 std::string wrong_argument(const CLI::App& app) {

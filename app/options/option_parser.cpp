@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "app/options/option_checks.hpp"
+#include "app/options/retired.hpp"
 
 namespace nav::app {
 namespace {
@@ -34,14 +35,14 @@ struct Asked {
     }
     return std::ranges::count(condition.values, value_text(*option, settings)) > 0;
   }
-  bool given(const Option& option) const { return is_given(parser, option.name); }
-  bool holds(const Need& need) const {
+  bool given(const Option& option) const { return is_given(parser, option.name.c_str()); }
+  bool holds(const Requirement& need) const {
     if (!need.verb.empty() && need.verb != verb) return true;
     if (need.met != nullptr) return need.met(settings);
     return std::ranges::any_of(need.any_of, [&](const Condition& one) { return holds(one); });
   }
   /// The value that is there instead of the one that is needed; empty: not worth saying.
-  std::string found(const Need& need) const {
+  std::string found(const Requirement& need) const {
     if (need.found != nullptr) return need.found(settings);
     if (need.any_of.size() != 1 || need.any_of.front().values.empty()) return "";
     const Option* option = find_option_of(verb, need.any_of.front().option);
@@ -52,6 +53,7 @@ struct Asked {
 }  // namespace
 
 void add_option(CLI::App& parser, const Option& option, Settings& settings) {
+  if (!option.retired.empty()) return add_retired_option(parser, option.name, option.retired);
   const auto store = [&option, &settings](const CLI::results_t& values) {
     if (const auto ok = take(option, values, settings); !ok) {
       throw CLI::ValidationError(ok.error().message);
@@ -84,16 +86,11 @@ void add_options(CLI::App& parser, std::string_view verb, Settings& settings) {
   }
 }
 
-bool is_given(const CLI::App& parser, const std::string& name) {
-  const CLI::Option* there = parser.get_option_no_throw(name);
-  return there != nullptr && there->count() > 0;
-}
-
 Result<void> refuse_idle(const CLI::App& parser, std::string_view verb, const Settings& settings) {
   const Asked asked{parser, verb, settings};
   for (const Option* option : options_of(verb)) {
     if (!asked.given(*option)) continue;
-    for (const Need& need : option->needs) {
+    for (const Requirement& need : option->needs) {
       if (asked.holds(need)) continue;
       const std::string found = asked.found(need);
       return Error{ErrorCode::kUsage,
@@ -114,7 +111,7 @@ Result<void> as_given(const CLI::App& parser, std::string_view verb, Result<void
   if (checked) return checked;
   const Error& said = checked.error();
   for (const Option* option : options_of(verb)) {
-    if (!is_given(parser, option->name)) continue;
+    if (!is_given(parser, option->name.c_str())) continue;
     std::vector<std::string> keys = option->more_keys;
     if (!option->key.empty()) keys.insert(keys.begin(), option->key);
     for (const std::string& key : keys) {

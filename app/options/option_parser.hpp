@@ -8,14 +8,12 @@
 #include <vector>
 
 #include "app/options/option.hpp"
+#include "app/options/option_needs.hpp"
 
 namespace nav::app {
 
 /// Adds the options of a verb to its parser. They store into \p settings, which outlives it.
 void add_options(CLI::App& parser, std::string_view verb, Settings& settings);
-
-/// True where the command line gives an option of this name; verbs do not have all of them.
-bool is_given(const CLI::App& parser, const std::string& name);
 
 /// Adds one option. It stores into \p settings; both outlive the parser.
 void add_option(CLI::App& parser, const Option& option, Settings& settings);

@@ -57,11 +57,12 @@ void add_simulate_rows(std::vector<Option>& rows);
 void add_plan_rows(std::vector<Option>& rows);
 
 /// Needs that several rows share.
-Need recording_session();   ///< In a replay: a session of a recording, not the simulated procedure.
-Need ultrasound_volume();   ///< In a replay: --us-volume.
-Need sweep_to_register();   ///< In a registration: a sweep.
-Need recording_to_slice();  ///< In slices: --recording.
-Need dicom_folder();        ///< For --series.
+Requirement
+recording_session();  ///< In a replay: a session of a recording, not the simulated procedure.
+Requirement ultrasound_volume();   ///< In a replay: --us-volume.
+Requirement sweep_to_register();   ///< In a registration: a sweep.
+Requirement recording_to_slice();  ///< In slices: --recording.
+Requirement dicom_folder();        ///< For --series.
 
 /// Puts a repeated value such as "LOW:HIGH=I" into an error: `expected …, found 'text'`.
 Error unreadable(const std::string& expected, const std::string& text);

@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include "app/options/option.hpp"
-#include "app/options/option_checks.hpp"
+#include "app/options/retired.hpp"
 #include "app/options/session_section.hpp"
 #include "io/json.hpp"
 #include "nav/places.hpp"
@@ -37,6 +37,12 @@ std::vector<const Option*> rows_of_keys() {
 void read_key(Section& section, const Option& option, Settings& settings) {
   const char* key = name_in_table(option);
   if (option.read != nullptr) return option.read(section, key, settings);
+  if (!option.retired.empty()) {
+    double value = 0;  // Session files of the last version have the key, usually 0.
+    section.number(key, value);
+    if (value != 0) warn_retired(option.key, option.retired);
+    return;
+  }
   const auto numbers = [&](std::size_t count, auto use) {
     std::vector<double> found;
     section.numbers(key, count, found);
@@ -117,6 +123,7 @@ void write_key(toml::table& table, const Option& option, Settings& settings) {
     KeyWriter writer{table};
     return option.write(writer, name_in_table(option), settings);
   }
+  if (!option.retired.empty()) return;
   std::visit(
       [&](auto at) {
         if constexpr (!std::is_same_v<decltype(at), std::monostate>) {
@@ -295,11 +302,6 @@ Result<void> validate(const SessionConfig& config) {
     }
   }
   const auto& quality = config.quality;
-  const bool pre_integrated = quality.classification == "pre-integrated";
-  if (quality.adaptive_error > 0 && !pre_integrated) {
-    return refuse("quality.adaptive_error",
-                  "0 beside post-classified, whose cells are never joined", quality.adaptive_error);
-  }
   if (quality.jitter && config.output.pixel_error > 0) {
     return refuse("output.pixel_error", "0 beside quality.jitter, under which no ray is spared",
                   config.output.pixel_error);

@@ -70,7 +70,6 @@ struct SessionConfig {
   struct Quality {
     std::string classification = "pre-integrated";  ///< Or post-classified.
     bool jitter = false;
-    double adaptive_error = 0;  ///< Of render::Quality, [0, 1].
   } quality;
 
   /// Of 'sonde predicates'; 'sonde replay' draws by them when they name a volume.

@@ -15,9 +15,9 @@ std::vector<std::string> families() {
   return names;
 }
 
-Need written_ct() { return {.any_of = {{"--ct"}}}; }
-Need breathing() { return {.any_of = {{"--breathing", {"rigid", "affine", "smooth"}}}}; }
-Need needle() { return {.any_of = {{"--needle", {"straight", "bevel", "tip-load"}}}}; }
+Requirement written_ct() { return {.any_of = {{"--ct"}}}; }
+Requirement breathing() { return {.any_of = {{"--breathing", {"rigid", "affine", "smooth"}}}}; }
+Requirement needle() { return {.any_of = {{"--needle", {"straight", "bevel", "tip-load"}}}}; }
 
 }  // namespace
 

@@ -6,7 +6,7 @@
 namespace nav::app {
 namespace {
 
-Need fused() { return {.any_of = {{"--recording"}, {"--second"}}}; }
+Requirement fused() { return {.any_of = {{"--recording"}, {"--second"}}}; }
 
 }  // namespace
 
@@ -170,12 +170,11 @@ void add_register_rows(std::vector<Option>& rows) {
        .needs = {sweep_to_register()}},
       {.name = "--similarity",
        .type = "NAME",
-       .text = "similarity of sweep and CT",
+       .text = "similarity of sweep and CT, no longer supported",
        .group = group::kRegistration,
        .verbs = here,
-       .slot = NAV_SLOT(registration.similarity),
-       .choices = {"lc2", "ncc", "mi"},
-       .needs = {sweep_to_register()}},
+       .absent = "lc2",
+       .retired = "a sweep and a CT are compared by LC2"},
       {.name = "--loss",
        .type = "NAME",
        .text = "robust loss for patches that match poorly",
@@ -202,7 +201,7 @@ void add_register_rows(std::vector<Option>& rows) {
        .verbs = here,
        .slot = NAV_SLOT(registration.calibration_sigma_mm),
        .range = within(0, 10),
-       .needs = {sweep_to_register(), {.any_of = {{"--similarity", {"lc2"}}}}}},
+       .needs = {sweep_to_register()}},
       {.name = "--target",
        .type = "X",
        .unit = "mm",

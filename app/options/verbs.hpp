@@ -8,11 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "app/bench/bench.hpp"
-#include "app/bench/bench_derived.hpp"
-#include "app/bench/bench_registration.hpp"
 #include "app/console.hpp"
-#include "app/gallery/gallery.hpp"
 #include "app/options/settings.hpp"
 #include "app/options/verb_table.hpp"
 
@@ -37,8 +33,7 @@ class CommandLine {
     add_slices();
     add_predicates();
     add_derive();
-    add_bench();
-    add_gallery();
+    add_bench_program();
     add_devices();
     add_simulate();
   }
@@ -56,16 +51,9 @@ class CommandLine {
   void add_slices();
   void add_predicates();
   void add_derive();
-  void add_bench();
-  void add_bench_registration(CLI::App& bench);
-  void add_bench_derived(CLI::App& bench);
-  void add_bench_predicates(CLI::App& bench);
-  void add_gallery();
+  void add_bench_program();
   void add_devices();
   void add_simulate();
-  void add_json(CLI::App& verb) {
-    verb.add_option("--json", json_, "write the report as JSON here too; -: standard output");
-  }
   static std::optional<std::string> json_of(const Settings& settings) {
     return settings.json.empty() ? std::nullopt : std::optional(settings.json);
   }
@@ -76,13 +64,6 @@ class CommandLine {
   bool verbose_ = false;
   Settings settings_;
   Settings demo_settings_ = default_settings("demo");
-  std::string& json_ = settings_.json;  ///< The verbs that are not in the table.
-  BenchRenderOptions bench_;
-  BenchPredicatesOptions predicates_;
-  BenchScalingOptions scaling_;
-  BenchRegistrationOptions bench_registration_;
-  BenchDerivedOptions derived_;
-  GalleryOptions gallery_;
   std::function<Result<void>(Console&)> verb_;
 };
 

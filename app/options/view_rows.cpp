@@ -5,6 +5,7 @@
 
 #include "app/options/option_checks.hpp"
 #include "app/options/option_rows.hpp"
+#include "app/options/retired.hpp"
 #include "app/options/session_look.hpp"
 #include "app/options/session_objects.hpp"
 #include "app/views/panels.hpp"
@@ -24,7 +25,7 @@ bool has_needle(const Settings& s) {
   return is_simulated(s) || !s.config.source.needle_frame.empty();
 }
 
-Need composite() { return {.any_of = {{"--projection", {"composite"}}}}; }
+Requirement composite() { return {.any_of = {{"--projection", {"composite"}}}}; }
 
 /// The CT is drawn, not 3D ultrasound instead of it.
 std::vector<Condition> ultrasound_alone() { return {{"--us-alone"}}; }
@@ -33,7 +34,7 @@ std::vector<Condition> no_cutaway() { return {{"--no-cutaway"}}; }
 
 void want_cutaway(Settings& s) { s.config.look.cutaway.enabled = true; }
 
-Need needle_to_cut() {
+Requirement needle_to_cut() {
   return {.met =
               [](const Settings& s) {
                 return has_needle(s) || !s.config.look.cutaway.around_needle.value_or(false);
@@ -42,7 +43,7 @@ Need needle_to_cut() {
           .verb = "replay"};
 }
 
-Need targets_to_cut() {
+Requirement targets_to_cut() {
   return {.met =
               [](const Settings& s) {
                 return is_simulated(s) || s.config.plan.has_value() ||
@@ -52,7 +53,7 @@ Need targets_to_cut() {
           .verb = "replay"};
 }
 
-Need room_for_panel() {
+Requirement room_for_panel() {
   return {.met =
               [](const Settings& s) {
                 return is_simulated(s) || has_panels(s.config.output.width, s.config.output.height);
@@ -217,14 +218,12 @@ void add_view_rows(std::vector<Option>& rows) {
        .key = "quality.jitter"},
       {.name = "--adaptive-error",
        .type = "X",
-       .text = "merge cells that together err by less than this; 0: never",
+       .text = "error of merged cells, no longer supported",
        .group = group::kView,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.quality.adaptive_error),
-       .range = within(0, 1),
+       .absent = "none",
        .key = "quality.adaptive_error",
-       .needs = {composite()},
-       .idle_with = ultrasound_alone()},
+       .retired = kNoAdaptiveStep},
       {.name = "--azimuth",
        .type = "DEG",
        .unit = "degrees",

@@ -5,7 +5,7 @@
 #include "app/options/option_rows.hpp"
 #include "app/options/session_predicates.hpp"
 #include "app/predicates/predicate_scribbles.hpp"
-#include "bench/predicate_patient.hpp"
+#include "sim/predicate_patient.hpp"
 
 namespace nav::app {
 namespace {
@@ -15,7 +15,7 @@ using render::features::Paint;
 
 const std::vector<std::string_view> kUltrasound{"predicates", "replay"};
 
-Need volume_in_replay() { return {.any_of = {{"--us-volume"}}, .verb = "replay"}; }
+Requirement volume_in_replay() { return {.any_of = {{"--us-volume"}}, .verb = "replay"}; }
 
 /// Options of scan lines replace all that a session file says of them.
 void replace_lines(Settings& s) {
@@ -51,12 +51,6 @@ Result<void> add_strokes(Settings& s, const Values& texts, Paint paint) {
     s.config.predicates.strokes.push_back(*std::move(stroke));
   }
   return {};
-}
-
-Need no_volume() {
-  return {.met = [](const Settings& s) { return s.config.predicates.volume.empty(); },
-          .text = "a phantom instead of a volume",
-          .found = [](const Settings& s) { return s.config.predicates.volume.string(); }};
 }
 
 void add_set_rows(std::vector<Option>& rows) {
@@ -329,7 +323,7 @@ void add_scan_rows(std::vector<Option>& rows) {
 
 }  // namespace
 
-Need ultrasound_volume() { return volume_in_replay(); }
+Requirement ultrasound_volume() { return volume_in_replay(); }
 
 void add_volume_rows(std::vector<Option>& rows) {
   const std::vector<Option> volume{
@@ -371,13 +365,13 @@ void add_volume_rows(std::vector<Option>& rows) {
       {.name = "--phantom",
        .type = "NAME",
        .text = "phantom without a volume: neck, or a simulated patient (" +
-               bench::simulated_ultrasound_names() + ")",
+               sim::simulated_ultrasound_names() + ")",
        .group = group::kVolume,
        .verbs = {"predicates"},
        .slot = NAV_SLOT(config.predicates.phantom),
        .usual = true,
        .key = "predicates.phantom",
-       .needs = {no_volume()}},
+       .idle_with = {{"volume"}}},
       {.name = "--phantom-side",
        .type = "N",
        .unit = "voxels",
@@ -387,7 +381,7 @@ void add_volume_rows(std::vector<Option>& rows) {
        .slot = NAV_SLOT(config.predicates.phantom_side),
        .range = within(32, 512),
        .key = "predicates.phantom_side",
-       .needs = {no_volume()}}};
+       .idle_with = {{"volume"}}}};
   rows.insert(rows.end(), volume.begin(), volume.end());
   add_set_rows(rows);
   add_scan_rows(rows);

@@ -31,7 +31,7 @@ std::string digest_of(std::string_view text) {
   return io::sha256_hex(std::as_bytes(std::span(text.data(), text.size())));
 }
 
-/// Refuses with what is wrong with the file.
+/// Reads the contents of a file; the error says what is wrong with them.
 Result<DerivedVolume> parse(const std::string& file, const std::string& key,
                             const VoxelGrid& grid) {
   const auto refuse = [](const std::string& expected, const std::string& found) {
@@ -57,7 +57,7 @@ Result<DerivedVolume> parse(const std::string& file, const std::string& key,
   }
   const std::string_view content(file.data(), file.size() - kDigestSize);
   if (digest_of(content) != file.substr(content.size())) {
-    return refuse("bytes of the digest that it ends with", "others");
+    return refuse("bytes that match the digest at its end", "other bytes");
   }
   std::vector<float> values(voxels);
   std::memcpy(values.data(), file.data() + line + 1 + note_bytes, voxels * sizeof(float));
@@ -78,14 +78,14 @@ std::optional<DerivedVolume> FeatureCache::find(const DerivedRequest& request,
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored)) return {};
   const VoxelGrid& grid = request.volume.grid();
-  constexpr std::uint64_t kMostBeside = 8192;  // Head, note and digest.
+  constexpr std::uint64_t kMostBeside = 8192;  // Bytes of head, note and digest.
   const auto file = io::read_file(path, grid.voxel_count() * sizeof(float) + kMostBeside);
   auto volume = file ? parse(*file, key_of(request), grid) : Result<DerivedVolume>(file.error());
   if (volume) return *std::move(volume);
   const std::string& why = volume.error().message;
   const std::string name = path.string();
   diagnostics.report(Severity::kWarning, "cache",
-                     (why.starts_with(name) ? why : name + ": " + why) + "; computed anew");
+                     (why.starts_with(name) ? why : name + ": " + why) + "; computed again");
   return {};
 }
 
@@ -103,17 +103,20 @@ void FeatureCache::keep(const DerivedRequest& request, const DerivedVolume& volu
   const auto path = path_of(request);
   const auto written = [&]() -> Result<void> {
     if (failed) {
-      return Error{ErrorCode::kIo, folder_.string() + ": expected a folder, " + failed.message()};
+      return Error{ErrorCode::kIo,
+                   folder_.string() + ": cannot create the folder: " + failed.message()};
     }
-    // Whoever reads a pipe there would be waited for.
+    // Writing to a pipe would wait for a reader.
     const auto there = std::filesystem::status(path, failed);
     if (std::filesystem::exists(there) && !std::filesystem::is_regular_file(there)) {
-      return Error{ErrorCode::kIo, path.string() + ": expected a file, found a special one"};
+      return Error{ErrorCode::kIo,
+                   path.string() + ": expected a regular file, found a special file"};
     }
     return io::write_file(path, content);
   }();
   if (!written) {
-    diagnostics.report(Severity::kWarning, "cache", written.error().message + "; nothing is kept");
+    diagnostics.report(Severity::kWarning, "cache",
+                       written.error().message + "; the feature is not cached");
   }
 }
 

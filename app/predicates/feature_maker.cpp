@@ -16,7 +16,7 @@ using render::features::DerivedVolume;
 DerivedLimits limits_of(int threads) {
   DerivedLimits limits;
   limits.threads = usable_threads(threads);
-  limits.cache_bytes = 0;  // Whoever asks keeps what it needs.
+  limits.cache_bytes = 0;  // The callers keep the results.
   return limits;
 }
 
@@ -51,13 +51,14 @@ Result<DerivedVolume> FeatureMaker::make(const std::string& name, const DerivedR
   }
   auto made = ticket->wait();
   if (!made) {
-    console_.end(made.error().code == ErrorCode::kCancelled ? "cancelled" : "refused");
+    console_.end(made.error().code == ErrorCode::kCancelled ? "cancelled" : "rejected");
     if (made.error().code == ErrorCode::kCancelled) return render::features::cancelled(name);
     return made;
   }
   if (cache_) cache_->keep(request, *made, console_);
   console_.end(made->note.empty() ? "done" : made->note);
-  if (const auto ok = check_interrupt(name); !ok) return ok.error();  // Asked at the very end.
+  if (const auto ok = check_interrupt(name); !ok)
+    return ok.error();  // Ctrl-C may come at the very end.
   return made;
 }
 

@@ -13,17 +13,19 @@
 
 namespace nav::app {
 
-/// Derives features for a user who waits: in the background of a progress line, stopped by Ctrl-C,
-/// from a folder of earlier ones where one was given. Main thread only.
+/// Computes derived features while the user waits. It shows progress, stops on Ctrl-C, and reuses
+/// earlier features from the cache folder, if one is given. Main thread only.
 class FeatureMaker {
  public:
-  /// threads: 0: all cores. cache: empty: none.
+  /// threads: 0 for all cores. cache: folder; empty for none.
   FeatureMaker(int threads, const std::filesystem::path& cache, Console& console);
 
-  /// Refuses as render::features::compute(); kCancelled after Ctrl-C. Nothing is kept of either.
+  /// Computes a feature or reads it from the cache. name: for progress and messages. Rejects what
+  /// render::features::compute() rejects; kCancelled after Ctrl-C. Nothing is cached in either
+  /// case.
   Result<render::features::DerivedVolume> make(const std::string& name,
                                                const render::features::DerivedRequest& request);
-  /// kCancelled once Ctrl-C was pressed.
+  /// Returns kCancelled after Ctrl-C was pressed.
   [[nodiscard]] Result<void> check_interrupt(const std::string& name) const;
 
  private:

@@ -19,13 +19,13 @@ using Operator = PredicateExpression::Operator;
 
 constexpr int kPredicateVersion = 1;
 constexpr const char* kRad = "_rad";
-// File, list and entry; two for each AND or OR; the predicate and its parameters. One combination
-// more is for the model to refuse.
+// Levels of JSON: file, list and entry; two for each AND or OR; the predicate and its parameters.
+// One more combination is allowed, so that the model rejects it with its own message.
 static_assert(3 + 2 * (render::kDeepestCombination + 1) + 2 <= io::kDeepestJson);
 
 bool in_radians(const render::PredicateParameter& p) { return p.name.ends_with(kRad); }
 
-/// As files call it: degrees at the edge.
+/// Name of a parameter in files, where angles are in degrees.
 std::string key_of(const render::PredicateParameter& p) {
   return in_radians(p) ? p.name.substr(0, p.name.size() - 4) + "_deg" : p.name;
 }
@@ -90,7 +90,7 @@ PredicateExpression read_expression(const io::Json& json, const std::string& whe
   return out;
 }
 
-/// Entry and bar of one member of "predicates".
+/// Reads entry and bar from one member of "predicates".
 void read_entry(const io::Json& json, const std::string& where, render::PredicateModel& model,
                 std::vector<render::PredicateHistogram::Bar>& bars, std::optional<Error>& error) {
   render::PredicateEntry entry;
@@ -171,7 +171,7 @@ void read_confidence(io::JsonMember& member, const std::string& name, std::optio
   }
 }
 
-/// The different predicates of an expression.
+/// Collects the predicates of an expression, each once.
 void collect(const PredicateExpression& e, std::vector<PredicateExpression>& different) {
   for (const auto& operand : e.operands) collect(operand, different);
   const bool known = std::find(different.begin(), different.end(), e) != different.end();
@@ -217,8 +217,7 @@ Result<PredicateFile> from_json(const std::string& name, const io::Json& root) {
   if (different.size() > render::kMostLeaves) {
     return Error{ErrorCode::kMalformedData,
                  name + ": predicates: expected at most " + std::to_string(render::kMostLeaves) +
-                     " different ones in all combinations together, found " +
-                     std::to_string(different.size())};
+                     " different predicates, found " + std::to_string(different.size())};
   }
   return file;
 }

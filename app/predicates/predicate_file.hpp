@@ -14,15 +14,15 @@
 
 namespace nav::app {
 
-/// Which tubes vesselness looks for, where the set-up asks for it.
+/// Tubes that vesselness looks for, when a predicate set uses it.
 struct VesselScales {
   double smallest_radius_mm = 0.8;  ///< > 0.
   double largest_radius_mm = 3;     ///< At least the smallest.
-  bool bright = false;              ///< Brighter than what surrounds them.
+  bool bright = false;              ///< Brighter than their surroundings.
 };
 
-/// A predicate set-up that can be stored and carried to another data set: nothing in it belongs to
-/// a volume. What the file does not say keeps its default.
+/// Predicate set that can be stored and used with another data set: nothing in it belongs to one
+/// volume. Values that are missing in the file keep their defaults.
 struct PredicateFile {
   std::string name;
   render::PredicateModel model;
@@ -30,12 +30,12 @@ struct PredicateFile {
   double cutaway_importance = render::PredicateScene{}.cutaway_importance;
   render::spec::HueMean hue_mean = render::spec::HueMean::kCircular;
   VesselScales vessels{};
-  double smoothing_mm = render::features::kUsualSmoothingMm;  ///< Of gradients.
+  double smoothing_mm = render::features::kUsualSmoothingMm;  ///< Smoothing of gradients.
   render::features::SnrOptions snr{};
   render::features::ConfidenceOptions confidence{};
 };
 
-/// A built-in set-up by its name; kNotFound lists them.
+/// Built-in predicate set with that name. The message of kNotFound lists all names.
 Result<PredicateFile> preset_predicate_file(const std::string& name);
 
 /// Reads Sonde's JSON of predicates, version 1:
@@ -49,14 +49,15 @@ Result<PredicateFile> preset_predicate_file(const std::string& name);
 ///    "confidence": {"alpha": 2, "beta": 90, "gamma": 0.05}}
 /// An expression has one member: "not" with an expression, "all" or "any" with a list of them,
 /// "entry" with a name, or a predicate of the library with its parameters, angles in degrees;
-/// parameters left out keep their initial values. Importances are scaled to sum 1. Refuses files
-/// above 1 MiB, broken, of a newer version, and whatever validate(PredicateModel) does; the message
-/// names file, place, what was expected and what was found.
+/// missing parameters keep their initial values. Importances are scaled to sum 1. Rejects files
+/// that are larger than 1 MiB, broken or of a newer version, and everything that
+/// validate(PredicateModel) rejects. The message names the file, the position, what was expected
+/// and what was found.
 Result<PredicateFile> read_predicate_file(const std::filesystem::path& path);
 
-/// The JSON of a set-up; read_predicate_file() gives back the same values but for rounding.
+/// Predicate set as JSON; read_predicate_file() returns the same values, except for rounding.
 std::string to_json_text(const PredicateFile& file);
-/// Writes it; the file appears when it is complete.
+/// Writes the predicate set as JSON; the file appears only when it is complete.
 Result<void> write_predicate_file(const std::filesystem::path& path, const PredicateFile& file);
 
 }  // namespace nav::app

@@ -11,7 +11,7 @@ namespace {
 
 std::string text_of(const VoxelGrid& grid) {
   std::ostringstream text;
-  text.precision(9);  // What same_place() may tell apart.
+  text.precision(9);  // Enough to see differences that same_place() finds.
   text << grid.size[0] << " x " << grid.size[1] << " x " << grid.size[2] << " voxels of "
        << grid.spacing_mm.x() << " x " << grid.spacing_mm.y() << " x " << grid.spacing_mm.z()
        << " mm at (" << grid.origin_mm.transpose() << ") along";
@@ -21,11 +21,11 @@ std::string text_of(const VoxelGrid& grid) {
   return text.str();
 }
 
-/// As far as files that were written with 6 digits can say.
+/// True when two grids are equal within the rounding of files with 6 digits.
 bool same_place(const VoxelGrid& a, const VoxelGrid& b) {
   if (a.size != b.size) return false;
   const double voxel = b.spacing_mm.minCoeff();
-  constexpr double kShare = 0.01;  // Of a voxel, at the far corner too.
+  constexpr double kShare = 0.01;  // Share of a voxel, at every corner.
   const Eigen::Vector3d last(a.size[0] - 1, a.size[1] - 1, a.size[2] - 1);
   for (int corner = 0; corner < 8; ++corner) {
     const Eigen::Vector3d at =

@@ -11,10 +11,10 @@
 
 namespace nav::app {
 
-/// Labels of an ultrasound volume from files (NIfTI, MetaImage, NRRD). One file: its values are bit
-/// masks, 0 to 2^32 - 1. Several, at most 32: file n gives bit n, set where its value is not 0, as
-/// segmentation programs write them. Refuses grids other than the volume's, naming both sizes, and
-/// values that are no masks.
+/// Reads the labels of an ultrasound volume from files (NIfTI, MetaImage, NRRD). The values of a
+/// single file are bit masks, 0 to 2^32 - 1. With several files, at most 32, file n gives bit n,
+/// set wherever its value is not 0; segmentation programs write such files. Rejects grids that
+/// differ from the volume's grid, naming both, and values that are not masks.
 Result<render::LabelVolume> read_labels(const std::vector<std::filesystem::path>& files,
                                         const VoxelGrid& grid, Diagnostics& diagnostics);
 

@@ -19,7 +19,7 @@ struct LayerFile {
   std::vector<std::vector<double>> heights_mm;
 };
 
-/// A whole number of a range; 0 when it is none.
+/// Reads an integer in a range; 0 for anything else.
 int whole(io::JsonMember& member, const char* key, int low, int high) {
   double value = low - 1;
   member.number(key, value);

@@ -11,17 +11,17 @@
 
 namespace nav::app {
 
-/// The colour of a bar of the histogram: its hue and saturation at half the luminance.
+/// Colour of a bar of the histogram: its hue and saturation at half the luminance.
 Rgba8 bar_colour(const render::PredicateHistogram::Bar& bar);
 
-/// What a colour of a picture by predicates means.
+/// Meaning of a colour in an image by predicates.
 struct LegendEntry {
   Rgba8 colour;
   std::string name;
   double importance = 0;
-  [[nodiscard]] std::string importance_words() const;  ///< Three decimals.
+  [[nodiscard]] std::string importance_words() const;  ///< Importance with three decimals.
 };
-/// Of every entry of a model, in its order.
+/// Legend of a model: one entry for each predicate, in the model's order.
 std::vector<LegendEntry> legend_of(const render::PredicateModel& model);
 
 }  // namespace nav::app

@@ -20,6 +20,10 @@ Error refused_option(const std::string& key, const std::string& expected, const 
   return {ErrorCode::kUsage, text.str()};
 }
 
+Error option_error(const std::string& key, const std::string& text) {
+  return {ErrorCode::kUsage, "predicates." + key + ": " + text};
+}
+
 struct Range {
   const char* key;
   double value, low, high;
@@ -66,7 +70,8 @@ bool near(const std::optional<Eigen::Matrix<double, Rows, 1>>& v) {
   return !v || is_place(*v);
 }
 
-/// A name, '=', and some numbers between colons at the end: names may hold '=' themselves.
+/// Parses a name, '=' and numbers separated by colons. The last '=' counts, because names may
+/// contain '=' themselves.
 Result<std::vector<double>> numbers_after_name(const std::string& option, const std::string& form,
                                                const std::string& text, std::size_t count,
                                                std::string& name) {
@@ -99,15 +104,15 @@ Result<void> validate(const PredicateOptions& o) {
     return refused_option("smallest_radius_mm", "at most largest_radius_mm", *o.smallest_radius_mm);
   }
   if (!o.scan_lines.empty() && (o.into_ct || o.apex_ct)) {
-    return refused_option("scan_lines", "it, into or apex_mm", "more than one");
+    return option_error("scan_lines", "excludes predicates.into and predicates.apex_mm");
   }
   if (!o.layers.empty() && !o.labels.empty())
-    return refused_option("layers", "it or labels", "both");
-  if (o.face_ct && !o.into_ct) return refused_option("face_mm", "into beside it", "none");
+    return option_error("layers", "excludes predicates.labels");
+  if (o.face_ct && !o.into_ct) return option_error("face_mm", "requires predicates.into");
   if (!near(o.face_ct)) {
     return refused_option("face_mm", "3 numbers within 1e7 mm", o.face_ct->transpose());
   }
-  if (o.into_ct && o.apex_ct) return refused_option("apex_mm", "it or into", "both");
+  if (o.into_ct && o.apex_ct) return option_error("apex_mm", "excludes predicates.into");
   if (!finite(o.into_ct) || (o.into_ct && o.into_ct->isZero(0))) {
     return refused_option("into", "3 finite numbers, not all 0", o.into_ct->transpose());
   }
@@ -122,7 +127,7 @@ Result<void> validate(const PredicateOptions& o) {
                           o.target->transpose());
   }
   if (!near(o.needle) || (o.needle && o.needle->head<3>() == o.needle->tail<3>())) {
-    return refused_option("needle_mm", "a tip and a hub apart from it, within 1e7 mm",
+    return refused_option("needle_mm", "a tip and a hub apart from each other, within 1e7 mm",
                           o.needle->transpose());
   }
   if (o.hue_mean && *o.hue_mean != "circular" && *o.hue_mean != "linear") {
@@ -145,7 +150,8 @@ Result<void> apply_edits(const std::vector<HistogramEdit>& edits, render::Predic
       return refused_option("histogram", "one of " + known, "'" + edit.entry + "'");
     }
     if (edit.importance && model.entries.size() == 1 && *edit.importance != 1) {
-      return refused_option("histogram.importance", "1 of the only predicate", *edit.importance);
+      return refused_option("histogram.importance", "1, because there is only one predicate",
+                            *edit.importance);
     }
     if (edit.importance) model.histogram.drag(at, *edit.importance);
     const auto& bar = model.histogram.bars()[at];

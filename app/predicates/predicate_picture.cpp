@@ -17,13 +17,14 @@ namespace {
 
 using render::features::Stroke;
 
-constexpr int kTitleHeight = 28;  // Pixels above the pictures.
-constexpr int kBarsHeight = 120;  // And below.
+constexpr int kTitleHeight = 28;  // Pixels above the panels.
+constexpr int kBarsHeight = 120;  // Pixels below the panels.
 constexpr int kMargin = 12;
 constexpr int kText = 15;
-constexpr int kLine = 20;  // Of the legend.
+constexpr int kLine = 20;  // Height of a line of the legend, pixels.
 
-/// The predicate histogram: heights are importances as shares of the greatest one of all panels.
+/// Draws the predicate histogram; a bar's height is its importance relative to the greatest
+/// importance of all panels.
 void draw_bars(const render::PredicateModel& model, double greatest, int left, int width, int top,
                render::Canvas& canvas) {
   const int count = static_cast<int>(model.entries.size());
@@ -41,8 +42,8 @@ void draw_bars(const render::PredicateModel& model, double greatest, int left, i
   }
 }
 
-/// A name in pieces that fit a width, broken between letters where it has to be; long ones end in
-/// an ellipsis.
+/// Breaks a name into lines that fit a width. Lines may break between any two letters; a name that
+/// is too long ends in an ellipsis.
 std::vector<std::string> lines_of(const std::string& words, int width,
                                   const render::Canvas& canvas) {
   constexpr std::size_t kMostLines = 4;
@@ -63,7 +64,7 @@ std::vector<std::string> lines_of(const std::string& words, int width,
   return lines;
 }
 
-/// What the legend says of an entry: its name, and whole behind it or below it the importance.
+/// Lines of the legend for an entry: the name, then the importance behind it or on its own line.
 std::vector<std::string> legend_lines(const LegendEntry& entry, int width,
                                       const render::Canvas& canvas) {
   auto lines = lines_of(entry.name, width, canvas);
@@ -76,8 +77,8 @@ std::vector<std::string> legend_lines(const LegendEntry& entry, int width,
   return lines;
 }
 
-/// Every entry with its colour and importance, in the order of the bars, as many side by side as
-/// fit. Returns its height; draws nothing without a canvas to draw on.
+/// Draws every entry with its colour and importance, in the order of the bars, with as many side by
+/// side as fit. Returns the height. canvas: null to measure without drawing.
 int legend(const render::PredicateModel& model, int left, int width, int top,
            const render::Canvas& measure, render::Canvas* canvas) {
   constexpr int kSwatch = 12;
@@ -110,7 +111,8 @@ int legend(const render::PredicateModel& model, int left, int width, int top,
   return y + (x > 0 ? kLine : 0) + kMargin;
 }
 
-/// Whether a slice shows all of a stroke: painted on it, but for rounding, or as thick as wide.
+/// True when a slice shows the whole stroke: all its points lie in the slice, and the stroke was
+/// painted on that plane or is as thick as it is wide.
 bool lies_in(const Stroke& stroke, const render::SlicePlane& plane, const VoxelGrid& grid) {
   constexpr double kRounding = 1e-3;
   const Eigen::Vector3d normal = plane.right.v.cross(plane.down.v);
@@ -122,7 +124,8 @@ bool lies_in(const Stroke& stroke, const render::SlicePlane& plane, const VoxelG
   });
 }
 
-/// Down the picture is as far as possible along j, the way that scan lines mostly take.
+/// Plane of a slice through a stroke. Down is as close as possible to axis j, the usual direction
+/// of scan lines.
 render::SlicePlane plane_of(const Stroke& stroke, const VoxelGrid& grid) {
   const Eigen::Vector3d normal = stroke.plane_normal.v.normalized();
   Eigen::Vector3d down = grid.directions.col(1);
@@ -135,7 +138,7 @@ render::SlicePlane plane_of(const Stroke& stroke, const VoxelGrid& grid) {
   return {{centre + off * normal}, {right}, {down}};
 }
 
-/// One plane for all strokes that it shows.
+/// Planes such that each stroke is shown by one of them; strokes on the same plane share it.
 std::vector<render::SlicePlane> slices_of(const std::vector<Stroke>& strokes,
                                           const VoxelGrid& grid) {
   std::vector<render::SlicePlane> slices;
@@ -147,7 +150,7 @@ std::vector<render::SlicePlane> slices_of(const std::vector<Stroke>& strokes,
   return slices;
 }
 
-/// Voxels that strokes mark, and as what.
+/// Mask of the voxels that strokes mark. Precondition: strokes that ScribbleMask accepts.
 render::features::ScribbleMask marked(const std::vector<Stroke>& strokes, const VoxelGrid& grid) {
   render::features::ScribbleMask mask(grid);
   for (const Stroke& stroke : strokes) {
@@ -157,7 +160,7 @@ render::features::ScribbleMask marked(const std::vector<Stroke>& strokes, const 
   return mask;
 }
 
-/// A slice with the voxels that are marked in it.
+/// Draws a slice with its marked voxels in colour.
 Image2d<Rgba8> slice_picture(const Volume& volume, const render::HuWindow& window,
                              const render::SlicePlane& plane,
                              const render::features::ScribbleMask& mask, int width, int height) {
@@ -168,7 +171,7 @@ Image2d<Rgba8> slice_picture(const Volume& volume, const render::HuWindow& windo
   render::SliceOptions options;
   options.width = width;
   options.height = height;
-  constexpr double kCoarsest = 100;  // That slices are made of; more than that is cut.
+  constexpr double kCoarsest = 100;  // Limit of slice_values(), mm; larger volumes are cropped.
   options.mm_per_pixel =
       std::min(std::max(span(plane.right) / width, span(plane.down) / height), kCoarsest);
   const auto values = render::slice_values(volume, plane, options);
@@ -234,13 +237,13 @@ Image2d<Rgba8> predicate_picture(const std::vector<PredicatePanel>& panels) {
 Image2d<Rgba8> stroke_picture(const Volume& volume,
                               const render::PredicateScene::IntensityWindow& intensity,
                               const std::vector<Stroke>& strokes, int width, int height) {
-  constexpr int kSmallest = 64;  // Of a slice, pixels.
+  constexpr int kSmallest = 64;  // Least size of a slice, pixels.
   const auto slices = slices_of(strokes, volume.grid());
   NAV_CHECK(!slices.empty());
   const int count = static_cast<int>(slices.size());
   const int most_columns = std::max(width / kSmallest, 1);
   const int most_rows = std::max(height / kSmallest, 1);
-  // One above the other as long as they are seen well, then in a grid.
+  // Few slices are stacked; more would be too small, so they go into a grid.
   constexpr int kStacked = 3;
   const int columns =
       count <= kStacked

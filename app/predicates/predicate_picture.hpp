@@ -12,22 +12,22 @@
 
 namespace nav::app {
 
-/// One part of a picture of predicates.
+/// One part of an image that compares renderings by predicates.
 struct PredicatePanel {
   std::string title;
   Image2d<Rgba8> picture;
-  std::optional<render::PredicateModel> model{};  ///< Its histogram (§3.3) is drawn below.
+  std::optional<render::PredicateModel> model{};  ///< Histogram (§3.3) to draw below.
 };
 
-/// Panels side by side, their titles above, histograms below with a legend of every entry's name,
-/// over four lines at most, and importance. The highest bar of all panels is as high as there is
-/// room. Precondition: at least one panel, all of one size.
+/// Puts panels side by side, with titles above and histograms below. A legend gives the name of
+/// every entry, over at most four lines, and its importance. The highest bar of all panels fills
+/// the height. Precondition: at least one panel, all of one size.
 Image2d<Rgba8> predicate_picture(const std::vector<PredicatePanel>& panels);
 
-/// The slices of a volume that strokes were painted on, up to 3 one above the other, more in a
-/// grid; where they would be smaller than 64 pixels it says how many are left out. Voxels that are
-/// marked to be shown are green, to be hidden red (Fig. 5 b). Precondition: strokes that
-/// ScribbleMask takes, at least one.
+/// Draws the slices of a volume on which strokes were painted: up to 3 one above the other, more in
+/// a grid. Slices smaller than 64 pixels are left out, and a text gives their number. Voxels that
+/// are marked to be shown are green, voxels to be hidden are red (Fig. 5 b). Precondition: at least
+/// one stroke, all accepted by ScribbleMask.
 Image2d<Rgba8> stroke_picture(const Volume& volume,
                               const render::PredicateScene::IntensityWindow& intensity,
                               const std::vector<render::features::Stroke>& strokes, int width,

@@ -124,7 +124,8 @@ Point<frames::Ct> nearest_corner(const VoxelGrid& grid, const Eigen::Vector3d& a
   return nearest;
 }
 
-/// On a thread of its own, so that this one shows how far it is and looks for Ctrl-C.
+/// Compounds scan lines on another thread, so that this thread can show progress and react to
+/// Ctrl-C.
 Result<render::features::ScanLines> compounded(const VoxelGrid& grid, const ScannedPlanes& sweep,
                                                int threads, Console& console) {
   const Interrupt interrupt;
@@ -145,8 +146,8 @@ Result<render::features::ScanLines> compounded(const VoxelGrid& grid, const Scan
   }
   auto found = lines.get();
   if (interrupt.asked())
-    found = render::features::cancelled("scan lines");  // Also at the very end.
-  console.end(found ? "done" : interrupt.asked() ? "cancelled" : "refused");
+    found = render::features::cancelled("scan lines");  // Ctrl-C may come at the very end.
+  console.end(found ? "done" : interrupt.asked() ? "cancelled" : "rejected");
   return found;
 }
 
@@ -187,7 +188,7 @@ Result<render::features::ScanLines> read_scan_lines(const std::filesystem::path&
   if (!lines) return named(lines.error());
   if (!any_defined(*lines, grid)) {
     return named({ErrorCode::kMalformedData,
-                  "planes: expected pictures within reach_mm of a voxel whose directions do not "
+                  "planes: expected images within reach_mm of a voxel, with directions that do not "
                   "cancel there, found none"});
   }
   return lines;

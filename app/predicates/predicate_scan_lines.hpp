@@ -12,23 +12,23 @@
 
 namespace nav::app {
 
-/// Where parallel scan lines have depth 0: the known voxel that lies furthest towards the probe, or
-/// the corner of a volume of which all or nothing is known. away: from the probe, of any finite
-/// length > 0. unknown: value of voxels that no picture reached.
+/// Point where parallel scan lines have depth 0: the known voxel that lies furthest towards the
+/// probe, or the nearest corner when all or no voxels are known. away: direction away from the
+/// probe, of any finite length > 0. unknown: value of voxels that no image reached; absent: all
+/// voxels are known.
 Point<frames::Ct> nearest_voxel(const Volume& volume, const Eigen::Vector3d& away,
                                 std::optional<std::int16_t> unknown);
 
-/// Scan lines of a volume of that grid that was compounded from the pictures of a sweep
-/// (sonde_scan_lines, docs/predicates.md). Refuses whatever the file gets wrong, naming the member,
-/// poses that are not rigid, and pictures that leave no voxel a direction. Shows how far it is;
-/// Ctrl-C ends it with kCancelled. Main thread.
+/// Reads the scan lines of a volume that was compounded from the images of a sweep
+/// (sonde_scan_lines, docs/predicates.md). grid: of the volume. Rejects errors in the file, naming
+/// the member, poses that are not rigid, and images that give no voxel a direction. Shows its
+/// progress; Ctrl-C ends it with kCancelled. Main thread.
 Result<render::features::ScanLines> read_scan_lines(const std::filesystem::path& path,
                                                     const VoxelGrid& grid, int threads,
                                                     Console& console);
 
-/// Scan lines of a volume that was compounded from the pictures of a sweep (sonde_scan_lines,
-/// docs/predicates.md): directions per voxel into predicates.scan, depths into its features.
-/// Refuses as read_scan_lines().
+/// Reads scan lines as read_scan_lines() does and adds them to the scene: directions per voxel to
+/// predicates.scan, depths to its features. Rejects what read_scan_lines() rejects.
 Result<void> add_scan_lines(const std::filesystem::path& path, const VoxelGrid& grid, int threads,
                             render::PredicateScene& predicates, Console& console);
 

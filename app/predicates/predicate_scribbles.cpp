@@ -20,7 +20,7 @@ using Points = std::vector<Point<frames::Ct>>;
 
 constexpr int kScribblesVersion = 1;
 
-/// Of the plane that the points span best; absent for points on a line, which any plane holds.
+/// Normal of the plane through the points; absent for points on a line, which lies in many planes.
 std::optional<Eigen::Vector3d> normal_of(const Points& points) {
   Eigen::Vector3d best = Eigen::Vector3d::Zero();
   double reach = 0;
@@ -31,12 +31,14 @@ std::optional<Eigen::Vector3d> normal_of(const Points& points) {
       if (cross.norm() > best.norm()) best = cross;
     }
   }
-  constexpr double kFlat = 1e-3;  // Of the length: what a hand-written file may round.
+  constexpr double kFlat =
+      1e-3;  // Share of the length; allows for rounding in a hand-written file.
   if (!(best.norm() > kFlat * reach * reach)) return {};
   return best.normalized();
 }
 
-/// Without a plane of its own a stroke is as thick as it is wide: a tube.
+/// Sets the normal of a stroke. A stroke without a plane of its own becomes a tube: as thick as it
+/// is wide.
 void complete(const std::optional<Eigen::Vector3d>& normal, Stroke& stroke) {
   const auto found = normal ? normal : normal_of(stroke.points);
   stroke.plane_normal = {found.value_or(Eigen::Vector3d::UnitZ())};
@@ -58,23 +60,24 @@ Paint read_paint(io::JsonMember& member) {
   return paint == "hide" ? Paint::kHide : paint == "erase" ? Paint::kErase : Paint::kShow;
 }
 
-/// Numbers of a stroke as they were given.
+/// Stroke with the numbers as the user gave them.
 struct GivenStroke {
-  Stroke stroke;  ///< Neither normal nor thickness yet.
+  Stroke stroke;  ///< Without normal and thickness.
   std::optional<Eigen::Vector3d> normal;
   double thickness_mm = 0;
 };
 
-/// What is wrong with a number of it.
+/// Error in a number of a stroke.
 struct StrokeFault {
-  std::string member;  ///< Of the file.
+  std::string member;  ///< Name of the member in the file.
   std::string expected;
   io::Json found;
 };
 
 io::Json json_of_point(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-/// What the mask would refuse without knowing where the stroke comes from.
+/// Finds numbers that the mask would reject. It is checked here because the mask cannot name the
+/// file or option of the stroke.
 std::optional<StrokeFault> fault_of(const GivenStroke& given) {
   constexpr double kMost = 1000;
   for (const auto& p : given.stroke.points) {
@@ -94,7 +97,7 @@ std::optional<StrokeFault> fault_of(const GivenStroke& given) {
   return {};
 }
 
-/// Of numbers without a fault.
+/// Stroke with normal and thickness. Precondition: fault_of() found no error.
 Stroke completed(GivenStroke given) {
   given.stroke.half_thickness_mm = 0.5 * given.thickness_mm;
   complete(given.normal, given.stroke);
@@ -139,7 +142,7 @@ bool read_number(const std::string& text, double& number) {
   return read.ec == std::errc() && read.ptr == end;
 }
 
-/// "a,b,c"; absent for anything else.
+/// Parses "a,b,c"; absent for anything else.
 std::optional<Eigen::Vector3d> vector_of(const std::string& text) {
   Eigen::Vector3d v;
   const char* at = text.data();
@@ -224,8 +227,9 @@ Result<ScribbleOutcome> scribble(const render::Scene& scene, const std::vector<S
     const auto painted = mask.add(strokes[n]);
     if (!painted) return Error{painted.error().code, name + ": " + painted.error().message};
     if (!painted->covers_any) {
-      return Error{ErrorCode::kUsage,
-                   name + ": expected voxels of the volume under it, found none"};
+      return Error{
+          ErrorCode::kUsage,
+          name + ": expected at least one voxel of the volume under the stroke, found none"};
     }
   }
   std::vector<std::size_t> shown, hidden;

@@ -8,12 +8,12 @@
 #include <sstream>
 
 #include "app/predicates/feature_maker.hpp"
+#include "app/predicates/phantom_volume.hpp"
 #include "app/predicates/predicate_labels.hpp"
 #include "app/predicates/predicate_layers.hpp"
 #include "app/predicates/predicate_scan_lines.hpp"
 #include "app/predicates/predicate_scribbles.hpp"
 #include "app/predicates/predicate_white.hpp"
-#include "bench/predicate_patient.hpp"
 #include "io/ct.hpp"
 #include "nav/threads.hpp"
 #include "render/features/derived_features.hpp"
@@ -22,7 +22,8 @@
 namespace nav::app {
 namespace {
 
-/// One of the options, the other as the set-up says.
+/// Error for contradicting radii: one comes from the options, the other from the options or the
+/// predicate set.
 Error refuse_radii(const PredicateOptions& options, const VesselScales& vessels) {
   std::ostringstream text;
   if (options.smallest_radius_mm) {
@@ -35,34 +36,31 @@ Error refuse_radii(const PredicateOptions& options, const VesselScales& vessels)
   return {ErrorCode::kUsage, text.str()};
 }
 
-/// Absent where nothing was said of them: no scan line is made up.
+/// Scan lines of the options; absent when the options give none, because scan lines are never
+/// guessed.
 std::optional<render::ScanGeometry> scan_of(const PredicateOptions& options, const Volume& volume) {
   if (options.apex_ct) return render::FanScan{{*options.apex_ct}, options.face_radius_mm};
   if (!options.into_ct) return {};
-  // Directions may have any length, whose products need not be finite.
+  // Scaled, because products of very long directions may not be finite.
   const Eigen::Vector3d into = *options.into_ct / options.into_ct->cwiseAbs().maxCoeff();
   if (options.face_ct) return render::ParallelScan{{*options.face_ct}, {into}};
   return render::ParallelScan{nearest_voxel(volume, into, stored_value(options.unknown)), {into}};
 }
 
-Result<bench::PredicateVolume> phantom_of(const PredicateOptions& options) {
-  if (options.phantom != "neck") {
-    auto volume = bench::simulated_ultrasound(options.phantom, options.phantom_side);
-    if (!volume) return Error{volume.error().code, "predicates." + volume.error().message};
-    return volume;
-  }
-  // Its features are derived as in any other volume, not taken from the phantom's truth.
-  return bench::neck_volume(options.phantom_side);
+Result<render::PredicateVolume> phantom_of(const PredicateOptions& options) {
+  auto volume = phantom_volume(options.phantom, options.phantom_side);
+  if (volume || options.phantom == "neck") return volume;
+  return Error{volume.error().code, "predicates." + volume.error().message};
 }
 
-Result<bench::PredicateVolume> volume_of(const PredicateOptions& options, int threads,
-                                         Console& console) {
-  auto out = [&]() -> Result<bench::PredicateVolume> {
+Result<render::PredicateVolume> volume_of(const PredicateOptions& options, int threads,
+                                          Console& console) {
+  auto out = [&]() -> Result<render::PredicateVolume> {
     if (options.volume.empty()) return phantom_of(options);
     auto read = read_ultrasound(options.volume, console);
     if (!read) return read.error();
-    return bench::PredicateVolume{
-        options.volume.stem().string(), std::make_shared<const Volume>(*std::move(read)), {}, {}};
+    return render::PredicateVolume{
+        options.volume.stem().string(), std::make_shared<const Volume>(*std::move(read)), {}};
   }();
   if (!out) return out;
   const VoxelGrid& grid = out->ultrasound->grid();
@@ -79,10 +77,10 @@ Result<bench::PredicateVolume> volume_of(const PredicateOptions& options, int th
   auto labels = options.layers.empty() ? read_labels(options.labels, grid, console)
                                        : read_layers(options.layers, grid);
   if (!labels && options.volume.empty() && !options.labels.empty()) {
-    // An option of many values takes what stands behind it.
-    return Error{labels.error().code, labels.error().message +
-                                          "; no volume is given but the phantom " +
-                                          options.phantom + ": a volume stands before --labels"};
+    // An option with many values takes a volume that follows it as one more value.
+    return Error{labels.error().code,
+                 labels.error().message + "; no volume is given, so the phantom " +
+                     options.phantom + " is used: put the volume before --labels"};
   }
   if (!labels) return labels.error();
   out->predicates.features.labels = *std::move(labels);
@@ -90,16 +88,15 @@ Result<bench::PredicateVolume> volume_of(const PredicateOptions& options, int th
 }
 
 /// Before anything is computed: what predicates ask for and only the user can give.
-Result<void> check_needs(const PredicateOptions& options, const bench::PredicateVolume& volume,
+Result<void> check_needs(const PredicateOptions& options, const render::PredicateVolume& volume,
                          const render::PredicateModel& model, DistancesFrom from) {
   const render::PredicatePlace place{volume.ultrasound->grid(), volume.predicates.scan, {}, {}};
   for (const std::string& name : kinds_of(model)) {
     const auto kind = render::find_predicate_kind(name);
     if (!kind) return kind.error();
     const render::PredicateNeeds needs = (*kind)->needs(place);
-    const auto refuse = [&](const std::string& expected) {
-      return Error{ErrorCode::kUsage,
-                   "predicate " + name + ": expected " + expected + ", found none"};
+    const auto refuse = [&](const std::string& required) {
+      return Error{ErrorCode::kUsage, "predicate " + name + " requires " + required};
     };
     if (render::reads_scan_lines(needs) && !volume.predicates.scan) {
       return refuse(
@@ -110,7 +107,7 @@ Result<void> check_needs(const PredicateOptions& options, const bench::Predicate
     }
     const bool live = from != DistancesFrom::kOptions;
     if (needs.needle && !(live ? from == DistancesFrom::kLiveNeedle : options.needle.has_value())) {
-      return refuse(live ? "a needle of the recording (--needle-frame NAME)"
+      return refuse(live ? "a needle in the recording (--needle-frame NAME)"
                          : "a needle (--needle TIP HUB)");
     }
     if (needs.target && !options.target) {
@@ -122,7 +119,7 @@ Result<void> check_needs(const PredicateOptions& options, const bench::Predicate
 }
 
 Result<void> add_features(const PredicateOptions& options, const PredicateFile& file, int threads,
-                          bench::PredicateVolume& volume, Console& console) {
+                          render::PredicateVolume& volume, Console& console) {
   FeatureMaker maker(threads, options.cache, console);
   render::DerivedFeatureOptions derive;
   derive.gradient.smoothing_mm = file.smoothing_mm;
@@ -157,7 +154,7 @@ Result<Volume> read_ultrasound(const std::filesystem::path& path, Diagnostics& d
 
 Result<PredicateFile> set_up_of(const PredicateOptions& options) {
   Result<PredicateFile> file = [&]() -> Result<PredicateFile> {
-    // A preset keeps its name wherever one is: a file of that name is meant by ./NAME.
+    // The name of a preset always means the preset; ./NAME means a file of that name.
     auto preset = preset_predicate_file(options.set_up);
     if (preset) return preset;
     std::error_code ignored;
@@ -186,7 +183,7 @@ Result<PredicateFile> set_up_of(const PredicateOptions& options) {
 
 namespace {
 
-/// A volume whose unknown voxels are as dark as what returns nothing: nobody has seen tissue there.
+/// Volume with unknown voxels set to black, because nothing is known about tissue there.
 Result<std::shared_ptr<const Volume>> without_unknown(const std::shared_ptr<const Volume>& volume,
                                                       const PredicateOptions& options,
                                                       Console& console) {

@@ -8,40 +8,41 @@
 #include "app/console.hpp"
 #include "app/predicates/predicate_file.hpp"
 #include "app/predicates/predicate_options.hpp"
-#include "bench/predicate_phantom.hpp"
+#include "render/predicates/volume_scene.hpp"
 #include "render/scene.hpp"
 
 namespace nav::app {
 
-/// A volume that predicates can draw.
+/// Volume that is ready to be drawn by predicates.
 struct PreparedPredicates {
-  PredicateFile file;             ///< The set-up, edits applied.
-  bench::PredicateVolume volume;  ///< With the scene part that the set-up and its features give.
+  PredicateFile file;              ///< The set-up, edits applied.
+  render::PredicateVolume volume;  ///< With the scene part that the set-up and its features give.
 };
 
-/// An option of a stored value, which its own checks hold within 16 bits.
+/// Option as a stored value of 16 bits. Precondition: its range was checked.
 std::optional<std::int16_t> stored_value(const std::optional<int>& option);
 
-/// A 3D ultrasound volume of a file as io::read_ct reads it, but also of one slice.
+/// Reads a 3D ultrasound volume as io::read_ct() reads a CT, but accepts a single slice too.
 Result<Volume> read_ultrasound(const std::filesystem::path& path, Diagnostics& diagnostics);
 
-/// The set-up, a preset by its name or a file, with the edits and values of the options. Refuses
-/// (kUsage) names that are neither, and values that the set-up's others rule out.
+/// Predicate set of the options, a preset or a file, with the options' edits and values. Rejects
+/// (kUsage) names that are neither preset nor file, and values that contradict others of the
+/// predicate set.
 Result<PredicateFile> set_up_of(const PredicateOptions& options);
-/// How a target is drawn: x y z and radius, LPS mm.
+/// Sphere that shows a target. target: centre x y z and radius, LPS mm.
 render::SphereShape target_sphere(const Eigen::Vector4d& target);
 
-/// Whose needle and target predicates measure distances from.
+/// Source of the needle and target from which predicates measure distances.
 enum class DistancesFrom {
-  kOptions,     ///< Those of the options.
-  kLiveNeedle,  ///< The needle of a session, wherever it is; the target of the options.
-  kNoNeedle,    ///< Of a session that has none; the target of the options.
+  kOptions,     ///< Needle and target of the options.
+  kLiveNeedle,  ///< Tracked needle of a session; target of the options.
+  kNoNeedle,    ///< Session without a needle; target of the options.
 };
 
-/// Reads the set-up, the volume (or makes the phantom), its labels and scan lines, and derives the
-/// features that the set-up asks for, showing how far it is; Ctrl-C then ends it (kCancelled).
-/// Before anything is computed it refuses (kUsage) what
-/// predicates ask for and nobody gave, and what check_strokes() does.
+/// Reads the predicate set, the volume (or makes the phantom), its labels and scan lines, and
+/// derives the features that the predicate set needs. Shows its progress; Ctrl-C ends it
+/// (kCancelled). Before it computes features it rejects (kUsage) missing inputs that predicates
+/// need and strokes that check_strokes() rejects.
 Result<PreparedPredicates> prepare_predicates(
     const PredicateOptions& options, int threads, Console& console,
     DistancesFrom from = DistancesFrom::kOptions,

@@ -40,10 +40,10 @@ void warn_of_white(const std::string& name, std::span<const std::int16_t> voxels
     if (static_cast<double>(left) > kLeftAbove * static_cast<double>(known)) break;
   }
   std::ostringstream text;
-  text << "expected at most 5 % of the known voxels above white, " << white << ", found "
+  text << "expected at most 5 % of the known voxels above white (" << white << "), found "
        << std::lround(100.0 * static_cast<double>(above) / static_cast<double>(known))
-       << " %, up to " << greatest << ", all drawn alike; --white " << proposed
-       << " (predicates.white) leaves 1 % above it";
+       << " %, up to " << greatest << ": they all look equal; --white " << proposed
+       << " (predicates.white) leaves 1 % above white";
   diagnostics.report(Severity::kWarning, name, text.str());
 }
 

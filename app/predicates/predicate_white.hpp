@@ -11,9 +11,9 @@
 
 namespace nav::app {
 
-/// Warns where more than 5 % of the known voxels of a volume lie above white: they are all drawn
-/// alike. Says how many they are, the greatest, and a white that leaves 1 % above it. name: of the
-/// volume.
+/// Warns when more than 5 % of the known voxels of a volume lie above white, because these voxels
+/// all look equal. The warning gives their share, the greatest value, and a white that leaves 1 %
+/// above it. name: of the volume.
 void warn_of_white(const std::string& name, std::span<const std::int16_t> voxels, double white,
                    const std::optional<int>& unknown, Diagnostics& diagnostics);
 

@@ -23,10 +23,10 @@ namespace {
 using render::features::Stroke;
 
 render::Scene scene_of(const SessionConfig& config, const PredicateFile& file,
-                       const bench::PredicateVolume& volume) {
+                       const render::PredicateVolume& volume) {
   const PredicateOptions& options = config.predicates;
-  render::Scene scene = bench::predicate_scene(volume, {file.name, file.model}, config.output.width,
-                                               config.output.height);
+  render::Scene scene =
+      render::predicate_scene(volume, file.model, config.output.width, config.output.height);
   const Eigen::Vector3d look_at = scene.camera.look_at_ct.mm;
   const double fitting = (scene.camera.eye_ct.mm - look_at).norm();
   const double distance = config.view.distance_mm > 0 ? config.view.distance_mm : fitting;
@@ -57,20 +57,20 @@ Result<Image2d<Rgba8>> draw(render::Engine& engine, const render::Scene& scene, 
   const auto image = engine.render(scene);
   if (!image) return image.error();
   const std::string& note = image->statistics.note;
-  if (!note.empty()) console.report(Severity::kWarning, "picture", note);
+  if (!note.empty()) console.report(Severity::kWarning, "image", note);
   return render::to_8bit(image->pixels);
 }
 
-/// A picture of nothing says why.
+/// Warns when an image by predicates is empty.
 void warn_if_empty(const Image2d<Rgba8>& picture, const render::Scene& scene, Console& console) {
   const auto pixels = picture.pixels();
   const auto differs = [&](const Rgba8& p) {
     return std::tie(p.r, p.g, p.b) != std::tie(pixels[0].r, pixels[0].g, pixels[0].b);
   };
   if (std::ranges::any_of(pixels, differs) || !scene.spheres.empty() || scene.needle) return;
-  console.report(Severity::kWarning, "picture",
+  console.report(Severity::kWarning, "image",
                  "expected samples that satisfy a predicate of importance above 0, found none: "
-                 "the picture by predicates is empty (units of the library: docs/predicates.md)");
+                 "the image by predicates is empty (units of the library: docs/predicates.md)");
 }
 
 Result<void> check_files(const SessionConfig& config) {
@@ -95,7 +95,7 @@ Result<void> check_files(const SessionConfig& config) {
   const auto ok =
       refuse_overwriting({{"--out", options.picture}, {"--save", options.save_set_up}}, inputs);
   if (!ok) return ok;
-  // A set-up may be saved as the file that it came from.
+  // A predicate set may overwrite the file that it came from.
   if (const auto own =
           refuse_overwriting({{"--out", options.picture}}, {{"--predicates", options.set_up}});
       !own) {
@@ -104,7 +104,7 @@ Result<void> check_files(const SessionConfig& config) {
   return refuse_unwritable({{"--out", options.picture}, {"--save", options.save_set_up}});
 }
 
-/// Names are free, the letters of the legend's font are not.
+/// Warns of letters in names that the legend's font does not have.
 void warn_of_letters(const render::PredicateModel& model, Console& console) {
   constexpr std::size_t kMostNamed = 10;
   std::string names;
@@ -125,13 +125,14 @@ void warn_of_letters(const render::PredicateModel& model, Console& console) {
                  "expected names in Latin letters, found " + text + ": drawn as '?'");
 }
 
-/// Standard rendering beside the one by predicates.
+/// Panels with the standard rendering and the rendering by predicates.
 Result<std::vector<PredicatePanel>> compare(render::Engine& engine, const render::Scene& scene,
                                             Console& console) {
-  auto right = draw(engine, scene, console);  // Says what is wrong with the options.
+  auto right =
+      draw(engine, scene, console);  // Drawn first, because it reports errors in the options.
   if (!right) return right.error();
   warn_if_empty(*right, scene, console);
-  auto left = draw(engine, bench::standard_scene(scene), console);
+  auto left = draw(engine, render::standard_scene(scene), console);
   if (!left) return left.error();
   return std::vector<PredicatePanel>{{"standard transfer function", *std::move(left)},
                                      {"predicates", *std::move(right), scene.predicates->model}};
@@ -143,7 +144,7 @@ void say_outcome(const ScribbleOutcome& outcome, const render::PredicateModel& m
                      std::to_string(outcome.hidden) + " to hide";
   if (!outcome.decisive) {
     console.report(Severity::kWarning, "scribbles",
-                   text + ": they tell no predicate from another, so no importance changes");
+                   text + ": they do not distinguish the predicates, so no importance changes");
     return;
   }
   for (std::size_t j = 0; j < model.entries.size(); ++j) {
@@ -155,7 +156,7 @@ void say_outcome(const ScribbleOutcome& outcome, const render::PredicateModel& m
   console.say(text);
 }
 
-/// Before and after; leaves the changed histogram in the scene.
+/// Panels before and after the strokes; leaves the changed histogram in the scene.
 Result<std::vector<PredicatePanel>> compare_scribbles(render::Engine& engine,
                                                       const std::vector<Stroke>& strokes,
                                                       double share, render::Scene& scene,
@@ -207,7 +208,8 @@ Result<void> run_predicates(const SessionConfig& config, Console& console) {
   if (!panels) return panels.error();
   warn_of_letters(scene.predicates->model, console);
   if (const auto ok = io::write_png(predicate_picture(*panels), options.picture); !ok) return ok;
-  console.say(volume.name + " by " + file.name + " in " + options.picture.string());
+  console.say("wrote " + options.picture.string() + ": " + volume.name + " by predicate set " +
+              file.name);
   if (options.save_set_up.empty()) return {};
   file.model = scene.predicates->model;
   file.opacity_length_mm = scene.predicates->opacity_length_mm;

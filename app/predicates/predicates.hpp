@@ -8,12 +8,12 @@
 
 namespace nav::app {
 
-/// Comparison mode: one picture with the standard rendering of a volume, by a grey transfer
-/// function of the same opacities, beside its rendering by predicates, and the predicate histogram
-/// below. With scribbles: the slices with their strokes, the rendering before and the one after,
-/// each with its histogram. Engine, threads, size of each part and step come from the
-/// configuration's section output, everything else from its section predicates. What options ask
-/// for and files do not hold (scan lines, labels) is kUsage.
+/// Writes one image that compares two renderings of a volume: the standard rendering, by a grey
+/// transfer function of the same opacities, and the rendering by predicates with the predicate
+/// histogram below. With scribbles the image has the slices with their strokes and the renderings
+/// before and after, each with its histogram. Engine, threads, size of each part and step come from
+/// the configuration's section output, everything else from its section predicates. Missing inputs
+/// that predicates need (scan lines, labels) are kUsage.
 Result<void> run_predicates(const SessionConfig& config, Console& console);
 
 }  // namespace nav::app

@@ -8,13 +8,13 @@
 #include "app/engines.hpp"
 #include "app/report.hpp"
 #include "app/verbs/register/registration_picture.hpp"
-#include "app/verbs/simulate/simulated_events.hpp"
 #include "app/views/ct_window.hpp"
 #include "app/views/presenter.hpp"
 #include "io/picture.hpp"
 #include "nav/threads.hpp"
-#include "session/pose_log.hpp"
+#include "session/driver.hpp"
 #include "sim/ct_scanner.hpp"
+#include "sim/simulated_source.hpp"
 
 namespace nav::app {
 namespace {
@@ -65,27 +65,30 @@ class Demo {
         procedure_(procedure),
         ct_(std::move(ct)),
         presenter_(std::move(presenter)),
-        events_(procedure),
-        navigator_(procedure.probe_from_image(), std::nullopt, navigator_options(), console) {
+        session_(setup(procedure), console),
+        driver_(session_, {kRefreshPeriod}, [this](const tracking::PairedFrame& paired) {
+          if (paired.tracked && sweeping_) sweep_.push_back(*paired.tracked);
+        }) {
+    session_.add(sim::source_of(procedure));
     presenter_.set_plan(procedure.plan());
     presenter_.set_focus(procedure.plan().target_ct);
     presenter_.set_typical_plane(procedure.ct_from_image(procedure.end()),
                                  procedure.options().probe.depth_mm);
     presenter_.set_banner("simulated patient " + std::to_string(options.seed));
-    navigator_.set_plan(procedure.plan());
+    session_.navigator().set_plan(procedure.plan());
   }
 
   Result<void> run();
 
  private:
-  static session::NavigatorOptions navigator_options() {
-    session::NavigatorOptions options;
-    options.pairing.temporal_offset = kStampOffset;
-    options.frame_period = from_seconds(1 / kFrameRateHz);
-    return options;
+  static session::SessionSetup setup(const sim::Procedure& procedure) {
+    session::SessionSetup setup{{procedure.probe_from_image()}};
+    setup.navigator.pairing.temporal_offset = kStampOffset;
+    setup.navigator.frame_period = from_seconds(1 / kFrameRateHz);
+    setup.images = session::QueuePolicy::kLossless;
+    return setup;
   }
   Result<void> play(const std::string& name, Timestamp until, bool end_of_stream);
-  void pass_time(Timestamp until);
   Result<void> register_ct();
   Result<void> write_report();
   [[nodiscard]] double target_error_mm(
@@ -97,11 +100,10 @@ class Demo {
   const sim::Procedure& procedure_;
   std::shared_ptr<const Volume> ct_;
   Presenter presenter_;
-  SimulatedEvents events_;
-  session::Navigator navigator_;
-  VirtualClock clock_;
-  session::PoseLog log_;
+  session::Session session_;
   std::vector<TrackedFrame> sweep_;
+  bool sweeping_ = true;
+  session::Driver driver_;
   std::vector<Image2d<Rgba8>> animation_;
   std::optional<NeedleGuidance> last_guidance_;
   std::optional<Transform<frames::Ct, frames::Reference>> start_;
@@ -114,44 +116,30 @@ double Demo::target_error_mm(const Transform<frames::Ct, frames::Reference>& est
   return (estimate * (procedure_.ct_from_reference().inverse() * target) - target).v.norm();
 }
 
-/// Takes in what arrives without showing it: nobody looks while the probe changes hands.
-void Demo::pass_time(Timestamp until) {
-  while (clock_.now() < until) {
-    clock_.advance_to(std::min(clock_.now() + kRefreshPeriod, until));
-    while (auto event = events_.next(clock_.now())) navigator_.on_event(*event);
-    navigator_.settle(clock_.now(), false,
-                      [&](const tracking::PairedFrame& paired) { log_.add(paired); });
-  }
-}
-
 Result<void> Demo::play(const std::string& name, Timestamp until, bool end_of_stream) {
   console_.begin(name);
-  const Timestamp begun = clock_.now();
+  const Timestamp begun = session_.now();
   int index = 0;
-  while (clock_.now() < until) {
-    clock_.advance_to(std::min(clock_.now() + kRefreshPeriod, until));
-    while (auto event = events_.next(clock_.now())) navigator_.on_event(*event);
-    const bool last = end_of_stream && clock_.now() == until;
-    navigator_.settle(clock_.now(), last, [&](const tracking::PairedFrame& paired) {
-      log_.add(paired);
-      if (paired.tracked && !registration_) sweep_.push_back(*paired.tracked);
-    });
-    const session::Epoch epoch = navigator_.refresh(clock_.now());
-    if (!epoch.frame) continue;  // Nothing has arrived yet: nothing to show.
-    last_guidance_ = epoch.guidance;
-    auto picture = presenter_.present(epoch);
+  for (;;) {
+    const auto epoch = driver_.next(until, end_of_stream);
+    if (!epoch) return epoch.error();
+    if (!*epoch) break;
+    if (!(*epoch)->frame) continue;  // Nothing has arrived yet: nothing to show.
+    last_guidance_ = (*epoch)->guidance;
+    auto picture = presenter_.present(**epoch);
     if (!picture) return picture.error();
     char file[64];
     std::snprintf(file, sizeof file, "%s_%03d.png", name.c_str(), index++);
     if (const auto written = out_.write_picture(file, *picture); !written) return written;
     animation_.push_back(std::move(*picture));
-    console_.progress(to_seconds(clock_.now() - begun) / to_seconds(until - begun));
+    console_.progress(to_seconds(session_.now() - begun) / to_seconds(until - begun));
   }
-  console_.end(std::to_string(index) + " pictures");
+  console_.end(std::to_string(index) + " images");
   return {};
 }
 
 Result<void> Demo::register_ct() {
+  sweeping_ = false;
   auto sweep = Sweep::create(sweep_, "simulated calibration");
   if (!sweep) return sweep.error();
   const Point<frames::Ct> centre = procedure_.ct_from_reference() * sweep->centroid();
@@ -181,7 +169,8 @@ Result<void> Demo::register_ct() {
   report_warnings(decision_.warnings, console_);
   presenter_.set_registration_warnings(decision_.warnings);
   if (decision_.accepted) {
-    navigator_.set_placement({registration_->ct_from_reference, {SafetyState::kValid, ""}});
+    session_.navigator().set_placement(
+        {registration_->ct_from_reference, {SafetyState::kValid, ""}});
   }
   return {};
 }
@@ -192,15 +181,15 @@ Result<void> Demo::run() {
   if (auto played = play(kSweepSeries, sweep_end, false); !played) return played;
   if (auto registered = register_ct(); !registered) return registered;
   if (decision_.accepted) {
-    pass_time(phases.back().begin);
+    // Nobody looks while the probe changes hands.
+    if (auto passed = driver_.pass(phases.back().begin); !passed) return passed;
     // Two pictures arrive between two refreshes.
-    const Timestamp end = clock_.now() + phases.back().frame_count / 2 * kRefreshPeriod;
+    const Timestamp end = session_.now() + phases.back().frame_count / 2 * kRefreshPeriod;
     if (auto played = play(kApproachSeries, end, true); !played) return played;
   } else {
-    navigator_.settle(clock_.now(), true,
-                      [&](const tracking::PairedFrame& paired) { log_.add(paired); });
+    session_.finish();
   }
-  navigator_.finish();
+  session_.navigator().finish();
   if (const auto written = io::write_animation(animation_, kAnimationMs, out_ / kDemoAnimationFile);
       !written) {
     return written;
@@ -234,8 +223,8 @@ Result<void> Demo::write_report() {
   json["start_error_mm"] = start_mm;
   json["target_error_mm"] = json_number(error_mm);
   json["registration"] = json_of(*registration_, decision_, target);
-  json["ledger"] = json_of(navigator_.ledger());
-  json["rejected_poses"] = navigator_.rejected_poses();
+  json["ledger"] = json_of(session_.navigator().ledger());
+  json["rejected_poses"] = session_.navigator().rejected_poses();
   json["final_tip_to_target_mm"] =
       last_guidance_ ? io::Json(last_guidance_->tip_to_target_mm) : io::Json(nullptr);
   say_sampling(presenter_.step(), options_.output.rms_error, console_);
@@ -246,10 +235,11 @@ Result<void> Demo::write_report() {
   json["views_reused"] = presenter_.views_reused();
   json["cast_seconds"] = presenter_.cast_seconds();
   json["frames"] = out_.files();
-  json["pose_log_sha256"] = io::sha256_hex(log_.text());
+  json["pose_log_sha256"] = io::sha256_hex(session_.log().text());
   json["image_sha256"] = out_.image_digest();
   json["diagnostics"] = json_of(console_.entries());
-  if (auto written = out_.write_text(kDemoPoseLogFile, log_.text()); !written) return written;
+  if (auto written = out_.write_text(kDemoPoseLogFile, session_.log().text()); !written)
+    return written;
   if (auto written = write_json(json, (out_ / kDemoReportFile).string()); !written) return written;
   if (options_.json) {
     if (auto written = write_json(json, *options_.json); !written) return written;
@@ -277,7 +267,7 @@ Result<void> Demo::write_report() {
       html.pictures.emplace_back(file, file);
     }
   }
-  const auto& ledger = navigator_.ledger();
+  const auto& ledger = session_.navigator().ledger();
   html.tables.push_back(
       {"Registration",
        {{"decision", decision_.accepted ? "accepted" : "refused"},
@@ -294,7 +284,7 @@ Result<void> Demo::write_report() {
   }
   html.tables.push_back({"Pictures",
                          {{"received", std::to_string(ledger.received())},
-                          {"shown", std::to_string(ledger.shown())},
+                          {"shown", std::to_string(ledger.delivered())},
                           {"superseded", std::to_string(ledger.superseded())},
                           {"rejected", std::to_string(ledger.rejected_total())}}});
   for (const auto& [cause, count] : ledger.rejected()) {

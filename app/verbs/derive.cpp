@@ -27,7 +27,7 @@ struct Feature {
   std::string name;
   DerivedOptions options;
   std::string unit;
-  double per_unit = 1;  ///< Of what is computed.
+  double per_unit = 1;  ///< Factor from the computed value to the unit.
 };
 
 std::vector<Feature> features_of(const DeriveOptions& options) {
@@ -39,7 +39,7 @@ std::vector<Feature> features_of(const DeriveOptions& options) {
   const double per_white = 1 / white;
   const auto gradient = [&](GradientPart part) {
     GradientPartOptions out{part, {.smoothing_mm = options.smoothing_mm}};
-    // As the predicate gradient_angle has it, in shares of white.
+    // The predicate gradient_angle has this limit too, in shares of white.
     out.gradient.least_per_mm *= white;
     return out;
   };
@@ -80,7 +80,7 @@ Result<Point<frames::Ct>> given_place(const std::string& option, const Eigen::Ve
   return Error{ErrorCode::kUsage, text.str()};
 }
 
-/// None where no option says where they run.
+/// Scan lines of the options; absent when no option gives them.
 Result<std::optional<ScanLines>> lines_of(const DeriveOptions& options, const Volume& volume,
                                           Console& console) {
   const VoxelGrid& grid = volume.grid();
@@ -107,7 +107,7 @@ Result<std::optional<ScanLines>> lines_of(const DeriveOptions& options, const Vo
     text << "--into: expected 3 finite numbers, not all 0, found " << away.transpose();
     return Error{ErrorCode::kUsage, text.str()};
   }
-  away = away.stableNormalized();  // Of any length, whose square need not be finite.
+  away = away.stableNormalized();  // The square of a very long vector may not be finite.
   if (options.face_mm.empty()) {
     const auto face = nearest_voxel(volume, away, stored_value(options.unknown));
     return known(ScanLines::parallel({away}, face));
@@ -117,8 +117,8 @@ Result<std::optional<ScanLines>> lines_of(const DeriveOptions& options, const Vo
   return known(ScanLines::parallel({away}, *face));
 }
 
-/// Takes those away that need scan lines where there are none, and says so; refuses them where they
-/// were asked for by name.
+/// Removes features that need scan lines and reports this; rejects them when the user gave their
+/// names. Call it when there are no scan lines.
 Result<void> leave_out_without_lines(const DeriveOptions& options, std::vector<Feature>& features,
                                      Diagnostics& diagnostics) {
   const std::string lines = "scan lines (--into, --apex or --scan-lines)";
@@ -128,8 +128,7 @@ Result<void> leave_out_without_lines(const DeriveOptions& options, std::vector<F
   }
   if (lacking.empty()) return {};
   if (!options.features.empty()) {
-    return Error{ErrorCode::kUsage,
-                 "--feature " + lacking.front() + ": expected " + lines + " beside it, found none"};
+    return Error{ErrorCode::kUsage, "--feature " + lacking.front() + " requires " + lines};
   }
   std::erase_if(features, [](const Feature& f) { return needs_scan_lines(f.options); });
   std::string names;
@@ -138,7 +137,7 @@ Result<void> leave_out_without_lines(const DeriveOptions& options, std::vector<F
   return {};
 }
 
-/// The middle slice across an axis.
+/// Image of the middle slice across an axis.
 Image2d<Rgba8> slice_of(const FeatureVolume& volume, int axis, const ValueRange& range) {
   const auto& size = volume.grid.size;
   const std::array<int, 2> across{axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
@@ -214,7 +213,7 @@ Result<void> run_derive(const DeriveOptions& options, Console& console) {
     const auto ok = leave_out_without_lines(options, *features, console);
     if (!ok) return ok;
   }
-  // Whatever is wrong with one of them is said before any is made.
+  // All features are checked before the first is computed.
   for (const Feature& feature : *features) {
     if (const auto ok = validate(DerivedRequest{volume, feature.options, *lines}); !ok) return ok;
   }

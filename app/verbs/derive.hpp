@@ -17,32 +17,35 @@ namespace nav::app {
 
 struct DeriveOptions {
   std::filesystem::path volume;  ///< DICOM folder, NIfTI, MetaImage or NRRD.
-  std::filesystem::path out;     ///< Folder of the pictures.
-  /// snr, vesselness, confidence, gradient-magnitude, -angle, -along, -across, depth; none: all,
-  /// without scan lines those that need none.
+  std::filesystem::path out;     ///< Folder of the images.
+  /// Names: snr, vesselness, confidence, gradient-magnitude, -angle, -along, -across, depth. Empty:
+  /// all features; without scan lines only those that need none.
   std::vector<std::string> features;
-  std::vector<double> into;     ///< Of parallel scan lines, away from the probe, LPS: 3 numbers.
-  std::vector<double> apex_mm;  ///< Of a fan instead, LPS: 3 numbers.
-  std::vector<double> face_mm;  ///< Where parallel lines have depth 0; none: the nearest voxel.
-  double face_radius_mm = 0;    ///< Of the fan's probe.
-  std::filesystem::path scan_lines;  ///< File of a sweep's planes; instead.
-  double smoothing_mm = render::features::kUsualSmoothingMm;  ///< Of gradients.
-  double black = 0;  ///< Stored values; gradients are of shares of white.
+  /// Direction of parallel scan lines away from the probe, LPS: 3 numbers, or empty.
+  std::vector<double> into;
+  std::vector<double> apex_mm;  ///< Apex of a fan, LPS: 3 numbers; instead of into.
+  /// Point where parallel scan lines have depth 0, LPS: 3 numbers; empty: the nearest voxel.
+  std::vector<double> face_mm;
+  double face_radius_mm = 0;         ///< Radius of the fan's probe.
+  std::filesystem::path scan_lines;  ///< File of a sweep's planes; instead of into or apex_mm.
+  double smoothing_mm = render::features::kUsualSmoothingMm;  ///< Smoothing of gradients.
+  /// Stored values of black and white; gradients are in shares of white per mm.
+  double black = 0;
   double white = 255;
   render::features::SnrOptions snr{};
   render::features::ConfidenceOptions confidence{};
   double smallest_radius_mm = 0.8;
   double largest_radius_mm = 3.0;
   bool bright_vessels = false;
-  std::optional<int> unknown;   ///< Value of voxels that no picture reached, 16 bits; absent: none.
+  std::optional<int> unknown;   ///< Value of voxels that no image reached, 16 bits; absent: none.
   int threads = 0;              ///< 0: all cores.
-  std::filesystem::path cache;  ///< Folder of derived features; empty: none is kept.
+  std::filesystem::path cache;  ///< Folder of derived features; empty: no cache.
 };
 
-/// Computes the features that predicates read from an ultrasound volume, in their units, and writes
-/// the middle slice of each along every axis as PNG, black at the 1st and white at the 99th
-/// percentile; blue where a feature is undefined. Prints ranges and times, and shows how far it is;
-/// Ctrl-C ends it (kCancelled).
+/// Computes the features that predicates read from an ultrasound volume, and writes the middle
+/// slice of each across every axis as PNG: black at the 1st percentile, white at the 99th, blue
+/// where a feature is undefined. Prints ranges, in the features' units, and times, and shows its
+/// progress. Ctrl-C ends it (kCancelled).
 Result<void> run_derive(const DeriveOptions& options, Console& console);
 
 }  // namespace nav::app

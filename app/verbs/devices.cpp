@@ -12,7 +12,7 @@ namespace nav::app {
 
 namespace {
 
-/// How a simulated device is started from a shell.
+/// Shell command that starts a simulated device.
 std::string start_of(const sim::SimulatedDevice& device) {
   return "sonde simulate --out FILE --" + device.kind + " " + device.name;
 }
@@ -38,7 +38,7 @@ Result<void> run_devices(const std::optional<std::string>& json, Console& consol
   report["verb"] = "devices";
   report["usb"] = io::Json::array();
   report["can"] = io::Json::array();
-  // One bus that cannot be asked does not hide the other.
+  // An error on one bus does not hide the other.
   if (const auto usb = devices::list_usb(); usb) {
     for (const auto& device : *usb) {
       report["usb"].push_back({{"bus", device.bus},

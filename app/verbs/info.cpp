@@ -15,7 +15,7 @@
 namespace nav::app {
 namespace {
 
-/// What the transforms and times of a whole sequence are like.
+/// Counts transforms by status and reads the times of a whole sequence.
 Result<void> describe_frames(io::SequenceReader& reader, io::Json& json) {
   io::Json transforms = io::Json::object();
   std::optional<double> first;
@@ -54,7 +54,7 @@ Result<io::Json> describe_sequence(io::SequenceReader& reader) {
   json["format"] = header.format;
   json["dimensions"] = header.depth > 1 ? io::Json{header.width, header.height, header.depth}
                                         : io::Json{header.width, header.height};
-  // Pixels of a sequence have no size of their own: millimetres come from ImageToProbe.
+  // The file has no pixel size: millimetres come from ImageToProbe.
   json["spacing_mm"] = nullptr;
   json["directions"] = nullptr;
   json["frames"] = header.frame_count;
@@ -119,7 +119,7 @@ bool has_extension(const std::filesystem::path& path, std::initializer_list<cons
                      [&](const char* ending) { return name.ends_with(ending); });
 }
 
-/// A metafile is a sequence when any frame field or an ultrasound key says so.
+/// True when a metafile has a frame field or an ultrasound key, so that it is a sequence.
 bool is_sequence(io::SequenceReader& reader) {
   const io::SequenceHeader& header = reader.header();
   if (!header.orientation.empty() || !header.image_type.empty()) return true;

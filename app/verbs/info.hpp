@@ -11,9 +11,8 @@
 
 namespace nav::app {
 
-/// Says what a file is: a tracked sequence, a CT (file or DICOM folder), or a PLUS configuration.
-/// Human-readable on standard output, or JSON with stable keys where json says ("-": standard
-/// output).
+/// Describes a file: a tracked sequence, a CT (file or DICOM folder) or a PLUS configuration. json:
+/// file for JSON with stable keys, "-" for standard output; absent: text on standard output.
 Result<void> run_info(const std::filesystem::path& path, const std::optional<std::string>& json,
                       bool accept_unknown_orientation, Console& console);
 

@@ -19,6 +19,7 @@
 #include "render/predicates/predicate_sampler.hpp"
 #include "render/two_volumes.hpp"
 #include "render/window/window.hpp"
+#include "session/driver.hpp"
 #include "session/outside_ct.hpp"
 #include "session/placement.hpp"
 #include "session/recorded_session.hpp"
@@ -108,34 +109,39 @@ Result<bool> shows_ultrasound(render::Scene scene) {
 
 constexpr const char* kEnded = "the recording has ended";
 
+/// What a replay needs before its first image.
+struct ReplayParts {
+  std::optional<OutputFolder> out;  ///< Folder of images and report; none: the window alone.
+  std::shared_ptr<const Volume> ct;
+  session::RecordedSession session;
+  /// The whole sweep, for camera and grey window; none: the first image decides.
+  std::optional<session::SweepSurvey> survey;
+  Presenter presenter;
+};
+
 class Replay {
  public:
-  /// out: where pictures and report go; none: the window alone shows the recording.
-  Replay(const SessionConfig& config, Console& console, std::optional<OutputFolder> out,
-         std::shared_ptr<const Volume> ct, session::RecordedSession session,
-         session::Placement placement, Presenter presenter,
-         std::optional<session::TissueFollower> follower)
+  Replay(const SessionConfig& config, Console& console, ReplayParts parts)
       : config_(config),
         console_(console),
-        out_(std::move(out)),
-        ct_(std::move(ct)),
-        session_(std::move(session)),
-        placement_(std::move(placement)),
-        presenter_(std::move(presenter)),
-        follower_(std::move(follower)) {
-    session_.set_placement(placement_.placement);
+        out_(std::move(parts.out)),
+        ct_(std::move(parts.ct)),
+        session_(std::move(parts.session)),
+        survey_(std::move(parts.survey)),
+        presenter_(std::move(parts.presenter)),
+        driver_(session_.session(), {std::nullopt, stride()}, listener()) {
     if (config_.plan) session_.navigator().set_plan(*config_.plan);
   }
 
   Result<void> run(const std::optional<std::string>& json) {
-    // Every n-th paired picture is shown when fewer are wanted than there are.
-    const std::int64_t most = config_.output.frames;
-    const std::int64_t total = session_.total_frames();
-    stride_ = most > 0 ? std::max<std::int64_t>(1, (total + most - 1) / most) : 1;
     console_.begin("replay");
     if (auto played = config_.output.window ? play_in_window() : play(); !played) return played;
-    console_.end(std::to_string(shown_) + " pictures");
+    console_.end(std::to_string(shown_) + " images");
     session_.navigator().finish();
+    if (!placement_) return session::nothing_paired(session_);
+    if (const std::string outside = outside_.warning(); !outside.empty()) {
+      console_.report(Severity::kWarning, "placement", outside);
+    }
     if (out_ && !animation_.empty()) {
       const auto file = *out_ / kAnimationFile;
       if (auto written = io::write_animation(animation_, kReplayAnimationMs, file); !written) {
@@ -149,52 +155,76 @@ class Replay {
     }
     if (!out_) return {};
     if (auto written = write_folder(report); !written) return written;
-    console_.say("pictures and report: " + (*out_ / kPageFile).string());
+    console_.say("images and report: " + (*out_ / kPageFile).string());
     return {};
   }
 
  private:
-  /// Plays on until a refresh is due; false at the end.
-  Result<bool> advance() {
-    for (;;) {
-      bool due = false;
-      const auto more = session_.step([&](const tracking::PairedFrame& paired) {
-        if (!paired.tracked) return;
-        if (follower_) session_.set_placement(follower_->follow(*paired.tracked));
-        if (paired_++ % stride_ == 0) due = true;
-      });
-      if (!more) return more.error();
-      console_.progress(static_cast<double>(session_.frames_read()) /
-                        static_cast<double>(std::max<std::int64_t>(session_.total_frames(), 1)));
-      if (due || !*more) return due;
-    }
+  /// Every n-th paired image is shown if fewer are wanted than a survey has found.
+  [[nodiscard]] std::int64_t stride() const {
+    const std::int64_t most = config_.output.frames;
+    if (most <= 0 || !survey_) return 1;
+    return std::max<std::int64_t>(1, (session_.total_frames() + most - 1) / most);
   }
 
-  /// The next refresh once its time has come, by the recording's own pace from the first one on;
-  /// nothing before, and at the end, when over_ is set. What is late by more than kLate is
-  /// left out, unless every picture is written.
-  Result<std::optional<session::Epoch>> advance_in_time(Timestamp now) {
-    constexpr auto kLate = std::chrono::milliseconds(100);
-    // Longer, and a window would not answer the mouse.
-    constexpr auto kMostWork = std::chrono::milliseconds(50);
-    const MonotonicClock since;
-    while (!over_) {
-      if (!waiting_) {
-        const auto more = advance();
-        if (!more) return more.error();
-        waiting_ = *more;
-        over_ = !*more;
-        if (over_) break;
-        if (!origin_) origin_ = now - session_.now().time_since_epoch();
+  session::Session::Listener listener() {
+    return [this](const tracking::PairedFrame& paired) {
+      console_.progress(static_cast<double>(session_.frames_read()) /
+                        static_cast<double>(std::max<std::int64_t>(session_.total_frames(), 1)));
+      if (!paired.tracked || failure_) return;
+      const TrackedFrame& image = *paired.tracked;
+      if (!placement_) {
+        if (auto begun = begin(image); !begun) failure_ = begun.error();
       }
-      const Duration early = *origin_ + session_.now().time_since_epoch() - now;
-      if (early > Duration(0)) break;
-      waiting_ = false;
-      if (out_ || early >= -kLate || since.now() > Timestamp(kMostWork)) {
-        return std::optional(session_.refresh());
+      if (failure_) return;
+      if (auto followed = follow(image); !followed) failure_ = followed.error();
+      outside_.add(*ct_, placement_->placement, image);
+      const std::string outside = outside_.warning();
+      if (outside.empty()) {
+        presenter_.set_registration_warnings(placement_->warnings);
+      } else {
+        presenter_.set_warning(outside);
       }
+    };
+  }
+
+  /// Everything that depends on where the images lie, decided with the first image.
+  Result<void> begin(const TrackedFrame& image) {
+    const auto first = session::survey_of(image);
+    auto placement = session::place_ct(config_.placement, *ct_, first,
+                                       session::recording_read(session_, image.frame),
+                                       session_.reference_frame());
+    if (!placement) return placement.error();
+    const auto& ct_from_reference = placement->placement.ct_from_reference;
+    const session::SweepSurvey& seen = survey_ ? *survey_ : first;
+    presenter_.set_window(
+        ct_window(config_.view, *ct_, values_along(*ct_, ct_from_reference, seen.spread)));
+    presenter_.set_focus(ct_from_reference * seen.centroid);
+    if (const auto axes = session::mean_axes(seen)) {
+      presenter_.set_typical_plane(
+          ct_from_reference * Transform<frames::Reference, frames::Image>(
+                                  Eigen::Quaterniond(*axes).normalized(), seen.centroid.mm),
+          seen.picture_extent_mm);
     }
-    return std::optional<session::Epoch>();
+    presenter_.set_banner(banner_of(*placement, config_.placement.follow));
+    report_warnings(placement->warnings, console_);
+    session_.set_placement(placement->placement);
+    placement_ = std::move(*placement);
+    return {};
+  }
+
+  /// Lets the CT follow the tissue, from the first image on that meets it.
+  Result<void> follow(const TrackedFrame& image) {
+    if (!config_.placement.follow) return {};
+    if (!follower_) {
+      auto made = session::TissueFollower::create(ct_, placement_->placement, image,
+                                                  config_.output.threads, console_);
+      if (!made && made.error().code == ErrorCode::kRefused) return {};
+      if (!made) return made.error();
+      follower_ = std::move(*made);
+    }
+    session_.set_placement(follower_->follow(image));
+    return {};
   }
 
   /// Makes an epoch that is still shown as old as it is by now; whether its state is another then.
@@ -203,7 +233,7 @@ class Replay {
       return std::array{e.plane.state, e.needle.state};
     };
     const auto before = states(epoch);
-    epoch = session_.navigator().aged(std::move(epoch), now - origin_->time_since_epoch());
+    epoch = driver_.aged(std::move(epoch), now);
     return states(epoch) != before;
   }
 
@@ -263,10 +293,12 @@ class Replay {
 
   Result<void> play() {
     for (;;) {
-      const auto due = advance();
-      if (!due) return due.error();
-      if (!*due) return {};
-      if (auto shown = show(session_.refresh()); !shown) return shown;
+      const auto epoch = driver_.next();
+      if (!epoch) return epoch.error();
+      if (failure_) return *failure_;
+      if (!*epoch) return {};
+      if (auto shown = show(**epoch); !shown) return shown;
+      if (!survey_ && config_.output.frames > 0 && shown_ >= config_.output.frames) return {};
     }
   }
 
@@ -283,17 +315,18 @@ class Replay {
     bool last = false;  // Nothing more comes.
     const auto source = [&]() -> std::shared_ptr<const render::Scene> {
       if (last) return nullptr;
-      auto epoch = advance_in_time(clock.now());
+      auto epoch = driver_.next_at_pace(clock.now(), out_.has_value());
+      if (failure_) epoch = *failure_;
       if (epoch && *epoch) {
         if (const auto shown = show_next(**epoch); !shown) epoch = shown.error();
-        // To find the step for the first one takes seconds.
-        if (!seen) origin_ = clock.now() - session_.now().time_since_epoch();
+        // The search for the step of the first image takes seconds.
+        if (!seen) driver_.restart_pace(clock.now());
       }
-      last = !epoch || (!*epoch && over_);
+      last = !epoch || (!*epoch && driver_.over());
       if (!epoch) failure = epoch.error();
       if (last && !seen) return nullptr;
       if (last) {
-        // Once more, as no longer live, with the words that say why.
+        // Once more, as no longer live, with the cause.
         seen = session::ended(*std::move(seen), failure ? failure->message : kEnded);
         if (!failure) console_.say(std::string(kEnded) + ": close the window, or press Ctrl-C");
       } else if (*epoch) {
@@ -307,16 +340,17 @@ class Replay {
     const Interrupt interrupt;
     options.close_when = [&] { return interrupt.asked(); };
     options.words = [&](const render::Camera& camera) {
-      return seen ? presenter_.words(*seen, camera, over_) : std::vector<render::WindowWords>{};
+      return seen ? presenter_.words(*seen, camera, driver_.over())
+                  : std::vector<render::WindowWords>{};
     };
     auto window = render::show_window(source, options);
     if (failure) return *failure;
     if (!window || !out_) return window;
-    // What the window did not live to see.
-    if (waiting_) {
+    // The rest of the recording, if the window was closed before its end.
+    if (driver_.waiting()) {
       if (auto shown = show(session_.refresh()); !shown) return shown;
     }
-    return over_ ? Result<void>() : play();
+    return driver_.over() ? Result<void>() : play();
   }
 
   /// report.json.
@@ -328,25 +362,24 @@ class Replay {
   std::optional<OutputFolder> out_;
   std::shared_ptr<const Volume> ct_;
   session::RecordedSession session_;
-  session::Placement placement_;
+  std::optional<session::SweepSurvey> survey_;
+  std::optional<session::Placement> placement_;  ///< Decided with the first image.
+  session::OutsideWatch outside_;
   Presenter presenter_;
   std::optional<session::TissueFollower> follower_;
-  std::int64_t stride_ = 1;
-  std::int64_t paired_ = 0;
+  std::optional<Error> failure_;  ///< Of the listener.
+  session::Driver driver_;
   int shown_ = 0;
   bool ultrasound_checked_ = false;
-  bool waiting_ = false;  ///< Of advance_in_time(): a refresh is due, in a while.
-  bool over_ = false;     ///< It has come to the recording's end.
-  std::optional<Timestamp>
-      origin_;        ///< When the recording's time 0 is, by the clock of the window.
-  std::string note_;  ///< Of the engine, that was reported.
+  std::string note_;  ///< The engine's note that was reported.
   std::vector<Image2d<Rgba8>> animation_;
 };
 
 io::Json Replay::report() {
   const auto& ledger = session_.navigator().ledger();
-  std::vector<std::string> warnings = placement_.warnings;
-  if (!placement_.outside.empty()) warnings.push_back(placement_.outside);
+  std::vector<std::string> warnings = placement_->warnings;
+  const std::string outside = outside_.warning();
+  if (!outside.empty()) warnings.push_back(outside);
   io::Json json;
   json["verb"] = "replay";
   json["version"] = SONDE_VERSION;
@@ -358,10 +391,10 @@ io::Json Replay::report() {
   json["engine"] = presenter_.engine().name();
   json["device"] = presenter_.engine().device();
   json["placement"] = {
-      {"kind", placement_.kind},
-      {"statement", placement_.statement},
+      {"kind", placement_->kind},
+      {"statement", placement_->statement},
       {"warnings", warnings},
-      {"ct_from_reference_mm", json_of(placement_.placement.ct_from_reference.matrix())}};
+      {"ct_from_reference_mm", json_of(placement_->placement.ct_from_reference.matrix())}};
   json["following"] = follower_ ? json_of(follower_->summary()) : io::Json();
   json["reference"] = session_.reference_statement();
   json["transforms"] = session_.description();
@@ -399,13 +432,15 @@ Result<void> Replay::write_folder(const io::Json& report) {
 
   HtmlReport html;
   html.title = "Sonde: replay of " + config_.source.recording.filename().string();
-  html.warning = placement_.kind != "registered" || !placement_.warnings.empty() ||
-                 !placement_.outside.empty();
-  html.summary = placement_.statement + " Patient's frame: " + session_.reference_statement() + ".";
-  for (const std::string& warning : placement_.warnings) {
+  const std::string outside = outside_.warning();
+  html.warning =
+      placement_->kind != "registered" || !placement_->warnings.empty() || !outside.empty();
+  html.summary =
+      placement_->statement + " Patient's frame: " + session_.reference_statement() + ".";
+  for (const std::string& warning : placement_->warnings) {
     html.summary += " Accepted with a warning: " + warning + ".";
   }
-  if (!placement_.outside.empty()) html.summary += " Warning: " + placement_.outside + ".";
+  if (!outside.empty()) html.summary += " Warning: " + outside + ".";
   const auto& files = out.files();
   if (!animation_.empty()) {
     html.pictures.emplace_back(kAnimationFile,
@@ -418,7 +453,7 @@ Result<void> Replay::write_folder(const io::Json& report) {
   }
   html.tables.push_back({"Pictures",
                          {{"received", std::to_string(ledger.received())},
-                          {"shown", std::to_string(ledger.shown())},
+                          {"shown", std::to_string(ledger.delivered())},
                           {"superseded", std::to_string(ledger.superseded())},
                           {"rejected", std::to_string(ledger.rejected_total())}}});
   for (const auto& [cause, number] : ledger.rejected()) {
@@ -478,28 +513,30 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   if (!ct) return ct.error();
   const std::shared_ptr<const Volume> shared_ct = *ct;
   console.end(std::to_string(shared_ct->grid().voxel_count()) + " voxels");
-  console.begin("surveying the sweep");
-  const auto sweep = session::survey(*session, config.source.skip_bad_frames);
-  if (!sweep) return sweep.error();
-  const auto sector = config.source.whole_picture ? std::nullopt : session::sector_of(*sweep);
-  if (sector) session->set_outline(*sector);
-  console.end(std::to_string(sweep->paired) + " pictures with a pose" +
-              (sector ? ", of a sector" : ""));
-  if (!sweep->warning.empty()) console.report(Severity::kWarning, "recording", sweep->warning);
-  auto placement =
-      session::place_ct(config.placement, *shared_ct, *sweep, session->reference_frame());
-  if (!placement) return placement.error();
+  std::optional<session::SweepSurvey> sweep;
+  if (config.source.survey) {
+    console.begin("surveying the sweep");
+    auto surveyed = session::survey(*session, config.source.skip_bad_frames);
+    if (!surveyed) return surveyed.error();
+    sweep = *std::move(surveyed);
+    console.end(std::to_string(sweep->paired) + " images with a pose");
+    if (!sweep->warning.empty()) console.report(Severity::kWarning, "recording", sweep->warning);
+  }
+  if (config.source.whole_picture) session->set_outline(std::nullopt);
 
   auto engine = make_engine(config.output.engine, config.output.threads, console);
   if (!engine) return engine.error();
-  const auto window =
-      ct_window(config.view, *shared_ct,
-                values_along(*shared_ct, placement->placement.ct_from_reference, sweep->spread));
-  auto presenter = Presenter::create(
-      {config.look, config.view, config.output.width, config.output.height,
-       config.output.step_voxels, config.output.rms_error, config.output.pixel_error, window,
-       config.quality, config.source.needle_size},
-      shared_ct, std::move(*engine));
+  auto presenter = Presenter::create({config.look,
+                                      config.view,
+                                      config.output.width,
+                                      config.output.height,
+                                      config.output.step_voxels,
+                                      config.output.rms_error,
+                                      config.output.pixel_error,
+                                      {},
+                                      config.quality,
+                                      config.source.needle_size},
+                                     shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();
   if (auto ok = save_look(config.look.save, presenter->look()); !ok) return ok;
   warn_of_lost_components(presenter->look().transfer, console);
@@ -509,33 +546,9 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   const auto shapes = read_cutaway_objects(config.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
   if (const auto ok = presenter->cut_free(*shapes); !ok) return ok;
-  presenter->set_focus(placement->placement.ct_from_reference * sweep->centroid);
-  if (const auto axes = session::mean_axes(*sweep)) {
-    presenter->set_typical_plane(
-        placement->placement.ct_from_reference *
-            Transform<frames::Reference, frames::Image>(Eigen::Quaterniond(*axes).normalized(),
-                                                        sweep->centroid.mm),
-        sweep->picture_extent_mm);
-  }
-  std::optional<session::TissueFollower> follower;
-  if (config.placement.follow) {
-    console.begin("preparing to follow the tissue");
-    auto made = session::TissueFollower::create(*sweep, *shared_ct, placement->placement,
-                                                config.output.threads, console);
-    if (!made) return made.error();
-    follower = std::move(*made);
-    console.end();
-  }
   if (config.plan) {
     session::warn_outside(*config.plan, *shared_ct, console);
     presenter->set_plan(*config.plan);
-  }
-  presenter->set_banner(banner_of(*placement, follower.has_value()));
-  presenter->set_registration_warnings(placement->warnings);
-  report_warnings(placement->warnings, console);
-  if (!placement->outside.empty()) {
-    presenter->set_warning(placement->outside);
-    console.report(Severity::kWarning, "placement", placement->outside);
   }
   if (!config.source.needle_frame.empty()) presenter->expect_needle();
   if (!config.predicates.volume.empty()) {
@@ -551,8 +564,9 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
     if (!fresh) return fresh.error();
     out = *std::move(made);
   }
-  Replay replay(config, console, std::move(out), shared_ct, std::move(*session),
-                std::move(*placement), std::move(*presenter), std::move(follower));
+  Replay replay(
+      config, console,
+      {std::move(out), shared_ct, std::move(*session), std::move(sweep), std::move(*presenter)});
   return replay.run(json);
 }
 

@@ -32,7 +32,6 @@ struct RegisterOptions {
   std::string marker_towards;
   std::string effort = "usual";              ///< quick or usual: registration::Effort.
   std::optional<double> time_limit_s;        ///< Of a registration by image; absent: none.
-  std::string similarity = "lc2";            ///< lc2, ncc or mi.
   std::string loss = "cauchy";               ///< none, cauchy or geman-mcclure.
   std::string stretch = "none";              ///< none, sound-speed or affine.
   double calibration_sigma_mm = 0;           ///< ImageRegistrationOptions'.

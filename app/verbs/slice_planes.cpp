@@ -29,7 +29,7 @@ Error refused_plane(const std::string& option, const std::string& expected, cons
   return {ErrorCode::kUsage, text.str()};
 }
 
-/// Nothing, or why no slice can go through a point.
+/// Error for a point outside the CT; absent for a point inside.
 std::optional<Error> outside(const std::string& option, const std::string& point, const Volume& ct,
                              const Vec3& p) {
   const VoxelGrid& grid = ct.grid();
@@ -43,7 +43,7 @@ std::optional<Error> outside(const std::string& option, const std::string& point
   return refused_plane(option, text.str(), p);
 }
 
-/// So that the CT's box fits into a picture about the plane's centre.
+/// Scale, mm per pixel, at which the CT's box fits into an image around the plane's centre.
 double fitted(const VoxelGrid& grid, const render::SlicePlane& plane, int size_px) {
   const Vec3 half = 0.5 * grid.extent_mm();
   const Vec3 centre = grid.centre().mm - plane.centre_ct.mm;
@@ -70,27 +70,27 @@ Result<render::SlicePlane> oblique(const SlicesOptions& options, const Point<fra
   const Vec3 right = options.right_ct->normalized();
   const Vec3 down = options.down_ct->normalized();
   const Vec3 square = down - down.dot(right) * right;
-  constexpr double kLeastSine = 0.01;  // Less, and rounding of the numbers turns the plane.
+  constexpr double kLeastSine = 0.01;  // Below this, rounding of the numbers turns the plane.
   if (!(square.norm() > kLeastSine)) {
     return refused_plane("--down", "a direction other than --right", *options.down_ct);
   }
   return render::SlicePlane{at, {right}, {square.normalized()}};
 }
 
-/// The needle that options or the recording name, or none.
+/// Needle of the options, else of the recording; absent when neither has one.
 Result<std::optional<Needle>> needle_of(const SlicesOptions& options, const Volume& ct,
                                         const std::optional<PlacedPicture>& picture) {
   if (options.needle_ct) {
     const Vec3 tip = options.needle_ct->head<3>();
     const Vec3 hub = options.needle_ct->tail<3>();
     if (!is_place(hub) || !((tip - hub).norm() > 1e-3)) {
-      return refused_plane("--needle", "a tip and a hub apart from it, within 1e7 mm", hub);
+      return refused_plane("--needle", "a tip and a hub apart from each other, within 1e7 mm", hub);
     }
     if (auto error = outside("--needle", "a tip", ct, tip)) return *error;
     return std::optional(Needle{{{hub}, {tip}}});
   }
   if (!picture || !picture->ct_from_needle) return std::optional<Needle>();
-  constexpr double kLengthMm = 150;  // A recording does not tell how long it is.
+  constexpr double kLengthMm = 150;  // A recording does not contain the needle's length.
   const auto tip = *picture->ct_from_needle * Point<frames::Needle>{{0, 0, 0}};
   if (auto error = outside("--needle-frame", "a tip", ct, tip.mm)) return *error;
   return std::optional(
@@ -126,7 +126,7 @@ Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options,
     at = {*options.at_ct};
   } else if (along) {
     at = along->centre_ct;
-    if (auto error = outside("--frame", "a picture whose middle lies", ct, at.mm)) return *error;
+    if (auto error = outside("--frame", "an image whose middle lies", ct, at.mm)) return *error;
   } else if (*needle) {
     at = (**needle)[1];
   } else if (plan) {
@@ -139,7 +139,7 @@ Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options,
   std::vector<NamedPlane> planes{{kAxial, render::axial_slice(at), 0},
                                  {kCoronal, render::coronal_slice(at), 0},
                                  {kSagittal, render::sagittal_slice(at), 0}};
-  // In one scale, so that they can be compared.
+  // One common scale, so that the slices can be compared.
   double common = 0;
   for (const NamedPlane& slice : planes) common = std::max(common, scale(slice.plane));
   for (NamedPlane& slice : planes) slice.mm_per_pixel = common;

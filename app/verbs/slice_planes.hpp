@@ -12,23 +12,23 @@
 
 namespace nav::app {
 
-/// A slice that is to be written.
+/// Slice to be written.
 struct NamedPlane {
-  std::string name;  ///< Of the file, without its ending.
+  std::string name;  ///< Name of the file, without its ending.
   render::SlicePlane plane;
   double mm_per_pixel;
-  /// A line in the plane, drawn: of a needle from its hub to its tip, of a plan from the entry to
-  /// the target; absent: none.
+  /// Line to be drawn in the plane: a needle from its hub to its tip, or a plan from its entry to
+  /// its target.
   std::optional<std::array<Point<frames::Ct>, 2>> line_ct{};
 };
 
-/// The names of all slices that there can be.
+/// Names of all possible slices.
 std::vector<std::string> slice_names();
 
-/// The slices that options and the session's plan ask for. Unless options give a scale, the whole
-/// CT fits, in one scale for axial, coronal and sagittal; along a picture that fits. Refuses, by
-/// option or key: points outside the CT or not finite, a normal or in-plane directions that span no
-/// plane, a needle without length.
+/// Slices for the options and the session's plan. Unless the options give a scale, the whole CT
+/// fits; axial, coronal and sagittal slices have one common scale; the slice along an ultrasound
+/// image fits that image. Rejects points outside the CT or not finite, a normal or in-plane
+/// directions that span no plane, and a needle without length, naming the option or key.
 Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options,
                                              const std::optional<NeedlePlan>& plan,
                                              const Volume& ct,

@@ -28,12 +28,13 @@ Result<render::SlabMode> slab_mode(const std::string& name) {
   return Error{ErrorCode::kUsage, "--mode: expected maximum, minimum or mean, found " + name};
 }
 
-/// Least sizes in which the letters of the edges and the warning have room, pixels.
+/// Least sizes of an image that has space for the letters, and for the letters and the warning,
+/// pixels.
 constexpr int kLeastPx = 64;
 constexpr int kLeastWarnedPx = 192;
 
-/// The slice's picture with the letters of its edges, its needle or path, and, where there is room,
-/// its name, which the file has too.
+/// Adds to the image of a slice the letters of its edges, its needle or path, the warning, and its
+/// name if there is space.
 Image2d<Rgba8> labelled(const Image2d<Rgba8>& picture, const NamedPlane& slice,
                         const std::string& warning) {
   render::Canvas canvas(picture.width(), picture.height(), render::rgb8(0));
@@ -55,7 +56,7 @@ Image2d<Rgba8> labelled(const Image2d<Rgba8>& picture, const NamedPlane& slice,
   };
   const render::SliceLabels labels = render::labels_of(slice.plane);
   const int middle = picture.height() / 2 + kSize / 3;
-  // The name stands beside the top letter, else below it; never over a letter.
+  // The name stands beside the top letter, or below it if it is too long; never over a letter.
   int base = kWordsMargin + kSize;
   const int end = 2 * kWordsMargin + canvas.text_width(kSize, slice.name);
   if (end > centred(labels.top)) base += kWordsLine;
@@ -72,7 +73,7 @@ Image2d<Rgba8> labelled(const Image2d<Rgba8>& picture, const NamedPlane& slice,
   return canvas.picture();
 }
 
-/// recorded: of the session.
+/// Checks the size. recorded: the session has a recording, so a warning may need space.
 Result<void> validate(const SlicesOptions& options, bool recorded) {
   const int least_px = recorded ? kLeastWarnedPx : kLeastPx;
   if (options.size_px < least_px || options.size_px > 8192) {
@@ -94,11 +95,11 @@ render::Fusion fusion_of(const SlicesOptions& options) {
   return fusion;
 }
 
-/// What is laid over the CT.
+/// Data that are fused with the CT.
 struct Overlay {
   std::optional<PlacedPicture> picture;
   std::optional<Volume> second;
-  render::HuWindow window{};  ///< Of the second volume, once it is known what slices show.
+  render::HuWindow window{};  ///< Grey window of the second volume; set after the planes are known.
 };
 
 Result<Overlay> read_overlay(const SessionConfig& config, const SlicesOptions& options,
@@ -127,7 +128,7 @@ Result<Image2d<Rgba8>> fused_slice(const Volume& ct, const NamedPlane& slice,
   if (!values) return values.error();
   const auto outside = [](float v) { return std::isnan(v); };
   const bool empty = std::ranges::all_of(values->pixels(), outside);
-  if (empty) console.report(Severity::kWarning, slice.name, "the slice lies outside of the CT");
+  if (empty) console.report(Severity::kWarning, slice.name, "the slice lies outside the CT");
   auto grey = render::to_grey(*values, window);
   if (overlay.second) {
     const auto second = render::slice_values(*overlay.second, slice.plane, how);
@@ -142,8 +143,8 @@ Result<Image2d<Rgba8>> fused_slice(const Volume& ct, const NamedPlane& slice,
   return render::fuse(grey, slice.plane, how, overlay.picture->plane, fusion_of(options));
 }
 
-/// Values of a volume that slices show, each on a coarse grid, or along the ultrasound picture
-/// where there is one.
+/// Values of a volume in the slices, on a coarse grid for each; along the ultrasound image instead
+/// if there is one.
 Result<std::vector<float>> values_shown(const Volume& volume, const std::vector<NamedPlane>& planes,
                                         const SlicesOptions& options, render::SlabMode mode,
                                         const Overlay& overlay) {
@@ -167,7 +168,7 @@ Result<std::vector<float>> values_shown(const Volume& volume, const std::vector<
   return shown;
 }
 
-/// As that of the CT: what options say, else as suits what is shown.
+/// Grey window of the second volume: from the options, else chosen for the shown values.
 Result<render::HuWindow> window_of_second(const std::vector<NamedPlane>& planes,
                                           const SlicesOptions& options, render::SlabMode mode,
                                           const Overlay& overlay) {
@@ -191,7 +192,8 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
                         Console& console) {
   if (config.source.kind == SessionConfig::SourceKind::kSimulated) {
     return Error{ErrorCode::kUsage,
-                 "source.kind: expected \"recording\", whose CT has a file, found \"simulated\""};
+                 "source.kind: expected \"recording\", because its CT has a file, found "
+                 "\"simulated\""};
   }
   if (auto ok = require_path(config.ct.path, "ct", "a CT"); !ok) return ok;
   if (auto ok = require_path(config.output.folder, "--out", "a folder"); !ok) return ok;
@@ -216,7 +218,7 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
   }
   auto out = OutputFolder::create(config.output.folder);
   if (!out) return out.error();
-  // A needle or a plan that this run does not have must not seem to be its own.
+  // Remove slices of an earlier run, so that its needle or plan does not seem to be of this run.
   std::set<std::string> earlier;
   for (const std::string& name : slice_names()) earlier.insert(name + ".png");
   if (const auto ok = out->forget(earlier); !ok) return ok;
@@ -236,7 +238,8 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
   std::ostringstream where;
   where << planes->size() << " slices through (" << planes->front().plane.centre_ct.mm.transpose()
         << ") mm in " << config.output.folder.string() << ", window: " << level_and_width(window);
-  if (overlay->second) where << "; of the second volume: " << level_and_width(overlay->window);
+  if (overlay->second)
+    where << "; window of the second volume: " << level_and_width(overlay->window);
   console.say(where.str());
   return {};
 }

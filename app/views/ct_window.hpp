@@ -13,21 +13,21 @@
 
 namespace nav::app {
 
-/// Values of a CT, HU, at points spread over a picture in it; none of points outside the CT.
-/// picture_mm: Image frame.
+/// CT values, HU, at points spread over an image that lies in the CT; points outside the CT are
+/// left out. picture_mm: extent of the image, Image frame.
 std::vector<float> values_along(const Volume& ct,
                                 const Transform<frames::Ct, frames::Image>& ct_from_image,
                                 const Eigen::AlignedBox2d& picture_mm);
 std::vector<float> values_along(const Volume& ct,
                                 const Transform<frames::Ct, frames::Image>& ct_from_image,
                                 const UltrasoundFrame& picture);
-/// The same of all pictures of a sweep.
+/// CT values, HU, along all images of a sweep.
 std::vector<float> values_along(const Volume& ct,
                                 const Transform<frames::Ct, frames::Reference>& ct_from_reference,
                                 std::span<const TrackedFrame> pictures);
 
-/// The grey window of flat pictures of a CT: what the session says, else render::default_window()
-/// for the values that they show.
+/// Grey window for flat images of a CT: level and width of the session; where these are absent,
+/// render::default_window() of the shown values.
 render::HuWindow ct_window(const SessionConfig::View& said, const Volume& ct,
                            std::span<const float> shown);
 

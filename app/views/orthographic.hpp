@@ -9,8 +9,8 @@
 
 namespace nav::app {
 
-/// The same view by parallel rays: what lies at the look-at point keeps its size. The eye moves
-/// back, so that nothing of the volume lies behind the plane that the rays begin on.
+/// Changes a perspective camera to parallel rays. Objects at the look-at point keep their size. The
+/// eye moves back, so that the whole volume lies in front of the plane where the rays begin.
 inline render::Camera orthographic_of(render::Camera camera, const VoxelGrid& grid) {
   const Eigen::Vector3d back = camera.eye_ct.mm - camera.look_at_ct.mm;
   const double distance_mm = back.norm();

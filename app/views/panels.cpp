@@ -24,7 +24,7 @@ constexpr Rgba8 kFaint = rgb8(0x7a8590);
 constexpr Rgba8 kNeedleColour = rgb8(0x8fd3ff);
 constexpr Rgba8 kTargetColour = rgb8(0xffd94a);
 
-/// Depth marks every 10 mm at the right edge and the dot that marks the probe's marked side.
+/// Draws depth marks every 10 mm at the right edge, and a dot at the probe's marked side.
 void draw_scale(Canvas& canvas, const PlaneView& view, const UltrasoundFrame& frame) {
   const double deepest = view.origin_mm.y() + view.height * view.mm_per_px;
   for (int depth = 0; depth < deepest && depth < 1000; depth += 10) {
@@ -38,11 +38,12 @@ void draw_scale(Canvas& canvas, const PlaneView& view, const UltrasoundFrame& fr
                 4, kNeedleColour);
 }
 
-/// What lies within this of the plane is drawn in it, mm: about half the thickness of a beam.
+/// Largest distance from the plane at which a needle is drawn in it, mm: about half the thickness
+/// of a beam.
 constexpr double kSliceHalfMm = 2;
 
-/// Where the needle goes through the plane: a dot where its shaft does, a ring where it would if it
-/// went on.
+/// Marks the point where the needle crosses the plane: a dot for its shaft, a ring for its path
+/// ahead.
 void draw_crossing(Canvas& canvas, const PlaneView& view, const Eigen::Vector3d& hub,
                    const Eigen::Vector3d& tip, const Eigen::Vector3d& ahead) {
   const auto mark = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius,
@@ -57,7 +58,7 @@ void draw_crossing(Canvas& canvas, const PlaneView& view, const Eigen::Vector3d&
   mark(tip, ahead, 5, 1.5);
 }
 
-/// Needle and target where they meet the plane.
+/// Draws the needle and the target where they meet the plane.
 void draw_guidance(Canvas& canvas, const PlaneView& view, const PanelContext& context) {
   const session::Epoch& epoch = context.epoch;
   if (!epoch.ct_from_image) return;
@@ -101,7 +102,8 @@ void draw_guidance(Canvas& canvas, const PlaneView& view, const PanelContext& co
   draw_crossing(canvas, view, hub, tip, ahead);
 }
 
-/// A sentence that fits a width, cut with an ellipsis at a word; for words, never for numbers.
+/// Shortens a text with an ellipsis so that it fits a width. Not for numbers, which must be shown
+/// whole.
 std::string shorten(const Canvas& canvas, int size, std::string words, int width) {
   if (canvas.text_width(size, words) <= width) return words;
   while (!words.empty() && canvas.text_width(size, words + "...") > width) {
@@ -110,16 +112,17 @@ std::string shorten(const Canvas& canvas, int size, std::string words, int width
   return words + "...";
 }
 
-/// A line of words at the left of a panel, cut to its width.
+/// Draws a line of text at the left of a panel, shortened to the panel's width.
 void draw_label(Canvas& canvas, int x, int y, int width, const std::string& words, Rgba8 colour,
                 int size = 15) {
   const std::string shown = shorten(canvas, size, words, width - 16);
-  // On a ground of its own: a picture below may be as bright as the words.
+  // With its own background: the image below may be as bright as the text.
   canvas.fill(x + 1, y - size - 2, canvas.text_width(size, shown) + 14, size + 9, kBackground);
   canvas.text(x + 8, y, size, shown, colour);
 }
 
-/// Whole sentences, numbers among them, from a base line on; returns the next one.
+/// Draws a whole text, wrapped into lines, and returns the base line after it. Nothing is
+/// shortened, so the text may have numbers. y: first base line.
 int draw_note(Canvas& canvas, int y, int width, const std::string& words) {
   constexpr int kSize = 13;
   constexpr int kLineHeight = 24;
@@ -130,8 +133,8 @@ int draw_note(Canvas& canvas, int y, int width, const std::string& words) {
   return y;
 }
 
-/// What the colours of predicates mean, from the lower left corner of the 3D view upwards; at most
-/// half of its height, then it says how many more there are.
+/// Draws the legend of predicates at the lower left of the 3D view, over at most half of its
+/// height. A last line gives the number of entries that do not fit.
 void draw_legend(Canvas& canvas, int width, int height, const std::vector<LegendEntry>& legend) {
   constexpr int kSize = 13;
   constexpr int kLineHeight = 20;
@@ -189,7 +192,7 @@ void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContex
   canvas.fill(x, half, width, 1, kFaint);
 }
 
-/// A lamp with the name of an input and its state. Returns where it ends.
+/// Draws a lamp with the name and the state of an input. Returns the x where it ends.
 int draw_lamp(Canvas& canvas, int x, int y, const std::string& input, const Safety& safety) {
   const Rgba8 colour = colour_of(safety.state);
   canvas.fill(x, y - 12, 14, 14, colour);
@@ -208,7 +211,7 @@ void draw_status(Canvas& canvas, int y, int height, const PanelContext& context)
   const int end = canvas.width() - 16 - canvas.text_width(15, context.banner);
   if (epoch.guidance) {
     const std::string numbers = guidance_words(*epoch.guidance);
-    // A number is drawn whole or not at all.
+    // Numbers are drawn whole or not at all.
     if (x + canvas.text_width(17, numbers) <= end) canvas.text(x, base, 17, numbers, kWords);
   } else {
     const std::string& cause =
@@ -221,7 +224,7 @@ void draw_status(Canvas& canvas, int y, int height, const PanelContext& context)
 /// Width of the flat panels beside a 3D view.
 constexpr int side_of(int height) { return height * 2 / 3; }
 
-/// Which way the patient lies, at the edges of the 3D view.
+/// Draws the letters of the patient's directions at the edges of the 3D view.
 void draw_orientation(Canvas& canvas, int width, int height, const render::Camera& camera) {
   const ViewLetters letters_of = view_letters(camera);
   constexpr int kSize = 16;
@@ -310,8 +313,8 @@ Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext&
     draw_panels(canvas, view_3d.width(), side, view_3d.height(), context);
     draw_status(canvas, view_3d.height(), kBar, context);
   } else {
-    // Whose picture it is, that it is not registered and what it leaves out are said however small
-    // it is.
+    // Even the smallest view says whose image it is, what it leaves out, and whether it is not
+    // registered.
     draw_note(canvas, view_3d.height() + 16, canvas.width(), context.banner);
     const int next = draw_note(canvas, 16, canvas.width(), context.note);
     draw_note(canvas, next, canvas.width(), context.warning);

@@ -15,51 +15,52 @@
 
 namespace nav::app {
 
-/// What the flat parts of a refresh show.
+/// Data that the flat panels and the status bar of a refresh show.
 struct PanelContext {
   const session::Epoch& epoch;
   const Volume& ct;
   const std::optional<NeedlePlan>& plan;
   render::HuWindow window;
   const std::string& banner;
-  render::Camera camera;  ///< Of the 3D view, for its orientation letters.
-  std::string note;  ///< What the engine says of the 3D view ("down-sampled …"); may be empty.
-  std::string warning = {};      ///< Of the registration or placement; may be empty.
-  bool needle_expected = false;  ///< Its state is shown, as that of a planned one.
+  render::Camera camera;  ///< Camera of the 3D view, for its orientation letters.
+  std::string note;       ///< Engine's note about the 3D view ("down-sampled …"); may be empty.
+  std::string warning = {};      ///< Warning about registration or placement; may be empty.
+  bool needle_expected = false;  ///< True: show the needle's state even without a plan.
   double needle_length_mm = session::NeedleSize{}.length_mm;
-  std::vector<LegendEntry> legend = {};         ///< Of predicates in the 3D view.
-  std::optional<render::GreyWindow> grey = {};  ///< Of a projection in the 3D view.
+  std::vector<LegendEntry> legend = {};         ///< Predicates in the 3D view.
+  std::optional<render::GreyWindow> grey = {};  ///< Grey window of a projection in the 3D view.
 };
 
-/// Of words that warn of nothing.
+/// Colour of overlay text that is not a warning.
 inline constexpr Rgba8 kWords = render::rgb8(0xd8dee4);
 
-/// Green, amber, grey, red.
+/// Colour of a state: green (valid), amber (degraded), grey (stale) or red (lost).
 Rgba8 colour_of(SafetyState state);
 
-/// "L 60  W 400", as on every picture of a CT.
+/// Text such as "L 60  W 400" for a grey window.
 std::string words_of_window(double level, double width);
 
-/// "tip to target 12.3 mm …": the numbers of a needle.
+/// Text with the numbers of a needle: "tip to target 12.3 mm …".
 std::string guidance_words(const NeedleGuidance& guidance);
 
-/// Where a direction of the CT (LPS) points in the patient: letters of R, L, A, P, S, I, the
-/// strongest first, those above a third of the whole; "RA" is right and, less, anterior.
+/// Letters (R, L, A, P, S, I) of a direction in the patient, the strongest first. Components of at
+/// most a third of the length are left out. "RA" means right and, less, anterior.
+/// direction_ct: in Ct (LPS), of any length > 0.
 std::string patient_direction(const Eigen::Vector3d& direction_ct);
 
-/// Where the edges of a view lie: patient_direction() of its axes.
+/// Letters for the edges of a view: patient_direction() of its axes.
 struct ViewLetters {
   std::string left, right, up, down;
 };
 ViewLetters view_letters(const render::Camera& camera);
 
-/// Whether compose_panels() draws the flat panels beside a 3D view of a size in pixels: words need
-/// room.
+/// True when a 3D view of that size, in pixels, is large enough for the flat panels and their text.
+/// compose_panels() leaves them out otherwise.
 bool has_panels(int width, int height);
 
-/// Puts the live ultrasound and the CT along the same plane beside the 3D view, and state and
-/// numbers below. A stale picture is not drawn: its panel says so. The picture is 3/2 as wide as
-/// the view's height more than the view, and one status bar higher.
+/// Puts the live ultrasound and the CT along the same plane beside the 3D view, and states and
+/// numbers below. A stale ultrasound image is not drawn; its panel says so. The result is wider
+/// than the view by 2/3 of the view's height, and higher by the status bar (40 pixels).
 Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext& context);
 
 }  // namespace nav::app

@@ -11,7 +11,7 @@ namespace nav::app {
 namespace {
 
 Error without_pose(const std::string& found) {
-  return {ErrorCode::kUsage, "--frame: expected a picture with a pose, found " + found};
+  return {ErrorCode::kUsage, "--frame: expected an image with a pose, found " + found};
 }
 
 }  // namespace
@@ -32,7 +32,7 @@ Result<PlacedPicture> placed_picture(const SessionConfig& config, const Volume& 
   const auto sector = config.source.whole_picture ? std::nullopt : session::sector_of(*sweep);
   if (sector) session->set_outline(*sector);
   const auto placement =
-      session::place_ct(config.placement, ct, *sweep, session->reference_frame());
+      session::place_ct(config.placement, ct, *sweep, sweep->recording, session->reference_frame());
   if (!placement) return placement.error();
   report_warnings(placement->warnings, console);
   if (!placement->outside.empty()) {
@@ -51,8 +51,8 @@ Result<PlacedPicture> placed_picture(const SessionConfig& config, const Volume& 
     more = *stepped;
     if (paired) epoch = session->refresh();
   }
-  const std::string name = "frame " + std::to_string(wanted);
-  if (!paired) return without_pose(name + " without a picture or time");
+  const std::string name = "image " + std::to_string(wanted);
+  if (!paired) return without_pose(name + " without pixels or time");
   if (!paired->tracked) return without_pose(name + ": " + paired->cause);
   const TrackedFrame& tracked = *paired->tracked;
   PlacedPicture found{
@@ -61,7 +61,7 @@ Result<PlacedPicture> placed_picture(const SessionConfig& config, const Volume& 
       {},
       placement->kind == "registered"};
   if (!config.source.needle_frame.empty()) {
-    // Not the newest pose: by a temporal offset the picture is older, or was waited for.
+    // Not the newest pose: with a temporal offset the image is older, or it waited for its pose.
     found.ct_from_needle = session->navigator().needle_at(tracked.frame.acquired);
     if (!found.ct_from_needle) {
       const std::string& cause = epoch->needle.cause;

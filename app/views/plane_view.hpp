@@ -9,10 +9,10 @@
 
 namespace nav::app {
 
-/// A rectangle of a canvas that shows part of the Image plane at one scale.
+/// Rectangle of a canvas that shows part of the Image plane at one scale.
 struct PlaneView {
   int x, y, width, height;    ///< Canvas pixels.
-  Eigen::Vector2d origin_mm;  ///< Of its top left pixel, Image frame.
+  Eigen::Vector2d origin_mm;  ///< Position of the top left pixel, Image frame.
   double mm_per_px;
 
   [[nodiscard]] Eigen::Vector2d pixel_of(const Eigen::Vector2d& p_mm) const {
@@ -26,13 +26,13 @@ struct PlaneView {
   }
 };
 
-/// Fits a whole picture, with its true proportions, into a rectangle of a canvas.
+/// Fits a whole ultrasound image, with its true proportions, into a rectangle of a canvas.
 PlaneView fit(const UltrasoundFrame& frame, int x, int y, int width, int height);
 
-/// Grey value at a point of the Image frame, bilinear, 0 to 255; -1 outside the picture's outline.
+/// Grey value at a point of the Image frame, bilinear, 0 to 255; -1 outside the image's outline.
 double intensity(const UltrasoundFrame& frame, const Eigen::Vector2d& p_mm);
 
-/// Draws the picture where it is insonified.
+/// Draws the insonified part of the image.
 void draw_ultrasound(render::Canvas& canvas, const PlaneView& view, const UltrasoundFrame& frame);
 
 }  // namespace nav::app

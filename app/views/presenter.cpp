@@ -28,16 +28,6 @@ Result<Presenter> Presenter::create(const PresenterOptions& options,
                                     std::unique_ptr<render::Engine> engine) {
   auto look = resolve_look(options.look, *ct);
   if (!look) return look.error();
-  const auto& components = look->transfer.components();
-  const bool by_gradient = std::any_of(components.begin(), components.end(),
-                                       [](const auto& c) { return c.gradient.has_value(); });
-  if (by_gradient && options.quality.adaptive_error > 0) {
-    std::ostringstream text;
-    text << "quality.adaptive_error: expected 0 beside " << look->transfer.name()
-         << ", whose gradients are classified cell by cell, found "
-         << options.quality.adaptive_error;
-    return Error{ErrorCode::kUsage, text.str()};
-  }
   return Presenter(options, std::move(*look), std::move(ct), std::move(engine));
 }
 
@@ -53,8 +43,8 @@ Result<void> Presenter::cut_free(const CutawayShapes& shapes) {
   const bool any = !shapes.polygons.empty() || !shapes.boxes.empty() || !shapes.meshes.empty();
   if (!look_.cutaway && any && !options_.look.cutaway.enabled) {
     return Error{ErrorCode::kUsage,
-                 "cutaway_objects: expected a look file that cuts, or look.cutaway.enabled = true, "
-                 "beside them, found a look file that does not cut"};
+                 "cutaway_objects: requires look.cutaway.enabled = true, because the appearance "
+                 "file does not cut"};
   }
   if (!look_.cutaway) return {};
   look_.cutaway->polygons = shapes.polygons;
@@ -84,11 +74,12 @@ render::Camera Presenter::camera() const {
   const double fov = options_.view.fov_deg * M_PI / 180;
   double distance_mm = options_.view.distance_mm;
   if (distance_mm <= 0) {
-    // The sphere about the CT fits the smaller side of the picture.
+    // The sphere around the CT fits the smaller side of the image.
     const double aspect = std::min(1.0, 1.0 * options_.width / options_.height);
     const double half = std::atan(std::tan(fov / 2) * aspect);
     distance_mm = 0.5 * ct_->grid().extent_mm().norm() / std::sin(half) * 0.8;
-    // A small picture in a large CT would be a stamp: go nearer, but keep its surroundings.
+    // A small ultrasound image in a large CT would hardly be visible: go nearer, but keep its
+    // surroundings.
     constexpr double kSurroundings = 3.2;
     if (typical_plane_) {
       constexpr double kLeastMm = 20;
@@ -100,7 +91,7 @@ render::Camera Presenter::camera() const {
   render::Camera camera;
   camera.look_at_ct = focus_ct_;
   camera.eye_ct = {focus_ct_.mm + distance_mm * towards_eye};
-  // Superior is up, unless one looks along the body: then anterior is.
+  // Superior is up; anterior is up when the camera looks along the body.
   constexpr double kAlongBody = 0.8;
   const bool along_body = std::abs(towards_eye.z()) > kAlongBody;
   camera.up_ct = {along_body ? Eigen::Vector3d(-Eigen::Vector3d::UnitY())
@@ -144,7 +135,6 @@ render::Scene Presenter::scene(const session::Epoch& epoch) const {
                                      ? render::Classification::kPostClassified
                                      : render::Classification::kPreIntegrated;
   scene.quality.jitter = options_.quality.jitter;
-  scene.quality.adaptive_error = options_.quality.adaptive_error;
   if (ultrasound_ && without_ct_) {
     scene.ct = ultrasound_->volume;
     scene.predicates = ultrasound_->predicates;
@@ -167,15 +157,15 @@ render::Scene Presenter::scene(const session::Epoch& epoch) const {
   if (asks_needle_ && !scene.needle) {
     (without_ct_ ? *scene.predicates : scene.ultrasound->predicates).needle_lost = true;
   }
-  // Predicates take the first sphere for the target.
+  // Predicates take the first sphere as the target.
   if (target_) scene.spheres.push_back(*target_);
-  // The plan lies in the CT, so it is true whatever the tracker does.
+  // The plan lies in the CT, so it does not depend on the tracker.
   if (plan_) {
     scene.spheres.push_back({plan_->target_ct, plan_->target_radius_mm, {1.0, 0.85, 0.1}, 0.45});
     scene.spheres.push_back({plan_->entry_ct, 2.5, {0.2, 0.7, 1.0}, 1.0});
     scene.lines.push_back({plan_->entry_ct, plan_->target_ct, 0.5, {0.2, 0.7, 1.0}, 1.0});
     if (plan_->margin_mm > 0) {
-      // Faint: what it encloses, and the plane behind it, must stay as visible as without.
+      // Faint, so that its contents and the plane behind it stay visible.
       constexpr double kMarginOpacity = 0.25;
       scene.spheres.push_back({plan_->target_ct,
                                plan_->target_radius_mm + plan_->margin_mm,
@@ -200,17 +190,17 @@ void say_sampling(const std::optional<render::StepChoice>& step, double wanted_r
                   Diagnostics& diagnostics) {
   if (!step || step->reached || std::isnan(step->rms)) return;
   std::ostringstream text;
-  text << "--rms-error (output.rms_error): expected " << wanted_rms
-       << ", found no step down to 1/16 voxel that is surely as good: this one errs by about "
-       << step->rms << "; --step goes finer";
+  text << "--rms-error (output.rms_error): expected an error of " << wanted_rms << ", found about "
+       << step->rms << ": no step down to 1/16 voxel surely reaches it; --step allows finer steps";
   diagnostics.report(Severity::kWarning, "sampling", text.str());
 }
 
 void Presenter::set_registration_warnings(const std::vector<std::string>& warnings) {
   warning_.clear();
   if (warnings.empty()) return;
-  const std::string count = warnings.size() > 1 ? " (" + std::to_string(warnings.size()) + ")" : "";
-  warning_ = "registration warned" + count + ": " + most_telling(warnings);
+  const std::string head = warnings.size() > 1 ? "warning 1 of " + std::to_string(warnings.size())
+                                               : std::string("registration warning");
+  warning_ = head + ": " + most_telling(warnings);
 }
 
 Result<void> Presenter::choose_grey(const render::Scene& first) {
@@ -225,7 +215,7 @@ Result<void> Presenter::choose_grey(const render::Scene& first) {
                              said.grey_width_hu.value_or(found->window.width_hu)};
   const std::string projection = "projection " + said.projection + ": ";
   if (found->only_air) {
-    grey_note_ = projection + "every ray finds nothing but air; expected a CT cropped to the body";
+    grey_note_ = projection + "every ray finds only air; crop the CT to the body";
   } else if (found->one_value) {
     grey_note_ = projection + "every ray finds one value: there is nothing to see";
   }
@@ -243,7 +233,7 @@ Result<void> Presenter::choose_step(const session::Epoch& epoch) {
     return {};
   }
   const render::Scene first = scene(epoch);
-  if (first.predicates) return {};  // What the search would draw is not what these show.
+  if (first.predicates) return {};  // The search draws a CT, not predicates.
   if (!step_of_ct_) {
     const auto found =
         render::step_for_error(*engine_, render::ct_alone(first), options_.rms_error);
@@ -255,7 +245,7 @@ Result<void> Presenter::choose_step(const session::Epoch& epoch) {
   step_ = *choice;
   empty_view_.reset();
   searched_for_ = now;
-  // The step is what the CT needs; how much more the whole errs was not measured.
+  // The step suits the CT; the additional error from the ultrasound volume was not measured.
   if (first.ultrasound) step_->pixel_error = 0;
   if (first.ultrasound || options_.pixel_error > step_->pixel_error) {
     step_->rms = std::numeric_limits<double>::quiet_NaN();

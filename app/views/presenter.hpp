@@ -20,100 +20,101 @@
 
 namespace nav::app {
 
-/// How the refreshes of a session look.
+/// Options for the display of a session.
 struct PresenterOptions {
   SessionConfig::Look look;
   SessionConfig::View view;
-  int width = 800;                                   ///< Of the 3D view, pixels.
-  int height = 600;                                  ///< Of the 3D view, pixels.
-  std::optional<double> step_voxels = std::nullopt;  ///< Absent: what rms_error needs.
-  double rms_error = render::kDefaultRms;            ///< Of the picture of the CT, estimated.
-  double pixel_error = 0;                            ///< Of render::Quality, at least.
-  render::HuWindow window;                           ///< Of the CT slice.
+  int width = 800;                                   ///< Width of the 3D view, pixels.
+  int height = 600;                                  ///< Height of the 3D view, pixels.
+  std::optional<double> step_voxels = std::nullopt;  ///< Absent: chosen for rms_error.
+  double rms_error = render::kDefaultRms;            ///< Estimated error of the CT's image.
+  double pixel_error = 0;                            ///< Least value for render::Quality.
+  render::HuWindow window;                           ///< Grey window of the CT slice.
   SessionConfig::Quality quality{};
   session::NeedleSize needle{};
 };
 
-/// Of warnings that a registration was accepted with the one that there is room for: how far off
-/// the target may be, then the needle, then the first; empty without any.
+/// Most important of the warnings with which a registration was accepted, because the display has
+/// space for one: the predicted error, else the needle, else the first. Empty without warnings.
 std::string most_telling(const std::vector<std::string>& warnings);
 
-/// Warns where the error that was asked for was not reached.
+/// Warns when no step reaches the wanted error.
 void say_sampling(const std::optional<render::StepChoice>& step, double wanted_rms,
                   Diagnostics& diagnostics);
 
-/// Turns epochs into pictures: the 3D view at the left, the live ultrasound and the CT along the
-/// same plane at the right, state and numbers below. Draws nothing anew that has not changed.
-/// Not thread-safe.
+/// Turns epochs into images: the 3D view at the left, the live ultrasound and the CT along the same
+/// plane at the right, states and numbers below. Keeps the 3D view without plane and needle, so
+/// that it is cast only once. Not thread-safe.
 class Presenter {
  public:
-  /// Refuses an unknown preset, a bad look file or transfer function, angles that contradict, an
-  /// adaptive error beside gradient windows.
+  /// Refuses an unknown preset, a bad look file or transfer function, and angles that contradict.
   static Result<Presenter> create(const PresenterOptions& options, std::shared_ptr<const Volume> ct,
                                   std::unique_ptr<render::Engine> engine);
 
   void set_plan(const NeedlePlan& plan) { plan_ = plan; }
-  /// What the 3D view looks at; the centre of the CT unless told.
+  /// Sets the point that the 3D view looks at; the default is the centre of the CT.
   void set_focus(const Point<frames::Ct>& focus_ct) { focus_ct_ = focus_ct; }
-  /// The plane that the view is chosen for, where the user chose none: seen from the side that is
-  /// nearer to the patient's front and feet, off its normal, and near enough to show its picture.
-  /// extent_mm: diagonal of the picture.
+  /// Sets a typical ultrasound plane. If the user chose no view, the camera looks at this plane
+  /// from the side that is nearer to the patient's front and feet, at an angle to its normal, and
+  /// from near enough to show the image well. extent_mm: diagonal of the image.
   void set_typical_plane(const Transform<frames::Ct, frames::Image>& ct_from_image,
                          double extent_mm) {
     typical_plane_ = ct_from_image;
     typical_extent_mm_ = extent_mm;
   }
-  /// The 3D view shows an ultrasound volume that lies in the CT's frame, by predicates: inside the
-  /// CT, or alone instead of it; the slice stays the CT's. Distances are from the live needle and
-  /// from the target, if any, which is drawn. While the needle is stale or lost, no voxel is at a
-  /// distance from it, and every picture says so.
+  /// Makes the 3D view show an ultrasound volume by predicates, inside the CT or instead of it
+  /// (alone). The volume lies in the CT's frame. The slice still shows the CT. Predicates measure
+  /// distances from the live needle and from the target, if there is one; the target is drawn.
+  /// While the needle is stale or lost, no voxel has a distance from it, and every image says so.
   void draw_by_predicates(render::UltrasoundVolume ultrasound, bool alone,
                           const std::optional<render::SphereShape>& target = {});
-  /// A needle is tracked, or ought to be: its state is shown also while it is lost.
+  /// Says that a needle is tracked; its state is then shown even while it is lost.
   void expect_needle() { needle_expected_ = true; }
-  /// What the cutaway cuts free beside the plane, the needle and the targets. Refuses objects where
-  /// the look file alone says that nothing is cut.
+  /// Sets the objects that the cutaway exposes, in addition to the plane, the needle and the
+  /// targets. Rejects objects when the appearance has no cutaway because its file turns it off.
   Result<void> cut_free(const CutawayShapes& shapes);
-  /// What the colours of predicates mean; empty without them.
+  /// Legend for the colours of predicates; empty without predicates.
   [[nodiscard]] const std::vector<LegendEntry>& legend() const { return legend_; }
-  /// How the 3D view looks.
+  /// Appearance of the 3D view.
   [[nodiscard]] const ResolvedLook& look() const { return look_; }
-  /// A word that stands on every picture ("SIMULATED PATIENT").
+  /// Sets a text that every image shows ("SIMULATED PATIENT").
   void set_banner(std::string banner) { banner_ = std::move(banner); }
 
-  /// What a registration was accepted with, for the user to see on every picture; may be empty.
+  /// Sets the warnings with which a registration was accepted; every image shows the most important
+  /// one. May be empty.
   void set_registration_warnings(const std::vector<std::string>& warnings);
-  /// What the user is to see instead: one sentence about where the CT lies.
+  /// Shows another warning instead: one sentence about the position of the CT.
   void set_warning(std::string warning) { warning_ = std::move(warning); }
 
-  /// The whole picture of an epoch.
+  /// Draws the whole image of an epoch: 3D view, panels and status bar.
   Result<Image2d<Rgba8>> present(const session::Epoch& epoch);
-  /// What a window says over the 3D scene of an epoch: window_words().
+  /// Overlay text of a window for an epoch: window_words(). ended: no new data will come.
   [[nodiscard]] std::vector<render::WindowWords> words(const session::Epoch& epoch,
                                                        const render::Camera& camera,
                                                        bool ended) const;
-  /// Finds the step for the error that was asked for: once, and anew when the ultrasound picture is
-  /// first there to be cut free, and when the CT is first registered. Finds the grey window of a
-  /// projection, once. present() does so by itself.
+  /// Finds the step for the wanted error: once, again when the first ultrasound image can be cut
+  /// free, and again when the CT is first registered. Also finds the grey window of a projection,
+  /// once. present() calls it.
   Result<void> choose_step(const session::Epoch& epoch);
-  /// Of the CT slice.
+  /// Grey window of the CT slice; set before the first image.
+  void set_window(const render::HuWindow& window) { options_.window = window; }
   [[nodiscard]] const render::HuWindow& window() const { return options_.window; }
-  /// Of a projection, once a 3D view was cast; absent in colours.
+  /// Grey window of a projection, after the first 3D view was cast; absent for views in colours.
   [[nodiscard]] const std::optional<render::GreyWindow>& grey() const { return grey_; }
-  /// The 3D scene of an epoch, as every engine draws it.
+  /// 3D scene of an epoch; the same for every engine.
   [[nodiscard]] render::Scene scene(const session::Epoch& epoch) const;
   [[nodiscard]] render::Engine& engine() { return *engine_; }
-  /// Times that a 3D view was cast, and times that the last one was still right.
+  /// Number of 3D views that were cast, and number of times a kept view was used again.
   [[nodiscard]] int views_cast() const { return views_cast_; }
   [[nodiscard]] int views_reused() const { return views_reused_; }
-  /// The step and pixel error that were chosen for rms_error, once a 3D view was cast; absent where
-  /// it was given, and in views by predicates alone. Of a CT with ultrasound in it the
-  /// step is what the CT alone needs, and rms is NaN.
+  /// Step and pixel error that were chosen for rms_error, after the first 3D view was cast. Absent
+  /// when the options give a step, and for views by predicates alone. For a CT with ultrasound in
+  /// it the step is the one that the CT alone needs, and rms is NaN.
   [[nodiscard]] const std::optional<render::StepChoice>& step() const { return step_; }
-  /// What the engine said of its last picture ("down-sampled …"), and a projection that shows
-  /// nothing; may be empty.
+  /// Engine's note about its last image ("down-sampled …"), after a note about a projection that
+  /// shows nothing; may be empty.
   [[nodiscard]] const std::string& note() const { return note_; }
-  /// Seconds of the casting, all views.
+  /// Total time of casting all 3D views, s.
   [[nodiscard]] double cast_seconds() const { return cast_seconds_; }
 
  private:
@@ -124,7 +125,7 @@ class Presenter {
                                      const render::Camera& camera) const;
   [[nodiscard]] Eigen::Vector3d direction_to_eye() const;
   Result<void> choose_grey(const render::Scene& first);
-  /// What is said in the 3D view of an epoch; empty: nothing.
+  /// Note in the 3D view of an epoch; may be empty.
   [[nodiscard]] std::string note_of(const session::Epoch& epoch) const;
 
   PresenterOptions options_;
@@ -132,9 +133,9 @@ class Presenter {
   std::shared_ptr<const Volume> ct_;
   std::optional<render::UltrasoundVolume> ultrasound_;
   bool without_ct_ = false;                    ///< The 3D view shows the ultrasound volume alone.
-  std::vector<LegendEntry> legend_;            ///< Of its predicates.
-  bool asks_needle_ = false;                   ///< Some predicate is a distance from the needle.
-  std::optional<render::SphereShape> target_;  ///< Of predicates.
+  std::vector<LegendEntry> legend_;            ///< Predicates of the ultrasound volume.
+  bool asks_needle_ = false;                   ///< A predicate needs the distance from the needle.
+  std::optional<render::SphereShape> target_;  ///< Target from which predicates measure distances.
   std::unique_ptr<render::Engine> engine_;
   std::optional<NeedlePlan> plan_;
   bool needle_expected_ = false;
@@ -142,18 +143,18 @@ class Presenter {
   std::optional<Transform<frames::Ct, frames::Image>> typical_plane_;
   double typical_extent_mm_ = 0;
   std::string banner_;
-  std::string warning_;                       ///< Of the registration or placement.
+  std::string warning_;                       ///< Warning about registration or placement.
   std::optional<Image2d<Rgba8>> empty_view_;  ///< The 3D view without plane and needle.
-  std::string note_;       ///< Of the engine about its last picture, after grey_note_.
-  std::string grey_note_;  ///< Of a projection that shows nothing.
+  std::string note_;       ///< grey_note_, then the engine's note about its last image.
+  std::string grey_note_;  ///< Note about a projection that shows nothing.
   std::optional<render::GreyWindow> grey_;
   std::optional<render::StepChoice> step_;
-  std::optional<render::StepChoice> step_of_ct_;  ///< Of the CT alone, which does not change.
+  std::optional<render::StepChoice> step_of_ct_;  ///< Step for the CT alone, found once.
   struct SearchedFor {
     bool plane;
     bool registered;
   };
-  SearchedFor searched_for_{};  ///< What step_ is for.
+  SearchedFor searched_for_{};  ///< State of the epoch for which step_ was found.
   int views_cast_ = 0;
   int views_reused_ = 0;
   double cast_seconds_ = 0;

@@ -46,7 +46,7 @@ std::vector<WindowWords> window_words(const PanelContext& context, bool ended) {
   add_orientation(context.camera, words);
   Column above(words, 0.07, WindowWords::Stack::kDown);
   above.add(context.banner, amber);
-  if (ended) above.add("the recording has ended: the last picture, not live", amber);
+  if (ended) above.add("the recording has ended: last image, not live", amber);
   if (context.grey) {
     above.add(words_of_window(context.grey->level_hu, context.grey->width_hu), kWords);
   }

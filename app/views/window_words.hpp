@@ -10,9 +10,9 @@
 
 namespace nav::app {
 
-/// What stands over the 3D view in a window, where there are no panels: states and causes, numbers
-/// while they hold, note, warning, banner, and which way the patient lies as seen by the context's
-/// camera. ended: nothing more will come, so that what is seen is not live.
+/// Overlay text of the 3D view in a window, which has no panels: states and causes, numbers while
+/// they are valid, note, warning, banner, and the letters of the patient's directions for the
+/// context's camera. ended: no new data will come; a line says that the view is not live.
 std::vector<render::WindowWords> window_words(const PanelContext& context, bool ended);
 
 }  // namespace nav::app

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Sequences: pictures per second, raw and compressed, written and read back.
+// Sequences: images per second, raw and compressed, written and read back.
 #include <benchmark/benchmark.h>
 #include <filesystem>
 #include <unistd.h>
@@ -17,7 +17,7 @@ std::filesystem::path path_for(bool compressed) {
          ("sonde_bench_" + std::to_string(::getpid()) + (compressed ? "_z" : "_r") + ".igs.mha");
 }
 
-/// Speckle that repeats nowhere: what a compressor meets in ultrasound.
+/// Speckle that never repeats, as a compressor meets it in ultrasound.
 bool write(bool compressed) {
   SequenceHeader header;
   header.width = 640;

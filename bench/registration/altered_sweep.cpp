@@ -18,7 +18,7 @@ Sweep sweep_of(std::vector<TrackedFrame> frames, const Sweep& like) {
   return std::move(Sweep::create(std::move(frames), like.calibration_id())).value();
 }
 
-/// Where the echo drawn at p came from, if depths along the beam are drawn factor times as large.
+/// True position of the echo drawn at p, if depths along the beam are drawn factor times as large.
 Eigen::Vector2d source_of(const Eigen::Vector2d& p, const std::optional<SectorOutline>& outline,
                           double factor) {
   if (!outline) return {p.x(), p.y() / factor};
@@ -27,7 +27,7 @@ Eigen::Vector2d source_of(const Eigen::Vector2d& p, const std::optional<SectorOu
   return outline->apex_mm + (outline->radius_min_mm + depth_mm / factor) * from_apex.normalized();
 }
 
-/// Bilinear; black outside the picture and its outline.
+/// Bilinear; black outside the image and its outline.
 std::uint8_t grey_at(const UltrasoundFrame& frame, const Eigen::Vector2d& p) {
   if (frame.outline && !frame.outline->contains(p)) return 0;
   const Eigen::Vector2d at = frame.grid.pixel_of({{p.x(), p.y(), 0}});
@@ -44,7 +44,7 @@ std::uint8_t grey_at(const UltrasoundFrame& frame, const Eigen::Vector2d& p) {
   return static_cast<std::uint8_t>(std::lround((1 - down) * upper + down * lower));
 }
 
-/// Between the sweep's poses; absent before the first and after the last.
+/// Interpolates the sweep's poses; absent before the first and after the last.
 std::optional<ReferenceFromImage> pose_at(const Sweep& sweep, Timestamp time) {
   const auto& frames = sweep.frames();
   const auto after = std::ranges::lower_bound(
@@ -58,7 +58,7 @@ std::optional<ReferenceFromImage> pose_at(const Sweep& sweep, Timestamp time) {
   return interpolate(before.reference_from_image, after->reference_from_image, share);
 }
 
-/// With pictures that lie elsewhere on the probe.
+/// Moves the images relative to the probe.
 Sweep held_elsewhere(const Sweep& sweep, const Transform<frames::Image, frames::Image>& error) {
   std::vector<TrackedFrame> frames = sweep.frames();
   for (TrackedFrame& tracked : frames) {

@@ -8,33 +8,33 @@
 
 #include "nav/sweep.hpp"
 
-/// Sweeps that are changed in one respect.
+/// Functions that copy a sweep and change it in one respect.
 namespace nav::bench {
 
-/// With every picture's pixels changed.
+/// Changes the pixels of every ultrasound image.
 Sweep with_pixels(
     const Sweep& sweep,
     const std::function<void(std::vector<std::uint8_t>&, const UltrasoundFrame&)>& change);
 
-/// With pixels, and an outline, that claim to be so many times as large as they are. factor: > 0.
+/// Scales the pixel size, and the outline, by \p factor without changing the image content. factor:
+/// > 0.
 Sweep enlarged(const Sweep& sweep, double factor);
 
-/// With echoes that are drawn so many times as deep as they came from, along the beam from the
-/// transducer's face: a scanner that takes sound to be so much faster than it is. factor: > 0. What
-/// lies deeper than the pictures is lost; what they would need from there is black and outside
-/// their outline.
+/// Draws echoes at \p factor times their true depth along the beam, from the transducer's face: a
+/// scanner that assumes a speed of sound too high by this factor. factor: > 0. Echoes beyond the
+/// depth of the images are lost; pixels without an echo are black and outside the outline.
 Sweep deepened(const Sweep& sweep, double factor);
 
-/// With pictures that are so much later than their poses say, negative: earlier. Each has the pose,
-/// between those of the sweep, of the moment so long before it; those without such a moment are
-/// left out. Precondition: the sweep is longer than the delay.
+/// Delays the images relative to their poses by \p delay; negative: they are early. Each image has
+/// the pose, interpolated in the sweep, of the moment \p delay before it; images without such a
+/// moment are left out. Precondition: the sweep is longer than the delay.
 Sweep delayed(const Sweep& sweep, Duration delay);
 
-/// With pictures that are taken to lie elsewhere on the probe than they do: shifted and, about the
-/// middle of the transducer's face, turned, each in a seeded direction.
+/// Moves the images relative to the probe: translates them and rotates them about the middle of the
+/// transducer's face, each in a seeded direction.
 Sweep miscalibrated(const Sweep& sweep, double shift_mm, double turn_rad, std::uint64_t seed);
 
-/// The same, shifted alone: along width, depth and normal of the pictures.
+/// Translates the images relative to the probe along their width, depth and normal.
 Sweep shifted(const Sweep& sweep, const Eigen::Vector3d& shift_mm);
 
 }  // namespace nav::bench

@@ -33,9 +33,9 @@ using registration::PreparedSweep;
 using registration::Vector6d;
 
 constexpr double kStartMm = 5;
-constexpr int kSeeds = 8;  // Of each number of replicates.
+constexpr int kSeeds = 8;  // Number of seeds for each number of replicates.
 
-/// A sweep at the pose that a registration found, as its last solve saw it.
+/// A sweep at the pose that a registration found, with the patches of its last solve.
 class Solved {
  public:
   Solved(std::shared_ptr<const Patient> patient, std::shared_ptr<const RecordedSweep> recorded,
@@ -60,11 +60,11 @@ class Solved {
   [[nodiscard]] const Lc2Cost& cost() const { return cost_; }
   [[nodiscard]] const registration::Pose& pose() const { return pose_; }
 
-  /// How far a twist about a point moves the targets, RMS, mm.
+  /// Distance that a twist about a point moves the targets, RMS, mm.
   [[nodiscard]] double moved_mm(const Vector6d& twist, const Eigen::Vector3d& centre) const {
     return target_error_mm(registration::moved(pose_, centre, twist), pose_, targets());
   }
-  /// What pictures weighed so often find, starting at the pose of all.
+  /// Pose found from images weighted by their counts, starting at the pose of all.
   [[nodiscard]] registration::Pose solve(const std::map<int, int>& counts) const {
     PatchSet drawn = subset(patches_, [&](const Patch& p) { return counts.at(p.frame) > 0; });
     double sum = 0;
@@ -103,7 +103,7 @@ class Solved {
     NAV_CHECK(result.has_value(), patient_->seed);
     return result->ct_from_reference;
   }
-  /// To the minimum of the patches that are left, which replicates are compared with.
+  /// Solves to the minimum of the remaining patches, which replicates are compared with.
   void refine() {
     pose_ = solve_pose(cost_, pose_, sweep_.points().centroid,
                        {options_.max_iterations, kTolerance}, {})
@@ -131,7 +131,7 @@ Vector6d twist_between(const registration::Pose& from, const registration::Pose&
   return twist;
 }
 
-/// What a bootstrap of a sweep predicts, RMS over the targets.
+/// Target error predicted by a bootstrap of a sweep, RMS over the targets.
 double predicted_by(const Solved& solved, const LocalShape& shape, int replicates,
                     std::uint64_t seed) {
   BootstrapOptions options;
@@ -140,7 +140,7 @@ double predicted_by(const Solved& solved, const LocalShape& shape, int replicate
   return solved.predicted_mm(frame_bootstrap(shape, options).uncertainty());
 }
 
-/// Error and time of each number of replicates on one sweep, added to what others gave.
+/// Adds error and time of each number of replicates on one sweep to the lists.
 void add_points(const Solved& solved, const LocalShape& shape, const std::vector<int>& replicates,
                 std::vector<std::vector<double>>& squares,
                 std::vector<std::vector<double>>& cpu_us) {
@@ -234,20 +234,21 @@ BootstrapCurve measure_bootstrap(const BootstrapCurveOptions& options, CaseStore
 std::string to_text(const BootstrapCurve& curve) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(3)
-       << "\npictures drawn anew: how far the predicted error is from that of " << kBootstrapMost
+       << "\nresampled images: difference of the predicted error from that of " << kBootstrapMost
        << " replicates\n";
   for (const BootstrapPoint& p : curve.points) {
     text << "  " << std::setw(5) << p.replicates << " replicates: " << std::setprecision(0)
-         << p.cpu_us << " us of one processor, off by " << std::setprecision(1) << 100 * p.off
+         << p.cpu_us << " us of one processor, difference " << std::setprecision(1) << 100 * p.off
          << " %\n"
          << std::setprecision(3);
   }
-  text << "one step beside full solves of the same draws, RMS at the targets, no floor:\n";
+  text << "one step compared with full solves of the same samples, RMS at the targets, no floor:\n";
   for (const BootstrapReference& r : curve.references) {
     text << "  " << r.patient << ' ' << std::setw(9) << std::left << to_string(r.path) << std::right
-         << ": " << r.pictures << " pictures in blocks of " << r.block << ", steps " << r.step_mm
-         << " mm, solves " << r.solved_mm << " mm (" << r.solved_cpu_s << " s), apart " << r.apart
-         << "; clusters " << r.clusters_mm << " mm, actual error " << r.error_mm << " mm\n";
+         << ": " << r.pictures << " images in blocks of " << r.block << ", steps " << r.step_mm
+         << " mm, solves " << r.solved_mm << " mm (" << r.solved_cpu_s << " s), difference "
+         << r.apart << "; clusters " << r.clusters_mm << " mm, actual error " << r.error_mm
+         << " mm\n";
   }
   return text.str();
 }

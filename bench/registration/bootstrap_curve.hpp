@@ -12,26 +12,28 @@
 
 namespace nav::bench {
 
-/// Run time against error of the number of replicates.
+/// Run time against error for one number of replicates.
 struct BootstrapPoint {
   int replicates;
-  double cpu_us;  ///< Median of the sweeps.
-  /// By how much the predicted target error differs from that of kBootstrapMost replicates of
-  /// other draws, share of it, RMS over sweeps and seeds.
+  double cpu_us;  ///< Median over the sweeps.
+  /// Difference of the predicted target error from that of kBootstrapMost replicates of other
+  /// draws, as a fraction of it, RMS over sweeps and seeds.
   double off;
 };
 inline constexpr int kBootstrapMost = 20000;
 
-/// The one step of every replicate beside a full solve of the same pictures drawn.
+/// Comparison of the single step of every replicate with a full solve of the same drawn images.
 struct BootstrapReference {
   std::uint64_t patient;
   SweepPath path;
   int pictures, block;
-  double error_mm;     ///< Of the registration, against the truth; all are RMS over the targets.
-  double clusters_mm;  ///< Predicted by clusters of patches, without a floor.
-  double step_mm;      ///< Predicted by the steps, without a floor.
-  double solved_mm;    ///< By the solves.
-  double apart;        ///< Between step and solve of the same draw, RMS over draws, of solved_mm.
+  /// Error of the registration against the truth; all errors are RMS over the targets.
+  double error_mm;
+  double clusters_mm;  ///< Error predicted by clusters of patches, without a floor.
+  double step_mm;      ///< Error predicted by the steps, without a floor.
+  double solved_mm;    ///< Error predicted by the full solves.
+  /// Distance between step and solve of the same draw, RMS over draws, as a fraction of solved_mm.
+  double apart;
   double solved_cpu_s;
 };
 
@@ -44,11 +46,11 @@ struct BootstrapCurveOptions {
   std::uint64_t first_seed = 1;
   int patients = 4;
   std::vector<SweepPath> paths{SweepPath::kSubcostal, SweepPath::kFan, SweepPath::kSlide};
-  int solved = 100;  ///< Replicates that are solved in full.
+  int solved = 100;  ///< Replicates that are solved fully.
   std::vector<int> replicates{25, 50, 100, 200, 400, 800, 1600};
 };
 
-/// One thread.
+/// Measures the curve on one thread.
 BootstrapCurve measure_bootstrap(const BootstrapCurveOptions& options, CaseStore& store,
                                  const std::function<void(double)>& progress = {});
 

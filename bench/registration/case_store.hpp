@@ -13,27 +13,29 @@
 
 namespace nav::bench {
 
-/// A CT ready to be registered to.
+/// A CT prepared for registration.
 struct ReadyCt {
   registration::PreparedCt prepared;
-  double cpu_s;  ///< What that took.
+  double cpu_s;  ///< Processor time of the preparation.
 };
 
-/// Patients, their CTs and sweeps: each is made once and shared by the parts of the bench, because
-/// making one takes longer than registering it. Thread-safe; who asks for what is being made waits.
+/// Patients, their CTs and sweeps. Each is made once and shared by the parts of the benchmark,
+/// because making one takes longer than registering it. Thread-safe; a caller waits for an item
+/// that is being made.
 class CaseStore {
  public:
-  /// model: how echoes of all sweeps are computed.
+  /// model: acoustic model of all sweeps.
   explicit CaseStore(sim::AcousticModel model = sim::AcousticModel::kRays) : model_(model) {}
 
   std::shared_ptr<const Patient> patient(std::uint64_t seed);
-  /// The sweep of a patient along a path; the same seed gives the same hand whatever the frames.
+  /// The sweep of a patient along a path; the same seed gives the same hand motion for any number
+  /// of images.
   std::shared_ptr<const RecordedSweep> sweep(std::uint64_t patient_seed, SweepPath path,
                                              int frames);
-  /// For all options of the same levels' steps.
+  /// One result for all options with the same sample steps of the levels.
   std::shared_ptr<const ReadyCt> ready_ct(std::uint64_t patient_seed,
                                           const registration::ImageRegistrationOptions& options);
-  /// Drops what belongs to a patient; those who hold it keep it.
+  /// Removes the items of a patient; callers that hold them keep them.
   void forget(std::uint64_t patient_seed);
 
  private:
@@ -46,12 +48,12 @@ class CaseStore {
   using Shelf = std::map<std::tuple<std::uint64_t, int, int>, std::shared_ptr<Slot<T>>>;
   using CtKey = std::pair<std::uint64_t, std::vector<double>>;
 
-  /// The value at a key, made by the first who asks.
+  /// The value at a key, made by the first caller.
   template <class Map, class Make>
   auto at(Map& shelf, const typename Map::key_type& key, const Make& make);
 
   sim::AcousticModel model_;
-  std::mutex mutex_;  // Of the maps, not of what is being made.
+  std::mutex mutex_;  // Protects the maps, but not the making of items.
   Shelf<Patient> patients_;
   Shelf<RecordedSweep> sweeps_;
   std::map<CtKey, std::shared_ptr<Slot<ReadyCt>>> cts_;

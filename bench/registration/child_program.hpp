@@ -8,14 +8,14 @@
 
 namespace nav::bench {
 
-/// What a program of its own process came to.
+/// Result of a program in its own process.
 struct ProgramRun {
   double cpu_s;   ///< User and system time of the whole process.
-  int exit_code;  ///< 0: it says that it succeeded.
+  int exit_code;  ///< 0: success.
 };
 
-/// Runs a program by its path with arguments, silently, and waits for it; absent when it could not
-/// be run or was ended by a signal.
+/// Runs a program by its path with arguments, without output, and waits for it; absent if it could
+/// not be run or was ended by a signal.
 std::optional<ProgramRun> run_program(const std::vector<std::string>& words);
 
 }  // namespace nav::bench

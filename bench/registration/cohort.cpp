@@ -18,22 +18,22 @@ namespace {
 using Vec = Eigen::Vector3d;
 using ImagePose = Transform<frames::Ct, frames::Image>;
 
-constexpr double kPressMm = 8;  // A curved face is pushed into the soft skin.
+constexpr double kPressMm = 8;  // Depth that a curved probe face is pressed into the soft skin.
 constexpr double kFramesPerSecond = 20;
 constexpr double kSeenMm = 8;
 constexpr double kRadPerMm = 0.8 * std::numbers::pi / 180;
 constexpr double kMaxStartRad = 30 * std::numbers::pi / 180;
 
-/// Where the probe stands on the skin and how it is held, rad and mm.
+/// Position of the probe on the skin and its orientation, rad and mm.
 struct Hand {
-  double around;  ///< About the body, as of AbdomenPhantom::skin_point().
+  double around;  ///< Angle about the body, as in AbdomenPhantom::skin_point().
   double z_mm;
-  double tilt, turn, rock;  ///< About the picture's x, y (the beam) and z.
+  double tilt, turn, rock;  ///< About the image's x, y (the beam) and z.
 };
 
 double ease(double t) { return t * t * (3 - 2 * t); }
 
-/// share: 0 to 1 of the sweep.
+/// share: fraction of the sweep, 0 to 1.
 Hand hand_at(SweepPath path, double share) {
   const double way = ease(share);
   const double wave = std::sin(2 * std::numbers::pi * share);
@@ -65,7 +65,7 @@ ImagePose view_of(const sim::AbdomenPhantom& phantom, const Hand& hand) {
   return {turned.normalized(), skin + kPressMm * into};
 }
 
-/// The path as this hand does it: displaced and wobbling.
+/// The path with the deviations of this hand: offset and wobble.
 std::vector<ImagePose> views(const Patient& patient, const SweepRequest& request) {
   sim::Random random(request.seed, 0x68616e64);
   const Hand off{random.uniform(-0.06, 0.06), random.uniform(-5, 5), random.uniform(-0.06, 0.06),
@@ -181,7 +181,7 @@ CtPose start_at(double error_mm, const CtPose& truth, const RecordedSweep& recor
   };
   double rad = std::min(kRadPerMm * error_mm, kMaxStartRad);
   while (error(rad, 0) > 0.9 * error_mm) rad *= 0.9;
-  // The error grows with the way once it is longer than twice what the rotation does.
+  // The error grows with the distance once it is longer than twice the effect of the rotation.
   double low = 0;
   double high = 3 * error_mm;
   for (int i = 0; i < 60; ++i) {

@@ -10,7 +10,7 @@
 namespace nav::bench {
 namespace {
 
-/// Hands sweeps out to threads and takes their trials in.
+/// Distributes sweeps to threads and collects their trials.
 class CohortRunner {
  public:
   CohortRunner(const CohortOptions& options, CaseStore& store,
@@ -49,7 +49,7 @@ class CohortRunner {
     return options_.first_seed + patient;
   }
 
-  /// main: the thread that called, to which the progress belongs.
+  /// main: true on the calling thread, which reports the progress.
   void work(bool main) {
     for (std::size_t i = next_++; i < sweeps_.size(); i = next_++) {
       const auto& [patient, path] = sweeps_[i];
@@ -65,7 +65,7 @@ class CohortRunner {
     }
   }
 
-  /// A patient's CT is what the one before is confused with: both must be done with it.
+  /// A patient's CT is also the wrong CT for the patient before: both must have finished with it.
   void finish(std::size_t patient, double ct_cpu_s) {
     ++finished_;
     if (--left_[patient] == 0) ct_cpu_s_.push_back(ct_cpu_s);
@@ -79,9 +79,9 @@ class CohortRunner {
   CaseStore& store_;
   const std::function<void(double)>& progress_;
   const std::function<void(const std::vector<Trial>&)>& done_;
-  std::vector<std::pair<std::size_t, SweepPath>> sweeps_;  // Patient from first_seed on.
+  std::vector<std::pair<std::size_t, SweepPath>> sweeps_;  // Patient index from first_seed on.
   std::atomic<std::size_t> next_{0};
-  std::mutex mutex_;  // Of all below.
+  std::mutex mutex_;  // Protects all members below.
   std::vector<std::vector<Trial>> trials_;
   std::vector<std::size_t> left_;
   std::vector<double> ct_cpu_s_;

@@ -12,7 +12,7 @@
 namespace nav::bench {
 namespace {
 
-/// One setting, local from 5 mm.
+/// Measures one setting: local registration from 5 mm.
 EffortPoint measure(const std::string& axis, double x, CohortOptions cohort, CaseStore& store) {
   cohort.local_mm = {5};
   cohort.global_mm = {};
@@ -100,10 +100,11 @@ std::vector<EffortPoint> measure_effort(const EffortOptions& options, CaseStore&
 std::string to_text(const std::vector<EffortPoint>& points) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(3)
-       << "\nrun time against error, local from 5 mm: processor s solve, with the sweep's part\n";
+       << "\nrun time against error, local from 5 mm: processor s of the solve, and with preparing "
+          "the sweep\n";
   for (const EffortPoint& p : points) {
     text << "  " << std::setw(9) << std::left << p.axis << std::right << std::setw(8) << p.x
-         << ": right " << p.right << '/' << p.trials << ", median " << p.error_median_mm
+         << ": correct " << p.right << '/' << p.trials << ", median " << p.error_median_mm
          << " mm, p95 " << p.error_p95_mm << " mm, " << p.solve_cpu_s << ", " << p.cpu_s << '\n';
   }
   return text.str();

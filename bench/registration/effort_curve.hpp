@@ -10,21 +10,22 @@
 
 namespace nav::bench {
 
-/// The same with a share of the patches of every level, but no fewer than 50.
+/// The options with a fraction of the patches of every level, but at least 50.
 registration::ImageRegistrationOptions with_patch_share(
     registration::ImageRegistrationOptions options, double share);
 
-/// A point of run time against error: local registration from 5 mm, one knob changed.
+/// A point of run time against error: local registration from 5 mm, with one setting changed.
 struct EffortPoint {
-  /// "patches" (share of the default), "pictures" (evenly chosen of the sweep's), "levels" (of the
-  /// pyramid, finest left out), "iterations" (of each solve, at most), "precision" (mm between
-  /// samples of the finest level), "quick" (share of the patches of a quick registration), "slices"
-  /// (thickness of the CT's, mm).
+  /// `patches` (fraction of the default), `pictures` (evenly chosen images of the sweep), `levels`
+  /// (levels of the pyramid, the finest left out), `iterations` (largest number in each solve),
+  /// `precision` (mm between samples of the finest level), `quick` (fraction of the patches of a
+  /// quick registration), `slices` (slice thickness of the CT, mm).
   std::string axis;
   double x;
   int trials, right;
-  double error_median_mm, error_p95_mm;  ///< Of the right ones; NaN without.
-  double solve_cpu_s, cpu_s;  ///< Medians: with everything prepared; with the sweep's preparation.
+  double error_median_mm, error_p95_mm;  ///< Error of the right results; NaN if there are none.
+  /// Medians: with everything prepared; with the preparation of the sweep.
+  double solve_cpu_s, cpu_s;
 };
 
 struct EffortOptions {
@@ -40,7 +41,7 @@ struct EffortOptions {
   registration::ImageRegistrationOptions local;
 };
 
-/// On sweeps of the store, which keeps them.
+/// Measures on sweeps of the store, which keeps them.
 std::vector<EffortPoint> measure_effort(const EffortOptions& options, CaseStore& store,
                                         const std::function<void(double)>& progress = {});
 

@@ -101,7 +101,8 @@ Compound compound(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& 
   for (const auto& [p, grey] : pixels) mean += grey / static_cast<double>(pixels.size());
   for (std::size_t i = 0; i < voxels; ++i) {
     out.mask[i] = count[i] > 0 ? 1 : 0;
-    // Its pyramid smooths across the mask: a grey that stands out would be an edge there.
+    // The pyramid smooths across the mask: a grey that differs from the mean would make an edge
+    // there.
     out.grey[i] = static_cast<std::uint8_t>(count[i] > 0 ? sum[i] / count[i] : std::lround(mean));
   }
   return out;
@@ -137,7 +138,7 @@ void write_parameters(const fs::path& file, const ElastixEffort& effort) {
                       << ")\n(NumberOfSpatialSamples " << effort.samples << ")\n";
 }
 
-/// Seconds that the log says the images' reading took.
+/// Time to read the images in seconds, from the log.
 double reading_s(const fs::path& log) {
   std::ifstream in(log);
   const std::string label = "Reading images took ";
@@ -153,7 +154,7 @@ double reading_s(const fs::path& log) {
   return 0;
 }
 
-/// Numbers behind "(name " in a transform file.
+/// Numbers that follow "(name " in a transform file.
 std::vector<double> numbers_of(const fs::path& file, const std::string& name) {
   std::ifstream in(file);
   std::string line;
@@ -201,7 +202,8 @@ double startup_s(const fs::path& elastix) {
 Result<void> write_elastix_case(const Patient& patient, const RecordedSweep& recorded,
                                 const fs::path& folder) {
   const VoxelGrid& grid = patient.ct->grid();
-  // The window of soft tissue that our similarity sees: histograms of air and bone help nobody.
+  // The window of soft tissue that our similarity uses: histograms of air and bone would help
+  // neither side.
   std::vector<std::int16_t> hu(patient.ct->hu().begin(), patient.ct->hu().end());
   for (std::int16_t& value : hu) value = std::clamp<std::int16_t>(value, kLowestHu, kHighestHu);
   write_raw(folder / "ct.raw", hu.data(), hu.size());
@@ -216,7 +218,7 @@ Result<void> write_elastix_case(const Patient& patient, const RecordedSweep& rec
   layout.precision(17);
   layout << us.size[0] << ' ' << us.size[1] << ' ' << us.size[2] << ' ' << us.origin.transpose();
   if (layout.flush()) return {};
-  return Error{ErrorCode::kIo, folder.string() + ": expected to write the case for elastix"};
+  return Error{ErrorCode::kIo, folder.string() + ": cannot write the case for elastix"};
 }
 
 Result<ElastixRun> run_elastix(const fs::path& elastix, const fs::path& folder, const CtPose& start,
@@ -225,8 +227,10 @@ Result<ElastixRun> run_elastix(const fs::path& elastix, const fs::path& folder, 
   std::array<int, 3> size{};
   Eigen::Vector3d origin;
   layout >> size[0] >> size[1] >> size[2] >> origin.x() >> origin.y() >> origin.z();
-  if (!layout) return Error{ErrorCode::kIo, folder.string() + ": expected a case, found none"};
-  // The start goes into where the sweep's voxels lie: elastix then starts from identity.
+  if (!layout)
+    return Error{ErrorCode::kIo, folder.string() + ": expected a case for elastix, found none"};
+  // The start is included in the positions of the sweep's voxels: elastix then starts from
+  // identity.
   const Eigen::Matrix3d axes = start.rotation().toRotationMatrix();
   const Eigen::Vector3d at = (start * Point<frames::Reference>{origin}).mm;
   const Eigen::Vector3d spacing = Eigen::Vector3d::Constant(kVoxelMm);

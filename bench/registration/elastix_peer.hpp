@@ -10,37 +10,37 @@
 #include "bench/registration/cohort.hpp"
 #include "nav/result.hpp"
 
-/// elastix (Klein et al. 2010) as a peer: Mattes mutual information, rigid, on the compounded
+/// elastix (Klein et al. 2010) as a comparison: Mattes mutual information, rigid, on the compounded
 /// sweep.
 namespace nav::bench {
 
-/// elastix in PATH, or nothing.
+/// elastix in PATH; empty if there is none.
 std::optional<std::filesystem::path> find_elastix();
 
-/// One way to run it.
+/// One effort of elastix.
 struct ElastixEffort {
-  int iterations;       ///< Of each resolution.
+  int iterations;       ///< Iterations of each resolution.
   int samples;          ///< Spatial samples of an iteration.
-  int resolutions = 4;  ///< Of its pyramid, each half of the next.
+  int resolutions = 4;  ///< Resolutions of its pyramid, each half of the next.
 };
 
 struct ElastixRun {
   CtPose found;
-  double cpu_s;  ///< User and system time of the whole process, its reading and pyramids included.
-  double reading_s;  ///< Of the images, as its log has it, s.
+  double cpu_s;      ///< User and system time of the whole process, including reading and pyramids.
+  double reading_s;  ///< Time to read the images, from its log, s.
 };
 
-/// Processor time that elastix takes to say its version, s: what every run of it begins with.
+/// Processor time that elastix takes to print its version, s: the fixed part of every run.
 double startup_s(const std::filesystem::path& elastix);
 
-/// Sweep and CT as files that elastix reads: the sweep compounded to 1 mm voxels (mean of the
-/// pixels that fall into one) with a mask of the voxels that a picture passed, shadows left out as
-/// we leave them out. The folder's owner removes it.
+/// Writes sweep and CT as files for elastix: the sweep is compounded to 1 mm voxels (mean of the
+/// pixels in each voxel), with a mask of the voxels that an image passed; shadows are left out with
+/// the same method as ours. The caller removes the folder.
 Result<void> write_elastix_case(const Patient& patient, const RecordedSweep& recorded,
                                 const std::filesystem::path& folder);
 
-/// Registers the case in a folder, one thread. kRefused: elastix gave up; the message says where
-/// its log lies.
+/// Registers the case in a folder, one thread. kRefused: elastix gave up; the message gives the
+/// path of its log.
 Result<ElastixRun> run_elastix(const std::filesystem::path& elastix,
                                const std::filesystem::path& folder, const CtPose& start,
                                const ElastixEffort& effort);

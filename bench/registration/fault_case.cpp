@@ -16,7 +16,7 @@ using registration::MisfitCause;
 
 constexpr double kFaultStartMm = 5;
 
-/// The session's targets that its pictures show; all where they show none.
+/// Keeps the session's targets that its images show; all if they show none.
 void keep_seen(const SessionCase& session, FaultCase& into) {
   std::vector<Transform<frames::Ct, frames::Image>> poses;
   for (const TrackedFrame& tracked : session.sweep.frames()) {
@@ -173,7 +173,7 @@ Sweep with_fault(const Sweep& sweep, const Fault& fault, std::uint64_t seed) {
 
 FaultCase fault_case(const Fault& fault, const Patient& patient, const RecordedSweep& recorded,
                      std::shared_ptr<const ReadyCt> ct) {
-  // Of one patient each sweep has a hand and a calibration of its own.
+  // The sweeps of one patient have different hand motions and calibrations.
   const std::uint64_t seed = 100 * patient.seed + static_cast<std::uint64_t>(recorded.path);
   return {std::move(ct),
           with_fault(recorded.sweep, fault, seed),

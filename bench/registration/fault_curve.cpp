@@ -27,7 +27,7 @@ using registration::PatchSet;
 using registration::PreparedCt;
 using registration::PreparedSweep;
 
-/// Of find_misfits() alone, at the pose that was found, as the last solve saw it; absent where
+/// Time of find_misfits() alone, at the found pose with the patches of the last solve; absent if
 /// nothing could be found.
 std::optional<double> time_of_misfits_s(const PreparedCt& ct, const PreparedSweep& sweep,
                                         const registration::Pose& pose,
@@ -50,7 +50,7 @@ std::optional<double> time_of_misfits_s(const PreparedCt& ct, const PreparedSwee
 std::optional<MisfitCause> named_by(const Decision& decision, const ImageRegistrationResult& result,
                                     const registration::AcceptanceLimits& limits) {
   const registration::Misfit* misfit = likeliest_misfit(result, limits);
-  // Only what is accepted is warned of.
+  // Only accepted results have warnings.
   if (misfit == nullptr && decision.accepted) {
     misfit = likeliest_misfit(result, registration::kWarningLimits);
   }
@@ -125,7 +125,7 @@ class FaultRunner {
     session.seed = seed;
     session.probe.model = options_.sweeps.model;
     session.duration_s = options_.sweeps.duration_s;
-    std::shared_ptr<const ReadyCt> ct;  // Of the patient at rest: the same in all sessions.
+    std::shared_ptr<const ReadyCt> ct;  // CT of the patient at rest: the same in all sessions.
     for (const sim::HandPathKind hand : options_.sweeps.hands) {
       session.path.kind = hand;
       for (const Fault& fault : of_sessions_) {
@@ -156,7 +156,7 @@ class FaultRunner {
   std::vector<FaultTrial> trials_;
 };
 
-/// All trials of one fault.
+/// Counts of all trials of one fault.
 FaultPoint point_of(const Fault& fault, const std::vector<FaultTrial>& trials) {
   FaultPoint point;
   point.fault = fault;
@@ -186,7 +186,7 @@ FaultPoint point_of(const Fault& fault, const std::vector<FaultTrial>& trials) {
   return point;
 }
 
-/// "-" for what is not there.
+/// "-" for a missing value.
 std::string cell(double value, int digits) {
   if (!std::isfinite(value)) return "-";
   std::ostringstream text;
@@ -213,7 +213,7 @@ Result<std::vector<FaultTrial>> run_faults(const FaultCurveOptions& options, Cas
 
 std::string to_text(const std::vector<FaultPoint>& points, const std::string& title) {
   std::ostringstream text;
-  text << "\nfaults, " << title << ": target error of the accepted, mm, RMS over the targets\n"
+  text << "\nfaults, " << title << ": target error of accepted results, mm, RMS over the targets\n"
        << "                                                                      actual/  cause  "
           "misfits\n"
        << "  fault        size             runs solved clear warned refused false  mean   max "
@@ -224,7 +224,7 @@ std::string to_text(const std::vector<FaultPoint>& points, const std::string& ti
     runs += p.runs;
     false_accepts += p.false_accepts;
     const bool none = p.fault.kind == FaultKind::kNone;
-    // Of none no cause is right: how often one was named is all there is to say.
+    // Without a fault no cause is right, so only the number of named causes is printed.
     const std::string right = none ? std::to_string(p.named) + " named"
                                    : std::to_string(p.named_right) + '/' + std::to_string(p.named);
     text << "  " << std::left << std::setw(13) << to_string(p.fault.kind) << std::setw(15)

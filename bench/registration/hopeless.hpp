@@ -6,32 +6,33 @@
 
 namespace nav::bench {
 
-/// Inputs that no registration can or may be right on.
+/// Inputs for which no registration can or may be right.
 enum class Hopeless {
-  kWrongPatient,  ///< The CT of another patient, laid where the own one would lie.
-  kMirrored,      ///< Pictures flipped left to right: the probe's marker on the wrong side.
-  kWrongScale,    ///< Pixels that claim to be a fifth larger than they are.
-  kAllShadow,     ///< Echoes of the first 25 mm only, then noise.
+  kWrongPatient,  ///< The CT of another patient, at the position of the patient's own CT.
+  kMirrored,      ///< Images flipped left to right: the probe's marker on the wrong side.
+  kWrongScale,    ///< Pixel size stated a fifth larger than it is.
+  kAllShadow,     ///< Echoes of the first 25 mm only, followed by noise.
   kSaturated,     ///< Gain so high that nearly everything is white.
-  kTinyOverlap,   ///< A CT that ends where the sweep begins: an eighth of it is seen.
-  kTurned,        ///< A start that is 180 degrees off.
+  kTinyOverlap,   ///< A CT that ends where the sweep begins: it contains an eighth of the sweep.
+  kTurned,        ///< A start rotated by 180 degrees.
 };
 inline constexpr int kHopelessKinds = 7;
 const char* to_string(Hopeless kind);
 
-/// Target error of their starts; of kTurned, besides the turn, none.
+/// Target error of the starts; kTurned has none besides the rotation.
 inline constexpr double kHopelessStartMm = 5;
 
-/// A case as the registration gets it.
+/// A case as the registration receives it.
 struct HopelessCase {
   std::shared_ptr<const Volume> ct;
   Sweep sweep;
   CtPose start;
-  /// False: whatever is found, accepting it is wrong. True: right when the target error is small.
+  /// False: accepting any result is wrong. True: a result is right if its target error is small.
   bool may_be_right;
 };
 
-/// other: the patient whose CT is confused with the own one; the start is off by a few mm.
+/// other: the patient whose CT is confused with the patient's own; the start has an error of a few
+/// mm.
 HopelessCase make_hopeless(Hopeless kind, const Patient& patient, const Patient& other,
                            const RecordedSweep& recorded, std::uint64_t seed);
 

@@ -9,7 +9,7 @@
 namespace nav::registration {
 namespace {
 
-/// 160³ texels (65 MB): larger than any cache, as in use.
+/// 160³ texels (65 MB): larger than any cache, as in real use.
 const CtChannels& channels() {
   static const CtChannels instance = [] {
     CtChannels ct;
@@ -38,7 +38,7 @@ void run(benchmark::State& state, Evaluate evaluate) {
   for (std::size_t i = 0; i < count; ++i) u[i] = std::sin(static_cast<float>(i));
   PlacedPatch patch{{0, 0, 0}, {0.8, 0.1, 0}, {0, 0.7, 0.4}, {0, 0.87, 0.5}, side, u};
   std::mt19937 random(2);
-  benchmark::DoNotOptimize(channels().texels.data());  // Made before the clock starts.
+  benchmark::DoNotOptimize(channels().texels.data());  // Made before the measurement starts.
   for (auto _ : state) {
     for (int axis = 0; axis < 3; ++axis) {
       patch.centre[axis] = 20 + 120 * (static_cast<double>(random()) / 4294967296.0);

@@ -23,7 +23,7 @@ using registration::LiveOptions;
 using registration::LiveState;
 using registration::Pose;
 
-/// A patient's pictures with their outline, and the CT as the live registration takes it.
+/// A patient's ultrasound images with their outline, and the CT for the live registration.
 struct LiveCase {
   SessionCase session;
   Sweep sweep;
@@ -50,7 +50,7 @@ Result<LiveCase> make_case(const LiveCurveOptions& options, sim::BreathingKind k
                   std::make_shared<const registration::CtChannels>(*channels)};
 }
 
-/// RMS over the places of a picture of how far two poses put them apart, mm.
+/// Distance between two poses, RMS over the positions of an image, mm.
 double distance_mm(const TrackedFrame& picture, const Pose& a, const Pose& b) {
   constexpr int kStride = 40;
   double sum = 0;
@@ -70,11 +70,11 @@ double rms(const std::vector<double>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-/// What one setting gives on one patient.
+/// Result of one setting on one patient.
 struct LiveTrial {
   int pictures = 0;
   std::vector<double> still, following, predicted, cpu_ms;
-  std::optional<int> withdrawn_after;  ///< Pictures.
+  std::optional<int> withdrawn_after;  ///< Number of images.
 };
 
 Result<LiveTrial> run(const LiveCase& one, const LiveCase& whose_ct, const LiveOptions& options) {
@@ -193,7 +193,7 @@ Result<LiveCurve> measure_live(const LiveCurveOptions& options,
 std::string to_text(const LiveCurve& curve) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(2)
-       << "\nlive: RMS over a picture of where the pose puts it, mm; processor ms of an update\n";
+       << "\nlive: RMS error over an image, mm; processor ms of an update\n";
   for (const LivePoint& p : curve.points) {
     text << "  " << std::setw(6) << std::left << sim::to_string(p.kind) << std::right << " window "
          << p.window << ", " << std::setw(3) << p.patches << " patches: shown " << 100 * p.shown
@@ -203,8 +203,8 @@ std::string to_text(const LiveCurve& curve) {
   }
   const LiveEvidence& e = curve.evidence;
   text << std::setprecision(0) << "  withdrawn: own CT " << e.own_withdrawn << '/' << e.own
-       << ", another's " << e.others_withdrawn << '/' << e.others << ", after " << e.pictures_median
-       << " pictures (median)\n";
+       << ", another patient's CT " << e.others_withdrawn << '/' << e.others << ", after "
+       << e.pictures_median << " images (median)\n";
   return text.str();
 }
 

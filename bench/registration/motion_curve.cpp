@@ -19,9 +19,9 @@ namespace {
 constexpr double kMotionStartMm = 5;
 constexpr double kStartRad = 0.07;
 
-/// A patient who breathes under the probe.
+/// A patient who breathes during the sweep.
 struct MotionCase {
-  SessionCase session;  ///< Its truth is of the end of expiration.
+  SessionCase session;  ///< Its truth is that at the end of expiration.
   std::vector<double> phases;
 };
 
@@ -46,7 +46,7 @@ Result<MotionCase> make_case(const MotionCurveOptions& options, sim::BreathingKi
   return MotionCase{std::move(*made), std::move(phases)};
 }
 
-/// Every so manieth picture.
+/// Every stride-th image.
 Result<Sweep> thinned(const MotionCase& all, int stride, std::vector<double>& phases) {
   std::vector<TrackedFrame> frames;
   for (std::size_t i = 0; i < all.phases.size(); i += static_cast<std::size_t>(stride)) {
@@ -56,7 +56,7 @@ Result<Sweep> thinned(const MotionCase& all, int stride, std::vector<double>& ph
   return Sweep::create(std::move(frames), "simulated");
 }
 
-/// What one setting gives on one case.
+/// Result of one setting on one case.
 struct MotionTrial {
   double common_mm, cpu_s, wall_s;
   std::optional<double> error_mm;
@@ -150,13 +150,12 @@ Result<std::vector<MotionPoint>> measure_motion(const MotionCurveOptions& option
 
 std::string to_text(const std::vector<MotionPoint>& points) {
   std::ostringstream text;
-  text
-      << std::fixed << std::setprecision(2)
-      << "\nbreathing: RMS error over the targets at the end of expiration, mm; processor and wall "
-         "s of the motion\n";
+  text << std::fixed << std::setprecision(2)
+       << "\nbreathing: RMS error over the targets at the end of expiration, mm; processor s and "
+          "wall s for the motion\n";
   for (const MotionPoint& p : points) {
     text << "  " << std::setw(6) << std::left << sim::to_string(p.kind) << std::right
-         << std::setw(5) << p.pictures << " pictures, harmonics " << p.harmonics << ": supported "
+         << std::setw(5) << p.pictures << " images, harmonics " << p.harmonics << ": supported "
          << p.supported << '/' << p.trials << ", common pose " << p.common_mm << ", at rest median "
          << p.error_median_mm << ", worst " << p.error_worst_mm << "; " << p.motion_cpu_s << ", "
          << p.motion_wall_s << '\n';

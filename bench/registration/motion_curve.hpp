@@ -13,18 +13,19 @@
 
 namespace nav::bench {
 
-/// A setting of the refinement of sweeps of patients who breathe: run time against error at rest.
+/// Setting of the refinement of sweeps of breathing patients: run time against error at rest.
 struct MotionPoint {
   sim::BreathingKind kind;
-  int pictures;  ///< Evenly chosen of the sweep's.
+  int pictures;  ///< Evenly chosen images of the sweep.
   int harmonics;
   int trials;
-  int supported;           ///< Where the pictures say that the patient moves.
-  double common_mm;        ///< Median error of the common pose at the targets, RMS of each trial.
-  double error_median_mm;  ///< Likewise of the pose at rest, of the supported; NaN without.
+  int supported;     ///< Trials in which the images support a motion.
+  double common_mm;  ///< Median error of the common pose at the targets, RMS for each trial.
+  /// Median error of the pose at rest, over the supported; NaN if there are none.
+  double error_median_mm;
   double error_worst_mm;
-  double motion_cpu_s;   ///< Median processor time of register_moving(), its preparation included.
-  double motion_wall_s;  ///< The same by the clock.
+  double motion_cpu_s;   ///< Median processor time of register_moving(), including its preparation.
+  double motion_wall_s;  ///< Median wall time of the same.
 };
 
 struct MotionCurveOptions {
@@ -33,16 +34,17 @@ struct MotionCurveOptions {
   sim::AcousticModel model = sim::AcousticModel::kRays;
   std::vector<sim::BreathingKind> kinds{sim::BreathingKind::kRigid, sim::BreathingKind::kAffine,
                                         sim::BreathingKind::kSmooth};
-  double breathing_mm = 8;  ///< Towards the feet, mean.
+  double breathing_mm = 8;  ///< Mean motion towards the feet.
   double period_s = 4;
   double duration_s = 16;
   double frame_rate_hz = 15;
-  std::vector<int> picture_strides{4, 2, 1};  ///< With the usual harmonics.
+  std::vector<int> picture_strides{4, 2, 1};  ///< With the default harmonics.
   std::vector<int> harmonics{1, 2, 3};        ///< With the last of the strides.
   int threads = 2;
 };
 
-/// Common pose from 5 mm off the truth, then the motion with the breath by its mean period.
+/// Registers a common pose from an error of 5 mm, then the motion with the breath by its mean
+/// period.
 /// Errors: those of the simulator, register_sweep() and register_moving().
 Result<std::vector<MotionPoint>> measure_motion(const MotionCurveOptions& options,
                                                 const std::function<void(double)>& progress = {});

@@ -23,18 +23,18 @@ using registration::ImageRegistrationOptions;
 constexpr int kFrames = 60;
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 
-/// One run, in processor seconds. kInfinite: it ended before.
+/// One run, in processor seconds. kInfinite: it ended early.
 struct Run {
   std::optional<double> error_mm;
   double cpu_s = kInfinite, solve_cpu_s = kInfinite, end_to_end_cpu_s = kInfinite;
 };
 
-/// What a way of registering did from one distance.
+/// Results of one method from one start distance.
 struct Tally {
   int trials = 0, right = 0;
   std::vector<double> errors_mm, cpu_s, solve_cpu_s, end_to_end_cpu_s;
 
-  /// What a run that gave up took does not count: it is not known, or of another thing.
+  /// The times of a run that gave up do not count: they are unknown or incomparable.
   void add(const Run& run) {
     ++trials;
     if (std::isfinite(run.cpu_s)) {
@@ -61,7 +61,7 @@ std::string name_of(const LocalEffort& effort) {
   return name.str();
 }
 
-/// What both sides get.
+/// Input of both sides.
 struct Case {
   const Patient& patient;
   const RecordedSweep& recorded;
@@ -74,7 +74,7 @@ struct Case {
   }
 };
 
-/// The quickest of the repeats of what always answers the same; the parts each on their own.
+/// The fastest of the repeats, which all give the same result; each part separately.
 template <typename Once>
 Run quickest(int repeats, const Once& once) {
   Run best = once();
@@ -95,7 +95,7 @@ ImageRegistrationOptions options_of(const LocalEffort& effort, bool global) {
   return options;
 }
 
-/// Ours: everything from the images on, and the solve alone, with the CT prepared before.
+/// Our run: everything from the images on, and the solve alone with the CT prepared before.
 Run run_ours(const ImageRegistrationOptions& options, const registration::PreparedCt& ct,
              const Case& c) {
   CollectingDiagnostics diagnostics;
@@ -109,10 +109,11 @@ Run run_ours(const ImageRegistrationOptions& options, const registration::Prepar
   return {c.error_mm(result->ct_from_reference), end - begin, thread_time_s() - end};
 }
 
-/// What elastix does besides its iterations, processor s.
+/// Time that elastix takes besides its iterations, processor s.
 struct Overhead {
-  double startup_s = 0;  ///< Of the process.
-  double one_s = 0;      ///< Whole process of a single iteration: start, reading, pyramids, set-up.
+  double startup_s = 0;  ///< Start of the process.
+  /// Whole process with a single iteration: start, reading, pyramids, initialisation.
+  double one_s = 0;
 };
 
 Run run_theirs(const ElastixEffort& effort, const fs::path& elastix, const fs::path& folder,
@@ -153,7 +154,7 @@ std::vector<PeerRow> rows_of(const Tallies& tallies) {
 }  // namespace
 
 void add_ratios(const PeerOptions& options, PeerComparison& out) {
-  constexpr double kConverged = 1.1;  // Of the next effort's error.
+  constexpr double kConverged = 1.1;  // Relative to the error of the next effort.
   const double mm = options.starts_mm.front();
   const auto find = [&](const std::string& name) -> const PeerRow* {
     const auto row = std::find_if(out.rows.begin(), out.rows.end(), [&](const PeerRow& r) {
@@ -171,7 +172,7 @@ void add_ratios(const PeerOptions& options, PeerComparison& out) {
     if (next == nullptr || row->error_median_mm <= kConverged * next->error_median_mm) theirs = row;
   }
   if (theirs == nullptr) {
-    out.reason = "elastix was not right on all of the nearest starts at any effort";
+    out.reason = "elastix was not correct from all of the nearest starts at any effort";
     return;
   }
   for (const LocalEffort& effort : options.local_efforts) {
@@ -187,7 +188,8 @@ void add_ratios(const PeerOptions& options, PeerComparison& out) {
     out.ratios = ratios;
     return;
   }
-  out.reason = "no local registration was right on all of the nearest starts with a lower error";
+  out.reason =
+      "no local registration was correct from all of the nearest starts with a lower error";
 }
 
 Result<PeerComparison> compare_with_elastix(const PeerOptions& options, CaseStore& store,
@@ -212,7 +214,7 @@ Result<PeerComparison> compare_with_elastix(const PeerOptions& options, CaseStor
         const ImageRegistrationOptions with = options_of(effort, global);
         const auto ct = store.ready_ct(seed, with);
         Run run = quickest(c.repeats, [&] { return run_ours(with, ct->prepared, c); });
-        // As a user does, who says neither how many patches nor how far to search.
+        // Only settings that a user can give: no number of patches and no search range.
         const bool by_command = options.by_command && elastix && !global &&
                                 effort.patch_share == 1 && mm == options.starts_mm.front();
         for (int k = 0; by_command && k < c.repeats; ++k) {
@@ -244,11 +246,11 @@ Result<PeerComparison> compare_with_elastix(const PeerOptions& options, CaseStor
 std::string to_text(const PeerComparison& comparison) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(3)
-       << "\nbeside elastix, same images and starts, one thread; processor s from images in "
-          "memory (solve alone; whole process from files), quickest of repeats\n";
+       << "\ncompared with elastix, same images and starts, one thread; processor s from images in "
+          "memory (solve alone; whole process from files), fastest of the repeats\n";
   for (const PeerRow& row : comparison.rows) {
     text << "  " << std::setw(17) << std::left << row.name << std::right << " from " << std::setw(3)
-         << static_cast<int>(row.start_mm) << " mm: right " << row.right << '/' << row.trials
+         << static_cast<int>(row.start_mm) << " mm: correct " << row.right << '/' << row.trials
          << ", median " << row.error_median_mm << " mm, " << row.cpu_s << " (" << row.solve_cpu_s
          << "; " << row.end_to_end_cpu_s << ")\n";
   }

@@ -12,23 +12,23 @@
 
 namespace nav::bench {
 
-/// A simulated session as registration gets it, with its truth.
+/// A simulated session as the registration receives it, with its truth.
 struct SessionCase {
   Volume ct;    ///< At the end of expiration, 1.5 x 1.5 x 2 mm.
   Sweep sweep;  ///< Poses without tracker errors.
   registration::Pose truth;
   std::vector<Point<frames::Ct>> targets;
-  /// Where these lie at the end of expiration: elsewhere where the tissue is deformed.
+  /// Positions of the targets at the end of expiration: different if the tissue is deformed.
   std::vector<Point<frames::Ct>> lying;
-  /// Where each picture shows the CT as it lies at that moment, the nearest rigid motion.
+  /// True pose of each image in the CT at its moment: the nearest rigid motion.
   std::vector<registration::Pose> following_truth;
 };
 
-/// Runs the session of the family's first standard view: options.probe is replaced by its probe
-/// with the acoustic model of options.probe. Errors: those of the simulator.
+/// Runs the session of the family's first standard view. options.probe is replaced by the probe of
+/// this view with the acoustic model of options.probe. Errors: those of the simulator.
 Result<SessionCase> make_session_case(sim::SimulatedSessionOptions options);
 
-/// RMS distance of the targets from where the truth says, mm.
+/// RMS distance of the targets from their true positions, mm.
 double error_mm(const SessionCase& one, const registration::Pose& found);
 
 }  // namespace nav::bench

@@ -26,8 +26,8 @@ constexpr double kStartRad = 20 * std::numbers::pi / 180;
 struct Pelvis {
   Shape shape;
   std::vector<Point<frames::Reference>> points;
-  ShapeField fine;  ///< What errors are counted on.
-  Pose best;        ///< Of all points on it.
+  ShapeField fine;  ///< Field that errors are measured on.
+  Pose best;        ///< Pose of all points on the fine field.
 
   [[nodiscard]] double mean_mm(const Pose& pose) const {
     double sum = 0;
@@ -74,7 +74,7 @@ Pose start_of(const Pelvis& pelvis, int index) {
   for (const auto& p : pelvis.points) {
     centre += (pelvis.best * p).mm / static_cast<double>(pelvis.points.size());
   }
-  const double a = 2.4 * index;  // Directions spread by the golden angle.
+  const double a = 2.4 * index;  // Directions are spread by the golden angle.
   const double z = 1 - (2.0 * index + 1) / kStarts;
   const double r = std::sqrt(1 - z * z);
   Vector6d twist;

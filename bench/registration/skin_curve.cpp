@@ -38,8 +38,8 @@ Result<SessionCase> make_case(const SkinCurveOptions& options, std::uint64_t see
   return made;
 }
 
-/// The larger part of the CT beside everything that the pictures show, across the patient's side
-/// to side axis.
+/// The larger part of the CT outside everything that the images show, cut along the left-right axis
+/// of the patient.
 Result<Volume> without_what_it_shows(const SessionCase& one) {
   VoxelGrid grid = one.ct.grid();
   double low = std::numeric_limits<double>::infinity();
@@ -91,7 +91,7 @@ SkinTrial run(const SessionCase& one, const Volume& ct, const SkinSearchOptions&
   return trial;
 }
 
-/// A sweep with the CTs that are not of what it shows.
+/// A sweep with CTs that do not show the same region or patient.
 struct SkinCase {
   SessionCase own;
   std::vector<Volume> hopeless;
@@ -185,12 +185,11 @@ Result<std::vector<SkinCurvePoint>> measure_skin(const SkinCurveOptions& options
 
 std::string to_text(const std::vector<SkinCurvePoint>& points) {
   std::ostringstream text;
-  text
-      << std::fixed << std::setprecision(2)
-      << "\nwithout a start pose, over the skin of the CT: processor s, all preparation included\n";
+  text << std::fixed << std::setprecision(2)
+       << "\nwithout a start pose, over the skin of the CT: processor s, with all preparation\n";
   for (const SkinCurvePoint& p : points) {
     text << "  " << std::setw(10) << std::left << p.axis << std::right << std::setw(7) << p.x
-         << ": right " << p.right << '/' << p.trials << ", accepted " << p.accepted << ", median "
+         << ": correct " << p.right << '/' << p.trials << ", accepted " << p.accepted << ", median "
          << p.error_median_mm << " mm, " << p.cpu_s << " s; hopeless " << p.hopeless
          << ", false accepts " << p.false_accepts << ", " << p.hopeless_cpu_s << " s\n";
   }

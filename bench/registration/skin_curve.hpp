@@ -14,21 +14,23 @@
 
 namespace nav::bench {
 
-/// A setting of the search without a start pose: run time against how often it is right.
+/// Setting of the search without a start pose: run time against the fraction of right results.
 struct SkinCurvePoint {
-  std::string axis;  ///< "tried", "spacing_mm", "turns": of SkinSearchOptions.
+  std::string axis;  ///< "tried", "spacing_mm", "turns": members of SkinSearchOptions.
   double x;
-  int trials, right, accepted;  ///< Own CT; right: targets off by less than kSuccessMm, RMS.
-  /// CTs of another patient, and own ones without what the sweep shows.
+  /// Patient's own CT; right: targets off by less than kSuccessMm, RMS.
+  int trials, right, accepted;
+  /// CTs of another patient, and own CTs without the region that the sweep shows.
   int hopeless;
-  int false_accepts;       ///< Of both: accepted, and not right within kFalseAcceptMm.
-  double error_median_mm;  ///< Of the right ones; NaN without.
-  double cpu_s;            ///< Median of the own: everything, preparation of the CT included.
+  int false_accepts;       ///< In both groups: accepted, and not right within kFalseAcceptMm.
+  double error_median_mm;  ///< Error of the right results; NaN if there are none.
+  double cpu_s;  ///< Median with own CTs: everything, including the preparation of the CT.
   double hopeless_cpu_s;
 };
 
 struct SkinCurveOptions {
-  std::uint64_t first_seed = 1;  ///< Of sim::make_patient(); the next one's CT is the wrong one.
+  /// Seed of sim::make_patient(); the wrong CT is that of the next seed.
+  std::uint64_t first_seed = 1;
   int patients = 3;
   sim::AcousticModel model = sim::AcousticModel::kRays;
   std::vector<sim::HandPathKind> paths{sim::HandPathKind::kSweep, sim::HandPathKind::kTilt,
@@ -41,7 +43,8 @@ struct SkinCurveOptions {
   bool hopeless = true;
 };
 
-/// Pictures without their outline, as recordings are. One thread. Errors: those of the simulator.
+/// Uses ultrasound images without their outline, like recordings. One thread. Errors: those of the
+/// simulator.
 Result<std::vector<SkinCurvePoint>> measure_skin(const SkinCurveOptions& options,
                                                  const std::function<void(double)>& progress = {});
 

@@ -22,7 +22,7 @@ using registration::PreparedSweep;
 
 constexpr double kSliceStartMm = 5;
 
-/// What the registrations with one thickness came to.
+/// Results of the registrations with one thickness.
 struct OfThickness {
   int trials = 0;
   std::vector<double> errors, solve, whole;

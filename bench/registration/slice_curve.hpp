@@ -11,22 +11,23 @@
 
 namespace nav::bench {
 
-/// Every so many slices averaged to one, as a scanner does that collects over the whole thickness;
-/// rounded to whole HU. Slices that are left over at the end are dropped. slices: [1, those there
-/// are], otherwise a Bug.
+/// Averages every \p slices slices to one, like a scanner that collects over the whole thickness;
+/// rounded to whole HU. Leftover slices at the end are dropped. slices: [1, number of slices],
+/// otherwise a Bug.
 Volume with_thick_slices(const Volume& ct, int slices);
 
 struct SliceOptions {
   std::uint64_t first_seed = 1;
-  int patients = 20;  ///< One sweep of each, of another path than the one before.
-  /// How many slices of 1 mm are averaged to one.
+  /// One sweep of each patient, along different paths for consecutive patients.
+  int patients = 20;
+  /// Number of slices of 1 mm that are averaged to one.
   std::vector<int> thickness_mm{1, 2, 3, 5};
-  bool keep = false;  ///< Patients stay in the store; false: no more than one.
+  bool keep = false;  ///< True: patients stay in the store; false: at most one stays.
   registration::ImageRegistrationOptions local;
 };
 
-/// Points of axis "slices", by thickness in mm: local from 5 mm with CTs of such slices, otherwise
-/// alike: anatomy, noise before averaging, sweep and start. One thread.
+/// Points of axis "slices", by thickness in mm: local registration from 5 mm with CTs of these
+/// slices. Anatomy, noise before averaging, sweep and start are the same for all. One thread.
 std::vector<EffortPoint> measure_slices(const SliceOptions& options, CaseStore& store,
                                         const std::function<void(double)>& progress = {});
 

@@ -22,12 +22,12 @@ using registration::MisfitCause;
 using registration::PreparedCt;
 using registration::PreparedSweep;
 
-/// A sweep and what starts are measured from.
+/// A sweep and the truth that starts are measured from.
 struct StartCase {
   const Sweep& sweep;
   const CtPose& truth;
   const std::vector<Point<frames::Ct>>& targets;
-  std::uint64_t seed;  ///< Of the starts.
+  std::uint64_t seed;  ///< Seed of the starts.
 };
 
 std::optional<double> hidden_mm(const ImageRegistrationResult& result) {
@@ -103,7 +103,7 @@ class StartRunner {
     session.seed = seed;
     session.probe.model = options_.sweeps.model;
     session.duration_s = options_.sweeps.duration_s;
-    std::optional<PreparedCt> ct;  // Of the patient at rest: the same in all sessions.
+    std::optional<PreparedCt> ct;  // CT of the patient at rest: the same in all sessions.
     for (const sim::HandPathKind hand : options_.sweeps.hands) {
       session.path.kind = hand;
       const auto made = make_faulty_session({}, session);
@@ -138,7 +138,7 @@ class StartRunner {
   std::vector<StartSweep> sweeps_;
 };
 
-/// Of one sweep, of its results at the pose that costs least.
+/// Counts of one sweep, for its results at the pose of the lowest cost.
 struct OfSweep {
   int same = 0, accepted = 0, elsewhere = 0;
   double apart_mm = 0;
@@ -168,7 +168,7 @@ OfSweep at_cheapest(const StartSweep& sweep) {
     least = std::min(least, trial.predicted_mm);
     most = std::max(most, trial.predicted_mm);
   }
-  // Both infinite: nothing is predicted from any start, which is one verdict, too.
+  // Both infinite: nothing is predicted from any start, so the starts agree.
   out.predicted_ratio = most == least ? 1 : most / least;
   return out;
 }
@@ -229,7 +229,7 @@ Result<std::vector<StartSweep>> run_starts(const StartCurveOptions& options, Cas
 
 std::string to_text(const std::vector<StartPoint>& points) {
   std::ostringstream text;
-  text << std::fixed << "\none sweep from several starts: whether one pose has one verdict\n";
+  text << std::fixed << "\none sweep from several starts: verdicts at the same pose\n";
   for (const StartPoint& p : points) {
     text << "  " << std::setw(13) << std::left << p.path << std::right
          << (p.own_ct ? "own CT" : "other CT") << ": " << p.sweeps << " sweeps, " << p.same

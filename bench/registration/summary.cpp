@@ -28,14 +28,14 @@ double mean(const std::vector<double>& values) {
                         : sum / static_cast<double>(values.size());
 }
 
-/// Values of one sweep, which are hardly independent of each other.
+/// Values of one sweep, which are correlated.
 struct SweepSum {
   double sum = 0;
   int count = 0;
 };
 using SweepSums = std::map<std::pair<std::uint64_t, SweepPath>, SweepSum>;
 
-/// Of the mean of all values.
+/// Standard error of the mean of all values.
 double standard_error(const SweepSums& sums, double mean) {
   double squares = 0;
   int values = 0;
@@ -48,7 +48,7 @@ double standard_error(const SweepSums& sums, double mean) {
                : std::sqrt(squares * n / (n - 1)) / values;
 }
 
-/// Of starts that should succeed.
+/// True for starts that should succeed.
 bool in_reach(const Trial& trial) {
   return !trial.hopeless && trial.start_mm <= (trial.global ? kGlobalMm : kLocalMm);
 }
@@ -78,7 +78,7 @@ void add_right(const std::vector<Trial>& trials, CohortSummary& out) {
   out.predicted_over_actual = median(ratios);
 }
 
-/// What warnings are worth: the error of accepted results with and without them.
+/// Benefit of warnings: the error of accepted results with and without them.
 void add_warned(const std::vector<Trial>& trials, CohortSummary& out) {
   std::vector<double> clear, warned;
   for (const Trial& trial : trials) {
@@ -158,7 +158,7 @@ void add_rows(const std::vector<Trial>& trials, CohortSummary& out) {
   for (const auto& [kind, row] : hopeless) out.hopeless.push_back(row);
 }
 
-/// Chance of at most k of n when each has chance p.
+/// Probability of at most k of n when each has probability p.
 double binomial_cdf(int k, int n, double p) {
   double sum = 0;
   for (int i = 0; i <= k; ++i) {
@@ -226,8 +226,8 @@ std::string to_text(const CohortSummary& s, const std::string& title) {
        << "success: local to 10 mm " << s.success_local_10mm << ' ' << s.success_local_10mm_95
        << ", global to 40 mm " << s.success_from_40mm << ' ' << s.success_from_40mm_95 << '\n'
        << "false accepts " << s.false_accepts << " (share below " << s.false_accept_bound
-       << "), false refusals " << s.false_refusals << " of " << s.right << ", hopeless refused "
-       << s.hopeless_refused << '\n'
+       << "), correct but refused " << s.false_refusals << " of " << s.right
+       << ", hopeless refused " << s.hopeless_refused << '\n'
        << "accepted " << s.accepted << ", with warnings " << s.warned << ": error median, p95 "
        << s.clear_median_mm << ", " << s.clear_p95_mm << " mm without, " << s.warned_median_mm
        << ", " << s.warned_p95_mm << " mm with\n"
@@ -240,7 +240,7 @@ std::string to_text(const CohortSummary& s, const std::string& title) {
        << s.ct_cpu_s << '\n';
   for (const DistanceRow& row : s.distances) {
     text << "  " << (row.global ? "global" : "local ") << " from " << std::setw(3)
-         << static_cast<int>(row.start_mm) << " mm: right " << row.right << '/' << row.trials
+         << static_cast<int>(row.start_mm) << " mm: correct " << row.right << '/' << row.trials
          << ", accepted " << row.accepted << " (falsely " << row.false_accepts << "), median "
          << row.error_median_mm << " mm\n";
   }

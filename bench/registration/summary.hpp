@@ -9,15 +9,15 @@
 
 namespace nav::bench {
 
-/// Starts of one distance.
+/// Results of the starts of one distance.
 struct DistanceRow {
   bool global;
   double start_mm;
   int trials, right, accepted, false_accepts;
-  double error_median_mm;  ///< Of the right ones; NaN without.
+  double error_median_mm;  ///< Error of the right results; NaN if there are none.
 };
 
-/// One kind of hopeless input.
+/// Results of one kind of hopeless input.
 struct HopelessRow {
   Hopeless kind;
   int trials, refused, false_accepts;
@@ -28,31 +28,34 @@ struct Interval {
   double low = 0, high = 1;
 };
 
-/// The headline figures of one cohort. Shares are of [0, 1]; NaN where there was no trial.
+/// Main figures of one cohort. Fractions are in [0, 1]; NaN if there was no trial.
 struct CohortSummary {
   int trials = 0;
   double tre_median_mm = 0;      ///< Target error of the right results, starts up to 40 mm.
-  double tre_p95_mm = 0;         ///< The same, 95th percentile.
+  double tre_p95_mm = 0;         ///< 95th percentile of the same.
   double success_from_40mm = 0;  ///< Global, starts of 5 to 40 mm, target error below 2 mm.
   double success_local_10mm = 0;
   Interval success_from_40mm_95, success_local_10mm_95;  ///< Wilson (1927).
   int false_accepts = 0;          ///< Accepted with a target error above 3 mm, hopeless included.
-  double false_accept_bound = 0;  ///< One-sided 95 % Clopper–Pearson bound of their share.
-  int false_refusals = 0;         ///< Right and refused, starts up to 40 mm.
-  int right = 0;                  ///< What false_refusals is counted of.
+  double false_accept_bound = 0;  ///< One-sided 95 % Clopper–Pearson bound of their fraction.
+  int false_refusals = 0;         ///< Right but rejected, starts up to 40 mm.
+  int right = 0;                  ///< Right results, the total for false_refusals.
   int accepted = 0;               ///< Starts up to 40 mm, right or not.
-  int warned = 0;                 ///< Of these, accepted with warnings.
-  double clear_median_mm = 0, clear_p95_mm = 0;    ///< Target error of the accepted without.
-  double warned_median_mm = 0, warned_p95_mm = 0;  ///< And with warnings; NaN without any.
-  double hopeless_refused = 0;  ///< Share refused; those that came out right count as refused.
-  double coverage_95 = 0;       ///< Mean share of targets in their ellipsoid, right results.
-  double coverage_95_se = 0;    ///< Its standard error, from sweep to sweep; NaN of fewer than two.
-  /// The same of what the uncertainty is the larger of; the replicates without a floor.
+  int warned = 0;                 ///< Accepted starts with warnings.
+  /// Target error of those accepted without warnings.
+  double clear_median_mm = 0, clear_p95_mm = 0;
+  /// Target error of those accepted with warnings; NaN if there are none.
+  double warned_median_mm = 0, warned_p95_mm = 0;
+  double hopeless_refused = 0;  ///< Fraction rejected; right results count as rejected.
+  double coverage_95 = 0;       ///< Mean fraction of targets in their ellipsoid, right results.
+  double coverage_95_se = 0;    ///< Its standard error between sweeps; NaN for fewer than two.
+  /// coverage_95 for the two covariances that the uncertainty takes the larger of; the replicates
+  /// are without a floor.
   double coverage_95_clusters = 0, coverage_95_bootstrap = 0;
   double predicted_over_actual = 0;  ///< Median of predicted over actual target error, RMS.
-  double local_cpu_s = 0;            ///< Median: sweep preparation, solve, checks; CT prepared.
+  double local_cpu_s = 0;  ///< Median: sweep preparation, solve, checks; the CT is prepared.
   double global_cpu_s = 0;
-  double local_solve_cpu_s = 0;  ///< The same without the preparation of the sweep.
+  double local_solve_cpu_s = 0;  ///< Without the preparation of the sweep.
   double global_solve_cpu_s = 0;
   double ct_cpu_s = 0;  ///< Preparation of a CT, once.
   std::vector<DistanceRow> distances;
@@ -61,13 +64,13 @@ struct CohortSummary {
 
 CohortSummary summarise(const CohortResult& result);
 
-/// Upper end of the one-sided 95 % Clopper–Pearson interval of a share: k of n seen.
+/// Upper end of the one-sided 95 % Clopper–Pearson interval of a fraction, k of n.
 double share_bound_95(int k, int n);
 
-/// 95 % interval of a share, k of n seen (Wilson 1927); [0, 1] for n = 0.
+/// 95 % interval of a fraction, k of n (Wilson 1927); [0, 1] for n = 0.
 Interval wilson_95(int k, int n);
 
-/// Value below which a share q of the values lies (nearest rank); NaN for no values.
+/// Value below which a fraction q of the values lies (nearest rank); NaN for no values.
 double quantile(std::vector<double> values, double q);
 
 std::string to_text(const CohortSummary& summary, const std::string& title);

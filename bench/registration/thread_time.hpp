@@ -6,15 +6,15 @@
 
 namespace nav::bench {
 
-/// Processor time of the calling thread, s: what a registration with one thread takes, whatever
-/// the other threads of the process do.
+/// Processor time of the calling thread, s: the time of a registration with one thread, independent
+/// of the other threads of the process.
 inline double thread_time_s() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Processor time that work() takes of the calling thread, s.
+/// Processor time of work() on the calling thread, s.
 template <class Work>
 double timed(const Work& work) {
   const double before = thread_time_s();

@@ -18,10 +18,10 @@ using registration::ImageRegistrationResult;
 using registration::PreparedCt;
 using registration::PreparedSweep;
 
-// 95 % of a chi-squared variable of three degrees of freedom.
+// 95 % quantile of a chi-squared variable with three degrees of freedom.
 constexpr double kChi95 = 7.815;
 
-/// Share of the targets whose error lies inside the predicted 95 % ellipsoid.
+/// Fraction of the targets whose error lies inside the predicted 95 % ellipsoid.
 double covered(const registration::PoseUncertainty& uncertainty, const CtPose& found_pose,
                const CtPose& truth, const std::vector<Point<frames::Ct>>& targets) {
   const auto back = truth.inverse();

@@ -15,12 +15,12 @@
 
 namespace nav::bench {
 
-/// A result is right when its targets are off by less than this, RMS.
+/// A result is right if its targets are off by less than this, RMS.
 inline constexpr double kSuccessMm = 2;
-/// An accepted one that is off by more is a false accept.
+/// An accepted result that is off by more is a false accept.
 inline constexpr double kFalseAcceptMm = 3;
 
-/// What one registration did. Times are of the thread that it ran on.
+/// Result of one registration. Times are those of its thread.
 struct Trial {
   std::uint64_t patient = 0;
   SweepPath path = SweepPath::kSubcostal;
@@ -28,18 +28,19 @@ struct Trial {
   double start_mm = 0;               ///< Target error of the start.
   std::optional<Hopeless> hopeless;  ///< Absent: a start that should succeed.
   bool acceptable = true;            ///< False: no pose of this case is right.
-  bool solved = false;               ///< False: refused before a pose was found.
+  bool solved = false;               ///< False: rejected before a pose was found.
   bool accepted = false;
   bool warned = false;      ///< Accepted with warnings.
   double error_mm = 0;      ///< At the targets, RMS; meaningless unless solved and acceptable.
-  double predicted_mm = 0;  ///< The same as predicted; infinite where nothing is predicted.
-  double covered = 0;       ///< Share of the targets inside their 95 % ellipsoid.
-  /// The same of what the uncertainty is the larger of: clusters of patches, pictures drawn anew.
+  double predicted_mm = 0;  ///< Predicted value of error_mm; infinite if nothing is predicted.
+  double covered = 0;       ///< Fraction of the targets inside their 95 % ellipsoid.
+  /// `covered` for the two covariances that the uncertainty takes the larger of: clusters of
+  /// patches, and resampled images.
   double covered_clusters = 0, covered_bootstrap = 0;
   double solve_cpu_s = 0;  ///< With CT and sweep prepared.
   double sweep_cpu_s = 0;  ///< Preparation of the sweep.
-  std::string reason;      ///< Why it was refused; empty when accepted.
-  /// What the decision rests on (registration/image_registration.hpp).
+  std::string reason;      ///< Why it was rejected; empty if accepted.
+  /// Values that the decision uses (registration/image_registration.hpp).
   double z_score = 0, cost = 1, overlap = 0, split_mm = 0, halves_mm = 0;
   std::optional<double> margin;
 
@@ -49,46 +50,47 @@ struct Trial {
   [[nodiscard]] bool false_accept() const { return accepted && !right(kFalseAcceptMm); }
 };
 
-/// Which trials to run on patients of consecutive seeds.
+/// Trials to run on patients of consecutive seeds.
 struct CohortOptions {
   std::uint64_t first_seed = 1;
   int patients = 8;
   std::vector<SweepPath> paths{SweepPath::kSubcostal, SweepPath::kFan, SweepPath::kSlide,
                                SweepPath::kSagittal, SweepPath::kCross};
-  int path_stride = 1;  ///< Of the paths only every so many-th, others for each patient; >= 1.
+  int path_stride = 1;  ///< Only every path_stride-th path, different ones for each patient; >= 1.
   std::vector<double> local_mm{5, 10, 15, 20, 30, 40, 60};
   std::vector<double> global_mm{5, 10, 20, 30, 40, 60};
-  int starts = 1;              ///< Of each distance.
-  bool hopeless = true;        ///< Every kind on every sweep, global.
-  bool hopeless_local = true;  ///< The same without seeded starts.
-  int hopeless_stride = 1;     ///< Of the kinds only every so many-th, others on each sweep; >= 1.
-  int frames = 60;             ///< Of a sweep.
-  int picture_stride = 1;      ///< Only every so many-th picture of it is registered; >= 1.
-  int threads = 1;             ///< Sweeps judged side by side, >= 1; results do not depend on it.
-  bool keep = false;           ///< Patients stay in the store; false: no more than needed.
+  int starts = 1;              ///< Starts of each distance.
+  bool hopeless = true;        ///< Every kind of hopeless input on every sweep, global.
+  bool hopeless_local = true;  ///< Hopeless inputs without seeded starts too.
+  /// Only every hopeless_stride-th kind, different ones on each sweep; >= 1.
+  int hopeless_stride = 1;
+  int frames = 60;         ///< Ultrasound images of a sweep, >= 2.
+  int picture_stride = 1;  ///< Only every picture_stride-th image is registered; >= 1.
+  int threads = 1;         ///< Sweeps judged in parallel, >= 1; results do not depend on it.
+  bool keep = false;       ///< True: patients stay in the store; false: only as long as needed.
   registration::ImageRegistrationOptions local, global;
   registration::AcceptanceLimits limits;
 };
 
-/// Sweeps of the cohort and simulated sessions that some parts of the bench register.
+/// Sweeps of the cohort and simulated sessions that some parts of the benchmark register.
 struct SweepChoice {
   std::uint64_t first_seed = 1;
   int patients = 4;
-  /// How echoes of the sessions are computed; those of sweeps: as the store says.
+  /// Acoustic model of the sessions; the sweeps use that of the store.
   sim::AcousticModel model = sim::AcousticModel::kRays;
   std::vector<SweepPath> paths{SweepPath::kSubcostal, SweepPath::kFan, SweepPath::kSlide,
                                SweepPath::kSagittal, SweepPath::kCross};
-  std::vector<sim::HandPathKind> hands;  ///< Of the sessions.
-  double duration_s = 8;                 ///< Of a session.
+  std::vector<sim::HandPathKind> hands;  ///< Hand motions of the sessions.
+  double duration_s = 8;                 ///< Duration of a session.
   registration::Effort effort = registration::Effort::kUsual;
-  bool keep = false;  ///< Patients stay in the store; false: no more than are needed at once.
+  bool keep = false;  ///< True: patients stay in the store; false: only those needed at once.
 };
 
-/// Settings of the bench: the library's, one thread each.
+/// Settings of the benchmark: those of the library, with one thread each.
 CohortOptions default_cohort(registration::Effort effort = registration::Effort::kUsual);
 
 struct CohortResult {
-  std::vector<Trial> trials;     ///< By patient, path, start, whatever order they ran in.
+  std::vector<Trial> trials;     ///< Sorted by patient, path and start, in any order of execution.
   std::vector<double> ct_cpu_s;  ///< Preparation of each patient's CT.
 };
 
@@ -97,22 +99,22 @@ std::vector<Trial> run_sweep_trials(const CohortOptions& options, CaseStore& sto
                                     std::uint64_t patient_seed, SweepPath path);
 
 /// Runs the cohort sweep by sweep. progress: called with the fraction done by one thread at a time.
-/// done: gets the trials of each sweep as soon as it is judged, one sweep at a time, whatever the
+/// done: receives the trials of each sweep as soon as it is judged, one sweep at a time, on any
 /// thread.
 CohortResult run_cohort(const CohortOptions& options, CaseStore& store,
                         const std::function<void(double)>& progress = {},
                         const std::function<void(const std::vector<Trial>&)>& done = {});
 
-/// Every stride-th picture of a sweep; stride >= 1.
+/// Every stride-th image of a sweep; stride >= 1.
 Sweep every(int stride, const Sweep& sweep);
 
-/// What a result predicts of its target error, RMS over the targets, mm; infinite without.
+/// Predicted target error of a result, RMS over the targets, mm; infinite if there is none.
 double predicted_error_mm(const registration::ImageRegistrationResult& result,
                           const std::vector<Point<frames::Ct>>& targets);
 
-/// Names of the columns of to_csv(), with the end of the line.
+/// Names of the columns of to_csv(), with a line end.
 std::string csv_header();
-/// One line for each trial with everything that is known of it.
+/// One line for each trial with all its data.
 std::string to_csv(const std::vector<Trial>& trials);
 
 }  // namespace nav::bench

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Ray casting of a synthetic abdomen on the CPU, 800 × 600. Times are of whole pictures with the
-// caches warm; "prepare" is what a new volume or a new transfer function costs once.
+// Ray casting of a synthetic abdomen on the CPU, 800 × 600. Times are those of whole images with
+// warm caches; "prepare" is the single cost of a new volume or a new transfer function.
 #include <benchmark/benchmark.h>
 
-#include "bench/support/synthetic_ct.hpp"
 #include "render/engine.hpp"
 #include "render/skipping/brick_grid.hpp"
 #include "render/transfer/transfer_table.hpp"
+#include "sim/synthetic_ct.hpp"
 
 namespace {
 
@@ -15,8 +15,8 @@ using namespace nav;
 using namespace nav::render;
 
 std::shared_ptr<const Volume> abdomen(int n) {
-  static const auto small = test::SyntheticAbdomen::volume(128);
-  static const auto large = test::SyntheticAbdomen::volume(256);
+  static const auto small = sim::SyntheticAbdomen::volume(128);
+  static const auto large = sim::SyntheticAbdomen::volume(256);
   return n == 128 ? small : large;
 }
 
@@ -35,7 +35,7 @@ void add_plane(Scene& scene) {
   scene.plane = UltrasoundPlane{frame, {turn, {-55, -100, 45}}, 1.0, {SafetyState::kValid, ""}};
 }
 
-/// The camera moves a hair from picture to picture: nothing is drawn where nothing changed.
+/// The camera moves slightly from image to image, because an unchanged image is not drawn again.
 void run(benchmark::State& state, Engine& engine, Scene scene) {
   auto image = engine.render(scene);  // Fills the caches.
   if (!image) return state.SkipWithError(image.error().message.c_str());
@@ -64,7 +64,7 @@ void cast(benchmark::State& state, const char* preset, CpuLanes lanes) {
   run(state, *engine, scene);
 }
 
-/// The step that others count by default, either classification. Argument: pre-integrated.
+/// The default step of other renderers, with either classification. Argument: pre-integrated.
 void cast_one_voxel_step(benchmark::State& state) {
   const auto engine = make_cpu_engine();
   Scene scene = scene_of("ct-soft-tissue", 256);
@@ -73,7 +73,7 @@ void cast_one_voxel_step(benchmark::State& state) {
   run(state, *engine, scene);
 }
 
-/// Gooch with half of the emphasis.
+/// Gooch shading with half of the emphasis.
 void gooch(benchmark::State& state) {
   const auto engine = make_cpu_engine();
   Scene scene = scene_of("ct-soft-tissue", static_cast<int>(state.range(0)));
@@ -82,7 +82,7 @@ void gooch(benchmark::State& state) {
   run(state, *engine, scene);
 }
 
-/// Fog everywhere, nothing to leap over. Argument: skipping.
+/// Fog everywhere, so that nothing can be skipped. Argument: skipping.
 void full_volume(benchmark::State& state) {
   const auto engine = make_cpu_engine();
   Scene scene = scene_of("ct-bone", 256);
@@ -101,10 +101,10 @@ void projection(benchmark::State& state, Projection kind) {
   run(state, *engine, scene);
 }
 
-/// A transfer function edit at 384³: visibility and importance of 48³ bricks, distances, depths,
-/// visibility of parts.
+/// An edit of the transfer function at 384³: visibility and importance of 48³ bricks, distances,
+/// depths, visibility of parts.
 void reclassify(benchmark::State& state, const char* preset) {
-  static const auto ct = test::SyntheticAbdomen::volume(384);
+  static const auto ct = sim::SyntheticAbdomen::volume(384);
   static const BrickGrid grid = make_brick_grid(*ct, 0);
   static const BrickGrid parts = make_part_grid(*ct, 0);
   const TransferTable table(*preset_transfer_function(preset));
@@ -117,7 +117,7 @@ void reclassify(benchmark::State& state, const char* preset) {
   }
 }
 
-/// The live plane in an invisible volume: what the plane itself costs.
+/// The live plane in an invisible volume: the cost of the plane itself.
 void plane_only(benchmark::State& state) {
   const auto engine = make_cpu_engine();
   Scene scene = scene_of("ct-bone", 128);

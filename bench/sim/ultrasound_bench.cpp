@@ -15,7 +15,7 @@ const Procedure& procedure() {
   return instance;
 }
 
-/// Pictures of the default sweep, one after the other.
+/// Ultrasound images of the default sweep, one after the other.
 void BM_UltrasoundFrame(benchmark::State& state) {
   const UltrasoundSimulator simulator(procedure().phantom(), convex_abdominal(), 1);
   std::uint64_t sequence = 0;
@@ -29,8 +29,8 @@ void BM_UltrasoundFrame(benchmark::State& state) {
 }
 BENCHMARK(BM_UltrasoundFrame)->Unit(benchmark::kMillisecond)->UseRealTime();
 
-/// 640 x 480 pixels of the first view of a family, with that view's probe, by wall clock. Pictures
-/// a second ("frames/s"), and what they would be of one processor's time ("frames/cpu_s").
+/// 640 x 480 pixels of the first view of a family, with that view's probe, by wall time. Images per
+/// second ("frames/s"), and images per second of processor time ("frames/cpu_s").
 void BM_UltrasoundFrame640(benchmark::State& state, const std::string& family,
                            AcousticModel model) {
   const auto patient = make_patient(family);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Run time against error of poses between samples: a hand that sways 30 mm and 0.3 rad once a
-// second, sampled at a rate, asked for at times between the samples.
+// Run time against error of poses between samples: a hand sways by 30 mm and 0.3 rad once per
+// second and is sampled at a fixed rate; poses are requested at times between the samples.
 #include <algorithm>
 #include <benchmark/benchmark.h>
 #include <cmath>

@@ -40,7 +40,7 @@ std::optional<PixelType> pixel_type(int vtk_type) {
   }
 }
 
-/// Every frame of one file as stored, first row first.
+/// All frames of one file as stored, first row first.
 struct DecodedFile {
   std::filesystem::path path;
   PixelType type = PixelType::kInt16;
@@ -85,7 +85,7 @@ Result<DecodedFile> decode_file(const DicomSlice& slice) {
   return out;
 }
 
-/// Says that a stack is irregular, or refuses it.
+/// Reports that a stack is irregular, or rejects it.
 Result<void> judge_irregular(const DicomStack& stack, const DicomSeries& series,
                              const std::string& name, const CtOptions& options,
                              Diagnostics& diagnostics) {
@@ -120,7 +120,7 @@ Result<void> judge_irregular(const DicomStack& stack, const DicomSeries& series,
 Result<HuBuilder> decode_slices(const DicomStack& stack, const std::string& name,
                                 std::int16_t least) {
   HuBuilder builder(stack.grid().voxel_count(), least);
-  std::optional<DecodedFile> open;  // Slices of a multi-frame file usually follow each other.
+  std::optional<DecodedFile> open;  // Slices of a multi-frame file usually follow one another.
   for (const DicomSlice& slice : stack.slices) {
     if (!open || open->path != slice.file) {
       auto decoded = decode_file(slice);

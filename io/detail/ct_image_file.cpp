@@ -18,7 +18,7 @@ namespace {
 
 using Affine = Eigen::Matrix<double, 3, 4>;
 
-/// Numbers of a field, exactly count of them and finite.
+/// Reads exactly \p count finite numbers of a field.
 Result<std::vector<double>> numbers(const ImageFile& file, std::string_view key,
                                     std::size_t count) {
   auto values = parse_doubles(file.value(key));
@@ -28,7 +28,8 @@ Result<std::vector<double>> numbers(const ImageFile& file, std::string_view key,
   return bad_field(file, key, std::to_string(count) + " finite numbers", file.value(key));
 }
 
-/// First of several spellings that the header has; the first of all when it has none.
+/// First of several spellings that the header contains; the first of the list when it contains
+/// none.
 std::string_view spelling(const ImageFile& file, std::initializer_list<std::string_view> keys) {
   for (const std::string_view key : keys) {
     if (file.has(key)) return key;
@@ -36,7 +37,8 @@ std::string_view spelling(const ImageFile& file, std::initializer_list<std::stri
   return *keys.begin();
 }
 
-/// "RAI" as MetaIO means it: each letter is where the axis comes from, so RAI is LPS.
+/// Directions from letters such as "RAI" in the sense of MetaIO: each letter says where the axis
+/// starts, so RAI is LPS.
 std::optional<Eigen::Matrix3d> directions_from_letters(std::string_view letters) {
   if (letters.size() != 3) return {};
   Eigen::Matrix3d directions = Eigen::Matrix3d::Zero();
@@ -54,7 +56,7 @@ std::optional<Eigen::Matrix3d> directions_from_letters(std::string_view letters)
   return directions;
 }
 
-/// A warning when letters and matrix contradict each other: the matrix wins, as in ITK.
+/// Warns when letters and matrix contradict each other; the matrix is used, as in ITK.
 void compare_letters(const ImageFile& file, const Eigen::Matrix3d& directions,
                      Diagnostics& diagnostics) {
   const std::string_view letters = file.value("AnatomicalOrientation");
@@ -75,7 +77,7 @@ void compare_letters(const ImageFile& file, const Eigen::Matrix3d& directions,
 Result<Affine> meta_affine(const ImageFile& file, Diagnostics& diagnostics,
                            const CtOptions& options) {
   const std::size_t n = file.sizes.size();
-  // MetaIO writes "?" where it does not know.
+  // MetaIO writes "?" for an unknown unit.
   if (const auto unit = file.value("DistanceUnits"); !unit.empty() && unit != "mm" && unit != "?") {
     return bad_field(file, "DistanceUnits", "mm", unit);
   }
@@ -128,7 +130,7 @@ Result<Affine> meta_affine(const ImageFile& file, Diagnostics& diagnostics,
   return affine;
 }
 
-/// "(1,0,0)" as three finite numbers.
+/// Parses "(1,0,0)" as three finite numbers.
 std::optional<Eigen::Vector3d> nrrd_vector(std::string_view text) {
   text = trim(text);
   if (text.size() < 2 || text.front() != '(' || text.back() != ')') return {};
@@ -142,8 +144,8 @@ std::optional<Eigen::Vector3d> nrrd_vector(std::string_view text) {
   return out.allFinite() ? std::optional(out) : std::nullopt;
 }
 
-/// "space directions", one for each axis of the file, absent where it says "none"; nothing when one
-/// cannot be read.
+/// Parses "space directions": one vector for each axis of the file, absent for "none"; nothing when
+/// one cannot be read.
 std::optional<std::vector<std::optional<Eigen::Vector3d>>> nrrd_vectors(std::string_view text) {
   std::vector<std::optional<Eigen::Vector3d>> out;
   for (text = trim(text); !text.empty(); text = trim(text)) {
@@ -162,7 +164,8 @@ std::optional<std::vector<std::optional<Eigen::Vector3d>>> nrrd_vectors(std::str
   return out;
 }
 
-/// Turns coordinates of the file's space into LPS; nothing for spaces that are not anatomical.
+/// Signs that convert coordinates of the file's space to LPS; nothing for spaces that are not
+/// anatomical.
 std::optional<Eigen::Vector3d> lps_signs(std::string_view space) {
   if (equals_ignoring_case(space, "left-posterior-superior") || space == "LPS") {
     return Eigen::Vector3d(1, 1, 1);
@@ -176,7 +179,7 @@ std::optional<Eigen::Vector3d> lps_signs(std::string_view space) {
   return {};
 }
 
-/// Spacings without directions: usable only where the caller accepts an unknown orientation.
+/// Affine map from spacings without directions, only if the caller accepts an unknown orientation.
 Result<Affine> nrrd_spacings(const ImageFile& file) {
   Affine affine = Affine::Zero();
   const auto spacing = numbers(file, "spacings", file.sizes.size());
@@ -208,7 +211,7 @@ Result<Affine> nrrd_affine(const ImageFile& file, Diagnostics& diagnostics,
     }
   }
   if (!file.has("space directions") && !signs) return nrrd_spacings(file);
-  // The samples come in the order of the axes, so it matters which of them have no direction.
+  // The samples follow the order of the axes, so it matters which axes have no direction.
   const auto axes = nrrd_vectors(file.value("space directions"));
   const std::size_t first = file.component_axes;
   bool good = axes && axes->size() >= first + 3;
@@ -217,7 +220,7 @@ Result<Affine> nrrd_affine(const ImageFile& file, Diagnostics& diagnostics,
   }
   if (!good) {
     return bad_field(file, "space directions",
-                     "three vectors of three finite numbers, of the axes in space",
+                     "three vectors of three finite numbers, one for each axis in space",
                      file.value("space directions"));
   }
   Affine affine = Affine::Zero();
@@ -240,8 +243,8 @@ Result<Affine> nrrd_affine(const ImageFile& file, Diagnostics& diagnostics,
   return affine;
 }
 
-/// Fields of a second frame: the slices are pictures, each with its own place. A volume may be
-/// written as a sequence of one.
+/// True for a file with fields of a second frame: its slices are images with their own poses. A
+/// volume may be written as a sequence of one frame.
 bool is_of_pictures(const ImageFile& file) {
   return std::ranges::any_of(file.fields, [](const Field& field) {
     return is_frame_key(field.first) && !field.first.starts_with("Seq_Frame0000");
@@ -250,9 +253,9 @@ bool is_of_pictures(const ImageFile& file) {
 
 Result<std::array<int, 3>> volume_size(ImageFile& file, int least_slices) {
   if (is_of_pictures(file)) {
-    return Error{ErrorCode::kUnsupportedData,
-                 file.path.string() +
-                     ": expected a volume, found a sequence of pictures (Seq_Frame fields)"};
+    return Error{
+        ErrorCode::kUnsupportedData,
+        file.path.string() + ": expected a volume, found a sequence of images (Seq_Frame fields)"};
   }
   if (file.sizes.size() == 4 && file.sizes[3] == 1 && file.format == "NRRD") file.sizes.pop_back();
   if (file.sizes.size() != 3 || file.components != 1) {

@@ -24,7 +24,7 @@ using Affine = Eigen::Matrix<double, 3, 4>;
 constexpr std::size_t kHeader1 = 348;
 constexpr std::size_t kHeader2 = 540;
 
-/// Header bytes with typed access at offsets, byte order resolved.
+/// Bytes of a header, with typed access at offsets in the file's byte order.
 class Bytes {
  public:
   Bytes(std::span<const std::byte> bytes, bool swapped) : bytes_(bytes), swapped_(swapped) {}
@@ -50,7 +50,7 @@ struct Nifti {
   double slope = 0, intercept = 0;
   int units = 0;
   int qform = 0, sform = 0;
-  std::array<double, 6> quaternion{};  ///< b, c, d, offset x, y, z.
+  std::array<double, 6> quaternion{};  ///< Values b, c, d and the offset x, y, z.
   Affine srow = Affine::Zero();
   bool two_files = false;
 };
@@ -161,7 +161,7 @@ Result<Affine> ras_affine(const Nifti& n, const std::filesystem::path& path,
       return Error{ErrorCode::kMalformedData,
                    path.string() + ": s-form: expected finite numbers, found NaN or Inf"};
     }
-    constexpr double kAgreement = 0.01;  // mm and mm per voxel
+    constexpr double kAgreement = 0.01;  // Limit in mm, and in mm per voxel.
     if (n.qform > 0 && check_spacing()) {
       const double difference = (qform_affine(n) - n.srow).cwiseAbs().maxCoeff();
       if (!(difference <= kAgreement)) {
@@ -184,7 +184,7 @@ Result<Affine> ras_affine(const Nifti& n, const std::filesystem::path& path,
   const auto ok = unknown_orientation(path, "neither s-form nor q-form", diagnostics, options);
   if (!ok) return ok.error();
   Affine affine = Affine::Zero();
-  // Written in RAS here, so that it becomes LPS axes below.
+  // The map is written in RAS here, so that the conversion below gives LPS axes.
   affine.leftCols<3>() = Eigen::Vector3d(-n.pixdim[1], -n.pixdim[2], n.pixdim[3]).asDiagonal();
   return affine;
 }
@@ -222,9 +222,9 @@ Result<VoxelGrid> nifti_grid(const Nifti& n, const std::filesystem::path& path,
         ErrorCode::kMalformedData,
         path.string() + ": xyzt_units: expected a length, found code " + std::to_string(unit)};
   }
-  constexpr std::array kMmPerUnit = {1.0, 1000.0, 1.0, 0.001};  // unknown, m, mm, micron
+  constexpr std::array kMmPerUnit = {1.0, 1000.0, 1.0, 0.001};  // Unknown, m, mm, micron.
   *affine *= kMmPerUnit[static_cast<std::size_t>(unit)];
-  *affine = Eigen::Vector3d(-1, -1, 1).asDiagonal() * *affine;  // RAS to LPS.
+  *affine = Eigen::Vector3d(-1, -1, 1).asDiagonal() * *affine;  // Converts RAS to LPS.
   return grid_from_affine(*size, *affine, path.string());
 }
 
@@ -263,7 +263,8 @@ Result<VoxelGrid> read_nifti_voxels(const std::filesystem::path& path, VoxelSink
                                   compressed ? Encoding::kDeflate : Encoding::kRaw);
   if (!stream) return stream.error();
   std::array<std::byte, kHeader2> header{};
-  // NIfTI-1 headers are shorter; a file that ends between the two has no voxels anyway.
+  // NIfTI-1 headers are shorter than the buffer. A file that ends between the two sizes has no
+  // voxels anyway.
   if (!stream->read(0, std::span(header).first(kHeader1))) {
     return fail(ErrorCode::kMalformedData, "header cut short: expected 348 bytes");
   }
@@ -302,7 +303,7 @@ Result<VoxelGrid> read_nifti_voxels(const std::filesystem::path& path, VoxelSink
     if (nifti->swapped) swap_bytes(slice, sample);
     sink.append(slice, *type, rescale);
   }
-  // Nothing but the checksum tells that a bit of the voxels was changed.
+  // Only the checksum reveals a changed bit in the voxels.
   if (const auto end = stream->skip_to_end(); !end) {
     return fail(end.error().code, end.error().message);
   }

@@ -12,24 +12,26 @@
 
 namespace nav::io::detail {
 
-/// All voxels of a MetaImage or NRRD, and where they lie.
+/// Reads all voxels of a MetaImage or NRRD into \p sink and returns their grid.
 Result<VoxelGrid> read_image_file_voxels(const std::filesystem::path& path, VoxelSink& sink,
                                          Diagnostics& diagnostics, const CtOptions& options);
-/// NIfTI-1 or -2, single file, plain or gzip.
+/// Reads NIfTI-1 or -2, a single file, plain or gzip.
 Result<VoxelGrid> read_nifti_voxels(const std::filesystem::path& path, VoxelSink& sink,
                                     Diagnostics& diagnostics, const CtOptions& options);
-/// One of both, by its ending; nothing when that says neither.
+/// Reads either format, by the file's ending; nothing when the ending is neither.
 std::optional<Result<VoxelGrid>> read_voxels(const std::filesystem::path& path, VoxelSink& sink,
                                              Diagnostics& diagnostics, const CtOptions& options);
-/// One series among files; those that are not DICOM are passed over. name: what to call them.
+/// Reads one series among files; files that are not DICOM are skipped. \p name: name of the series
+/// in messages.
 Result<Volume> read_ct_dicom(const std::vector<std::filesystem::path>& files,
                              const std::string& name, Diagnostics& diagnostics,
                              const CtOptions& options);
-/// True for a DICOM file, with or without the preamble of part 10; with it, for a broken one too.
+/// True for a DICOM file, with or without the preamble of part 10; a file with the preamble may be
+/// broken.
 bool is_dicom(const InputFile& file);
 
-/// What read_ct does where a file does not say how its axes lie in the patient: a warning when the
-/// caller accepts that, otherwise a refusal.
+/// Handles a file without axis orientation for read_ct(): a warning when the caller accepts it,
+/// otherwise an error.
 Result<void> unknown_orientation(const std::filesystem::path& path, const std::string& found,
                                  Diagnostics& diagnostics, const CtOptions& options);
 

@@ -25,14 +25,14 @@ namespace nav::io::detail {
 
 namespace {
 
-/// Finite numbers of an attribute of one frame; empty unless there are exactly count.
+/// Finite numbers of an attribute of one frame; empty unless there are exactly \p count.
 std::vector<double> numbers(vtkDICOMMetaData& meta, int frame, DC::EnumType tag,
                             std::size_t count) {
   const vtkDICOMValue& value = meta.Get(0, frame, vtkDICOMTag(tag));
   if (!value.IsValid() || value.GetNumberOfValues() != count) return {};
   std::vector<double> out(count);
   for (std::size_t i = 0; i < count; ++i) {
-    // Text is parsed here: the library's own parser takes "abc" for 0.
+    // The text is parsed here, because the library's own parser reads "abc" as 0.
     const auto number = parse_double(value.GetString(i));
     if (!number || !std::isfinite(*number)) return {};
     out[i] = *number;
@@ -40,7 +40,7 @@ std::vector<double> numbers(vtkDICOMMetaData& meta, int frame, DC::EnumType tag,
   return out;
 }
 
-/// Whether a frame has something in an attribute, whatever it is.
+/// True when a frame has any value in an attribute.
 bool has(vtkDICOMMetaData& meta, int frame, DC::EnumType tag) {
   const vtkDICOMValue& value = meta.Get(0, frame, vtkDICOMTag(tag));
   return value.IsValid() && !trim(value.AsString()).empty();
@@ -51,8 +51,8 @@ std::string text(vtkDICOMMetaData& meta, DC::EnumType tag) {
   return value.IsValid() ? std::string(trim(value.AsString())) : std::string();
 }
 
-/// Stored values that mean "nothing here", as numbers of the pixel's own signedness: writers give
-/// the same 16 bits in the other one.
+/// Range of stored values that mean padding. Some writers give the 16 bits in the other signedness;
+/// they are converted to that of the pixels.
 std::optional<std::pair<double, double>> padding(vtkDICOMMetaData& meta) {
   const auto first = numbers(meta, 0, DC::PixelPaddingValue, 1);
   if (first.empty()) return {};
@@ -67,7 +67,7 @@ std::optional<std::pair<double, double>> padding(vtkDICOMMetaData& meta) {
   return std::pair(std::min(a, b), std::max(a, b));
 }
 
-/// Reads what places one frame; returns what is wrong with it, or nothing.
+/// Reads the geometry of one frame. Returns a defect, or an empty text.
 std::string read_slice(vtkDICOMMetaData& meta, DicomSlice& slice, bool& has_rescale) {
   const auto position = numbers(meta, slice.frame, DC::ImagePositionPatient, 3);
   if (position.empty()) return "expected ImagePositionPatient of 3 numbers";
@@ -80,7 +80,7 @@ std::string read_slice(vtkDICOMMetaData& meta, DicomSlice& slice, bool& has_resc
   slice.position_mm << position[0], position[1], position[2];
   slice.row_direction << orientation[0], orientation[1], orientation[2];
   slice.column_direction << orientation[3], orientation[4], orientation[5];
-  slice.spacing_mm << spacing[1], spacing[0];  // The tag names the distance of rows first.
+  slice.spacing_mm << spacing[1], spacing[0];  // The tag begins with the row spacing.
   const auto slope = numbers(meta, slice.frame, DC::RescaleSlope, 1);
   const auto intercept = numbers(meta, slice.frame, DC::RescaleIntercept, 1);
   has_rescale = !slope.empty() && !intercept.empty();
@@ -93,11 +93,11 @@ std::string read_slice(vtkDICOMMetaData& meta, DicomSlice& slice, bool& has_resc
   return {};
 }
 
-/// What is wrong with the length of the pixel data, or nothing: it is checked before any decoder
-/// allocates what Rows, Columns and NumberOfFrames claim.
+/// Returns a defect of the pixel-data length, or an empty text. It is checked before a decoder
+/// allocates the size that Rows, Columns and NumberOfFrames declare.
 std::string length_defect(vtkDICOMMetaData& meta, vtkDICOMParser& parser, double samples) {
   constexpr unsigned kEncapsulated = 0xffffffffU;
-  constexpr double kMaxExpansion = 1e5;  // Of a blank picture in a modern code.
+  constexpr double kMaxExpansion = 1e5;  // Compression ratio of a blank image with a modern codec.
   const double claimed = samples * meta.Get(0, vtkDICOMTag(DC::BitsAllocated)).AsInt() / 8;
   auto found = static_cast<double>(parser.GetFileSize() - parser.GetFileOffset());
   const bool encapsulated = parser.GetPixelDataVL() == kEncapsulated;
@@ -163,7 +163,7 @@ std::string describe(const std::vector<DicomSeries>& all) {
   return text;
 }
 
-/// "DICM" after 128 bytes: surely a DICOM file.
+/// True for "DICM" after 128 bytes, which only DICOM files have.
 bool has_preamble(const InputFile& file) {
   constexpr std::int64_t kPreamble = 128;
   std::array<std::byte, 4> magic{};
@@ -175,8 +175,8 @@ bool has_preamble(const InputFile& file) {
 
 bool is_dicom(const InputFile& file) {
   if (has_preamble(file)) return true;
-  // Before part 10: the stream begins with group 2 or 8, little-endian, low element. Something else
-  // may begin alike.
+  // Files from before part 10 begin with group 2 or 8, little-endian, low element. Other files may
+  // begin in the same way, so the structure is checked too.
   std::array<std::byte, 8> head{};
   const auto got = file.read_at(0, head);
   const auto is = [&](std::size_t i, char c) { return head[i] == static_cast<std::byte>(c); };
@@ -190,7 +190,7 @@ Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::p
   std::map<std::string, std::size_t> index;
   for (const std::filesystem::path& file : files) {
     if (file.filename() == "DICOMDIR") continue;
-    // One that cannot be read may be a slice: without it the stack would be another.
+    // An unreadable file may be a slice, and the stack would be wrong without it.
     const auto input = InputFile::open(file);
     if (!input) return input.error();
     if (!is_dicom(*input)) continue;
@@ -208,7 +208,7 @@ Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::p
       return Error{ErrorCode::kMalformedData, file.string() + ": " + errors.first()};
     }
     const bool has_pixels = parser->GetPixelDataFound();
-    // Reports, structures and directories carry no Rows and are no pictures.
+    // Reports, structures and directories have no Rows and are not images.
     if (!has_pixels && !meta->Has(vtkDICOMTag(DC::Rows))) continue;
     const auto [place, fresh] = index.emplace(uid, all.size());
     if (fresh) {
@@ -221,7 +221,7 @@ Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::p
     add_file(file, *meta, *parser, all[place->second]);
   }
   if (all.empty()) {
-    return Error{ErrorCode::kNotFound, name + ": expected DICOM pictures, found none in " +
+    return Error{ErrorCode::kNotFound, name + ": expected DICOM images, found none in " +
                                            std::to_string(files.size()) + " files"};
   }
   return all;
@@ -269,7 +269,7 @@ Result<DicomSeries> choose_series(std::vector<DicomSeries> all, const std::strin
          " slices without RescaleSlope and RescaleIntercept; their values are taken as HU");
   }
   if (best->localizers > 0) {
-    warn(std::to_string(best->localizers) + " overview pictures (LOCALIZER) left out");
+    warn(std::to_string(best->localizers) + " overview images (LOCALIZER) left out");
   }
   return std::move(*best);
 }

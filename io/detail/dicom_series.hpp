@@ -11,27 +11,28 @@
 
 namespace nav::io::detail {
 
-/// A DICOM series as its headers tell it.
+/// DICOM series, read from its headers.
 struct DicomSeries {
   std::string uid;
   std::string modality;
   std::string description;
   std::string tilt_tag;  ///< GantryDetectorTilt, degrees as text; empty when absent.
   std::vector<DicomSlice> slices;
-  std::size_t without_rescale = 0;  ///< Slices that say nothing of their unit.
-  std::size_t localizers = 0;       ///< Overview pictures left out.
-  std::string defect;  ///< First thing that makes the series unreadable; empty when none.
+  std::size_t without_rescale = 0;  ///< Number of slices without a rescale: unknown unit.
+  std::size_t localizers = 0;       ///< Number of overview images (localizers) that were left out.
+  std::string defect;  ///< First defect that makes the series unreadable; empty when there is none.
 };
 
-/// Parses the headers of the files that are DICOM and groups their pictures.
+/// Parses the headers of the DICOM files and groups their images by series.
 Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::path>& files,
                                             const std::string& name);
 
-/// Takes the series asked for, or the CT series with most slices, and says what it passed over.
+/// Selects the requested series, or the CT series with most slices, and reports the series that
+/// were left out.
 Result<DicomSeries> choose_series(std::vector<DicomSeries> all, const std::string& name,
                                   const CtOptions& options, Diagnostics& diagnostics);
 
-/// Decodes the slices of a stack, in its order, to HU. Reads each file once.
+/// Decodes the slices of a stack to HU, in their order. Each file is read once.
 Result<HuBuilder> decode_slices(const DicomStack& stack, const std::string& name,
                                 std::int16_t least);
 

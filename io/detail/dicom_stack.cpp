@@ -16,17 +16,17 @@ namespace {
 
 /// Scanners write positions with one or two decimals: half a tenth of a millimetre is rounding.
 constexpr double kPositionToleranceMm = 0.06;
-/// Direction cosines carry few digits too; the drift this causes grows with the stack.
+/// Direction cosines have few digits too; the resulting drift grows with the stack.
 constexpr double kDriftPerMm = 2e-4;
 constexpr double kSamePositionMm = 0.01;
 constexpr double kDirectionTolerance = 1e-3;
-constexpr double kSpacingTolerance = 1e-3;  // relative
+constexpr double kSpacingTolerance = 1e-3;  // Relative tolerance.
 
 Error refuse(const std::string& name, const std::string& what) {
   return {ErrorCode::kMalformedData, name + ": " + what};
 }
 
-/// Of what is counted; what no grid has room for is refused with the grid.
+/// Converts a number to a count. A count that is too large is rejected later, with the grid.
 int to_count(double number) { return static_cast<int>(std::min(number, 1e9)); }
 
 std::string vector_text(const Eigen::Vector3d& v) {
@@ -90,7 +90,7 @@ Result<void> measure_gaps(DicomStack& stack, const std::string& name) {
                               " mm of each other");
     }
     stack.min_gap_mm = std::min(stack.min_gap_mm, gap);
-    constexpr double kRoundingMm = 1e-6;  // The first of equal gaps is named.
+    constexpr double kRoundingMm = 1e-6;  // Among equal gaps the first is named.
     if (gap > stack.max_gap_mm + kRoundingMm) {
       stack.max_gap_mm = gap;
       stack.max_gap_at = i;
@@ -171,7 +171,7 @@ VoxelGrid regular_grid(const DicomStack& stack) {
   }
   for (int axis = 0; axis < 2; ++axis) {
     const double extra = (high[axis] - low[axis]) / grid.spacing_mm[axis];
-    // A drift that is rounding adds no column.
+    // A drift within rounding adds no column.
     if (extra > kPositionToleranceMm) {
       grid.size[static_cast<std::size_t>(axis)] += to_count(std::ceil(extra));
       grid.origin_mm += stack.directions.col(axis) * low[axis];
@@ -187,7 +187,7 @@ VoxelGrid regular_grid(const DicomStack& stack) {
 
 namespace {
 
-/// One slice as a function of position within the plane.
+/// Values of one slice as a function of the position within the plane.
 class SliceSampler {
  public:
   SliceSampler(const DicomStack& stack, const std::vector<std::int16_t>& hu, std::size_t k)
@@ -197,10 +197,10 @@ class SliceSampler {
         at_(stack.at_mm[k].head<2>()),
         hu_(hu.data() + k * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)) {}
 
-  /// Bilinear value at a place in mm from the first slice's first pixel; absent beyond the centres
-  /// of its pixels.
+  /// Bilinear value at a position in mm relative to the first pixel of the first slice; absent
+  /// outside the pixel centres.
   [[nodiscard]] std::optional<double> operator()(const Eigen::Vector2d& p_mm) const {
-    constexpr double kBorderPixels = 1e-6;  // Rounding must not push the border out.
+    constexpr double kBorderPixels = 1e-6;  // Rounding must not move the border outside.
     const Eigen::Vector2d index = (p_mm - at_).cwiseQuotient(spacing_);
     if (!(index.x() >= -kBorderPixels && index.x() <= width_ - 1 + kBorderPixels &&
           index.y() >= -kBorderPixels && index.y() <= height_ - 1 + kBorderPixels)) {
@@ -247,7 +247,7 @@ std::vector<std::int16_t> resample(const DicomStack& stack, const std::vector<st
       for (int i = 0; i < grid.size[0]; ++i) {
         const Eigen::Vector2d p =
             corner + Eigen::Vector2d(grid.spacing_mm.x() * i, grid.spacing_mm.y() * j);
-        // A slice of no weight is not asked, so that the first and the last stay whole.
+        // A slice of weight 0 is not sampled, so that the first and the last slice stay complete.
         const auto a = weight < 1 ? lower(p) : std::optional<double>(0);
         const auto b = weight > 0 ? upper(p) : std::optional<double>(0);
         const double value = a && b ? (1 - weight) * *a + weight * *b : kAirHu;

@@ -78,11 +78,12 @@ class Walker {
     return -1;
   }
 
-  /// Group 2, always explicit and little-endian; returns where the data set begins, or -1.
+  /// Reads group 2, which is always explicit and little-endian. Returns the offset of the data set,
+  /// or -1.
   std::int64_t read_meta(std::int64_t at) {
     std::string syntax;
     while (at < file_.size()) {
-      // What follows may be coded otherwise: of it, only the group may be looked at here.
+      // The following element may have another coding, so only its group may be read here.
       std::array<std::byte, 2> group{};
       if (!read(at, group) || number(group, false) != 2) break;
       const auto element = header(at, file_.size(), {});
@@ -99,14 +100,14 @@ class Walker {
       at = element->value + element->size;
     }
     if (syntax == "1.2.840.10008.1.2.1.99") {
-      return fail("expected a transfer syntax that is not deflated, found one", at);
+      return fail("expected a transfer syntax that is not deflated, found a deflated one", at);
     }
     coding_.implicit = syntax == "1.2.840.10008.1.2";
     coding_.big_endian = syntax == "1.2.840.10008.1.2.2";
     return at;
   }
 
-  /// The header of an element whose value stays below end.
+  /// Reads the header of an element whose value ends before \p end.
   std::optional<Element> header(std::int64_t at, std::int64_t end, const Coding& coding) {
     std::array<std::byte, 12> bytes{};
     const auto available = static_cast<std::size_t>(std::clamp<std::int64_t>(end - at, 0, 12));
@@ -154,7 +155,8 @@ class Walker {
     return element;
   }
 
-  /// Elements from at to end, or to the end mark of an item; returns where they end, or -1.
+  /// Walks the elements from \p at to \p end, or to the end mark of an item. Returns the offset of
+  /// their end, or -1.
   std::int64_t walk_elements(std::int64_t at, std::int64_t end, int depth) {
     if (depth > kMaxDepth) return fail("expected sequences of at most 32 levels, found more", at);
     while (at < end) {
@@ -172,7 +174,7 @@ class Walker {
         at = element->value + element->size;
       }
       if (at < 0) return -1;
-      // What follows the pixel data is read by nobody.
+      // Data after the pixel data are never read.
       if (element->tag == kPixelData && depth == 0) return at;
     }
     return at;

@@ -8,9 +8,9 @@
 
 namespace nav::io::detail {
 
-/// Walks the elements of a DICOM file up to the end of its pixel data and checks that every length
-/// stays within its bounds (PS3.5, section 7): the library that reads it next crashes on some that
-/// do not. Returns what is wrong, or nothing.
+/// Checks the elements of a DICOM file up to the end of its pixel data: every length must stay
+/// within its bounds (PS3.5, section 7). The library that reads the file next crashes on some files
+/// that violate this. Returns the defect, or an empty text.
 std::string dicom_structure_defect(const InputFile& file);
 
 }  // namespace nav::io::detail

@@ -25,7 +25,7 @@ void HuBuilder::note_below(double hu) {
 bool HuBuilder::lost_values() const {
   if (ct_) return false;
   if (floor_ != kAirHu) return true;
-  // Scanners put noise a little below air, and resampling mixes padding into what lies beside it.
+  // Scanners produce noise slightly below air, and resampling mixes padding into its neighbours.
   constexpr double kNoiseHu = 500;
   constexpr double kMostShare = 0.02;
   return different_below_.size() > kMostPaddings &&
@@ -55,7 +55,7 @@ void HuBuilder::push(double hu) {
   hu_.push_back(static_cast<std::int16_t>(rounded));
 }
 
-/// What append() does with whole numbers of 16 bits where nothing can need rounding: most CTs.
+/// Fast path of append() for 16-bit integers that need no rounding: most CTs.
 template <class T>
 void HuBuilder::append_shifted(std::span<const std::byte> samples, std::int32_t by) {
   constexpr std::int32_t kMax = std::numeric_limits<std::int16_t>::max();
@@ -119,13 +119,14 @@ Result<void> HuBuilder::report(const std::string& name, const std::array<int, 3>
   }
   const double span = greatest_ - least_;
   if (fractions_ && span > 0 && span < kLeastSpan) {
-    // As many steps as 10 to 13 bits.
+    // The factor gives as many steps as 10 to 13 bits have.
     const double factor = std::pow(10, std::ceil(std::log10(1000 / span)));
-    return Error{ErrorCode::kUnsupportedData,
-                 name + ": expected voxels that may be rounded to whole numbers, found fractions " +
-                     "within only " + to_text(least_) + " to " + to_text(greatest_) +
-                     ": multiply them by " + to_text(factor) +
-                     ", and what is given in their units too"};
+    return Error{
+        ErrorCode::kUnsupportedData,
+        name +
+            ": expected voxels that can be rounded to whole numbers, found fractions from only " +
+            to_text(least_) + " to " + to_text(greatest_) + ": multiply them by " +
+            to_text(factor) + ", and every option that is in their unit"};
   }
   const auto say = [&](Severity severity, std::size_t count, const std::string& what) {
     if (count > 0) {
@@ -138,10 +139,11 @@ Result<void> HuBuilder::report(const std::string& name, const std::array<int, 3>
   const std::string least = std::to_string(floor_) + of_unit;
   const std::string most = "32767" + of_unit;
   say(Severity::kInfo, padded_, "of padding set to " + air);
-  // What lies below air is padding too, as a rule.
+  // Values below air are usually padding too.
   say(lost_values() ? Severity::kWarning : Severity::kInfo, below_,
       "below " + least + " set to " + least +
-          (lost_values() && floor_ == kAirHu ? ": no CT? Add a constant to all of them" : ""));
+          (lost_values() && floor_ == kAirHu ? "; if this is not a CT, add a constant to all voxels"
+                                             : ""));
   say(Severity::kWarning, above_, "above " + most + " set to " + most);
   return {};
 }
@@ -156,7 +158,7 @@ Result<VoxelGrid> grid_from_affine(const std::array<int, 3>& size,
                                    const Eigen::Matrix<double, 3, 4>& ct_from_index,
                                    const std::string& name) {
   constexpr double kMaxShear = 1e-3;
-  constexpr double kExact = 1e-9;  // Below: keep the numbers of the file.
+  constexpr double kExact = 1e-9;  // Below: the numbers of the file are kept.
   VoxelGrid grid;
   grid.size = size;
   grid.origin_mm = ct_from_index.col(3);
@@ -172,7 +174,7 @@ Result<VoxelGrid> grid_from_affine(const std::array<int, 3>& size,
     grid.spacing_mm[axis] = length;
     grid.directions.col(axis) = ct_from_index.col(axis) / length;
   }
-  grid.directions.array() += 0.0;  // No negative zeros in reports.
+  grid.directions.array() += 0.0;  // Removes negative zeros from reports.
   const Eigen::Matrix3d& d = grid.directions;
   const double shear = (d.transpose() * d - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (!(shear <= kMaxShear)) {

@@ -18,30 +18,30 @@
 
 namespace nav::io::detail {
 
-/// Collects voxels in order of i, j, k, rounds to the nearest HU, keeps within [least, 32767] and
-/// counts what it changed. Padding is air.
+/// Collects voxels in the order i, j, k, rounds them to the nearest HU, limits them to [least,
+/// 32767] and counts the changes. Padding becomes air.
 class HuBuilder final : public VoxelSink {
  public:
-  /// Reserves room; the caller has checked that the file can hold that many.
+  /// Reserves memory for \p voxel_count voxels; the caller has checked that the file can hold them.
   explicit HuBuilder(std::size_t voxel_count = 0, std::int16_t least = kAirHu) : floor_(least) {
     hu_.reserve(voxel_count);
   }
 
-  /// The file says that it is a CT: what lies below air is none of its values.
+  /// Declares that the file is a CT, whose values are never below air.
   void set_ct() { ct_ = true; }
   void reserve(std::size_t voxel_count) override { hu_.reserve(voxel_count); }
   void append(std::span<const std::byte> samples, PixelType type, const Rescale& rescale) override;
   [[nodiscard]] const std::vector<std::int16_t>& hu() const { return hu_; }
-  /// Values that span less are no Hounsfield units where some are not whole: rounding to HU leaves
-  /// them fewer than 6 bits.
+  /// Least span of Hounsfield units if some are not whole: values of a smaller span would keep
+  /// fewer than 6 bits when rounded to HU.
   static constexpr double kLeastSpan = 64;
   /// Moves the voxels out.
   [[nodiscard]] std::vector<std::int16_t> take() { return std::move(hu_); }
 
-  /// Says what was counted, and warns where many different values were lost; refuses voxels that
-  /// were not finite by number and first index, and values that rounding would destroy: some not
-  /// whole, all within less than kLeastSpan of each other, by their range. size: of the appended
-  /// stack, to name the index; unit: as CtOptions has it.
+  /// Reports the counts, and warns when many different values were lost. Rejects voxels that are
+  /// not finite, with their number and the first index, and values that rounding would destroy
+  /// (some not whole, all within less than kLeastSpan of each other), with their range. \p size:
+  /// size of the appended stack, for the index. \p unit: see CtOptions.
   Result<void> report(const std::string& name, const std::array<int, 3>& size,
                       const std::string& unit, Diagnostics& diagnostics) const;
   [[nodiscard]] Result<Volume> finish(const VoxelGrid& grid, const std::string& name,
@@ -51,15 +51,16 @@ class HuBuilder final : public VoxelSink {
   template <class T>
   void append_shifted(std::span<const std::byte> samples, std::int32_t by);
   void push(double hu);
-  /// A value below the least one.
+  /// Counts a value below the least one.
   void note_below(double hu);
-  /// Values below the least one are no padding, which has a few values of its own.
+  /// True when the values below the least one are not padding, which has only a few different
+  /// values.
   [[nodiscard]] bool lost_values() const;
   std::int16_t floor_;
   bool ct_ = false;
   std::vector<std::int16_t> hu_;
   std::size_t below_ = 0;
-  std::vector<double> different_below_;  ///< Up to kMostPaddings + 1 of them.
+  std::vector<double> different_below_;  ///< At most kMostPaddings + 1 of them.
   double least_below_ = kAirHu;
   static constexpr std::size_t kMostPaddings = 16;
   std::size_t above_ = 0;
@@ -71,8 +72,9 @@ class HuBuilder final : public VoxelSink {
   double greatest_ = -std::numeric_limits<double>::infinity();
 };
 
-/// Grid of voxels whose centres lie at affine * (i, j, k, 1), LPS, mm. Refuses axes of no length or
-/// not orthogonal within 1e-3; removes the rounding of text below that.
+/// Grid of voxels with centres at affine * (i, j, k, 1), LPS, mm. Rejects axes of zero length and
+/// axes that are not orthogonal within 1e-3; smaller deviations are rounding of the text and are
+/// removed.
 Result<VoxelGrid> grid_from_affine(const std::array<int, 3>& size,
                                    const Eigen::Matrix<double, 3, 4>& ct_from_index,
                                    const std::string& name);

@@ -45,7 +45,7 @@ struct Span {
   std::size_t begin, size;
 };
 
-/// Header lines, read in chunks until the format's last line.
+/// Reads header lines in chunks, up to the format's last line.
 class HeaderReader {
  public:
   HeaderReader(const InputFile& file, ImageFile& out) : file_(file), out_(out) {}
@@ -93,10 +93,10 @@ class HeaderReader {
     return {ErrorCode::kMalformedData,
             file_.path().string() + ": header cut short: expected " +
                 (out_.format == "NRRD" ? "an empty line" : "ElementDataFile") +
-                ", found end of file"};
+                ", found the end of the file"};
   }
 
-  /// True when the line was the last of the header.
+  /// Returns true when the line was the last of the header.
   Result<bool> take_line(std::size_t end) {
     const std::string_view all(*out_.text);
     const std::string_view line = all.substr(line_begin_, end - line_begin_);
@@ -125,7 +125,7 @@ class HeaderReader {
   Result<bool> take_nrrd(std::string_view line, std::string_view content) {
     if (content.empty()) return true;
     if (content.front() == '#') return false;
-    // "key:=value" is free text, "field: value" belongs to the format.
+    // "key:=value" is free text; "field: value" belongs to the format.
     const auto colon = line.find(':');
     if (colon == std::string_view::npos) return bad_line(content, "'field: value'");
     const bool free_text = colon + 1 < line.size() && line[colon + 1] == '=';
@@ -144,7 +144,7 @@ class HeaderReader {
             where + ": expected " + expected + ", found '" + excerpt(content) + "'"};
   }
 
-  // The text still moves while it grows, so places are kept until it is complete.
+  // The text may be moved in memory while it grows, so offsets are stored until it is complete.
   void add(std::string_view key, std::string_view value) {
     const auto place = [&](std::string_view piece) {
       const std::string_view t = trim(piece);
@@ -181,7 +181,7 @@ class HeaderReader {
   bool first_done_ = false;
 };
 
-/// Of raw samples in several files each holds its share; what follows it does not belong to them.
+/// Assigns each of several raw files its share of the samples; bytes after the share are ignored.
 Result<void> take_shares(ImageFile& file) {
   const auto files = static_cast<std::int64_t>(file.data.size());
   if (file.encoding != Encoding::kRaw || files < 2) return {};
@@ -192,7 +192,7 @@ Result<void> take_shares(ImageFile& file) {
                      " files of one size, found " + std::to_string(file.sample_bytes) + " bytes"};
   }
   for (DataPart& part : file.data) {
-    // Only the last may be cut short: what comes after another one would take its place.
+    // Only the last file may be cut short; otherwise the samples of the next file would be shifted.
     if (part.size < share && &part != &file.data.back()) {
       return Error{ErrorCode::kMalformedData,
                    part.path.string() + ": expected " + std::to_string(share) +
@@ -214,14 +214,14 @@ Result<void> check_claims(ImageFile& file) {
   file.sample_bytes = bytes;
   if (const auto ok = take_shares(file); !ok) return ok;
   for (const DataPart& part : file.data) file.available_bytes += part.size;
-  // Room for the few bytes of an empty stream.
+  // The limit allows for the few bytes of an empty stream.
   const bool possible = bytes / kMostExpansion <= file.available_bytes;
   if (file.encoding == Encoding::kDeflate && !possible) {
     return Error{ErrorCode::kMalformedData,
                  file.path.string() + ": sizes claim " + std::to_string(bytes) +
                      " bytes, expected at most " + std::to_string(kMostExpansion) +
                      " times the compressed data, found " + std::to_string(file.available_bytes) +
-                     " bytes of it"};
+                     " compressed bytes"};
   }
   return {};
 }
@@ -271,7 +271,7 @@ Result<DataPart> detached_part(const std::filesystem::path& path, std::int64_t s
   return DataPart{path, skip_bytes, input->size() - skip_bytes};
 }
 
-/// A name with %d or %03d replaced by a number; nothing when there is no such place.
+/// Replaces %d or %03d in a name by a number; nothing when the name has no such pattern.
 std::optional<std::string> number_name(std::string_view pattern, std::int64_t number) {
   const auto percent = pattern.find('%');
   if (percent == std::string_view::npos) return {};
@@ -297,8 +297,8 @@ Result<std::vector<DataPart>> detached_parts(const ImageFile& file, std::string_
   const auto words = split_words(value);
   if (words.empty()) return bad_field(file, key, "a file name", value);
   if (words[0] == "LIST") {
-    return Error{ErrorCode::kUnsupportedData,
-                 file.path.string() + ": " + std::string(key) + ": lists of files are not handled"};
+    return Error{ErrorCode::kUnsupportedData, file.path.string() + ": " + std::string(key) +
+                                                  ": lists of files are not supported"};
   }
   if (words.size() < 3 || words[0].find('%') == std::string_view::npos) {
     auto part = detached_part(folder / std::string(value), skip_bytes);

@@ -11,19 +11,19 @@
 
 namespace nav::io::detail {
 
-/// A regular file open for reading at any 64-bit offset. Thread-safe to read.
+/// Regular file open for reading at any 64-bit offset. Reading is thread-safe.
 class InputFile {
  public:
-  /// Refuses what is missing, unreadable, a folder or not a regular file.
+  /// Opens a file. Rejects paths that are missing, unreadable, or not regular files.
   static Result<InputFile> open(const std::filesystem::path& path);
   InputFile(InputFile&& other) noexcept;
   InputFile& operator=(InputFile&& other) noexcept;
   ~InputFile();
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  /// Length when it was opened, bytes.
+  /// Length of the file when it was opened, bytes.
   [[nodiscard]] std::int64_t size() const { return size_; }
-  /// Fills out from an offset; returns how many bytes there were (fewer only at the end).
+  /// Fills \p out from \p offset. Returns the number of bytes read (fewer only at the end).
   [[nodiscard]] Result<std::size_t> read_at(std::int64_t offset, std::span<std::byte> out) const;
 
  private:

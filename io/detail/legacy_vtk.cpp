@@ -29,7 +29,8 @@ std::optional<NumberKind> vtk_kind(std::string_view name) {
   return {};
 }
 
-/// The format: "VTK File Formats" of Kitware, legacy formats; offsets and connectivity since 5.1.
+/// Reader of legacy VTK files. Format: "VTK File Formats" of Kitware, legacy formats; offsets and
+/// connectivity since 5.1.
 class LegacyVtk {
  public:
   LegacyVtk(const std::filesystem::path& path, std::string_view content)
@@ -40,7 +41,7 @@ class LegacyVtk {
     constexpr std::string_view kMagic = "# vtk DataFile Version ";
     if (!magic || !magic->starts_with(kMagic)) return refuse("'# vtk DataFile Version'", magic);
     modern_ = parse_double(magic->substr(kMagic.size())).value_or(0) >= 5;
-    cursor_.line();  // The title.
+    cursor_.line();  // Skips the title.
     const auto coding = cursor_.filled_line();
     if (!coding) return refuse("ASCII or BINARY", coding);
     const bool binary = equals_ignoring_case(trim(*coding), "BINARY");
@@ -55,7 +56,7 @@ class LegacyVtk {
     }
     while (const auto line = cursor_.filled_line()) {
       const auto section = split_words(*line);
-      // What follows are colours and the like.
+      // The remaining sections are attributes such as colours.
       if (is(section[0], "POINT_DATA") || is(section[0], "CELL_DATA")) break;
       if (const auto ok = take(section, *line); !ok) return ok.error();
     }
@@ -87,7 +88,7 @@ class LegacyVtk {
     return refuse("POINTS, POLYGONS or another section with its sizes", line);
   }
 
-  /// That many numbers, or an error that says what they were to be.
+  /// Reads that many numbers, or returns an error with their meaning.
   Result<std::vector<double>> numbers(std::uint64_t count, const NumberKind& kind,
                                       const std::string& what) {
     const auto fail = [&](std::size_t found) {

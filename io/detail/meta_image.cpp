@@ -92,7 +92,7 @@ Result<void> read_sample_type(ImageFile& file) {
   return {};
 }
 
-/// Bytes of raw samples; 0 when there are none or their number overflows (refused later).
+/// Size of raw samples in bytes; 0 when there are none or when it overflows (rejected later).
 std::int64_t raw_bytes(const ImageFile& file) {
   std::int64_t bytes = static_cast<std::int64_t>(size_of(file.type)) * file.components;
   for (const std::int64_t size : file.sizes) {
@@ -131,7 +131,7 @@ Result<void> find_data(ImageFile& file, std::int64_t data_offset, std::int64_t f
     return bad_field(file, "CompressedDataSize", "a number of bytes",
                      file.value("CompressedDataSize"));
   }
-  // What follows the stream does not belong to it; a missing end shows when it is inflated.
+  // Bytes after the stream do not belong to it. A missing end is detected by decompression.
   if (file.data.size() == 1 && *stated > 0) {
     file.data[0].size = std::min(file.data[0].size, *stated);
   }

@@ -70,7 +70,8 @@ Result<void> read_nrrd_sizes(ImageFile& file) {
       return bad_field(file, "kinds", std::to_string(file.sizes.size()) + " kinds",
                        file.value("kinds"));
     }
-    // A first axis that holds the parts of one sample is no axis of the picture.
+    // A first axis of one of these kinds holds the components of one sample; it is not an axis of
+    // the image.
     constexpr std::array<std::string_view, 5> kSampleKinds = {"vector", "RGB-color", "3-color",
                                                               "RGBA-color", "4-color"};
     if (std::find(kSampleKinds.begin(), kSampleKinds.end(), file.kinds[0]) != kSampleKinds.end()) {
@@ -84,7 +85,7 @@ Result<void> read_nrrd_sizes(ImageFile& file) {
     }
   }
   if (file.sizes.size() < 2 || file.sizes.size() > 4) {
-    return bad_field(file, "sizes", "2 to 4 axes beside components", text);
+    return bad_field(file, "sizes", "2 to 4 axes besides the components", text);
   }
   return {};
 }
@@ -141,7 +142,7 @@ Result<void> find_nrrd_data(ImageFile& file, std::int64_t data_offset, std::int6
   if (skip != -1) return {};
   std::int64_t bytes = static_cast<std::int64_t>(size_of(file.type)) * file.components;
   for (const std::int64_t size : file.sizes) {
-    if (__builtin_mul_overflow(bytes, size, &bytes)) return {};  // Refused with the sizes later.
+    if (__builtin_mul_overflow(bytes, size, &bytes)) return {};  // The sizes are rejected later.
   }
   const std::int64_t each = bytes / static_cast<std::int64_t>(file.data.size());
   for (DataPart& part : file.data) {

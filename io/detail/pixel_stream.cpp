@@ -12,7 +12,7 @@ namespace nav::io::detail {
 
 struct PixelStream::Inflater {
   static constexpr std::size_t kBufferBytes = 64 << 10;
-  // 15: largest window; + 32: zlib or gzip, by the first bytes.
+  // 15: largest window; + 32: zlib or gzip, detected from the first bytes.
   static constexpr int kWindowBits = 15 + 32;
 
   z_stream stream{};
@@ -102,7 +102,7 @@ Result<std::size_t> PixelStream::inflate(std::span<std::byte> out) {
     const int code = ::inflate(&z.stream, Z_NO_FLUSH);
     const std::size_t made = room - z.stream.avail_out;
     done += made;
-    z.decoded_offset += static_cast<std::int64_t>(made);  // Here: a later read may fail.
+    z.decoded_offset += static_cast<std::int64_t>(made);  // Before a later read that may fail.
     z.ended = code == Z_STREAM_END;
     if (code != Z_OK && code != Z_STREAM_END && code != Z_BUF_ERROR) {
       return Error{ErrorCode::kMalformedData,

@@ -14,9 +14,9 @@
 
 namespace nav::io::detail {
 
-/// The decoded samples of an image file as one sequence of bytes, at most a buffer of it in memory.
-/// Raw data are read in any order; compressed data forward, an earlier offset starts again.
-/// Messages name no file: the caller knows what it asked for.
+/// Decoded samples of an image file as one sequence of bytes, of which only a buffer is in memory.
+/// Raw data are read in any order. Compressed data are read forward; an earlier offset starts
+/// again. Messages do not name the file: the caller knows it.
 class PixelStream {
  public:
   static Result<PixelStream> open(const std::vector<DataPart>& parts, Encoding encoding);
@@ -24,11 +24,11 @@ class PixelStream {
   PixelStream& operator=(PixelStream&&) noexcept;
   ~PixelStream();
 
-  /// Fills out exactly. kMalformedData when the data end before or are damaged.
+  /// Fills \p out completely. kMalformedData when the data end earlier or are damaged.
   Result<void> read(std::int64_t offset, std::span<std::byte> out);
-  /// After everything was read: the compressed stream must end here, checksum included.
+  /// Checks, after everything was read, that the compressed stream ends here, checksum included.
   Result<void> expect_end();
-  /// After everything was read: passes over what follows; the compressed stream must have an end,
+  /// Skips, after everything was read, the remaining data. The compressed stream must have an end,
   /// checksum included.
   Result<void> skip_to_end();
 
@@ -48,7 +48,7 @@ class PixelStream {
   std::unique_ptr<Inflater> inflater_;
 };
 
-/// Reverses the bytes of each sample in place; a trailing part of a sample stays.
+/// Reverses the bytes of each sample in place; an incomplete last sample is not changed.
 void swap_bytes(std::span<std::byte> bytes, std::size_t sample_size);
 
 }  // namespace nav::io::detail

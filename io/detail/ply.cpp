@@ -29,7 +29,7 @@ std::optional<NumberKind> ply_kind(std::string_view name) {
 struct Property {
   std::string_view name;
   NumberKind kind;
-  std::optional<NumberKind> length;  ///< Of a list.
+  std::optional<NumberKind> length;  ///< Type of the length of a list.
 };
 
 struct PlyElement {
@@ -38,7 +38,7 @@ struct PlyElement {
   std::vector<Property> properties;
 };
 
-/// The format: "The PLY Polygon File Format" of Greg Turk.
+/// Reader of PLY files. Format: "The PLY Polygon File Format" of Greg Turk.
 class Ply {
  public:
   Ply(const std::filesystem::path& path, std::string_view content)
@@ -105,7 +105,7 @@ class Ply {
   Result<void> read_element(const PlyElement& element) {
     const bool vertices = element.name == "vertex";
     const bool faces = element.name == "face";
-    // An element without properties takes no room, so its number may be anything.
+    // An element without properties occupies no bytes, so its count may be arbitrary.
     if (element.properties.empty()) return {};
     for (std::int64_t i = 0; i < element.count; ++i) {
       Eigen::Vector3d point = Eigen::Vector3d::Constant(std::nan(""));
@@ -128,7 +128,7 @@ class Ply {
     return {};
   }
 
-  /// Into number_, or list_; false where it cannot be read.
+  /// Reads into number_ or list_; false when it cannot be read.
   bool read_property(const Property& property) {
     if (!property.length) {
       const auto value = cursor_.number(property.kind, *coding_);

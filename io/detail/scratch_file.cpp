@@ -33,8 +33,8 @@ Result<NewFile> create_beside(const std::filesystem::path& path, unsigned mode) 
     return failed_scratch(path, "create");
   static std::atomic<unsigned> counter{0};
   for (;;) {
-    // The process and a counter keep two writers apart. Without the file's own name, which may
-    // leave no room for more.
+    // The process number and a counter keep two writers apart. The file's own name is not used,
+    // because it may be too long to extend.
     NewFile file{path.parent_path() / ("sonde-" + std::to_string(::getpid()) + "-" +
                                        std::to_string(counter++) + ".partial")};
     file.descriptor = ::open(file.name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode);
@@ -109,7 +109,7 @@ Deflater& Deflater::operator=(Deflater&&) noexcept = default;
 Deflater::~Deflater() = default;
 
 Result<Deflater> Deflater::create(DeflateFormat format) {
-  // Fast enough to keep up with a live recording; 15: largest window; + 16: gzip framing.
+  // Level 3 keeps up with a live recording. 15: largest window; + 16: gzip framing.
   constexpr int kLevel = 3;
   constexpr int kMemory = 8;
   auto state = std::make_unique<State>();

@@ -16,13 +16,14 @@ struct NewFile {
   std::filesystem::path name;
   int descriptor = -1;
 };
-/// A new file of another name in the folder of path. Refuses a path whose name is too long for it.
+/// Creates a file with a new name in the folder of \p path. Rejects a path whose file name is too
+/// long for the file system.
 Result<NewFile> create_beside(const std::filesystem::path& path, unsigned mode);
 
-/// Bytes kept on disk under no name: they vanish with the object, or with the process.
+/// Unnamed file on disk: it is deleted with the object or the process.
 class ScratchFile {
  public:
-  /// Lives in the folder of path, so that a full disk shows early.
+  /// Creates the file in the folder of \p path, so that a full disk is detected early.
   static Result<ScratchFile> create(const std::filesystem::path& path);
   ScratchFile(ScratchFile&& other) noexcept;
   ScratchFile& operator=(ScratchFile&& other) noexcept;
@@ -30,7 +31,7 @@ class ScratchFile {
 
   Result<void> append(std::span<const std::byte> bytes);
   [[nodiscard]] std::int64_t size() const { return size_; }
-  /// Hands everything over in order, in pieces.
+  /// Passes all bytes to \p sink in order, in pieces.
   Result<void> read_all(const std::function<Result<void>(std::span<const std::byte>)>& sink) const;
 
  private:
@@ -42,7 +43,7 @@ class ScratchFile {
 
 enum class DeflateFormat { kZlib, kGzip };
 
-/// One deflate stream fed piece by piece. Same bytes in, same bytes out.
+/// Deflate stream that is fed in pieces. Equal input gives equal output.
 class Deflater {
  public:
   using Sink = std::function<Result<void>(std::span<const std::byte>)>;

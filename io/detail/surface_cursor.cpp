@@ -77,7 +77,7 @@ std::optional<double> SurfaceCursor::number(const NumberKind& kind, NumberCoding
 
 bool SurfaceCursor::may_hold(std::uint64_t numbers, const NumberKind& kind,
                              NumberCoding coding) const {
-  // In text, one character and a blank after all but the last.
+  // In text, each number needs at least one character and, except for the last, a separator.
   if (coding == NumberCoding::kText) return numbers <= rest_.size() / 2 + 1;
   return numbers <= rest_.size() / kind.bytes;
 }

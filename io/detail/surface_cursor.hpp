@@ -18,25 +18,25 @@ namespace nav::io::detail {
 
 enum class NumberCoding { kText, kLittleEndian, kBigEndian };
 
-/// How a number lies in a binary file.
+/// Format of a number in a binary file.
 struct NumberKind {
   std::size_t bytes = 0;  ///< 1, 2, 4 or 8.
   bool real = false;
   bool has_sign = true;
 };
 
-/// What is left to read of a surface file; never reads beyond its end.
+/// Unread rest of a surface file; reading never passes its end.
 class SurfaceCursor {
  public:
   explicit SurfaceCursor(std::string_view content) : rest_(content) {}
 
-  /// The next line without its end; nothing at the end of the file.
+  /// Returns the next line without its end; nothing at the end of the file.
   std::optional<std::string_view> line();
-  /// The next one that is not blank.
+  /// Returns the next line that is not blank.
   std::optional<std::string_view> filled_line();
-  /// The next number; nothing where there is none.
+  /// Returns the next number; nothing when there is none.
   std::optional<double> number(const NumberKind& kind, NumberCoding coding);
-  /// Whether that many numbers could be left.
+  /// True when that many numbers could remain.
   [[nodiscard]] bool may_hold(std::uint64_t numbers, const NumberKind& kind,
                               NumberCoding coding) const;
 
@@ -44,17 +44,17 @@ class SurfaceCursor {
   std::string_view rest_;
 };
 
-/// Triangles as polygons and strips of a file come.
+/// Builds triangles from the polygons and strips of a file.
 class MeshBuilder {
  public:
   explicit MeshBuilder(const std::filesystem::path& path) : mesh_{{}, {}, path.string()} {}
 
   void add_point(const Eigen::Vector3d& mm) { mesh_.points_mm.push_back(mm); }
-  /// A fan about the first corner.
+  /// Adds a polygon as a fan about its first corner.
   void add_polygon(std::span<const std::int64_t> corners);
-  /// Every other triangle of a strip is written the other way round.
+  /// Adds a strip; every other triangle is reversed, so that all have the same orientation.
   void add_strip(std::span<const std::int64_t> corners);
-  /// Refuses corners that are no points of the file.
+  /// Rejects corners that are not points of the file.
   [[nodiscard]] Result<TriangleMesh> take() &&;
 
  private:
@@ -64,17 +64,17 @@ class MeshBuilder {
   std::int64_t greatest_ = 0;
 };
 
-/// "<path>: expected <expected>, found <found>", malformed.
+/// Error of malformed data: "<path>: expected <expected>, found <found>".
 Error malformed_surface(const std::filesystem::path& path, const std::string& expected,
                         const std::string& found);
-/// The same of a line; nothing: the file ended.
+/// Error for an unexpected line; no line: the file ended.
 Error unexpected_line(const std::filesystem::path& path, const std::string& expected,
                       const std::optional<std::string_view>& found);
 
-/// The polygons and strips of a legacy VTK file (DATASET POLYDATA, of any version), in text or
-/// binary. The readers of VTK crash on files that are cut short.
+/// Reads the polygons and strips of a legacy VTK file (DATASET POLYDATA, any version), in text or
+/// binary. VTK's own readers crash on files that are cut short.
 Result<TriangleMesh> read_legacy_vtk(const std::filesystem::path& path, std::string_view content);
-/// The faces of a PLY file, in text or binary of both orders.
+/// Reads the faces of a PLY file, in text or binary of either byte order.
 Result<TriangleMesh> read_ply(const std::filesystem::path& path, std::string_view content);
 
 }  // namespace nav::io::detail

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kBlanks = " \t\r\n\f\v";
 
-/// Whether a number that no double holds is too small for one, rather than too large.
+/// True for a number outside the range of double that is too small rather than too large.
 bool is_too_small(std::string_view number) {
   const std::size_t end = std::min(number.find_first_of("eE"), number.size());
   std::int64_t exponent = 0;
@@ -27,7 +27,7 @@ bool is_too_small(std::string_view number) {
   const std::size_t first = digits.find_first_of("123456789");
   if (first == digits.npos) return true;
   const std::size_t point = std::min(digits.find('.'), digits.size());
-  // The number lies in 10^place to 10^(place + 1), before its exponent.
+  // Without its exponent, the number is between 10^place and 10^(place + 1).
   const auto place = first < point ? static_cast<std::int64_t>(point - first) - 1
                                    : -static_cast<std::int64_t>(first - point);
   return exponent < -place;
@@ -57,13 +57,13 @@ std::vector<std::string_view> split_words(std::string_view text) {
 
 std::optional<double> parse_double(std::string_view text) {
   text = trim(text);
-  // from_chars takes no plus sign; writers of other programs do print one.
+  // from_chars accepts no plus sign, but other programs write one.
   if (text.starts_with('+') && !text.starts_with("+-")) text.remove_prefix(1);
   double value = 0;
   const auto [end, code] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (end != text.data() + text.size()) return {};
   if (code == std::errc::result_out_of_range) {
-    // Too small is zero to any use we have; too large is no number.
+    // Numbers that are too small become 0; numbers that are too large are rejected.
     return is_too_small(text) ? std::optional(0.0) : std::nullopt;
   }
   if (code != std::errc()) return {};

@@ -13,14 +13,14 @@
 
 namespace nav::io::detail {
 
-/// How stored numbers become values: value = slope * stored + intercept.
+/// Conversion of stored numbers to values: value = slope * stored + intercept.
 struct Rescale {
   double slope = 1;
   double intercept = 0;
   std::optional<std::pair<double, double>> padding;  ///< Stored values in [first, second] are air.
 };
 
-/// What the voxels of a file become, in order of i, j, k.
+/// Receiver of the voxels of a file, in the order i, j, k.
 class VoxelSink {
  public:
   VoxelSink() = default;
@@ -29,14 +29,14 @@ class VoxelSink {
   VoxelSink(VoxelSink&&) = default;
   VoxelSink& operator=(VoxelSink&&) = default;
   virtual ~VoxelSink() = default;
-  /// Reserves room; the caller has checked that the file can hold that many.
+  /// Reserves memory for \p voxel_count voxels; the caller has checked that the file can hold them.
   virtual void reserve(std::size_t voxel_count) = 0;
-  /// Samples in native byte order.
+  /// Appends samples in native byte order.
   virtual void append(std::span<const std::byte> samples, PixelType type,
                       const Rescale& rescale) = 0;
 };
 
-/// Calls with every whole sample as a number.
+/// Calls \p each with every complete sample as a number.
 template <class T, class Each>
 void for_each_sample(std::span<const std::byte> samples, const Each& each) {
   for (std::size_t i = 0; i + sizeof(T) <= samples.size(); i += sizeof(T)) {
@@ -46,7 +46,7 @@ void for_each_sample(std::span<const std::byte> samples, const Each& each) {
   }
 }
 
-/// The same, of a kind that is known when the file is read.
+/// Overload for a sample type that is known at run time.
 template <class Each>
 void for_each_sample(std::span<const std::byte> samples, PixelType type, const Each& each) {
   switch (type) {

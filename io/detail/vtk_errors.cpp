@@ -15,7 +15,7 @@ VtkErrors::VtkErrors() {
   callback_->SetCallback([](vtkObject*, unsigned long event, void* client, void* data) {
     auto& first = *static_cast<std::string*>(client);
     if (event != vtkCommand::ErrorEvent || !first.empty()) return;
-    // "ERROR: In file, line N\nvtkClass (0x…): message\n\n": the message is what matters.
+    // Format: "ERROR: In file, line N\nvtkClass (0x…): message\n\n". Only the message is used.
     std::string_view all = data != nullptr ? static_cast<const char*>(data) : "VTK error";
     if (const auto colon = all.find("): "); colon != std::string_view::npos) {
       all.remove_prefix(colon + 3);
@@ -30,7 +30,7 @@ VtkErrors::VtkErrors() {
 
 void VtkErrors::watch(vtkObject* object) {
   object->AddObserver(vtkCommand::ErrorEvent, callback_);
-  object->AddObserver(vtkCommand::WarningEvent, callback_);  // Kept off the terminal only.
+  object->AddObserver(vtkCommand::WarningEvent, callback_);  // Keeps warnings off the terminal.
 }
 
 void VtkErrors::run(const std::function<void()>& call) {
@@ -42,8 +42,8 @@ void VtkErrors::run(const std::function<void()>& call) {
 }
 
 void silence_gdcm() {
-  // Debian's vtk-dicom links GDCM, but its headers are not a dependency; these two functions have
-  // no arguments, and where they do not exist there is nothing to silence.
+  // Debian's vtk-dicom links GDCM, but its headers are not a dependency. These two functions have
+  // no arguments. If they do not exist, there are no messages to turn off.
   static const bool done = [] {
     for (const char* name : {"_ZN4gdcm5Trace10WarningOffEv", "_ZN4gdcm5Trace8ErrorOffEv"}) {
       if (void* symbol = ::dlsym(RTLD_DEFAULT, name)) reinterpret_cast<void (*)()>(symbol)();

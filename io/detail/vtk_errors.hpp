@@ -10,15 +10,15 @@
 
 namespace nav::io::detail {
 
-/// Keeps the first error of the VTK objects that it watches; with an observer VTK prints nothing.
-/// Must outlive their use.
+/// Stores the first error of the VTK objects that it watches. An object with an observer prints
+/// nothing. Must outlive the use of these objects.
 class VtkErrors {
  public:
   VtkErrors();
   void watch(vtkObject* object);
-  /// Runs something of these libraries; an exception becomes the first error.
+  /// Calls a function that uses VTK; an exception becomes the first error.
   void run(const std::function<void()>& call);
-  /// One line; empty when nothing went wrong.
+  /// First error as one line; empty when there was none.
   [[nodiscard]] const std::string& first() const { return first_; }
 
  private:
@@ -26,8 +26,8 @@ class VtkErrors {
   std::string first_;
 };
 
-/// Turns off what GDCM, the decoder beneath vtkDICOMReader, prints on its own; its failures reach
-/// us through VTK. For the whole process, once.
+/// Turns off the messages that GDCM, the decoder of vtkDICOMReader, prints; its failures are
+/// reported through VTK. It applies to the whole process and needs to be called only once.
 void silence_gdcm();
 
 }  // namespace nav::io::detail

@@ -18,7 +18,7 @@ namespace {
 using Landmarks = std::vector<AnisotropicLandmark>;
 using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
-// Relative to the largest element: what text formats round.
+// Tolerance relative to the largest element: the rounding of text formats.
 constexpr double kAsymmetry = 1e-6;
 
 Error refuse(const AnisotropicLandmark& landmark, const std::string& expected,
@@ -46,7 +46,7 @@ Result<void> check(std::span<const AnisotropicLandmark> landmarks) {
   for (const AnisotropicLandmark& one : landmarks) {
     if (auto ok = check_covariance(one, one.reference_covariance_mm2, "Reference"); !ok) return ok;
     if (auto ok = check_covariance(one, one.ct_covariance_mm2, "Ct"); !ok) return ok;
-    // Whatever the rotation, the sum's axes lie between these.
+    // The axes of the sum lie between these for any rotation.
     const Eigen::Vector3d a = eigenpairs<3>(one.reference_covariance_mm2).values;
     const Eigen::Vector3d b = eigenpairs<3>(one.ct_covariance_mm2).values;
     if (a[0] + b[0] < kLeastSigmaMm * kLeastSigmaMm ||
@@ -69,18 +69,18 @@ std::vector<LandmarkPair> isotropic(const Landmarks& landmarks) {
   return pairs;
 }
 
-/// Reference's covariance turned into Ct.
+/// Rotates the covariance in Reference into Ct.
 Eigen::Matrix3d turned(const AnisotropicLandmark& landmark, const Pose& pose) {
   const Eigen::Matrix3d r = pose.rotation().toRotationMatrix();
   return r * landmark.reference_covariance_mm2 * r.transpose();
 }
 
-/// One landmark's whitened residual L⁻¹e with LLᵀ = C + RDRᵀ, and its derivative by a twist about
+/// Whitened residual L⁻¹e of one landmark with LLᵀ = C + RDRᵀ, and its derivative by a twist about
 /// the moved centre.
 struct Whitened {
   Eigen::Vector3d r;
-  Matrix36d by_twist;   ///< Exact: L turns with R.
-  Matrix36d by_motion;  ///< With L held: what counts for the covariance.
+  Matrix36d by_twist;   ///< Exact: L rotates with R.
+  Matrix36d by_motion;  ///< L held fixed: the derivative for the covariance.
 };
 
 Whitened whiten(const AnisotropicLandmark& landmark, const Pose& pose,
@@ -107,7 +107,7 @@ Whitened whiten(const AnisotropicLandmark& landmark, const Pose& pose,
   return out;
 }
 
-/// 3 residuals without unit; parameters [60 ω | t] mm about a fixed centre.
+/// 3 dimensionless residuals; parameters [60 ω | t] mm about a fixed centre.
 class LandmarkCost final : public ceres::SizedCostFunction<3, 6> {
  public:
   LandmarkCost(const AnisotropicLandmark& landmark, const Pose& start,
@@ -195,7 +195,7 @@ double distance_mm(const Pose& pose, const AnisotropicLandmark& landmark) {
   return ((pose * landmark.reference).mm - landmark.ct.mm).norm();
 }
 
-/// Distance of a landmark from the fit of the others; NaN where they do not determine one.
+/// Distance of a landmark from the fit of the others; NaN if they do not determine one.
 double leave_one_out_mm(const Landmarks& landmarks, std::size_t left_out) {
   Landmarks rest = landmarks;
   rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(left_out));

@@ -19,8 +19,8 @@ namespace {
 using Pairs = std::vector<LandmarkPair>;
 using Pose = Transform<frames::Ct, frames::Reference>;
 
-// Second over first singular value of the centred points: below it the rotation about their line
-// rests on less than 1 mm of lever arm per 100 mm of extent.
+// Least ratio of the second to the first singular value of the centred points. Below it, the
+// rotation about their line rests on less than 1 mm of lever arm per 100 mm of extent.
 constexpr double kMinSpreadRatio = 1e-2;
 constexpr double kLeastSpreadMm = 1e-3;
 
@@ -66,7 +66,7 @@ Result<void> check_pairs(std::span<const LandmarkPair> pairs) {
   return {};
 }
 
-/// What is wrong with the spread of a point set, or nothing.
+/// Describes a degenerate spread of a point set; empty if the spread is sufficient.
 std::optional<std::string> spread_defect(const Eigen::Matrix3Xd& points) {
   const Eigen::Matrix3Xd centred = points.colwise() - points.rowwise().mean();
   const Eigen::Vector3d s = extents(centred);
@@ -96,8 +96,8 @@ PointSets point_sets(const Pairs& pairs) {
 
 struct Fit {
   Pose pose;
-  double chi2;            ///< Σ d²/σ² of the rotation found.
-  double reflected_chi2;  ///< The same if a reflection were allowed; equal when none would help.
+  double chi2;            ///< Σ d²/σ² for the rotation found.
+  double reflected_chi2;  ///< Σ d²/σ² if reflections were allowed; equal if no reflection helps.
 };
 
 /// Umeyama (1991), equations 40 to 43 with c = 1 and weights.
@@ -120,7 +120,7 @@ double distance_mm(const Pose& pose, const LandmarkPair& pair) {
   return ((pose * pair.reference).mm - pair.ct.mm).norm();
 }
 
-/// Distance of a pair from the fit of the others; NaN where they do not determine one.
+/// Distance of a pair from the fit of the others; NaN if they do not determine one.
 double leave_one_out_mm(const Pairs& pairs, std::size_t left_out) {
   Pairs rest = pairs;
   rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(left_out));
@@ -132,7 +132,7 @@ double leave_one_out_mm(const Pairs& pairs, std::size_t left_out) {
   return distance_mm(fit(sets).pose, pairs[left_out]);
 }
 
-/// (Σ JᵀJ/σ²)⁻¹ about the weighted centroid, where it is block-diagonal.
+/// (Σ JᵀJ/σ²)⁻¹ about the weighted centroid, where the matrix is block-diagonal.
 PoseUncertainty uncertainty_of(const PointSets& sets, const Pose& pose) {
   const double total = sets.weights.sum();
   const Point<frames::Reference> mean{sets.reference * sets.weights / total};
@@ -170,8 +170,8 @@ Result<LandmarkRegistration> register_landmarks(std::span<const LandmarkPair> pa
   const Fit found = fit(sets);
   const auto count = static_cast<double>(list.size());
   const double degrees_of_freedom = 3 * count - 6;
-  // A mirrored list (a flipped axis) fits badly, and much better once reflected. Five times the
-  // stated sigmas cannot be chance; near-planar sets with honest noise never come close.
+  // A mirrored list (a flipped axis) fits badly, and much better once it is reflected. Five times
+  // the stated sigmas cannot be chance; near-planar sets with realistic noise never come close.
   constexpr double kMirrorSigmas = 5;
   if (found.chi2 > kMirrorSigmas * kMirrorSigmas * degrees_of_freedom &&
       found.reflected_chi2 < 0.25 * found.chi2) {

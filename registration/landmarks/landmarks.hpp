@@ -12,41 +12,44 @@
 
 namespace nav::registration {
 
-/// Standard deviations of a point that can be computed with, mm.
+/// Range of the standard deviations of a point that the computation supports, mm.
 inline constexpr double kLeastSigmaMm = 1e-3;
 inline constexpr double kGreatestSigmaMm = 1e3;
 
-/// Nobody touches more; what is laid onto a surface is no landmark (shape_registration.hpp).
+/// Largest number of landmarks. Nobody touches more by hand; larger sets of points are registered
+/// to a surface (shape_registration.hpp).
 inline constexpr std::size_t kMostLandmarks = 1000;
 
-/// One anatomical or fiducial point, seen in both frames.
+/// An anatomical or fiducial point, measured in both frames.
 struct LandmarkPair {
   std::string name;                    ///< Unique, for messages.
-  Point<frames::Reference> reference;  ///< Where the tracked pointer touched it, mm.
-  Point<frames::Ct> ct;                ///< Where the CT shows it, mm.
+  Point<frames::Reference> reference;  ///< Position that the tracked pointer touched, mm.
+  Point<frames::Ct> ct;                ///< Position in the CT, mm.
   double sigma_mm = 1;                 ///< Standard deviation of ct − T·reference per axis, > 0.
 };
 
-/// What one pair says of the fit.
+/// Residual of one pair.
 struct LandmarkResidual {
   std::string name;
-  double distance_mm;       ///< |T·reference − ct| of the fit that used the pair.
-  double leave_one_out_mm;  ///< The same for the fit without the pair; NaN when the other pairs do
-                            ///< not determine a pose (three pairs in all, or collinear rest).
+  double distance_mm;  ///< |T·reference − ct| in the fit that used the pair.
+  /// |T·reference − ct| in the fit without the pair; NaN if the other pairs do not determine a pose
+  /// (three pairs in all, or a collinear rest).
+  double leave_one_out_mm;
 };
 
-/// Weighted rigid fit with its story. The residuals (FRE) say nothing about the error at the
-/// target; show tre_rms_mm() there.
+/// A weighted rigid fit with its residuals and uncertainty. The residuals (FRE) say nothing about
+/// the error at the target; show tre_rms_mm() there.
 struct LandmarkRegistration {
   Transform<frames::Ct, frames::Reference> ct_from_reference;
   std::vector<LandmarkResidual> residuals;  ///< In the order of the pairs.
   double fre_rms_mm;                        ///< Root mean square of the distances, unweighted.
-  /// Localisation error per axis estimated from the residuals, in units of the given sigmas:
-  /// sqrt(Σ (d/σ)² / (3N − 6)). Near 1 when the sigmas are honest.
+  /// Localisation error per axis estimated from the residuals, in units of the given sigmas: sqrt(Σ
+  /// (d/σ)² / (3N − 6)). Near 1 if the sigmas are realistic.
   double sigma_scale;
   /// Estimated 3D localisation error (FLE) of the pairs, mm RMS: sqrt(3)·sigma_scale·rms(σ).
   double fle_rms_mm;
-  /// From the sigmas given (not rescaled by the residuals), about the weighted centroid in Ct.
+  /// Uncertainty from the given sigmas (not rescaled by the residuals), about the weighted centroid
+  /// in Ct.
   PoseUncertainty uncertainty;
 
   /// Expected covariance of the error at a point of the CT, mm².
@@ -59,12 +62,12 @@ struct LandmarkRegistration {
   }
 };
 
-/// What register_landmarks() refuses whatever the fit: all but lists that only a reflection would
-/// match.
+/// Makes every check of register_landmarks() that needs no fit: all of them except the check for
+/// lists that only a reflection would match.
 Result<void> check_landmarks(std::span<const LandmarkPair> pairs);
 
 /// Closed-form weighted least squares (Umeyama 1991 without scale, weights 1/σ², reflections
-/// excluded). Refuses fewer than 3 pairs and more than kMostLandmarks, empty or repeated names,
+/// excluded). Rejects fewer than 3 pairs and more than kMostLandmarks, empty or repeated names,
 /// points that are not finite or beyond 1e7 mm, a sigma outside 0.001 to 1000 mm, points that are
 /// coincident or collinear in either frame, and point sets that only a reflection would match. The
 /// message names the pair or the frame. Thread-safe.

@@ -36,7 +36,7 @@ Pairs agreeing(const Pose& pose, const Pairs& pairs, double limit) {
   return out;
 }
 
-/// All triples, or every so many-th of them.
+/// All triples, or an even choice of them.
 std::vector<std::array<std::size_t, 3>> triples_of(std::size_t n, int most) {
   const std::size_t all = n * (n - 1) * (n - 2) / 6;
   const std::size_t stride =
@@ -53,7 +53,7 @@ std::vector<std::array<std::size_t, 3>> triples_of(std::size_t n, int most) {
   return out;
 }
 
-/// Pose of the best triple; absent when no triple determines one.
+/// Pose of the best triple; absent if no triple determines one.
 std::optional<Pose> best_start(const Pairs& pairs, const RobustLandmarkOptions& options) {
   std::optional<Pose> best;
   double least = 0;
@@ -79,7 +79,8 @@ std::vector<std::string> names_missing(const Pairs& all, const Pairs& kept) {
   return names;
 }
 
-/// Those that agree with each other: with the best triple, then with the fit of those that do.
+/// Finds the pairs that agree with each other: first with the best triple, then with the fit of the
+/// agreeing pairs.
 Pairs agreeing_most(const Pairs& all, const RobustLandmarkOptions& options) {
   const auto pose = best_start(all, options);
   if (!pose) return {};
@@ -99,7 +100,8 @@ bool is_majority(const Pairs& kept, const Pairs& all) {
   return kept.size() >= kMinAgreeing && 2 * kept.size() > all.size();
 }
 
-/// Whether a majority agrees once an axis is flipped, and no fewer than as it is.
+/// True if a majority agrees once an axis is flipped, and at least as many pairs as without the
+/// flip.
 bool is_flipped(const Pairs& all, const Pairs& kept, const RobustLandmarkOptions& options) {
   Pairs flipped = all;
   for (LandmarkPair& pair : flipped) pair.reference.mm.x() = -pair.reference.mm.x();
@@ -129,7 +131,7 @@ Result<RobustLandmarkRegistration> register_landmarks_robustly(
                      std::to_string(options.inlier_sigmas) + " and " +
                      std::to_string(options.max_triples)};
   }
-  // Bad values and degenerate layouts are no outliers.
+  // Bad values and degenerate layouts are errors, not outliers.
   if (const auto ok = check_landmarks(pairs); !ok) return ok.error();
   const Pairs all(pairs.begin(), pairs.end());
   const auto all_together = register_landmarks(pairs);

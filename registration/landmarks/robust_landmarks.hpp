@@ -12,24 +12,25 @@ namespace nav::registration {
 
 struct RobustLandmarkOptions {
   /// A pair farther than this from the fit, in its own sigmas (3D distance), is an outlier; > 0.
-  /// 3.37 keeps 99 % of honest pairs.
+  /// 3.37 keeps 99 % of correct pairs.
   double inlier_sigmas = 3.37;
-  int max_triples = 2000;  ///< Triples of pairs tried; all of them where there are no more. >= 1.
+  /// Triples of pairs that are tried; all triples if there are no more than this. >= 1.
+  int max_triples = 2000;
 };
 
-/// A fit of the pairs that agree.
+/// A fit of the pairs that agree with each other.
 struct RobustLandmarkRegistration {
-  LandmarkRegistration fit;           ///< Of the agreeing pairs alone.
+  LandmarkRegistration fit;           ///< Fit of the agreeing pairs alone.
   std::vector<std::string> rejected;  ///< Names of the others, in the order of the pairs.
 };
 
-/// register_landmarks() that withstands misplaced points and swapped names: of the fits of all
-/// triples of pairs (an even choice of them beyond max_triples) the one with the smallest truncated
-/// sum of squares starts a refinement on the pairs that agree with it (Fischler and Bolles 1981;
-/// Torr and Zisserman 2000). Up to 23 pairs this is exhaustive: nothing depends on luck. What
-/// agrees must be more than half of the pairs, and at least four when one is rejected: any three
-/// points nearly agree with something. Refuses otherwise, and everything that register_landmarks()
-/// refuses; the message names the rejected pairs. Thread-safe, deterministic.
+/// register_landmarks() that tolerates misplaced points and swapped names. It fits all triples of
+/// pairs (an even choice of them beyond max_triples). The fit with the smallest truncated sum of
+/// squares starts a refinement on the pairs that agree with it (Fischler and Bolles 1981; Torr and
+/// Zisserman 2000). Up to 23 pairs the search is exhaustive, so nothing depends on chance. More
+/// than half of the pairs must agree, and at least four if a pair is rejected, because any three
+/// points nearly agree with something. Returns an error otherwise, and for everything that
+/// register_landmarks() rejects; the message names the rejected pairs. Thread-safe, deterministic.
 Result<RobustLandmarkRegistration> register_landmarks_robustly(
     std::span<const LandmarkPair> pairs, const RobustLandmarkOptions& options = {});
 

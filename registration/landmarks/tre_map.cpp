@@ -10,7 +10,7 @@
 namespace nav::registration {
 namespace {
 
-// A CT whose spacing is of another unit has room for any number.
+// A CT with wrong units of its spacing could ask for any number of nodes.
 constexpr double kMostNodes = 4194304;
 
 VoxelGrid nodes_over(const VoxelGrid& ct, double step_mm) {

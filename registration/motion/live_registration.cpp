@@ -20,35 +20,35 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-/// A picture counts with at least so many patches; six unknowns have the filter's prior besides.
+/// Least number of patches of a usable image; the filter's prior also constrains the six unknowns.
 constexpr std::size_t kMinPicturePatches = 10;
 constexpr double kTinyStepMm = 1e-3;
-/// Pictures in a row show nearly the same: one of so many is weighed.
+/// Consecutive images show nearly the same content: every third one is weighed.
 constexpr int kWeighEvery = 3;
 
-/// Scaled twists about one centre as scaled twists about another: the shift takes the rotation's
-/// arm along.
+/// Maps scaled twists about one centre to scaled twists about another: the translation includes the
+/// lever arm of the rotation.
 Matrix6d recentred(const Vec& from, const Vec& to) {
   Matrix6d m = Matrix6d::Identity();
   m.bottomLeftCorner<3, 3>() = -cross_matrix(to - from) / kRotationScaleMm;
   return m;
 }
 
-/// The scaled twist about a centre that takes one pose to another.
+/// The scaled twist about a centre that moves one pose to another.
 Vector6d scaled_twist(const Pose& from, const Pose& to, const Vec& centre) {
   const Eigen::AngleAxisd turn((to.rotation() * from.rotation().conjugate()).normalized());
   const Vec there =
       to.rotation() * (from.rotation().conjugate() * (centre - from.translation_mm())) +
       to.translation_mm();
   Vector6d twist;
-  // AngleAxis gives [0, 2 pi): the short way round.
+  // AngleAxis gives [0, 2 pi); use the shorter rotation.
   const double angle = turn.angle() > M_PI ? turn.angle() - 2 * M_PI : turn.angle();
   twist.head<3>() = kRotationScaleMm * angle * turn.axis();
   twist.tail<3>() = there - centre;
   return twist;
 }
 
-/// Corners and middle of a picture at a pose, Ct.
+/// Corners and middle of an ultrasound image at a pose, Ct.
 std::array<Vec, 5> picture_points(const TrackedFrame& picture, const Pose& pose) {
   const double right = picture.frame.pixels.width() - 1;
   const double below = picture.frame.pixels.height() - 1;
@@ -92,7 +92,7 @@ Result<void> validate(const LiveOptions& o) {
     return refuse("an odd patch_side of 5 to 21");
   }
   if (o.level.patches < 50) return refuse("at least 50 patches");
-  if (o.window < 1 || o.window > 30) return refuse("a window of 1 to 30 pictures");
+  if (o.window < 1 || o.window > 30) return refuse("a window of 1 to 30 images");
   if (o.mask_pictures < 1 || o.mask_pictures > 30) return refuse("1 to 30 mask_pictures");
   if (o.max_iterations < 1 || o.max_iterations > 50) return refuse("1 to 50 iterations");
   if (!positive(o.ridge)) return refuse("ridge > 0");
@@ -124,7 +124,7 @@ Result<LiveRegistration> LiveRegistration::create(std::shared_ptr<const CtChanne
   NAV_CHECK(ct != nullptr);
   if (const auto ok = validate(options); !ok) return ok.error();
   LiveOptions own = options;
-  own.level.frame_step_mm = 1e-6;  // One picture at a time: nothing to thin.
+  own.level.frame_step_mm = 1e-6;  // One image at a time, so there is nothing to thin.
   return LiveRegistration(std::move(ct), accepted, own);
 }
 
@@ -134,10 +134,15 @@ LiveRegistration::LiveRegistration(std::shared_ptr<const CtChannels> ct, const P
   accept(accepted);
 }
 
+void LiveRegistration::replace_ct(std::shared_ptr<const CtChannels> ct) {
+  NAV_CHECK(ct != nullptr);
+  ct_ = std::move(ct);
+}
+
 void LiveRegistration::accept(const Pose& pose) {
   accepted_ = pose;
   pose_ = pose;
-  covariance_ = Matrix6d::Identity();  // An accepted registration is good to a millimetre.
+  covariance_ = Matrix6d::Identity();  // An accepted registration is accurate to a millimetre.
   mean_twist_.setZero();
   mean_centre_ct_.reset();
   unusable_ = 0;
@@ -147,13 +152,13 @@ void LiveRegistration::accept(const Pose& pose) {
   mean_distinctness_ = std::numeric_limits<double>::quiet_NaN();
 }
 
-/// The mask of one picture needs others to know how bright an unshadowed echo is.
+/// Patches of one image. Its mask needs other images to know the brightness of an unshadowed echo.
 Result<PatchSet> LiveRegistration::patches_of(const TrackedFrame& picture) const {
   std::vector<TrackedFrame> frames;
   const std::size_t others =
       std::min(window_.size(), static_cast<std::size_t>(options_.mask_pictures - 1));
   for (std::size_t i = window_.size() - others; i < window_.size(); ++i) {
-    // Of another depth they tell nothing of how bright echoes are here.
+    // Images of another depth do not tell the brightness of echoes here.
     if (!same_geometry(window_[i].tracked.frame, picture.frame)) continue;
     frames.push_back(window_[i].tracked);
   }
@@ -189,7 +194,7 @@ PatchSet LiveRegistration::window_patches() const {
   return all;
 }
 
-/// Time passes: the tissue has wandered, and is on its way back.
+/// Prediction step: since the last image the tissue has wandered and partly returned.
 void LiveRegistration::predict(Timestamp now, const Vec& centre) {
   if (newest_) {
     const Matrix6d shift = recentred(centre_ct_, centre);
@@ -205,8 +210,8 @@ void LiveRegistration::predict(Timestamp now, const Vec& centre) {
   centre_ct_ = centre;
 }
 
-/// Levenberg–Marquardt on ½ κ E + ½ ξᵀ P⁻¹ ξ; κ makes the mean of the patches' squared residuals a
-/// sum over independent measurements of their own variance.
+/// Levenberg–Marquardt on ½ κ E + ½ ξᵀ P⁻¹ ξ. κ turns the mean of the patches' squared residuals
+/// into a sum over independent measurements, scaled by their own variance.
 LiveRegistration::Solution LiveRegistration::solve(const PatchSet& patches, const Vec& centre,
                                                    const Matrix6d& prior) const {
   const Lc2Cost cost(*ct_, patches, options_.ridge, options_.threads);
@@ -251,7 +256,7 @@ LiveRegistration::Solution LiveRegistration::solve(const PatchSet& patches, cons
   return best;
 }
 
-/// One picture says little about whose CT it is; the mean over many does.
+/// A single image says little about whose CT it is; the mean over many images does.
 void LiveRegistration::weigh(const PatchSet& patches, const Solution& found) {
   if (++unweighed_ < kWeighEvery) return;
   unweighed_ = 0;
@@ -282,26 +287,26 @@ void LiveRegistration::judge(LiveUpdate& update, const TrackedFrame& picture) {
   text.precision(3);
   if (withdrawn_) {
     update.state = LiveState::kLost;
-    text << "the CT may be another patient's, register anew: expected "
-         << options_.evidence_pictures << " pictures to match at least "
-         << 100 * options_.min_distinctness << " % better where it lies than "
+    text << "the CT may be of another patient, register again: expected "
+         << options_.evidence_pictures << " images to match at least "
+         << 100 * options_.min_distinctness << " % better at the registered pose than "
          << options_.elsewhere_mm << " mm away, found " << 100 * *withdrawn_ << " %";
   } else if (unusable_ >= options_.lost_after) {
     update.state = LiveState::kLost;
-    text << "no picture matches the CT: expected a usable one in the last " << options_.lost_after
+    text << "no image matches the CT: expected a usable one in the last " << options_.lost_after
          << ", found none";
   } else if (update.displacement_mm > options_.jump_mm) {
     update.state = LiveState::kDrifted;
     text << "expected the tissue within " << options_.jump_mm
-         << " mm of where it was accepted, found " << update.displacement_mm << " mm";
+         << " mm of its accepted position, found " << update.displacement_mm << " mm";
   } else if (update.mean_displacement_mm > options_.drift_mm) {
     update.state = LiveState::kDrifted;
-    text << "expected the mean position over " << options_.drift_s << " s within "
-         << options_.drift_mm << " mm of where it was accepted, found "
-         << update.mean_displacement_mm << " mm";
+    text << "expected the mean position of the tissue over " << options_.drift_s << " s within "
+         << options_.drift_mm << " mm of the accepted one, found " << update.mean_displacement_mm
+         << " mm";
   } else if (unusable_ > 0) {
     update.state = LiveState::kHolding;
-    text << "expected a picture that matches the CT, found " << update.patches
+    text << "expected an image that matches the CT, found " << update.patches
          << " patches with a cost of " << update.cost;
   }
   update.cause = text.str();
@@ -310,7 +315,7 @@ void LiveRegistration::judge(LiveUpdate& update, const TrackedFrame& picture) {
 Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& picture) {
   const Timestamp now = picture.frame.acquired;
   if (newest_ && now <= *newest_) {
-    return Error{ErrorCode::kUsage, "live registration: expected a picture after " +
+    return Error{ErrorCode::kUsage, "live registration: expected an image after " +
                                         std::to_string(to_seconds(*newest_)) + " s, found " +
                                         std::to_string(to_seconds(now)) + " s"};
   }
@@ -334,7 +339,7 @@ Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& picture) {
     usable = found.finite && found.cost <= options_.max_cost;
     if (usable) {
       pose_ = found.pose;
-      // The window's pictures were measured before: each counts once.
+      // The images of the window were measured before; this makes each count once.
       const Matrix6d gained = (found.information - prior) / std::max<double>(1, options_.window);
       covariance_ = symmetric_inverse(prior + gained);
     } else {

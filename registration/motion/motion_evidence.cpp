@@ -11,7 +11,7 @@ namespace nav::registration {
 namespace {
 
 constexpr double kReachMm = 20;
-// As ImageRegistrationOptions::min_ct_contrast_hu.
+// Same value as ImageRegistrationOptions::min_ct_contrast_hu.
 constexpr double kMinCtContrastHu = 5;
 
 }  // namespace

@@ -11,27 +11,28 @@
 
 namespace nav::registration {
 
-/// What a refinement by motion or deformation looks at: one level of patches and the CT near them.
+/// Input of a refinement by motion or deformation: one level of patches and the CT near them.
 struct MotionEvidence {
   CtChannels ct;
   PatchSet patches;
 };
 
-/// What a deformation is fitted to: many patches, spread evenly. Those of most contrast bent
-/// patients who lay still by up to 9 mm, and pictures that were left out agreed.
+/// Level that a deformation is fitted to: many patches, spread evenly. Patches of highest contrast
+/// deformed patients who lay still by up to 9 mm, and images that were left out of the fit agreed.
 inline constexpr LevelOptions kMotionLevel{1.2, 9, 5000, 1.5, PatchChoice::kEven};
 
-/// Farther from the pose that a motion or deformation was fitted about it is another minimum.
+/// A pose farther than this from the pose that a motion or deformation was fitted about is another
+/// minimum.
 inline constexpr double kMaxSettlingMm = 3;
 
-/// Patches of one level, those where the CT has structure at the pose where the level chooses
-/// evenly. Errors: those of shadow_masks() and make_ct_channels().
+/// Patches of one level. If the level chooses patches evenly, only those in which the CT has
+/// structure at the pose are kept. Errors: those of shadow_masks() and make_ct_channels().
 Result<MotionEvidence> motion_evidence(const Volume& ct, const Sweep& sweep,
                                        const Transform<frames::Ct, frames::Reference>& pose,
                                        const ShadowMaskOptions& mask,
                                        const LevelOptions& level = kMotionLevel);
 
-/// The same of several levels, masked once.
+/// motion_evidence() for several levels; the masks are computed once.
 Result<std::vector<MotionEvidence>> motion_evidence(
     const Volume& ct, const Sweep& sweep, const Transform<frames::Ct, frames::Reference>& pose,
     const ShadowMaskOptions& mask, std::span<const LevelOptions> levels);

@@ -17,16 +17,18 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-// A breath is longer than the fine level can see from the common pose. Patches spread evenly: those
-// of most contrast rule over all others, and put a patient who lies still millimetres off.
+// A breath moves farther than the fine level can capture from the common pose. Patches are spread
+// evenly: patches of highest contrast dominate all others and shift a patient who lies still by
+// millimetres.
 constexpr std::array<LevelOptions, 2> kLevels = {
     LevelOptions{2.4, 9, 3000, 1.0, PatchChoice::kEven},
     LevelOptions{1.2, 9, 6000, 1.0, PatchChoice::kEven}};
 constexpr int kRestSteps = 64;
 constexpr double kRestHalfWidth = 1.0 / 6;
-// The pose at rest is found and judged by the pictures of that half of the breath. Breaths differ
-// in depth and length, which one motion for all does not know: by a millimetre or two far from
-// rest, where right poses cost more and halves of the sweep disagree for it; hardly about rest.
+// The pose at rest is found and judged by the images of the half of the breath around rest. Breaths
+// differ in depth and length, and one motion for all breaths does not model this. Far from rest
+// they differ by a millimetre or two, so that right poses cost more and halves of the sweep
+// disagree; near rest they hardly differ.
 constexpr double kJudgedHalfWidth = 0.25;
 constexpr std::size_t kLeastJudged = 12;
 
@@ -35,7 +37,7 @@ double phase_distance(double a, double b) {
   return std::min(apart, 1 - apart);
 }
 
-/// Which pictures are near rest; all that have a phase where these are too few.
+/// Marks the images near rest; all images with a phase if there are too few near rest.
 std::vector<bool> near_rest(std::span<const double> phases, double rest) {
   std::vector<bool> near;
   for (const double phase : phases) near.push_back(phase_distance(phase, rest) <= kJudgedHalfWidth);
@@ -44,7 +46,7 @@ std::vector<bool> near_rest(std::span<const double> phases, double rest) {
   return near;
 }
 
-/// Pictures near rest, each moved to where it would lie at rest.
+/// Images near rest, each moved to its position at rest.
 Result<Sweep> hold_still(const Sweep& sweep, std::span<const double> phases,
                          const PhaseResult& found, double rest, const Pose& at_rest) {
   std::vector<TrackedFrame> still;
@@ -98,8 +100,8 @@ Result<MovingRegistration> register_moving(const Volume& ct, const Sweep& sweep,
                                            const std::function<bool(double fraction)>& progress) {
   if (phases.size() != sweep.frames().size()) {
     return Error{ErrorCode::kUsage, "phases: expected one for each of " +
-                                        std::to_string(sweep.frames().size()) +
-                                        " pictures, found " + std::to_string(phases.size())};
+                                        std::to_string(sweep.frames().size()) + " images, found " +
+                                        std::to_string(phases.size())};
   }
   const auto evidence = motion_evidence(ct, sweep, common, solver.mask, kLevels);
   if (!evidence) return evidence.error();
@@ -129,8 +131,8 @@ Decision decide(const MovingRegistration& moving, const AcceptanceLimits& limits
   if (!(moving.settled_mm <= kMaxSettlingMm)) {
     std::ostringstream text;
     text.precision(3);
-    text << "pose at rest: expected at most " << kMaxSettlingMm
-         << " mm from where the phases put it, found " << moving.settled_mm << " mm";
+    text << "pose at rest: expected it within " << kMaxSettlingMm
+         << " mm of the pose from the phases of the breath, found " << moving.settled_mm << " mm";
     decision.refuse(text.str());
   }
   return decision;

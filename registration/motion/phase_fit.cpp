@@ -18,7 +18,7 @@ namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// visit(i) for each of n, side by side.
+/// Calls visit(i) for each of n indices, in parallel.
 template <class Visit>
 void for_each(std::size_t n, int threads, const Visit& visit) {
   if (threads == 1 || n < 2) {
@@ -36,10 +36,10 @@ struct SeriesTerms {
   Eigen::MatrixXd hessian;
 };
 
-/// E(series) = mean of the pictures' costs at the poses of their phases + stiffness.
+/// E(series) = mean of the images' costs at the poses of their phases + stiffness.
 class PhaseCost final : public ceres::CostFunction {
  public:
-  /// Parameters are what is added to start's series. All must outlive it.
+  /// Parameters are added to start's series. All arguments must outlive this object.
   PhaseCost(const CtChannels& ct, const ChosenPictures& pictures, const PhaseFit& start,
             const PhaseOptions& options)
       : pictures_(pictures), start_(start), columns_(start.series.cols()), options_(options) {
@@ -60,7 +60,7 @@ class PhaseCost final : public ceres::CostFunction {
         start_.series + Eigen::Map<const Eigen::MatrixXd>(parameters[0], 6, columns_);
     if (!series.allFinite() || series.cwiseAbs().maxCoeff() > kMaxTravelMm) return false;
     if (!tried_ || *tried_ != delta) {
-      // Most steps that are tried are taken, and then asked for with derivatives.
+      // Most tried steps are accepted, and Ceres then asks for their derivatives.
       terms_ = terms(series);
       tried_ = delta;
     }
@@ -87,7 +87,7 @@ class PhaseCost final : public ceres::CostFunction {
     return sum;
   }
 
-  /// Weighted, by the coefficients [60 rad | mm] of the picture's own twist.
+  /// Weighted terms by the coefficients [60 rad | mm] of the image's own twist.
   [[nodiscard]] CostTerms picture_terms(std::size_t i, const Eigen::MatrixXd& series) const {
     const Vector6d twist = phase_twist(series, bases_[i]);
     CostTerms terms =
@@ -125,14 +125,14 @@ class PhaseCost final : public ceres::CostFunction {
 
   const ChosenPictures& pictures_;
   const PhaseFit& start_;
-  std::vector<Lc2Cost> costs_;          // Of the pictures.
-  std::vector<Eigen::VectorXd> bases_;  // Likewise.
+  std::vector<Lc2Cost> costs_;          // One for each image.
+  std::vector<Eigen::VectorXd> bases_;  // One for each image.
   Eigen::Index columns_;
   const PhaseOptions& options_;
   double total_ = 0;
   mutable std::optional<Eigen::VectorXd> tried_;
   mutable SeriesTerms terms_;  // At tried_.
-  // Ceres asks one thread for Jacobians, once for each step taken.
+  // Ceres asks for Jacobians on one thread, once for each accepted step.
   mutable SecantCurvature<Eigen::Dynamic> curvature_;
 };
 
@@ -145,7 +145,7 @@ PhaseFit fit_phases(const CtChannels& ct, const ChosenPictures& pictures, const 
   const Eigen::Index known = std::min(columns, given.series.cols());
   start.series.leftCols(known) = given.series.leftCols(known);
   Eigen::VectorXd delta(6 * columns);
-  auto* cost = new PhaseCost(ct, pictures, start, options);  // Ceres takes it.
+  auto* cost = new PhaseCost(ct, pictures, start, options);  // Ceres takes ownership.
   const CostSolution found =
       minimise(cost, delta, {options.max_iterations, options.cost_tolerance}, {});
   PhaseFit out = start;

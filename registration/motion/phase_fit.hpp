@@ -6,10 +6,11 @@
 
 #include "registration/motion/phase_registration.hpp"
 
-/// Fits of a motion with the breath to some of the pictures. Private to registration/.
+/// Fits of a motion with the breath to a subset of the ultrasound images. Private to registration/.
 namespace nav::registration {
 
-/// The patches of one picture, their share of all weights, its phase and which part it is of.
+/// The patches of one image, the image's share of all weights, its phase and the part that it
+/// belongs to.
 struct PhasePicture {
   PatchSet patches;
   double weight;
@@ -19,13 +20,13 @@ struct PhasePicture {
 
 using ChosenPictures = std::vector<const PhasePicture*>;
 
-/// A level's pictures.
+/// The images of one level.
 struct PhasePictures {
   const CtChannels& ct;
   std::vector<PhasePicture> pictures;
 
   [[nodiscard]] ChosenPictures all() const { return chosen(-1, false); }
-  /// Those of a part of the breaths, and the others.
+  /// The images of one part of the breaths, and all others.
   [[nodiscard]] ChosenPictures of(int part) const { return chosen(part, true); }
   [[nodiscard]] ChosenPictures without(int part) const { return chosen(part, false); }
 
@@ -39,25 +40,25 @@ struct PhasePictures {
   }
 };
 
-/// A series [60 rad | mm] about a pose: what a fit starts from and ends with.
+/// A series [60 rad | mm] about a pose: start and result of a fit.
 struct PhaseFit {
   Pose pose;
   Eigen::Vector3d centre;
-  Eigen::MatrixXd series;  ///< One column: a common pose.
-  double cost = 0;         ///< Of the pictures, with the stiffness.
+  Eigen::MatrixXd series;  ///< With one column: a common pose.
+  double cost = 0;         ///< Cost of the images, including the stiffness.
   int iterations = 0;
   bool finite = true;
 
   [[nodiscard]] PhaseMotion motion() const { return {pose, centre, series}; }
 };
 
-/// Minimises the mean of the pictures' costs at the poses of their phases + stiffness, over a
-/// series with so many columns (those that start lacks begin at 0). Iterations are added up.
-/// Pictures are evaluated side by side; the result does not depend on the threads.
+/// Minimises the mean cost of the images at the poses of their phases + stiffness, over a series
+/// with \p columns columns (columns that start lacks begin at 0). Iterations are added to those of
+/// start. Images are evaluated in parallel; the result does not depend on the threads.
 PhaseFit fit_phases(const CtChannels& ct, const ChosenPictures& pictures, const PhaseFit& start,
                     Eigen::Index columns, const PhaseOptions& options);
 
-/// Cost of each picture under a motion; NaN where a patch has no finite similarity.
+/// Cost of each image under a motion; NaN if a patch has no finite similarity.
 std::vector<double> costs_at(const CtChannels& ct, const ChosenPictures& pictures,
                              const PhaseMotion& motion, const PhaseOptions& options);
 

@@ -8,26 +8,26 @@
 
 namespace nav::registration {
 
-/// 1, cos, sin, cos 2, sin 2, … of a phase of the breath: as many as a series has columns.
+/// The first \p columns of 1, cos, sin, cos 2, sin 2, … of a phase of the breath.
 Eigen::VectorXd phase_basis(double phase, Eigen::Index columns);
 
-/// Twist [rad | mm] of a series [60 rad | mm] where its basis has these values.
+/// Twist [rad | mm] of a series [60 rad | mm] at these values of its basis.
 Vector6d phase_twist(const Eigen::MatrixXd& series, const Eigen::VectorXd& basis);
 
-/// A rigid motion that repeats with every breath: a pose for each phase. The twist about a centre
+/// A rigid motion that repeats with every breath: one pose for each phase. The twist about a centre
 /// is a Fourier series of the phase, so that neighbouring phases have neighbouring poses.
 class PhaseMotion {
  public:
-  /// The same pose at all phases.
+  /// One pose for all phases.
   explicit PhaseMotion(const Pose& mean, const Eigen::Vector3d& centre_ct_mm = {0, 0, 0});
-  /// series: columns constant, cos 1, sin 1, cos 2, sin 2, …; [60 rad | mm] as kRotationScaleMm.
+  /// series: columns constant, cos 1, sin 1, cos 2, sin 2, …; [60 rad | mm], see kRotationScaleMm.
   PhaseMotion(const Pose& mean, const Eigen::Vector3d& centre_ct_mm, Eigen::MatrixXd series);
 
-  /// Phase of the breath; any number, of which only the part after the point counts.
+  /// phase: phase of the breath; any number, only its fractional part counts.
   [[nodiscard]] Pose ct_from_reference(double phase) const;
-  /// The same motion, and then a step of the tissue.
+  /// This motion followed by a step of the tissue.
   [[nodiscard]] PhaseMotion after(const Transform<frames::Ct, frames::Ct>& step) const;
-  /// Longest way of a point of the CT between two phases, mm.
+  /// Longest distance of a point of the CT between two phases, mm.
   [[nodiscard]] double amplitude_mm(const Point<frames::Ct>& at_mean) const;
   [[nodiscard]] const Eigen::MatrixXd& series() const { return series_; }
 

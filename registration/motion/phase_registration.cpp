@@ -16,7 +16,7 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-// A share of the cost that is worth some 0.2 mm.
+// Relative cost change worth about 0.2 mm.
 constexpr double kNearTolerance = 1e-3;
 
 std::vector<PhasePicture> pictures_of(const PatchSet& all, std::span<const double> phases,
@@ -36,8 +36,8 @@ std::vector<PhasePicture> pictures_of(const PatchSet& all, std::span<const doubl
   return out;
 }
 
-/// Breaths are dealt out in turn. One ends where the phase falls back by more than noise of a belt
-/// would make it.
+/// Assigns each image to a part: breaths are dealt out in turn. A breath ends where the phase falls
+/// back by more than the noise of a belt.
 std::vector<int> parts_by_breath(std::span<const double> phases) {
   constexpr double kFallsBack = 0.3;
   constexpr int kMostParts = 4;
@@ -56,7 +56,7 @@ std::vector<int> parts_by_breath(std::span<const double> phases) {
   return breaths;
 }
 
-/// Longest part of the cycle between neighbouring phases; 1 for no pictures.
+/// Longest part of the cycle between neighbouring phases; 1 without images.
 double longest_gap(const ChosenPictures& pictures) {
   if (pictures.empty()) return 1;
   std::vector<double> phases;
@@ -67,19 +67,19 @@ double longest_gap(const ChosenPictures& pictures) {
   return gap;
 }
 
-/// A common pose and a motion, fitted to the same pictures.
+/// A common pose and a motion, fitted to the same images.
 struct Rivals {
   PhaseFit still, moving;
 
   [[nodiscard]] bool finite() const { return still.finite && moving.finite; }
 };
 
-/// To all pictures, coarse to fine. The first harmonic before the others: from afar they would
-/// follow the noise.
+/// Fits to all images, coarse to fine. The first harmonic is fitted before the others: far from the
+/// solution the others would follow the noise.
 Rivals fit_whole(const std::vector<PhasePictures>& levels, const PhaseFit& start,
                  const PhaseOptions& options) {
   constexpr Eigen::Index kFirstHarmonic = 3;
-  PhaseOptions near = options;  // To within the reach of the finest level.
+  PhaseOptions near = options;  // Only close enough for the finest level to converge.
   near.cost_tolerance = std::max(options.cost_tolerance, kNearTolerance);
   Rivals out{start, start};
   for (const PhasePictures& level : levels) {
@@ -94,7 +94,7 @@ Rivals fit_whole(const std::vector<PhasePictures>& levels, const PhaseFit& start
   return out;
 }
 
-/// To all but a part of the breaths, on the finest level, from the fits to all.
+/// Fits to all breaths except one part, on the finest level, starting from the fits to all.
 Rivals fit_without(const PhasePictures& finest, int part, const Rivals& whole,
                    const PhaseOptions& options) {
   const ChosenPictures seen = finest.without(part);
@@ -102,7 +102,7 @@ Rivals fit_without(const PhasePictures& finest, int part, const Rivals& whole,
           fit_phases(finest.ct, seen, whole.moving, whole.moving.series.cols(), options)};
 }
 
-/// Pictures judge what the others were fitted to.
+/// Cross-validation: images judge fits that did not use them.
 struct CrossCheck {
   double rigid = 0, moving = 0;
   PairedGain gain;
@@ -120,7 +120,7 @@ struct CrossCheck {
   [[nodiscard]] bool finite() const { return std::isfinite(rigid) && std::isfinite(moving); }
 };
 
-/// Says whether the pictures that were left out support the motion.
+/// Decides if the images that were left out support the motion.
 void choose(const CrossCheck& check, const PhaseOptions& options, PhaseResult& result) {
   result.held_out_rigid = check.rigid / check.gain.count;
   result.held_out_moving = check.moving / check.gain.count;
@@ -130,11 +130,12 @@ void choose(const CrossCheck& check, const PhaseOptions& options, PhaseResult& r
       result.gain_sigmas >= options.min_gain_sigmas && share >= options.min_gain_share;
   std::ostringstream text;
   text.precision(3);
-  text << (result.supported ? "moves with the breath" : "rigid") << ": breaths that were left out "
-       << "gained " << 100 * share << " % and " << result.gain_sigmas
-       << " standard errors by a motion with the breath";
+  text << (result.supported ? "moves with the breath" : "rigid")
+       << ": in breaths left out of the fit, motion with the breath reduced the cost by "
+       << 100 * share << " % (" << result.gain_sigmas << " standard errors)";
   if (!result.supported) {
-    text << ", expected " << 100 * options.min_gain_share << " % and " << options.min_gain_sigmas;
+    text << ", expected at least " << 100 * options.min_gain_share << " % ("
+         << options.min_gain_sigmas << ')';
   }
   result.reason = text.str();
 }
@@ -142,14 +143,14 @@ void choose(const CrossCheck& check, const PhaseOptions& options, PhaseResult& r
 Result<void> check_phases(const PatchSet& patches, std::span<const double> phases) {
   for (std::size_t i = 0; i < phases.size(); ++i) {
     if (std::isnan(phases[i]) || (phases[i] >= 0 && phases[i] < 1)) continue;
-    return Error{ErrorCode::kUsage, "phase of picture " + std::to_string(i) +
+    return Error{ErrorCode::kUsage, "phase of image " + std::to_string(i) +
                                         ": expected [0, 1) or NaN, found " +
                                         std::to_string(phases[i])};
   }
   for (const Patch& p : patches.patches) {
     if (static_cast<std::size_t>(p.frame) < phases.size()) continue;
-    return Error{ErrorCode::kUsage, "phases: expected one for each picture, found " +
-                                        std::to_string(phases.size()) + " and a patch of picture " +
+    return Error{ErrorCode::kUsage, "phases: expected one for each image, found " +
+                                        std::to_string(phases.size()) + " and a patch of image " +
                                         std::to_string(p.frame)};
   }
   return {};
@@ -159,20 +160,20 @@ Result<void> check_pictures(const PhasePictures& level, int parts, const PhaseOp
   if (static_cast<int>(level.pictures.size()) < options.min_pictures) {
     return Error{ErrorCode::kRefused, "registration by phase: expected at least " +
                                           std::to_string(options.min_pictures) +
-                                          " pictures with patches and a phase, found " +
+                                          " images with patches and a phase, found " +
                                           std::to_string(level.pictures.size())};
   }
   const auto refuse = [](const std::string& expected, double gap) {
-    return Error{ErrorCode::kRefused, "registration by phase: expected " + expected +
-                                          ", found none in " +
-                                          std::to_string(std::lround(100 * gap)) + " % of it"};
+    return Error{ErrorCode::kRefused,
+                 "registration by phase: expected " + expected + ", found none in " +
+                     std::to_string(std::lround(100 * gap)) + " % of a breath"};
   };
   if (const double gap = longest_gap(level.all()); gap > options.max_gap) {
-    return refuse("pictures of the whole breath", gap);
+    return refuse("images of the whole breath", gap);
   }
   for (int part = 0; part < parts; ++part) {
     if (const double gap = longest_gap(level.without(part)); gap > options.max_gap) {
-      return refuse("two breaths, as one judges the other, and pictures of the whole of each", gap);
+      return refuse("images of two whole breaths (each checks the other)", gap);
     }
   }
   return {};
@@ -198,7 +199,7 @@ Result<PhaseResult> refine(const std::vector<PhasePictures>& levels, const Pose&
   const PhaseFit start{common, centre_of(finest.pictures, common), Eigen::MatrixXd::Zero(6, 1)};
   const Rivals whole = fit_whole(levels, start, options);
   const Error not_finite{ErrorCode::kNumerical,
-                         "registration by phase: expected a finite similarity of every picture"};
+                         "registration by phase: expected a finite similarity of every image"};
   if (!whole.finite()) return not_finite;
   CrossCheck check;
   std::vector<PhaseMotion> unseen;

@@ -10,15 +10,15 @@
 namespace nav::registration {
 namespace {
 
-// Long enough that a tracker's noise is small against the way, short enough that a hand hardly
-// changes its pace.
+// Half of the time window: long enough that the noise of a tracker is small against the distance,
+// short enough that the hand hardly changes its speed.
 constexpr double kAboutS = 0.15;
 
 Point<frames::Image> middle_of(const UltrasoundFrame& frame) {
   return frame.grid.at(0.5 * (frame.pixels.width() - 1), 0.5 * (frame.pixels.height() - 1));
 }
 
-/// The motion of a picture between two others, that hold it between them.
+/// Sets the motion of an image from an image before and an image after it.
 void set_motion(const TrackedFrame& from, const TrackedFrame& to,
                 const Point<frames::Image>& middle, PictureMotion& motion) {
   const double seconds = to_seconds(to.frame.acquired - from.frame.acquired);

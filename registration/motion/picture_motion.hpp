@@ -9,18 +9,18 @@
 
 namespace nav::registration {
 
-/// Where a picture lay and how it moved when it was taken, Reference.
+/// Position and motion of an ultrasound image at the time of its acquisition, Reference.
 struct PictureMotion {
-  double time_s;                  ///< Since the first picture of the sweep.
-  Eigen::Vector3d middle_mm;      ///< Of the picture.
-  Eigen::Matrix3d axes;           ///< Columns: the picture's x, y and normal.
+  double time_s;                  ///< Since the first image of the sweep.
+  Eigen::Vector3d middle_mm;      ///< Middle of the image.
+  Eigen::Matrix3d axes;           ///< Columns: the image's x, y and normal.
   Eigen::Vector3d turn_rad_s;     ///< Rotation vector per second.
-  Eigen::Vector3d velocity_mm_s;  ///< Of its middle.
+  Eigen::Vector3d velocity_mm_s;  ///< Velocity of the middle.
 };
 
-/// Of each of some pictures. How they moved is told by the recorded pictures about, up to 0.15 s
-/// before and after; 0 where there are none. Precondition: every picture's time is that of one of
-/// the recorded.
+/// Returns the motion of each image in `pictures`. It is estimated from the recorded images up to
+/// 0.15 s before and after; 0 if there are none. Precondition: every image has the time of one of
+/// the recorded images.
 std::vector<PictureMotion> picture_motions(const Sweep& pictures, const Sweep& recorded);
 
 }  // namespace nav::registration

@@ -29,7 +29,7 @@ Result<void> check(const UltrasoundVolume& volume) {
   return {};
 }
 
-/// Pixels of slice k, rows along the depth axis.
+/// Pixels of slice k; rows run along the depth axis.
 Image2d<std::uint8_t> slice_of(const UltrasoundVolume& volume, std::size_t across, int k) {
   const auto lateral = static_cast<std::size_t>(volume.lateral_axis);
   const auto depth = static_cast<std::size_t>(volume.depth_axis);
@@ -67,7 +67,8 @@ Result<Sweep> sweep_of_volume(const UltrasoundVolume& volume) {
     first[static_cast<Eigen::Index>(across)] = k;
     first[lateral] = 0.5 * (grid.size[static_cast<std::size_t>(lateral)] - 1);
     UltrasoundFrame frame;
-    frame.acquired = Timestamp(from_seconds(1e-3 * k));  // Their order; a volume has one time.
+    // Only the order of the slices; a volume has a single time.
+    frame.acquired = Timestamp(from_seconds(1e-3 * k));
     frame.received = frame.acquired;
     frame.sequence = static_cast<std::uint64_t>(k);
     frame.pixels = slice_of(volume, across, k);

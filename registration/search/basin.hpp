@@ -7,9 +7,9 @@
 
 namespace nav::registration {
 
-/// Whether any of the 12 poses about a pose costs less, and where one does, about that one, at most
-/// kBasinSteps times. No derivatives, which a solver may have been led astray by. around: of cost
-/// and sweep.
+/// Tells if any of the 12 poses about a pose costs less. If one does, the check continues about
+/// that pose, at most kBasinSteps times. It uses no derivatives, because they may have misled the
+/// solver. around must have been computed from cost and sweep.
 BasinCheck check_basin(const CostsAround& around, const Lc2Cost& cost, const SweepPoints& sweep);
 inline constexpr int kBasinSteps = 6;
 

@@ -11,12 +11,13 @@ namespace nav::registration {
 namespace {
 
 constexpr double kCellMm = 5;
-// Half way between air and fat.
+// Halfway between air and fat.
 constexpr double kAirBelowHu = -500;
-// A plane smoothed by it tells its distance up to 2.5 of it.
+// Sigma of the smoothing. A smoothed plane tells the distance up to 2.5 sigmas.
 constexpr double kSmoothMm = 8;
 
-/// The distance from a plane at which so much of a Gaussian about a point lies behind it.
+/// Distance from a plane for a given fraction of a Gaussian about a point that lies behind the
+/// plane.
 class PlaneDistance {
  public:
   PlaneDistance() {
@@ -42,8 +43,8 @@ class PlaneDistance {
 void smooth(std::vector<float>& values, const std::array<int, 3>& size,
             const Eigen::Vector3d& cell_mm) {
   const auto kernel = [&](int axis) -> cv::Mat {
-    // One cell is its own neighbour. It may be thin, and a kernel of its cells long; where there
-    // are more they are kCellMm long or nearly.
+    // An axis with one cell has no neighbours. The cell may be thin, and a kernel in its units
+    // would be long; where there are more cells they are about kCellMm long.
     if (size[static_cast<std::size_t>(axis)] == 1) return cv::Mat::ones(1, 1, CV_32F);
     const double sigma = std::max(kSmoothMm / cell_mm[axis], 1e-3);
     return cv::getGaussianKernel(2 * static_cast<int>(std::ceil(3 * sigma)) + 1, sigma, CV_32F);
@@ -54,7 +55,7 @@ void smooth(std::vector<float>& values, const std::array<int, 3>& size,
     cv::sepFilter2D(picture, picture, CV_32F, kernel(0), kernel(1), cv::Point(-1, -1), 0,
                     cv::BORDER_REPLICATE);
   }
-  // As an image whose rows are whole slices, k runs down.
+  // Treated as an image whose rows are whole slices, k runs down the rows.
   cv::Mat column(size[2], size[0] * size[1], CV_32F, values.data());
   cv::sepFilter2D(column, column, CV_32F, cv::Mat::ones(1, 1, CV_32F), kernel(2), cv::Point(-1, -1),
                   0, cv::BORDER_REPLICATE);
@@ -86,7 +87,7 @@ std::vector<float> cell_means(const Volume& ct, const std::array<int, 3>& block,
   return means;
 }
 
-/// The grid axis along which patients are longest: a CT ends within the body there.
+/// The grid axis along which patients are longest: the CT ends within the body there.
 int long_axis(const VoxelGrid& grid) {
   int axis = 0;
   grid.directions.row(2).cwiseAbs().maxCoeff(&axis);
@@ -111,7 +112,7 @@ BodySurface::BodySurface(const Volume& ct) : directions_(ct.grid().directions) {
   const std::vector<float> hu = cell_means(ct, block, size_);
   body_.assign(hu.size(), 1);
   const int along = long_axis(grid);
-  // Air spreads from the sides; not from the ends, where lungs and bowel may be cut.
+  // Air spreads from the sides, but not from the ends, where lungs and bowel may be cut.
   std::vector<std::array<int, 3>> front;
   const auto visit = [&](const std::array<int, 3>& cell) {
     const std::size_t at = index(cell[0], cell[1], cell[2]);

@@ -10,34 +10,36 @@
 
 namespace nav::registration {
 
-/// How far about a pose its cost is asked, along and about each axis: shifts, and turns that move
-/// the sweep's edge as far, mm.
+/// Distance of the poses about a pose at which the cost is evaluated, along and about each axis,
+/// mm: shifts, and rotations that move the sweep's edge by this distance.
 inline constexpr double kAroundMm = 1;
 
-/// Costs at a pose and about it, of at most 600 patches evenly chosen: more tell no better whether
-/// a millimetre costs something.
+/// Costs at a pose and about it, of at most 600 evenly chosen patches: more patches do not show
+/// better how the cost changes over a millimetre.
 struct CostsAround {
-  /// One step beside the pose.
+  /// A pose one step away.
   struct Beside {
     Pose pose;
-    CostTerms terms;  ///< As of here, and the gradient about the pose's own centre where asked for.
+    /// Terms like those of here. The gradient, if requested, is about the sweep's centroid at
+    /// CostsAround::pose.
+    CostTerms terms;
   };
-  PatchSet patches;    ///< Every stride-th.
+  PatchSet patches;    ///< Every stride-th patch of the set.
   std::size_t stride;  ///< >= 1.
   Pose pose;
-  double turn_rad;  ///< That moves the sweep's edge by kAroundMm.
-  CostTerms here;   ///< Cost and patch_costs.
-  /// By axis of a twist, turns about Ct's axes first, then shifts along them; back and forth of
-  /// each.
+  double turn_rad;  ///< Angle that moves the sweep's edge by kAroundMm.
+  CostTerms here;   ///< cost and patch_costs at the pose.
+  /// Sorted by axis of a twist: first rotations about the axes of Ct, then shifts along them; back
+  /// and forth for each.
   std::vector<Beside> beside;
 
-  /// Beside the pose along axis 0 to 2, side 0 back and 1 forth.
+  /// The pose that is shifted along axis 0 to 2; side 0 is back and 1 is forth.
   [[nodiscard]] const Beside& shifted(std::size_t axis, std::size_t side) const {
     return beside[2 * (3 + axis) + side];
   }
 };
 
-/// gradients: those beside the pose too, for nearly twice the time.
+/// \p gradients: also compute the gradients of the poses beside, which nearly doubles the time.
 CostsAround costs_around(const Lc2Cost& cost, const SweepPoints& sweep, const Pose& pose,
                          bool gradients = false);
 

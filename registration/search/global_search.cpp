@@ -14,7 +14,7 @@
 namespace nav::registration {
 namespace {
 
-// Every so many patches are enough to rank poses that are centimetres apart.
+// Every third patch is enough to rank poses that are centimetres apart.
 constexpr std::size_t kScreenStride = 3;
 constexpr std::size_t kMinScreenPatches = 60;
 // Enough random poses to know the mean and spread of their costs.
@@ -22,11 +22,11 @@ constexpr int kFirstStarts = 60;
 constexpr double kClearDeviations = 7;
 constexpr std::size_t kTriedStarts = 48;
 constexpr std::size_t kSolvedStarts = 16;
-// Where a batch of starts ends in nothing that is clearly right, others are tried.
+// If a batch of starts ends in no result that is clearly right, other starts are tried.
 constexpr std::uint64_t kBatches = 3;
 constexpr std::uint64_t kBatchSeed = 1000;
 constexpr int kScreenIterations = 10;
-// Rounds about the best results so far: the box shrinks by the factor in each.
+// Rounds around the best results so far: the box shrinks by the factor in each.
 constexpr int kRounds = 3;
 constexpr std::size_t kCentres = 4;
 constexpr int kStartsPerCentre = 40;
@@ -34,22 +34,22 @@ constexpr std::size_t kSolvedPerRound = 8;
 constexpr double kShrink = 0.4;
 constexpr std::size_t kFinished = 4;
 constexpr double kSameMm = 4;
-// Poses all over the body are ranked by a few samples each of a few patches; of those that are
-// left, so many times the places to be tried, by as few samples of all patches. More patches tell
-// places apart better than more samples of them, which are smooth.
+// Poses all over the body are ranked by a few samples each of a few patches. Of these,
+// kRankedPerTried times the poses to be tried are ranked again, by as few samples of all patches.
+// More patches distinguish positions better than more samples of each patch, which are smooth.
 constexpr int kPlaceStride = 3;
 constexpr std::size_t kFirstPatches = 30;
 constexpr std::size_t kRankedPerTried = 4;
 constexpr std::size_t kSampledPlaces = 200;
-// Steps of a trial, and the share of the tried places that it begins from.
+// Steps of a trial, and the fraction of the tried positions that it starts from.
 struct Trial {
   int iterations;
   double share;
 };
 constexpr std::array<Trial, 3> kTrials{{{2, 1.0}, {3, 0.3}, {kScreenIterations, 0.1}}};
-// Found poses are refined on other levels: a few tenths of a millimetre are near enough.
+// Found poses are refined on other levels: an accuracy of a few tenths of a millimetre is enough.
 constexpr double kTolerance = 3e-4;
-// Poses ranked or solved side by side before anybody is asked whether to go on: some 10 ms.
+// Poses ranked or solved in parallel before the caller is asked whether to continue: about 10 ms.
 constexpr std::size_t kRankedPerCheck = 600;
 constexpr std::size_t kSolvedPerCheck = 48;
 
@@ -96,7 +96,7 @@ class Search {
     if (places.poses.empty()) return {};
     rank_places(places);
     if (!stopped()) try_places(places.tried);
-    // What neighbours of a pose leave between them, twice.
+    // Twice the distance of neighbouring poses.
     search_about(places.spacing_mm / kRotationScaleMm / kShrink, places.spacing_mm / kShrink);
     finish();
     return std::move(found_);
@@ -136,8 +136,8 @@ class Search {
     rank(poses, screen);
   }
 
-  /// Poses side by side: one alone is too little work to be shared. Those that there is no time
-  /// for are left out.
+  /// Ranks poses in parallel: a single pose is too little work to be divided. Poses that were not
+  /// reached in time are left out.
   void rank(const std::vector<Pose>& poses, const Lc2Cost& screen) {
     const std::size_t first = ranked_.size();
     for (const Pose& pose : poses) ranked_.push_back({0, pose});
@@ -149,8 +149,9 @@ class Search {
     ranked_.erase(ranked_.begin() + static_cast<std::ptrdiff_t>(first + done), ranked_.end());
   }
 
-  /// Calls work(i), which returns how many patches were not finite, for all i below count, or until
-  /// stopped: asked every per_check of them, from the calling thread. How many were done.
+  /// Calls work(i), which returns a number of non-finite patches, for all i below count. Asks the
+  /// caller every per_check calls, on the calling thread, and stops if told to. Returns how many
+  /// calls were made.
   template <class Work>
   std::size_t side_by_side(std::size_t count, std::size_t per_check, const Work& work) {
     std::vector<int> non_finite(count, 0);
@@ -166,7 +167,7 @@ class Search {
     return done;
   }
 
-  /// What a cost must be below to be no chance.
+  /// Computes the cost below which a result is not chance.
   void learn_limit() {
     const auto n = static_cast<double>(ranked_.size());
     double mean = 0;
@@ -179,7 +180,7 @@ class Search {
 
   [[nodiscard]] bool clear() const { return !solved_.empty() && solved_.front().cost <= clear_; }
 
-  /// A batch of starts about a pose: the cheapest are tried, the best of these solved.
+  /// Tries a batch of starts about a pose: the cheapest are tried, and the best of these solved.
   void try_starts(const Pose& initial, std::uint64_t seed) {
     rank(spread_twists(options_.starts, options_.range_rad, options_.range_mm, seed), initial,
          quick_);
@@ -188,7 +189,7 @@ class Search {
     solve_best(kSolvedStarts);
   }
 
-  /// Solves the cheapest ranked starts and forgets all of them.
+  /// Solves the cheapest ranked starts and clears the list.
   void solve_best(std::size_t count) {
     std::stable_sort(ranked_.begin(), ranked_.end(), cheaper);
     for (std::size_t i = 0; i < std::min(count, ranked_.size()) && !stopped(); ++i) {
@@ -199,7 +200,7 @@ class Search {
     drop_duplicates();
   }
 
-  /// The cheapest of many poses, by ever more patches.
+  /// Keeps the cheapest of many poses, using more patches in each pass.
   void rank_places(const Places& places) {
     std::vector<Pose> poses;
     const std::size_t stride = std::max<std::size_t>(1, places.poses.size() / kSampledPlaces);
@@ -223,8 +224,8 @@ class Search {
     if (ranked.size() > count) ranked.resize(count, ranked.front());
   }
 
-  /// A few steps from all ranked poses, more from the best of these, all the way from the best of
-  /// those.
+  /// Makes a few steps from all ranked poses, more from the best of these, and a full trial from
+  /// the best of those.
   void try_places(std::size_t tried) {
     solved_ = std::move(ranked_);
     ranked_.clear();
@@ -237,7 +238,7 @@ class Search {
     }
   }
 
-  /// Those that there is no time for stay what they were.
+  /// Starts that were not reached in time stay unchanged.
   std::vector<Ranked> solve_all(const std::vector<Ranked>& starts, int iterations) {
     std::vector<Ranked> out = starts;
     side_by_side(starts.size(), kSolvedPerCheck, [&](std::size_t i) {
@@ -261,7 +262,7 @@ class Search {
     solved_ = std::move(kept);
   }
 
-  /// Rounds in ever smaller boxes about the best.
+  /// Rounds in shrinking boxes about the best results.
   void search_about(double range_rad, double range_mm) {
     double shrink = kShrink;
     for (int round = 0; round < kRounds && !clear() && !stopped(); ++round, shrink *= kShrink) {
@@ -280,7 +281,7 @@ class Search {
     solve_best(kSolvedPerRound);
   }
 
-  /// The best on all patches.
+  /// Solves the best results on all patches.
   void finish() {
     for (std::size_t i = 0; i < std::min(kFinished, solved_.size()) && !stopped(); ++i) {
       found_.push_back({solve(cost_, solved_[i].pose, options_.max_iterations), false});
@@ -297,7 +298,7 @@ class Search {
   int& non_finite_;
   PatchSet screen_patches_;
   Lc2Cost screen_;
-  PatchSet quick_patches_;  // All, of few samples each.
+  PatchSet quick_patches_;  // All patches, with few samples each.
   Lc2Cost quick_;
   std::vector<Ranked> ranked_, solved_;
   std::vector<Found> found_;

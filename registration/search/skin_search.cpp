@@ -20,7 +20,8 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-// A face is pressed into the skin up to a centimetre, or floats on gel; the surface is as coarse.
+// The face of the probe is pressed up to a centimetre into the skin, or floats on gel; the surface
+// is about as coarse.
 constexpr double kPressMm = 4;
 constexpr double kPressSpreadMm = 10;
 constexpr double kLeastInside = 0.85;
@@ -42,7 +43,7 @@ Point<frames::Image> face_of(const UltrasoundFrame& frame) {
   return frame.grid.at(0.5 * (frame.pixels.width() - 1), 0);
 }
 
-/// Evenly chosen at most count of these.
+/// Evenly chosen elements, about count of them.
 template <class T>
 std::vector<T> some_of(const std::vector<T>& all, std::size_t count) {
   const std::size_t stride = std::max<std::size_t>(1, all.size() / count);
@@ -51,11 +52,11 @@ std::vector<T> some_of(const std::vector<T>& all, std::size_t count) {
   return out;
 }
 
-/// What a sweep says about how it was held.
+/// The positions of a sweep's transducer faces and points.
 struct Held {
   std::vector<Point<frames::Reference>> faces, points;
-  Point<frames::Reference> face{{0, 0, 0}};  ///< Of the middle picture.
-  Eigen::Matrix3d axes;                      ///< Lateral, deep, across: of the middle picture.
+  Point<frames::Reference> face{{0, 0, 0}};  ///< Face of the middle image.
+  Eigen::Matrix3d axes;  ///< Lateral, depth and elevational axes of the middle image.
 };
 
 Held held(const Sweep& sweep, const SweepPoints& points) {
@@ -71,7 +72,7 @@ Held held(const Sweep& sweep, const SweepPoints& points) {
   return out;
 }
 
-/// Whether the whole sweep stands on the body and looks into it.
+/// True if the whole sweep stands on the body and looks into it.
 bool stands(const Held& held, const BodySurface& body, const VoxelGrid& grid, const Pose& pose) {
   double squares = 0;
   for (const auto& face : held.faces) {
@@ -93,7 +94,7 @@ bool stands(const Held& held, const BodySurface& body, const VoxelGrid& grid, co
          static_cast<double>(in_ct) >= kLeastOverlap * count;
 }
 
-/// Leans of the probe off the skin's normal: about its two other axes.
+/// Inclinations of the probe from the skin's normal, about its two other axes.
 std::vector<Eigen::Quaterniond> leans(double lean_rad) {
   std::vector<Eigen::Quaterniond> out{Eigen::Quaterniond::Identity()};
   if (lean_rad <= 0) return out;
@@ -105,13 +106,13 @@ std::vector<Eigen::Quaterniond> leans(double lean_rad) {
   return out;
 }
 
-/// Whether a probe with these axes is held as is known, if anything is.
+/// True if a probe with these axes agrees with the known orientation, if one is given.
 bool held_so(const Eigen::Matrix3d& axes_in_ct, const SkinSearchOptions& options) {
   return !options.marker_towards ||
          -axes_in_ct.col(0).dot(*options.marker_towards) >= std::cos(options.marker_within_rad);
 }
 
-/// How long a search without a start may take, and who else may end it.
+/// Time limit and cancellation of a search without a start.
 class Patience {
  public:
   Patience(double limit_s, const std::function<bool(double fraction)>& progress)
@@ -123,13 +124,13 @@ class Patience {
   }
   [[nodiscard]] bool late() const { return left_s() <= 0; }
   [[nodiscard]] double left_s() const { return limit_s_ - seconds_since(start_); }
-  /// Why there is no pose, where a search ended early.
+  /// Reason for a missing pose, if the search ended early.
   [[nodiscard]] std::optional<Error> error() const {
     const std::string what = "registration without a start pose: ";
     if (cancelled_) return Error{ErrorCode::kCancelled, what + "cancelled by the caller"};
     if (!late()) return {};
     std::ostringstream text;
-    text << what << "expected a place within the time limit of " << limit_s_ << " s, found none";
+    text << what << "expected a position within the time limit of " << limit_s_ << " s, found none";
     return Error{ErrorCode::kTimeout, text.str()};
   }
 
@@ -146,7 +147,7 @@ std::vector<Pose> standing_poses(const Held& held, const BodySurface& body, cons
   const auto tilts = leans(options.lean_rad);
   for (const SkinPoint& skin : body.points(options.spacing_mm)) {
     if (!patience.keep_going()) break;
-    Eigen::Matrix3d upright;  // x, y (into the body), z of a picture.
+    Eigen::Matrix3d upright;  // x, y (into the body) and z axes of an ultrasound image.
     upright.col(1) = skin.inward;
     upright.col(0) = skin.inward.unitOrthogonal();
     upright.col(2) = upright.col(0).cross(upright.col(1));
@@ -165,13 +166,13 @@ std::vector<Pose> standing_poses(const Held& held, const BodySurface& body, cons
   return poses;
 }
 
-/// Places that are registered to the end, and the margin to the best of those that are not.
+/// Positions that are registered to the end, and the margin to the best of the others.
 struct RivalPlaces {
   std::vector<PoseSolution> places;
   std::optional<double> margin;
 };
 
-/// Each place solved on the second level, where there is one before the finest: what costs much
+/// Solves each position on the second level, if it is not the finest. A position that costs much
 /// more there has lost.
 RivalPlaces rivals_of(const Volume& ct, const PreparedSweep& sweep, const std::vector<Found>& found,
                       const ImageRegistrationOptions& options, const SkinSearchOptions& search,
@@ -214,7 +215,7 @@ RivalPlaces rivals_of(const Volume& ct, const PreparedSweep& sweep, const std::v
   return out;
 }
 
-/// The cheapest end, and its margin to the others.
+/// The result with the lowest cost, and its margin to the others.
 ImageRegistrationResult best_of(std::vector<ImageRegistrationResult> ends,
                                 const SweepPoints& points, const std::optional<double>& margin) {
   std::stable_sort(ends.begin(), ends.end(),
@@ -271,7 +272,7 @@ Result<ImageRegistrationResult> register_on_skin(
   if (poses.empty()) {
     return Error{ErrorCode::kRefused,
                  "registration without a start pose: expected skin in " + ct.name() +
-                     " that the sweep fits on" +
+                     " on which the sweep fits" +
                      (search_options.marker_towards ? " with its marker as declared" : "") +
                      ", found none"};
   }
@@ -290,21 +291,21 @@ Result<ImageRegistrationResult> register_on_skin(
   plain.starts = 0;
   std::vector<ImageRegistrationResult> ends;
   for (const PoseSolution& place : rivals.places) {
-    // Late, what is found is the best until then, and refused.
+    // After the time limit the best result so far is returned, and it will be rejected.
     if (!patience.keep_going() && !ends.empty()) break;
     plain.time_limit_s = std::max(patience.left_s(), kLeastTimeLimitS);
     auto end = register_prepared(ct, *prepared, place.pose, plain, progress);
-    if (!end && end.error().code == ErrorCode::kRefused) continue;  // A place outside the CT.
+    if (!end && end.error().code == ErrorCode::kRefused) continue;  // Position outside the CT.
     if (!end) return end.error();
     ends.push_back(std::move(*end));
   }
   if (ends.empty()) {
     return patience.error().value_or(
-        Error{ErrorCode::kRefused, "registration without a start pose: expected a place in " +
-                                       ct.name() + " that the sweep shows, found none"});
+        Error{ErrorCode::kRefused, "registration without a start pose: expected a position in " +
+                                       ct.name() + " that the sweep matches, found none"});
   }
   auto best = best_of(std::move(ends), prepared->points(), rivals.margin);
-  // Places that there was no time for might have been better.
+  // Positions that were not reached in time might have been better.
   if (patience.late()) best.termination = Termination::kTimeLimit;
   best.total_s = seconds_since(begin);
   return best;

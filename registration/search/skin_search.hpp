@@ -15,32 +15,32 @@
 
 namespace nav::registration {
 
-/// Poses at which the probe could stand on the body that the CT shows: its face on the skin in
-/// every picture, the pictures inside the body. All places, spacing_mm apart, all turns about the
-/// beam, and leaning by up to lean_rad.
+/// Options of a search over all poses at which the probe could stand on the body in the CT: its
+/// face on the skin and the ultrasound images inside the body. The search covers all skin positions
+/// spacing_mm apart, all rotations about the beam, and inclinations of up to lean_rad.
 struct SkinSearchOptions {
   double spacing_mm = 20;  ///< > 0.
-  int turns = 12;          ///< About the beam, >= 1.
+  int turns = 12;          ///< Number of rotations about the beam, >= 1.
   double lean_rad = 0.35;  ///< [0, 1].
-  int tried = 300;         ///< Of the poses so many are tried for a few steps, >= 1.
-  int followed = 4;        ///< Different places that are followed to the second level, >= 1.
-  /// What is known of how the probe was held: where the left edge of the middle picture points,
-  /// unit, Ct. Poses that are off by more than marker_within_rad are not among those tried.
+  int tried = 300;         ///< Number of poses that are tried for a few steps, >= 1.
+  int followed = 4;        ///< Different positions that are followed to the second level, >= 1.
+  /// Known orientation of the probe: direction of the left edge of the middle image, unit, Ct.
+  /// Poses that deviate by more than marker_within_rad are not tried.
   std::optional<Eigen::Vector3d> marker_towards = {};
   double marker_within_rad = 0.8;  ///< (0, pi].
 };
 
-/// A refusal that names the first option out of its range.
+/// Returns an error that names the first option that is out of its range.
 Result<void> validate(const SkinSearchOptions& options);
 
-/// register_sweep() without a start pose. Every such pose is ranked by the similarity of the first
-/// level; the surroundings of the best are searched as register_sweep() does, the best places are
-/// followed to the second level, and the best two that have not lost there are registered to the
-/// end. The answer is the cheapest of these; its margin counts the others.
-/// options.time_limit_s is of the whole: a search that it ends without a place is kTimeout, what it
-/// ends later is the best until then, which decide() refuses.
-/// Errors: those of register_sweep(); kTimeout; kRefused where the CT shows no skin that the sweep
-/// fits on, held as the options say.
+/// register_sweep() without a start pose. Every pose of the options is ranked by the similarity on
+/// the first level; the surroundings of the best are searched as in register_sweep(), the best
+/// positions are followed to the second level, and the best two that have not lost there are
+/// registered to the end. The result is the one with the lowest cost; its margin counts the others.
+/// options.time_limit_s limits the whole search. If it ends the search before a position was found,
+/// the result is kTimeout; later it ends with the best result so far, which decide() rejects.
+/// Errors: those of register_sweep(); kTimeout; kRefused if the CT shows no skin on which the sweep
+/// fits in a position that \p search allows.
 Result<ImageRegistrationResult> register_on_skin(
     const Volume& ct, const Sweep& sweep, const ImageRegistrationOptions& options,
     const SkinSearchOptions& search, Diagnostics& diagnostics,

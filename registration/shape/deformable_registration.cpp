@@ -20,12 +20,12 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-/// Mean cost of a picture's patches without and with a field.
+/// Mean cost of an image's patches without and with a field.
 struct PictureCost {
   double rigid = 0, deformed = 0, weight = 0;
 };
 
-/// What the pictures that a fit did not see cost with it.
+/// Adds the costs of the images that were left out of the fit.
 void add_held_out(const DeformedCost& cost, const SplineField& field,
                   const std::vector<bool>& fitted, std::map<int, PictureCost>& pictures) {
   for (const RestingPatch& patch : cost.patches()) {
@@ -46,7 +46,7 @@ double mean_cost(const DeformedCost& cost, const SplineField* field) {
   return sum;
 }
 
-/// Between two fields, RMS over the patches.
+/// Difference of two fields, RMS over the patches.
 double rms_apart(const DeformedCost& cost, const SplineField& a, const SplineField& b) {
   double sum = 0;
   for (const RestingPatch& p : cost.patches()) {
@@ -82,7 +82,7 @@ void weigh(const std::map<int, PictureCost>& pictures, DeformableResult& result)
   result.gain_sigmas = gain.sigmas();
 }
 
-/// Which pictures are fitted to: every second that has patches; all.
+/// The images that a fit uses: every second one with patches (two halves), and all.
 using Chosen = std::vector<bool>;
 struct Choices {
   std::array<Chosen, 2> halves;
@@ -110,20 +110,20 @@ SplineField between(const SplineField& a, const SplineField& b) {
   return out;
 }
 
-/// Sweeps are smaller: a pose that is far off is a fault, and a field that reaches there takes
-/// gigabytes.
+/// Rejects a box that is larger than any sweep: a pose that is far off is a fault, and a field that
+/// reaches there takes gigabytes.
 Result<void> check_extent(const CtBox& box, double spacing_mm) {
   const double points = SplineField::control_points_over(box, spacing_mm);
   if (points <= SplineField::kMostControlPoints) return {};
   std::ostringstream text;
-  text << "deformable registration: expected patches within reach of "
+  text << "deformable registration: expected patches that at most "
        << SplineField::kMostControlPoints << " control points " << spacing_mm
-       << " mm apart, found them over " << (box.high - box.low).transpose() << " mm, which takes "
-       << points;
+       << " mm apart cover, found patches over " << (box.high - box.low).transpose()
+       << " mm, which need " << points;
   return Error{ErrorCode::kRefused, text.str()};
 }
 
-/// The choice of model, and why.
+/// The choice of the model, with its reason.
 Result<DeformableResult> choose(const DeformedCost& cost, const Choices& choices,
                                 const DeformableOptions& options) {
   const CtBox box = box_of_patches(cost);
@@ -149,9 +149,9 @@ Result<DeformableResult> choose(const DeformedCost& cost, const Choices& choices
   text.precision(3);
   const double share = 1 - result.held_out_deformed / std::max(result.held_out_rigid, 1e-12);
   if (!(result.gain_sigmas >= options.min_gain_sigmas && share >= options.min_gain_share)) {
-    text << "rigid: pictures that were left out gained " << 100 * share << " % and "
-         << result.gain_sigmas << " standard errors by a deformation, expected "
-         << 100 * options.min_gain_share << " % and " << options.min_gain_sigmas;
+    text << "rigid: in images left out of the fit, a deformation reduced the cost by "
+         << 100 * share << " % (" << result.gain_sigmas << " standard errors), expected at least "
+         << 100 * options.min_gain_share << " % (" << options.min_gain_sigmas << ')';
     result.reason = text.str();
     return result;
   }
@@ -168,7 +168,7 @@ Result<DeformableResult> choose(const DeformedCost& cost, const Choices& choices
     return result;
   }
   if (!(result.min_determinant >= options.min_determinant)) {
-    text << "rigid: the deformation squeezes tissue to " << result.min_determinant
+    text << "rigid: the deformation compresses tissue to " << result.min_determinant
          << " of its volume, expected at least " << options.min_determinant;
     result.reason = text.str();
     return result;
@@ -177,9 +177,10 @@ Result<DeformableResult> choose(const DeformedCost& cost, const Choices& choices
   result.supported = true;
   result.bending_energy_mm = all.field.bending_energy_mm();
   result.final_cost = mean_cost(cost, &result.field);
-  text << "deformable: pictures that were left out gained " << 100 * share << " % and "
-       << result.gain_sigmas << " standard errors; volumes change to no less than "
-       << result.min_determinant;
+  text << "deformable: in images left out of the fit, the deformation reduced the cost by "
+       << 100 * share << " % (" << result.gain_sigmas
+       << " standard errors); it compresses tissue to no less than " << result.min_determinant
+       << " of its volume";
   result.reason = text.str();
   return result;
 }
@@ -211,7 +212,7 @@ Result<DeformableResult> refine_deformable(const CtChannels& ct, const PatchSet&
   const Choices choices = choices_of(patches);
   if (choices.pictures < kMinPictures) {
     return Error{ErrorCode::kRefused,
-                 "deformable registration: expected at least 4 pictures with patches, found " +
+                 "deformable registration: expected at least 4 images with patches, found " +
                      std::to_string(choices.pictures)};
   }
   const DeformedCost cost(ct, patches, ct_from_reference, options);

@@ -11,54 +11,57 @@
 namespace nav::registration {
 
 struct DeformableOptions {
-  double spacing_mm = 35;   ///< Of the control points, [10, 200].
+  double spacing_mm = 35;   ///< Spacing of the control points, [10, 200].
   double bending = 3e-4;    ///< Weight of the bending energy against the cost, > 0.
-  int max_iterations = 15;  ///< Of each fit, [1, 100].
-  double ridge = 0.01;      ///< As ImageRegistrationOptions::ridge, > 0.
+  int max_iterations = 15;  ///< Limit for each fit, [1, 100].
+  double ridge = 0.01;      ///< See ImageRegistrationOptions::ridge, > 0.
   int threads = 2;          ///< [1, 64]; the result does not depend on it.
-  /// Weight of a patch: this power of its contrast, [0, 3]. A mild one: bright interfaces differ
-  /// between the two pictures by what looks like a deformation, also to pictures left out.
+  /// Weight of a patch: this power of its contrast, [0, 3]. The power is small because bright
+  /// interfaces differ between ultrasound and CT by something that looks like a deformation, also
+  /// to images that were left out of the fit.
   double contrast_power = 0.3;
-  /// By how many standard errors the pictures that were left out must match better with the
-  /// deformation than without, > 0.
+  /// Least gain of the images that were left out of the fit, in standard errors: how much better
+  /// they match with the deformation than without, > 0.
   double min_gain_sigmas = 3;
-  double min_gain_share = 0.04;  ///< And by which share of their cost, [0, 1).
-  /// RMS over the patches, >= 0: less is not told from the difference between two pictures of the
-  /// same edge.
+  double min_gain_share = 0.04;  ///< Least gain as a fraction of their cost, [0, 1).
+  /// Least displacement, RMS over the patches, >= 0: a smaller one cannot be told from the
+  /// difference between two images of the same edge.
   double min_displacement_mm = 1;
-  double min_determinant = 0.3;  ///< Of the map's Jacobian anywhere, (0, 1).
+  double min_determinant = 0.3;  ///< Least determinant of the map's Jacobian anywhere, (0, 1).
 };
 
-/// A refusal that names the first option out of its range.
+/// Returns an error that names the first option that is out of its range.
 Result<void> validate(const DeformableOptions& options);
 
-/// What became of a free-form refinement. p_ct = y + field(y), y = ct_from_reference p.
+/// Result of a free-form refinement. p_ct = y + field(y), y = ct_from_reference p.
 struct DeformableResult {
-  SplineField field;   ///< Zero unless supported.
-  bool supported;      ///< Whether the data support a deformation.
-  std::string reason;  ///< One sentence, either way.
-  double rigid_cost;   ///< Of all patches, [0, 1].
+  SplineField field;   ///< Zero if not supported.
+  bool supported;      ///< True if the data support a deformation.
+  std::string reason;  ///< One sentence, whether supported or not.
+  double rigid_cost;   ///< Cost of all patches, [0, 1].
   double final_cost;
-  /// Pictures that a fit of the others did not see: their mean cost without and with deformation.
+  /// Mean cost of images that were left out of the fit, without and with deformation.
   double held_out_rigid, held_out_deformed;
-  double gain_sigmas;      ///< Their difference over its standard error.
-  double displacement_mm;  ///< RMS over the patches, of the fitted field; 0 where none was fitted.
-  /// Between the fields of the two halves of the pictures, RMS over the patches, mm.
+  double gain_sigmas;  ///< Their difference over its standard error.
+  /// Displacement by the fitted field, RMS over the patches; 0 if none was fitted.
+  double displacement_mm;
+  /// Difference between the fields of the two halves of the images, RMS over the patches, mm.
   double halves_disagreement_mm;
-  double min_determinant;  ///< Of the fitted map, over the box; 1 where none was fitted.
-  /// No two points come nearer to each other than 1 − this share of their distance: below 1 the map
-  /// is one-to-one everywhere, see SplineField::gradient_bound(). 0 where none was fitted.
+  /// Least determinant of the fitted map over the box; 1 if none was fitted.
+  double min_determinant;
+  /// The distance of two points shrinks by at most this fraction. Below 1 the map is one-to-one
+  /// everywhere, see SplineField::gradient_bound(). 0 if none was fitted.
   double max_gradient;
-  double bending_energy_mm;  ///< Of the field, see SplineField::bending().
-  int iterations;            ///< Of all fits.
+  double bending_energy_mm;  ///< Bending energy of the field, see SplineField::bending().
+  int iterations;            ///< Iterations of all fits.
 };
 
 /// Refines a rigid registration by a smooth displacement: LC² of each patch, which moves as a
-/// whole, plus bending energy; Levenberg–Marquardt with a sparse Cholesky factorisation. A
-/// deformation is kept only where pictures that it was not fitted to (every second of them, and
-/// then the others) match better with it, and where it folds nothing; otherwise the answer is
-/// rigid, and says why. Deterministic. Errors: kUsage (options), kRefused (fewer than 4 pictures
-/// with patches), kNumerical (a cost that is not finite).
+/// whole, plus bending energy. It uses Levenberg–Marquardt with conjugate gradients. The
+/// deformation is kept only if images that were left out of the fit match better with it (every
+/// second image, then the others) and if it does not fold the tissue; otherwise the result is rigid
+/// and says why. Deterministic. Errors: kUsage (options), kRefused (fewer than 4 images with
+/// patches), kNumerical (a cost that is not finite).
 Result<DeformableResult> refine_deformable(const CtChannels& ct, const PatchSet& patches,
                                            const Pose& ct_from_reference,
                                            const DeformableOptions& options);

@@ -15,10 +15,11 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-// Right ones: 0.43 to 1.02 on the development seeds (docs/experiments/registration.md).
+// Right results have 0.43 to 1.02 on the development seeds (docs/experiments/registration.md).
 constexpr double kMaxHalvesMm = 1.5;
-// A field explains a part of any CT: stricter than the cost of a pose alone. Right ones cost 0.15
-// to 0.28 on the development seeds, other patients' 0.35 and more.
+// A field explains a part of any CT, so this limit is stricter than the cost of a pose alone. On
+// the development seeds right results cost 0.15 to 0.28, those with another patient's CT at least
+// 0.35.
 constexpr double kMaxBentCost = 0.3;
 
 }  // namespace
@@ -26,7 +27,7 @@ constexpr double kMaxBentCost = 0.3;
 Result<Volume> bent_ct(const Volume& ct, const SplineField& field) {
   std::vector<std::int16_t> hu(ct.hu().begin(), ct.hu().end());
   const VoxelGrid& grid = ct.grid();
-  // Rows of most CTs run along x, where a field is cheaper to ask.
+  // Rows of most CTs run along x, where a field is cheaper to evaluate.
   const bool along_x = grid.directions(1, 0) == 0 && grid.directions(2, 0) == 0;
   tbb::parallel_for(0, grid.size[2], [&](int k) {
     auto voxel = hu.begin() + static_cast<std::ptrdiff_t>(k) * grid.size[0] * grid.size[1];
@@ -43,7 +44,7 @@ Result<Volume> bent_ct(const Volume& ct, const SplineField& field) {
       }
     }
   });
-  return Volume::create(grid, std::move(hu), ct.name() + ", bent");
+  return Volume::create(grid, std::move(hu), ct.name() + ", deformed");
 }
 
 Result<DeformedRegistration> register_deformed(
@@ -60,9 +61,8 @@ Result<DeformedRegistration> register_deformed(
   if (!bent) return bent.error();
   auto found = register_sweep(*bent, sweep, common, solver, diagnostics, progress);
   if (!found) return found.error();
-  // What the pictures did not say of the field is about as large as what they said: on the
-  // development seeds the error at the targets was 0.8 to 1.7 times the displacement
-  // (docs/experiments/registration.md).
+  // The unknown part of the field is about as large as the known part: on the development seeds the
+  // error at the targets was 0.8 to 1.7 times the displacement (docs/experiments/registration.md).
   found->uncertainty.widen(deformed.tissue.displacement_mm);
   deformed.settled_mm = apart_mm(sweep, common, found->ct_from_reference);
   deformed.in_bent_ct = std::move(*found);
@@ -75,9 +75,9 @@ Decision decide(const DeformedRegistration& deformed, const AcceptanceLimits& li
   AcceptanceLimits bent = limits;
   bent.max_cost = std::min(bent.max_cost, kMaxBentCost);
   Judge judge(decide(*deformed.in_bent_ct, bent, target));
-  judge.at_most("pose in the bent CT, from the common one", deformed.settled_mm, kMaxSettlingMm,
-                kMaxSettlingMm, " mm");
-  judge.at_most("disagreement of the deformations of odd and even pictures",
+  judge.at_most("distance between the poses in the deformed and the original CT",
+                deformed.settled_mm, kMaxSettlingMm, kMaxSettlingMm, " mm");
+  judge.at_most("disagreement of the deformations of odd and even images",
                 deformed.tissue.halves_disagreement_mm, kMaxHalvesMm, kMaxHalvesMm, " mm");
   return std::move(judge).decision();
 }

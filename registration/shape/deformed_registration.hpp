@@ -10,32 +10,34 @@
 
 namespace nav::registration {
 
-/// A registration of a patient whose tissue lies otherwise than in the CT, judged as one of a
-/// patient who lies as in it: the CT is bent as the pictures say, and they are registered to it.
+/// A registration of a patient whose tissue is deformed relative to the CT, judged like that of a
+/// patient whose tissue is not: the CT is deformed as the ultrasound images show, and they are
+/// registered to it.
 struct DeformedRegistration {
-  DeformableResult tissue;  ///< About the common pose.
-  /// Of the pictures in the bent CT: what lies at y there lies at y + tissue.field(y) in the CT.
-  /// Its uncertainty has that of the field in it: tissue.displacement_mm, RMS, everywhere. Absent
-  /// where no deformation is supported.
+  DeformableResult tissue;  ///< Deformation about the common pose.
+  /// Registration of the images to the deformed CT: the tissue at y in the deformed CT lies at y +
+  /// tissue.field(y) in the CT. Its uncertainty includes that of the field: tissue.displacement_mm,
+  /// RMS, everywhere. Absent if no deformation is supported.
   std::optional<ImageRegistrationResult> in_bent_ct;
-  double settled_mm;  ///< How far it is from the common pose, RMS over the sweep.
+  double settled_mm;  ///< Distance of in_bent_ct from the common pose, RMS over the sweep.
 };
 
-/// The CT as the tissue lies: bent(y) = ct(y + field(y)), trilinear; unchanged where the field is
-/// nothing, air where it points out of the CT.
+/// The deformed CT: bent(y) = ct(y + field(y)), trilinear. Voxels where the field is zero are
+/// unchanged; voxels where it points out of the CT are air.
 Result<Volume> bent_ct(const Volume& ct, const SplineField& field);
 
-/// Fits a deformation about a common pose, accepted or not, and where it is
-/// supported registers the pictures to the CT so bent. solver: as for the common pose.
+/// Fits a deformation about a common pose, which may be accepted or not. If the deformation is
+/// supported, it registers the images to the deformed CT. solver: the options of the common pose.
 /// Deterministic. Errors: those of motion_evidence(), refine_deformable() and register_sweep().
 Result<DeformedRegistration> register_deformed(
     const Volume& ct, const Sweep& sweep, const Pose& common, const DeformableOptions& fit,
     const ImageRegistrationOptions& solver, Diagnostics& diagnostics,
     const std::function<bool(double fraction)>& progress = {});
 
-/// The verdict on the whole: the limits of a still patient for in_bent_ct with a cost of at most
-/// 0.3 (a field explains a part of any CT), that it stayed near the common pose, and that fields of
-/// two halves of the pictures agree. Precondition: in_bent_ct.
+/// The verdict on the whole registration. in_bent_ct must meet the limits of an undeformed patient,
+/// with a cost of at most 0.3, because a field explains a part of any CT. It must have stayed near
+/// the common pose, and the fields of the two halves of the images must agree. Precondition:
+/// in_bent_ct is present.
 Decision decide(const DeformedRegistration& deformed, const AcceptanceLimits& limits,
                 const Point<frames::Ct>& target);
 

@@ -14,23 +14,23 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 using Mat = Eigen::Matrix3d;
-/// A vector of three for each control point.
+/// A row of three values for each control point.
 using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-// A step need not be better than the model that it minimises.
+// A step need not be more accurate than the model that it minimises.
 constexpr double kStepTolerance = 0.03;
 constexpr int kMaxGradients = 200;
-// Done when a step lowers the objective by less than this share.
+// The fit is finished when a step lowers the objective by less than this fraction.
 constexpr double kCostTolerance = 1e-4;
 
-/// Control points that reach a patch.
+/// Control points that affect a patch.
 struct Reach {
   std::array<int, 64> index;
   std::array<double, 64> weight;
   int count;
 };
 
-/// A patch that is fitted to.
+/// A patch that the fit uses.
 struct Used {
   const RestingPatch* patch;
   Reach reach;
@@ -82,7 +82,7 @@ class NormalMatrix {
     }
     return out;
   }
-  /// Inverses of the blocks of single control points.
+  /// Inverses of the diagonal blocks, one for each control point.
   [[nodiscard]] std::vector<Mat> inverse_blocks(double damping) const {
     std::vector<Mat> out;
     out.reserve(blocks_.size());
@@ -97,7 +97,7 @@ class NormalMatrix {
   const std::vector<Used>& used_;
   const std::vector<Mat>& hessians_;
   const Eigen::SparseMatrix<double>& bending_;
-  std::vector<Mat> blocks_;  ///< On the diagonal.
+  std::vector<Mat> blocks_;  ///< Diagonal blocks.
 };
 
 Points times(const std::vector<Mat>& blocks, const Points& x) {
@@ -110,7 +110,7 @@ Points times(const std::vector<Mat>& blocks, const Points& x) {
 
 double dot(const Points& a, const Points& b) { return (a.array() * b.array()).sum(); }
 
-/// Conjugate gradients, preconditioned by the blocks of single control points.
+/// Conjugate gradients, preconditioned by the diagonal blocks of the control points.
 Points solve(const NormalMatrix& matrix, const Points& rhs, double damping) {
   const std::vector<Mat> inverse = matrix.inverse_blocks(damping);
   Points x = Points::Zero(rhs.rows(), 3);
@@ -157,7 +157,7 @@ class Fitter {
       ++iterations;
       const Points gradient = linearise(c);
       const double before = value;
-      // The same model again, stepped into more carefully, until a step is one down.
+      // Tries shorter steps of the same model until one lowers the objective.
       for (; damping < 1e6; damping *= 10) {
         const Points step = solve({used_, hessians_, bending_}, -gradient, damping);
         const double there = step.allFinite() ? evaluate(c + step) : value;
@@ -174,7 +174,7 @@ class Fitter {
   }
 
  private:
-  /// Half the objective; keeps the patches' terms.
+  /// Half the objective; stores the terms of the patches.
   double evaluate(const Points& c) {
     tbb::parallel_for(std::size_t{0}, used_.size(), [&](std::size_t i) {
       terms_[i] = cost_.terms(*used_[i].patch, at(used_[i].reach, c));
@@ -183,7 +183,8 @@ class Fitter {
     for (std::size_t i = 0; i < used_.size(); ++i) sum += share(i) * terms_[i].s;
     return 0.5 * sum + 0.5 * dot(c, bending_ * c);
   }
-  /// Gradient of the objective where it was evaluated last and found better, and the Hessians.
+  /// Gradient of the objective at the accepted point, and the Hessians. The terms must be those of
+  /// this point.
   Points linearise(const Points& c) {
     Points gradient = bending_ * c;
     for (std::size_t i = 0; i < used_.size(); ++i) {
@@ -198,7 +199,7 @@ class Fitter {
   SplineField field_;
   const DeformableOptions& options_;
   std::vector<Used> used_;
-  std::vector<DeformedCost::Terms> terms_;  // Of the used patches, where evaluated last.
+  std::vector<DeformedCost::Terms> terms_;  // Terms of the used patches at the last evaluation.
   std::vector<Mat> hessians_;
   double total_weight_ = 0;
   Eigen::SparseMatrix<double> bending_;

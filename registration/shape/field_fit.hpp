@@ -8,30 +8,30 @@
 
 #include "registration/shape/deformable_registration.hpp"
 
-/// Fits of a displacement field to some of the pictures. Private to registration/.
+/// Fits of a displacement field to a subset of the ultrasound images. Private to registration/.
 namespace nav::registration {
 
-/// A patch at its rigid place; a displacement moves it as a whole.
+/// A patch at its rigid position; a displacement moves it as a whole.
 struct RestingPatch {
   Eigen::Vector3d centre_ct;
   Eigen::Vector3d step_a, step_b, beam;  ///< Grid.
-  double weight;                         ///< All together 1.
+  double weight;                         ///< The weights sum to 1.
   int frame;
-  std::size_t index;  ///< In the set.
+  std::size_t index;  ///< Index in the set.
 };
 
-/// LC² of patches under a displacement. Keeps references to its parts. Thread-safe to read.
+/// LC² of patches under a displacement. Keeps references to its arguments. Thread-safe to read.
 class DeformedCost {
  public:
   DeformedCost(const CtChannels& ct, const PatchSet& set, const Pose& pose,
                const DeformableOptions& options);
   [[nodiscard]] const std::vector<RestingPatch>& patches() const { return patches_; }
-  /// s of a patch, [0, 1]; NaN where a sample is not finite.
+  /// s of a patch, [0, 1]; NaN if a sample is not finite.
   [[nodiscard]] double cost(const RestingPatch& p, const Eigen::Vector3d& displacement) const;
 
   struct Terms {
     double s;
-    Eigen::Vector3d gradient;  ///< Of s/2 by the displacement, Ct, mm.
+    Eigen::Vector3d gradient;  ///< Gradient of s/2 by the displacement, Ct, mm.
     Eigen::Matrix3d hessian;   ///< Gauss–Newton.
   };
   [[nodiscard]] Terms terms(const RestingPatch& p, const Eigen::Vector3d& displacement) const;
@@ -46,16 +46,16 @@ class DeformedCost {
   std::vector<RestingPatch> patches_;
 };
 
-/// A field and how it was found.
+/// A field with the iterations that found it.
 struct FieldFit {
   SplineField field;
   int iterations;
   bool finite;  ///< False: a cost was not finite.
 };
 
-/// Minimises the mean cost of the patches of chosen pictures + bending energy, from a field:
-/// Levenberg–Marquardt, each step by conjugate gradients on the normal equations, which are never
-/// written down. frames[f]: whether picture f is used.
+/// Minimises the mean cost of the patches of the chosen images + bending energy, starting from a
+/// field. It uses Levenberg–Marquardt, each step by conjugate gradients on the normal equations
+/// without forming their matrix. frames[f]: true if image f is used.
 FieldFit fit_field(const DeformedCost& cost, const std::vector<bool>& frames,
                    const SplineField& start, const DeformableOptions& options);
 

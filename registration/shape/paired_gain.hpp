@@ -7,8 +7,7 @@
 
 namespace nav::registration {
 
-/// What pictures gain by a finer model that was not fitted to them: paired differences of their
-/// costs.
+/// Gain of images by a finer model that was not fitted to them: paired differences of their costs.
 struct PairedGain {
   double sum = 0, squares = 0;
   int count = 0;

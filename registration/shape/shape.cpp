@@ -26,7 +26,7 @@ Result<void> check_spacing(const std::string& name, double spacing_mm) {
                name + ": spacing_mm: expected 0.1 to 20, found " + std::to_string(spacing_mm)};
 }
 
-/// Centres of the n² small triangles that a triangle falls into.
+/// Centres of the n² small triangles that a triangle divides into.
 void add_triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                   const Eigen::Vector3d& normal, int n, std::vector<ShapeElement>& out) {
   const Eigen::Vector3d u = (b - a) / n;
@@ -106,7 +106,7 @@ std::vector<Point<frames::Reference>> points_along(
     points.push_back(line.front());
     for (std::size_t i = 1; i < line.size(); ++i) {
       const Eigen::Vector3d along = line[i].mm - line[i - 1].mm;
-      constexpr double kMostParts = 1e6;  // Of one step; a recording has none so long.
+      constexpr double kMostParts = 1e6;  // Limit for one step; no recording has a longer one.
       const double needed = std::min(std::ceil(along.norm() / spacing_mm), kMostParts);
       const int parts = std::max(1, static_cast<int>(needed));
       for (int part = 1; part <= parts; ++part) {

@@ -12,17 +12,18 @@
 
 namespace nav::registration {
 
-/// What a shape leaves free at each of its points: a surface lets points slide in its plane, a
-/// curve along its tangent.
+/// Degrees of freedom that a shape leaves to each of its points: a surface lets points slide in its
+/// plane, a curve lets them slide along its tangent.
 enum class ShapeKind { kSurface, kCurve };
 
 /// One piece of a shape.
 struct ShapeElement {
   Eigen::Vector3d point_mm;  ///< Ct.
-  Eigen::Vector3d axis;      ///< Ct, unit: the surface's normal, of either sign, or the tangent.
+  /// Ct, unit: the surface's normal (of either sign) or the curve's tangent.
+  Eigen::Vector3d axis;
 };
 
-/// A surface or the centre lines of vessels in the CT, cut into pieces about spacing_mm apart.
+/// A surface or the centre lines of vessels in the CT, divided into pieces about spacing_mm apart.
 struct Shape {
   ShapeKind kind;
   std::vector<ShapeElement> elements;
@@ -30,21 +31,21 @@ struct Shape {
   std::string name;
 };
 
-/// Pieces of a surface: of every triangle one or more, none farther than spacing_mm from the next.
-/// Triangles without area are left out. Refuses indices outside the points, points that are not
-/// finite, a spacing outside 0.1 to 20 mm, more than 2^24 pieces, and a mesh without area.
+/// Divides a surface into pieces: one or more for every triangle, none farther than spacing_mm from
+/// the next. Triangles without area are left out. Rejects indices outside the points, points that
+/// are not finite, a spacing outside 0.1 to 20 mm, more than 2^24 pieces, and a mesh without area.
 Result<Shape> surface_shape(const TriangleMesh& mesh, double spacing_mm);
 
 /// A branch of a vessel tree: its centre line, mm.
 template <class Frame>
 using CentreLine = std::vector<Point<Frame>>;
 
-/// Pieces of centre lines, spacing_mm apart or closer. Refuses like surface_shape(); lines without
-/// length are left out.
+/// Divides centre lines into pieces, spacing_mm apart or closer. Rejects the same faults as
+/// surface_shape(); lines without length are left out.
 Result<Shape> curve_shape(const std::vector<CentreLine<frames::Ct>>& lines, double spacing_mm,
                           const std::string& name);
 
-/// Points along centre lines, at most spacing_mm (> 0) apart: what is laid onto a curve_shape().
+/// Points along centre lines, at most spacing_mm (> 0) apart, to be registered to a curve_shape().
 std::vector<Point<frames::Reference>> points_along(
     const std::vector<CentreLine<frames::Reference>>& lines, double spacing_mm);
 

@@ -12,7 +12,7 @@ namespace {
 constexpr double kNeighbourMm = 15;
 constexpr double kStandardErrors = 2;
 constexpr std::array<double, 3> kBlocksMm{20, 40, 80};
-// Fewer blocks say nothing about their spread.
+// Fewer blocks do not show their spread.
 constexpr std::size_t kLeastBlocks = 8;
 
 using Cell = std::array<int, 3>;
@@ -40,7 +40,7 @@ Matrix6d block_scatter(const std::vector<Eigen::Vector3d>& places,
   for (const auto& [cell, g] : blocks) scatter += g * g.transpose();
   count = blocks.size();
   const auto n = static_cast<double>(count);
-  // Few blocks say little about their spread; be the more careful.
+  // A few blocks hardly show their spread: scale it up to be careful.
   return scatter * (n > 7 ? n / (n - 6) : n);
 }
 
@@ -64,7 +64,7 @@ double shape_discrepancy_mm(const std::vector<Eigen::Vector3d>& places_ct_mm,
     pairs += static_cast<double>(cluster.count) * (cluster.count - 1);
   }
   if (pairs < 2) return 0;
-  // Axes that offsets show: one across a surface, two across a line.
+  // Number of axes that the offsets show: one across a surface, two across a line.
   const double axes = kind == ShapeKind::kSurface ? 1 : 2;
   const double covariance = products / pairs / axes;
   const double standard_error = squares / axes * std::sqrt(2 / (pairs * axes));

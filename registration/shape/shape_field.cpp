@@ -25,14 +25,14 @@ VoxelGrid grid_around(const Shape& shape, const ShapeFieldOptions& options) {
   const Eigen::Vector3d nodes =
       ((high - low).array() + 2 * options.margin_mm) / options.spacing_mm + 1;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    // 2^29 along one axis is refused below anyway, and still an int.
+    // Values of 2^29 or more along one axis are rejected below, and 2^29 still fits an int.
     const double n = std::min(nodes[static_cast<Eigen::Index>(axis)], 536870912.0);
     grid.size[axis] = std::max(2, static_cast<int>(std::ceil(n)));
   }
   return grid;
 }
 
-/// Hands pieces on from node to node, forwards and backwards (vector distance transform, Danielsson
+/// Passes pieces from node to node, forwards and backwards (vector distance transform, Danielsson
 /// 1980, with the true distances of the pieces).
 class Propagation {
  public:
@@ -92,7 +92,7 @@ class Propagation {
     }
   }
 
-  /// Takes over the best piece of the 13 neighbours that the pass has seen.
+  /// Takes the best piece of the 13 neighbours that this pass has already visited.
   void relax(int i, int j, int k, int step) {
     std::int32_t& held = nearest_[offset(i, j, k)];
     const Eigen::Vector3d p = node(i, j, k);
@@ -123,17 +123,17 @@ class Propagation {
   std::vector<std::int32_t> nearest_;
 };
 
-/// The part of an offset that a shape does not leave free: a projection.
+/// Projection onto the part of an offset that a shape does not leave free.
 Eigen::Matrix3d bound_part(ShapeKind kind, const Eigen::Vector3d& axis) {
   const Eigen::Matrix3d along = axis * axis.transpose();
   return kind == ShapeKind::kSurface ? along : Eigen::Matrix3d::Identity() - along;
 }
 
-/// Cell and fractions of a point, held inside the grid.
+/// Cell and fractions of a point, clamped to the grid.
 struct FieldCell {
   std::array<int, 3> base{};
   std::array<double, 3> w{};
-  std::array<double, 3> moves{};  ///< d w / d index: 0 where held.
+  std::array<double, 3> moves{};  ///< d w / d index: 0 if clamped.
 };
 
 FieldCell cell_of(const VoxelGrid& grid, const Eigen::Vector3d& p) {
@@ -177,8 +177,8 @@ double ShapeField::distance_from(const ShapeElement& e, const Eigen::Vector3d& p
   const double along2 = std::pow(e.axis.dot(d), 2);
   const double across2 = std::max(d.squaredNorm() - along2, 0.0);
   const bool surface = data_->shape.kind == ShapeKind::kSurface;
-  // A triangle reaches at most two thirds of its longest side from its centroid, a piece of a line
-  // half its length; beyond lies a neighbour, or nothing.
+  // A triangle reaches at most two thirds of its longest side from its centroid, and a piece of a
+  // line half its length. Beyond that lies a neighbour or nothing.
   const double reach = (surface ? 2.0 / 3 : 0.5) * data_->shape.spacing_mm;
   const double slid = std::max(0.0, std::sqrt(surface ? across2 : along2) - reach);
   return std::sqrt((surface ? along2 : across2) + slid * slid);

@@ -12,29 +12,30 @@
 namespace nav::registration {
 
 struct ShapeFieldOptions {
-  double spacing_mm = 4.0;  ///< Of the grid's nodes, 0.25 to 20.
-  double margin_mm = 40;    ///< Of the grid around the shape, 0 to 200.
+  double spacing_mm = 4.0;  ///< Spacing of the grid's nodes, 0.25 to 20.
+  double margin_mm = 40;    ///< Margin of the grid around the shape, 0 to 200.
 };
 
-/// What the field says at a point of the CT.
+/// Value of the field at a point of the CT.
 struct ShapeSample {
-  Eigen::Vector3d offset_mm;  ///< From the shape, without what the shape leaves free.
-  Eigen::Matrix3d by_point;   ///< Its derivative by the point.
-  double distance_mm;         ///< From the nearest piece itself, its extent included, >= 0.
+  /// Offset from the shape, without the directions that the shape leaves free.
+  Eigen::Vector3d offset_mm;
+  Eigen::Matrix3d by_point;  ///< Derivative of the offset by the point.
+  double distance_mm;        ///< Distance from the nearest piece with its full extent, >= 0.
 };
 
-/// The nearest piece of a shape for every node of a grid, found once: a look-up replaces the
-/// search for correspondences of every iteration of ICP (as the distance map of Fitzgibbon 2003).
-/// Between the nodes the offsets to the eight planes (or lines) are blended, so that a plane is
-/// exact at any spacing and the field has no kink where the distance is zero. Outside the grid the
-/// nearest node's piece counts. Copies share the data; thread-safe to read.
+/// The nearest piece of a shape for every node of a grid, computed once. A look-up replaces the
+/// search for correspondences in every iteration of ICP (like the distance map of Fitzgibbon 2003).
+/// Between the nodes the offsets to the eight planes (or lines) are interpolated, so that a plane
+/// is exact at any spacing and the field has no kink at distance zero. Outside the grid the piece
+/// of the nearest node is used. Copies share the data; thread-safe to read.
 class ShapeField {
  public:
-  /// Refuses options out of range, a shape without pieces, and grids of more than 2^28 nodes.
+  /// Rejects options out of range, a shape without pieces, and grids of more than 2^28 nodes.
   static Result<ShapeField> create(const Shape& shape, const ShapeFieldOptions& options = {});
 
   [[nodiscard]] ShapeSample at(const Eigen::Vector3d& p_ct_mm) const;
-  /// Only the distance of at().
+  /// The distance_mm of at() alone.
   [[nodiscard]] double distance_mm(const Eigen::Vector3d& p_ct_mm) const;
   [[nodiscard]] ShapeKind kind() const { return data_->shape.kind; }
   [[nodiscard]] const std::string& name() const { return data_->shape.name; }
@@ -44,7 +45,7 @@ class ShapeField {
   struct Data {
     Shape shape;
     VoxelGrid grid;
-    std::vector<std::int32_t> nearest;  ///< Piece of each node; i fastest.
+    std::vector<std::int32_t> nearest;  ///< Piece nearest to each node; i fastest.
   };
   explicit ShapeField(std::shared_ptr<const Data> data) : data_(std::move(data)) {}
   [[nodiscard]] double distance_from(const ShapeElement& e, const Eigen::Vector3d& p) const;

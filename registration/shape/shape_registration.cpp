@@ -33,7 +33,9 @@ Error refuse(ErrorCode code, const std::string& expected, const std::string& fou
   return {code, "shape registration: expected " + expected + ", found " + found};
 }
 
-/// Every so many-th point, at most count.
+Error cancelled() { return {ErrorCode::kCancelled, "shape registration: cancelled by the caller"}; }
+
+/// An even choice of at most count points.
 ReferencePoints some_of(std::span<const Point<frames::Reference>> points, std::size_t count) {
   const std::size_t stride = std::max<std::size_t>(1, (points.size() + count - 1) / count);
   ReferencePoints out;
@@ -82,12 +84,12 @@ class ShapeRegistrar {
   Result<ShapeRegistration> run() {
     std::vector<ShapeSolution> found = coarse_solutions();
     if (!stopped_) hold_what_slides(found);
-    if (stopped_) return refuse(ErrorCode::kCancelled, "to go on", "the caller's cancel");
+    if (stopped_) return cancelled();
     found.erase(
         found.begin() + static_cast<std::ptrdiff_t>(std::min(found.size(), kFinishedShapes)),
         found.end());
     for (ShapeSolution& one : found) {
-      if (stopped()) return refuse(ErrorCode::kCancelled, "to go on", "the caller's cancel");
+      if (stopped()) return cancelled();
       const int before = one.iterations;
       one = descend(points_, shape_, one.pose, options_, options_.max_rounds);
       one.iterations += before;
@@ -106,8 +108,8 @@ class ShapeRegistrar {
                      [](const auto& a, const auto& b) { return a.mean_mm < b.mean_mm; });
   }
 
-  /// Where the shape leaves directions free, starts that differ in them alone are as good as each
-  /// other: the descent from the initial pose goes before the others that do not beat it clearly.
+  /// If the shape leaves directions free, starts that differ only in them are equally good: the
+  /// descent from the initial pose is preferred over others that are not clearly better.
   void hold_what_slides(std::vector<ShapeSolution>& found) {
     const ShapeCurvature at = curvature_at(coarse_, shape_, found.front().pose, options_);
     const Observability seen = observability(at.curvature, at.lever_mm, options_.least_strength);
@@ -121,7 +123,8 @@ class ShapeRegistrar {
   std::vector<Pose> ranked_starts() {
     const ReferencePoints screen = some_of(points_, kScreenPoints);
     const Eigen::Vector3d centre = (initial_ * centroid_of(points_)).mm;
-    // No point may count more than a start could be off: outliers must not rank.
+    // The distance of a point is capped at the largest offset of a start, so that outliers do not
+    // decide the ranking.
     const double cap = options_.start_range_mm;
     std::vector<std::pair<double, Pose>> ranked;
     for (const Vector6d& twist : spread_twists(options_.starts, options_.start_range_rad,
@@ -140,7 +143,7 @@ class ShapeRegistrar {
     return out;
   }
 
-  /// Distinct results of few points, best first.
+  /// Distinct results from a subset of the points, best first.
   std::vector<ShapeSolution> coarse_solutions() {
     std::vector<ShapeSolution> all;
     for (const Pose& start : ranked_starts()) {
@@ -180,7 +183,7 @@ class ShapeRegistrar {
   bool stopped_ = false;
 };
 
-/// Sandwich with one score per cube, in the directions that are seen.
+/// Sandwich covariance with one score per cube, in the directions that are seen.
 PoseUncertainty ShapeRegistrar::uncertainty(const ShapeCurvature& at, const Observability& seen) {
   const auto count = static_cast<double>(at.counted.size());
   Matrix6d inverse = Matrix6d::Zero();
@@ -260,7 +263,7 @@ Result<ShapeRegistration> register_points(std::span<const Point<frames::Referenc
   const bool spread = std::any_of(points.begin(), points.end(), [&](const auto& p) {
     return (p.mm - points.front().mm).norm() > kMinSpreadMm;
   });
-  if (!spread) return refuse(ErrorCode::kRefused, "points over 1 mm apart", "one place");
+  if (!spread) return refuse(ErrorCode::kRefused, "points over 1 mm apart", "one position");
   return ShapeRegistrar(points, shape, initial, options, keep_going).run();
 }
 

@@ -19,84 +19,86 @@
 
 namespace nav::registration {
 
-/// How points are laid onto a shape.
+/// Options of the registration of points to a shape.
 struct ShapeRegistrationOptions {
-  double keep_fraction = 0.95;    ///< Nearest share of the points that counts, (0.3, 1].
-  double noise_mm = 0.5;          ///< Robust scale never sinks below this, > 0.
-  int max_points = 2000;          ///< Every so many-th is used beyond, >= 20.
-  int max_rounds = 30;            ///< Of trimming and solving, >= 1.
-  int starts = 2000;              ///< Seeded starts ranked by distance, >= 0; 0: the initial alone.
-  double start_range_mm = 30;     ///< Half width of their box of translations, >= 0.
-  double start_range_rad = 0.35;  ///< Half width of their box of rotation vectors, [0, pi].
-  /// A direction in which 1 mm (of the points' mean lever arm) changes their offsets by less than
-  /// the root of this share is not determined by the shape: it stays as the start has it, > 0.
+  /// Fraction of the points that is used (the nearest ones), (0.3, 1].
+  double keep_fraction = 0.95;
+  double noise_mm = 0.5;  ///< Least value of the robust scale, > 0.
+  int max_points = 2000;  ///< If there are more points, an even choice is used, >= 20.
+  int max_rounds = 30;    ///< Limit of rounds of trimming and solving, >= 1.
+  int starts = 2000;      ///< Seeded starts ranked by distance, >= 0; 0: the initial pose alone.
+  double start_range_mm = 30;     ///< Half width of the starts' box of translations, >= 0.
+  double start_range_rad = 0.35;  ///< Half width of the starts' box of rotation vectors, [0, pi].
+  /// Least observable strength, > 0. If 1 mm along a direction (at the points' mean lever arm)
+  /// changes the offsets by less than the square root of this fraction, the shape does not
+  /// determine the direction: it stays as in the start.
   double least_strength = 4e-3;
   std::uint64_t seed = 1;
 };
 
-/// A refusal that names the first option out of its range.
+/// Returns an error that names the first option that is out of its range.
 Result<void> validate(const ShapeRegistrationOptions& options);
 
-/// How far the points lie from the shape, mm: every point, none trimmed.
+/// Distances of all points from the shape, mm; none is trimmed.
 struct DistanceSummary {
   double mean_mm, median_mm, rms_mm, p95_mm;
 };
 
-/// The whole story of laying points onto a shape.
+/// The complete result of a registration of points to a shape.
 struct ShapeRegistration {
   Transform<frames::Ct, frames::Reference> ct_from_reference;
   DistanceSummary before;  ///< At the initial pose.
   DistanceSummary after;
-  int points;       ///< Used.
-  int trimmed;      ///< Of these, too far to count.
-  double scale_mm;  ///< Robust standard deviation of the offsets that count.
-  int iterations;   ///< Of the chosen start, all rounds.
+  int points;       ///< Points used.
+  int trimmed;      ///< Used points that are too far away to count.
+  double scale_mm;  ///< Robust standard deviation of the offsets of the points that count.
+  int iterations;   ///< Iterations of the chosen start in all rounds.
   bool converged;
-  std::vector<SlidingDirection> sliding;  ///< Not determined; empty: all six are.
-  /// (mean distance of the best other minimum − own) / own; other: more than 5 mm away. Absent when
-  /// no start ended in one.
+  /// Directions that are not determined; empty: all six are.
+  std::vector<SlidingDirection> sliding;
+  /// (mean distance of the best other minimum − own) / own; another minimum is more than 5 mm away.
+  /// Absent if no start ended in one.
   std::optional<double> margin;
-  /// About the centroid of the points; of the directions that are determined. Correlated in cubes
-  /// of 20, 40 or 80 mm, whichever says more.
+  /// Uncertainty about the centroid of the points, for the directions that are determined. Errors
+  /// are taken as correlated in cubes of 20, 40 or 80 mm, whichever gives the larger uncertainty.
   PoseUncertainty uncertainty;
-  /// What points and shape disagree about besides noise, one axis, standard deviation
-  /// (shape_discrepancy.hpp): a target moves with it as the surface does, whatever the pose.
+  /// Disagreement of points and shape beyond noise, one axis, standard deviation
+  /// (shape_discrepancy.hpp). A target moves with it as the surface does, whatever the pose.
   double discrepancy_mm = 0;
 
-  /// Expected RMS error at a point of the CT, mm, of pose and discrepancy; infinite while a
-  /// direction slides. Errors that all points share and the pose absorbs are not in it.
+  /// Expected RMS error at a point of the CT, mm, from the pose and the discrepancy; infinite if a
+  /// direction slides. It does not include errors that all points share and the pose absorbs.
   [[nodiscard]] double tre_rms_mm(const Point<frames::Ct>& target) const {
     if (!sliding.empty()) return std::numeric_limits<double>::infinity();
     return std::hypot(uncertainty.tre_rms_mm(target), std::sqrt(3.0) * discrepancy_mm);
   }
 };
 
-/// Lays tracked surface points onto a surface, or points along vessels onto centre lines: robust
-/// (Huber) least squares of the offsets that the shape does not leave free, trimmed (Chetverikov et
-/// al. 2002), from the initial pose and from seeded starts ranked by distance; Ceres, exact
-/// Jacobians, twists about the points' centroid. Directions that the shape leaves free altogether
-/// are found from the curvature, kept as the start has them and named.
+/// Registers tracked surface points to a surface, or points along vessels to centre lines. It
+/// minimises by robust (Huber), trimmed (Chetverikov et al. 2002) least squares the offsets that
+/// the shape does not leave free, from the initial pose and from seeded starts ranked by distance;
+/// Ceres with exact Jacobians, twists about the points' centroid. Directions that the shape leaves
+/// free altogether are found from the curvature, kept as in the start and named.
 /// keep_going: asked between solves; false ends with kCancelled.
 /// Errors: kUsage (options), kMalformedData (fewer than 20 points, points that are not finite or
-/// beyond 1e7 mm),
-/// kRefused (points that coincide), kCancelled. Thread-safe, deterministic.
+/// beyond 1e7 mm), kRefused (points that coincide), kCancelled. Thread-safe, deterministic.
 Result<ShapeRegistration> register_points(std::span<const Point<frames::Reference>> points,
                                           const ShapeField& shape,
                                           const Transform<frames::Ct, frames::Reference>& initial,
                                           const ShapeRegistrationOptions& options = {},
                                           const std::function<bool()>& keep_going = {});
 
-/// What laying onto a shape must show. Inclusive.
+/// Limits that a registration to a shape must meet. Inclusive.
 struct ShapeLimits {
-  double max_mean_mm = 3;     ///< Of the distances of all points, > 0.
-  double min_margin = 0.15;   ///< To another minimum, where one was found.
-  double max_tre_rms_mm = 2;  ///< Predicted at the target, > 0.
+  double max_mean_mm = 3;     ///< Mean distance of all points, > 0.
+  double min_margin = 0.15;   ///< Margin to another minimum, if one was found.
+  double max_tre_rms_mm = 2;  ///< Predicted error at the target, > 0.
 };
 inline constexpr ShapeLimits kShapeWarnings{
     .max_mean_mm = 2.5, .min_margin = 0.3, .max_tre_rms_mm = 1};
 
 /// Judges a result for use at a target. A value that is not finite never passes; every sliding
-/// direction is a reason to refuse, named.
+/// direction is a reason for rejection and is named.
 Decision decide(const ShapeRegistration& result, const ShapeLimits& limits,
                 const Point<frames::Ct>& target, const ShapeLimits& warnings = kShapeWarnings);
 

@@ -15,7 +15,7 @@ using Matrix36d = Eigen::Matrix<double, 3, 6>;
 
 // Median of |normal| over its standard deviation.
 constexpr double kMadToSigma = 1.4826;
-// Huber: 95 % as efficient as least squares for honest noise.
+// Huber: 95 % as efficient as least squares for normally distributed noise.
 constexpr double kHuberSigmas = 1.345;
 constexpr int kIterationsPerRound = 5;
 constexpr double kStillMm = 1e-3;
@@ -28,7 +28,7 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
-/// Offset of a point at a pose, by a twist about a centre.
+/// Offset of a point at a pose, and its derivative by a twist about a centre.
 struct Placed {
   Eigen::Vector3d offset;
   Matrix36d by_twist;
@@ -77,7 +77,7 @@ class OffsetCost final : public ceres::SizedCostFunction<3, 6> {
   const Matrix6d& twist_from_parameters_;
 };
 
-/// The nearest share of the points.
+/// The nearest fraction of the points.
 std::vector<std::size_t> nearest_share(const ReferencePoints& points, const ShapeField& shape,
                                        const Pose& pose, double share) {
   std::vector<double> distances;
@@ -100,7 +100,7 @@ double mean_of(const ReferencePoints& points, const ShapeField& shape, const Pos
   return sum / static_cast<double>(counted.size());
 }
 
-/// One round; the points' mean motion, mm.
+/// One round; returns the points' mean motion, mm.
 double solve_round(const ReferencePoints& points, const ShapeField& shape, const ShapeCurvature& at,
                    const ShapeRegistrationOptions& options, ShapeSolution& solution) {
   const Observability seen = observability(at.curvature, at.lever_mm, options.least_strength);

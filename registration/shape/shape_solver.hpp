@@ -11,30 +11,31 @@ namespace nav::registration {
 
 using ReferencePoints = std::vector<Point<frames::Reference>>;
 
-/// One descent of points onto a shape.
+/// One local optimisation of points onto a shape.
 struct ShapeSolution {
   Transform<frames::Ct, frames::Reference> pose;
-  double mean_mm;  ///< Distance of the points that count.
+  double mean_mm;  ///< Mean distance of the points that count.
   int iterations;
   bool converged;
 };
 
-/// Everything about the points at a pose that the report needs.
+/// Quantities of the points at a pose that the report needs.
 struct ShapeCurvature {
   Eigen::Vector3d centre_ct_mm;      ///< Centroid of the points.
-  double lever_mm;                   ///< RMS distance from it, >= 1.
+  double lever_mm;                   ///< RMS distance from the centroid, >= 1.
   double scale_mm;                   ///< Robust standard deviation of the offsets.
   std::vector<std::size_t> counted;  ///< Points that are not trimmed.
-  std::vector<Eigen::Vector3d> places_ct_mm, offsets_mm;  ///< Of the counted points.
-  std::vector<Vector6d> gradients;  ///< Of ½ offset² of each counted point, robust weight in it.
-  Matrix6d curvature;               ///< Mean JᵀJ over the counted points, by a twist [rad | mm].
+  std::vector<Eigen::Vector3d> places_ct_mm, offsets_mm;  ///< Values of the counted points.
+  /// Gradient of ½ offset² of each counted point, including its robust weight.
+  std::vector<Vector6d> gradients;
+  Matrix6d curvature;  ///< Mean JᵀJ over the counted points, by a twist [rad | mm].
 };
 
 ShapeCurvature curvature_at(const ReferencePoints& points, const ShapeField& shape,
                             const Transform<frames::Ct, frames::Reference>& pose,
                             const ShapeRegistrationOptions& options);
 
-/// Descends from a pose in rounds: trim, find the unseen directions, solve in the others.
+/// Optimises from a pose in rounds: trim, find the unseen directions, solve in the others.
 ShapeSolution descend(const ReferencePoints& points, const ShapeField& shape,
                       const Transform<frames::Ct, frames::Reference>& start,
                       const ShapeRegistrationOptions& options, int max_rounds);

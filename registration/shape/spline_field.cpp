@@ -12,7 +12,7 @@
 namespace nav::registration {
 namespace {
 
-/// The four cubic B-splines that reach a point t of a cell, and their slopes.
+/// The four cubic B-splines that are not zero at position t of a cell, and their slopes.
 struct Four {
   std::array<double, 4> value, slope;
 };
@@ -24,7 +24,7 @@ Four cubic(double t) {
 }
 
 /// Integrals of products of two cubic B-splines n cells apart, and of their first and second
-/// derivatives, cell of 1.
+/// derivatives, for a cell size of 1.
 constexpr std::array<std::array<double, 4>, 3> kProducts = {
     {{2416.0 / 5040, 1191.0 / 5040, 120.0 / 5040, 1.0 / 5040},
      {2.0 / 3, -1.0 / 8, -1.0 / 5, -1.0 / 120},
@@ -49,8 +49,8 @@ SplineField::SplineField(const CtBox& box, double spacing_mm) : box_(box), spaci
   coefficients_ = Eigen::VectorXd::Zero(3 * control_points());
 }
 
-/// Which control points reach a point, axis by axis: from `begin` to before `end` of the four whose
-/// first is `first`; outside nothing does.
+/// The control points that affect a point, axis by axis: the range [begin, end) of the four whose
+/// first is `first`; none outside the box.
 struct SplineField::Near {
   std::array<Four, 3> weights;
   std::array<int, 3> first;
@@ -62,7 +62,7 @@ std::optional<SplineField::Near> SplineField::near(const Eigen::Vector3d& p) con
   for (int axis = 0; axis < 3; ++axis) {
     const auto n = static_cast<std::size_t>(axis);
     const double at = (p[axis] - origin_[axis]) / spacing_mm_;
-    // Far away nothing reaches; the cast below must not overflow.
+    // No control point affects distant points; the cast below must not overflow.
     if (!(at > -1 && at < size_[n] + 1)) return {};
     const double cell = std::floor(at);
     out.first[n] = static_cast<int>(cell) - 1;
@@ -105,7 +105,8 @@ Eigen::Vector3d SplineField::displacement(const Eigen::Vector3d& p) const {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   const auto at = near(p);
   if (!at) return sum;
-  // A bent CT asks for every voxel: no weight is multiplied twice, no slope taken.
+  // A deformed CT evaluates the field at every voxel: no weight is multiplied twice and no slope is
+  // computed.
   for (std::size_t c = at->begin[2]; c < at->end[2]; ++c) {
     Eigen::Vector3d slice = Eigen::Vector3d::Zero();
     for (std::size_t b = at->begin[1]; b < at->end[1]; ++b) {
@@ -132,7 +133,7 @@ SplineField::Row SplineField::row(double y_ct_mm, double z_ct_mm) const {
     Eigen::Vector3d& sum = out.sums_[static_cast<std::size_t>(i) + kEnds];
     for (std::size_t c = at->begin[2]; c < at->end[2]; ++c) {
       for (std::size_t b = at->begin[1]; b < at->end[1]; ++b) {
-        // The first of those near is one before the line's own cell.
+        // The first near control point is one before the line's own cell.
         const int n = index(*at, 0, b, c) - at->first[0] + i;
         sum += at->weights[2].value[c] * at->weights[1].value[b] * coefficients_.segment<3>(3 * n);
       }
@@ -143,7 +144,7 @@ SplineField::Row SplineField::row(double y_ct_mm, double z_ct_mm) const {
 
 Eigen::Vector3d SplineField::Row::displacement(double x_ct_mm) const {
   const double at = (x_ct_mm - origin_mm_) / spacing_mm_;
-  // Of the padded sums the four that reach a cell begin one after its number.
+  // In the padded sums, the four that affect a cell begin at its number plus one.
   const double cells = static_cast<double>(sums_.size()) - 4;
   if (sums_.empty() || !(at > -1 && at < cells + 1)) return Eigen::Vector3d::Zero();
   const double cell = std::floor(at);
@@ -187,7 +188,7 @@ double SplineField::gradient_bound() const {
     for (int n = 0; n < control_points(); ++n) {
       const int place = n / stride[axis] % size_[axis];
       const Eigen::Vector3d here = coefficients_.segment<3>(3 * n);
-      // Beyond the last there is nothing: the field fades to it.
+      // Beyond the last control point the field is zero.
       const Eigen::Vector3d next =
           place + 1 < size_[axis]
               ? Eigen::Vector3d(coefficients_.segment<3>(3 * (n + stride[axis])))
@@ -207,8 +208,8 @@ double SplineField::bending_energy_mm() const {
 }
 
 Eigen::SparseMatrix<double> SplineField::bending() const {
-  // Pairs of second derivatives: xx, yy, zz once, xy, xz, yz twice; each product of three one
-  // dimensional integrals has the scale h³ / h⁴.
+  // Pairs of second derivatives: xx, yy, zz once, xy, xz, yz twice. Each product of three
+  // one-dimensional integrals has the scale h³ / h⁴.
   constexpr std::array<std::array<std::size_t, 4>, 6> kTerms = {
       {{2, 0, 0, 1}, {0, 2, 0, 1}, {0, 0, 2, 1}, {1, 1, 0, 2}, {1, 0, 1, 2}, {0, 1, 1, 2}}};
   std::vector<Eigen::Triplet<double>> triplets;

@@ -15,15 +15,15 @@
 namespace nav::registration {
 namespace {
 
-/// Adds a row of greys to the sums of its columns: eight bits fit 256 times into sixteen.
+/// Adds a row of greys to the column sums: 256 values of eight bits fit into sixteen.
 void add_row(std::span<const std::uint8_t> row, std::vector<std::uint16_t>& sums) {
   for (std::size_t i = 0; i < sums.size(); ++i) {
     sums[i] = static_cast<std::uint16_t>(sums[i] + row[i]);
   }
 }
 
-/// Indices of at most so many pictures, evenly along the way that the farthest corner goes from one
-/// to the next.
+/// Indices of at most \p most ultrasound images, evenly along the path that the farthest corner
+/// takes from image to image.
 std::vector<std::size_t> evenly(const Sweep& sweep, int most) {
   std::vector<double> way_mm{0};
   for (std::size_t i = 1; i < sweep.frames().size(); ++i) {
@@ -32,7 +32,7 @@ std::vector<std::size_t> evenly(const Sweep& sweep, int most) {
   }
   std::vector<std::size_t> kept;
   for (std::size_t i = 0; i < way_mm.size(); ++i) {
-    // The picture that is first beyond each of as many equal parts of the way.
+    // The first image beyond each of \p most equal parts of the path.
     const double due_mm = way_mm.back() * static_cast<double>(kept.size()) / most;
     if (kept.size() < as_size(most) && way_mm[i] >= due_mm) kept.push_back(i);
   }
@@ -49,7 +49,7 @@ UltrasoundFrame averaged(const UltrasoundFrame& frame, int factor) {
   const auto pixels = frame.pixels.pixels();
   const auto row_size = as_size(frame.pixels.width());
   const auto count = static_cast<std::uint64_t>(factor) * static_cast<std::uint64_t>(factor);
-  // Division by a multiplication: exact below 2^40, and nothing here reaches 2^33.
+  // Division by multiplication: exact below 2^40, and no value here reaches 2^33.
   constexpr int kShift = 40;
   const std::uint64_t per_count = (std::uint64_t{1} << kShift) / count + 1;
   std::vector<std::uint16_t> sums(as_size(width * factor));
@@ -79,7 +79,7 @@ int pixels_per_block(const PixelGrid& grid, int width, int height, double sigma_
   const double pixel_mm =
       std::max(grid.mm_per_pixel.col(0).norm(), grid.mm_per_pixel.col(1).norm());
   const double most = std::min({width, height, kMostPixelsPerBlock});
-  if (!(pixel_mm > 0)) return 1;  // Whoever uses the picture refuses it.
+  if (!(pixel_mm > 0)) return 1;  // The later use of the image rejects it.
   return static_cast<int>(std::clamp(kBlockPerSigma * sigma_mm / pixel_mm, 1.0, most));
 }
 

@@ -15,7 +15,8 @@ namespace nav::registration {
 /// HU of one unit of f and g.
 inline constexpr float kHuPerUnit = 100;
 
-/// An allocator whose new elements are not set: texels are filled right after, where needed.
+/// An allocator that leaves new elements uninitialised: texels are filled right after, where
+/// needed.
 template <class T>
 struct UnsetAllocator : std::allocator<T> {
   UnsetAllocator() = default;
@@ -32,8 +33,8 @@ struct UnsetAllocator : std::allocator<T> {
 };
 using TexelArray = std::vector<std::array<float, 4>, UnsetAllocator<std::array<float, 4>>>;
 
-/// The CT as the similarity sees it on one level: soft tissue and its gradient, smoothed, on its
-/// own grid. Coordinates "Grid" are mm along the axes of the voxel grid from its first voxel:
+/// The CT channels of the similarity on one level: soft tissue and its gradient, smoothed, on the
+/// CT's own axes. "Grid" coordinates are mm along the axes of the voxel grid from its first voxel:
 /// y = directionsᵀ (p_ct − origin). Grid may be left-handed.
 struct CtChannels {
   std::array<int, 3> size{};     ///< >= 2 along each axis; i fastest.
@@ -57,12 +58,12 @@ struct CtBox {
 /// The box of all voxel centres.
 CtBox box_of(const VoxelGrid& grid);
 
-/// How far texels are apart, in the Gaussian's sigmas.
+/// Default distance of texels, in the Gaussian's sigmas.
 inline constexpr double kTexelSigmas = 0.7;
 
-/// Crops the CT to the box (whole voxels, at least 2 along each axis), smooths with a Gaussian of
-/// sigma_mm and keeps about every texel_sigmas · sigma_mm one texel, but none finer than 1 mm or
-/// the CT. An axis with one voxel is repeated. Refuses a box that does not touch the CT (kRefused).
+/// Crops the CT to the box (whole voxels, at least 2 along each axis), smooths it with a Gaussian
+/// of sigma_mm and keeps about one texel every texel_sigmas · sigma_mm, but none finer than 1 mm or
+/// the CT. An axis with one voxel is repeated. Rejects a box that does not touch the CT (kRefused).
 Result<CtChannels> make_ct_channels(const Volume& ct, const CtBox& box, double sigma_mm,
                                     double texel_sigmas = kTexelSigmas);
 

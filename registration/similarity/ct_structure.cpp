@@ -16,9 +16,9 @@ namespace {
 constexpr int kSide = 5;
 constexpr std::size_t kPoints = kSide * kSide;
 constexpr std::size_t kLeastPatches = 100;
-// Structure that smoothing takes away but for so little of the least contrast is noise. Of 2000
-// patches of 2 mm samples in eight simulated abdomens a quarter had less among texels of 5 mm, and
-// of the thousand that have enough one in a hundred.
+// A patch whose contrast after smoothing is below this fraction of the least contrast holds only
+// noise. Of 2000 patches of 2 mm samples in eight simulated abdomens, a quarter had less in texels
+// of 5 mm, but only one in a hundred of the thousand patches with enough contrast.
 constexpr double kSmootherShare = 0.3;
 
 }  // namespace
@@ -51,7 +51,7 @@ PatchSet with_ct_structure(const CtChannels& ct, const PatchSet& patches, const 
   std::vector<std::size_t> likely;
   const GridPose smooth_at = grid_pose(smoother != nullptr ? *smoother : ct, pose);
   for (std::size_t i = 0; i < count; ++i) {
-    // As written NaN is looked at closely.
+    // Written so that NaN passes and the patch is evaluated.
     if (smoother == nullptr ||
         !(ct_contrast_hu(*smoother, patches, i, smooth_at) < kSmootherShare * min_contrast_hu)) {
       likely.push_back(i);

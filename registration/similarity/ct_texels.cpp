@@ -17,18 +17,18 @@
 namespace nav::registration {
 namespace {
 
-// Soft tissue; bone and air carry no finer structure that ultrasound could show.
+// HU range of soft tissue; bone and air have no finer structure that ultrasound could show.
 constexpr std::int16_t kLowHu = -150;
 constexpr std::int16_t kHighHu = 250;
 constexpr double kFinestTexelMm = 1.0;
 constexpr double kMaxTexels = 24e6;  // 384 MB
 
-// So many voxels of the window's ends fit into 16 bits.
+// Largest number of voxels whose sum of clamped HU fits into 16 bits.
 constexpr int kMostShortVoxels = 128;
 
-/// Half of a normalised Gaussian out to three sigmas over so many texels. Weights that meet nothing
-/// but the repeated end, whichever texel they are for, are one weight: an axis of few thin voxels
-/// would take millions of them.
+/// Half of a normalised Gaussian out to three sigmas, for an axis of \p texels texels. Weights that
+/// always fall on the repeated end, for any texel, are combined into one: an axis of a few thin
+/// voxels would otherwise take millions of weights.
 std::vector<float> half_gaussian(double sigma_texels, int texels) {
   const double sigma = std::max(sigma_texels, 1e-3);
   const int radius = std::max(1, static_cast<int>(std::ceil(3 * sigma_texels)));
@@ -89,7 +89,7 @@ void weighted_sum(const std::vector<const float*>& rows, std::size_t count,
   }
 }
 
-/// Texels along i of one row, ends included; the empty run widens to any other.
+/// Texels along i of one row, both ends included; the empty run can be widened to any other.
 struct Run {
   int low = std::numeric_limits<int>::max();
   int high = std::numeric_limits<int>::lowest();
@@ -102,12 +102,13 @@ struct Run {
   }
 };
 
-/// One axis of what is made, in texels of the lattice.
+/// One axis of the computation, in texels of the lattice.
 struct Axis {
-  int texels;     ///< Of the lattice.
-  int radius;     ///< Of the Gaussian.
-  int low, high;  ///< Smoothed: what is wanted, and one more on each side for its differences.
-  int means_low, means_high;  ///< Block means: as far as the Gaussian reaches.
+  int texels;  ///< Number of texels of the lattice.
+  int radius;  ///< Radius of the Gaussian.
+  /// Smoothed texels: those requested, and one more on each side for their differences.
+  int low, high;
+  int means_low, means_high;  ///< Block means: those within reach of the Gaussian.
 
   [[nodiscard]] int held(int texel) const { return std::clamp(texel, 0, texels - 1); }
   [[nodiscard]] std::size_t smoothed() const { return as_size(high - low + 1); }
@@ -126,10 +127,10 @@ Axis axis_of(const TexelLattice& lattice, std::span<const TexelOrder> orders, st
   return axis;
 }
 
-/// Makes the texels of all orders in one pass slice by slice, so that what they are made of stays
-/// in the cache: block means, smoothed along j and i, as many slices as the Gaussian along k
-/// reaches; of those smoothed along k as well the last three, for the differences. Of each row only
-/// the run that some order needs.
+/// Computes the texels of all orders in one pass, slice by slice, so that the inputs stay in the
+/// cache. It keeps as many slices of block means, smoothed along j and i, as the Gaussian along k
+/// reaches, and the last three of those smoothed along k, for the differences. In each row it
+/// computes only the run that some order needs.
 class TexelMaker {
  public:
   TexelMaker(const Volume& ct, const TexelLattice& lattice, std::span<const TexelOrder> orders)
@@ -153,7 +154,7 @@ class TexelMaker {
   }
 
   void make() {
-    std::vector<int> filled(orders_.size());  // Slices, by order.
+    std::vector<int> filled(orders_.size());  // Filled slices of each order.
     int source = k_.means_low;
     int smooth = k_.low;
     for (int k = k_.low; k <= k_.high; ++k) {
@@ -182,7 +183,7 @@ class TexelMaker {
     return kept_runs_[as_size(k - k_.means_low) * j_.smoothed() + as_size(j - j_.low)];
   }
 
-  /// What has to be smoothed for the orders, and kept for that.
+  /// Finds the runs that must be smoothed for the orders, and those that must be kept for this.
   void find_runs() {
     for (const TexelOrder& order : orders_) {
       const auto& [first, size] = order.part;
@@ -211,7 +212,7 @@ class TexelMaker {
     }
   }
 
-  /// Block means of a run of texels, the ends of the lattice repeated.
+  /// Block means of a run of texels; the ends of the lattice are repeated.
   void mean_run(int j, int k, const Run& run, float* out) {
     const int low = i_.held(run.low);
     const int count = i_.held(run.high) - low + 1;
@@ -233,7 +234,7 @@ class TexelMaker {
 
   static std::int16_t held_hu(std::int16_t hu) { return std::min(std::max(hu, kLowHu), kHighHu); }
 
-  /// The voxels of a texel on from its first, of row y and slice z of its block.
+  /// Pointer to the first voxel of a texel, in row y and slice z of its block.
   [[nodiscard]] const std::int16_t* voxels(int i, int j, int k, int y = 0, int z = 0) const {
     const auto& n = ct_.grid().size;
     const std::size_t slice = as_size(lattice_.first[2] + k * lattice_.block[2] + z);
@@ -242,8 +243,8 @@ class TexelMaker {
     return &ct_.hu()[row * as_size(n[0]) + as_size(lattice_.first[0] + i * lattice_.block[0])];
   }
 
-  /// Of texels from low on: sums over the rows and slices of blocks for each voxel of a row, then
-  /// along it.
+  /// Block means of texels from low on: first sums over the rows and slices of blocks for each
+  /// voxel of a row, then sums along the row.
   template <class Sum>
   void mean_of_rows(int low, int count, int j, int k, float scale, std::vector<Sum>& sums,
                     float* out) {
@@ -263,7 +264,8 @@ class TexelMaker {
     for (int i = 0; i < count; ++i, sum += block) out[i] = scale * static_cast<float>(*sum);
   }
 
-  /// Adds the next block − 1 to each that begins a block; what becomes of others does not matter.
+  /// Adds the next block − 1 elements to each element that begins a block; the other elements
+  /// become meaningless.
   template <class Sum>
   static void add_along(int block, std::vector<Sum>& sums) {
     switch (block) {
@@ -284,7 +286,7 @@ class TexelMaker {
     }
   }
 
-  /// Adds to all, of which one in so many is needed, as that is done in vectors.
+  /// Adds to all elements, although only every kBlock-th is needed, because this can be vectorised.
   template <std::size_t kBlock, class Sum>
   static void add_next(std::vector<Sum>& sums) {
     Sum* sum = sums.data();
@@ -295,7 +297,7 @@ class TexelMaker {
     }
   }
 
-  /// Of a row of block means, whose texel i lies at i − i_.low + the Gaussian's radius.
+  /// Row of block means; texel i is at index i − i_.low + the Gaussian's radius.
   float* means(int j) { return &means_[as_size(j - j_.means_low) * row_]; }
   float* kept(int j, int k) {
     return &kept_[as_size((k - k_.means_low) % reach_) * slice_ +
@@ -358,7 +360,8 @@ class TexelMaker {
     }
   }
 
-  /// Central differences inside, one-sided at the lattice's border; a single layer has no gradient.
+  /// Computes central differences inside and one-sided ones at the lattice's border; a single layer
+  /// has no gradient.
   void fill_row(int j, int k, int first, const TexelRun& run, std::array<float, 4>* row) {
     const int last_j = j_.held(j - 1);
     const int next_j = j_.held(j + 1);
@@ -387,7 +390,7 @@ class TexelMaker {
     };
     const float by_i = per(lattice_.gradient_scale[0], 2);
     const int offset = first - i_.low;
-    // Both neighbours lie in the lattice.
+    // The range in which both neighbours lie in the lattice.
     const int from = std::clamp(1 - first, run.from, run.to);
     const int to = std::clamp(i_.texels - 1 - first, from, run.to);
     for (int t = run.from; t < from; ++t) edge(t);
@@ -404,9 +407,10 @@ class TexelMaker {
   std::span<const TexelOrder> orders_;
   Axis i_, j_, k_;
   std::vector<Run> smooth_runs_, kept_runs_, mean_runs_;
-  std::size_t row_, slice_;  // Floats of a row of block means, and of a slice smoothed along i.
+  // Number of floats of a row of block means, and of a slice smoothed along i.
+  std::size_t row_, slice_;
   std::unique_ptr<float[]> means_, along_j_;
-  int reach_;  // Slices of the Gaussian along k.
+  int reach_;  // Number of slices that the Gaussian along k needs.
   std::unique_ptr<float[]> kept_, smooth_;
   std::vector<const float*> rows_;
   std::vector<std::int16_t> short_sums_;
@@ -441,14 +445,14 @@ Result<TexelLattice> lattice_over(const Volume& ct, const CtBox& box, double sig
       const double gap = std::max(low[axis] - last, -high[axis]) * grid.spacing_mm[axis];
       std::ostringstream text;
       text << std::fixed << std::setprecision(1) << ct.name()
-           << ": expected the sweep to overlap the CT, found it wholly outside along "
-           << "axis " << axis << ", " << gap << " mm beyond what a search about its pose reaches";
+           << ": expected the sweep to overlap the CT, found it entirely outside along axis "
+           << axis << ", " << gap << " mm beyond the reach of the search about its pose";
       return Error{ErrorCode::kRefused, text.str()};
     }
     const int from = static_cast<int>(std::floor(std::max(low[axis], 0.0)));
     const int to = static_cast<int>(std::ceil(std::min(high[axis], static_cast<double>(last))));
     const int voxels = to - from + 1;
-    // At least two texels, so that there is something to interpolate.
+    // At least two texels, so that interpolation is possible.
     const int wanted = static_cast<int>(std::lround(texel_mm / grid.spacing_mm[axis]));
     const int block = std::clamp(wanted, 1, std::max(voxels / 2, 1));
     lattice.first[a] = from;

@@ -8,11 +8,10 @@
 
 #include "registration/similarity/ct_channels.hpp"
 
-/// How texels of the channels are made of voxels: for a whole box or for the part that is looked
-/// at.
+/// Computes texels of the channels from voxels, for a whole box or for the part that is needed.
 namespace nav::registration {
 
-/// Where texels lie among voxels, and how wide the Gaussian is there.
+/// Positions of texels among voxels, and the width of the Gaussian.
 struct TexelLattice {
   std::array<int, 3> first;                  ///< Voxel.
   std::array<int, 3> block;                  ///< Voxels averaged into a texel, >= 1.
@@ -21,35 +20,37 @@ struct TexelLattice {
   Eigen::Vector3f gradient_scale;            ///< σ over texel spacing.
 };
 
-/// Texels from first on, clamped where the lattice ends (an axis of one texel is repeated).
+/// A block of texels from first on, clamped at the end of the lattice (an axis of one texel is
+/// repeated).
 struct TexelPart {
   std::array<int, 3> first, size;
 };
 
-/// Channels over the box without texels, and the lattice that these are on. texel_sigmas: how far
-/// texels are apart at most, in sigmas, but for the 1 mm and the voxels of make_ct_channels().
-/// Errors: those of make_ct_channels().
+/// Fills in the channels over the box without texels, and returns the lattice of the texels.
+/// texel_sigmas: largest distance of texels in sigmas, subject to the limits of 1 mm and the voxels
+/// in make_ct_channels(). Errors: those of make_ct_channels().
 Result<TexelLattice> lattice_over(const Volume& ct, const CtBox& box, double sigma_mm,
                                   double texel_sigmas, CtChannels& channels);
 
-/// Texels of a row along i, [from, to) of the part's; empty where to <= from.
+/// Texels [from, to) of a row along i of a part; empty if to <= from.
 struct TexelRun {
   int from, to;
 };
 
-/// What is wanted of a part, and where it goes.
+/// The texels that are requested of a part, and their destination.
 struct TexelOrder {
   TexelPart part;
-  std::vector<TexelRun> runs;           ///< Of each row along i of the part, j fastest.
-  std::span<std::array<float, 4>> out;  ///< Of all of the part, i fastest.
+  std::vector<TexelRun> runs;           ///< One for each row along i of the part, j fastest.
+  std::span<std::array<float, 4>> out;  ///< Room for all texels of the part, i fastest.
 };
 
-/// Makes the texels of the orders' runs, which may overlap, in one pass over the CT, so that none
-/// is smoothed twice: each is the same whichever part it is in. Others stay as they are. Time: that
-/// of the runs together and what the Gaussian reaches about them. Precondition: sizes that agree.
+/// Computes the texels of the orders' runs, which may overlap, in one pass over the CT, so that
+/// none is smoothed twice; a texel does not depend on the part that it is in. Other texels stay
+/// unchanged. The time grows with the runs together and the texels that the Gaussian reaches around
+/// them. Precondition: sizes agree.
 void fill_texels(const Volume& ct, const TexelLattice& lattice, std::span<const TexelOrder> orders);
 
-/// The same for all texels of one part; out is made of its size.
+/// Computes all texels of one part; out is resized to it.
 void fill_texels(const Volume& ct, const TexelLattice& lattice, const TexelPart& part,
                  TexelArray& out);
 

@@ -12,17 +12,18 @@
 namespace nav::registration {
 namespace {
 
-// Fixed, so that the order of the sum does not depend on the threads.
+// Fixed size, so that the order of the sum does not depend on the threads.
 constexpr std::size_t kPatchesPerChunk = 32;
-// Threads cost more than they save below: some 0.1 ms of work.
+// With fewer patches, threads cost more than they save: about 0.1 ms of work.
 constexpr std::size_t kLeastParallelPatches = 400;
 
-/// By a twist about a common centre instead of the patch's, which lies r from it (Grid):
-/// MᵀHM and Mᵀg with M = patch_from_common(r), block by block.
+/// Converts the terms to a twist about a common centre instead of the patch's, which lies r from it
+/// (Grid): MᵀHM and Mᵀg with M = patch_from_common(r), block by block.
 void about_common(const Eigen::Vector3d& r, PatchTerms& terms) {
   const Eigen::Matrix3d cross = cross_matrix(r);
   const Eigen::Matrix3d c = terms.hessian.bottomRightCorner<3, 3>();
-  // Rows of translations first, then of rotations; Mᵀ takes [r]× times the former to the latter.
+  // First the rows of translations, then those of rotations; Mᵀ adds [r]ₓ times the former to the
+  // latter.
   const Eigen::Matrix3d b =
       Eigen::Matrix3d(terms.hessian.topRightCorner<3, 3>()) + cross.lazyProduct(c);
   const Eigen::Matrix3d old = terms.hessian.topRightCorner<3, 3>();
@@ -146,7 +147,7 @@ PatchTerms Lc2Cost::terms_of(const CtChannels& ct, const PlacedPatch& placed,
   const bool intensity_only = similarity_ == Similarity::kNcc;
   PatchTerms terms = with_hessian ? patch_terms(ct, placed, ridge_, intensity_only)
                                   : patch_gradient(ct, placed, ridge_, intensity_only);
-  // What is left out of the Hessian is negative: the solver wants a convex model.
+  // The omitted part of the Hessian is negative: the solver needs a convex model.
   const double pull = loss_.derivative(terms.s);
   terms.gradient *= pull;
   if (with_hessian) terms.hessian *= pull;

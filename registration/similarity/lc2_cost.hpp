@@ -16,16 +16,18 @@ namespace nav::registration {
 
 using Pose = Transform<frames::Ct, frames::Reference>;
 
-/// E = Σ wᵢ sᵢ of a patch set at a pose, with the derivatives of E/2.
+/// E = Σ wᵢ sᵢ of a patch set at a pose, and the derivatives of E/2.
 struct CostTerms {
   double cost = 0;                        ///< [0, 1]; a patch that is not finite counts as 1.
-  Vector6d gradient = Vector6d::Zero();   ///< By a twist [rad | mm] about the centre, Ct.
+  Vector6d gradient = Vector6d::Zero();   ///< Gradient by a twist [rad | mm] about the centre, Ct.
   Matrix6d hessian = Matrix6d::Zero();    ///< Gauss–Newton, the same twist.
   int non_finite = 0;                     ///< Patches whose term was not finite.
-  std::vector<Vector6d> patch_gradients;  ///< wᵢ gᵢ of each patch when asked for, else empty.
-  /// wᵢ Hᵢ, the same, of terms(); empty of mutual information, which has no such parts.
+  std::vector<Vector6d> patch_gradients;  ///< wᵢ gᵢ of each patch if requested, else empty.
+  /// wᵢ Hᵢ of each patch if requested from terms(); empty for mutual information, which has no
+  /// terms of single patches.
   std::vector<Matrix6d> patch_hessians;
-  std::vector<double> patch_costs;  ///< wᵢ sᵢ, the same; empty of mutual information.
+  /// wᵢ sᵢ of each patch if requested; empty for mutual information.
+  std::vector<double> patch_costs;
 };
 
 /// ct_from_reference followed by the change to Grid axes.
@@ -39,49 +41,53 @@ GridPose grid_pose(const CtChannels& ct, const Pose& pose);
 /// Patch i of a set at a pose.
 PlacedPatch place(const PatchSet& set, std::size_t i, const GridPose& pose);
 
-/// Twist about a patch centre from the twist about a common centre, r apart (Grid):
+/// Converts a twist about a common centre to one about a patch centre, r apart (Grid):
 /// t_patch = t + ω × r.
 Matrix6d patch_from_common(const Eigen::Vector3d& r);
 
-/// Grid twist from Ct twist. A rotation is an axial vector: it changes sign under reflection.
+/// Converts a Ct twist to a Grid twist. A rotation is an axial vector: it changes sign under
+/// reflection.
 Matrix6d grid_from_ct(const CtChannels& ct);
 
-/// One level's similarity, LC² unless told otherwise: thread-safe to read. Keeps references to both
-/// parts.
+/// The similarity of one level, LC² by default: thread-safe to read. Keeps references to ct and
+/// patches.
 class Lc2Cost {
  public:
   /// Preconditions: ridge > 0, threads >= 1, otherwise a Bug.
   Lc2Cost(const CtChannels& ct, const PatchSet& patches, double ridge, int threads,
           Similarity similarity = Similarity::kLc2);
 
-  /// Cost only; a bit more than half the time of terms().
+  /// Cost only; takes a bit more than half the time of terms().
   [[nodiscard]] CostTerms cost(const Pose& ct_from_reference, bool keep_patches = false) const;
   /// Cost, gradient and Gauss–Newton Hessian by a twist about centre_ct_mm. Sums are taken over
-  /// fixed chunks, so that the number of threads does not change a bit.
+  /// fixed chunks, so that the result has the same bits for any number of threads.
   [[nodiscard]] CostTerms terms(const Pose& ct_from_reference, const Eigen::Vector3d& centre_ct_mm,
                                 bool keep_patches = false) const;
-  /// The same without the Hessian, which is 0, for less time; mutual information has both always.
+  /// terms() without the Hessian, which is 0, in less time; mutual information always computes
+  /// both.
   [[nodiscard]] CostTerms gradient(const Pose& ct_from_reference,
                                    const Eigen::Vector3d& centre_ct_mm,
                                    bool keep_patch_gradients = false) const;
   [[nodiscard]] const PatchSet& patches() const { return patches_; }
   [[nodiscard]] const CtChannels& ct() const { return ct_; }
   [[nodiscard]] Similarity similarity() const { return similarity_; }
-  /// One patch's part of terms(), without its weight; s is NaN where it is not finite. Not of
-  /// mutual information, which has no such parts.
+  /// Contribution of one patch to terms(), without its weight; s is NaN if it is not finite. Not
+  /// for mutual information, which has no terms of single patches.
   [[nodiscard]] PatchTerms patch(const PlacedPatch& placed, bool with_hessian = true) const;
-  /// The same with other patches, which must outlive it.
+  /// This similarity with other patches, which must outlive the result.
   [[nodiscard]] Lc2Cost on(const PatchSet& patches) const {
     return Lc2Cost(ct_, patches, ridge_, threads_, similarity_).robust(loss_).where(near_);
   }
-  /// The same with the CT as it is near each patch, by its index; null: as ct() has it. Neither
-  /// mutual information nor patch(), which look at ct(), nor two evaluations at once.
+  /// This similarity with the CT channels near each patch, by its index; null: those of ct().
+  /// Do not use it with mutual information or patch(), which read ct(), nor for two evaluations at
+  /// once.
   [[nodiscard]] Lc2Cost where(PatchChannels* near) const {
     Lc2Cost same(*this);
     same.near_ = near;
     return same;
   }
-  /// The same with every patch's term under a loss. Mutual information has no terms to lose.
+  /// This similarity with a loss on every patch's term. It has no effect on mutual information,
+  /// which has no terms of single patches.
   [[nodiscard]] Lc2Cost robust(const RobustLoss& loss) const {
     Lc2Cost same(*this);
     same.loss_ = loss;
@@ -91,9 +97,10 @@ class Lc2Cost {
  private:
   template <class Visit>
   void for_each_chunk(const Visit& visit) const;
-  /// Makes what patches at this pose look at outside their boxes, of all at once.
+  /// Prepares the channels that patches at this pose need outside their boxes, for all patches at
+  /// once.
   void look_ahead(const GridPose& pose) const;
-  /// What patch i looks at; moves it there.
+  /// The channels that patch i needs; moves the patch into their Grid.
   [[nodiscard]] const CtChannels& ct_near(std::size_t i, PlacedPatch& placed) const {
     return near_ != nullptr ? near_->around(patches_.patches[i].index, placed) : ct_;
   }

@@ -15,20 +15,20 @@
 namespace nav::registration {
 namespace {
 
-// The compiler's own vectors need no intrinsics; eight floats are one register where the machine
-// has AVX2 and two elsewhere. Everything that patch_terms() calls is inlined by force, so that it
-// is compiled for AVX2 where patch_terms() is.
+// The compiler's own vector types need no intrinsics; eight floats are one register on machines
+// with AVX2 and two on others. Everything that patch_terms() calls is forced inline, so that it is
+// compiled for AVX2 together with patch_terms().
 using Float4 = float __attribute__((vector_size(16)));
 using Float8 = float __attribute__((vector_size(32)));
 using Int8 = int __attribute__((vector_size(32)));
 using Double4 = double __attribute__((vector_size(32)));
 
-// Smooths |d·G| at zero, in the unit of f: half the usual CT noise.
+// Smooths |d·G| at zero, in units of f: half of the usual CT noise.
 constexpr float kBeamEpsilon = 0.01f;
 constexpr std::size_t kLanes = 8;
 constexpr std::size_t kMaxSamples = static_cast<std::size_t>(kMaxPatchSide) * kMaxPatchSide;
 constexpr std::size_t kMaxGroups = (kMaxSamples + kLanes - 1) / kLanes;
-// Beyond this a coordinate is nonsense, and converting it to an integer undefined.
+// A larger coordinate is invalid, and its conversion to an integer would be undefined.
 constexpr double kMaxIndex = 1e9;
 
 [[gnu::always_inline]] inline void splat(float x, Float8& out) {
@@ -45,21 +45,21 @@ constexpr double kMaxIndex = 1e9;
   return __builtin_shufflevector(v, v, 4, 5, 6, 7);
 }
 
-/// Samples are taken in groups of eight, each quantity in a register of its own.
+/// Samples are processed in groups of eight, with one register for each quantity.
 struct Group {
   Float8 f, g;
   std::array<Float8, 3> df;    ///< ∇f, Grid, per mm.
   std::array<Float8, 3> dg;    ///< ∇g at a fixed beam.
-  std::array<Float8, 3> spin;  ///< Derivative of g by turning the beam: (q/g) d × G.
+  std::array<Float8, 3> spin;  ///< Derivative of g by rotating the beam: (q/g) d × G.
 };
 
-/// What pass one leaves for pass two. Lanes of the last group beyond the samples are 0.
+/// Output of pass one and input of pass two. Lanes of the last group beyond the samples are 0.
 struct Samples {
   std::array<Group, kMaxGroups> groups;
 };
 
-/// Where each sample of a patch lies, in steps from its centre; a fastest. Zeros fill the last
-/// group up.
+/// Position of each sample of a patch, in steps from its centre; a fastest. The last group is
+/// padded with zeros.
 struct Steps {
   alignas(32) std::array<float, kMaxGroups * kLanes> a, b;
 };
@@ -81,9 +81,9 @@ constexpr std::array<Steps, kSides> all_steps() {
   return all;
 }
 
-constexpr std::array<Steps, kSides> kSteps = all_steps();  // By (side − 1)/2.
+constexpr std::array<Steps, kSides> kSteps = all_steps();  // Indexed by (side − 1)/2.
 
-/// Which lanes of group k of n samples are samples: 1, beyond them 0.
+/// Mask of the lanes of group k that are among n samples: 1, else 0.
 [[gnu::always_inline]] inline void lanes_within(std::size_t k, std::size_t n, Float8& mask) {
   for (std::size_t l = 0; l < kLanes; ++l) mask[l] = k * kLanes + l < n ? 1.0f : 0.0f;
 }
@@ -92,8 +92,8 @@ constexpr std::array<Steps, kSides> kSteps = all_steps();  // By (side − 1)/2.
   for (std::size_t l = 0; l < kLanes; ++l) root[l] = std::sqrt(x[l]);
 }
 
-/// Texels of eight samples as they come from memory, one [f, gx, gy, gz] after the other: the
-/// interpolant and its derivatives by the texel index.
+/// Texels of eight samples in memory order, one [f, gx, gy, gz] after the other: the interpolant
+/// and its derivatives by the texel index.
 struct Rows {
   using Eight = std::array<std::array<float, 4>, kLanes>;
   alignas(32) Eight value;
@@ -129,14 +129,14 @@ struct Columns {
   out.gz = __builtin_shufflevector(yz01, yz23, 2, 3, 10, 11, 6, 7, 14, 15);
 }
 
-/// Where eight samples lie. In memory, from where one number fills a register for nothing; out of
-/// another register it takes two shuffles, which are what the kernel would wait for.
+/// Positions of eight samples. They are in memory, because a load copies one number to a whole
+/// register at no cost; from another register it takes two shuffles, which would limit the kernel.
 struct Locations {
-  alignas(32) std::array<int, kLanes> offset;  ///< Of the texel corner.
-  /// Fractions by axis, and the weights of the four rows of texels along i about a sample.
+  alignas(32) std::array<int, kLanes> offset;  ///< Offset of the texel corner.
+  /// Fractions by axis, and the weights of the four rows of texels along i around a sample.
   alignas(32) std::array<std::array<float, kLanes>, 3> w;
   alignas(32) std::array<std::array<float, kLanes>, 4> corner;
-  std::array<Float8, 3> moves;  ///< 0 where a sample was clamped along an axis, else 1.
+  std::array<Float8, 3> moves;  ///< 0 if a sample was clamped along an axis, else 1.
 };
 
 /// Trilinear interpolation of one sample.
@@ -169,7 +169,7 @@ template <bool kDerivatives>
   }
 }
 
-/// Fills lanes that are no samples up with what is finite where the samples are.
+/// Fills lanes without samples with a copy of the first sample, which is finite if the samples are.
 template <bool kDerivatives>
 [[gnu::always_inline]] inline void repeat_first(std::size_t lanes, Rows& rows) {
   for (std::size_t lane = lanes; lane < kLanes; ++lane) {
@@ -180,13 +180,13 @@ template <bool kDerivatives>
   }
 }
 
-/// The patch in texel indices relative to a texel of the grid: small numbers keep floats exact.
+/// The patch in texel indices relative to a texel of the grid: small numbers keep floats accurate.
 struct LocalPatch {
-  std::ptrdiff_t base;  ///< Of the texel.
+  std::ptrdiff_t base;  ///< Offset of the texel.
   std::array<float, 3> centre, step_a, step_b;
-  std::array<float, 3> last;  ///< Of the grid, >= 1.
+  std::array<float, 3> last;  ///< Last index of the grid, >= 1.
   bool inside;                ///< No sample needs clamping.
-  bool usable;                ///< Finite and not absurdly far.
+  bool usable;                ///< Finite and not too far away.
 };
 
 LocalPatch local_patch(const CtChannels& ct, const PlacedPatch& patch) {
@@ -221,7 +221,7 @@ LocalPatch local_patch(const CtChannels& ct, const PlacedPatch& patch) {
   return local;
 }
 
-/// Samples outside the grid go to its border.
+/// Samples outside the grid are moved to its border.
 [[gnu::always_inline]] inline void locate(const CtChannels& ct, const LocalPatch& local,
                                           const Steps& steps, std::size_t group, Locations& out) {
   Float8 a, b, one;
@@ -258,7 +258,7 @@ LocalPatch local_patch(const CtChannels& ct, const PlacedPatch& patch) {
   std::memcpy(out.corner.data(), weights.data(), sizeof weights);
 }
 
-/// Both channels, and their derivatives where asked for, of eight samples.
+/// Both channels of eight samples, with their derivatives if requested.
 template <bool kDerivatives>
 [[gnu::always_inline]] inline void finish_group(const Rows& rows, const Locations& at,
                                                 const Eigen::Vector3f& inverse,
@@ -282,7 +282,7 @@ template <bool kDerivatives>
   }
 }
 
-/// Clears what the last group holds beyond the samples.
+/// Clears the lanes of the last group beyond the samples.
 template <bool kDerivatives>
 [[gnu::always_inline]] inline void clear_beyond(const Float8& mask, Group& group) {
   group.f *= mask;
@@ -303,7 +303,8 @@ template <bool kDerivatives>
   return static_cast<std::size_t>(patch.side) * static_cast<std::size_t>(patch.side);
 }
 
-/// Pass one: both channels and their derivatives at every sample. False: not finite.
+/// Pass one: both channels and their derivatives at every sample. Returns false if they are not
+/// finite.
 template <bool kDerivatives>
 [[gnu::always_inline]] inline bool sample_patch(const CtChannels& ct, const PlacedPatch& patch,
                                                 Samples& out) {
@@ -320,13 +321,14 @@ template <bool kDerivatives>
   for (std::size_t k = 0; k < groups; ++k) {
     Locations at;
     locate(ct, local, steps, k, at);
-    asm("" : "+m"(at));  // Read from memory, not shuffled out of the registers it was made in.
+    // Forces reads from memory instead of shuffles from the registers that hold the values.
+    asm("" : "+m"(at));
     Rows rows;
     if (k + 1 < groups) {
       for (std::size_t lane = 0; lane < kLanes; ++lane) {
         interpolate<kDerivatives>(first, row, slice, at, lane, rows);
       }
-    } else {  // Of 49 samples the last group has one.
+    } else {  // With 49 samples the last group has one.
       const std::size_t lanes = n - k * kLanes;
       for (std::size_t lane = 0; lane < lanes; ++lane) {
         interpolate<kDerivatives>(first, row, slice, at, lane, rows);
@@ -341,14 +343,14 @@ template <bool kDerivatives>
   return true;
 }
 
-/// The eliminated 2 × 2 problem.
+/// Solution of the eliminated 2 × 2 problem.
 struct Fit {
   double s, mean_f, mean_g;
   std::array<double, 2> c;
   std::array<double, 3> inverse;  ///< S⁻¹: 00, 01, 11.
 };
 
-/// Eight floats as doubles, those four apart beside each other.
+/// Eight floats as doubles, in two halves of four.
 struct Doubles {
   Double4 low, high;
 };
@@ -364,7 +366,7 @@ struct Doubles {
   return (v[0] + v[1]) + (v[2] + v[3]);
 }
 
-/// The ultrasound of group k, 0 beyond the samples.
+/// The ultrasound of group k; 0 beyond the samples.
 [[gnu::always_inline]] inline void load_ultrasound(std::span<const float> u, std::size_t k,
                                                    Float8& out) {
   const std::size_t first = k * kLanes;
@@ -376,8 +378,8 @@ struct Doubles {
   for (std::size_t l = 0; first + l < u.size(); ++l) out[l] = u[first + l];
 }
 
-/// Sums over the samples of a patch as they come. In doubles the squares of values up to 3 lose
-/// nothing that counts when the means are taken out afterwards.
+/// Sums over the samples of a patch, without centring. In doubles, squares of values up to 3 lose
+/// no relevant digits when the means are subtracted afterwards.
 struct RawSums {
   Double4 f{}, g{}, u{}, ff{}, fg{}, gg{}, fu{}, gu{}, uu{};
 };
@@ -401,7 +403,7 @@ struct RawSums {
   add_product(v, v, sums.uu);
 }
 
-/// Takes the means from f and g.
+/// Subtracts the means from f and g.
 [[gnu::always_inline]] inline void centre(double mean_f, double mean_g, std::size_t n,
                                           Samples& samples) {
   const std::size_t groups = groups_of(n);
@@ -440,7 +442,7 @@ struct RawSums {
   if (intensity_only) fit.inverse = {1 / ff, 0, 0};
   fit.c = {fit.inverse[0] * fu + fit.inverse[1] * gu, fit.inverse[1] * fu + fit.inverse[2] * gu};
   const double s = uu - fit.c[0] * fu - fit.c[1] * gu;
-  // NaN first: a clamp would turn it into the perfect match 0.
+  // Test for NaN first: a clamp would turn it into the perfect match 0.
   fit.s = std::isfinite(s) ? std::clamp(s, 0.0, 1.0) : std::numeric_limits<double>::quiet_NaN();
   return fit;
 }
@@ -451,7 +453,7 @@ struct Derivatives {
   Float8 f, g, residual;
 };
 
-/// Pass two: columns of V and what they are multiplied with.
+/// Pass two: columns of V and their factors.
 [[gnu::always_inline]] inline void differentiate(const Group& group, const Float8& u,
                                                  const PlacedPatch& patch, const Fit& fit,
                                                  std::size_t k, Derivatives& out) {
@@ -529,16 +531,17 @@ template <std::size_t kRow>
 
 [[gnu::always_inline]] inline double cost_of(const CtChannels& ct, const PlacedPatch& patch,
                                              double ridge, bool intensity_only) {
-  Samples samples;  // Not initialised: each element used is written first.
+  Samples samples;  // Not initialised: each element is written before it is read.
   if (!sample_patch<false>(ct, patch, samples)) return std::numeric_limits<double>::quiet_NaN();
   return fit_patch(samples, patch.u, ridge, intensity_only).s;
 }
 
-/// Gradient, and what the Hessian needs where asked for.
+/// Sums for the gradient, and for the Hessian if requested.
 template <bool kHessian>
 [[gnu::always_inline]] inline void accumulate(const Samples& samples, const PlacedPatch& patch,
                                               const Fit& fit, Sums& sums) {
-  std::array<Derivatives, kMaxGroups> columns;  // Not initialised: those used are written first.
+  // Not initialised: each element is written before it is read.
+  std::array<Derivatives, kMaxGroups> columns;
   const std::size_t groups = groups_of(patch.u.size());
   for (std::size_t k = 0; k < groups; ++k) {
     Float8 u;
@@ -570,7 +573,7 @@ template <bool kHessian>
 [[gnu::always_inline]] inline PatchTerms terms_of(const CtChannels& ct, const PlacedPatch& patch,
                                                   double ridge, bool intensity_only) {
   PatchTerms terms{std::numeric_limits<double>::quiet_NaN(), Vector6d::Zero(), Matrix6d::Zero()};
-  Samples samples;  // Not initialised: each element used is written first.
+  Samples samples;  // Not initialised: each element is written before it is read.
   if (!sample_patch<true>(ct, patch, samples)) return terms;
   const Fit fit = fit_patch(samples, patch.u, ridge, intensity_only);
   if (std::isnan(fit.s)) return terms;
@@ -648,7 +651,7 @@ PatchTerms patch_terms(const CtChannels& ct, const PlacedPatch& patch, double ri
 
 bool patch_intensities(const CtChannels& ct, const PlacedPatch& patch, std::span<float> f,
                        std::span<Eigen::Vector3f> by_point) {
-  Samples samples;  // Not initialised: each element used is written first.
+  Samples samples;  // Not initialised: each element is written before it is read.
   const bool slopes = !by_point.empty();
   if (slopes ? !sample_patch<true>(ct, patch, samples) : !sample_patch<false>(ct, patch, samples)) {
     return false;

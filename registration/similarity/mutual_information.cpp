@@ -35,7 +35,7 @@ Window window_at(double f) {
   return w;
 }
 
-/// A sample of a patch that is in the CT.
+/// A sample of a patch that is finite in the CT.
 struct Sample {
   std::size_t patch;
   int grey_bin;
@@ -156,7 +156,7 @@ class Histogram {
       grey_[static_cast<std::size_t>(sample.grey_bin)] += sample.weight;
     }
     for (const double p : grey_) grey_entropy_ -= p > 0 ? p * std::log(p) : 0;
-    // One grey has none, but for the rounding of the weights' sum.
+    // A single grey has zero entropy, apart from the rounding of the weights' sum.
     constexpr double kLeastEntropy = 1e-9;
     if (grey_entropy_ < kLeastEntropy) grey_entropy_ = 0;
   }

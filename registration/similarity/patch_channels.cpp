@@ -12,9 +12,9 @@
 namespace nav::registration {
 namespace {
 
-// A solve on the next finer level goes about so far.
+// Largest movement of a typical solve on the next finer level.
 constexpr double kRoomMm = 4;
-// The kernel shuns the rim of the channels, texels.
+// Rim of the channels that the kernel avoids, texels.
 constexpr double kBoxRim = 0.01;
 
 TexelPart hull(const TexelPart& p, const TexelPart& q) {
@@ -30,7 +30,7 @@ std::size_t texels_in(const TexelPart& part) {
   return as_size(part.size[0]) * as_size(part.size[1]) * as_size(part.size[2]);
 }
 
-/// About what a box takes: its texels, and beginning a row, or a row of rows.
+/// Approximate work for a box: its texels, plus the overhead of each row and each slice.
 std::size_t work_for(const TexelPart& part) {
   constexpr int kRow = 32;
   constexpr int kRows = 8;
@@ -38,7 +38,7 @@ std::size_t work_for(const TexelPart& part) {
          as_size(part.size[2] + kRows);
 }
 
-/// How far the samples lie from the centre along each axis, mm.
+/// Largest distance of the samples from the centre along each axis, mm.
 Eigen::Vector3d reach_of(const PlacedPatch& placed) {
   return 0.5 * (placed.side - 1) * (placed.step_a.cwiseAbs() + placed.step_b.cwiseAbs());
 }
@@ -53,8 +53,8 @@ Result<PatchChannels> PatchChannels::create(const Volume& ct, double sigma_mm, d
   return PatchChannels(ct, *std::move(lattice), std::move(whole), patches);
 }
 
-/// Texels that the samples are interpolated from; absent where the patch is not finite, or farther
-/// away than the kernel looks.
+/// Texels that the samples are interpolated from; absent if the patch is not finite, or farther
+/// away than the kernel reads.
 std::optional<TexelPart> PatchChannels::part_for(const PlacedPatch& placed,
                                                  double margin_mm) const {
   constexpr double kFarTexels = 2e9;
@@ -95,7 +95,7 @@ void PatchChannels::look_from(std::size_t index, const TexelPart& part,
     const auto axis = static_cast<Eigen::Index>(a);
     const double spacing = whole_.spacing_mm[axis];
     const int end = part.first[a] + part.size[a];
-    // Beyond the lattice its border counts.
+    // Beyond the lattice the border values are used.
     view.low[axis] = part.first[a] == 0 ? -kAnywhere : spacing * (part.first[a] + kBoxRim);
     view.high[axis] = end == whole_.size[a] ? kAnywhere : spacing * (end - 1 - kBoxRim);
   }
@@ -116,7 +116,8 @@ void PatchChannels::share(std::span<const IndexedPatch> patches) {
     if (sees(index, placed)) continue;
     const auto own = part_for(placed, kRoomMm);
     if (!own) continue;
-    // The group that grows least; one of its own where none grows by less.
+    // Choose the group that grows least, or a new group if no growth is smaller than the patch's
+    // own box.
     std::size_t least = work_for(*own);
     Group* best = nullptr;
     for (Group& group : groups) {
@@ -140,7 +141,8 @@ void PatchChannels::share(std::span<const IndexedPatch> patches) {
   fill_texels(ct_, lattice_, orders);
 }
 
-/// Of each row of a group's part what its patches look at, from the first to the last.
+/// Returns for each row of a group's part the run that its patches need, from the first to the last
+/// texel.
 std::vector<TexelRun> PatchChannels::runs_of(const Group& group) const {
   const TexelPart& part = group.part;
   std::vector<TexelRun> runs(as_size(part.size[1]) * as_size(part.size[2]), {part.size[0], 0});
@@ -162,7 +164,7 @@ std::vector<TexelRun> PatchChannels::runs_of(const Group& group) const {
 const CtChannels& PatchChannels::around(std::size_t index, PlacedPatch& placed) {
   if (!sees(index, placed)) {
     const auto part = part_for(placed, kRoomMm);
-    if (!part) {  // No texel is looked at for such a patch.
+    if (!part) {  // Such a patch reads no texel.
       placed.centre.setConstant(std::numeric_limits<double>::quiet_NaN());
       return whole_;
     }

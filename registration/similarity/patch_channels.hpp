@@ -12,43 +12,46 @@
 
 namespace nav::registration {
 
-/// A patch of some index, laid into the Grid of whole().
+/// A patch with its index, placed in the Grid of whole().
 struct IndexedPatch {
   std::size_t index;
   PlacedPatch placed;
 };
 
-/// The channels of a whole CT where patches look, made when one first looks there: each patch has a
-/// box, with room to move, of its own or one that it shares with neighbours. Fewer texels than the
-/// CT has where patches are few; each is to the last bit that of make_ct_channels() over box_of()
-/// the CT. Threads: patches of different indices may be asked for at once, one index by one thread.
+/// The channels of a whole CT near the patches, computed when a patch first needs them. Each patch
+/// has a box with room to move, of its own or shared with neighbours. If patches are few, these are
+/// fewer texels than the whole CT has; each texel has the same bits as in make_ct_channels() over
+/// box_of() the CT. Threads: patches of different indices may be requested at once, one index only
+/// by one thread.
 class PatchChannels {
  public:
-  /// patches: how many there are; ct must outlive it. Errors: those of make_ct_channels().
+  /// patches: number of patches; ct must outlive the result. Errors: those of make_ct_channels().
   static Result<PatchChannels> create(const Volume& ct, double sigma_mm, double texel_sigmas,
                                       std::size_t patches);
 
-  /// Geometry of the whole, without texels.
+  /// Geometry of the whole CT, without texels.
   [[nodiscard]] const CtChannels& whole() const { return whole_; }
-  /// Channels that hold all samples of a patch that was placed in the Grid of whole(); its centre
-  /// is moved into theirs. Precondition: index below the number of patches.
+  /// Channels that hold all samples of a patch placed in the Grid of whole(); the patch centre is
+  /// converted to their Grid. Precondition: index is below the number of patches.
   const CtChannels& around(std::size_t index, PlacedPatch& placed);
-  /// Makes boxes for patches that do not lie in theirs, all in one pass over the CT: one for those
-  /// near each other where it is smaller than theirs together. Of a shared box only what its
-  /// patches may look at is set. While nobody else asks. Precondition: as around().
+  /// Makes boxes for patches that lie outside theirs, all in one pass over the CT. Neighbouring
+  /// patches share a box if it is smaller than their own boxes together. In a shared box only the
+  /// texels that its patches may need are set. No other call may run at the same time.
+  /// Precondition: as for around().
   void share(std::span<const IndexedPatch> patches);
-  /// Whether all samples of a patch lie where its box is set. Precondition: as around().
+  /// True if all samples of a patch lie in the valid part of its box. Precondition: as for
+  /// around().
   [[nodiscard]] bool sees(std::size_t index, const PlacedPatch& placed) const;
-  /// How many texels a box for this patch has.
+  /// Number of texels of a box for this patch.
   [[nodiscard]] double texels_for(const PlacedPatch& placed) const;
 
  private:
   struct Box {
-    TexelPart part;  ///< Of the whole lattice.
+    TexelPart part;  ///< Part of the whole lattice.
     CtChannels channels;
   };
 
-  /// What a patch may look at of a box: between low and high, Grid of the whole, mm.
+  /// The part of a box that a patch may read: between low and high, Grid of the whole CT, mm.
   struct View {
     Eigen::Vector3d low, high;
     std::shared_ptr<const Box> box;
@@ -57,7 +60,7 @@ class PatchChannels {
     std::size_t index;
     TexelPart part;
   };
-  /// Patches that share a box, and the part that holds theirs.
+  /// Patches that share a box, and the part that contains all of theirs.
   struct Group {
     TexelPart part;
     std::vector<Member> members;
@@ -74,7 +77,7 @@ class PatchChannels {
   const Volume& ct_;
   TexelLattice lattice_;
   CtChannels whole_;
-  std::vector<View> views_;  // By index; without a box: none yet.
+  std::vector<View> views_;  // One for each patch index; without a box until it is needed.
 };
 
 }  // namespace nav::registration

@@ -16,20 +16,20 @@
 namespace nav::registration {
 namespace {
 
-// Grey levels. A flatter patch is quantisation noise.
+// Least standard deviation in grey levels. A flatter patch is quantisation noise.
 constexpr double kMinDeviation = 1.0;
 constexpr int kDepthBands = 3;
 
-/// Between which two pixels of one axis something lies: low and the next, where there is one.
+/// Position between two pixels of one axis: low and the next one, if there is one.
 struct Between {
   int low;
-  float w;  ///< Of the next.
+  float w;  ///< Weight of the next pixel.
 };
 
-/// A picture smoothed to a level on coarser pixels, masked pixels not counted.
+/// An ultrasound image smoothed to a level on coarser pixels, without the pixels outside the mask.
 struct SmoothPicture {
   cv::Mat grey;         ///< CV_32F.
-  double per_x, per_y;  ///< Of its pixels per pixel of the picture.
+  double per_x, per_y;  ///< Pixels of grey per pixel of the image.
 
   static Between between(double pixel, double per_pixel, int count) {
     const double at = std::clamp((pixel + 0.5) * per_pixel - 0.5, 0.0, count - 1.0);
@@ -53,13 +53,13 @@ struct SmoothPicture {
   }
 };
 
-/// What smoothing needs besides its result: one memory for all pictures.
+/// Working memory of the smoothing, shared by all images.
 struct SmoothBuffers {
-  cv::Mat sums;                  ///< CV_32FC2: of the grey of pixels, and how many they are.
-  std::vector<int> grey, count;  ///< Of each column, over the rows of a block.
+  cv::Mat sums;                  ///< CV_32FC2: sum of the pixels' greys, and number of pixels.
+  std::vector<int> grey, count;  ///< Value of each column, over the rows of a block.
 };
 
-/// Adds a row of pixels, masked pixels not counted.
+/// Adds a row of pixels; pixels outside the mask are not counted.
 void add_row(std::span<const std::uint8_t> grey, std::span<const std::uint8_t> usable,
              SmoothBuffers& sums) {
   int* grey_sum = sums.grey.data();
@@ -70,14 +70,14 @@ void add_row(std::span<const std::uint8_t> grey, std::span<const std::uint8_t> u
   }
 }
 
-/// Sums of grey and of pixels over blocks.
+/// Sums of greys and pixel counts over blocks.
 void add_blocks(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& mask, int fx, int fy,
                 SmoothBuffers& out) {
   const int columns = frame.pixels.width() / fx;
   const int rows = frame.pixels.height() / fy;
   const auto width = static_cast<std::size_t>(frame.pixels.width());
   out.sums.create(rows, columns, CV_32FC2);
-  if (fx == 1 && fy == 1) {  // On the finest level most often.
+  if (fx == 1 && fy == 1) {  // The most frequent case on the finest level.
     const auto grey = frame.pixels.pixels();
     const auto usable = mask.pixels();
     auto* sum = out.sums.ptr<float>();
@@ -139,12 +139,12 @@ SmoothPicture smooth(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& 
 /// A patch before the selection.
 struct PatchCandidate {
   Eigen::Vector2d centre;  ///< Image, mm.
-  std::size_t order;       ///< Of its picture among the thinned ones.
+  std::size_t order;       ///< Index of its image among the thinned ones.
   int bucket;
   double contrast;  ///< Standard deviation of a few of its samples, grey levels.
 };
 
-/// Corners of the picture, Image frame, mm.
+/// Corners of an ultrasound image, Image frame, mm.
 std::array<Point<frames::Image>, 4> corners(const UltrasoundFrame& frame) {
   const double right = frame.pixels.width() - 1;
   const double below = frame.pixels.height() - 1;
@@ -152,9 +152,9 @@ std::array<Point<frames::Image>, 4> corners(const UltrasoundFrame& frame) {
           frame.grid.at(right, below)};
 }
 
-/// One thinned picture, smoothed to the level.
+/// One thinned ultrasound image, smoothed to the level.
 struct LevelPicture {
-  int index;  ///< In the sweep.
+  int index;  ///< Index in the sweep.
   const TrackedFrame& tracked;
   const Image2d<std::uint8_t>& mask;
   SmoothPicture smooth;
@@ -163,9 +163,9 @@ struct LevelPicture {
   int height = mask.height();
   const std::uint8_t* usable = mask.pixels().data();
 
-  /// Whether the nearest pixel is one of the mask.
+  /// True if the nearest pixel is inside the mask.
   [[nodiscard]] bool inside(double pixel_x, double pixel_y) const {
-    // Where both are positive, truncation rounds down.
+    // Truncation rounds positive values down.
     const double x = pixel_x + 0.5;
     const double y = pixel_y + 0.5;
     if (!(x >= 0 && y >= 0 && x < width && y < height)) return false;
@@ -173,8 +173,8 @@ struct LevelPicture {
   }
 };
 
-/// sample_square() where the square's sides are those of the pixels, one axis at a time: the same
-/// to the last bit. Its corners lie in the picture.
+/// sample_square() for a square whose sides are parallel to those of the pixels, one axis at a
+/// time, with the same bits. Its corners must lie in the image.
 bool sample_upright(const LevelPicture& picture, const Eigen::Vector2d& middle, double step_x,
                     double step_y, int half, int stride, std::vector<float>& values) {
   struct Column {
@@ -200,8 +200,8 @@ bool sample_upright(const LevelPicture& picture, const Eigen::Vector2d& middle, 
   return true;
 }
 
-/// Samples (i, j) of a square about a centre, each stride-th from −half to half; false: one lies
-/// outside the mask. values: all samples.
+/// Samples (i, j) of a square about a centre, every stride-th from −half to half. Returns false if
+/// one lies outside the mask. values: the samples.
 bool sample_square(const LevelPicture& picture, const Eigen::Vector2d& centre, double step_mm,
                    int half, int stride, std::vector<float>& values) {
   const Eigen::Vector2d middle =
@@ -209,7 +209,7 @@ bool sample_square(const LevelPicture& picture, const Eigen::Vector2d& centre, d
   const Eigen::Vector2d a = picture.pixel_per_mm.col(0) * step_mm;
   const Eigen::Vector2d b = picture.pixel_per_mm.col(1) * step_mm;
   values.clear();
-  // Most squares that do not lie inside have a corner that does not.
+  // Most squares that do not lie inside have a corner outside.
   for (const int j : {-half, half}) {
     for (const int i : {-half, half}) {
       if (!picture.inside(middle.x() + i * a.x() + j * b.x(), middle.y() + i * a.y() + j * b.y())) {
@@ -231,7 +231,7 @@ bool sample_square(const LevelPicture& picture, const Eigen::Vector2d& centre, d
   return true;
 }
 
-/// Takes the mean out; the standard deviation, and the mean where asked.
+/// Subtracts the mean; returns the standard deviation, and the mean if requested.
 double centre_values(std::vector<float>& values, double* mean = nullptr) {
   const auto count = static_cast<double>(values.size());
   double sum = 0;
@@ -245,7 +245,7 @@ double centre_values(std::vector<float>& values, double* mean = nullptr) {
   return std::sqrt(squares / count);
 }
 
-/// Squares of half their width apart, wherever they lie, row by row.
+/// Squares at distances of half their width, row by row; they may lie outside the mask.
 struct Squares {
   std::vector<Eigen::Vector2d> centres;
   std::size_t columns = 0;
@@ -270,11 +270,11 @@ Squares squares_of(const UltrasoundFrame& frame, const LevelOptions& level) {
   return out;
 }
 
-/// All candidates of one picture, by a few samples of each.
+/// All candidates of one image, judged by a few samples of each.
 void find_candidates(const LevelPicture& picture, std::size_t order, const LevelOptions& level,
                      std::vector<PatchCandidate>& out) {
   const int half = level.patch_side / 2;
-  // Five samples a side, the corners among them where the side allows.
+  // Five samples a side, including the corners if the side allows.
   const int stride = std::max(1, half / 2);
   const auto centres = squares_of(picture.tracked.frame, level).centres;
   if (centres.empty()) return;
@@ -291,7 +291,7 @@ void find_candidates(const LevelPicture& picture, std::size_t order, const Level
   }
 }
 
-/// Adds one patch with all its samples; false where the mask or the contrast says no.
+/// Adds one patch with all its samples; returns false if the mask or the contrast rejects it.
 bool add_patch(const LevelPicture& picture, const Eigen::Vector2d& centre,
                const LevelOptions& level, std::vector<float>& values, PatchSet& out) {
   const double step = level.sample_step_mm;
@@ -329,7 +329,7 @@ double corners_moved_mm(const TrackedFrame& from, const TrackedFrame& to) {
 }
 
 std::vector<int> thin_frames(const Sweep& sweep, double step_mm) {
-  // Evenly stepped sweeps must not be thinned by the rounding of their origin.
+  // Sweeps with even steps must not be thinned because of rounding of their origin.
   constexpr double kAlmost = 1 - 1e-6;
   std::vector<int> kept;
   std::array<Eigen::Vector3d, 4> last;
@@ -351,7 +351,8 @@ std::vector<int> thin_frames(const Sweep& sweep, double step_mm) {
 
 namespace {
 
-/// The best by contrast, at most twice the fair share of each picture and depth third.
+/// Chooses the patches of highest contrast, at most twice the fair share of each image and depth
+/// third.
 void choose_by_contrast(const std::vector<LevelPicture>& pictures, const LevelOptions& level,
                         PatchSet& out) {
   std::vector<PatchCandidate> candidates;
@@ -373,8 +374,8 @@ void choose_by_contrast(const std::vector<LevelPicture>& pictures, const LevelOp
   }
 }
 
-/// Key by which points of one cube follow one another, and cubes that touch are seldom far apart
-/// (Morton 1966): bits of the three cells in turn.
+/// Morton key (1966): the bits of the three cell indices are interleaved, so that points of one
+/// cube are consecutive and neighbouring cubes are seldom far apart.
 std::uint64_t place_key(const Eigen::Vector3d& cell) {
   constexpr double kMiddle = 1 << 20;
   constexpr int kBits = 21;
@@ -387,7 +388,7 @@ std::uint64_t place_key(const Eigen::Vector3d& cell) {
   return key;
 }
 
-/// Patches of one place one after the other: the CT that they look at is in the cache then.
+/// Sorts patches by position, so that the CT texels of consecutive patches are in the cache.
 void order_by_place(PatchSet& set) {
   constexpr double kCellMm = 8;
   if (set.patches.empty()) return;
@@ -409,21 +410,23 @@ void order_by_place(PatchSet& set) {
   set = std::move(out);
 }
 
-/// The squares of one picture on their way into a set.
+/// The squares of one image that may still be added to a set.
 class SquaresLeft {
  public:
   SquaresLeft(const UltrasoundFrame& frame, const LevelOptions& level)
       : squares_(squares_of(frame, level)), states_(squares_.centres.size(), State::kNew) {}
 
   [[nodiscard]] std::size_t count() const { return states_.size(); }
-  /// At a place between 0 and 1 along the columns and rows. Precondition: count() > 0.
+  /// Index of the square at a position between 0 and 1 along the columns and rows. Precondition:
+  /// count() > 0.
   [[nodiscard]] std::size_t at(double x, double y) const {
     const auto part = [](double share, std::size_t of) {
       return std::min(static_cast<std::size_t>(share * static_cast<double>(of)), of - 1);
     };
     return part(y, count() / squares_.columns) * squares_.columns + part(x, squares_.columns);
   }
-  /// Adds a square once, unless it overlaps half of one that was added before let_overlap().
+  /// Adds a square once. Before let_overlap(), squares that overlap half of an added one are put
+  /// off.
   void take(std::size_t square, const LevelPicture& picture, const LevelOptions& level,
             std::vector<float>& values, PatchSet& out) {
     if (states_[square] != State::kNew) return;
@@ -451,14 +454,14 @@ class SquaresLeft {
   bool overlap_ = false;
 };
 
-/// Takes squares in an order that is spread evenly over pictures, columns and rows however soon it
+/// Takes squares in an order that is spread evenly over images, columns and rows, however early it
 /// ends: steps of the powers of 1/g, g⁴ = g + 1, along the three (the additive recurrence of
-/// Roberts 2018). Steps through all squares one after the other end up in chains of squares that
-/// overlap where the counts of columns and rows so happen. Those that overlap half of one that was
-/// taken come after all others. Squares that are not needed are not even looked at.
+/// Roberts 2018). Equal steps through all squares would form chains of overlapping squares for some
+/// counts of columns and rows. Squares that overlap half of a taken one come after all others.
+/// Squares that are not needed are never evaluated.
 void choose_evenly(const std::vector<LevelPicture>& pictures, const LevelOptions& level,
                    PatchSet& out) {
-  // Steps that find a square that none had found before become few; then the others follow.
+  // After this many steps, new squares are rarely found; the remaining ones follow in order.
   constexpr std::size_t kStepsPerSquare = 4;
   constexpr double kRoot = 1.2207440846057596;
   const Eigen::Array3d step(1 / kRoot, 1 / (kRoot * kRoot), 1 / (kRoot * kRoot * kRoot));
@@ -522,7 +525,7 @@ PatchSet make_patches(const Sweep& sweep, const std::vector<Image2d<std::uint8_t
 
 PatchSet coarsened(const PatchSet& patches, int stride) {
   NAV_CHECK(stride >= 1 && 2 * stride < patches.side, stride, patches.side);
-  // Of the norm of all samples: less is rounding.
+  // Relative to the norm of all samples: a smaller norm is rounding noise.
   constexpr double kFlat = 1e-3;
   const int middle = patches.side / 2;
   const int half = middle / stride;

@@ -13,19 +13,19 @@ namespace {
 
 constexpr double kRadPerDegree = std::numbers::pi / 180;
 constexpr std::size_t kLeastPoints = 12;
-// Sides that open less are those of a linear probe.
+// Sides with a smaller angle are those of a linear probe.
 constexpr double kLeastHalfAngle = 6 * kRadPerDegree;
 constexpr double kMostHalfAngle = 80 * kRadPerDegree;
 constexpr double kMostLean = 4 * kRadPerDegree;
 constexpr int kLeastPartPixels = 20;
 constexpr double kEdgePixels = 1.5;
-// Of the lit pixels, those outside a fitted sector; of the sector, what is lit: the rest may be
-// shadow or lost contact.
+// Largest fraction of the lit pixels outside a fitted sector, and least fraction of the sector that
+// is lit: the rest may be shadow or lost contact.
 constexpr double kMostOutside = 0.02;
 constexpr double kLeastLit = 0.4;
 
-/// Lit pixels (1, CV_8U) in connected parts of some size, or in the largest only: burned-in text
-/// is another.
+/// Lit pixels (1, CV_8U) in connected parts of at least kLeastPartPixels, or in the largest part
+/// only: burned-in text is a separate part.
 cv::Mat lit_parts(const Sweep& sweep, bool largest_only) {
   const Image2d<std::uint8_t>& first = sweep.frames().front().frame.pixels;
   std::vector<std::uint8_t> dark = never_lit(sweep);
@@ -77,7 +77,7 @@ std::vector<cv::Point> row_ends(const cv::Mat& lit, bool right) {
   return ends;
 }
 
-/// An edge of a hull, upper end first.
+/// An edge of a hull, with its upper end first.
 struct HullEdge {
   cv::Point top, low;
   [[nodiscard]] int height() const { return low.y - top.y; }
@@ -86,8 +86,8 @@ struct HullEdge {
   }
 };
 
-/// A sector but for its face is convex: however much of it shadows take, its sides are the longest
-/// edges of the hull on their side that lead downwards and outwards.
+/// A side of the sector. Except for the face, a sector is convex: even if shadows hide much of it,
+/// its sides are the longest hull edges on their side that lead downwards and outwards.
 std::optional<HullEdge> longest_edge(const std::vector<cv::Point>& lit_ends, bool right) {
   std::vector<cv::Point> hull, corners;
   cv::convexHull(lit_ends, hull);
@@ -106,7 +106,7 @@ std::optional<HullEdge> longest_edge(const std::vector<cv::Point>& lit_ends, boo
   return longest;
 }
 
-/// Fitted to the ends of rows that touch that edge.
+/// Line fitted to the ends of rows that touch the longest edge.
 std::optional<Side> side_of(const cv::Mat& lit, const PixelGrid& grid, bool right) {
   const std::vector<cv::Point> ends = row_ends(lit, right);
   std::vector<cv::Point> all = row_ends(lit, !right);
@@ -124,8 +124,8 @@ std::optional<Side> side_of(const cv::Mat& lit, const PixelGrid& grid, bool righ
   return line_through(points);
 }
 
-/// Distance from the apex that a share of the first (or last) lit pixels of the columns in the
-/// middle keep below.
+/// Quantile \p share of the distances from the apex of the first (or last) lit pixels of the
+/// central columns.
 std::optional<double> radius_of(const cv::Mat& lit, const PixelGrid& grid,
                                 const SectorOutline& sector, bool lower, double share) {
   std::vector<double> radii;
@@ -145,7 +145,7 @@ std::optional<double> radius_of(const cv::Mat& lit, const PixelGrid& grid,
   return radii[static_cast<std::size_t>(share * static_cast<double>(radii.size() - 1))];
 }
 
-/// Whether all that is lit lies in the sector, and enough of it is lit.
+/// True if nearly all lit pixels lie in the sector, and enough of it is lit.
 bool fits(const cv::Mat& lit, const PixelGrid& grid, SectorOutline sector) {
   const double edge_mm = kEdgePixels * grid.mm_per_pixel.col(0).norm();
   sector.radius_min_mm = std::max(sector.radius_min_mm - edge_mm, 0.0);
@@ -169,7 +169,7 @@ std::optional<SectorOutline> sector_about(const cv::Mat& lit, const PixelGrid& g
   const auto left = side_of(lit, grid, false);
   const auto right = side_of(lit, grid, true);
   if (!left || !right) return {};
-  const double closing = left->slope - right->slope;  // Negative where the sides open downwards.
+  const double closing = left->slope - right->slope;  // Negative if the sides open downwards.
   const double angle_left = -std::atan(left->slope);
   const double angle_right = std::atan(right->slope);
   SectorOutline sector{};
@@ -180,7 +180,8 @@ std::optional<SectorOutline> sector_about(const cv::Mat& lit, const PixelGrid& g
   if (std::abs(angle_left - angle_right) > 2 * kMostLean) return {};
   sector.apex_mm.y() = (right->at_zero - left->at_zero) / closing;
   sector.apex_mm.x() = left->at_zero + left->slope * sector.apex_mm.y();
-  constexpr double kRim = 0.05;  // Of the columns: gaps at the face and shadows at the end.
+  // Fraction of the columns: gaps at the face and shadows at the end.
+  constexpr double kRim = 0.05;
   const auto upper = radius_of(lit, grid, sector, false, kRim);
   const auto lower = radius_of(lit, grid, sector, true, 1 - kRim);
   if (!upper || !lower || !(*lower > *upper)) return {};
@@ -193,7 +194,7 @@ std::optional<SectorOutline> sector_about(const cv::Mat& lit, const PixelGrid& g
 }  // namespace
 
 std::vector<std::uint8_t> never_lit(const Sweep& sweep) {
-  constexpr std::uint8_t kNothing = 2;  // What lossy compression leaves of black.
+  constexpr std::uint8_t kNothing = 2;  // Greys up to this are black after lossy compression.
   const Image2d<std::uint8_t>& first = sweep.frames().front().frame.pixels;
   cv::Mat dark(first.height(), first.width(), CV_8U, cv::Scalar(1));
   for (const auto& tracked : sweep.frames()) {

@@ -19,9 +19,9 @@ namespace nav::registration {
 namespace {
 
 constexpr int kOutside = -1;
-// Nobody sees farther; what claims to is of another unit, and would be searched for minutes.
+// No ultrasound image is wider; a larger size has wrong units, and its mask would take minutes.
 constexpr double kWidestPictureMm = 1000;
-// Along the arc at mid depth: of the widest probes a third of a metre.
+// Arc length at mid depth; the widest probes have a third of a metre.
 constexpr double kWidestArcMm = 3000;
 
 Error refuse_mask(const std::string& what, const std::string& expected, double found) {
@@ -30,45 +30,46 @@ Error refuse_mask(const std::string& what, const std::string& expected, double f
   return {ErrorCode::kUsage, text.str()};
 }
 
-/// Pixels [from, to) of a picture, by their index in it.
+/// Pixels [from, to) of an ultrasound image, by their index in it.
 struct PixelRun {
   std::size_t from = 0, to = 0;
 };
 
-/// Scan line and depth bin of each pixel, the same for all pictures with one grid and outline.
+/// Scan line and depth bin of each pixel, the same for all images with one grid and outline.
 struct ScanGeometry {
   int lines = 0;
   int depths = 0;
   double bin_mm = 1;
-  /// By pixel, row-major: depth * lines + line, as pixels of a row lie at much the same depth;
-  /// lines * depths outside the outline.
+  /// One value for each pixel, row-major: depth * lines + line, because pixels of a row lie at
+  /// similar depths; lines * depths outside the outline.
   std::vector<int> cell_of;
-  std::vector<PixelRun> inside;  ///< By row: from the first pixel that has a cell to the last.
-  std::vector<float> pixels;     ///< Of each cell, at least 1.
-  std::vector<float> empty;      ///< 1 for a cell without a pixel, else 0.
+  /// One run for each row: from the first pixel with a cell to the last.
+  std::vector<PixelRun> inside;
+  std::vector<float> pixels;  ///< Pixels of each cell, at least 1.
+  std::vector<float> empty;   ///< 1 for a cell without a pixel, else 0.
   [[nodiscard]] std::size_t cells() const {
     return static_cast<std::size_t>(lines) * static_cast<std::size_t>(depths);
   }
 };
 
-/// Which line and depth bin a pixel lies in; kOutside: outside the outline.
+/// Line and depth bin of a pixel; kOutside: outside the outline.
 struct BeamCell {
   int line = kOutside, depth = kOutside;
 };
 
-/// Bins of ascending edges. Pixels come one beside the other, so that the bin of one is hardly ever
-/// far from that of the last.
+/// Look-up of bins by ascending edges. Consecutive pixels are neighbours, so that the bin of one is
+/// hardly ever far from that of the last.
 class Bins {
  public:
-  /// Of f(first + k size), k = 0, 1, ... until beyond the end. Values before the first edge or
-  /// behind the last belong to the ends.
+  /// Edges f(first + k size), k = 0, 1, ... until beyond the end. Values before the first edge or
+  /// after the last belong to the end bins.
   template <class Function>
   Bins(double first, double end, double size, const Function& f) {
     for (int k = 0; first + k * size <= end; ++k) edges_.push_back(f(first + k * size));
     edges_.front() = -std::numeric_limits<double>::infinity();
     edges_.push_back(std::numeric_limits<double>::infinity());
   }
-  /// Of value / unit, unit > 0.
+  /// Bin of value / unit, unit > 0.
   int of(double value, double unit = 1) {
     while (value >= edges_[last_ + 1] * unit) ++last_;
     while (value < edges_[last_] * unit) --last_;
@@ -80,20 +81,20 @@ class Bins {
   std::size_t last_ = 0;
 };
 
-/// Calls visit(p, i) with where each pixel i lies in the picture, mm, row by row.
+/// Calls visit(p, i) with the position p of each pixel i in the image, mm, row by row.
 template <class Visit>
 void for_each_pixel(const UltrasoundFrame& frame, const Visit& visit) {
   const auto& [mm_per_pixel, origin_mm] = frame.grid;
   std::size_t i = 0;
   for (int row = 0; row < frame.pixels.height(); ++row) {
     for (int column = 0; column < frame.pixels.width(); ++column) {
-      // As PixelGrid::at(), without a call for each.
+      // Equals PixelGrid::at(), without a call for each pixel.
       visit(Eigen::Vector2d(origin_mm + mm_per_pixel * Eigen::Vector2d(column, row)), i++);
     }
   }
 }
 
-/// Beams turn about an apex; lines are line_mm apart at mid depth.
+/// Cells of a sector: beams rotate about an apex; lines are line_mm apart at mid depth.
 std::vector<BeamCell> sector_cells(const UltrasoundFrame& frame, const SectorOutline& outline,
                                    double line_mm, double bin_mm) {
   const double widest = outline.half_angle_rad;
@@ -105,7 +106,7 @@ std::vector<BeamCell> sector_cells(const UltrasoundFrame& frame, const SectorOut
   const double farthest = outline.radius_max_mm * outline.radius_max_mm;
   std::vector<BeamCell> cells(frame.pixels.pixels().size());
   for_each_pixel(frame, [&](const Eigen::Vector2d& p, std::size_t i) {
-    // As SectorOutline::contains(), by tangents and squares.
+    // Equals SectorOutline::contains(), using tangents and squares.
     const Eigen::Vector2d d = p - outline.apex_mm;
     const double square = d.squaredNorm();
     const bool inside =
@@ -115,7 +116,7 @@ std::vector<BeamCell> sector_cells(const UltrasoundFrame& frame, const SectorOut
   return cells;
 }
 
-/// Beams run down the picture.
+/// Cells of parallel beams, which run down the image.
 std::vector<BeamCell> parallel_cells(const UltrasoundFrame& frame, double line_mm, double bin_mm) {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
   for_each_pixel(frame, [&](const Eigen::Vector2d& p, std::size_t) { low = low.cwiseMin(p); });
@@ -136,7 +137,7 @@ ScanGeometry scan_geometry(const UltrasoundFrame& frame, double line_spacing_mm)
   const std::vector<BeamCell> cells =
       frame.outline ? sector_cells(frame, *frame.outline, line_mm, geometry.bin_mm)
                     : parallel_cells(frame, line_mm, geometry.bin_mm);
-  int first = std::numeric_limits<int>::max();  // Lines beside the picture do not count.
+  int first = std::numeric_limits<int>::max();  // Lines beside the image do not count.
   int last = kOutside;
   for (const BeamCell& cell : cells) {
     if (cell.line == kOutside) continue;
@@ -184,11 +185,10 @@ bool same_geometry(const UltrasoundFrame& a, const UltrasoundFrame& b) {
 
 namespace {
 
-/// Mean grey of each (line, depth) cell; kOutside, which is −1, where the picture has no pixel
-/// there. Averaging over the cell tames speckle and the noise floor, whose single pixels can be
-/// bright.
+/// Mean grey of each (line, depth) cell; kOutside, which is −1, if the image has no pixel there.
+/// Averaging over the cell reduces speckle and the noise floor, whose single pixels can be bright.
 std::vector<float> cell_means(const UltrasoundFrame& frame, const ScanGeometry& geometry) {
-  // Two sums of each: neighbouring pixels, mostly of one cell, need not wait for each other.
+  // Two sums for each cell: neighbouring pixels, mostly of one cell, need not wait for each other.
   const std::size_t cells = geometry.cells();
   std::vector<int> sums(2 * (cells + 1), 0);
   int* even = sums.data();
@@ -212,8 +212,8 @@ std::vector<float> cell_means(const UltrasoundFrame& frame, const ScanGeometry& 
   return means;
 }
 
-/// How many cells are of each grey, in two parts: neighbours, mostly of much the same grey, need
-/// not wait for each other. Empty ones come first.
+/// Number of cells of each grey, in two parts: neighbours, mostly of similar grey, need not wait
+/// for each other. Empty cells come first.
 class GreyHistogram {
  public:
   void add(std::span<const float> greys) {
@@ -226,7 +226,7 @@ class GreyHistogram {
     }
     if (i < greys.size()) ++even[bin_of(greys[i])];
   }
-  /// The least grey that three quarters of the cells do not exceed; 0 without cells.
+  /// The least grey that three quarters of the cells do not exceed; 0 if there are no cells.
   [[nodiscard]] int upper_quartile() const {
     const auto count = [&](std::size_t bin) { return bins_[0][bin] + bins_[1][bin]; };
     std::int64_t total = 0;
@@ -243,7 +243,7 @@ class GreyHistogram {
   std::array<std::array<int, kBins>, 2> bins_{};
 };
 
-/// 75th percentile over all lines and pictures, by depth.
+/// 75th percentile over all lines and images, for each depth.
 std::vector<int> usual_grey(const std::vector<std::vector<float>>& means, int lines, int depths) {
   const auto count = as_size(lines);
   std::vector<int> usual;
@@ -277,8 +277,8 @@ std::vector<int> line_ends(const std::vector<float>& means, const std::vector<in
   return ends;
 }
 
-/// Where a sweep without an outline shows nothing, wider by the pixels of the edge, which are half
-/// lit.
+/// Pixels outside the beams of a sweep without an outline, dilated by one pixel, because the pixels
+/// at the edge are half lit.
 std::vector<std::uint8_t> outside_of(const Sweep& sweep) {
   const Image2d<std::uint8_t>& first = sweep.frames().front().frame.pixels;
   std::vector<std::uint8_t> dark = never_lit(sweep);
@@ -313,7 +313,7 @@ Result<void> check_outline(const SectorOutline& outline, const std::string& name
 Result<void> check_geometry(const Sweep& sweep) {
   for (std::size_t i = 0; i < sweep.frames().size(); ++i) {
     const UltrasoundFrame& frame = sweep.frames()[i].frame;
-    const std::string name = "sweep frame " + std::to_string(i) + ": ";
+    const std::string name = "sweep image " + std::to_string(i) + ": ";
     if (const auto ok = nav::validate(frame.grid); !ok) {
       return Error{ok.error().code, name + ok.error().message};
     }
@@ -321,7 +321,7 @@ Result<void> check_geometry(const Sweep& sweep) {
     const double height_mm = frame.pixels.height() * frame.grid.mm_per_pixel.col(1).norm();
     if (!(std::max(width_mm, height_mm) <= kWidestPictureMm)) {
       std::ostringstream text;
-      text << name << "expected a picture of at most " << kWidestPictureMm
+      text << name << "expected an image of at most " << kWidestPictureMm
            << " mm along either side, found one of " << width_mm << " x " << height_mm
            << " mm: is the size of its pixels in mm?";
       return Error{ErrorCode::kMalformedData, text.str()};
@@ -359,8 +359,8 @@ Result<std::vector<Image2d<std::uint8_t>>> shadow_masks(const Sweep& sweep,
   for (std::size_t i = 1; i < frames.size(); ++i) {
     if (!same_geometry(first, frames[i].frame)) {
       return Error{ErrorCode::kMalformedData,
-                   "sweep frame " + std::to_string(i) +
-                       ": expected the pixel grid and outline of frame 0, found others"};
+                   "sweep image " + std::to_string(i) +
+                       ": expected the pixel grid and outline of image 0, found others"};
     }
   }
   const ScanGeometry geometry = scan_geometry(first, options.line_spacing_mm);

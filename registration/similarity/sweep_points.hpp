@@ -11,19 +11,19 @@
 
 namespace nav::registration {
 
-/// Usable points of a sweep, thinly spread: what overlap and distances of poses are counted on.
+/// Usable points of a sweep, sparsely sampled, for the overlap and the distances of poses.
 struct SweepPoints {
   std::vector<Point<frames::Reference>> points;
-  Point<frames::Reference> centroid;  ///< Of the points.
-  double radius_mm = 0;               ///< Farthest point from the centroid.
-  /// Mean of (p − centroid)(p − centroid)ᵀ, mm²: all that distances of poses depend on.
+  Point<frames::Reference> centroid;  ///< Mean of the points.
+  double radius_mm = 0;               ///< Distance of the farthest point from the centroid.
+  /// Mean of (p − centroid)(p − centroid)ᵀ, mm²; distances of poses depend on nothing else.
   Eigen::Matrix3d spread_mm2 = Eigen::Matrix3d::Zero();
 };
 
-/// Every 4 mm or more of the pictures 4 mm or more apart, where the mask allows.
+/// Points 4 mm or more apart in images 4 mm or more apart, inside the masks.
 SweepPoints sweep_points(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks);
 
-/// Fraction of the points inside the box of voxel centres, [0, 1]; 0 without points.
+/// Fraction of the points inside the box of voxel centres, [0, 1]; 0 if there are no points.
 double overlap(const VoxelGrid& grid, const SweepPoints& sweep, const Pose& pose);
 
 /// Mean |M (p − centroid)|² of the points, mm².
@@ -32,10 +32,10 @@ double spread_mm2(const SweepPoints& sweep, const Eigen::Matrix3d& m);
 /// RMS distance of the points between two poses, mm; in closed form from their spread.
 double distance_mm(const SweepPoints& sweep, const Pose& a, const Pose& b);
 
-/// Box that holds all points at all poses and a margin around. Preconditions: neither is empty.
+/// Box that holds all points at all poses, with a margin. Preconditions: neither is empty.
 CtBox box_around(const SweepPoints& sweep, const std::vector<Pose>& poses, double margin_mm);
 
-/// How far apart two poses put the middles of the pictures, RMS, mm.
+/// Distance between the middles of the images at two poses, RMS, mm.
 double apart_mm(const Sweep& sweep, const Transform<frames::Ct, frames::Reference>& a,
                 const Transform<frames::Ct, frames::Reference>& b);
 

@@ -18,13 +18,13 @@
 namespace nav::registration {
 namespace {
 
-// Below this a direction of a replicate rests on noise.
+// Below this, a direction of a replicate rests on noise.
 constexpr double kLeastRcond = 1e-4;
 constexpr double kMostUnsolved = 0.1;
-// Counters of a replicate lie this far from those of the next.
+// Distance between the counters of successive replicates.
 constexpr std::uint64_t kCounters = 1U << 16;
 
-/// Terms of a picture that can be drawn, or of several.
+/// Terms of one ultrasound image that can be drawn, or of several.
 struct Drawable {
   Vector6d gradient;
   Matrix6d hessian;
@@ -34,7 +34,7 @@ struct Drawable {
   }
 };
 
-/// Sums of so many pictures in a row, from each on.
+/// Returns for each image the sum of \p block consecutive images from it on.
 std::vector<Drawable> blocks_of(const std::vector<Drawable>& pictures, int block) {
   std::vector<Drawable> sums;
   for (std::size_t first = 0; first < pictures.size(); ++first) {
@@ -47,8 +47,8 @@ std::vector<Drawable> blocks_of(const std::vector<Drawable>& pictures, int block
   return sums;
 }
 
-/// The least symmetric matrix that is nowhere less than a and b in a's own measure; their sum,
-/// which is not less either, where a is not positive.
+/// The least symmetric matrix that is nowhere less than a or b, measured relative to a. If a is not
+/// positive, returns their sum, which is not less either.
 Matrix6d larger_of(const Matrix6d& a, const Matrix6d& b) {
   const Matrix6d whiten = of_values(a, inverse_square_root);
   const Matrix6d colour = of_values(a, square_root);
@@ -57,11 +57,11 @@ Matrix6d larger_of(const Matrix6d& a, const Matrix6d& b) {
   return larger.allFinite() ? larger : a + b;
 }
 
-/// The pictures of a shape that have weight.
+/// The images of a shape that have weight.
 struct Drawables {
   std::vector<Drawable> pictures;
-  std::vector<double> way_mm;  ///< From each to the next.
-  std::string fault;           ///< Why they determine no pose; empty where they do.
+  std::vector<double> way_mm;  ///< Distance from each image to the next.
+  std::string fault;           ///< Why they do not determine a pose; empty if they do.
 };
 
 Drawables drawables_of(const LocalShape& shape) {
@@ -79,7 +79,7 @@ Drawables drawables_of(const LocalShape& shape) {
   out.fault = curvature_fault(shape.hessian);
   if (out.fault.empty()) out.fault = curvature_fault(all.hessian);
   if (!out.fault.empty()) return out;
-  // Gauss–Newton's are too stiff, as each patch also fits its noise.
+  // Gauss–Newton Hessians are too stiff, because each patch also fits its noise.
   const Matrix6d softer = turning_into(shape.hessian, all.hessian);
   for (Drawable& one : out.pictures) one.hessian = softer * one.hessian * softer.transpose();
   return out;
@@ -90,7 +90,7 @@ std::string too_few(const char* what, int least, int found) {
          std::to_string(found);
 }
 
-/// −H⁻¹ g as a twist, where H determines it.
+/// −H⁻¹ g as a twist, if H determines it.
 std::optional<Vector6d> newton_step(const Drawable& sum) {
   const Eigen::LLT<Matrix6d> llt(sum.hessian);
   if (llt.info() != Eigen::Success || !(llt.rcond() > kLeastRcond)) return {};
@@ -122,7 +122,7 @@ PictureDraws::PictureDraws(const std::vector<double>& way_mm, const BootstrapOpt
   double way = 0;
   for (const double one : way_mm) way += one;
   const double mean = way_mm.empty() ? 0 : way / static_cast<double>(way_mm.size());
-  // Pictures of one plane share all their speckle.
+  // Images of one plane share all their speckle.
   const double wanted = mean > 0 ? options.block_mm / mean : pictures_;
   block_ = static_cast<int>(std::lround(std::clamp(wanted, 1.0, static_cast<double>(pictures_))));
   blocks_ = std::max(1, static_cast<int>(std::lround(static_cast<double>(pictures_) / block_)));
@@ -180,15 +180,15 @@ FrameBootstrap frame_bootstrap(const LocalShape& shape, const BootstrapOptions& 
   out.block = draws.block();
   out.places = draws.blocks();
   if (out.pictures < kLeastPictures) {
-    out.fault = too_few("pictures with patches", kLeastPictures, out.pictures);
+    out.fault = too_few("images with patches", kLeastPictures, out.pictures);
   } else if (out.places < kLeastPlaces) {
-    out.fault = too_few("places that pictures were taken at", kLeastPlaces, out.places);
+    out.fault = too_few("positions at which images were acquired", kLeastPlaces, out.places);
   } else {
     out.fault = all.fault;
   }
   if (!out.fault.empty()) return out;
   const std::vector<Drawable> blocks = blocks_of(all.pictures, draws.block());
-  // Of blocks that do not add up to all pictures.
+  // Corrects for blocks that do not add up to all images.
   const double scale = std::sqrt(static_cast<double>(draws.blocks() * draws.block()) /
                                  static_cast<double>(all.pictures.size()));
   for (int replicate = 0; replicate < options.replicates; ++replicate) {
@@ -201,9 +201,9 @@ FrameBootstrap frame_bootstrap(const LocalShape& shape, const BootstrapOptions& 
     }
   }
   if (out.unsolved > kMostUnsolved * options.replicates) {
-    out.fault = "expected pictures drawn anew to determine the pose, found " +
+    out.fault = "expected resampled images to determine the pose, found " +
                 std::to_string(out.unsolved) + " of " + std::to_string(options.replicates) +
-                " draws that do not";
+                " samples that do not";
     out.twists.clear();
   }
   out.valid = out.fault.empty();

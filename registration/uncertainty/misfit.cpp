@@ -26,20 +26,20 @@ using Eigen::Index;
 constexpr double kCubeMm = 20;
 constexpr std::size_t kLeastClusters = 12;
 constexpr double kNoiseShare = 3;
-// Curvature by a millimetre that a cause moves the patches, over that by a shift of the pose: less
-// rests on noise.
+// Least curvature of the cost per millimetre that a cause moves the patches, relative to that of a
+// shift of the pose: a lower one rests on noise.
 constexpr double kLeastCurvature = 0.02;
-// Of what a cause moves: less is what a pose takes up.
+// Least remaining fraction of the movement of a cause: the pose absorbs a cause with less.
 constexpr double kLeastNet = 1e-6;
-// Motion is followed by shifts at moments so far apart, between which it is linear.
+// A motion is modelled by shifts at moments this far apart, and is linear in between.
 constexpr double kMomentsS = 1;
 constexpr int kMostMoments = 17;
 constexpr int kPicturesPerMoment = 2;
 constexpr int kCubesPerMoment = 6;
 constexpr double kPolynomialMm = 60;
 
-/// The inverse of a symmetric matrix in the directions whose values are at least so large, and how
-/// many these are.
+/// The inverse of a symmetric matrix in the directions with eigenvalues of at least \p least, and
+/// the number of these directions.
 std::pair<Eigen::MatrixXd, Index> inverse_above(const Eigen::MatrixXd& m, double least) {
   const auto pairs = eigenpairs<Eigen::Dynamic>(m);
   Eigen::VectorXd inverse = Eigen::VectorXd::Zero(m.rows());
@@ -52,10 +52,12 @@ std::pair<Eigen::MatrixXd, Index> inverse_above(const Eigen::MatrixXd& m, double
   return {pairs.vectors * inverse.asDiagonal() * pairs.vectors.transpose(), kept};
 }
 
-/// A cause by numbers that each move the patches by 1 mm RMS, the pose found anew for each.
+/// A cause with its parameters scaled so that each moves the patches by 1 mm RMS after the pose is
+/// found again.
 struct Reduced {
-  Eigen::VectorXd scale;     ///< Numbers for a millimetre; 0 where a pose takes it all up.
-  Eigen::MatrixXd given_up;  ///< Scaled parameters of the pose for one number.
+  /// Parameter values for a millimetre; 0 if a pose absorbs the whole movement.
+  Eigen::VectorXd scale;
+  Eigen::MatrixXd given_up;  ///< Scaled parameters of the pose for one parameter.
   Eigen::MatrixXd curvature, moves;
   Eigen::VectorXd score;
 };
@@ -84,7 +86,7 @@ Reduced reduced(const CauseSystem& system, const Witnesses& witnesses) {
   return out;
 }
 
-/// Sums of what a step leaves of the gradients, squared over cubes; how many these are.
+/// Scatter over cubes of the gradients that remain after a step, and the number of cubes.
 template <class Cause>
 std::pair<Eigen::MatrixXd, std::size_t> scatter_after(const Cause& cause,
                                                       const Eigen::VectorXd& numbers,
@@ -115,7 +117,8 @@ std::pair<Eigen::MatrixXd, std::size_t> scatter_after(const Cause& cause,
   return {std::move(scatter), clusters.size()};
 }
 
-/// Which numbers of a cause are its size: so many from the first on; none where it has no size.
+/// The parameters of a cause that give its size: count of them from first on; none if it has no
+/// size.
 struct Sized {
   Index first = 0, count = 0;
 };
@@ -124,16 +127,16 @@ double telling_mm(const Misfit& misfit) {
   return kTellingMm[static_cast<std::size_t>(misfit.cause)];
 }
 
-/// What a cause must be found to move the patches by for a warning, mm.
+/// Movement of the patches that a cause must explain for a warning, mm.
 double least_noticed_mm(const Misfit& misfit) {
   return std::hypot(telling_mm(misfit), std::sqrt(kNoiseShare) * misfit.noise_mm);
 }
 
-/// Misfit::unnoticed and unnoticed_along: of the direction of a cause's sized numbers that least of
-/// is found of.
+/// Computes Misfit::unnoticed and unnoticed_along: for the direction of a cause's sized parameters
+/// that is found least.
 void find_unnoticed(const Reduced& by, const Eigen::MatrixXd& inverse, const Sized& sized,
                     Misfit& out) {
-  const Eigen::MatrixXd step = inverse * by.curvature;  // What is found of numbers that are there.
+  const Eigen::MatrixXd step = inverse * by.curvature;  // Found fraction of a true parameter.
   const Eigen::MatrixXd squares = step.transpose() * by.moves * step;
   const Eigen::VectorXd to_scaled =
       by.scale.unaryExpr([](double mm) { return mm > 0 ? 1 / mm : 0; });
@@ -148,7 +151,7 @@ void find_unnoticed(const Reduced& by, const Eigen::MatrixXd& inverse, const Siz
   if (some) out.unnoticed = least_noticed_mm(out) / std::sqrt(found.values[0]);
 }
 
-/// Joint step and its noise.
+/// Joint step of pose and cause, and its noise.
 template <class Cause>
 Misfit fit(MisfitCause kind, const Cause& cause, const Witnesses& witnesses,
            const Sized& sized = {}) {
@@ -185,7 +188,7 @@ Misfit fit_delay(const Witnesses& witnesses) {
   return fit(MisfitCause::kDelay, cause, witnesses, {0, 1});
 }
 
-/// Turns and shifts of the pictures along their own axes.
+/// Rotations and translations of the images along their own axes.
 PictureCause<6> calibration_of(const Witnesses& witnesses) {
   return {witnesses, [](const PictureMotion& motion) {
             Matrix6d twists = Matrix6d::Zero();
@@ -196,11 +199,11 @@ PictureCause<6> calibration_of(const Witnesses& witnesses) {
 }
 
 Misfit fit_calibration(const Witnesses& witnesses) {
-  constexpr Sized kShifts{3, 3};  // After the turns.
+  constexpr Sized kShifts{3, 3};  // They follow the rotations.
   return fit(MisfitCause::kCalibration, calibration_of(witnesses), witnesses, kShifts);
 }
 
-/// Shifts at moments evenly over the sweep, linear between them.
+/// Shifts at moments spread evenly over the sweep, linear between them.
 Misfit fit_motion(const Witnesses& witnesses, double first_s, double last_s, int moments) {
   const auto basis_of = [&](const Witness& witness) {
     const double at = (witness.motion->time_s - first_s) / (last_s - first_s) * (moments - 1);
@@ -222,7 +225,7 @@ Misfit fit_bend(const Witnesses& witnesses) {
   constexpr Index kStrains = 6;
   constexpr Index kProducts = 18;
   Eigen::MatrixXd fold = Eigen::MatrixXd::Zero(9 + kProducts, kStrains + kProducts);
-  // Shift along one axis by the coordinate along another, as much as the other way round.
+  // The shift along one axis by the coordinate along another equals the reverse one.
   const auto raw = [](Index coordinate, Index axis) { return 3 * coordinate + axis; };
   for (Index i = 0; i < 3; ++i) {
     const Index next = (i + 1) % 3;
@@ -234,7 +237,7 @@ Misfit fit_bend(const Witnesses& witnesses) {
   return fit(MisfitCause::kBend, ShiftCause(9, basis_of, fold), witnesses);
 }
 
-/// Moments that the pictures with patches tell apart; 0 where those are too few.
+/// Number of moments that the images with patches can distinguish; 0 if they are too few.
 int moments_of(const Witnesses& witnesses, double seconds) {
   std::set<double> times;
   std::set<std::array<int, 3>> cubes;
@@ -277,12 +280,11 @@ Witnesses witnesses_of(const LocalShape& shape, const PatchSet& patches, const P
   return out;
 }
 
-/// Of a direction in the axes of a picture; empty: it is not known, so that it may be any.
+/// Text for a direction in the axes of an image; an empty direction is unknown and may be any.
 std::string picture_direction(const std::vector<double>& along) {
   if (along.empty()) return "in any direction";
   constexpr double kMostly = 0.9;
-  constexpr const char* kNames[] = {"across the pictures", "in depth",
-                                    "out of the pictures' plane"};
+  constexpr const char* kNames[] = {"across the images", "in depth", "out of the image plane"};
   for (std::size_t axis = 0; axis < along.size(); ++axis) {
     if (std::abs(along[axis]) > kMostly) return kNames[axis];
   }
@@ -291,11 +293,11 @@ std::string picture_direction(const std::vector<double>& along) {
   for (std::size_t axis = 0; axis < along.size(); ++axis) {
     text << (axis == 0 ? "" : ", ") << along[axis];
   }
-  text << ") of the pictures' axes";
+  text << ") of the image axes";
   return text.str();
 }
 
-/// A fault that is just not noticed.
+/// Text for a fault that is only just not noticed.
 std::string fault_in_words(const Misfit& misfit) {
   const bool any = std::isinf(misfit.unnoticed);
   const auto size = [&](double factor) {
@@ -305,23 +307,23 @@ std::string fault_in_words(const Misfit& misfit) {
   };
   switch (misfit.cause) {
     case MisfitCause::kDelay:
-      return any ? "any delay between pictures and poses"
-                 : "a delay between pictures and poses below " + size(1000) + " ms";
+      return any ? "any delay between images and poses"
+                 : "a delay between images and poses below " + size(1000) + " ms";
     case MisfitCause::kPixelSize:
-      return any ? "pixels of any wrong size" : "pixels less than " + size(100) + " % off";
+      return any ? "any error of the pixel size"
+                 : "an error of the pixel size below " + size(100) + " %";
     case MisfitCause::kCalibration:
-      return "a calibration of the probe off by " +
-             (any ? "any amount" : "less than " + size(1) + " mm") + ' ' +
-             picture_direction(misfit.unnoticed_along) +
-             " (which a needle that is tracked by itself would be off by)";
+      return "a probe calibration error " + (any ? "of any size" : "below " + size(1) + " mm") +
+             ' ' + picture_direction(misfit.unnoticed_along) +
+             " (a needle with its own tracker would be wrong by as much)";
     case MisfitCause::kMotion:
-      return any ? "a patient who moves"
-                 : "a patient who moves by less than " + size(1) + " mm RMS";
+      return any ? "any motion of the patient"
+                 : "motion of the patient below " + size(1) + " mm RMS";
     case MisfitCause::kBend:
       break;
   }
-  return any ? "tissue that lies otherwise than in the CT"
-             : "tissue that lies otherwise than in the CT by less than " + size(1) + " mm RMS";
+  return any ? "any tissue deformation relative to the CT"
+             : "tissue deformation below " + size(1) + " mm RMS relative to the CT";
 }
 
 }  // namespace
@@ -382,30 +384,30 @@ std::string in_words(const Misfit& misfit) {
   text.precision(2);
   switch (misfit.cause) {
     case MisfitCause::kDelay:
-      text << "pictures and poses of different moments";
+      text << "a delay between images and poses";
       if (values.size() == 1) {
-        text << " (pictures about " << 10 * std::lround(std::abs(100 * values[0])) << " ms "
+        text << " (images about " << 10 * std::lround(std::abs(100 * values[0])) << " ms "
              << (values[0] > 0 ? "later than their poses: lower"
                                : "earlier than their poses: raise")
              << " --temporal-offset-ms)";
       }
       break;
     case MisfitCause::kPixelSize:
-      text << "pixels of another size, or another speed of sound";
+      text << "a wrong pixel size or speed of sound";
       if (values.size() == 2) {
-        text << std::showpos << " (" << 100 * values[0] << " % deep, " << 100 * values[1]
-             << " % wide; calibrate the probe)";
+        text << std::showpos << " (" << 100 * values[0] << " % in depth, " << 100 * values[1]
+             << " % in width; recalibrate the probe)";
       }
       break;
     case MisfitCause::kCalibration:
-      text << "pictures that lie elsewhere on the probe (calibrate it)";
+      text << "a probe calibration error (recalibrate the probe)";
       break;
     case MisfitCause::kMotion:
-      text << "a patient who moved while the sweep was taken (sweep while the breath is held, or "
-              "give --breath-period)";
+      text << "motion of the patient during the sweep (sweep during a breath hold, or give "
+              "--breath-period)";
       break;
     case MisfitCause::kBend:
-      text << "tissue that lies otherwise than in the CT (try --deformable)";
+      text << "tissue deformed relative to the CT (try --deformable)";
       break;
   }
   return text.str();
@@ -425,7 +427,7 @@ double telling_excess_mm(const std::vector<Misfit>& misfits) {
 std::string unnoticed_in_words(const std::vector<Misfit>& misfits) {
   std::ostringstream text;
   for (const Misfit& misfit : misfits) {
-    text << (text.tellp() == 0 ? "this sweep would not show " : ", ") << fault_in_words(misfit);
+    text << (text.tellp() == 0 ? "this sweep cannot show " : ", ") << fault_in_words(misfit);
   }
   return text.str();
 }

@@ -11,84 +11,85 @@
 #include "registration/motion/picture_motion.hpp"
 #include "registration/twist.hpp"
 
-/// What pictures and CT disagree about at a pose besides noise, by what may cause it: no pose takes
-/// it up, so that a pose alone looks well determined and is wrong.
+/// Disagreement of ultrasound images and CT at a pose beyond noise, by its possible causes. No pose
+/// can absorb it, so that a pose alone may look well determined and be wrong.
 namespace nav::registration {
 
 struct LocalShape;
 struct PatchSet;
 
-/// What may be wrong with a sweep, or with the patient in it; those of fewest numbers first.
+/// Possible faults of a sweep, or of the patient in it; causes with the fewest parameters first.
 enum class MisfitCause {
-  kDelay,        ///< Pictures were taken later or earlier than their poses.
-  kPixelSize,    ///< Depth and width of a pixel, or the speed of sound.
-  kCalibration,  ///< Where the pictures lie on the probe.
-  kMotion,       ///< The patient moved while the pictures were taken.
-  kBend,         ///< The tissue lies otherwise than in the CT: a polynomial of second degree.
+  kDelay,        ///< Ultrasound images were taken later or earlier than their poses.
+  kPixelSize,    ///< Depth and width of a pixel, or the speed of sound, are wrong.
+  kCalibration,  ///< The position of the images relative to the probe is wrong.
+  kMotion,       ///< The patient moved during the sweep.
+  kBend,         ///< The tissue is deformed relative to the CT: a polynomial of second degree.
 };
 inline constexpr int kMisfitCauses = 5;
 
 /// Stable lower-case name: "delay", "pixel_size", "calibration", "motion", "bend".
 const char* to_string(MisfitCause cause);
 
-/// From where on an excess is no chance, by MisfitCause, mm.
+/// Excess from which a misfit is not chance, by MisfitCause, mm.
 inline constexpr std::array<double, kMisfitCauses> kTellingMm = {0.4, 0.45, 0.5, 0.85, 0.95};
 
-/// What one cause would explain.
+/// The part of the disagreement that one cause would explain.
 struct Misfit {
   MisfitCause cause;
-  /// How far what the pictures show would move if the cause were accounted for and the pose found
-  /// anew, one Newton step, RMS over the patches, mm.
+  /// Distance that the image content would move if the cause were corrected and the pose found
+  /// again (one Newton step), RMS over the patches, mm.
   double found_mm = 0;
-  double noise_mm = 0;  ///< What found_mm is expected to be where nothing is wrong.
-  double gain = 0;      ///< What the step takes off the cost, by its curvature.
-  /// kDelay: by how much the pictures are later than their poses say, s. kPixelSize: true over
-  /// assumed depth and width, less 1. kCalibration: turn (rad) and shift (mm) in the picture's
-  /// axes. Others: empty. A step from afar is inexact: of 200 ms it finds 110 to 280.
+  double noise_mm = 0;  ///< Expected value of found_mm if nothing is wrong.
+  double gain = 0;      ///< Reduction of the cost by the step, from its curvature.
+  /// kDelay: delay of the images relative to their poses, s. kPixelSize: true over assumed depth
+  /// and width, minus 1. kCalibration: rotation (rad) and translation (mm) in the image's axes.
+  /// Others: empty. A large step is inexact: for 200 ms it finds 110 to 280.
   std::vector<double> values = {};
 
-  /// How large a fault would be only just worth a warning in this sweep: a delay, s, a share of
-  /// depth, a shift of the calibration in the direction that it shows least of, mm, how far a
-  /// motion or a bend moves what the pictures show besides what a pose takes up, RMS, mm; infinite
-  /// where the sweep never shows it.
+  /// Size of a fault that is only just worth a warning in this sweep: a delay, s; a fraction of the
+  /// depth; a calibration shift in the direction that the sweep shows least, mm; the distance that
+  /// a motion or deformation moves the image content beyond what a pose absorbs, RMS, mm. Infinite
+  /// if the sweep never shows it.
   double unnoticed = 0;
-  /// kCalibration: that direction in the picture's axes, a unit vector. A probe that turns about
-  /// one axis shows nothing of a shift along it, and one that does not turn of none: the pose takes
-  /// it up, pictures lie right in the CT, and what is tracked by itself does not.
+  /// kCalibration: that direction in the image's axes, a unit vector. A probe that rotates about
+  /// one axis does not show a shift along that axis, and a probe that does not rotate shows no
+  /// shift at all. The pose then absorbs the shift: images lie right in the CT, but a tool that is
+  /// tracked by itself does not.
   std::vector<double> unnoticed_along = {};
 
-  /// √(found² − 3 noise²), 0 where that is negative: what is beyond noise, mm.
+  /// √(found² − 3 noise²), 0 if that is negative: the part beyond noise, mm.
   [[nodiscard]] double excess_mm() const;
 };
 
-/// One Newton step for pose and cause together from the pose that is best alone (a score test; Rao
-/// 1948), with the true curvature as frame_bootstrap() has it, and with the scatter of what is left
-/// of the patches' gradients in cubes of 20 mm for noise. A direction that the sweep does not tell
-/// from a pose is left out. Nothing is found where patches lie in fewer cubes than a covariance
-/// needs. Empty where the pose itself is not determined, and of a similarity without parts.
-/// motions: of the pictures that patches are of.
+/// One Newton step for pose and cause together from the best pose alone (a score test; Rao 1948).
+/// It uses the true curvature as in frame_bootstrap(); the noise comes from the scatter of the
+/// remaining gradients of the patches in cubes of 20 mm. Directions that the sweep cannot
+/// distinguish from a pose are left out. Nothing is found if the patches lie in fewer cubes than a
+/// covariance needs. Empty if the pose itself is not determined, and for a similarity without terms
+/// of single patches. motions: motions of the images that the patches belong to.
 std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patches,
                                  const Transform<frames::Ct, frames::Reference>& pose,
                                  std::span<const PictureMotion> motions);
 
-/// What a pose's covariance gains where the calibration is right within sigma_mm, >= 0: standard
-/// deviation of a shift along each of the picture's axes and, at 60 mm, of a turn about each. So
-/// much of it goes into the pose, and off what is tracked by itself. [rad | mm] about the shape's
-/// centre, as PoseUncertainty. Nothing where a pose is not determined, and of a similarity without
-/// parts.
+/// Covariance to add to that of a pose if the calibration is right within sigma_mm, >= 0: standard
+/// deviation of a translation along each of the image's axes and, at 60 mm, of a rotation about
+/// each. It covers the part of a calibration error that goes into the pose, and so displaces what
+/// is tracked by itself. [rad | mm] about the shape's centre, as in PoseUncertainty. Zero if the
+/// pose is not determined, and for a similarity without terms of single patches.
 Matrix6d calibration_covariance(const LocalShape& shape, const PatchSet& patches,
                                 const Transform<frames::Ct, frames::Reference>& pose,
                                 std::span<const PictureMotion> motions, double sigma_mm);
 
-/// The largest excess, each by how little it may be chance, mm: none of it up to half of
-/// kTellingMm, all of it from there on, linearly between. 0 without misfits. NaN where one is NaN.
+/// The largest excess, weighted by how unlikely it is chance, mm: weight 0 up to half of
+/// kTellingMm, 1 from kTellingMm on, linear in between. 0 without misfits. NaN if one is NaN.
 double telling_excess_mm(const std::vector<Misfit>& misfits);
 
-/// For the user: faults that this sweep would not show, by Misfit::unnoticed; empty without
+/// Text for the user: faults that this sweep would not show, by Misfit::unnoticed; empty without
 /// misfits.
 std::string unnoticed_in_words(const std::vector<Misfit>& misfits);
 
-/// For the user: what a misfit would mean, with its numbers, and what to do about it.
+/// Text for the user: the meaning of a misfit, with its numbers, and what to do about it.
 std::string in_words(const Misfit& misfit);
 
 }  // namespace nav::registration

@@ -13,27 +13,29 @@
 #include "registration/similarity/patches.hpp"
 #include "registration/twist.hpp"
 
-/// How causes of a misfit move patches, each in the cheapest way: numbers of a cause, what of the
-/// patches' gradients and curvatures belongs to them, and back.
+/// Computes how each cause of a misfit moves patches, with as little work as possible: the
+/// parameters of a cause, the sums of the patches' gradients and curvatures by them, and the
+/// movements back from parameters.
 namespace nav::registration {
 
-/// A patch as every cause sees it, in scaled parameters about the shape's centre.
+/// The data of a patch that every cause needs, in scaled parameters about the shape's centre.
 struct Witness {
   const Patch* patch;
   const PictureMotion* motion;
   Eigen::Vector3d from_centre;  ///< Ct, mm.
   std::array<int, 3> cube;
   Vector6d gradient;
-  Matrix6d hessian;  ///< True on the whole.
+  Matrix6d hessian;  ///< Adjusted so that the sum of all is the true Hessian.
 };
 
 struct Witnesses {
   Eigen::Matrix3d rotation;  ///< Ct from Reference.
   Eigen::Vector3d centre_reference_mm;
   std::vector<Witness> all;
-  Matrix6d hessian;                        ///< Of all.
-  Vector6d gradient = Vector6d::Zero();    ///< The same.
-  Matrix6d pose_moves = Matrix6d::Zero();  ///< DᵀD of displacements by the pose, of all.
+  Matrix6d hessian;                      ///< Sum over all patches.
+  Vector6d gradient = Vector6d::Zero();  ///< Sum over all patches.
+  /// Sum of DᵀD over all patches, D the displacements by the pose.
+  Matrix6d pose_moves = Matrix6d::Zero();
 };
 
 using ByPose = Eigen::Matrix<double, 3, 6>;
@@ -45,7 +47,7 @@ inline ByPose displacement_by_pose(const Eigen::Vector3d& from_centre) {
   return out;
 }
 
-/// The linear system of a cause of n numbers, of sums over the patches.
+/// The linear system of a cause with n parameters: sums over the patches.
 struct CauseSystem {
   explicit CauseSystem(Eigen::Index n)
       : hessian(Eigen::MatrixXd::Zero(n, n)),
@@ -53,12 +55,12 @@ struct CauseSystem {
         gradient(Eigen::VectorXd::Zero(n)),
         moves(Eigen::MatrixXd::Zero(n, n)),
         moves_pose(Eigen::MatrixXd::Zero(n, 6)) {}
-  Eigen::MatrixXd hessian, cross;  ///< n × n; 6 × n with the pose.
+  Eigen::MatrixXd hessian, cross;  ///< n × n; and 6 × n with the pose.
   Eigen::VectorXd gradient;
-  Eigen::MatrixXd moves, moves_pose;  ///< DᵀD of displacements, n × n; and with the pose's.
+  Eigen::MatrixXd moves, moves_pose;  ///< DᵀD of displacements, n × n; and with those of the pose.
 };
 
-/// Numbers of a cause that are worked with as they are.
+/// Base of causes whose parameters are used without a transform.
 template <int L>
 struct PlainNumbers {
   [[nodiscard]] static Eigen::Index count() { return L; }
@@ -69,12 +71,13 @@ struct PlainNumbers {
   [[nodiscard]] static const Eigen::VectorXd& folded(const Eigen::VectorXd& sum) { return sum; }
 };
 
-/// Causes that move every picture as a whole: L twists of it, scaled, about the shape's centre.
+/// Causes that move every image as a whole: L twists of each image, scaled, about the shape's
+/// centre.
 template <int L>
 class PictureCause : public PlainNumbers<L> {
  public:
   using Twists = Eigen::Matrix<double, 6, L>;
-  /// twists_of: of a picture, columns [rad | mm] about its middle, Reference.
+  /// twists_of: twists of an image, columns [rad | mm] about its middle, Reference.
   template <class TwistsOf>
   PictureCause(const Witnesses& witnesses, const TwistsOf& twists_of) {
     for (const Witness& witness : witnesses.all) {
@@ -115,11 +118,11 @@ class PictureCause : public PlainNumbers<L> {
     }
     return out;
   }
-  /// Scaled twist of a patch by numbers.
+  /// Scaled twist of a patch for given parameters.
   [[nodiscard]] Vector6d moved(const Witness& witness, const Eigen::VectorXd& numbers) const {
     return twists_.at(witness.motion) * numbers;
   }
-  /// What a scaled gradient is by the numbers, added to a sum.
+  /// Adds the derivative by the parameters of a scaled gradient to a sum.
   void add(const Witness& witness, const Vector6d& gradient, Eigen::VectorXd& sum) const {
     sum += twists_.at(witness.motion).transpose().lazyProduct(gradient);
   }
@@ -128,12 +131,12 @@ class PictureCause : public PlainNumbers<L> {
   std::map<const PictureMotion*, Twists> twists_;
 };
 
-/// Causes that shift patches by Σ bᵢ(patch) nᵢ with raw numbers n in threes, along the axes of Ct.
-/// Of raw numbers only those count that are fold · m for fewer numbers m, where there is a fold.
+/// Causes that shift patches by Σ bᵢ(patch) nᵢ with raw parameters n in threes, along the axes of
+/// Ct. If there is a fold, the raw parameters are fold · m with fewer parameters m.
 template <class BasisOf>
 class ShiftCause {
  public:
-  /// basis_of: of a patch, those bᵢ that are not 0, in a row, and the i of the first.
+  /// basis_of: for a patch, the consecutive bᵢ that are not 0, and the index i of the first.
   ShiftCause(Eigen::Index functions, BasisOf basis_of, Eigen::MatrixXd fold = {})
       : functions_(functions), basis_of_(std::move(basis_of)), fold_(std::move(fold)) {}
   [[nodiscard]] Eigen::Index count() const { return fold_.size() > 0 ? fold_.cols() : raw_count(); }
@@ -147,7 +150,7 @@ class ShiftCause {
   [[nodiscard]] CauseSystem system(const Witnesses& witnesses) const {
     CauseSystem out(raw_count());
     for (const Witness& witness : witnesses.all) add_to(witness, out);
-    // So far the lower halves, and the moves of one axis.
+    // The sums so far fill the lower triangle, and the moves of one axis only.
     for (Eigen::Index i = 0; i < functions_; ++i) {
       for (Eigen::Index k = 0; k <= i; ++k) {
         const double moves = out.moves(3 * i, 3 * k);
@@ -203,8 +206,8 @@ class ShiftCause {
   Eigen::MatrixXd fold_;
 };
 
-/// Two factors of pixels: shifts along the beam and across, by how far a patch lies from where
-/// either begins.
+/// Two scale factors of the pixels: they shift a patch along the beam by its depth, and across by
+/// its distance from the middle of the image.
 class PixelCause : public PlainNumbers<2> {
  public:
   explicit PixelCause(const Witnesses& witnesses) : rotation_(witnesses.rotation) {}

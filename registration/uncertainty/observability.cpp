@@ -13,14 +13,15 @@
 namespace nav::registration {
 namespace {
 
-// A combination of unseen directions that turns less than this, of a unit vector, does not turn.
+// A combination of unseen directions whose rotational part is less than this, for a unit vector,
+// counts as a translation.
 constexpr double kNoTurn = 0.05;
 
 std::string text_of(const Eigen::Vector3d& v, int digits) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(digits) << '(';
   for (Eigen::Index i = 0; i < 3; ++i) {
-    // No "-0.00".
+    // Avoids "-0.00".
     const double unit = std::pow(10.0, digits);
     text << (i > 0 ? ", " : "") << std::round(v[i] * unit) / unit + 0.0;
   }
@@ -28,7 +29,7 @@ std::string text_of(const Eigen::Vector3d& v, int digits) {
   return text.str();
 }
 
-/// The sign that makes the largest component positive.
+/// The vector with the sign that makes its largest component positive.
 Eigen::Vector3d upright(Eigen::Vector3d v) {
   Eigen::Index largest = 0;
   v.cwiseAbs().maxCoeff(&largest);
@@ -52,7 +53,7 @@ SlidingDirection rotation(const Eigen::Vector3d& omega, const Eigen::Vector3d& t
   out.twist.normalize();
   out.description =
       "rotation about Ct " + text_of(axis, 2) + " through " + text_of(through, 1) + " mm";
-  // A screw that moves less than a millimetre in a radian is a rotation.
+  // A screw motion that advances less than a millimetre per radian counts as a rotation.
   if (std::abs(pitch) > 1) {
     std::ostringstream text;
     text << ", advancing " << std::setprecision(3) << pitch << " mm per radian";
@@ -85,7 +86,7 @@ std::vector<SlidingDirection> sliding_directions(const Observability& seen,
   std::vector<SlidingDirection> out;
   if (seen.unseen == 0) return out;
   const Eigen::MatrixXd free = seen.directions.leftCols(seen.unseen);
-  // Right singular vectors of the turning part: combinations from most to least turning.
+  // Right singular vectors of the rotational part: combinations from most to least rotation.
   const Eigen::MatrixXd squares = free.topRows<3>().transpose() * free.topRows<3>();
   const Eigen::MatrixXd mixed =
       free * eigenpairs<Eigen::Dynamic>(squares).vectors.rowwise().reverse();

@@ -9,29 +9,29 @@
 
 namespace nav::registration {
 
-/// A motion of the pose that the data do not see.
+/// A motion of the pose that the data do not show.
 struct SlidingDirection {
-  Vector6d twist;           ///< Unit: [rotation rad | translation mm] about the centre given, Ct.
+  Vector6d twist;           ///< Unit: [rotation rad | translation mm] about the given centre, Ct.
   std::string description;  ///< "translation along Ct (…)", "rotation about Ct (…) through (…) mm".
 };
 
 /// Eigenvalues and eigenvectors of the curvature in parameters [lever·ω | t], mm.
 struct Observability {
-  Vector6d strengths;   ///< Ascending: squared residual change per squared mm moved.
+  Vector6d strengths;   ///< Ascending: squared change of the residuals per squared mm of motion.
   Matrix6d directions;  ///< Columns, orthonormal, in scaled parameters.
-  double lever_mm;      ///< Scales rotations.
-  int unseen;           ///< How many strengths lie below the least that counts.
+  double lever_mm;      ///< Scale of the rotations.
+  int unseen;           ///< Number of strengths below the least that counts.
 
   [[nodiscard]] Vector6d twist(Eigen::Index column) const;
 };
 
-/// Takes the curvature by a twist [rad | mm] apart; lever_mm > 0. least: strength from which on a
+/// Analyses the curvature by a twist [rad | mm]; lever_mm > 0. least: strength from which a
 /// direction counts as seen.
 Observability observability(const Matrix6d& curvature, double lever_mm, double least);
 
-/// Names of the unseen directions: first the pure translations among their combinations, then
-/// rotations (with what translation goes with them left out), each about the axis that they have.
-/// centre_ct_mm: about which the twists turn.
+/// Descriptions of the unseen directions: first the pure translations among their combinations,
+/// then rotations, each about its own axis; free translations are removed from the rotations.
+/// centre_ct_mm: centre of the twists.
 std::vector<SlidingDirection> sliding_directions(const Observability& seen,
                                                  const Eigen::Vector3d& centre_ct_mm);
 

@@ -22,9 +22,9 @@ namespace nav::registration {
 namespace {
 
 constexpr double kBlockMm = 20;
-// n/(n − 6) is no correction any more when the blocks hardly outnumber the parameters.
+// The correction n/(n − 6) fails if the blocks hardly outnumber the parameters.
 constexpr int kMinBlocks = 12;
-// A well-conditioned sweep has 0.1; below this a direction rests on noise.
+// A well-conditioned sweep has 0.1; below this value a direction rests on noise.
 constexpr double kMinCurvatureRatio = 1e-3;
 
 constexpr std::size_t kHessianPatches = 600;
@@ -55,7 +55,7 @@ Matrix6d hessian_of(const CostsAround& around) {
   return 0.5 * (h + h.transpose());
 }
 
-/// How far the patches of a picture lie from the plane of another, mean, mm.
+/// Mean distance of the patches of one image from the plane of another, mm.
 double way_mm(const std::vector<const Patch*>& from, const std::vector<const Patch*>& to) {
   const Patch& plane = *from.front();
   const Eigen::Vector3d normal = plane.step_a.cross(plane.step_b).normalized();
@@ -64,7 +64,7 @@ double way_mm(const std::vector<const Patch*>& from, const std::vector<const Pat
   return sum / static_cast<double>(to.size());
 }
 
-/// What each picture adds to the terms of all patches, in scaled parameters.
+/// Contribution of each image to the terms of all patches, in scaled parameters.
 std::vector<PictureShape> shapes_of_pictures(const std::vector<Patch>& patches,
                                              const CostTerms& terms) {
   const Matrix6d scale = twist_from_scaled();
@@ -81,7 +81,7 @@ std::vector<PictureShape> shapes_of_pictures(const std::vector<Patch>& patches,
       picture.gradient += scale * terms.patch_gradients[i];
       if (!terms.patch_hessians.empty()) picture.hessian += terms.patch_hessians[i];
     }
-    // Terms that have no parts: a picture's share by its weight.
+    // Without terms of single patches, an image gets its share by weight.
     if (terms.patch_hessians.empty()) picture.hessian = picture.weight * terms.hessian;
     picture.hessian = scale * picture.hessian * scale;
     pictures.push_back(picture);
@@ -96,7 +96,7 @@ std::pair<Matrix6d, int> block_scatter(const LocalShape& shape, const PatchSet& 
   std::map<std::array<int, 3>, Vector6d> blocks;
   for (std::size_t i = 0; i < shape.patch_gradients.size(); ++i) {
     const Eigen::Vector3d p = (pose * Point<frames::Reference>{patches.patches[i].centre_mm}).mm;
-    // Relative to the centre, so that a shift of the CT's origin changes nothing.
+    // Relative to the centre, so that a shift of the CT's origin has no effect.
     const Eigen::Array3d cell = ((p - shape.centre_ct.mm) / kBlockMm).array().floor();
     const std::array<int, 3> key{static_cast<int>(cell[0]), static_cast<int>(cell[1]),
                                  static_cast<int>(cell[2])};
@@ -120,10 +120,11 @@ std::string describe(const Vector6d& direction) {
   return text.str();
 }
 
-/// What a curvature of every so many patches misses of that of all, by what Gauss and Newton's,
-/// which is known of every patch, misses: so it hardly depends on which patches these are.
+/// Correction of the curvature of every stride-th patch to that of all patches. It is estimated
+/// from the Gauss–Newton Hessian, which is known for every patch, so that the result hardly depends
+/// on the chosen patches.
 Matrix6d missed_by(const std::vector<Patch>& patches, std::size_t stride, const LocalShape& shape) {
-  constexpr double kMostShare = 2;  // Of another order, the two are not alike.
+  constexpr double kMostShare = 2;  // Beyond this ratio the two Hessians are not comparable.
   if (shape.patch_hessians.empty()) return Matrix6d::Zero();
   Matrix6d of_all = Matrix6d::Zero();
   Matrix6d of_some = Matrix6d::Zero();
@@ -144,7 +145,7 @@ Matrix6d missed_by(const std::vector<Patch>& patches, std::size_t stride, const 
   return share * scale * (of_all - of_some) * scale;
 }
 
-/// All but the Hessian.
+/// All parts of the shape except the Hessian.
 LocalShape gradients_of(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct) {
   LocalShape shape{centre_ct, Matrix6d::Zero(), {}, {}};
   CostTerms terms = cost.terms(pose, centre_ct.mm, true);
@@ -172,7 +173,7 @@ std::string curvature_fault(const Matrix6d& hessian) {
   std::ostringstream fault;
   fault << "the sweep does not determine the " << describe(eigen.vectors.col(0)) << ": ";
   if (weakest < 0) {
-    fault << "the pose is no minimum of the cost along it";
+    fault << "the pose is not a minimum of the cost along it";
   } else {
     fault << "expected a curvature ratio above " << kMinCurvatureRatio << ", found "
           << (strongest > 0 ? weakest / strongest : weakest);
@@ -208,9 +209,9 @@ Disagreement disagreement(const LocalShape& shape, const PatchSet& patches,
   std::set<int> frames;
   for (const Patch& patch : patches.patches) frames.insert(patch.frame);
   const std::vector<int> order(frames.begin(), frames.end());
-  // Pictures are thinned by the way between them.
+  // Images are thinned by the distance between them.
   if (order.size() == 1) {
-    return unknown("expected pictures with patches at two places or more, found one place");
+    return unknown("expected images with patches at two or more positions, found one position");
   }
   std::array<Vector6d, 2> gradient{Vector6d::Zero(), Vector6d::Zero()};
   std::array<double, 2> weight{0, 0};

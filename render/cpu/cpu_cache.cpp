@@ -10,15 +10,15 @@
 namespace nav::render {
 namespace {
 
-/// Visible cells are looked at where so many of the cells in visible parts of bricks are not
-/// visible: measured (ADR 46).
+/// Least share of invisible cells, among the cells in visible parts of bricks, from which on the
+/// march tests single cells: measured (ADR 46).
 constexpr double kLeastHiddenShare = 0.1;
-/// Samples lie less than an edge apart, by more than rounding takes.
+/// Greatest step as a share of a block's edge. The difference to 1 exceeds rounding errors.
 constexpr double kMostOfAnEdge = 0.95;
 
-/// Edge of the blocks of cells that a march of single cells may pass over; 0: none.
+/// Edge of the blocks of cells that a march with single cells may skip; 0: none.
 int cell_edge(const Quality& quality, const TransferTable& table) {
-  // A sample alone.
+  // A cell has only one sample.
   if (table.rows() > 1 || quality.classification == Classification::kPostClassified) return 1;
   for (const int edge : {1, 2}) {
     if (quality.step_voxels <= kMostOfAnEdge * edge) return edge;
@@ -26,7 +26,7 @@ int cell_edge(const Quality& quality, const TransferTable& table) {
   return 0;
 }
 
-/// How many cells the visible parts of occupied bricks hold. parts: visible_parts().
+/// Number of cells in the visible parts of occupied bricks. \p parts: visible_parts().
 std::size_t cells_in_parts(const std::vector<std::uint8_t>& parts, const BrickDistances& distances,
                            const Eigen::Vector3i& bricks, const VoxelGrid& grid) {
   const auto inside = [&](int axis, int brick, unsigned half) {
@@ -68,8 +68,6 @@ void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
     integrals_ = march_integrals(*table_, volume_->low_hu(), volume_->high_hu());
   }
   cell_edge_ = 0;
-  const auto adaptive = adaptive_step(scene, *table_);
-  if (adaptive) make_cells(*adaptive, threads);
   if (!scene.quality.skip_empty_bricks) return;
   if (!bricks_) bricks_ = make_brick_grid(*ct_, threads);
   if (scene.projection != Projection::kComposite) {
@@ -77,7 +75,7 @@ void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
     return;
   }
   if (!distances_) make_leaps(threads);
-  if (!adaptive) find_visible_cells(scene.quality, threads);
+  find_visible_cells(scene.quality, threads);
   if (with_cutaway && importance_.empty()) {
     importance_ = brick_importance(*bricks_, *table_, threads);
     importance_.resize(importance_.size() + kBrickTail);
@@ -89,7 +87,7 @@ void CpuCache::make_leaps(int threads) {
   const std::vector<std::uint8_t> hidden = hidden_bricks(*bricks_, *table_, threads);
   parts_ = visible_parts(*part_ranges_, *bricks_, hidden, *table_, threads);
   shell_ = brick_shell(*bricks_, hidden, threads);
-  // How far all bricks around are occupied in all their parts.
+  // Distance, in bricks, within which all bricks are occupied in all their parts.
   std::vector<std::uint8_t> depths;
   const auto find_depths = [&] {
     std::vector<std::uint8_t> partly = hidden;
@@ -136,20 +134,11 @@ void CpuCache::forget_visible_cells() {
   rays_ = 0;
 }
 
-void CpuCache::make_cells(const AdaptiveStep& adaptive, int threads) {
-  if (cells_of_ == adaptive) return;
-  if (!bricks_) bricks_ = make_brick_grid(*ct_, threads);
-  cells_ = brick_cells(*bricks_, *table_, adaptive, threads);
-  cells_.resize(cells_.size() + kBrickTail);
-  cells_of_ = adaptive;
-}
-
 void CpuCache::take_volume(const Scene& scene, int threads) {
   volume_.emplace(*scene.ct, threads);
   ct_ = scene.ct;
   bricks_.reset();
   part_ranges_.reset();
-  cells_of_.reset();
   distances_.reset();
   forget_visible_cells();
   importance_.clear();
@@ -160,7 +149,6 @@ void CpuCache::take_transfer(const Scene& scene) {
   transfer_ = scene.transfer;
   table_.emplace(scene.transfer);
   entries_ = march_entries(*table_);
-  cells_of_.reset();
   distances_.reset();
   forget_visible_cells();
   importance_.clear();

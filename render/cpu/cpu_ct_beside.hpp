@@ -7,11 +7,12 @@
 
 namespace nav::render {
 
-/// The CT of a scene with two volumes, stretch by stretch for the painter of the other one:
-/// ray_spec.hpp, "Two volumes". Thread-safe: packets hold all state.
+/// The CT of a scene with two volumes. It is marched interval by interval for the painter of the
+/// ultrasound volume: ray_spec.hpp, "Two volumes". Thread-safe, because packets hold all state.
 class CpuCtBeside {
  public:
-  /// All must outlive it; as for CpuPainter. Precondition: the scene has an ultrasound volume.
+  /// All arguments must outlive it; see CpuPainter. Precondition: the scene has an ultrasound
+  /// volume.
   CpuCtBeside(const Scene& scene, const MarchInputs& in, const MarchKey& key,
               const MarchSet& marches, const CutPlan& cutaway, const CutawayField* field);
 
@@ -21,13 +22,14 @@ class CpuCtBeside {
         : all(ct.cutaway_.objects()), some(ct.cutaway_.objects()) {}
     CutSelection all;
     CutSelection some;
-    bool cut = false;  ///< The cutaway may reach some ray of the square.
-    CpuPacket rays{};  ///< Without surfaces; colour and opacity are those of the last stretch.
+    bool cut = false;  ///< The cutaway may reach a ray of the square.
+    CpuPacket rays{};  ///< Without surfaces. Colour and opacity are those of the last march().
   };
-  /// Before the packets of a square of pixels.
+  /// Call it before the packets of a square of pixels.
   void enter(int x0, int y0, int size, Packet& p) const;
   void start(int x0, int y0, Packet& p) const;
-  /// Composites the stretches for themselves; false: none lies in the CT.
+  /// Composites the CT in the intervals, separately from the other volume. False when no interval
+  /// lies in the CT.
   bool march(const LaneStretches& stretches, Packet& p, MarchCounts& counts) const;
 
   [[nodiscard]] double slab_mm() const { return slab_mm_; }

@@ -10,13 +10,13 @@
 namespace nav::render {
 namespace {
 
-constexpr std::size_t kSpare = 8;  // Lanes that read or write past the last object.
+constexpr std::size_t kSpare = 8;  // Room for lanes that read or write past the last object.
 
 void set(const Eigen::Vector3d& from, float* to) {
   for (int i = 0; i < 3; ++i) to[i] = static_cast<float>(from[i]);
 }
 
-/// Middle of the box around all objects.
+/// The middle of the box around all objects.
 Eigen::Vector3d middle_of(const spec::CutawayObjects<double>& objects) {
   Eigen::AlignedBox3d box;
   for (const auto& polygon : objects.polygons) {
@@ -26,7 +26,7 @@ Eigen::Vector3d middle_of(const spec::CutawayObjects<double>& objects) {
   return box.isEmpty() ? Eigen::Vector3d(0, 0, 0) : Eigen::Vector3d(box.center());
 }
 
-/// Ray at a position in pixels, as spec::ray_of() at pixel centres.
+/// The ray at a position in pixels; equal to spec::ray_of() at pixel centres.
 spec::Ray<double> ray_at(const spec::View<double>& view, double x, double y) {
   const double pixel = 2 * view.half_height / view.height;
   const double a = (x + 0.5 - 0.5 * view.width) * pixel;
@@ -36,7 +36,8 @@ spec::Ray<double> ray_at(const spec::View<double>& view, double x, double y) {
   return {view.eye, (view.forward + offset).normalized()};
 }
 
-/// Moves the origin to the foot of a point, relative to the point; returns how far that was, mm.
+/// Moves the origin to the foot of a point and makes it relative to that point. Returns the
+/// distance moved, mm.
 double to_foot(const Eigen::Vector3d& centre, spec::Ray<double>& ray) {
   const Eigen::Vector3d to = centre - ray.origin;
   const double along = to.dot(ray.direction);

@@ -10,7 +10,7 @@
 
 namespace nav::render {
 
-/// The objects of a cutaway laid out for the CPU engine. Thread-safe to read.
+/// The objects of a cutaway in the layout of the CPU engine. Thread-safe to read.
 class CutPlan {
  public:
   explicit CutPlan(const spec::CutawayObjects<double>& objects);
@@ -32,10 +32,10 @@ class CutPlan {
   CutObjects view_{};
 };
 
-/// A choice with its own arrays.
+/// A CutChoice with its own arrays.
 class CutSelection {
  public:
-  /// Everything.
+  /// Chooses all objects.
   explicit CutSelection(const CutObjects& objects);
   CutSelection(const CutSelection&) = delete;
   CutSelection& operator=(const CutSelection&) = delete;
@@ -50,11 +50,11 @@ class CutSelection {
   CutChoice choice_{};
 };
 
-/// The block of size × size pixels from (x0, y0) on.
+/// The block of size × size pixels that begins at (x0, y0).
 CutBlock cut_block(const spec::View<double>& view, const Eigen::Vector3d& centre, int x0, int y0,
                    int size);
 
-/// The camera from the reference point of a cutaway.
+/// The camera relative to the reference point of a cutaway.
 CutView cut_view(const spec::View<double>& view, const Eigen::Vector3d& centre);
 
 }  // namespace nav::render

@@ -30,11 +30,11 @@ using Clock = std::chrono::steady_clock;
 Result<void> check_size(const Volume& volume) {
   if (CpuVolume::fits(volume.grid())) return {};
   return Error{ErrorCode::kUnsupportedData,
-               volume.name() + ": expected fewer than 2^31 voxels with their border, found " +
+               volume.name() + ": expected fewer than 2^31 voxels including a border, found " +
                    std::to_string(volume.grid().voxel_count()) + " without it"};
 }
 
-/// The objects of a scene's cutaway, unless its field takes their place.
+/// The objects of a scene's cutaway, or none if a field replaces them.
 spec::CutawayObjects<double> cut_objects(const Scene& scene, bool by_field) {
   return by_field ? spec::CutawayObjects<double>{} : spec::make_cutaway(scene, true);
 }
@@ -63,7 +63,7 @@ class CpuEngine final : public Engine {
     const auto start = Clock::now();
     RenderedImage image;
     if (change >= SceneChange::kGeometry) {
-      last_.reset();  // Until every ray of the new scene is cast.
+      last_.reset();  // Set again after every ray of the new scene is cast.
       if (const auto lacking = set_lacking(scene)) {
         image.statistics = cast_provisional(scene, *lacking);
       } else {
@@ -75,7 +75,7 @@ class CpuEngine final : public Engine {
     if (!image.statistics.provisional) last_ = scene;
     const auto plane =
         scene.plane ? spec::make_plane<float>(*scene.plane, scene.ct->grid()) : std::nullopt;
-    pixels_ = {};  // Lets go of its buffer.
+    pixels_ = {};  // Releases its buffer.
     image.pixels = picture_.finish(plane ? &*plane : nullptr, options_.threads);
     pixels_ = image.pixels;
     image.statistics.cast_s = seconds_since(start) - image.statistics.prepare_s;
@@ -83,7 +83,7 @@ class CpuEngine final : public Engine {
   }
 
  private:
-  /// Of a scene whose picture has to be provisional; else none.
+  /// The predicate set of a scene whose image has to be provisional; otherwise no value.
   [[nodiscard]] std::optional<PredicateSet> set_lacking(const Scene& scene) const {
     if (!scene.quality.provisional) return std::nullopt;
     if (has_two_volumes(scene)) return set_lacking_of(ultrasound_scene(scene));
@@ -91,7 +91,7 @@ class CpuEngine final : public Engine {
   }
 
   [[nodiscard]] std::optional<PredicateSet> set_lacking_of(const Scene& by_predicates) const {
-    // A new volume has to be copied anyway.
+    // A new volume has to be copied in any case.
     if (!predicates_.has(by_predicates.ct.get())) return std::nullopt;
     auto set =
         *PredicateSet::create(*by_predicates.predicates, by_predicates.ct, place_of(by_predicates));
@@ -99,12 +99,13 @@ class CpuEngine final : public Engine {
     return set;
   }
 
-  /// Prepares a part of what the set lacks, but for the first picture, which is to be there soon.
+  /// Draws a provisional image. Before that, it prepares a part of the data that the set lacks,
+  /// except for the first image, which has to appear soon.
   RenderStatistics cast_provisional(const Scene& scene, const PredicateSet& set) {
     const auto start = Clock::now();
     RenderStatistics statistics;
     if (provisional_) predicates_.prepare_some(set, kBytesAPicture, options_.threads);
-    // Until there is more to show, the same picture is not drawn again.
+    // Does not draw the same provisional image again.
     if (!provisional_ || change_between(*provisional_, scene) != SceneChange::kNothing) {
       provisional_.reset();
       if (!coarse_) coarse_.emplace();
@@ -120,7 +121,7 @@ class CpuEngine final : public Engine {
     return statistics;
   }
 
-  /// A CT beside the ultrasound stays as it is.
+  /// The coarse version of a scene. A CT beside the ultrasound stays unchanged.
   Scene coarse_of(const Scene& scene, const PredicateSet& set) {
     if (!has_two_volumes(scene)) return coarse_->volumes.of(scene, set);
     const Scene coarse = coarse_->volumes.of(ultrasound_scene(scene), set);
@@ -135,7 +136,7 @@ class CpuEngine final : public Engine {
     provisional_.reset();
   }
 
-  /// Casts the rays; keep: only those that something new affects.
+  /// Casts the rays. \p keep: cast only the rays that a change affects.
   RenderStatistics cast(const Scene& scene, bool keep, CpuPredicates& predicates) {
     const auto start = Clock::now();
     const bool large_meshes = CutawayField::needed(scene);
@@ -172,7 +173,7 @@ class CpuEngine final : public Engine {
     return statistics;
   }
 
-  /// Of a volume by itself whose empty bricks are skipped.
+  /// Finds the visible spans of a single volume whose empty bricks are skipped.
   void find_spans(const Scene& scene) {
     spans_.reset();
     if (!scene.quality.skip_empty_bricks || scene.projection != Projection::kComposite) return;
@@ -195,7 +196,7 @@ class CpuEngine final : public Engine {
     return statistics;
   }
 
-  /// The CT, which cache_ is ready for, and the ultrasound volume in it.
+  /// Casts the CT, for which cache_ is ready, and the ultrasound volume in it.
   RenderStatistics cast_both(const Scene& scene, const CutPlan& ct_cutaway,
                              CpuPredicates& predicates, bool fades, Clock::time_point start) {
     const UltrasoundVolume& ultrasound = *scene.ultrasound;
@@ -230,7 +231,7 @@ class CpuEngine final : public Engine {
     return statistics;
   }
 
-  /// What provisional pictures are drawn from.
+  /// Data for drawing provisional images.
   struct Coarse {
     CoarseVolumes volumes;
     CpuPredicates predicates;
@@ -241,13 +242,14 @@ class CpuEngine final : public Engine {
   CpuCache cache_;
   CpuPredicates predicates_;
   std::optional<Coarse> coarse_;
-  std::optional<Scene> provisional_;  ///< Whose provisional picture the last one was.
+  std::optional<Scene> provisional_;  ///< Scene of the last image, if that was provisional.
   std::optional<CutawayField> field_;
-  std::optional<CutawayField> other_field_;  ///< The same in the ultrasound volume's coordinates.
-  std::optional<VisibleSpans> spans_;        ///< Of the last scene whose view changed.
+  std::optional<CutawayField> other_field_;  ///< field_ in the coordinates of the ultrasound
+                                             ///< volume.
+  std::optional<VisibleSpans> spans_;        ///< Spans of the last scene whose view changed.
   CpuPicture picture_;
-  std::optional<Scene> last_;  ///< What picture_ shows.
-  Image2d<RgbaF> pixels_;      ///< As it was given out last.
+  std::optional<Scene> last_;  ///< Scene that picture_ shows.
+  Image2d<RgbaF> pixels_;      ///< The last returned image.
 };
 
 }  // namespace

@@ -6,34 +6,34 @@
 #include <cmath>
 #include <limits>
 
-#include "render/quality/adaptive_step.hpp"
-
 namespace nav::render {
 namespace {
 
 static_assert(kBrickVoxels == 8, "The march finds a sample's brick by a shift of 3 bits.");
 
-/// How much colour all samples of a ray together may miss by staying unshaded because each of
-/// them weighs too little.
+/// Greatest total colour error of a ray from samples that stay unshaded because each of them has
+/// too little weight.
 constexpr double kShadingBudget = 1.0 / 512;
 
-/// Ends of pre-integrated cells up to this long lie in the same brick or in neighbours, whose
-/// ranges overlap: nothing between two empty ones is visible. 8 voxels, less what rounding takes.
+/// Greatest length of a pre-integrated cell whose ends always lie in the same brick or in
+/// neighbours. The ranges of neighbours overlap, so nothing is visible between ends in two empty
+/// bricks. 8 voxels minus a margin for rounding.
 constexpr double kLongestLeapableCell = 7.5;
-/// The same for parts of bricks.
+/// The corresponding length for parts of bricks.
 constexpr double kLongestCellOverParts = 3.5;
 
-/// Voxels that are marched before bricks are looked at again: measured, of 1 to 4; and in runs of
-/// cells.
+/// Number of voxels that are marched between two brick tests: measured, the best of 1 to 4. The
+/// second value is for runs of cells.
 constexpr double kVoxelsPerLook = 2;
 constexpr double kVoxelsPerLookInRuns = 4;
 constexpr double kMostRunsPerLook = 8;
 
-/// Stands for infinity where infinity · 0 must not become NaN.
+/// Replaces infinity, because infinity · 0 would be NaN.
 constexpr double kFar = 1e30;
-/// The voxels of the next run are asked for from so many voxels of a volume on, or from a step, in
-/// voxels, and fewer voxels on; from fewer yet, at the corners of packets: measured (ADR 40, 43,
-/// 48).
+/// Limits for prefetching the voxels of the next run. All are prefetched for volumes of more voxels
+/// than kPrefetchVoxels, or than kPrefetchVoxelsFar if the step is at least kPrefetchFrom voxels.
+/// Otherwise those at the corners of packets are prefetched for more than kPrefetchVoxelsAtCorners.
+/// Measured (ADR 40, 43, 48).
 constexpr std::size_t kPrefetchVoxels = 24'000'000;
 constexpr double kPrefetchFrom = 1.2;
 constexpr std::size_t kPrefetchVoxelsFar = 2'000'000;
@@ -59,7 +59,6 @@ void set_grid(const Scene& scene, const CpuCache& cache, MarchInputs& in) {
 
 void set_bricks(const Scene& scene, const CpuCache& cache, const MarchKey& key, MarchInputs& in) {
   if (cache.bricks()) std::copy_n(cache.bricks()->count.data(), 3, in.bricks);
-  if (key.cells == MarchCells::kAdaptive) in.brick_cells = cache.cells().data();
   if (!scene.quality.skip_empty_bricks) return;
   if (scene.projection != Projection::kComposite) {
     in.brick_range = cache.ranges().data();
@@ -72,11 +71,10 @@ void set_bricks(const Scene& scene, const CpuCache& cache, const MarchKey& key, 
   in.brick_leap = cache.leaps().data();
   if (scene.quality.step_voxels <= kLongestCellOverParts) in.brick_parts = cache.parts().data();
   if (key.cells == MarchCells::kVisible) in.visible_cells = cache.visible_cells();
-  const bool in_runs =
-      key.classify == MarchClassify::kPreIntegrated && key.cells != MarchCells::kAdaptive;
+  const bool in_runs = key.classify == MarchClassify::kPreIntegrated;
   in.cells_per_look =
       in_runs ? cells_per_look_in_runs(scene.quality) : cells_per_look(scene.quality);
-  // A run where nothing is visible costs little, and the others cannot be leapt over.
+  // A run without visible cells costs little, and brick tests cannot skip the other runs.
   if (key.cells == MarchCells::kVisible) in.cells_per_look *= 2;
   if (key.fade) in.brick_importance = cache.importance().data();
 }
@@ -109,7 +107,7 @@ void set_shading(const Scene& scene, MarchInputs& in) {
   in.shininess = static_cast<float>(shading.shininess);
   const bool whole = shading.shininess == std::floor(shading.shininess);
   in.whole_shininess = whole ? static_cast<int>(shading.shininess) : -1;
-  // Squares go up to less than twice the exponent.
+  // The greatest computed power has an exponent below 2 · shininess.
   in.least_cosine = static_cast<float>(std::pow(10.0, -37 / std::max(2 * shading.shininess, 1.0)));
   in.cool_share = static_cast<float>(shading.cool_share);
   in.warm_share = static_cast<float>(shading.warm_share);
@@ -121,7 +119,7 @@ void set_shading(const Scene& scene, MarchInputs& in) {
       static_cast<float>(spec::kShadesPerRoot * std::sqrt(scene.quality.step_voxels));
 }
 
-/// Along the axes of the grid, in voxels per mm.
+/// Converts a vector to the axes of the grid, in voxels per mm.
 void set_index_axis(const Eigen::Vector3d& v, const VoxelGrid& grid, double* out) {
   const Eigen::Vector3d index = (grid.directions.transpose() * v).cwiseQuotient(grid.spacing_mm);
   std::copy_n(index.data(), 3, out);
@@ -172,17 +170,13 @@ RayInputs ray_inputs(const Scene& scene, double first_sample) {
 
 MarchKey march_key(const Scene& scene, const CpuCache& cache, bool with_cutaway) {
   MarchKey key{MarchClassify::kPreIntegrated, MarchShade::kNone, with_cutaway, MarchCells::kAll};
-  if (adaptive_step(scene, cache.table())) {
-    key.cells = MarchCells::kAdaptive;
-  } else if (cache.visible_cells() != nullptr) {
-    key.cells = MarchCells::kVisible;
-  }
+  if (cache.visible_cells() != nullptr) key.cells = MarchCells::kVisible;
   if (cache.table().rows() > 1) {
     key.classify = MarchClassify::kWindows;
   } else if (scene.quality.classification == Classification::kPostClassified) {
     key.classify = MarchClassify::kPostClassified;
   }
-  // Where every weight of the shading is exactly 0, the march is the one without it.
+  // If all weights of the shading are exactly 0, the march without shading gives the same result.
   if (scene.shading.enabled && cache.table().shades(scene.shading.emphasis)) {
     key.shade =
         scene.shading.style == ShadingStyle::kPhong ? MarchShade::kPhong : MarchShade::kGooch;

@@ -8,21 +8,23 @@
 
 namespace nav::render {
 
-/// What a scene is marched with: the variant that it needs.
+/// The variant of the march that a scene needs.
 MarchKey march_key(const Scene& scene, const CpuCache& cache, bool with_cutaway);
 
-/// MarchInputs::cells_per_look.
+/// Value for MarchInputs::cells_per_look.
 int cells_per_look(const Quality& quality);
-/// The same of cells in runs of kMarchRun: whole runs, since parts of one cost as much.
+/// The value for cells in runs of kMarchRun: whole runs, because a part of a run costs as much.
 int cells_per_look_in_runs(const Quality& quality);
 
-/// MarchInputs::prefetch.
+/// Value for MarchInputs::prefetch.
 MarchPrefetch march_prefetch(const VoxelGrid& grid, const Quality& quality);
 
-/// How rays start. first_sample: where sample 0 of a ray lies in its cell 0, in cells.
+/// Inputs for starting rays. \p first_sample: position of sample 0 of a ray in its cell 0, in
+/// cells.
 RayInputs ray_inputs(const Scene& scene, double first_sample);
 
-/// What the rays of a picture share. The cache, updated for the scene, must outlive it.
+/// The data that all rays of an image share. The cache must be updated for the scene and outlive
+/// the result.
 MarchInputs march_inputs(const Scene& scene, const CpuCache& cache, const MarchKey& key);
 
 }  // namespace nav::render

@@ -6,18 +6,17 @@
 
 #include "render/cpu/cpu_kernel_leap.hpp"
 #include "render/cpu/cpu_kernel_part.hpp"
-#include "render/cpu/cpu_kernel_segment.hpp"
 #include "render/cpu/cpu_kernel_shades.hpp"
 #include "render/cpu/cpu_kernel_steps.hpp"
 
 /// The march of ray_spec.hpp in single precision, written once for any number of lanes. V supplies
-/// the arithmetic: V::F (floats), V::I (32-bit integers), V::M (lane mask), V::Integral, of
-/// V::kLanes lanes. Include only from the files that define a V in an unnamed namespace: then every
+/// the arithmetic: V::F (floats), V::I (32-bit integers), V::M (lane mask), V::Integral, each with
+/// V::kLanes lanes. Include this only from files that define V in an unnamed namespace. Then every
 /// instance has internal linkage and stays in the file whose instruction set it was compiled for.
 namespace nav::render {
 
-/// One variant of the march: what it does not need is not in its code. What a lane computes never
-/// depends on the other lanes, so that skipping stays bit-identical.
+/// One variant of the march. Its code contains only what the variant needs. The result of a lane
+/// never depends on other lanes, so that skipping stays bit-identical.
 template <class V, MarchClassify kClassify, MarchShade kShade, bool kFade, MarchCells kCells>
 class Marcher {
   using F = typename V::F;
@@ -27,7 +26,6 @@ class Marcher {
   using Classified = CellColour<V>;
   static constexpr bool kPre = kClassify == MarchClassify::kPreIntegrated;
   static constexpr bool kWindows = kClassify == MarchClassify::kWindows;
-  static constexpr bool kAdaptive = kCells == MarchCells::kAdaptive;
 
  public:
   Marcher(const MarchInputs& inputs, RayPacket& rays, int lane, MarchCounts& counts)
@@ -52,12 +50,11 @@ class Marcher {
     M active = V::both(V::less(begin_, end_), V::less(alpha_, opaque));
     if (!V::any(active)) return;
     Leaper<V, kPre, kFade> leaper(sampler_, rays_, lane_, cell);
-    Segments<V> segments(sampler_, cell);
     const bool skipping = in_.brick_leap != nullptr;
-    M fresh = active;  // Lanes whose value at the begin of their cell is not known.
-    // Lanes enter bricks one after the other: a look for each would cost more than to march on a
-    // little through what is empty, which changes nothing.
-    // And the more often they find nothing to leap over, the seldomer they look.
+    M fresh = active;  // Lanes whose value at the begin of the cell is unknown.
+    // Lanes enter bricks at different times. A brick test for each of them would cost more than
+    // marching a little through empty space, which changes nothing. The more tests find nothing to
+    // skip, the fewer are made.
     int patience = 1;
     for (int until_look = 0; true;) {
       if (skipping && until_look == 0) {
@@ -70,13 +67,9 @@ class Marcher {
         }
         until_look = patience * in_.cells_per_look;
       }
-      if constexpr (kAdaptive) {
-        const M single = kFade ? V::less(cell, fading_.t2) : V::none();
-        cells_ = segments.cells(cell, begin_, end_, active, single);
-      }
       int run = 1;
       if constexpr (kPre) {
-        if (!kAdaptive) run = skipping && until_look < kMarchRun ? until_look : kMarchRun;
+        run = skipping && until_look < kMarchRun ? until_look : kMarchRun;
         add_run(cell, run, active, fresh);
       } else {
         add_cell(cell, active);
@@ -92,16 +85,14 @@ class Marcher {
   }
 
  private:
-  /// So many cells; 1 is the segment.
-  [[nodiscard]] F cells(int run) const {
-    return run == 1 ? cells_ : V::set(static_cast<float>(run));
-  }
+  /// Length of a run, in cells.
+  static F cells(int run) { return V::set(static_cast<float>(run)); }
 
   void add_cell(F cell, M active) {
     Part part;
     part.cell = cell;
     part.t_a = V::max(cell, begin_);
-    part.t_b = V::min(V::add(cell, cells_), end_);
+    part.t_b = V::min(V::add(cell, V::set(1.0F)), end_);
     part.bow = V::set(0.0F);
     part.active = active;
     if constexpr (kCells == MarchCells::kVisible) {
@@ -128,8 +119,8 @@ class Marcher {
     blend(part);
   }
 
-  /// So many cells of each lane, one after the other. What takes long to wait for is asked for all
-  /// of them before the first is blended: rays that end among them have asked for some in vain.
+  /// Adds `run` cells of each lane, one after the other. Slow memory accesses for all of them start
+  /// before the first is blended, so some are in vain for rays that end in the run.
   void add_run(F cell, int run, M active, M fresh) {
     Part parts[kMarchRun];
     if constexpr (kCells == MarchCells::kVisible) {
@@ -150,7 +141,7 @@ class Marcher {
       if constexpr (kShade == MarchShade::kNone) blend(parts[i]);
     }
     if constexpr (kShade != MarchShade::kNone) {
-      shades_.shade(parts, run, cells_);
+      shades_.shade(parts, run);
       for (int i = 0; i < run; ++i) {
         if (parts[i].shows) blend(parts[i]);
       }
@@ -160,7 +151,7 @@ class Marcher {
   /// Sets the parts of a run.
   void take_values(F cell, int run, M active, M fresh, Part* parts) {
     if (V::any(fresh)) {
-      // The same value as before in the other lanes.
+      // The other lanes get the same value as before.
       front_ = sampler_.value(cell);
       front_classified_ = front_faded_ = false;
       counts_.samples += static_cast<std::uint64_t>(V::count(V::both(fresh, active)));
@@ -181,8 +172,8 @@ class Marcher {
     front_ = value[run];
   }
 
-  /// The same of those parts alone that have an end in a visible cell, in some lane: nothing shows
-  /// between two others, which have a voxel in common. False: there are none.
+  /// Sets only the parts that, in any lane, have an end in a visible cell. Nothing is visible
+  /// between two other ends, because their cells share a voxel. False when there is no such part.
   bool take_visible_values(F cell, int run, M active, M fresh, Part* parts) {
     typename Sampler<V>::Place ends[kMarchRun];
     if (V::any(fresh)) {
@@ -235,7 +226,7 @@ class Marcher {
     return true;
   }
 
-  /// Of the run that begins there if nothing is leapt over.
+  /// Prefetches the voxels of the run that begins at \p cell if nothing is skipped.
   __attribute__((always_inline)) void prefetch_run(F cell) const {
     const bool all = in_.prefetch == MarchPrefetch::kAll;
     const int every = all ? 1 : 2;
@@ -249,7 +240,7 @@ class Marcher {
     }
   }
 
-  /// The part of a cell up to next, of the values at its two lattice points.
+  /// Sets the part of a cell up to next from the values at the two lattice points.
   void set_values(Part& part, F next, F v0, F v1, M fresh) {
     part.t_a = V::max(part.cell, begin_);
     part.t_b = V::min(next, end_);
@@ -262,21 +253,19 @@ class Marcher {
     if (V::any(cut)) {
       part.v_a = V::select(cut_a, V::madd(V::sub(part.t_a, part.cell), rise, v0), v0);
       part.v_b = V::select(cut_b, V::madd(V::sub(part.t_b, part.cell), rise, v0), v1);
-      // Only the first cell of a run begins inside.
+      // Only the first cell of a run can be cut at its front.
       if (V::any(V::both(part.active, cut_a))) front_classified_ = front_faded_ = false;
     }
-    M bowed = V::both(V::negate(cut), V::less(V::set(1.5F), part.cell));
-    if constexpr (kAdaptive) bowed = V::both(bowed, V::less(cells_, V::set(1.5F)));
-    // A bow changes nothing where both ends are invisible.
+    const M bowed = V::both(V::negate(cut), V::less(V::set(1.5F), part.cell));
+    // A bow has no effect if both ends are invisible.
     const M may_bow = V::both(bowed, V::less(V::set(in_.invisible_up_to_hu), V::max(v0, v1)));
     set_before(part.cell, V::both(part.active, may_bow), fresh);
     const F rise_before = V::sub(v0, before_);
     part.bow = V::mask(bowed, V::mul(V::sub(rise_before, rise), V::set(1.0F / 12)));
     before_ = v0;
-    if constexpr (kAdaptive) before_at_ = part.cell;
   }
 
-  /// Of a pre-integrated part, if it shows.
+  /// Computes the integrals of a pre-integrated part, if it shows.
   void find_sums(Part& part) {
     part.shows = part.shows && may_show(part);
     if (!part.shows) {
@@ -293,20 +282,17 @@ class Marcher {
     integrals_.sum(part.v_a, part.v_b, part.bow, ends_[front_end_], ends_[1 - front_end_],
                    part.sums);
     part.colour.importance = V::set(1.0F);
-    // A lane cut at its back ends there, so that no lane that goes on has another value there.
+    // A lane that is cut at its back ends there. In all lanes that continue, the end of this part
+    // is the begin of the next.
     front_end_ = 1 - front_end_;
     front_classified_ = true;
   }
 
-  /// Makes before_ the value at the lattice point in front of a cell, where that is needed.
+  /// Sets before_ to the value at the lattice point in front of a cell, in lanes that need it.
   void set_before(F cell, M needed, M fresh) {
-    const F there = V::sub(cell, V::set(1.0F));
-    M unknown = V::both(needed, fresh);
-    if constexpr (kAdaptive) {
-      unknown = V::both(needed, V::either(fresh, V::less(before_at_, there)));
-    }
+    const M unknown = V::both(needed, fresh);
     if (!V::any(unknown)) return;
-    before_ = V::select(unknown, sampler_.value(there), before_);
+    before_ = V::select(unknown, sampler_.value(V::sub(cell, V::set(1.0F))), before_);
     counts_.samples += static_cast<std::uint64_t>(V::count(unknown));
   }
 
@@ -315,8 +301,8 @@ class Marcher {
     return V::any(V::both(part.active, V::less(V::set(in_.invisible_up_to_hu), most)));
   }
 
-  /// Sets fade; false: the cutaway hides the part in every lane. goes_on: the part begins where the
-  /// last one ended.
+  /// Sets fade. False when the cutaway hides the part in every lane. \p goes_on: the part begins at
+  /// the end of the last one.
   bool find_fade([[maybe_unused]] Part& part, [[maybe_unused]] F gradient,
                  [[maybe_unused]] bool goes_on) {
     if constexpr (kFade) {
@@ -342,7 +328,7 @@ class Marcher {
   static M apart(F a, F b) { return V::less(V::set(kMarchFadeVaries), V::abs(V::sub(a, b))); }
   static F mean(F a, F b) { return V::mul(V::set(0.5F), V::add(a, b)); }
 
-  /// Fades a part's colour and finds its opacity.
+  /// Fades a part's colour and computes its opacity.
   void finish(Part& part, [[maybe_unused]] F gradient) const {
     Classified& c = part.colour;
     if constexpr (kFade) {
@@ -366,8 +352,8 @@ class Marcher {
     return kShade != MarchShade::kNone && in_.emphasis > 0;
   }
 
-  /// The mean of the equidistant midpoints of a part, faded or not; anything in lanes where it is
-  /// not needed.
+  /// Mean of the equidistant midpoints of a part, faded or not. Undefined in lanes that do not need
+  /// it.
   template <bool kFaded>
   Classified steps(const Part& part, F gradient, [[maybe_unused]] M needed) const {
     const PartSteps<V, kWindows> steps{table_, fading_};
@@ -383,7 +369,7 @@ class Marcher {
     }
   }
 
-  /// Takes a part's share of what is left of the pixel.
+  /// Computes the weight of a part in the pixel and adds it to the opacity.
   void weigh(Part& part) {
     part.weight = V::mask(part.active, V::mul(part.opacity, V::sub(V::set(1.0F), alpha_)));
     alpha_ = V::add(alpha_, part.weight);
@@ -407,7 +393,7 @@ class Marcher {
       if (!V::any(shaded)) return;
     }
     if constexpr (kPre) {
-      shades_.find_places(part, cells_, shaded);
+      shades_.find_places(part, shaded);
     } else {
       shades.places = 1;
       shades.open[0] = shaded;
@@ -425,7 +411,7 @@ class Marcher {
     for (int i = 0; i < 3; ++i) c.rgb[i] = V::select(shades.open[0], full[i], c.rgb[i]);
   }
 
-  /// Of a cell; needed are the lanes where it matters.
+  /// Importance of a cell. \p needed: the lanes in which it matters.
   F importance_of(const Part& part, const Classified& c, [[maybe_unused]] M needed) const {
     if constexpr (!kPre) return c.importance;
     const F gradient = V::set(0.0F);
@@ -456,20 +442,18 @@ class Marcher {
   F end_;
   F rgb_[3];
   F alpha_;
-  F cells_ = V::set(1.0F);        ///< Of the segment: 1 without kAdaptive.
   F front_{};                     ///< HU at the begin of the cell.
-  bool front_known_ = false;      ///< front_ is that.
-  M front_seen_{};                ///< Lanes where that lies in a visible cell.
-  M counted_ = V::none();         ///< Lanes that have been counted to need front_.
-  F before_{};                    ///< HU at the begin of the cell or segment before.
-  bool before_known_ = false;     ///< before_ is that, but in lanes that have leapt.
-  F before_at_{};                 ///< Where that is; only with kAdaptive.
+  bool front_known_ = false;      ///< front_ is valid.
+  M front_seen_{};                ///< Lanes in which the begin of the cell lies in a visible cell.
+  M counted_ = V::none();         ///< Lanes in which the sample front_ is already counted.
+  F before_{};                    ///< HU at the begin of the previous cell.
+  bool before_known_ = false;     ///< before_ is valid, except in lanes that have leapt.
   typename V::Integral ends_[2];  ///< Integrals at the ends of the cell.
   int front_end_ = 0;
-  bool front_classified_ = false;  ///< ends_[front_end_] is that of front_.
+  bool front_classified_ = false;  ///< ends_[front_end_] is the integral at front_.
   F gradient_[3]{};
   F front_visible_{};         ///< Visibility at the begin of the cell; only with kFade.
-  bool front_faded_ = false;  ///< front_visible_ is that.
+  bool front_faded_ = false;  ///< front_visible_ is valid.
 };
 
 }  // namespace nav::render

@@ -4,11 +4,11 @@
 
 #include "render/cpu/cpu_kernel_sample.hpp"
 
-/// Values to colour and extinction, as TransferTable does. See cpu_kernel.hpp for V and for where
-/// this may be included.
+/// Conversion of values to colour and extinction, as in TransferTable. See cpu_kernel.hpp for V and
+/// for the files that may include this.
 namespace nav::render {
 
-/// spec::kMaxBowShare.
+/// Equal to spec::kMaxBowShare.
 inline constexpr float kMarchMaxBowShare = 0.5F;
 /// Values closer than this, in HU, are averaged instead of dividing differences of integrals.
 inline constexpr float kCloseHu = 0.5F;
@@ -27,7 +27,7 @@ struct Table {
     F importance;
   };
 
-  /// That of the nearest entry; gradient, HU/mm, matters only with windows.
+  /// Importance of the nearest entry. \p gradient, HU/mm, is used only with windows.
   F importance_at(F hu, F gradient) const {
     const F half = V::set(0.5F);
     const F held = V::min(V::max(hu, V::set(in.table_low_hu)), V::set(in.table_high_hu));
@@ -40,7 +40,7 @@ struct Table {
     return V::load_float(in.importance, nearest);
   }
 
-  /// importance is left alone unless asked for.
+  /// Interpolated entry. Its importance is 1 unless with_importance.
   Sample at(F hu, F gradient, bool with_importance) const {
     const F x = V::sub(V::min(V::max(hu, V::set(in.table_low_hu)), V::set(in.table_high_hu)),
                        V::set(in.table_low_hu));
@@ -89,7 +89,7 @@ struct Integrals {
 
   static F twice(F x) { return V::add(x, x); }
 
-  /// Integrals over a stretch of values, and the stretch.
+  /// Integrals over an interval of values, and the length of the interval.
   struct Sums {
     F integral[4];
     F over;
@@ -102,8 +102,8 @@ struct Integrals {
     const M close = V::less(V::abs(change), V::set(kCloseHu));
     const F most = V::mul(V::abs(change), V::set(kMarchMaxBowShare));
     const F bow = V::max(V::min(bow_hu, most), V::sub(nothing, most));
-    // Values that are close: their trapezoid weighs in as an interval of two, or the quanta would
-    // show.
+    // Close values: their trapezoid is added with the weight of an interval of length 2. Otherwise
+    // the quanta would be visible.
     const F sign = V::select(V::less(change, nothing), V::sub(nothing, one), one);
     const F even = V::mask(close, sign);
     const F lean = V::mask(V::negate(close), bow);
@@ -117,7 +117,7 @@ struct Integrals {
     const F one = V::set(1.0F);
     const F* integral = sums.integral;
     const F over = sums.over;
-    // One division for both quotients: processors divide slowly.
+    // One division serves both quotients, because division is slow.
     const F product = V::mul(integral[3], over);
     const F per_product = V::div(one, V::max(product, V::set(1e-20F)));
     const F per_integral = V::mul(per_product, over);
@@ -146,7 +146,7 @@ struct Fading {
         per_transition(V::load(rays.per_transition + lane)),
         per_overlay(V::set(in.per_overlay)) {}
 
-  /// Of other lanes' rays; V must pack.
+  /// The fading of the rays of other lanes; V must pack.
   [[nodiscard]] Fading pick(typename V::I lanes) const {
     Fading picked = *this;
     picked.t1 = V::pick(t1, lanes);
@@ -157,7 +157,7 @@ struct Fading {
 
   static F clamp01(F x) { return V::max(V::set(0.0F), V::min(V::set(1.0F), x)); }
 
-  /// Share of its opacity that a sample of some importance keeps at t, in cells.
+  /// Share of its opacity that a sample of an importance keeps at t, in cells.
   F visibility(F importance, F t) const {
     const F one = V::set(1.0F);
     const F outer = clamp01(V::mul(V::sub(t2, t), per_transition));

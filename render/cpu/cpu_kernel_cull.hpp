@@ -4,13 +4,13 @@
 
 #include "render/cpu/cpu_kernel_cutaway.hpp"
 
-/// Which objects of a cutaway may decide for a block of pixels. See cpu_kernel.hpp for V and for
-/// where this may be included.
+/// Selection of the objects of a cutaway that may decide for a block of pixels. See cpu_kernel.hpp
+/// for V and for the files that may include this.
 ///
-/// A point q of an object, seen from an origin o, gives f = (q - c) · r - cot |across| from the
-/// foot of the reference point c. Turning the ray by an angle changes f by at most
-/// angle · (|q - c| + cot |q - o|), shifting it changes f by at most shift · (1 + cot). What stays
-/// below the least that another object reaches everywhere in the block decides nowhere.
+/// A point q of an object, seen from an origin o, gives f = (q - c) · r - cot |across|, measured
+/// from the foot of the reference point c. Rotating the ray by an angle changes f by at most
+/// angle · (|q - c| + cot |q - o|). Shifting it changes f by at most shift · (1 + cot). An object
+/// that stays below the value that another object reaches everywhere in the block decides nowhere.
 namespace nav::render {
 
 template <class V>
@@ -33,7 +33,7 @@ class CutCuller {
     for (int i = 0; i < in.edge_count; i += V::kLanes) bound_edges(in, i, out.upper);
     for (int i = 0; i < objects_.ball_count; ++i) bound_ball(objects_.balls[i]);
     out.edge_count = 0;
-    // Edges come polygon by polygon, as do the polygons that were chosen.
+    // Edges are sorted by polygon, and so are the chosen polygons.
     int at = 0;
     for (int i = 0; i < in.edge_count; ++i) {
       const int polygon = objects_.edges[in.edges[i]].polygon;
@@ -42,7 +42,7 @@ class CutCuller {
       if (out.upper[2 * i] < least_[0] && out.upper[2 * i + 1] < least_[1]) continue;
       out.edges[out.edge_count++] = in.edges[i];
     }
-    // A point inside of a polygon differs by no more than some point of its edges does.
+    // A point inside a polygon varies by no more than some point of its edges.
     return peak_ + slackest_;
   }
 
@@ -55,12 +55,13 @@ class CutCuller {
     return {{V::load(p[0]), V::load(p[1]), V::load(p[2])}};
   }
 
-  /// How much a value may differ within the block, for points at most so far from c and o.
+  /// Greatest change of a value within the block, for points at most from_c and from_o away from c
+  /// and o.
   [[nodiscard]] F slack(F from_c, F from_o, int k) const {
     const F cot = V::set(objects_.cot[k]);
     const F turned = V::mul(V::set(block_.angle), V::madd(cot, from_o, from_c));
     const F one = V::set(1.0F);
-    // 0.01 mm: rounding.
+    // 0.01 mm covers rounding errors.
     return V::add(V::madd(V::set(block_.shift), V::add(one, cot), turned), V::set(0.01F));
   }
 
@@ -137,7 +138,7 @@ class CutCuller {
     }
   }
 
-  /// All rays hit the plane between the hits of the corners.
+  /// Bounds the plane: all rays hit it between the hits of the corner rays.
   void bound_inside(const CutPolygon& polygon) {
     const Vector eye = Kernel::along(o_, V::set(-block_.eye), r_);
     F from_c = V::set(0.0F);
@@ -163,7 +164,8 @@ class CutCuller {
     return lanes[0];
   }
 
-  /// True when no ray of the block can meet the polygon's inside; inside: all do, and flat enough.
+  /// True when no ray of the block can meet the inside of the polygon. Sets inside when all rays
+  /// meet it and it is flat enough.
   bool misses(const CutPolygon& polygon, bool& inside) const {
     const auto middle = kernel_.plane(polygon, o_, r_);
     const float facing = first(middle.facing);
@@ -185,7 +187,7 @@ class CutCuller {
     return false;
   }
 
-  /// Square of the distance of a point of the plane to the nearest edge.
+  /// Squared distance of a point of the plane to the nearest edge.
   float to_boundary2(const CutPolygon& polygon, float u, float v) const {
     float least = 1e30F;
     for (int i = 0; i < polygon.edges; ++i) {
@@ -211,7 +213,7 @@ class CutCuller {
   Vector r_;
   float least_[2] = {-1e30F, -1e30F};  ///< Reached everywhere in the block.
   float peak_ = -1e30F;                ///< Greatest value on the ray in the middle.
-  float slackest_ = 0;                 ///< Most that any value may differ by.
+  float slackest_ = 0;                 ///< Greatest change of any value.
 };
 
 template <class V>

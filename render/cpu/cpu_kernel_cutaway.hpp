@@ -4,8 +4,8 @@
 
 #include "render/cpu/cpu_cutaway.hpp"
 
-/// spec::meet_cutaway() in lanes: rays against one edge, or edges against one ray. See
-/// cpu_kernel.hpp for V and for where this may be included.
+/// spec::meet_cutaway() in lanes: several rays with one edge, or several edges with one ray. See
+/// cpu_kernel.hpp for V and for the files that may include this.
 namespace nav::render {
 
 template <class V>
@@ -38,7 +38,7 @@ struct CutKernel {
     const Vector across_a = along(from, minus(along_a), r);
     const F rise = dot(edge, r);
     const Vector across = along(edge, minus(rise), r);
-    // An edge along the ray: its slope is as good as infinite, so the farther end decides.
+    // An edge along the ray: its slope is practically infinite, so the farther end decides.
     const F length = V::max(root(dot(across, across)), V::set(1e-6F));
     const F per_length = V::div(V::set(1.0F), length);
     const M leans = V::less(V::set(1e-6F), length);
@@ -62,7 +62,7 @@ struct CutKernel {
     }
   }
 
-  /// spec::inside_polygon() for points given in the plane.
+  /// spec::inside_polygon() for points in coordinates of the plane.
   M inside(const CutPolygon& polygon, F u, F v) const {
     M in = V::none();
     for (int i = 0; i < polygon.edges; ++i) {
@@ -75,7 +75,7 @@ struct CutKernel {
   }
 
   struct Plane {
-    F t;  ///< Where the rays meet it.
+    F t;  ///< Distance at which the rays meet the plane.
     F u;
     F v;
     F facing;
@@ -90,7 +90,8 @@ struct CutKernel {
     return {t, dot(p, all(polygon.axis_u)), dot(p, all(polygon.axis_v)), facing};
   }
 
-  /// The plane itself where the ray passes inside the polygon and it is less steep than the cone.
+  /// Uses the plane itself if the ray passes inside the polygon and the plane is less steep than
+  /// the cone. \p sure: both are known to be true.
   void interior(const CutPolygon& polygon, bool sure, const Vector& o, const Vector& r,
                 F* best) const {
     const Plane p = plane(polygon, o, r);

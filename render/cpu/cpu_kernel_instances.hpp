@@ -7,7 +7,8 @@
 #include "render/cpu/cpu_kernel_project.hpp"
 #include "render/cpu/cpu_kernel_rays.hpp"
 
-/// The march compiled for every key. See cpu_kernel.hpp for V and for where this may be included.
+/// The march compiled for every key. See cpu_kernel.hpp for V and for the files that may include
+/// this.
 namespace nav::render {
 
 template <class V, MarchClassify kClassify, MarchShade kShade, bool kFade, MarchCells kCells>
@@ -24,11 +25,6 @@ March composite_cells(const MarchKey& key) {
       return march_with<V, kClassify, kShade, kFade, MarchCells::kAll>;
     case MarchCells::kVisible:
       return march_with<V, kClassify, kShade, kFade, MarchCells::kVisible>;
-    case MarchCells::kAdaptive:
-      if constexpr (kClassify == MarchClassify::kPreIntegrated) {
-        return march_with<V, kClassify, kShade, kFade, MarchCells::kAdaptive>;
-      }
-      break;
   }
   return nullptr;
 }
@@ -66,7 +62,7 @@ March composite_march(const MarchKey& key) {
   return nullptr;
 }
 
-/// All that is compiled for one V.
+/// All functions compiled for one V.
 template <class V>
 MarchSet march_set() {
   return {composite_march<V>, project_march<V>, cull_with<V>,

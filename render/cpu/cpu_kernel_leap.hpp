@@ -4,32 +4,33 @@
 
 #include "render/cpu/cpu_kernel_sample.hpp"
 
-/// Leaps over what cannot be seen. See cpu_kernel.hpp for V and for where this may be included.
+/// Leaps over invisible cells. See cpu_kernel.hpp for V and for the files that may include this.
 namespace nav::render {
 
-/// A leap ends this far inside of a brick's faces, voxels: more than the rounding of a position
-/// anywhere in a volume of 2^14 voxels per axis, so that a leap never passes over a sample that
-/// marching would have taken. Skipping is therefore bit-identical to not skipping.
+/// Distance inside the faces of a brick at which a leap ends, voxels. It exceeds the rounding error
+/// of a position anywhere in a volume of 2^14 voxels per axis. So a leap never passes over a sample
+/// that marching would have taken, and skipping is bit-identical to not skipping.
 inline constexpr float kLeapMargin = 1.0F / 64;
 
-/// A step below this, in voxels, changes no position along any ray.
+/// A step below this, in voxels, changes no position on any ray.
 inline constexpr float kStill = 1e-20F;
 
-/// Bricks along a packet of rays. Leaps wait for one another, so what is known before a brick's
-/// entry has been fetched is reckoned before it.
+/// Bricks along a packet of rays. Leaps wait for one another, so everything that does not depend on
+/// a brick's entry is computed before that entry is fetched.
 template <class V>
 struct Bricks {
   using F = typename V::F;
   using I = typename V::I;
   using M = typename V::M;
 
-  /// Along one axis, where the face of a cube lies that rays leave it through: so many cells per
-  /// voxel, and so many for a cube of 8 or 4 voxels at the origin. Far away where rays do not move.
+  /// Position of the face through which rays leave a cube, along one axis: cells per voxel, and
+  /// cells for a cube of 8 or 4 voxels at the origin. It is far away if the rays do not move along
+  /// the axis.
   struct Axis {
     F per_voxel;
     F of_8;
     F of_4;
-    F per_brick;  ///< What a cube that is larger by one brick all around adds.
+    F per_brick;  ///< Additional cells for a cube that is larger by one brick on all sides.
   };
 
   const Sampler<V>& sampler;
@@ -55,8 +56,8 @@ struct Bricks {
   }
 
   struct Brick {
-    I voxel[3];  ///< Of a sample in it.
-    I at;        ///< Position in the arrays.
+    I voxel[3];  ///< Voxel of a sample in the brick.
+    I at;        ///< Position in the arrays of bricks.
   };
 
   /// The brick that holds a sample.
@@ -73,7 +74,7 @@ struct Bricks {
     return b;
   }
 
-  /// Whether the part that holds the brick's sample has its bit among these.
+  /// True when the bit of the part that holds the brick's sample is set in \p parts.
   static M among(const Brick& brick, I parts) {
     const auto half = [&](int axis) { return V::bits(brick.voxel[axis], 4); };
     const I bit = V::add(
@@ -82,7 +83,8 @@ struct Bricks {
     return V::less(V::set(0.0F), V::to_float(V::bits(V::shift_right(parts, bit), 1)));
   }
 
-  /// The first sample after one that may lie outside the cube of reach bricks around its own.
+  /// First sample after \p sample that may lie outside the cube of \p reach bricks around its own
+  /// brick.
   F leave(const Brick& brick, F reach, F sample) const {
     F out = V::set(1e9F);
     for (int i = 0; i < 3; ++i) {
@@ -92,9 +94,10 @@ struct Bricks {
     }
     return after(out, sample);
   }
-  /// The same of its own brick alone.
+  /// First sample after \p sample that may lie outside its own brick.
   F leave(const Brick& brick, F sample) const { return leave(brick, V::set(0.0F), sample); }
-  /// The same; where halved, of its part of the brick.
+  /// First sample after \p sample that may lie outside the cube or, in halved lanes, outside its
+  /// part of the brick.
   F leave(const Brick& brick, F reach, F sample, M halved) const {
     F out = V::set(1e9F);
     for (int i = 0; i < 3; ++i) {
@@ -111,8 +114,8 @@ struct Bricks {
   }
 };
 
-/// Where the cutaway hides what is not important enough: spec::visible_from(), in cells and less
-/// the margin of rounding.
+/// The range in which the cutaway hides samples of little importance: spec::visible_from(), in
+/// cells, minus the margin for rounding.
 template <class V>
 struct Hiding {
   using F = typename V::F;
@@ -126,7 +129,7 @@ struct Hiding {
         t2(V::load(rays.t2 + lane)),
         margin(V::load(rays.margin + lane)) {}
 
-  /// importance: in parts of 254, 255 for what is never hidden.
+  /// \p importance: in steps of 1/254; 255 for samples that are never hidden.
   F up_to(F importance, float overlay_cells) const {
     const F twice = V::mul(importance, V::set(2.0F / 254));
     const F one = V::set(1.0F);
@@ -137,9 +140,9 @@ struct Hiding {
   }
 };
 
-/// Follows rays from cell to cell, over all cells in which nothing can be seen: a post-classified
-/// cell whose sample, a pre-integrated one both of whose ends lie in bricks that are empty, or
-/// hidden by the cutaway for longer than the cell.
+/// Moves rays from cell to cell and skips all invisible cells. A post-classified cell is invisible
+/// if its sample lies in a brick that is empty, or that the cutaway hides for longer than the cell.
+/// A pre-integrated cell is invisible if both of its ends do.
 template <class V, bool kBothEnds, bool kFade>
 struct Leaper {
   using F = typename V::F;
@@ -148,20 +151,20 @@ struct Leaper {
 
   Bricks<V> bricks;
   Hiding<V> hiding;
-  F known;  ///< Cells before this are to be marched.
+  F known;  ///< Cells in front of this are marched without a test.
 
   Leaper(const Sampler<V>& sampler, const RayPacket& rays, int lane, F first)
       : bricks(sampler), hiding(rays, lane), known(first) {}
 
-  /// The first sample beyond those that show nothing; sample itself where it may show something.
-  /// Anything in lanes that are not open. Behind the outer surface the cutaway is not asked.
+  /// First sample after those that show nothing; \p sample itself if it may show something.
+  /// Undefined in lanes that are not open. Behind the outer surface the cutaway is not tested.
   F beyond(F sample, M open, F& leave) const {
     const MarchInputs& in = bricks.sampler.in;
     const auto brick = bricks.find(sample);
     const F range = V::to_float(V::load_signed_byte(in.brick_leap, brick.at));
     M empty = V::less(V::set(0.0F), range);
     F reach = V::max(V::sub(range, V::set(1.0F)), V::sub(V::set(0.0F), range));
-    // What the cutaway hides is looked for brick by brick.
+    // Samples hidden by the cutaway are skipped brick by brick.
     bool hides = false;
     if constexpr (kFade) {
       const M behind = V::not_less(sample, hiding.t2);
@@ -178,12 +181,13 @@ struct Leaper {
     }
     if (!hides) return V::select(empty, leave, sample);
     const F importance = V::to_float(V::load_byte(in.brick_importance, brick.at));
-    // Samples up to here end cells that are hidden; the next cell is as well.
+    // Cells that end at samples up to here are hidden, and so is the next cell.
     const F hidden = V::floor(hiding.up_to(importance, in.overlay_cells));
     return V::select(empty, leave, V::max(sample, V::min(leave, hidden)));
   }
 
-  /// Moves the cells of active lanes on and marks those lanes in moved; true when one did.
+  /// Moves the cells of active lanes forward and marks these lanes in moved. True when a lane
+  /// moved.
   bool leap(F& cell, F end, M active, M& moved) {
     const F back = V::set(kBothEnds ? 1.0F : 0.0F);
     M open = V::both(V::both(active, V::less(cell, end)), V::not_less(cell, known));

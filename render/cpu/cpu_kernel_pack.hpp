@@ -4,12 +4,12 @@
 
 #include "render/cpu/cpu_kernel_shade.hpp"
 
-/// Shades of few lanes at a time, packed side by side. See cpu_kernel.hpp for V and for where this
-/// may be included; V has also pack(), unpack(), pick() and first_lanes().
+/// Shading of few lanes at a time, packed side by side. See cpu_kernel.hpp for V and for the files
+/// that may include this. V also has pack(), unpack(), pick() and first_lanes().
 namespace nav::render {
 
-/// Places on rays to be shaded, of a run of cells at most. What one is shaded to does not depend on
-/// those beside it.
+/// Positions on rays to be shaded, at most those of a run of cells. The shade of a position does
+/// not depend on its neighbours in the pack.
 template <class V, MarchShade kShade>
 class ShadePack {
   using F = typename V::F;
@@ -18,7 +18,7 @@ class ShadePack {
   static constexpr int kRoom = (kMarchRun * kMarchMostShades + 1) * V::kLanes;
 
  public:
-  /// A place of every open lane, in cells, and its colour before.
+  /// Adds a position of every open lane, in cells, and its colour before shading.
   void add(F at, const F* rgb, F share, M open) {
     V::pack(at_ + count_, open, at);
     V::pack(lane_ + count_, open, V::lane_numbers());
@@ -45,7 +45,7 @@ class ShadePack {
     }
   }
 
-  /// The shades of the lanes that were added first and not yet taken; 0 in the others.
+  /// Returns the shades of the lanes that were added first and not taken yet; 0 in the other lanes.
   void take(M open, F* shades) {
     for (int c = 0; c < 3; ++c) shades[c] = V::unpack(rgb_[c] + taken_, open);
     taken_ += V::count(open);

@@ -4,36 +4,36 @@
 
 #include "render/cpu/cpu_kernel_classify.hpp"
 
-/// What a march knows of a cell before it is blended. See cpu_kernel.hpp for V and for where this
-/// may be included.
+/// Data of a cell in the march before it is blended. See cpu_kernel.hpp for V and for the files
+/// that may include this.
 namespace nav::render {
 
 template <class V>
 struct CellColour {
   typename V::F rgb[3];
   typename V::F tau;
-  typename V::F importance;  ///< Only where it matters.
+  typename V::F importance;  ///< Set only if it matters.
 };
 
-/// How the cutaway treats a part; ray_spec.hpp, "Cutaway".
+/// Effect of the cutaway on a part; ray_spec.hpp, "Cutaway".
 template <class V>
 struct CellFade {
-  bool any;               ///< Some lane lies in front of T2; else nothing else is set.
-  typename V::M before;   ///< In front of T2.
-  typename V::M varies;   ///< Of these, lanes that are a mean of midpoints.
+  bool any;               ///< Some lane lies in front of T2; otherwise no other member is set.
+  typename V::M before;   ///< Lanes in front of T2.
+  typename V::M varies;   ///< Lanes of these that are a mean of midpoints.
   typename V::F visible;  ///< Mean of the visibilities at the ends; 1 in lanes not in front.
 };
 
-/// At which places of a cell its lanes are shaded.
+/// Positions of a cell at which its lanes are shaded.
 template <class V>
 struct CellShades {
-  int places;                            ///< Most of any lane; 0: the cell is not shaded.
-  typename V::M open[kMarchMostShades];  ///< Lanes that are shaded at a place.
-  typename V::F per;                     ///< 1 over the places of a lane.
+  int places;  ///< Greatest number of any lane; 0: the cell is not shaded.
+  typename V::M open[kMarchMostShades];  ///< Lanes that are shaded at a position.
+  typename V::F per;                     ///< 1 / number of positions of a lane.
   typename V::F share;
 };
 
-/// A cell or the part of one between the events of the ray.
+/// A cell, or its part between the events of the ray.
 template <class V>
 struct CellPart {
   using F = typename V::F;
@@ -47,11 +47,11 @@ struct CellPart {
   typename V::M active;
   CellFade<V> fade;  ///< Only with a cutaway.
   bool shows;
-  // Where it shows:
-  typename Integrals<V>::Sums sums;  ///< Only of pre-integrated cells.
+  // Valid only if it shows:
+  typename Integrals<V>::Sums sums;  ///< Only for pre-integrated cells.
   CellColour<V> colour;
   F opacity;
-  F weight;              ///< In the pixel.
+  F weight;              ///< Weight in the pixel.
   CellShades<V> shades;  ///< Only with shading.
 };
 

@@ -4,11 +4,11 @@
 
 #include "render/cpu/cpu_kernel_leap.hpp"
 
-/// Greatest, least and mean values along rays. See cpu_kernel.hpp for V and for where this may be
-/// included.
+/// Greatest, least and mean values along rays. See cpu_kernel.hpp for V and for the files that may
+/// include this.
 namespace nav::render {
 
-/// A value this much beyond the range of a brick cannot come out of it, by rounding either, HU.
+/// A value this far outside the range of a brick cannot come from it, even with rounding, HU.
 inline constexpr float kRangeMargin = 1.0F / 64;
 
 template <class V, MarchProject kProject>
@@ -25,7 +25,7 @@ class Projector {
         begin_(V::load(rays.begin + lane)),
         end_(V::load(rays.end + lane)) {}
 
-  /// HU; anything for rays past the volume.
+  /// The projected value, HU; undefined for rays that miss the volume.
   F project() {
     F cell = V::floor(begin_);
     M active = V::less(begin_, end_);
@@ -46,7 +46,7 @@ class Projector {
       active = V::both(active, V::less(cell, end_));
     }
     if constexpr (kMean) found = V::div(found, V::max(V::sub(end_, begin_), V::set(1e-20F)));
-    // Rays that graze the volume for less than single precision tells, or do not meet it.
+    // Rays whose length in the volume is lost in single precision, or that miss the volume.
     const M short_ones = V::negate(V::less(begin_, end_));
     return V::any(short_ones) ? V::select(short_ones, sampler_.value(begin_), found) : found;
   }
@@ -61,7 +61,7 @@ class Projector {
     return V::madd(value, length, found);
   }
 
-  /// The first cell from one on whose brick may change what was found.
+  /// First cell, from \p cell on, whose brick may change the found value.
   F skip(const Bricks<V>& bricks, F cell, F found, M active, F& known) const {
     M open = V::both(V::both(active, V::less(cell, end_)), V::not_less(cell, known));
     while (V::any(open)) {

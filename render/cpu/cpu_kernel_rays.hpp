@@ -5,16 +5,16 @@
 #include "render/cpu/cpu_cutaway.hpp"
 #include "render/cpu/cpu_march.hpp"
 
-/// The start of rays in double precision, in plain loops over lanes that the compiler turns into
-/// vector instructions. See cpu_kernel.hpp for where this may be included; V only gives every
+/// The start of rays in double precision, in plain loops over lanes that the compiler converts to
+/// vector instructions. See cpu_kernel.hpp for the files that may include this. V only gives every
 /// instance the linkage of its file.
 namespace nav::render {
 
 template <class V>
 struct RayStarter {
   const RayInputs& in;
-  alignas(32) double origin[3][kPacketLanes];     ///< Index.
-  alignas(32) double direction[3][kPacketLanes];  ///< Index per mm.
+  alignas(32) double origin[3][kPacketLanes];     ///< Index coordinates.
+  alignas(32) double direction[3][kPacketLanes];  ///< Index coordinates per mm.
 
   /// spec::ray_of() and spec::index_ray().
   void aim(const PacketPixels& pixels) {
@@ -81,7 +81,7 @@ struct RayStarter {
     const double per_step = 1 / in.step_mm;
     for (int lane = 0; lane < kPacketLanes; ++lane) {
       const double shift = in.jitter ? jitter(pixels.x[lane], pixels.y[lane]) : 0.0;
-      // Truncation is the floor but for entries within the first cell of a shifted ray.
+      // Truncation equals the floor, except for entries within the first cell of a shifted ray.
       const double cells = out.begin[lane] * per_step - shift;
       const auto whole = static_cast<double>(static_cast<std::int64_t>(cells));
       out.base[lane] = (whole > cells ? whole - 1 : whole) + shift;
@@ -102,7 +102,7 @@ struct RayStarter {
   }
 };
 
-/// spec::ray_of() with its origin at the foot of the reference point.
+/// spec::ray_of() with the origin at the foot of the reference point.
 template <class V>
 void aim_cut_rays(const RayInputs& in, const CutView& view, const PacketPixels& pixels,
                   CutRays& rays, double* feet) {

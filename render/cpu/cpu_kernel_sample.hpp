@@ -4,8 +4,8 @@
 
 #include "render/cpu/cpu_march.hpp"
 
-/// Values and gradients of the volume along a packet of rays. See cpu_kernel.hpp for V and for
-/// where this may be included.
+/// Values and gradients of the volume along a packet of rays. See cpu_kernel.hpp for V and for the
+/// files that may include this.
 namespace nav::render {
 
 template <class V>
@@ -26,7 +26,7 @@ struct Sampler {
 
   struct Place {
     I base;  ///< Offset of the lower voxel.
-    F w[3];  ///< Fractions towards the next.
+    F w[3];  ///< Fractions towards the next voxel.
   };
 
   F coordinate(int axis, F at) const {
@@ -34,7 +34,7 @@ struct Sampler {
     return V::min(V::max(p, V::set(0.0F)), V::set(in.last[axis]));
   }
 
-  /// The place of sample at, in cells.
+  /// Position of the sample at \p at, in cells, in the volume.
   Place locate(F at) const {
     Place c;
     I index[3];
@@ -51,14 +51,14 @@ struct Sampler {
 
   static F lerp(F a, F b, F w) { return V::madd(w, V::sub(b, a), a); }
 
-  /// Of the rows that V::load_cells() found.
+  /// Interpolates the rows that V::load_cells() loaded.
   static F interpolate(const F (*v)[2], const Place& c) {
     F rows[4];
     for (int i = 0; i < 4; ++i) rows[i] = lerp(v[i][0], v[i][1], c.w[0]);
     return lerp(lerp(rows[0], rows[1], c.w[1]), lerp(rows[2], rows[3], c.w[1]), c.w[2]);
   }
 
-  /// HU.
+  /// Value of the sample at \p at, HU.
   F value(F at) const { return value(locate(at)); }
   F value(const Place& c) const {
     F v[4][2];
@@ -66,9 +66,10 @@ struct Sampler {
     return interpolate(v, c);
   }
 
-  /// Asks for the voxels of the cells there, two lines of memory each: of every lane, or of those
-  /// at the corners of a packet alone, between which the others' mostly lie on the same lines.
-  /// Inlined before GCC can drop calls of what has no result.
+  /// Prefetches the voxels of the cells, two memory lines each. prefetch_cells() does so for every
+  /// lane. prefetch_corners() does so only for the corners of a packet, because the cells between
+  /// them mostly lie on the same lines. They are always inlined, because GCC could otherwise drop
+  /// calls that have no result.
   __attribute__((always_inline)) static void prefetch_cells(const std::int32_t* voxels, int slice,
                                                             typename V::I at) {
     const typename V::Lanes lanes(at);
@@ -91,11 +92,11 @@ struct Sampler {
     __builtin_prefetch(voxel + slice);
   }
 
-  /// Lanes whose sample lies in a cell of voxels that may show something.
+  /// Lanes whose sample lies in a cell of voxels that may be visible.
   typename V::M visible(const Place& c) const { return V::load_bit(in.visible_cells, c.base); }
 
-  /// HU/mm along the axes of the grid, where the ray's direction is known as well; anything in
-  /// lanes where it is not needed.
+  /// Gradient, HU/mm, along the axes of the grid, in which the ray's direction is also known.
+  /// Undefined in lanes that do not need it.
   void gradient(F at, typename V::M needed, F* g) const {
     const Place c = locate(at);
     V::differences(in.voxels, in.row_stride, in.slice_stride, c.base, c.w, needed, g);
@@ -107,7 +108,7 @@ struct Sampler {
     return V::sqrt(V::madd(g[0], g[0], V::madd(g[1], g[1], V::mul(g[2], g[2]))));
   }
 
-  /// g · ray direction, the ray's being of unit length.
+  /// g · ray direction; the direction has unit length.
   F along_ray(const F* g) const {
     F dot = V::set(0.0F);
     for (int axis = 0; axis < 3; ++axis) {

@@ -4,8 +4,8 @@
 
 #include "render/cpu/cpu_kernel_sample.hpp"
 
-/// spec::phong() and spec::gooch() in lanes. See cpu_kernel.hpp for V and for where this may be
-/// included.
+/// spec::phong() and spec::gooch() in lanes. See cpu_kernel.hpp for V and for the files that may
+/// include this.
 namespace nav::render {
 
 template <class V, MarchShade kShade>
@@ -16,8 +16,9 @@ struct Shader {
 
   static F clamp01(F x) { return V::max(V::set(0.0F), V::min(V::set(1.0F), x)); }
 
-  /// cosine^shininess. Whole exponents take few products, and no logarithm to wait for; what is so
-  /// small that these would underflow is raised to what still is nothing beside 1.
+  /// cosine^shininess. Integer exponents need few products and no slow logarithm. Cosines so small
+  /// that the products would underflow are raised to a value whose power is still negligible
+  /// compared with 1.
   static F shine(const MarchInputs& in, F cosine) {
     if (in.whole_shininess < 0) return V::power(cosine, in.shininess);
     F square = V::max(cosine, V::set(in.least_cosine));
@@ -50,11 +51,11 @@ struct Shader {
     }
   }
 
-  /// Colours shaded by spec::shade_sample() with a gradient.
+  /// Shades colours with a gradient as spec::shade_sample() does.
   void shade(const F* g, F share, F* rgb) const {
     const MarchInputs& in = sampler.in;
     const F norm = Sampler<V>::length(g);
-    // A zero gradient has weight 0: the quotient only has to be finite.
+    // A zero gradient has weight 0, so the quotient only has to be finite.
     const F per_norm = V::div(V::set(1.0F), V::max(norm, V::set(1e-20F)));
     const F dot = sampler.along_ray(g);
     const F cosine = V::min(V::set(1.0F), V::mul(V::abs(dot), per_norm));

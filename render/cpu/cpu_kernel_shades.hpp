@@ -5,8 +5,8 @@
 #include "render/cpu/cpu_kernel_pack.hpp"
 #include "render/cpu/cpu_kernel_part.hpp"
 
-/// Shades of runs of pre-integrated cells. See cpu_kernel.hpp for V and for where this may be
-/// included.
+/// Shading of runs of pre-integrated cells. See cpu_kernel.hpp for V and for the files that may
+/// include this.
 namespace nav::render {
 
 template <class V, MarchShade kShade>
@@ -19,12 +19,12 @@ struct RunShades {
   const Sampler<V>& sampler;
   MarchCounts& counts;
 
-  /// spec::shades_of() places of each lane's cell.
-  void find_places(Part& part, F cells, M shaded) const {
+  /// Sets the spec::shades_of() positions of each lane's cell.
+  void find_places(Part& part, M shaded) const {
     CellShades<V>& shades = part.shades;
     const F one = V::set(1.0F);
     const F weight = V::max(part.weight, V::set(0.0F));
-    F wanted = V::mul(V::set(in.shades_per_root), V::sqrt(V::mul(weight, cells)));
+    F wanted = V::mul(V::set(in.shades_per_root), V::sqrt(weight));
     wanted = V::min(V::floor(V::add(wanted, V::set(0.5F))),
                     V::set(static_cast<float>(kMarchMostShades)));
     shades.per = V::div(one, V::max(one, wanted));
@@ -35,7 +35,7 @@ struct RunShades {
   }
 
   /// Shades the colours of the parts that show.
-  void shade(Part* parts, int run, F cells) const {
+  void shade(Part* parts, int run) const {
     int lanes = 0;
     int all = 0;
     for (int i = 0; i < run; ++i) {
@@ -47,7 +47,7 @@ struct RunShades {
     counts.gradients += static_cast<std::uint64_t>(lanes);
     if constexpr (V::kPacks) {
       if ((lanes + V::kLanes - 1) / V::kLanes < all) {
-        shade_packed(parts, run, cells);
+        shade_packed(parts, run);
         return;
       }
     }
@@ -58,7 +58,7 @@ struct RunShades {
         const F* rgb = parts[i].colour.rgb;
         for (int c = 0; c < 3; ++c) full[c] = rgb[c];
         F gradient[3];
-        sampler.gradient(place(parts[i], cells, j), open, gradient);
+        sampler.gradient(place(parts[i], j), open, gradient);
         Shader<V, kShade>{sampler}.shade(gradient, parts[i].shades.share, full);
         for (int c = 0; c < 3; ++c) full[c] = V::mask(open, full[c]);
       });
@@ -66,20 +66,19 @@ struct RunShades {
   }
 
  private:
-  /// Where the shades of a place are taken, in cells.
-  static F place(const Part& part, F cells, int i) {
-    const F apart = V::mul(cells, part.shades.per);
-    return V::madd(apart, V::set(static_cast<float>(i) + 0.5F), part.cell);
+  /// Position at which shade i is taken, in cells.
+  static F place(const Part& part, int i) {
+    return V::madd(part.shades.per, V::set(static_cast<float>(i) + 0.5F), part.cell);
   }
 
-  /// The same bytes, for cells of which few lanes are shaded.
-  void shade_packed(Part* parts, int run, F cells) const {
+  /// Does the same with the same bytes, for cells in which few lanes are shaded.
+  void shade_packed(Part* parts, int run) const {
     ShadePack<V, kShade> pack;
     for (int i = 0; i < run; ++i) {
       if (!parts[i].shows) continue;
       const CellShades<V>& shades = parts[i].shades;
       for (int j = 0; j < shades.places; ++j) {
-        pack.add(place(parts[i], cells, j), parts[i].colour.rgb, shades.share, shades.open[j]);
+        pack.add(place(parts[i], j), parts[i].colour.rgb, shades.share, shades.open[j]);
       }
     }
     pack.shade(sampler);
@@ -89,7 +88,7 @@ struct RunShades {
     }
   }
 
-  /// shade: fills in the shades of a place; 0 in lanes that are not open there.
+  /// \p shade: fills in the shades of a position, with 0 in lanes that are not open there.
   template <class Shade>
   static void mean_of_shades(Part& part, const Shade& shade) {
     const CellShades<V>& shades = part.shades;

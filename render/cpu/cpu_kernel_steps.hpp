@@ -5,7 +5,7 @@
 #include "render/cpu/cpu_kernel_part.hpp"
 
 /// Means of the midpoints of parts whose visibility or importance varies. See cpu_kernel.hpp for V
-/// and for where this may be included.
+/// and for the files that may include this.
 namespace nav::render {
 
 /// kFaded: with the fade of the cutaway.
@@ -21,7 +21,7 @@ struct PartSteps {
   const Table<V, kWindows>& table;
   const Fading<V>& fading;
 
-  /// Of a part that is one sample.
+  /// Mean of a part that is one sample.
   template <bool kFaded>
   Colour of(const Part& part, const Sample& s) const {
     Colour sum = nothing();
@@ -31,7 +31,7 @@ struct PartSteps {
     return mean(sum);
   }
 
-  /// Of a part whose values run evenly from its begin to its end.
+  /// Mean of a part whose values run linearly from its begin to its end.
   template <bool kFaded>
   Colour between(const Part& part) const {
     Colour sum = nothing();
@@ -42,7 +42,8 @@ struct PartSteps {
     return mean(sum);
   }
 
-  /// The same of few lanes, all their midpoints side by side; 0 or 1 in the others.
+  /// Mean as in between(), for few lanes with all their midpoints side by side; 0 or 1 in the other
+  /// lanes.
   template <bool kFaded>
   Colour packed(const Part& part, M needed) const {
     constexpr int kRoom = (kMarchFadeSteps + 1) * V::kLanes;

@@ -20,7 +20,7 @@ struct Avx2 : LaneMath<Avx2> {
     __m256 v;
   };
   static constexpr int kLanes = 8;
-  static constexpr bool kPacks = false;  ///< Lanes are read one by one: few cost little.
+  static constexpr bool kPacks = false;  ///< Lanes are read one by one, so few lanes cost little.
 
   static double root(double x) { return _mm_cvtsd_f64(_mm_sqrt_pd(_mm_set1_pd(x))); }
   static F set(float x) { return _mm256_set1_ps(x); }
@@ -83,8 +83,8 @@ struct Avx2 : LaneMath<Avx2> {
   }
   static F high_half(__m256i pair) { return _mm256_cvtepi32_ps(_mm256_srai_epi32(pair, 16)); }
 
-  /// Pairs of rows of CpuVolume: at and at + 1, and those one slice further on. Loads lane by lane:
-  /// gathers of eight are slower on some processors and not faster on others.
+  /// Pairs of rows of CpuVolume: the words at `at` and at + 1, and those one slice further. Loads
+  /// lane by lane, because gathers of eight are slower on some processors and not faster on others.
   static void load_cell_words(const std::int32_t* p, int slice, I at, F* words) {
     const Lanes lanes(at);
     const auto of = [&](int lane) {
@@ -96,7 +96,7 @@ struct Avx2 : LaneMath<Avx2> {
     for (int i = 0; i < 4; ++i) two[i] = _mm256_set_m128(of(i + 4), of(i));
     transpose(two, words);
   }
-  /// Voxels at and at + 1 of CpuVolume, and those one row, one slice, and both further on.
+  /// Voxels at `at` and at + 1 of CpuVolume, and those one row, one slice, and both further.
   static void load_cells(const std::int32_t* p, int slice, I at, F (*rows)[2]) {
     F words[4];
     load_cell_words(p, slice, at, words);
@@ -112,15 +112,15 @@ struct Avx2 : LaneMath<Avx2> {
   static __m128 lerp4(__m128 a, __m128 b, __m128 w) { return _mm_fmadd_ps(w, _mm_sub_ps(b, a), a); }
   static F lerp8(F a, F b, F w) { return madd(w, sub(b, a), a); }
 
-  /// Rows of four voxels, the lower halves of p's pairs and the upper ones: of p in the lower four
-  /// lanes, of q in the upper ones.
+  /// Rows of four voxels: rows[0] from the lower halves of the pairs, rows[1] from the upper
+  /// halves. The lower four lanes come from p, the upper four from q.
   static void load_rows(const std::int32_t* p, const std::int32_t* q, F* rows) {
     const __m256i pairs = _mm256_set_m128i(_mm_loadu_si128(reinterpret_cast<const __m128i*>(q)),
                                            _mm_loadu_si128(reinterpret_cast<const __m128i*>(p)));
     rows[0] = low_half(pairs);
     rows[1] = high_half(pairs);
   }
-  /// At the four voxels around a place along x: the value and the differences along y and z,
+  /// For the four voxels around a position along x: the value and the differences along y and z,
   /// interpolated along y and z.
   static void around(const std::int32_t* p, int row, int slice, float y, float z, __m128* out) {
     --p;
@@ -139,8 +139,8 @@ struct Avx2 : LaneMath<Avx2> {
     out[2] = lerp4(_mm_sub_ps(high_lanes(value), low_lanes(outer)),
                    _mm_sub_ps(high_lanes(outer), low_lanes(value)), w);
   }
-  /// Trilinear central differences along each axis, index steps of two. Lane by lane: its rows of
-  /// four voxels serve all three axes.
+  /// Trilinear central differences along each axis, over index steps of two. Works lane by lane, so
+  /// that the rows of four voxels of a lane serve all three axes.
   static void differences(const std::int32_t* voxels, int row, int slice, I base, const F* w,
                           M needed, F* g) {
     const Lanes lanes(base);
@@ -164,7 +164,7 @@ struct Avx2 : LaneMath<Avx2> {
     g[1] = lerp8(x[1][1], x[1][2], w[0]);
     g[2] = lerp8(x[2][1], x[2][2], w[0]);
   }
-  /// Bit at of an array of words.
+  /// Bit `at` of an array of words.
   static M load_bit(const std::int32_t* words, I at) {
     const __m256i word = _mm256_i32gather_epi32(words, _mm256_srli_epi32(at.v, 5), 4);
     const __m256i up = _mm256_sub_epi32(_mm256_set1_epi32(31), bits(at, 31).v);
@@ -179,19 +179,19 @@ struct Avx2 : LaneMath<Avx2> {
     return {_mm256_and_si256(word, _mm256_set1_epi32(0xff))};
   }
   static F load_float(const float* p, I at) { return _mm256_i32gather_ps(p, at.v, 4); }
-  /// Two signed 16-bit numbers.
+  /// Loads two signed 16-bit numbers.
   static void load_range(const std::int32_t* p, I at, F& low, F& high) {
     const __m256i word = _mm256_i32gather_epi32(p, at.v, 4);
     low = low_half(word);
     high = high_half(word);
   }
 
-  /// Lane i in the lower half, lane i + 4 in the upper one, each four times.
+  /// Lane i in the lower half and lane i + 4 in the upper half, each four times.
   template <int i>
   static F spread(F x) {
     return _mm256_shuffle_ps(x, x, i * 0x55);
   }
-  /// Four numbers of two lanes.
+  /// Loads four numbers of each of two lanes.
   static F load_two(const float* low, const float* high) {
     return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(low)), _mm_load_ps(high), 1);
   }
@@ -199,7 +199,7 @@ struct Avx2 : LaneMath<Avx2> {
     return _mm256_castps_si256(
         load_two(reinterpret_cast<const float*>(low), reinterpret_cast<const float*>(high)));
   }
-  /// From pairs of lanes (i, i + 4) of four numbers to four numbers of eight lanes.
+  /// Converts pairs of lanes (i, i + 4) with four numbers each to four numbers of eight lanes.
   static void transpose(const F* pair, F* out) {
     const F t0 = _mm256_unpacklo_ps(pair[0], pair[1]);
     const F t1 = _mm256_unpackhi_ps(pair[0], pair[1]);
@@ -221,7 +221,7 @@ struct Avx2 : LaneMath<Avx2> {
     const TableEntry& high = table[lanes.at[i + 4]];
     return madd(spread<i>(w), load_two(low.to_next, high.to_next), load_two(low.value, high.value));
   }
-  /// One entry per lane, interpolated.
+  /// Interpolates one entry per lane.
   static void lookup(const TableEntry* table, I at, F w, F* out) {
     const Lanes lanes(at);
     const F pair[4] = {lookup_two<0>(table, lanes, w), lookup_two<1>(table, lanes, w),
@@ -229,7 +229,7 @@ struct Avx2 : LaneMath<Avx2> {
     transpose(pair, out);
   }
 
-  /// Four integrals and halves of their derivatives, in pairs of lanes as load_two().
+  /// Four integrals and halves of their derivatives, in pairs of lanes as in load_two().
   struct Integral {
     __m256i sum[4];
     F half[4];
@@ -257,7 +257,7 @@ struct Avx2 : LaneMath<Avx2> {
     const F sums = _mm256_cvtepi32_ps(_mm256_sub_epi32(b.sum[i], a.sum[i]));
     return madd(spread<i>(of_a), a.half[i], madd(spread<i>(of_b), b.half[i], sums));
   }
-  /// The change of the integrals and so much of the halves of their derivatives.
+  /// Change of the integrals plus of_a and of_b times the halves of their derivatives.
   static void change(const Integral& a, const Integral& b, F of_a, F of_b, F* out) {
     const F pair[4] = {change_two<0>(a, b, of_a, of_b), change_two<1>(a, b, of_a, of_b),
                        change_two<2>(a, b, of_a, of_b), change_two<3>(a, b, of_a, of_b)};

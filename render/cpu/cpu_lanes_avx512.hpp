@@ -11,8 +11,8 @@
 namespace nav::render {
 namespace {
 
-/// Sixteen lanes of AVX-512. Every lane does what a lane of Avx2 does, in the same order, so that
-/// both draw the same bytes. Voxels: cpu_voxels_avx512.hpp.
+/// Sixteen lanes of AVX-512. Every lane does the same operations as a lane of Avx2, in the same
+/// order, so that both give the same bytes. Voxels: cpu_voxels_avx512.hpp.
 struct Avx512 : LaneMath<Avx512> {
   using F = __m512;
   struct I {
@@ -63,9 +63,9 @@ struct Avx512 : LaneMath<Avx512> {
   static F mask(M m, F a) { return _mm512_maskz_mov_ps(m.v, a); }
 
   static constexpr bool kPacks = true;
-  /// The lanes of a mask side by side; anything behind them, kLanes in all.
+  /// Stores the lanes of a mask side by side. Undefined values follow, up to kLanes in all.
   static void pack(float* to, M m, F x) { _mm512_storeu_ps(to, _mm512_maskz_compress_ps(m.v, x)); }
-  /// The opposite; 0 in the other lanes.
+  /// The inverse of pack(); 0 in the other lanes.
   static F unpack(const float* from, M m) { return _mm512_maskz_expand_ps(m.v, load(from)); }
   static F pick(F x, I lanes) { return _mm512_permutexvar_ps(lanes.v, x); }
   static F lane_numbers() {
@@ -97,7 +97,7 @@ struct Avx512 : LaneMath<Avx512> {
 
   static F lerp(F a, F b, F w) { return madd(w, sub(b, a), a); }
 
-  /// Bit at of an array of words.
+  /// Bit `at` of an array of words.
   static M load_bit(const std::int32_t* words, I at) {
     const __m512i word = _mm512_i32gather_epi32(_mm512_srli_epi32(at.v, 5), words, 4);
     const __m512i place = _mm512_sllv_epi32(_mm512_set1_epi32(1), bits(at, 31).v);
@@ -111,7 +111,7 @@ struct Avx512 : LaneMath<Avx512> {
   }
   static I load_byte(const std::uint8_t* p, I at) { return bits({load_words(p, at)}, 0xff); }
   static F load_float(const float* p, I at) { return _mm512_i32gather_ps(at.v, p, 4); }
-  /// Two signed 16-bit numbers.
+  /// Loads two signed 16-bit numbers.
   static void load_range(const std::int32_t* p, I at, F& low, F& high) {
     const __m512i word = _mm512_i32gather_epi32(at.v, p, 4);
     low = low_half(word);
@@ -123,7 +123,7 @@ struct Avx512 : LaneMath<Avx512> {
   static F spread(F x) {
     return _mm512_shuffle_ps(x, x, i * 0x55);
   }
-  /// Four numbers of four lanes.
+  /// Joins four numbers of each of four lanes.
   __attribute__((always_inline)) static F join(__m128 a, __m128 b, __m128 c, __m128 d) {
     F four = _mm512_castps128_ps512(a);
     four = _mm512_insertf32x4(four, b, 1);
@@ -133,7 +133,7 @@ struct Avx512 : LaneMath<Avx512> {
   static F load_four(const float* a, const float* b, const float* c, const float* d) {
     return join(_mm_load_ps(a), _mm_load_ps(b), _mm_load_ps(c), _mm_load_ps(d));
   }
-  /// Offsets of entries, bytes: reckoned for all lanes at once.
+  /// Byte offsets of entries, computed for all lanes at once.
   template <class Entry>
   static I offsets(I at) {
     return {_mm512_mullo_epi32(at.v, _mm512_set1_epi32(sizeof(Entry)))};
@@ -151,7 +151,8 @@ struct Avx512 : LaneMath<Avx512> {
     const auto of = [&](int lane) { return entry(table, lanes.at[lane])->*member; };
     return load_four(of(i), of(i + 4), of(i + 8), of(i + 12));
   }
-  /// From four numbers of lanes (i, i + 4, i + 8, i + 12) to four numbers of sixteen lanes.
+  /// Converts groups of lanes (i, i + 4, i + 8, i + 12) with four numbers each to four numbers of
+  /// sixteen lanes.
   static void transpose(const F* four, F* out) {
     const F t0 = _mm512_unpacklo_ps(four[0], four[1]);
     const F t1 = _mm512_unpackhi_ps(four[0], four[1]);
@@ -168,7 +169,7 @@ struct Avx512 : LaneMath<Avx512> {
     return madd(spread<i>(w), load_four<i>(table, lanes, &TableEntry::to_next),
                 load_four<i>(table, lanes, &TableEntry::value));
   }
-  /// One entry per lane, interpolated.
+  /// Interpolates one entry per lane.
   static void lookup(const TableEntry* table, I at, F w, F* out) {
     const Lanes lanes(offsets<TableEntry>(at));
     const F four[4] = {lookup_four<0>(table, lanes, w), lookup_four<1>(table, lanes, w),
@@ -176,14 +177,14 @@ struct Avx512 : LaneMath<Avx512> {
     transpose(four, out);
   }
 
-  /// Four integrals and halves of their derivatives, in fours of lanes as load_four().
+  /// Four integrals and halves of their derivatives, in groups of four lanes as in load_four().
   struct Integral {
     __m512i sum[4];
     F half[4];
   };
   template <int i>
   static void integral_four(const IntegralEntry* table, const Lanes& lanes, F w, Integral& out) {
-    // Both lie side by side: one fetch, and less to put together.
+    // Both lie side by side, so that one load fetches them and fewer joins follow.
     static_assert(offsetof(IntegralEntry, half) == 4 * sizeof(float));
     const auto two = [&](int low, int high) {
       const auto of = [&](int lane) {
@@ -213,7 +214,7 @@ struct Avx512 : LaneMath<Avx512> {
     const F sums = _mm512_cvtepi32_ps(_mm512_sub_epi32(b.sum[i], a.sum[i]));
     return madd(spread<i>(of_a), a.half[i], madd(spread<i>(of_b), b.half[i], sums));
   }
-  /// The change of the integrals and so much of the halves of their derivatives.
+  /// Change of the integrals plus of_a and of_b times the halves of their derivatives.
   static void change(const Integral& a, const Integral& b, F of_a, F of_b, F* out) {
     const F four[4] = {change_four<0>(a, b, of_a, of_b), change_four<1>(a, b, of_a, of_b),
                        change_four<2>(a, b, of_a, of_b), change_four<3>(a, b, of_a, of_b)};

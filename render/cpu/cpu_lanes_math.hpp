@@ -4,10 +4,11 @@
 
 namespace nav::render {
 
-/// Exponentials and logarithms of vector lanes V, the same operations whatever their number, which
-/// V inherits. V supplies the arithmetic (cpu_kernel.hpp) and also nearest() (whole numbers),
-/// minus_product() (c - a · b), two_to() (2 to whole numbers) and take_apart() (x = m · 2^e, m in
-/// [0.5, 1)). Include only where a V of an unnamed namespace is defined.
+/// Exponentials and logarithms of vector lanes V. They are the same operations for any number of
+/// lanes, and V inherits them. V supplies the arithmetic (cpu_kernel.hpp) and also nearest()
+/// (rounds to integers), minus_product() (c - a · b), two_to() (integer powers of 2) and
+/// take_apart() (x = m · 2^e, m in [0.5, 1)). Include only where a V of an unnamed namespace is
+/// defined.
 template <class V>
 struct LaneMath {
   /// e^r - 1 for |r| <= ln 2 / 2: Taylor series.
@@ -34,7 +35,7 @@ struct LaneMath {
   template <class F>
   static F one_minus_exp(F x) {
     const F y = V::sub(V::set(0.0F), x);
-    // Then n is 0 in all lanes, and the rest the same.
+    // Then n is 0 in all lanes, and this gives the same result.
     if (!V::any(V::less(V::set(0.34F), x))) return V::sub(V::set(0.0F), small_exp(y));
     F scale;
     F part;
@@ -63,7 +64,7 @@ struct LaneMath {
     log = V::add(log, m);
     return V::madd(n, V::set(0.693359375F), log);
   }
-  /// log(1 + x) for x in (-1, 0]: the rounding of 1 + x is divided out.
+  /// log(1 + x) for x in (-1, 0]; the rounding error of 1 + x is divided out.
   template <class F>
   static F log1p(F x) {
     const F nothing = V::set(0.0F);

@@ -9,7 +9,7 @@
 namespace nav::render {
 namespace {
 
-/// One lane, for processors without AVX2 and as a check of it.
+/// One lane, for processors without AVX2 and as a check of the vector lanes.
 struct Scalar {
   using F = float;
   using I = int;
@@ -66,7 +66,7 @@ struct Scalar {
   static std::int16_t upper_half(std::int32_t pair) {
     return static_cast<std::int16_t>(pair >> 16);
   }
-  /// Voxels at and at + 1 of CpuVolume, and those one row, one slice, and both further on.
+  /// Voxels at `at` and at + 1 of CpuVolume, and those one row, one slice, and both further.
   static void load_cells(const std::int32_t* p, int slice, I at, F (*rows)[2]) {
     for (int z = 0; z < 2; ++z) {
       for (int x = 0; x < 2; ++x) {
@@ -76,7 +76,7 @@ struct Scalar {
       }
     }
   }
-  /// Trilinear central differences along each axis, index steps of two.
+  /// Trilinear central differences along each axis, over index steps of two.
   static void differences(const std::int32_t* voxels, int row, int slice, I base, const F* w,
                           M /*needed*/, F* g) {
     const int stride[3] = {1, row, slice};

@@ -8,16 +8,18 @@
 namespace nav::render {
 namespace {
 
-/// What rays are compared by: the colour around the ultrasound picture, and its weight.
+/// Values by which rays are compared: the colour around the ultrasound image, and the weight of
+/// that image.
 Eigen::Array4f colour_of(const PixelRecord& record) {
   static_assert(offsetof(PixelRecord, weight) == 3 * sizeof(float));
   return Eigen::Map<const Eigen::Array4f>(record.base);
 }
 
-/// Where in the ultrasound picture a record looks.
+/// Position in the ultrasound image that a record shows.
 Eigen::Array2f place_of(const PixelRecord& record) { return {record.column, record.row}; }
 
-/// Of what get() gives of each corner. Pairs first, so that a mean does not depend on a direction.
+/// Mean of the values that get() returns for the corners. Pairs are added first, so that the mean
+/// does not depend on a direction.
 template <std::size_t kCorners, class Get>
 auto mean_of(const std::array<const PixelRecord*, kCorners>& corners, const Get& get) {
   decltype(get(*corners[0])) sum = get(*corners[0]) + get(*corners[1]);
@@ -38,7 +40,7 @@ PixelRecord mean_record(const std::array<const PixelRecord*, kCorners>& corners)
       seen ? Eigen::Array2f(mean_of(corners, place_of)) : Eigen::Array2f::Zero();
   mean.column = place.x();
   mean.row = place.y();
-  mean.signature = 0;  // No ray's, so that one is cast where one is wanted.
+  mean.signature = 0;  // No ray has this signature, so a ray is cast if one is needed.
   return mean;
 }
 

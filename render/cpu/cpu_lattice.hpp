@@ -10,25 +10,25 @@
 
 namespace nav::render {
 
-/// The squares that touch a tile of a picture, and the means between their corners.
+/// The squares that touch a tile of an image, and the means between their corners.
 class LatticeSquares {
  public:
   static constexpr int kTile = 32;  ///< Pixels.
 
-  /// The picture must outlive it.
+  /// \p picture must outlive it.
   LatticeSquares(CpuPicture& picture, const PixelLattice& lattice, float error)
       : picture_(picture), lattice_(lattice), error_(error) {}
 
-  /// Looks which squares of that side are even about the tile from (x0, y0) on. Their corners must
-  /// have been drawn.
+  /// Finds the even squares with this side around the tile that begins at (x0, y0). Their corners
+  /// must already be drawn.
   void find(int x0, int y0, int side);
-  /// Whether a pixel in the middle of a square or of an edge may take a mean.
+  /// True when a pixel in the middle of a square or of an edge may take a mean.
   [[nodiscard]] bool even_around(int x, int y) const;
-  /// Gives it the mean.
+  /// Sets the pixel to the mean.
   void fill(int x, int y) const;
 
  private:
-  static constexpr int kMost = kTile / 2 + 1;  ///< Squares in a row.
+  static constexpr int kMost = kTile / 2 + 1;  ///< Greatest number of squares in a row.
 
   [[nodiscard]] bool find_one(int x, int y) const;
   [[nodiscard]] bool at(int column, int row) const {
@@ -38,12 +38,12 @@ class LatticeSquares {
   CpuPicture& picture_;
   PixelLattice lattice_;
   float error_;
-  /// Of a square, pixels.
+  /// Side of a square, pixels.
   [[nodiscard]] int side() const { return 1 << shift_; }
-  /// How far a column or row lies beyond one of the squares' edges.
+  /// Distance of a column or row from the last edge of a square in front of it, pixels.
   [[nodiscard]] int beyond_edge(int pixel) const { return pixel & (side() - 1); }
 
-  int shift_ = 1;  ///< Logarithm of the side: pixels are many, and divisions dear.
+  int shift_ = 1;  ///< Logarithm of the side: there are many pixels, and divisions are slow.
   int x0_ = 0;     ///< Upper left corner of the first square.
   int y0_ = 0;
   std::array<bool, static_cast<std::size_t>(kMost) * kMost> even_{};

@@ -8,14 +8,15 @@
 
 namespace nav::render {
 
-/// What the CPU engine marches with, compiled for one instruction set.
+/// The marches of the CPU engine, compiled for one instruction set.
 struct CpuMarches {
-  const char* name;  ///< "AVX-512 with gathers", "AVX-512", "AVX2" or "portable".
+  const char* name;  ///< "AVX-512", "AVX2" or "portable".
   MarchSet rays;
   PredicateMarchSet predicates;
 };
 
-/// Those asked for, or less where the processor has less. Thread-safe.
+/// The requested marches, or those of a lower instruction set if the processor does not support it.
+/// Thread-safe.
 CpuMarches cpu_marches(CpuLanes lanes);
 
 }  // namespace nav::render

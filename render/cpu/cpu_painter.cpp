@@ -46,8 +46,8 @@ void add_bits(std::uint64_t& hash, T value) {
   hash ^= hash >> 32;
 }
 
-/// Of everything that a ray meets besides the volume; the grey of an ultrasound picture is put in
-/// later. Never 0, which no ray has.
+/// Signature of everything that a ray meets besides the volume. The grey of an ultrasound image
+/// does not count, because it is added later. Never 0, which no ray has.
 std::uint64_t signature_of(const std::vector<spec::Hit<double>>& hits, float t1, float t2,
                            float overlay) {
   std::uint64_t hash = 1;
@@ -72,25 +72,25 @@ std::uint64_t signature_of(const std::vector<spec::Hit<double>>& hits, float t1,
 
 struct CpuPainter::Packet : CpuPacket {
   std::uint64_t signature[kPacketLanes];
-  PixelRecord seen[kPacketLanes];  ///< The ultrasound picture: weight, column, row.
+  PixelRecord seen[kPacketLanes];  ///< The ultrasound image: weight, column, row.
 };
 
-/// What a tile works with.
+/// Working data of a tile.
 struct CpuPainter::Tile {
   explicit Tile(const CutObjects& objects) : all(objects), tile(objects), block(objects) {}
 
   CutSelection all;
   CutSelection tile;
   CutSelection block;
-  bool cut = false;  ///< The cutaway may reach some ray.
+  bool cut = false;  ///< The cutaway may reach a ray of the tile.
   Packet packet{};
   MarchCounts counts{};
   std::uint64_t rays = 0;
   std::uint64_t cut_rays = 0;
 
-  // With sparse rays.
-  SurfaceReach reach{};  ///< What may be met in some block so far.
-  int waiting = 0;       ///< Lanes of the packet that have a pixel.
+  // Used only with sparse rays.
+  SurfaceReach reach{};  ///< Surfaces that the blocks until now may meet.
+  int waiting = 0;       ///< Number of lanes of the packet that have a pixel.
   std::optional<LatticeSquares> squares;
   std::uint64_t means = 0;
 };
@@ -173,7 +173,7 @@ void CpuPainter::cast_all(int x0, int y0, const SurfaceReach& reach, const Visib
   }
 }
 
-/// The rest of a packet that was started.
+/// Paints a packet that was started.
 void CpuPainter::paint_packet(Tile& tile) {
   Packet& p = tile.packet;
   std::fill_n(p.seen, kPacketLanes, PixelRecord{});
@@ -191,7 +191,7 @@ void CpuPainter::paint_packet(Tile& tile) {
   tile.rays += store_packet(p);
 }
 
-/// Decides about the pixels in the middle of squares and of their edges.
+/// Decides which pixels in the middle of squares and of their edges get a ray and which get a mean.
 void CpuPainter::halve_squares(int x0, int y0, int pass, const SurfaceReach& reach,
                                const VisibleSpan& span, Tile& tile) {
   if (!tile.squares) {
@@ -245,7 +245,8 @@ void CpuPainter::paint_added(Tile& tile) {
   paint_packet(tile);
 }
 
-/// Rays of which none meets anything; returns how many were not known to.
+/// Paints a block whose rays meet nothing. Returns the number of rays that were not known to meet
+/// nothing.
 std::uint64_t CpuPainter::leave_empty(int x0, int y0) const {
   std::uint64_t rays = 0;
   if (picture_.blank(x0, y0)) return rays;

@@ -14,23 +14,24 @@
 
 namespace nav::render {
 
-/// Draws tiles of one picture. Thread-safe: each tile keeps its state on its own stack.
+/// Draws tiles of one image. Thread-safe: each tile keeps its state on its own stack.
 class CpuPainter {
  public:
-  /// All must outlive it. cutaway: empty when key.fade is off. field: null, or with large meshes
-  /// everything that cuts, instead of cutaway. keep: rays that meet the same as those of the
-  /// picture's records keep their pixels; only for records of the same view.
+  /// All arguments must outlive it. \p cutaway: empty when key.fade is off. \p field: null, or with
+  /// large meshes all objects that cut, instead of cutaway. \p keep: rays that meet the same
+  /// objects as those in the records of \p picture keep their pixels; only for records of the same
+  /// view.
   CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey& key,
              const MarchSet& marches, const CutPlan& cutaway, const CutawayField* field,
              CpuPicture& picture, bool keep, const VisibleSpans* spans,
              const std::optional<SparseRays>& sparse);
 
   [[nodiscard]] int tiles() const { return tiles_across_ * tiles_down_; }
-  /// 1, or with sparse rays more.
+  /// 1, or more with sparse rays.
   [[nodiscard]] int passes() const { return lattice_ ? lattice_->passes() : 1; }
-  /// Every tile of a pass before the next pass.
+  /// Paints a tile. All tiles of a pass must be painted before the next pass.
   void paint_tile(int tile, int pass);
-  /// What it cost; call when every tile is painted.
+  /// Statistics of the work done. Call it when every tile is painted.
   [[nodiscard]] RenderStatistics statistics() const;
 
  private:
@@ -61,7 +62,7 @@ class CpuPainter {
   bool keep_;
   const VisibleSpans* spans_;
   std::optional<SparseRays> sparse_;
-  std::optional<PixelLattice> lattice_;  ///< With sparse_.
+  std::optional<PixelLattice> lattice_;  ///< Present with sparse_.
   March plain_;
   March fading_;
   March project_;

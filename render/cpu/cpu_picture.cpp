@@ -10,7 +10,7 @@
 namespace nav::render {
 namespace {
 
-/// Pictures that a caller may hold at once before buffers are made anew each time.
+/// Number of images that a caller may hold at once before buffers are newly allocated each time.
 constexpr std::size_t kMostBuffers = 4;
 
 }  // namespace
@@ -50,7 +50,7 @@ void CpuPicture::collect(bool plane, int threads) {
 CpuPicture::Buffer& CpuPicture::free_buffer() {
   for (Buffer& buffer : buffers_) {
     if (buffer.pixels.use_count() > 1) continue;
-    // Whoever held it last has read it before letting go.
+    // The last holder has finished reading before it releases the buffer.
     std::atomic_thread_fence(std::memory_order_acquire);
     return buffer;
   }

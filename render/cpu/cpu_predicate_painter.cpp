@@ -12,25 +12,25 @@ namespace {
 
 constexpr int kPredicateBlock = 8;     // Pixels; a multiple of the packet's sides.
 constexpr int kPredicateTile = 32;     // Pixels; a multiple of a block's side.
-constexpr double kSampleInCell = 0.5;  // Post-classified: the middle.
+constexpr double kSampleInCell = 0.5;  // Post-classified: the middle of the cell.
 
 }  // namespace
 
 struct CpuPredicatePainter::Packet : CpuPacket {
   PredicateRays more;
-  PixelRecord seen[kPacketLanes];  ///< The ultrasound picture: column, row.
-  bool finished[kPacketLanes];     ///< Nothing to come may be seen; only beside a CT.
+  PixelRecord seen[kPacketLanes];  ///< The ultrasound image: column, row.
+  bool finished[kPacketLanes];     ///< No later sample may be visible; only beside a CT.
 };
 
-/// Something that is composited besides the volume's own samples.
+/// Light that is composited besides the volume's own samples.
 struct CpuPredicatePainter::Light {
   spec::Rgb<float> rgb;
   float alpha;
-  float importance;  ///< In the measure of PredicateLook.
-  float picture;     ///< Share of the ultrasound picture in the colour.
+  float importance;  ///< In the units of PredicateLook.
+  float picture;     ///< Share of the ultrasound image in the colour.
 };
 
-/// What a tile works with.
+/// Working data of a tile.
 struct CpuPredicatePainter::Tile {
   Tile(const CutObjects& objects, const CpuCtBeside* beside) : all(objects), some(objects) {
     if (beside != nullptr) ct.emplace(*beside);
@@ -131,7 +131,7 @@ void CpuPredicatePainter::composite(Tile& tile) const {
   }
 }
 
-// All lanes take the same slab at the same time, so that they agree on what is in front.
+// All lanes take the same slab at the same time, so that they agree on the order in depth.
 void CpuPredicatePainter::march_both(std::size_t segment, Tile& tile) const {
   Packet& p = tile.packet;
   const RayStarts& ct = tile.ct->rays.starts;
@@ -149,7 +149,7 @@ void CpuPredicatePainter::march_both(std::size_t segment, Tile& tile) const {
     if (end > begin) {
       first = std::min(first, std::floor(begin / slab));
       last = std::max(last, std::ceil(end / slab));
-    } else {  // Where the one ends, the other has not begun.
+    } else {  // One volume ends before the other begins.
       const bool two = p.starts.end[lane] > p.starts.begin[lane] && ct.end[lane] > ct.begin[lane];
       const double turn = two ? std::min(p.starts.end[lane], ct.end[lane]) : whole.begin;
       begin = end = std::clamp(turn, whole.begin, std::max(whole.begin, whole.end));
@@ -201,7 +201,8 @@ void CpuPredicatePainter::march_ct(const LaneStretches& stretches, Tile& tile) c
   }
 }
 
-// Rule 2 of EarlyEnds with the most important of all to come. True: every lane is finished.
+// Rule 2 of EarlyEnds with the greatest importance of all as the one to come. True: all lanes are
+// finished.
 bool CpuPredicatePainter::close_finished(Packet& p) const {
   const auto enough = static_cast<float>(1 - beside_.termination_error);
   bool all = true;
@@ -219,7 +220,7 @@ bool CpuPredicatePainter::close_finished(Packet& p) const {
 
 void CpuPredicatePainter::blend(const spec::Hit<double>& hit, int lane, Packet& p) const {
   if (p.finished[lane]) return;
-  // The colour of the ultrasound picture is put in later: until then only its share is known.
+  // The colour of the ultrasound image is added later; until then only its share is known.
   put({hit.picture ? spec::Rgb<float>::Zero() : spec::Rgb<float>(hit.rgb.cast<float>()),
        static_cast<float>(hit.alpha), surface_importance_, hit.picture ? 1.0F : 0.0F},
       lane, p);
@@ -259,7 +260,7 @@ void CpuPredicatePainter::store(int lane, const Packet& p) const {
   record = p.seen[lane];
   const float alpha = p.rays.alpha[lane];
   record.weight = alpha * p.more.picture[lane];
-  record.signature = 0;  // Of no other painter's rays.
+  record.signature = 0;  // No ray of another painter has this signature.
   for (int c = 0; c < 3; ++c) {
     record.base[c] =
         alpha * p.rays.rgb[c][lane] + (1 - alpha) * static_cast<float>(scene_.background_rgb[c]);

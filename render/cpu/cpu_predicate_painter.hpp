@@ -14,26 +14,26 @@
 
 namespace nav::render {
 
-/// Draws tiles of one picture whose volume is classified by predicates. Every ray is cast: what a
-/// surface in front shows depends on all that lies behind it. Thread-safe: each tile keeps its
-/// state on its own stack.
+/// Draws tiles of one image whose volume is classified by predicates. Every ray is cast, because
+/// the visible colour of a surface in front depends on everything behind it. Thread-safe: each tile
+/// keeps its state on its own stack.
 class CpuPredicatePainter {
  public:
-  /// A CT that the volume lies in.
+  /// A CT in which the volume lies.
   struct Beside {
-    const CpuCtBeside* ct = nullptr;  ///< Null: none.
-    double importance = 1;            ///< Its impact.
-    double termination_error = 0;     ///< The ray ends when no more than this may still change.
+    const CpuCtBeside* ct = nullptr;  ///< Null: no CT.
+    double importance = 1;            ///< Impact of the CT.
+    double termination_error = 0;     ///< The ray ends when at most this may still change.
   };
-  /// All but the marches must outlive it. beside: with a CT the scene's own termination error must
-  /// be 0, since its bricks do not know what of the CT is still to come.
+  /// All arguments except the marches must outlive it. \p beside: with a CT, the scene's own
+  /// termination error must be 0, because its bricks do not know the later samples of the CT.
   CpuPredicatePainter(const Scene& scene, const CpuPredicates& predicates,
                       const CpuMarches& marches, const CutPlan& cutaway, const CutawayField* field,
                       CpuPicture& picture, const Beside& beside);
 
   [[nodiscard]] int tiles() const { return tiles_across_ * tiles_down_; }
   void paint_tile(int tile);
-  /// What it cost; call when every tile is painted.
+  /// Statistics of the work done. Call it when every tile is painted.
   [[nodiscard]] RenderStatistics statistics() const;
 
  private:

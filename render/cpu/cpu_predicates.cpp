@@ -28,10 +28,10 @@ bool same_look(const PredicateLook& a, const PredicateLook& b) {
   return a.importance == b.importance && std::equal(a.tint, a.tint + 3, b.tint);
 }
 
-/// Of a column that holds so many looks.
+/// Number of eights in a column that holds a number of appearances.
 std::size_t eights_of(std::size_t looks) { return std::bit_ceil((looks + 7) / 8); }
 
-/// Bits b that are set with leaf j either way.
+/// Bits b that are set for either value of leaf j.
 std::uint64_t with_either(std::uint64_t bits, std::size_t j) {
   constexpr std::uint64_t kFalse[] = {0x5555555555555555U, 0x3333333333333333U,
                                       0x0f0f0f0f0f0f0f0fU, 0x00ff00ff00ff00ffU,
@@ -148,7 +148,7 @@ void CpuPredicates::make_matters() {
   const std::size_t count = std::size_t{1} << n;
   matters_.resize(count * n);
   for (std::size_t i = 0; i < n; ++i) {
-    std::uint64_t decides = 0;  // Of leaves as in the bits, i changes the look.
+    std::uint64_t decides = 0;  // Bit b: with the leaves as in b, leaf i changes the appearance.
     for (std::size_t b = 0; b < count; ++b) {
       if (!same_look(looks_[b], looks_[b ^ (std::size_t{1} << i)]))
         decides |= std::uint64_t{1} << b;
@@ -163,7 +163,7 @@ void CpuPredicates::make_matters() {
   }
 }
 
-/// PredicateInputs::few_looks.
+/// Makes PredicateInputs::few_looks.
 std::vector<CpuPredicates::Eight> CpuPredicates::columns_of(
     const std::vector<PredicateLook>& looks) {
   const std::size_t eights = eights_of(looks.size());
@@ -207,7 +207,7 @@ void CpuPredicates::make_few_looks() {
   }
 }
 
-// Each thread keeps what it met last; neighbours look alike.
+// Each thread keeps its last results, because neighbours have the same appearance.
 void CpuPredicates::find_look(const void* self, std::uint32_t leaves, PredicateLook* out) {
   struct Kept {
     std::uint64_t generation = 0;
@@ -238,7 +238,8 @@ void CpuPredicates::make_bricks(int threads) {
     occupied_ += some ? 1 : 0;
   }
   const BrickGrid& grid = known_.grid();
-  // Away from the visible ones, and, of these, away from the others.
+  // Distances of invisible bricks from the visible ones, and of visible bricks from the invisible
+  // ones.
   const std::vector<std::uint8_t> distances = brick_depths(grid, visible);
   for (std::uint8_t& d : visible) d = d == 0 ? 1 : 0;
   const std::vector<std::uint8_t> depths = brick_depths(grid, visible);
@@ -269,7 +270,7 @@ void CpuPredicates::set_grid(const Scene& scene, PredicateInputs& in) const {
   if (scene.quality.skip_empty_bricks) {
     base.brick_leap = leaps_.data();
     base.cells_per_look = cells_per_look_in_runs(scene.quality);
-    // Tests of the volume's own value cost less than looking up whether they are needed.
+    // A test of the volume's own value costs less than looking up whether it is needed.
     const bool costly = std::any_of(atoms_.begin(), atoms_.end(), [](const PredicateAtom& atom) {
       return atom.kind != PredicateAtom::kRange || atom.channel[0] != 0;
     });
@@ -304,7 +305,7 @@ void CpuPredicates::set_opacity(const Scene& scene, PredicateInputs& in) const {
       spec::early_ends<float>(predicates.termination_error, !Surfaces(scene).empty());
   in.leave_out_from = budget.leave_out_from;
   in.leave_out_for = budget.leave_out_for;
-  // Plain over never brings back what is hidden.
+  // Plain over never brings back hidden samples.
   in.end_at = blend_ == PredicateBlend::kOver ? static_cast<float>(1 - predicates.termination_error)
                                               : budget.end_at;
 }

@@ -18,27 +18,27 @@
 
 namespace nav::render {
 
-/// What the CPU engine keeps between pictures by predicates. Volumes and their bricks stay while
-/// they are asked for; a new parameter classifies bricks anew, a new importance only weighs them.
+/// Data that the CPU engine keeps between images by predicates. Volumes and their bricks stay while
+/// they are used. A new parameter classifies bricks again; a new importance only weighs them again.
 class CpuPredicates {
  public:
-  /// Prepares for a validated scene with predicates whose volume fits. beside: impact of what
-  /// else is composited with it but for surfaces.
+  /// Prepares for a validated scene with predicates whose volume fits. \p beside: impact of the
+  /// other samples that are composited with it, except surfaces.
   void update(const Scene& scene, int threads, std::optional<double> beside = {});
-  /// Voxels of that volume are ready.
+  /// True when the voxels of a volume are ready.
   [[nodiscard]] bool has(const Volume* codes) const { return prepared_.count(codes) != 0; }
-  /// About how many bytes update() would have to copy or to look through for that set.
+  /// Approximate number of bytes that update() would have to copy or to read for a set.
   [[nodiscard]] std::size_t missing_bytes(const PredicateSet& set) const;
-  /// Does about so much of that, > 0. A picture needs update() all the same.
+  /// Does about this many bytes of that work, > 0. An image needs update() in any case.
   void prepare_some(const PredicateSet& set, std::size_t bytes, int threads);
 
   [[nodiscard]] const PredicateSet& set() const { return *set_; }
   [[nodiscard]] PredicateBlend blend() const { return blend_; }
-  /// For the scene of the last update(); valid until the next one.
+  /// Inputs for the scene of the last update(); valid until the next update().
   [[nodiscard]] PredicateInputs inputs(const Scene& scene) const;
-  /// In the measure of PredicateLook: of surfaces.
+  /// Importance of surfaces, in the units of PredicateLook.
   [[nodiscard]] float greatest() const { return measure(set_->greatest_impact()); }
-  /// In the measure of PredicateLook: of an impact, held at the greatest.
+  /// Importance of an impact, limited to the greatest, in the units of PredicateLook.
   [[nodiscard]] float of_impact(double impact) const {
     return measure(std::min(impact, set_->greatest_impact()));
   }
@@ -54,7 +54,7 @@ class CpuPredicates {
     std::int32_t of[8] = {};
   };
   struct Prepared {
-    std::shared_ptr<const Volume> codes;  ///< Held, so that its address stays its own.
+    std::shared_ptr<const Volume> codes;  ///< Held so that no other volume gets its address.
     std::unique_ptr<CpuVolume> volume;
   };
 
@@ -90,7 +90,7 @@ class CpuPredicates {
   Nibbles look_nibbles_;
   std::vector<float> tau_;  ///< PredicateInputs::tau.
   std::optional<OpacityPieces> opacity_;
-  std::uint64_t generation_ = 0;  ///< Of looks that threads keep.
+  std::uint64_t generation_ = 0;  ///< Version of the appearances that threads keep.
 };
 
 }  // namespace nav::render

@@ -12,11 +12,12 @@
 namespace nav::render {
 namespace {
 
-/// A distance before which no ray of a view meets the volume, mm: by the ball around it.
+/// Distance in front of which no ray of a view meets the volume, mm; from the ball around the
+/// volume.
 double nearest_mm(const spec::View<double>& view, const VoxelGrid& grid) {
   const Eigen::Vector3d to = grid.centre().mm - grid.origin_mm - view.eye;
   const double along = view.orthographic ? to.dot(view.forward) : to.norm();
-  // A voxel more, for axes that have but one.
+  // One voxel more, for axes with only one voxel.
   return std::max(0.0, along - 0.5 * grid.extent_mm().norm() - grid.spacing_mm.norm());
 }
 
@@ -48,18 +49,18 @@ PacketPixels block_pixels(int x0, int y0) {
 bool CpuRays::cull(int x0, int y0, int size, const CutChoice& from, CutChoice& to) const {
   const CutBlock block = cut_block(view_, cutaway_.centre(), x0, y0, size);
   const double most = marches_.cull(cutaway_.objects(), block, from, to);
-  // The foot of another ray may lie farther by the turn and the shift.
+  // The foot of another ray may lie farther because of its angle and its shift.
   const double to_centre = (cutaway_.centre() - view_.eye).norm();
   return most + block.foot + block.angle * to_centre + block.shift > near_mm_;
 }
 
 void CpuRays::keep_spans(CpuPacket& p) const {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
-    // An empty one may lie at infinity, where a lane beside others must not go.
+    // An empty span may lie at infinity, which a lane beside others must not use.
     const VisibleSpan span = p.spans[lane].empty() ? VisibleSpan{0, 0} : p.spans[lane];
     const double near = span.near / step_;
     const double far = span.far / step_;
-    // Whole cells, so that none is cut that was not; rounding takes less than the one to spare.
+    // Whole cells, so that no further cell is cut. Rounding takes less than the spare cell.
     p.from[lane] = static_cast<float>(std::floor(near - p.starts.base[lane]) - 1);
     p.until[lane] = static_cast<float>(std::ceil(far - p.starts.base[lane]) + 1);
     p.rays.begin[lane] = std::max(p.rays.begin[lane], p.from[lane]);
@@ -104,7 +105,7 @@ void CpuRays::cut(const CutChoice& choice, CpuPacket& p) const {
 
 void CpuRays::cut_by_field(CpuPacket& p) const {
   std::array<spec::CutawaySpan<float>, kPacketLanes> spans{};
-  // By rows, so that a ray starts its search where its neighbour's ended.
+  // Works row by row, so that a ray starts its search where its neighbour's search ended.
   for (int first = 0, end = 0; first < kPacketLanes; first = end) {
     do {
       ++end;
@@ -127,7 +128,8 @@ void CpuRays::cut_lane(double t1_mm, double t2_mm, int lane, CpuPacket& p) const
   p.rays.t2[lane] = static_cast<float>(t2);
   p.rays.t1[lane] = static_cast<float>(t1);
   p.rays.per_transition[lane] = static_cast<float>(std::min(1 / (t2 - t1), -kCutNowhere));
-  // Far more than single precision takes from t2, t1, their difference, and a sum of cells.
+  // Far above the rounding error in single precision of t2, t1, their difference, and a sum of
+  // cells.
   p.rays.margin[lane] =
       static_cast<float>(0.02 + 2e-6 * (t2 - t1 + overlay_cells_ + std::abs(t1) + std::abs(t2)));
   ++p.cut;

@@ -15,18 +15,18 @@
 
 namespace nav::render {
 
-/// As RayStart sets t1 and t2 of rays that the cutaway does not meet.
+/// The value that RayStart gives t1 and t2 of rays that the cutaway does not meet.
 inline constexpr double kCutNowhere = -1e30;
 
-/// The stretch between the surfaces segment - 1 and segment of a ray, mm; empty behind an opaque
-/// one.
+/// The interval between the surfaces segment - 1 and segment of a ray, mm; empty behind an opaque
+/// surface.
 spec::Interval<double> between_surfaces(const std::vector<spec::Hit<double>>& hits,
                                         std::size_t segment);
 
-/// The packet of the block of pixels from (x0, y0) on.
+/// The packet of the block of pixels that begins at (x0, y0).
 PacketPixels block_pixels(int x0, int y0);
 
-/// A packet of rays and what they meet besides the volume.
+/// A packet of rays and everything that they meet besides the volume.
 struct CpuPacket {
   RayPacket rays;
   PacketPixels pixels;
@@ -34,54 +34,57 @@ struct CpuPacket {
   RayStarts starts;
   std::vector<spec::Hit<double>> hits[kPacketLanes];
   std::size_t most_hits;
-  int cut;  ///< Lanes that the cutaway meets within the box.
+  int cut;  ///< Number of lanes that the cutaway meets within the box.
   CutRays cut_rays;
-  double foot[kPacketLanes];  ///< Of the cutaway's reference point on the ray, mm.
-  float from[kPacketLanes];   ///< Whole cells before this, and from until on, show nothing.
+  double foot[kPacketLanes];  ///< Distance to the foot of the cutaway's reference point on the ray,
+                              ///< mm.
+  float from[kPacketLanes];   ///< Whole cells in front of this, and from `until` on, show nothing.
   float until[kPacketLanes];
 };
 
-/// A stretch of every lane's ray, mm; empty when end <= begin.
+/// An interval of every lane's ray, mm; empty when end <= begin.
 struct LaneStretches {
   double begin[kPacketLanes];
   double end[kPacketLanes];
 };
 
-/// The rays of one picture up to the volume: where they run through it, which surfaces they meet
-/// and where the cutaway cuts them; for every painter. Thread-safe: packets hold all state.
+/// The rays of one image up to the volume, for every painter: their parts in the volume, the
+/// surfaces that they meet, and their cuts by the cutaway. Thread-safe: packets hold all state.
 class CpuRays {
  public:
-  /// All must outlive it. field: null, or with large meshes everything that cuts, instead of
-  /// cutaway. first_sample: where sample 0 lies in its cell, in cells.
-  /// overlay_cells: of MarchInputs.
+  /// All arguments must outlive it. \p field: null, or with large meshes all objects that cut,
+  /// instead of cutaway. \p first_sample: position of sample 0 in its cell, in cells.
+  /// \p overlay_cells: see MarchInputs.
   CpuRays(const Scene& scene, const MarchSet& marches, const CutPlan& cutaway,
           const CutawayField* field, double first_sample, float overlay_cells);
 
   [[nodiscard]] bool cuts() const { return !cutaway_.empty(); }
-  /// Keeps the objects that may cut a ray of a square of pixels; false: none reaches the volume.
+  /// Keeps the objects that may cut a ray of a square of pixels. False when no cut reaches the
+  /// volume.
   [[nodiscard]] bool cull(int x0, int y0, int size, const CutChoice& from, CutChoice& to) const;
-  /// What some ray of a square of pixels may meet.
+  /// Surfaces that any ray of a square of pixels may meet.
   [[nodiscard]] SurfaceReach reach(int x0, int y0, int size) const {
     return surfaces_.empty() ? SurfaceReach{} : bounds_.reach(view_, x0, y0, size);
   }
-  /// Some ray of a square of pixels may meet a surface.
+  /// True when any ray of a square of pixels may meet a surface.
   [[nodiscard]] bool solids(int x0, int y0, int size) const { return reach(x0, y0, size).any(); }
-  /// The ray of a pixel meets the border of the ultrasound picture.
+  /// True when the ray of a pixel meets the border of the ultrasound image.
   [[nodiscard]] bool meets_border(int x, int y) const {
     return surfaces_.meets_border(spec::ray_of(view_, x, y));
   }
-  /// The packet of the block of pixels from (x0, y0) on. choice: null where nothing cuts.
+  /// Starts the packet of the block of pixels that begins at (x0, y0). \p choice: null if nothing
+  /// cuts.
   void start(int x0, int y0, bool solids, const CutChoice* choice, CpuPacket& p) const {
     start(x0, y0, {solids, solids}, choice, {}, p);
   }
-  /// The same; the rays keep only the cells of which a part may lie in the span.
+  /// Starts the packet. The rays keep only the cells that may lie partly in the span.
   void start(int x0, int y0, const SurfaceReach& reach, const CutChoice* choice,
              const VisibleSpan& span, CpuPacket& p) const;
-  /// The packet of p.pixels with p.spans.
+  /// Starts the packet of p.pixels with p.spans.
   void start(const SurfaceReach& reach, const CutChoice* choice, CpuPacket& p) const;
-  /// Leaves of every lane the stretch between its surfaces segment - 1 and segment.
+  /// Limits every lane to the interval between its surfaces segment - 1 and segment.
   void set_segment(std::size_t segment, CpuPacket& p) const;
-  /// Leaves of every lane what lies of a stretch in the volume; false: nothing of any.
+  /// Limits every lane to the part of its interval in the volume. False when all of them are empty.
   bool set_stretches(const LaneStretches& stretches, CpuPacket& p) const;
 
  private:
@@ -101,7 +104,7 @@ class CpuRays {
   SurfaceBounds bounds_;
   double step_;  ///< mm.
   RayInputs inputs_;
-  double near_mm_;        ///< No ray enters the volume before.
+  double near_mm_;        ///< No ray enters the volume in front of this distance.
   double overlay_cells_;  ///< 0 for infinity.
 };
 

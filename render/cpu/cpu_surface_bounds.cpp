@@ -36,13 +36,13 @@ SurfaceBounds::SurfaceBounds(const Scene& scene) : origin_(scene.ct->grid().orig
 
 void SurfaceBounds::add(const Eigen::Vector3d& from_ct, const Eigen::Vector3d& to_ct,
                         double radius_mm) {
-  constexpr double kSlackMm = 1e-3;  // Rounding of positions far away.
+  constexpr double kSlackMm = 1e-3;  // Covers the rounding of distant positions.
   capsules_.push_back({from_ct - origin_, to_ct - origin_, radius_mm * 1.0001 + kSlackMm});
 }
 
 SurfaceReach SurfaceBounds::reach(const spec::View<double>& view, int x0, int y0, int size) const {
   const auto middle = spec::ray_of(view, x0 + size / 2, y0 + size / 2);
-  // The farthest pixel centre from that of the ray is the first corner.
+  // The first corner is the pixel centre that is farthest from that of the ray.
   const auto corner = spec::ray_of(view, x0, y0);
   const double spread = 1.01 * (corner.direction - middle.direction).norm();
   const double shift = 1.01 * (corner.origin - middle.origin).norm();

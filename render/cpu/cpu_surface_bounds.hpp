@@ -10,12 +10,12 @@
 
 namespace nav::render {
 
-/// Capsules around the surfaces of a scene: where no ray of a block of pixels meets one, no ray has
-/// to be asked. Thread-safe to read.
+/// Capsules around the surfaces of a scene. If no ray of a block of pixels meets one, no ray of the
+/// block has to be tested. Thread-safe to read.
 class SurfaceBounds {
  public:
   explicit SurfaceBounds(const Scene& scene);
-  /// What some ray of the block of size × size pixels from (x0, y0) on may meet.
+  /// Surfaces that any ray of the block of size × size pixels that begins at (x0, y0) may meet.
   [[nodiscard]] SurfaceReach reach(const spec::View<double>& view, int x0, int y0, int size) const;
 
  private:
@@ -26,8 +26,8 @@ class SurfaceBounds {
   };
   void add(const Eigen::Vector3d& from_ct, const Eigen::Vector3d& to_ct, double radius_mm);
   Eigen::Vector3d origin_;
-  std::vector<Capsule> capsules_;   ///< That of the ultrasound picture first, if there is one.
-  std::ptrdiff_t first_shape_ = 0;  ///< 1 with an ultrasound picture.
+  std::vector<Capsule> capsules_;   ///< The capsule of the ultrasound image first, if there is one.
+  std::ptrdiff_t first_shape_ = 0;  ///< 1 with an ultrasound image.
 };
 
 }  // namespace nav::render

@@ -20,7 +20,7 @@ std::vector<Eigen::Vector4d> premultiplied(const TransferTable& table) {
   return out;
 }
 
-/// Stretches from value to value + change, in quanta.
+/// Entry for the values from value to value + change, in quanta.
 IntegralEntry stretch(const Eigen::Vector4d& before, const Eigen::Vector4d& value,
                       const Eigen::Vector4d& change, double quantum) {
   IntegralEntry entry{};

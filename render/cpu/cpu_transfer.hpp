@@ -9,16 +9,16 @@
 
 namespace nav::render {
 
-/// A table laid out for the march: one entry per HU, row after row.
+/// A table in the layout of the march: one entry per HU, row after row.
 std::vector<TableEntry> march_entries(const TransferTable& table);
 
-/// The integrals of a table's first row over the values that a volume has.
+/// The integrals of a table's first row over the values of a volume.
 struct MarchIntegrals {
-  std::vector<IntegralEntry> entries;  ///< table.size() + 1, as MarchInputs::integrals.
+  std::vector<IntegralEntry> entries;  ///< table.size() + 1 entries; see MarchInputs::integrals.
   float quantum = 1;                   ///< HU/mm.
 };
-/// Values of the march lie in [low_hu, high_hu]. The table's own integrals end with the table; here
-/// its end values are held up to those limits without an integral leaving the range of int32.
+/// Makes the integrals for values in [low_hu, high_hu]. The table's own integrals end with the
+/// table. Here the end values continue to those limits, and no integral leaves the range of int32.
 MarchIntegrals march_integrals(const TransferTable& table, double low_hu, double high_hu);
 
 }  // namespace nav::render

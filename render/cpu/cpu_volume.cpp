@@ -15,14 +15,15 @@
 namespace nav::render {
 namespace {
 
-constexpr int kBelow = 1;  // Repeated border voxels below 0.
-constexpr int kAbove = 2;  // And above n - 1.
+constexpr int kBelow = 1;  // Number of repeated border voxels below 0.
+constexpr int kAbove = 2;  // Number of repeated border voxels above n - 1.
 constexpr int kBorder = kBelow + kAbove;
-constexpr std::size_t kFetchTail = 4;  // The last fetch reads 16 bytes.
+constexpr std::size_t kFetchTail = 4;  // The last load reads 16 bytes.
 
-/// Least and greatest.
+/// Least and greatest value.
 std::pair<std::int16_t, std::int16_t> range_of(std::span<const std::int16_t> hu) {
-  // Plain minima, which the compiler turns into vector instructions; minmax_element branches.
+  // Plain minima and maxima, which the compiler converts to vector instructions; minmax_element
+  // branches.
   std::int16_t low = hu[0];
   std::int16_t high = hu[0];
   for (const std::int16_t v : hu) {

@@ -10,14 +10,14 @@
 
 namespace nav::render {
 
-/// A volume as the CPU marches through it, computed once per volume: each voxel beside the next
-/// row's, so that two fetches of 8 bytes hold the eight voxels of a cell. The border is repeated
-/// once below and twice above every axis, so that no fetch of a gradient needs a test.
+/// A volume in the layout of the CPU march, computed once per volume. Each voxel is stored beside
+/// that of the next row, so that two loads of 8 bytes hold the eight voxels of a cell. The border
+/// is repeated once below and twice above every axis, so that no load for a gradient needs a test.
 class CpuVolume {
  public:
-  /// Uses at most threads threads; 0: all cores.
+  /// Uses at most \p threads threads; 0: all cores.
   CpuVolume(const Volume& ct, int threads);
-  /// Whether 32-bit voxel offsets suffice; beyond that the volume is refused.
+  /// True when 32-bit voxel offsets suffice; a larger volume is rejected.
   static bool fits(const VoxelGrid& grid);
 
   /// Voxel (0, 0, 0) in the lower 16 bits, (0, 1, 0) in the upper ones; strides in voxels.
@@ -32,8 +32,8 @@ class CpuVolume {
   void copy_voxels(const Volume& ct, int threads);
   void copy_slice(const Volume& ct, int padded_k);
 
-  /// Rays cross a slice, so a page of their own, with every sample: in large pages the processor
-  /// has them in its table.
+  /// Rays cross a slice with every sample, and each slice has its own memory pages. With large
+  /// pages, the processor has all of them in its page table.
   ZeroedArray<std::int32_t> voxels_;
   std::size_t origin_ = 0;
   int row_stride_ = 0;

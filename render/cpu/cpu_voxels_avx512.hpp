@@ -4,19 +4,18 @@
 
 #include "render/cpu/cpu_lanes_avx512.hpp"
 
-/// How sixteen lanes fetch their voxels from CpuVolume, in two ways: which one is faster differs
-/// between processors (ADR 34, 44).
+/// Loads of the voxels of sixteen lanes from CpuVolume.
 namespace nav::render {
 namespace {
 
-/// Lane by lane, put together and transposed.
+/// Loads lane by lane, then joins and transposes: gathers are slower on many processors.
 class VoxelsByLane {
   using F = Avx512::F;
 
  public:
   explicit VoxelsByLane(Avx512::I at) : lanes_(at) {}
 
-  /// Pairs of rows at and at + 1, and those a distance further on.
+  /// Pairs of rows at `at` and at + 1, and those one distance further.
   __attribute__((always_inline)) void cell(const std::int32_t* p, int distance, F* words) const {
     const std::int32_t* next = p + distance;
     const auto of = [&](int lane) __attribute__((always_inline)) {
@@ -26,7 +25,7 @@ class VoxelsByLane {
     };
     transpose(of, words);
   }
-  /// Pairs of rows at to at + 3.
+  /// Pairs of rows from `at` to at + 3.
   __attribute__((always_inline)) void row(const std::int32_t* p, F* words) const {
     const auto of = [&](int lane) __attribute__((always_inline)) {
       return _mm_loadu_ps(reinterpret_cast<const float*>(p + lanes_.at[lane]));
@@ -35,7 +34,7 @@ class VoxelsByLane {
   }
 
  private:
-  /// Of four words of one lane.
+  /// Transposes four words of each lane, which of(lane) loads.
   template <class OfLane>
   __attribute__((always_inline)) static void transpose(const OfLane& of, F* words) {
     const F four[4] = {
@@ -47,47 +46,13 @@ class VoxelsByLane {
   Avx512::Lanes lanes_;
 };
 
-/// By gathers of two words.
-class VoxelsByGathers {
-  using F = Avx512::F;
-
- public:
-  explicit VoxelsByGathers(Avx512::I at)
-      : low_(_mm512_castsi512_si256(at.v)), high_(_mm512_extracti64x4_epi64(at.v, 1)) {}
-
-  /// As VoxelsByLane.
-  __attribute__((always_inline)) void cell(const std::int32_t* p, int distance, F* words) const {
-    two(p, words);
-    two(p + distance, words + 2);
-  }
-  __attribute__((always_inline)) void row(const std::int32_t* p, F* words) const {
-    cell(p, 2, words);
-  }
-
- private:
-  __attribute__((always_inline)) void two(const std::int32_t* p, F* words) const {
-    const __m512i even =
-        _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
-    const __m512i odd =
-        _mm512_setr_epi32(1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
-    const __m512i first = _mm512_i32gather_epi64(low_, p, sizeof(std::int32_t));
-    const __m512i second = _mm512_i32gather_epi64(high_, p, sizeof(std::int32_t));
-    words[0] = _mm512_castsi512_ps(_mm512_permutex2var_epi32(first, even, second));
-    words[1] = _mm512_castsi512_ps(_mm512_permutex2var_epi32(first, odd, second));
-  }
-
-  __m256i low_;   ///< Of the first eight lanes.
-  __m256i high_;  ///< Of the others.
-};
-
-/// Avx512 with voxels. Voxels: one of the above.
-template <class Voxels>
+/// Avx512 with loads of voxels.
 struct SamplingAvx512 : Avx512 {
-  /// Voxels at and at + 1 of CpuVolume, and those one row, one slice, and both further on.
+  /// Voxels at `at` and at + 1 of CpuVolume, and those one row, one slice, and both further.
   __attribute__((always_inline)) static void load_cells(const std::int32_t* p, int slice, I at,
                                                         F (*rows)[2]) {
     F words[4];
-    Voxels(at).cell(p, slice, words);
+    VoxelsByLane(at).cell(p, slice, words);
     for (int z = 0; z < 2; ++z) {
       for (int x = 0; x < 2; ++x) {
         rows[2 * z][x] = low_half(_mm512_castps_si512(words[2 * z + x]));
@@ -96,18 +61,18 @@ struct SamplingAvx512 : Avx512 {
     }
   }
 
-  /// Trilinear central differences along each axis, index steps of two; of all lanes, needed or
-  /// not.
+  /// Trilinear central differences along each axis, over index steps of two. Computed for all
+  /// lanes, needed or not.
   static void differences(const std::int32_t* voxels, int row, int slice, I base, const F* w,
                           M /*needed*/, F* g) {
-    const Voxels from(base);
+    const VoxelsByLane from(base);
     F words[4];
-    F ends[4][2];  // Rows of the cell at x and x + 1: of the slice before, and of the one after.
+    F ends[4][2];  // Rows of the cell at x and x + 1: in the slice before and in the slice after.
     from.cell(voxels - slice, 3 * slice, words);
     halves(words, ends);
-    F value[2][4];    // Per slice z, z + 1: at x - 1 to x + 2, interpolated along y.
+    F value[2][4];    // Per slice z, z + 1: values at x - 1 to x + 2, interpolated along y.
     F along_y[2][2];  // At x and x + 1: differences along y.
-    F outer[2][2];    // The same of slices z - 1 and z + 2: values.
+    F outer[2][2];    // Values at x and x + 1 in slices z - 1 and z + 2.
     for (int z = 0; z < 2; ++z) {
       F near[4][2];  // At x - 1 to x + 2: rows y - 1 and y.
       F far[4][2];   // Rows y + 1 and y + 2.

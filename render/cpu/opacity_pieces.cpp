@@ -17,7 +17,8 @@ std::optional<OpacityPieces> opacity_pieces(const IntensityOpacity& extinction, 
     for (int i = 1; i < kFactors; ++i) out[i] = out[i - 1] * t;
     return out;
   };
-  // Radau's, and the end: black is exact, and what is nearly black errs by a share of its opacity.
+  // Radau's points, and the end. Black is exact, and near black the error is a share of the
+  // opacity.
   Factors places = Factors::Ones();
   for (int i = 0; i + 1 < kFactors; ++i) {
     places[i] = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * i / (2 * kFactors - 3));

@@ -9,9 +9,9 @@
 
 namespace nav::render {
 
-/// Of cells of a length, > 0. Absent for cells so long beside the opacity's length that
-/// polynomials would be off by more than 1e-3: nearly all brightness is opaque there, and what is
-/// not rises too fast.
+/// OpacityPieces for cells of a length > 0. No value if the cells are so long compared with the
+/// opacity's length that polynomials would have an error above 1e-3. Then nearly all intensities
+/// are opaque, and the opacity of the others rises too fast.
 std::optional<OpacityPieces> opacity_pieces(const IntensityOpacity& extinction, double step_mm);
 
 }  // namespace nav::render

@@ -11,7 +11,7 @@
 namespace nav::render {
 namespace {
 
-/// To single precision without leaving it.
+/// Converts to single precision, limited to its range.
 float single(double x) {
   constexpr double kMost = std::numeric_limits<float>::max();
   return static_cast<float>(std::clamp(x, -kMost, kMost));

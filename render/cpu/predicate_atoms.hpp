@@ -7,9 +7,10 @@
 
 namespace nav::render {
 
-/// A leaf of a set as the CPU engine tests it.
+/// A leaf of a set in the form in which the CPU engine tests it.
 PredicateAtom atom_of(const PredicateSet& set, const PredicateSet::Leaf& leaf);
-/// What a test costs, in ranks: values of the volume are there, places are computed, features read.
+/// Rank of the cost of a test: values of the volume are available, positions are computed, features
+/// are read.
 int rank_of_test(const PredicateAtom& atom);
 
 }  // namespace nav::render

@@ -9,26 +9,27 @@
 
 namespace nav::render::spec {
 
-/// How engines end rays early with an error of at most `error` in a pixel. Two rules, of which a
-/// ray uses one, so that each may spend the whole error:
-/// 1. Once 2 (1 - alpha) <= error, samples are left out one by one that are not more important
-///    than the state, or so little more that LeftOut can pay for it with the rest of the error.
-///    With 1 - beta = min(alpha_k / alpha_k+1, W_k / W_k+1), all the first factors from the first
-///    one left out on, the background's among them, multiply to no less than the alpha there, with
-///    and without leaving out: each march is within 1 - alpha of the one by the second factors
-///    alone. In that one a colour weighs by how far it raised W. What was left out raises the full
-///    march's W by what was paid for at most; what follows then raises it by as much less. So the
-///    two differ by at most 2 (1 - alpha) and what was paid, which LeftOut keeps within the error.
-///    Of one material W misses w by the share that alpha misses 1 by: who may not spend as much as
-///    that marches on through more of the same.
-/// 2. The ray ends once remaining_change() <= error, if rule 1 has left out nothing visible of it.
-///    Between surfaces only the stretch up to the next one ends, which may happen more than once:
-///    then 3/4 error.
+/// Rules by which engines end rays early with an error of at most `error` in a pixel. A ray uses
+/// only one of the two rules, so each may spend the whole error.
+/// 1. Once 2 (1 - alpha) <= error, individual samples are left out: those that are no more
+/// important than the state, or so little more that LeftOut can pay for it with the rest of the
+/// error. The bound follows from 1 - beta = min(alpha_k / alpha_k+1, W_k / W_k+1). From the first
+/// omitted sample on, the product of all first factors, that of the background included, is no less
+/// than the alpha there, with and without omissions. So each march is within 1 - alpha of the march
+/// with the second factors alone. In that march, the weight of a colour is the amount by which it
+/// raised W. The omitted samples raise W of the full march by at most what was paid for; the later
+/// samples then raise it by that much less. So the two marches differ by at most 2 (1 - alpha) plus
+/// the payment, which LeftOut keeps within the error. In a single material, the share of w that W
+/// lacks is the share of 1 that alpha lacks. A ray that may not spend this much marches on through
+/// more of the material.
+/// 2. The ray ends once remaining_change() <= error, if rule 1 has left out nothing visible.
+/// Between surfaces, only the interval up to the next surface ends. This may happen more than once,
+/// so the rule then uses 3/4 of the error.
 template <class S>
 struct EarlyEnds {
-  S leave_out_from;  ///< Opacity of rule 1.
-  S leave_out_for;   ///< What LeftOut may spend: the error.
-  S end_at;          ///< alpha · exp(-(greatest to come - I)+) of rule 2.
+  S leave_out_from;  ///< Opacity from which rule 1 applies.
+  S leave_out_for;   ///< Amount that LeftOut may spend: the error.
+  S end_at;          ///< Least alpha · exp(-(greatest to come - I)+) for rule 2.
 };
 template <class S>
 EarlyEnds<S> early_ends(double error, bool surfaces) {
@@ -36,16 +37,17 @@ EarlyEnds<S> early_ends(double error, bool surfaces) {
           static_cast<S>(1 - (surfaces ? 0.75 : 1) * error)};
 }
 
-/// What rule 1 of EarlyEnds has left out of a ray. Leaving out a sample of importance i
-/// costs how much of W it could add beyond what was paid for: (exp(i) - exp(paid)) / exp(I); the
-/// first one 2 (1 - alpha) besides.
+/// Samples that rule 1 of EarlyEnds has left out of a ray. Leaving out a sample of importance i
+/// costs the amount of W that it could add beyond what was paid for: (exp(i) - exp(paid)) / exp(I).
+/// The first one costs 2 (1 - alpha) more.
 template <class S>
 struct LeftOut {
-  bool any = false;  ///< Something of some importance was left out: rule 2 is over.
+  bool any = false;  ///< A sample with an importance > 0 was left out, so rule 2 no longer applies.
   S spent = S(0);
-  S paid = S(0);  ///< Importance; counts while it is more than the state's.
+  S paid = S(0);  ///< Importance that was paid for; it counts while it exceeds the state's
+                  ///< importance.
 
-  /// Whether what has at most an importance may be left out; then it is paid for.
+  /// True when samples of at most this importance may be left out; this also pays for them.
   bool pay(const ImportanceState<S>& state, S importance, S budget) {
     if (!(importance > S(0))) return true;
     const S from = std::max(paid, state.importance);
@@ -58,7 +60,8 @@ struct LeftOut {
     paid = std::max(paid, importance);
     return true;
   }
-  /// After a sample that raised the state's importance: what was paid for may be raised again.
+  /// Call it after a sample that raised the state's importance. Omitted samples could then raise it
+  /// again, so earlier payments no longer count.
   void raised() { paid = S(0); }
 };
 

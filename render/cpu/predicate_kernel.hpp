@@ -8,12 +8,12 @@
 #include "render/cpu/cpu_kernel_leap.hpp"
 #include "render/cpu/predicate_march.hpp"
 
-/// Predicates in lanes, in single precision: predicate_scene.hpp. See cpu_kernel.hpp for V, which
-/// here also has the integer logic of predicate_lanes_*.hpp, and for where this may be included.
+/// Predicates in lanes, in single precision: predicate_scene.hpp. See cpu_kernel.hpp for V and for
+/// the files that may include this. Here V also has the integer logic of predicate_lanes_*.hpp.
 namespace nav::render {
 
-/// What pair weights are parts of: 16 bit hold it with a sign, so that values are interpolated
-/// along y by products of whole numbers, for half of the arithmetic. Equal ones stay as they are.
+/// Unit of pair weights. It fits in 16 bits with a sign, so values are interpolated along y by
+/// integer products, with half of the arithmetic. Equal values stay unchanged.
 inline constexpr float kWhole = 16384;
 
 /// One sample of the volume in every lane.
@@ -24,7 +24,7 @@ struct LaneSample {
 
   F cell;
   F volume;  ///< Code of channel 0.
-  I base;    ///< Sampler::Place, with the weights along y in pairs.
+  I base;    ///< Offset as in Sampler::Place. The weights along y are stored in pairs.
   F along_x;
   I along_y;
   F along_z;
@@ -52,7 +52,8 @@ struct LaneSample {
   }
 };
 
-/// Leaves of one sample of every lane. What a lane computes never depends on the other lanes.
+/// Tests of the leaves for one sample of every lane. The result of a lane never depends on other
+/// lanes.
 template <class V>
 struct LeafTests {
   using F = typename V::F;
@@ -63,7 +64,7 @@ struct LeafTests {
   const Sampler<V>& sampler;
   const LaneSample<V>& sample;
 
-  /// Code of a channel; defined: lanes where all eight voxels have one.
+  /// Code of a channel. \p defined keeps the lanes in which all eight voxels have a code.
   F code(int channel, M& defined) const {
     if (channel == 0) return sample.volume;
     I words[4];
@@ -142,7 +143,8 @@ struct LeafTests {
     return V::both(defined, between(value, atom.low, atom.high));
   }
 
-  /// Of all but ranges of the volume itself. Not inlined: mostly bricks have decided.
+  /// Tests all atoms except ranges of the volume itself. Not inlined, because bricks have decided
+  /// most of them.
   __attribute__((noinline)) M test_other(const PredicateAtom& atom) const {
     switch (atom.kind) {
       case PredicateAtom::kRange:
@@ -173,10 +175,11 @@ class PredicateMarcher {
   using I = typename V::I;
   using M = typename V::M;
 
-  static constexpr float kAhead = 8;           ///< Cells for which bricks are looked up at once.
-  static constexpr float kAskEvery = 4;        ///< Cells; a power of two.
-  static constexpr int kMostBricks = 12;       ///< More are not worth looking up.
-  static constexpr float kSomething = 1e-30F;  ///< spec::LeftOut::any: spent is no less.
+  static constexpr float kAhead = 8;  ///< Number of cells for which bricks are looked up at once.
+  static constexpr float kAskEvery = 4;  ///< Number of cells between two lookups of rule 1; a power
+                                         ///< of two.
+  static constexpr int kMostBricks = 12;  ///< Greatest number of bricks that is worth looking up.
+  static constexpr float kSomething = 1e-30F;  ///< spec::LeftOut::any: then spent is at least this.
 
  public:
   PredicateMarcher(const PredicateInputs& inputs, RayPacket& rays, PredicateRays& more, int lane,
@@ -209,7 +212,7 @@ class PredicateMarcher {
     M moved = V::none();
     until_ = V::set(-1e30F);
     const bool skipping = in_.base.brick_leap != nullptr;
-    // As Marcher::march(): what is marched through until the next look shows nothing.
+    // Marching on until the next brick test changes nothing: see Marcher::march().
     int patience = 1;
     for (int until_look = 0; V::any(active);) {
       if (skipping && until_look == 0) {
@@ -232,19 +235,19 @@ class PredicateMarcher {
   }
 
  private:
-  /// What a sample of every lane looks like.
+  /// Appearance of a sample of every lane.
   struct Part {
     LaneSample<V> sample;
     F x;       ///< Intensity.
-    M shown;   ///< Lanes in which it may be seen.
-    I leaves;  ///< That are true there.
+    M shown;   ///< Lanes in which it may be visible.
+    I leaves;  ///< Leaves that are true there.
     F look[4];
-    F opacity;  ///< 0 where it is not shown.
+    F opacity;  ///< 0 in lanes in which it is not visible.
   };
 
-  /// Rule 1 of spec::EarlyEnds, brick by brick, every kAskEvery cells: lanes ask together. Behind a
-  /// brick that was left out the next one is asked about at once, unless it showed nothing: leaps
-  /// and marching get to the end of those too.
+  /// Rule 1 of spec::EarlyEnds, brick by brick. Lanes test together, every kAskEvery cells. Behind
+  /// a brick that was left out, the next one is tested at once, unless the brick showed nothing:
+  /// leaps and marching also reach the end of such bricks.
   F leave_out(F cell, M active) {
     M open = V::both(active, V::not_less(alpha_, V::set(in_.leave_out_from)));
     if (!V::any(open)) return cell;
@@ -273,24 +276,26 @@ class PredicateMarcher {
     return V::not_less(V::floor(share), share);
   }
 
-  /// spec::LeftOut::pay(): before the next sample that is left out.
+  /// spec::LeftOut::pay(): the amount spent before the next omitted sample.
   F spent_so_far() const {
     const F missing = V::sub(V::set(1.0F), alpha_);
     return V::select(V::less(left_out_, V::set(kSomething)), V::add(missing, missing), left_out_);
   }
 
-  /// The same: the cost of more importance than was paid for.
+  /// spec::LeftOut::pay(): the cost of more importance than was paid for.
   F cost_of(F more) const {
     if constexpr (kBlend == PredicateBlend::kWeight) {
       return V::div(more, V::max(importance_, V::set(1e-37F)));
     }
-    // No less than the formula, whose exponents are at most ln(1 + y), y what may be paid in all.
+    // At least the value of the formula. Its exponents are at most ln(1 + y), where y is the
+    // greatest payment.
     const float most = in_.leave_out_for;
     return V::mul(more, V::set((1 + most) * (1 + 0.5F * most)));
   }
 
-  /// Rule 2: lanes whose light is final. What rule 1 has begun, it ends. Of all lanes that are on
-  /// their way the rest is looked at together, since one after the other they would walk as often.
+  /// Rule 2: lanes whose light is final. It does not apply to rays for which rule 1 has begun. The
+  /// rest of all rays on their way is searched together, because separate searches would take as
+  /// many steps.
   M finished(F cell, M lanes, M on_their_way) {
     M dense = V::both(lanes, V::not_less(alpha_, V::set(in_.end_at)));
     if (!V::any(dense)) return V::none();
@@ -307,8 +312,8 @@ class PredicateMarcher {
     return V::both(dense, V::not_less(kept, V::mul(greatest_, V::set(in_.end_at))));
   }
 
-  /// The greatest importance on the rest of the rays of some lanes, and before which cell it lies
-  /// for the last time.
+  /// Finds the greatest importance on the rest of the rays of some lanes, and the cell in front of
+  /// which it lies for the last time.
   void look_ahead(F cell, M lanes) {
     greatest_ = V::select(lanes, V::set(0.0F), greatest_);
     greatest_until_ = V::select(lanes, end_, greatest_until_);
@@ -326,8 +331,8 @@ class PredicateMarcher {
     }
   }
 
-  /// Which leaves are true at each sample of a run, where it is shown: one leaf after the other, so
-  /// that features are asked for of all samples at once.
+  /// Finds the leaves that are true at each sample of a run that may be visible. Tests one leaf
+  /// after the other, so that the features of all samples are requested at once.
   void find_leaves(F cell, int run, M active, Part* parts) {
     if (V::any(V::both(active, V::not_less(ahead(cell, run - 1), until_)))) {
       look_around(cell, active);
@@ -345,11 +350,11 @@ class PredicateMarcher {
         const M is = V::both(part.shown, tests.test(in_.atoms[leaf]));
         part.leaves = V::or_where(is, V::set_int(static_cast<int>(bit)), part.leaves);
       }
-      known |= bit;  // Also where it is not: either answer is as good.
+      known |= bit;  // Set even if the leaf was not tested: either value gives the same appearance.
     }
   }
 
-  /// Whether a leaf may decide how some lane looks.
+  /// True when a leaf may decide the appearance of a lane.
   [[nodiscard]] bool matters(int leaf, std::uint32_t known, I bits, M shown) const {
     if (in_.matters == nullptr) return V::any(shown);
     const std::uint64_t where = in_.matters[static_cast<std::uint32_t>(in_.leaf_count) * known +
@@ -357,7 +362,7 @@ class PredicateMarcher {
     return V::any_among(bits, shown, where);
   }
 
-  /// Which leaves are decided in all the bricks that active lanes cross in their next cells.
+  /// Finds the leaves that are decided in all bricks that active lanes cross in their next cells.
   void look_around(F cell, M active) {
     until_ = V::select(active, V::add(cell, V::set(kAhead)), until_);
     sure_ = 0;
@@ -413,10 +418,10 @@ class PredicateMarcher {
     return V::select(V::less(t_a, fading_.t2), Fading<V>::faded(tau, mean), tau);
   }
 
-  /// So many cells of each lane, one after the other; returns the next ones, without those that
-  /// rule 1 leaves out, and takes away lanes that are finished. All that does not depend on the
-  /// light so far is found for all of them before the first is blended, so that none waits for the
-  /// one before it. What turns out to be left out was sampled in vain.
+  /// Adds `run` cells of each lane, one after the other. Returns the next cells, without those that
+  /// rule 1 leaves out, and removes finished lanes from active. Everything that does not depend on
+  /// the accumulated light is computed for all cells before the first is blended, so that no cell
+  /// waits for the previous one. Samples that are left out later were taken in vain.
   F add_run(F cell, int run, M& active) {
     Part parts[kMarchRun];
     if (in_.base.prefetch != MarchPrefetch::kNone) prefetch_run(ahead(cell, run));
@@ -439,8 +444,8 @@ class PredicateMarcher {
     return V::max(next, ahead(cell, run));
   }
 
-  /// Of the run that begins there if nothing is leapt over, at the corners of the packet: the
-  /// volume and the features that were last asked for.
+  /// Prefetches the run that begins at \p cell if nothing is skipped, at the corners of the packet:
+  /// the volume and the features that were last requested.
   __attribute__((always_inline)) void prefetch_run(F cell) const {
     const int slice = in_.base.slice_stride;
     for (int i = 1; i < kMarchRun; i += 2) {
@@ -480,7 +485,7 @@ class PredicateMarcher {
     part.opacity = opacity_of(part.x, part.look[3], t_a, t_b, part.shown);
   }
 
-  /// Of the part from t_a to t_b of a cell; 0 where nothing is shown.
+  /// Opacity of the part from t_a to t_b of a cell; 0 in lanes that show nothing.
   F opacity_of(F x, F importance, F t_a, F t_b, M shown) {
     const F length = V::sub(t_b, t_a);
     const M whole = V::not_less(length, V::set(1.0F));
@@ -501,7 +506,7 @@ class PredicateMarcher {
     return V::mask(shown, by_pieces ? V::select(special, exact, whole_opacity(x)) : exact);
   }
 
-  /// OpacityPieces at x; any value between kWhitest and white.
+  /// OpacityPieces at x; undefined between kWhitest and white.
   F whole_opacity(F x) const {
     I piece;
     F t;
@@ -515,7 +520,7 @@ class PredicateMarcher {
     return V::select(V::less(x, V::set(1.0F)), sum, V::set(in_.white_opacity));
   }
 
-  /// Extinction per mm.
+  /// Extinction of an intensity, per mm.
   F tau_of(F x) const {
     const F at = V::mul(x, V::set(in_.last_entry));
     const F floor = V::floor(V::min(at, V::set(in_.last_entry - 1)));
@@ -525,7 +530,7 @@ class PredicateMarcher {
     return V::madd(V::sub(at, floor), rise, value);
   }
 
-  /// The looks of lanes that are asked for.
+  /// Finds the appearance of the lanes in \p asked.
   void find_looks(I leaves, M asked, F* look) const {
     const bool reads_numbers = in_.look_numbers != nullptr;
     if (in_.look_nibbles != nullptr && (reads_numbers || in_.few_eights > V::kEightsAtOnce)) {
@@ -618,9 +623,9 @@ class PredicateMarcher {
   F importance_;
   F left_out_;              ///< spec::LeftOut::spent.
   F paid_ = V::set(0.0F);   ///< spec::LeftOut::paid.
-  F until_{};               ///< Cells before this lie where sure_ and ask_ are known.
-  std::uint32_t sure_ = 0;  ///< Leaves that are true there.
-  std::uint32_t ask_ = 0;   ///< Leaves to be tested.
+  F until_{};               ///< sure_ and ask_ are known for the cells in front of this.
+  std::uint32_t sure_ = 0;  ///< Leaves that are true in these cells.
+  std::uint32_t ask_ = 0;   ///< Leaves that must be tested.
   F greatest_ = V::set(0.0F);
   F greatest_until_ = V::set(-1e30F);
 };

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Compiled with -mavx2 -mfma and entered only through cpu_marches().
+// Compiled with -mavx2 -mfma and called only through cpu_marches().
 #include "render/cpu/cpu_lanes_avx2.hpp"
 #include "render/cpu/predicate_kernel.hpp"
 
 namespace nav::render {
 namespace {
 
-/// With the integer logic that predicates need.
+/// Avx2 with the integer logic that predicates need.
 struct PredicateAvx2 : Avx2 {
   static I load_int(const std::int32_t* p, I at) {
     const Lanes l(at);
@@ -40,7 +40,7 @@ struct PredicateAvx2 : Avx2 {
   static I or_where(M m, I bits, I a) {
     return {_mm256_or_si256(a.v, _mm256_and_si256(_mm256_castps_si256(m.v), bits.v))};
   }
-  /// Floats at and at + 1.
+  /// Loads the floats at `at` and at + 1.
   static void load_float_pair(const float* p, I at, F& a, F& b) {
     const Lanes lanes(at);
     const auto two = [&](int i) {
@@ -53,7 +53,7 @@ struct PredicateAvx2 : Avx2 {
     a = _mm256_shuffle_ps(even, odd, 0x88);
     b = _mm256_shuffle_ps(even, odd, 0xDD);
   }
-  /// Whether all lanes of a mask, of which there are some, hold the same value.
+  /// True when all lanes of a mask that is not empty hold the same value.
   static bool same(I a, M mask, std::uint32_t& value) {
     const int lanes = _mm256_movemask_ps(mask.v);
     alignas(32) std::uint32_t values[kLanes];
@@ -72,10 +72,10 @@ struct PredicateAvx2 : Avx2 {
     half = _mm_max_ps(half, _mm_movehl_ps(half, half));
     return _mm_cvtss_f32(_mm_max_ss(half, _mm_shuffle_ps(half, half, 1)));
   }
-  /// Whether some lane of a mask has a value, below 64, whose bit is set.
+  /// True when any lane of a mask has a value, below 64, whose bit is set in \p values.
   static bool any_among(I a, M m, std::uint64_t values) {
     const __m256i one = _mm256_and_si256(_mm256_castps_si256(m.v), _mm256_set1_epi32(1));
-    // Shifts by 32 and more, or by less than 0, leave nothing.
+    // Shifts by 32 or more, or by less than 0, give 0.
     const __m256i low = _mm256_sllv_epi32(one, a.v);
     const __m256i high = _mm256_sllv_epi32(one, _mm256_sub_epi32(a.v, _mm256_set1_epi32(32)));
     const auto word = [&](int shift) {
@@ -85,7 +85,7 @@ struct PredicateAvx2 : Avx2 {
         _mm256_or_si256(_mm256_and_si256(low, word(0)), _mm256_and_si256(high, word(32)));
     return _mm256_testz_si256(found, found) == 0;
   }
-  /// As PredicateAvx512.
+  /// See PredicateAvx512.
   static void octave(F z, I& octave, F& beyond) {
     const __m256i bits = _mm256_castps_si256(z);
     octave = {_mm256_sub_epi32(_mm256_srli_epi32(bits, 23), _mm256_set1_epi32(119))};
@@ -93,15 +93,15 @@ struct PredicateAvx2 : Avx2 {
     const __m256i one = _mm256_set1_epi32(0x3f800000);
     beyond = sub(_mm256_castsi256_ps(_mm256_or_si256(rest, one)), set(1.0F));
   }
-  /// As PredicateAvx512.
+  /// See PredicateAvx512.
   static I nibble(const std::int32_t* words, I at) {
     const __m256i all = _mm256_load_si256(reinterpret_cast<const __m256i*>(words));
     const __m256i word = _mm256_permutevar8x32_epi32(all, _mm256_srli_epi32(at.v, 3));
     const __m256i shift = _mm256_slli_epi32(bits(at, 7).v, 2);
     return bits({_mm256_srlv_epi32(word, shift)}, 15);
   }
-  static constexpr int kEightsAtOnce = 1;  ///< That pick() reads by one operation.
-  /// An entry of a table of eights of floats, aligned.
+  static constexpr int kEightsAtOnce = 1;  ///< Number of eights that pick() reads by one operation.
+  /// Entry of a table of eights of floats, aligned to 32 bytes.
   static F pick(const float* table, int eights, I at) {
     F out = _mm256_permutevar8x32_ps(load(table), at.v);
     const __m256i eighth = _mm256_srli_epi32(at.v, 3);

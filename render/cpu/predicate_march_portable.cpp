@@ -10,10 +10,10 @@
 namespace nav::render {
 namespace {
 
-/// With what predicates need besides.
+/// Scalar with the other operations that predicates need.
 struct PredicateScalar : Scalar {
   static F log(F x) { return std::log(x); }
-  /// As Avx512::load_cell_words().
+  /// See Avx2::load_cell_words().
   static void load_cell_words(const std::int32_t* p, int slice, I at, I* words) {
     for (int i = 0; i < 4; ++i) words[i] = p[at + (i >> 1) * slice + (i & 1)];
   }
@@ -39,7 +39,7 @@ struct PredicateScalar : Scalar {
   static M has_bits(I a, I mask) { return (a & mask) != 0; }
   static I or_where(M m, I bits, I a) { return m ? a | bits : a; }
   static bool any_among(I a, M m, std::uint64_t values) { return m && (values >> a & 1U) != 0; }
-  /// As PredicateAvx512; for less than 2^-8 too some octave that there is.
+  /// See PredicateAvx512. A value below 2^-8 also gives a valid octave.
   static void octave(F z, I& octave, F& beyond) {
     z = std::max(z, 1.0F / 256);
     std::uint32_t bits = 0;

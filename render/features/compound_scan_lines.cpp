@@ -11,7 +11,8 @@
 namespace nav::render::features {
 namespace {
 
-/// A picture's plane in voxel indices: position and scan line of any voxel, in the Image frame.
+/// The plane of an ultrasound image in voxel indices. Gives the position of any voxel in the Image
+/// frame, and its scan line.
 class PlaneInGrid {
  public:
   PlaneInGrid(const VoxelGrid& grid, const SweepPlane& plane, double reach_mm)
@@ -25,7 +26,7 @@ class PlaneInGrid {
   [[nodiscard]] Eigen::Vector3d image_mm(int i, int j, int k) const {
     return at_zero_ + per_index_ * Eigen::Vector3d(i, j, k);
   }
-  /// Voxels [first, past) of row (j, k) within reach of the plane and the picture's corners.
+  /// Voxels [first, past) of row (j, k) within reach of the plane and between the image's corners.
   [[nodiscard]] std::array<int, 2> span(int j, int k, int size) const {
     const Eigen::Vector3d start = image_mm(0, j, k);
     const Eigen::Vector3d step = per_index_.col(0);
@@ -47,7 +48,7 @@ class PlaneInGrid {
     return {static_cast<int>(std::ceil(from)), static_cast<int>(std::floor(to)) + 1};
   }
   struct Seen {
-    double weight = 0;  ///< 0: not insonified.
+    double weight = 0;  ///< 0 means not insonified.
     Eigen::Vector3d away_ct;
     double depth_mm = 0;
   };
@@ -80,7 +81,7 @@ struct Sum {
 
 Result<void> check(std::span<const SweepPlane> planes, double reach_mm) {
   if (planes.empty()) {
-    return Error{ErrorCode::kUsage, "scan lines of a sweep: expected pictures, found none"};
+    return Error{ErrorCode::kUsage, "scan lines of a sweep: expected images, found none"};
   }
   if (!(reach_mm > 0 && reach_mm <= 100)) {
     std::ostringstream text;
@@ -90,10 +91,10 @@ Result<void> check(std::span<const SweepPlane> planes, double reach_mm) {
   for (std::size_t n = 0; n < planes.size(); ++n) {
     const Eigen::Vector2d extent = planes[n].high_mm - planes[n].low_mm;
     if (extent.x() > 0 && extent.y() > 0) continue;
-    return Error{ErrorCode::kMalformedData, "scan lines of a sweep: expected corners of picture " +
-                                                std::to_string(n) + " apart, found " +
-                                                std::to_string(extent.x()) + " x " +
-                                                std::to_string(extent.y()) + " mm"};
+    return Error{ErrorCode::kMalformedData,
+                 "scan lines of a sweep: expected an extent above 0 x 0 mm of image " +
+                     std::to_string(n) + ", found " + std::to_string(extent.x()) + " x " +
+                     std::to_string(extent.y()) + " mm"};
   }
   return {};
 }
@@ -128,7 +129,7 @@ Result<ScanLines> compound_scan_lines(const VoxelGrid& grid, std::span<const Swe
       }
       for (int i = 0; i < grid.size[0]; ++i) {
         const Sum& sum = row[as_size(i)];
-        // Opposite directions leave nothing to go by.
+        // Opposite directions cancel and give no scan line.
         if (!(sum.away.norm() > 1e-3 * sum.weight)) continue;
         away[offset_of(grid, i, j, k)] = PackedDirection::pack(sum.away.normalized());
         depth[offset_of(grid, i, j, k)] = static_cast<float>(sum.depth / sum.weight);

@@ -12,7 +12,7 @@
 namespace nav::render::features {
 namespace {
 
-/// Picks the voxels out of a vector on the graph's layout.
+/// Visits every voxel with its node in a vector on the graph's layout.
 template <class Visit>
 void for_each_voxel(const GridGraph& graph, const Visit& visit) {
   std::size_t voxel = 0;
@@ -23,7 +23,8 @@ void for_each_voxel(const GridGraph& graph, const Visit& visit) {
   }
 }
 
-/// Unknown voxels have no edges, but 0 times NaN would still be NaN.
+/// Sets unknown voxels to 0 and returns them. They have no edges, but 0 times NaN would still be
+/// NaN.
 std::vector<std::size_t> without_unknown(ConfidenceSystem& system) {
   std::vector<std::size_t> unknown;
   for (std::size_t node = 0; node < system.x.size(); ++node) {
@@ -34,11 +35,12 @@ std::vector<std::size_t> without_unknown(ConfidenceSystem& system) {
   return unknown;
 }
 
-/// Of the graph, whose border outweighs the voxels of thin volumes, and of its coarser ones.
+/// Memory of the graph and its coarser graphs, bytes per voxel. In thin volumes the border
+/// outweighs the voxels.
 double bytes_for_voxel(const VoxelGrid& grid, const ScanLines& lines) {
   constexpr double kPerNode = 80;
-  constexpr double kPerNodeOfThin = 105;  // Coarser ones are halves then, not quarters.
-  constexpr double kKeptEdges = 40;       // Where lines differ.
+  constexpr double kPerNodeOfThin = 105;  // Coarser graphs are then halves, not quarters.
+  constexpr double kKeptEdges = 40;       // When the scan lines differ in direction.
   const bool thin = std::ranges::find(grid.size, 1) != grid.size.end();
   return ((thin ? kPerNodeOfThin : kPerNode) + (lines.common() ? 0 : kKeptEdges)) *
          static_cast<double>(GridGraph::cells_of(grid.size)) /
@@ -53,9 +55,9 @@ Error not_converged(const std::string& name, const ConfidenceOptions& options,
   if (std::isfinite(report.estimated_error)) {
     text << report.estimated_error;
   } else {
-    text << "none known";
+    text << "an unknown one";
   }
-  text << " after " << report.iterations;
+  text << " after " << report.iterations << " iterations";
   return {ErrorCode::kNumerical, text.str()};
 }
 
@@ -101,8 +103,9 @@ Result<Confidence> confidence(const ScalarVolume& volume, const ScanLines& lines
   SolveReport report = solve(multigrid, system->b, system->x, options.solve, run);
   if (run.stop.stop_requested()) return cancelled(name);
   if (!report.converged) return not_converged(name, options, report);
-  // Layers of one value are tied together by more than 10^5 times what ties them to others; how
-  // wrong they are as a whole is no part of the estimate then.
+  // With so little gamma, voxels of equal value form layers that are coupled more than 10^5 times
+  // as strongly within themselves as to other voxels. The estimate then misses the common error of
+  // a layer.
   if (options.gamma < kKnownErrorGamma) report.estimated_error = std::nan("");
   for (const std::size_t node : unknown) system->x[node] = std::nan("");
   std::vector<float> values(grid.voxel_count());

@@ -27,7 +27,7 @@ struct Fixed {
   Kind kind;
 };
 
-/// Builds the system on the graph's own layout, step by step.
+/// Builds the system step by step, on the graph's layout.
 class Assembly {
  public:
   Assembly(const ScalarVolume& volume, const ScanLines& lines, const ConfidenceOptions& options,
@@ -49,7 +49,7 @@ class Assembly {
     }
   }
 
-  /// False: no voxel is known, or a stop is asked for.
+  /// Computes the attenuated intensities. False when no voxel is known or a stop was requested.
   bool attenuate() {
     if (run_.stop.stop_requested()) return false;
     forget_values();
@@ -61,7 +61,7 @@ class Assembly {
     for_each_row([&](int j, int k, Row& row) {
       const std::size_t first = layout_.at(0, j, k);
       for (std::size_t i = 0; i < row.value.size(); ++i) {
-        // A voxel without a scan line is as unknown as one without a value.
+        // A voxel without a scan line is treated as unknown, like one without a value.
         if (std::isnan(row.value[i]) || std::isnan(row.depth[i])) {
           all_known_ = false;
           continue;
@@ -106,7 +106,8 @@ class Assembly {
   void weigh() {
     const double largest = largest_difference();
     difference_ = largest > 0 ? largest : 1;
-    // Differences stay as they are: penalties are scaled to them, and the steepness back.
+    // Instead of dividing every difference by D, the penalties are multiplied by D and beta is
+    // divided by D.
     const double beta = options_.beta / ((1 + options_.gamma) * difference_);
     const EdgeConstants constants{static_cast<float>(beta), 1e-5F};
     if (const auto common = lines_.common()) {
@@ -141,7 +142,7 @@ class Assembly {
     attenuated_ = {};
   }
 
-  /// Edges to fixed voxels become leaks and right-hand side of the open ones.
+  /// Moves the edges to fixed voxels into the leaks and the right-hand side of the open voxels.
   FewRows eliminate() {
     FewRows b(layout_);
     for (const Fixed& fixed : fixed_) {
@@ -163,9 +164,9 @@ class Assembly {
     return b;
   }
 
-  /// Open voxels that no fixed one is connected to lose their edges and become unknown.
+  /// Open voxels that are not connected to a fixed voxel lose their edges and become unknown.
   void drop_islands() {
-    if (all_known_) return;  // Everything hangs together, and some voxel is the first of a line.
+    if (all_known_) return;  // All voxels are connected, and at least one is the first of a line.
     std::vector<std::size_t> queue;
     std::vector<bool> reached(layout_.cells());
     for (const Fixed& fixed : fixed_) {
@@ -176,7 +177,7 @@ class Assembly {
       const std::size_t node = queue.back();
       queue.pop_back();
       for (int e = 0; e < kGraphEdges; ++e) {
-        // Between known voxels no edge weighs nothing.
+        // No edge between known voxels has the weight 0.
         const auto step = static_cast<std::size_t>(layout_.offset(e));
         for (const std::size_t other : {node + step, node - step}) {
           if (kind_[other] != kOpen || reached[other]) continue;
@@ -216,7 +217,7 @@ class Assembly {
       std::fill_n(&attenuated_[first], std::min(kPart, attenuated_.size() - first), kUnknown);
     });
   }
-  /// Values and depths of a row; NaN where unknown.
+  /// Values and depths of a row; NaN at unknown voxels.
   struct Row {
     std::vector<float> value;
     std::vector<double> depth;
@@ -239,7 +240,7 @@ class Assembly {
       }
     });
   }
-  /// NaN too where there is a depth but no direction.
+  /// Depth of a voxel along its line, mm. NaN also if there is a depth but no direction.
   [[nodiscard]] double line_depth(int i, int j, int k) const {
     const bool has_line = lines_.away(grid_, i, j, k).allFinite();
     return has_line ? lines_.depth_mm(grid_, i, j, k) : std::nan("");
@@ -265,20 +266,21 @@ class Assembly {
     }
     return all;
   }
-  /// One voxel along the axis that the line follows most closely, in voxel indices.
+  /// Step of one voxel along the axis that the line follows most closely, in voxel indices.
   [[nodiscard]] Eigen::Vector3d step_along(const Eigen::Vector3d& away) const {
     const Eigen::Vector3d step =
         (grid_.directions.transpose() * away).cwiseQuotient(grid_.spacing_mm);
     return step / step.cwiseAbs().maxCoeff();
   }
-  /// To the next voxel of leads_out(); 0 where that depends on the place, since halves are rounded
-  /// away from 0. The border of the graph is not known, so that it may be asked about.
+  /// Offset to the next voxel of leads_out(). 0 if that voxel depends on the position, because
+  /// halves are rounded away from 0. The border of the graph is unknown, so the result may also
+  /// lead there.
   [[nodiscard]] std::ptrdiff_t neighbour_along(const Eigen::Vector3d& step) const {
     if ((step.array().abs() == 0.5).any()) return 0;
     return std::lround(step.x()) + std::lround(step.y()) * layout_.offset(1) +
            std::lround(step.z()) * layout_.offset(2);
   }
-  /// No known voxel lies on the way out of the volume, or to where the line ends.
+  /// True when no known voxel lies on the way out of the volume or to the end of the line.
   bool leads_out(int i, int j, int k, const Eigen::Vector3d& step, double length_mm) const {
     const double step_mm = step.cwiseProduct(grid_.spacing_mm).norm();
     Eigen::Vector3d p(i, j, k);
@@ -294,7 +296,7 @@ class Assembly {
     }
     return true;
   }
-  /// Of intensities at the two ends of an edge.
+  /// Largest difference of attenuated intensities between the two ends of an edge.
   [[nodiscard]] double largest_difference() const {
     std::vector<float> planes(as_size(grid_.size[2]));
     for_each_plane(grid_.size[2], run_, [&](int k) {
@@ -305,7 +307,7 @@ class Assembly {
           const float* there = here + layout_.offset(e);
           for (int i = 0; i < grid_.size[0]; ++i) {
             const float apart = std::abs(here[i] - there[i]);
-            largest = apart > largest ? apart : largest;  // Not NaN, where either is unknown.
+            largest = apart > largest ? apart : largest;  // Never NaN: such comparisons are false.
           }
         }
       }
@@ -316,7 +318,7 @@ class Assembly {
   [[nodiscard]] double penalty(int e, const Eigen::Vector3d& along_line) const {
     return options_.gamma * edge_[as_size(e)].cross(along_line).norm() * difference_;
   }
-  /// Away from the transducer; 0 beyond the voxels.
+  /// Directions away from the transducer, by node; 0 outside the voxels.
   std::array<ZeroedArray<float>, 3> directions_of_nodes() const {
     std::array<ZeroedArray<float>, 3> out;
     for (auto& component : out) component = ZeroedArray<float>(layout_.cells());
@@ -339,13 +341,15 @@ class Assembly {
   const ConfidenceOptions& options_;
   const RunOptions& run_;
   GraphLayout layout_;
-  ZeroedArray<float> attenuated_;  ///< c; NaN where unknown, border included. Gone when weighed.
+  ZeroedArray<float> attenuated_;  ///< c; NaN at unknown voxels and at the border. Freed by
+                                   ///< weigh().
   ZeroedArray<Kind> kind_;
   std::vector<Fixed> fixed_;
   std::optional<GridGraph> graph_;
   std::atomic<bool> all_known_ = true;
-  std::array<Eigen::Vector3d, kGraphEdges> edge_;  ///< In units of the smallest spacing.
-  double difference_ = 1;                          ///< The largest between neighbours.
+  std::array<Eigen::Vector3d, kGraphEdges> edge_;  ///< Vectors of the edges, in units of the
+                                                   ///< smallest spacing.
+  double difference_ = 1;                          ///< D, the largest difference of neighbours.
   DepthRange depth_;
 };
 

@@ -16,7 +16,8 @@
 namespace nav::render {
 namespace {
 
-/// A direction and a depth for each voxel, which scenes keep apart. depth: null: unknown.
+/// Combines the direction and the depth of each voxel, which scenes store separately. \p depth:
+/// null if unknown.
 Result<features::ScanLines> lines_per_voxel(const VoxelScan& scan, const VoxelGrid& grid,
                                             const FeatureVolume* depth) {
   std::vector<features::PackedDirection> away(scan.into_ct->size());
@@ -39,7 +40,7 @@ const FeatureVolume* depth_of(const PredicateScene& predicates) {
   return found == predicates.features.volumes.end() ? nullptr : &found->second;
 }
 
-/// Whether a feature may have the scan lines of a scene.
+/// Checks that a feature can use the scan lines of a scene.
 Result<void> check_lines(const PredicateScene& predicates, const VoxelGrid& grid,
                          const std::string& name) {
   const auto& scan = predicates.scan;
@@ -49,9 +50,9 @@ Result<void> check_lines(const PredicateScene& predicates, const VoxelGrid& grid
   }
   if (std::holds_alternative<VoxelScan>(*scan) && depth_of(predicates) == nullptr &&
       name == feature::kConfidence) {
-    return Error{ErrorCode::kMalformedData,
-                 "confidence: expected the depth of every voxel beside the direction of its scan "
-                 "line, found no feature depth"};
+    return Error{
+        ErrorCode::kMalformedData,
+        "confidence: expected the feature depth beside the scan-line directions, found none"};
   }
   return validate(*scan, grid);
 }
@@ -67,7 +68,7 @@ Result<features::ScanLines> lines_of(const PredicateScene& predicates, const Vox
   return lines_per_voxel(std::get<VoxelScan>(*predicates.scan), grid, depth_of(predicates));
 }
 
-/// NaN stays.
+/// Clamps signal-to-noise ratios to kMostSnr. NaN stays NaN.
 void limit(std::vector<float>& snr) {
   constexpr auto kMost = static_cast<float>(kMostSnr);
   for (float& x : snr) x = std::clamp(x, -kMost, kMost);
@@ -78,7 +79,7 @@ struct WantedFeature {
   features::DerivedRequest request;
 };
 
-/// A feature, how it is derived, and by what.
+/// A feature, its source, and its options.
 struct Feature {
   const char* name;
   ChannelSource source;
@@ -104,7 +105,7 @@ std::vector<Feature> all_features(const DerivedFeatureOptions& options, double b
           {feature::kConfidence, kOfLines, options.confidence}};
 }
 
-/// What the predicates of a model read.
+/// Names of the channels that the predicates of a model read.
 Result<std::set<std::string>> channels_of(const PredicateScene& predicates, const VoxelGrid& grid) {
   std::set<std::string> channels;
   for (const std::string& name : kinds_of(predicates.model)) {
@@ -116,7 +117,7 @@ Result<std::set<std::string>> channels_of(const PredicateScene& predicates, cons
   return channels;
 }
 
-/// What the model asks for and is not there.
+/// Features that the model uses and the scene does not have yet.
 Result<std::vector<WantedFeature>> wanted_features(const std::shared_ptr<const Volume>& volume,
                                                    const DerivedFeatureOptions& options,
                                                    const PredicateScene& predicates) {
@@ -124,7 +125,7 @@ Result<std::vector<WantedFeature>> wanted_features(const std::shared_ptr<const V
   if (!channels) return channels.error();
   const features::ScalarVolume scalar = features::ScalarVolume::of(volume, options.unknown);
   std::vector<WantedFeature> wanted;
-  std::optional<features::ScanLines> lines;  // Of all that need them.
+  std::optional<features::ScanLines> lines;  // Shared by all features that need them.
   for (const Feature& one : all_features(options, predicates.intensity.black)) {
     const bool there = predicates.features.volumes.contains(one.name);
     if (!channels->contains(one.name) || there) continue;

@@ -15,47 +15,49 @@
 
 namespace nav::render {
 
-/// How the features that predicates read are derived from the volume.
+/// Options for deriving the features that predicates read from the volume.
 struct DerivedFeatureOptions {
   features::SnrOptions snr;
   features::VesselnessOptions vesselness;
   features::ConfidenceOptions confidence;
   features::GradientOptions gradient;
-  std::optional<std::int16_t> unknown;  ///< Stored value of voxels that no picture reached.
+  std::optional<std::int16_t> unknown;  ///< Stored value of voxels that no ultrasound image
+                                        ///< reached.
 };
 
-/// Signal-to-noise ratios as predicates read them lie within this on either side: more than the 883
-/// that 8 bits can give. Saturated voxels of more bits give 10^5, beside which the steps of the
-/// codes would be larger than the ratios of tissue.
+/// Limit of the signal-to-noise ratios that predicates read, on either side of 0. It exceeds 883,
+/// the greatest ratio that 8 bits can give. Saturated voxels with more bits give 10^5, and in such
+/// a range one step of the codes would be larger than the ratios of tissue.
 inline constexpr double kMostSnr = 1000;
 
-/// What a channel that predicates read is made from.
+/// Source of a channel that predicates read.
 struct ChannelSource {
-  bool derived = false;     ///< By add_derived_features().
-  bool gradient = false;    ///< Smoothed as the set-up says.
-  bool scan_lines = false;  ///< By the direction of scan lines, too.
+  bool derived = false;     ///< Computed by add_derived_features().
+  bool gradient = false;    ///< Smoothed as the options of the gradient say.
+  bool scan_lines = false;  ///< Depends on the directions of the scan lines too.
 };
-/// All false: the volume itself, or something that only the user can give.
+/// The source of a channel. All false: the volume itself, or a channel that only the user can
+/// provide.
 [[nodiscard]] ChannelSource source_of_channel(const std::string& channel);
 
-/// Whether a predicate asks for scan lines, for itself or for what it reads.
+/// True when a predicate needs scan lines, for itself or for its channels.
 [[nodiscard]] bool reads_scan_lines(const PredicateNeeds& needs);
 
-/// Adds gradients, signal-to-noise ratio, vesselness and confidence where a predicate of the model
-/// reads them (PredicateNeeds::channels) and they are not there yet; computes nothing else. They
-/// are asked for all at once; waits for them. Gradients are those of the shares of white
-/// (PredicateScene::intensity), per mm; the angle's are two features, along and across the scan
-/// line, since angles cannot be interpolated. Signal is counted from PredicateScene::intensity's
-/// black. Refuses angles and confidence without scan lines, confidence with a direction per voxel
-/// but no feature depth, and whatever the features themselves do.
+/// Adds gradients, signal-to-noise ratio, vesselness and confidence if a predicate of the model
+/// reads them (PredicateNeeds::channels) and they are missing; computes nothing else. Requests all
+/// of them at once and waits for them. Gradients are those of the shares of white
+/// (PredicateScene::intensity), per mm. The gradient angle needs two features, along and across the
+/// scan line, because angles cannot be interpolated. The signal counts from the black of
+/// PredicateScene::intensity. Rejects angles and confidence without scan lines, confidence with a
+/// direction per voxel but no feature depth, and all that the features reject.
 Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
                                   const DerivedFeatureOptions& options,
                                   features::DerivedVolumes& service, PredicateScene& predicates);
 
-/// Computes or finds one feature of that name.
+/// Computes one feature with a name, or finds it in a cache.
 using MakeFeature = std::function<Result<features::DerivedVolume>(const std::string& name,
                                                                   const features::DerivedRequest&)>;
-/// The same, one after the other, by whoever knows how.
+/// Adds the same features, one after the other, with \p make.
 Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
                                   const DerivedFeatureOptions& options, const MakeFeature& make,
                                   PredicateScene& predicates);

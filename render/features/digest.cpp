@@ -33,7 +33,7 @@ void Digest::add(std::string_view text) {
 }
 
 void Digest::add(double number) {
-  // One bit pattern for every NaN and for both zeros.
+  // All NaN values share one bit pattern, and so do both zeros.
   const double plain = std::isnan(number) ? std::nan("") : number + 0.0;
   add(std::as_bytes(std::span(&plain, 1)));
 }

@@ -12,7 +12,7 @@
 
 namespace nav::render::features {
 
-/// SHA-256 (FIPS 180-4) over what is added, in order. Numbers count by their bits.
+/// SHA-256 (FIPS 180-4) of all added data, in order. Numbers are added by their bits.
 class Digest {
  public:
   Digest();
@@ -24,7 +24,7 @@ class Digest {
   void add(std::string_view text);
   void add(double number);
   void add(const VoxelGrid& grid);
-  /// 64 lower-case hexadecimal digits; ends the digest.
+  /// Returns 64 lower-case hexadecimal digits and ends the digest.
   [[nodiscard]] std::string hex();
 
  private:

@@ -11,38 +11,41 @@
 
 namespace nav::render::features {
 
-/// How far preconditioned conjugate gradients are from the solution, from numbers that they have at
-/// hand. Not thread-safe.
+/// Estimates the error of preconditioned conjugate gradients from numbers that the iteration
+/// computes anyway. Not thread-safe.
 ///
-/// With the least eigenvalue t of M A the error e obeys e · A e <= r · z / t (z = M r). Steps are a
-/// Lanczos process, whose tridiagonal matrix knows t from above, closely once the smooth parts
-/// count that converge last. What is left looks like the last directions p: it has |e| / (e · A
-/// e)^½ as the greatest |p| / (p · A p)^½ of them (Golub and Meurant 2010; the last step is no
-/// bound). While t still falls both are taken to go on as they did during these directions: e goes
-/// by 1 / t.
+/// Let t be the least eigenvalue of M A. The error e obeys e · A e <= r · z / t with z = M r. The
+/// steps are a Lanczos process. Its tridiagonal matrix gives an upper bound of t, which is close
+/// once the smooth parts, which converge last, dominate. The remaining error resembles the last
+/// directions p, so its length |e| / (e · A e)^½ is taken to be their greatest |p| / (p · A p)^½
+/// (Golub and Meurant 2010; this last step is no bound). While t still falls, both t and this
+/// length are assumed to change further as they did during these directions; e is then proportional
+/// to 1 / t.
 class ErrorEstimate {
  public:
-  /// Steps begin from a new residual; what is known of M A remains.
+  /// Starts again from a new residual. Knowledge of M A remains.
   void restart();
-  /// rz: r · z before the step along p, whose p · A p and p · p follow; all > 0.
+  /// Adds a step along p. \p rz: r · z before the step; \p pap: p · A p; \p pp: p · p; all > 0.
   void add_step(double rz, double pap, double pp);
-  /// |e| where r · z is that; infinite before kDirections steps.
+  /// Estimated |e| for a given r · z; infinite before kDirections steps.
   [[nodiscard]] double error(double rz) const;
-  /// The same from however few steps, of a solution that these all but reached. Precondition: a
-  /// step.
+  /// Estimate of error() after any number of steps, for a solution that these steps nearly reached.
+  /// Precondition: at least one step.
   [[nodiscard]] double error_of_few(double rz) const;
-  /// t, from above; infinite before the first step.
+  /// Upper bound of t; infinite before the first step.
   [[nodiscard]] double least_eigenvalue() const { return least_; }
 
-  static constexpr int kDirections = 4;  ///< Of fewer t is mostly wrong, of more p is of the past.
+  static constexpr int kDirections = 4;  ///< With fewer directions t is mostly wrong; with more, p
+                                         ///< is too old.
 
  private:
   void find_least();
-  std::vector<double> diagonal_, beside_;  ///< Of the tridiagonal matrix.
+  std::vector<double> diagonal_, beside_;  ///< Entries of the tridiagonal matrix.
   double last_rz_ = 0, last_alpha_ = 0;
   double least_ = std::numeric_limits<double>::infinity();
   std::array<double, kDirections> length_{};  ///< |p| / (p · A p)^½.
-  std::array<double, kDirections> before_{};  ///< t before the step; of the first one after it.
+  std::array<double, kDirections> before_{};  ///< t before the step; for the first step, t after
+                                              ///< it.
   int steps_ = 0;
 };
 
@@ -81,7 +84,8 @@ inline double ErrorEstimate::error_of_few(double rz) const {
   return falling * std::sqrt(rz / least_) * *std::ranges::max_element(length_);
 }
 
-/// By bisection: all pivots of the matrix less s are positive where s is below all eigenvalues.
+/// Finds the least eigenvalue by bisection: all pivots of the matrix minus s are positive if s is
+/// below all eigenvalues.
 inline void ErrorEstimate::find_least() {
   const auto below_all = [&](double s) {
     double pivot = diagonal_[0] - s;
@@ -90,7 +94,7 @@ inline void ErrorEstimate::find_least() {
     }
     return pivot > 0;
   };
-  least_ = std::min(least_, diagonal_[0]);  // All eigenvalues are not above one of these.
+  least_ = std::min(least_, diagonal_[0]);  // The least eigenvalue never exceeds a diagonal entry.
   if (diagonal_.size() == 1 || below_all(least_)) return;
   constexpr int kHalvings = 40;
   double low = 0;

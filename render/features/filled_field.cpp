@@ -29,7 +29,7 @@ double reference_of(const ScalarVolume& volume) {
   return 0;
 }
 
-/// Walks from the known voxels into the unknown ones, breadth first.
+/// Extends the known voxels into the unknown ones, breadth first.
 class Extension {
  public:
   explicit Extension(FilledField& field) : field_(field) {
@@ -122,7 +122,7 @@ struct BrickExtremes {
   std::vector<float> low, high;
 };
 
-/// Least and greatest value of each brick.
+/// Computes the least and the greatest value of each brick.
 BrickExtremes brick_extremes(const FilledField& field, const std::array<int, 3>& count,
                              int threads) {
   const std::size_t total = as_size(count[0]) * as_size(count[1]) * as_size(count[2]);
@@ -145,7 +145,7 @@ BrickExtremes brick_extremes(const FilledField& field, const std::array<int, 3>&
   return out;
 }
 
-/// BrickExtremes over `reach` bricks on either side along one axis.
+/// Extends BrickExtremes over `reach` bricks on either side along one axis.
 void widen(BrickExtremes& e, const std::array<int, 3>& count, int axis, int reach) {
   const auto a = as_size(axis);
   const std::size_t step = axis == 0   ? 1

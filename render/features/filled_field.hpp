@@ -10,15 +10,15 @@
 
 namespace nav::render::features {
 
-/// Values that filters run over: every voxel has one. Beyond the border the border's value counts
-/// (as if mirrored at zero slope). Unknown voxels are extended into from the known ones: layer by
-/// layer, each takes the mean of those of its 26 neighbours that have a value already. Voxels
-/// further than `layers` from any known one are 0.
+/// Input of filters, with a value at every voxel. Beyond the border, the value at the border
+/// continues (as if mirrored at zero slope). Unknown voxels are filled layer by layer from the
+/// known ones: each takes the mean of those of its 26 neighbours that already have a value. Voxels
+/// farther than `layers` from any known voxel are 0.
 struct FilledField {
   std::array<int, 3> size{};
-  int stride = 0;             ///< Between rows, a multiple of kLanes.
-  std::vector<float> values;  ///< Minus reference.
-  double reference = 0;       ///< A known value, so that large offsets cost no digits.
+  int stride = 0;             ///< Distance between rows, a multiple of kLanes.
+  std::vector<float> values;  ///< Values minus the reference.
+  double reference = 0;       ///< A known value, subtracted so that large offsets lose no digits.
   bool all_known = true;
 
   [[nodiscard]] const float* row(int j, int k) const {
@@ -30,25 +30,25 @@ struct FilledField {
     return const_cast<float*>(static_cast<const FilledField*>(this)->row(j, k));
   }
 };
-/// Holds about 4 bytes per voxel; 6 more while unknown voxels are filled.
+/// Takes about 4 bytes per voxel, and 6 more while unknown voxels are filled.
 FilledField filled_field(const ScalarVolume& volume, int layers, int threads);
 
-/// Which bricks of 8^3 voxels see a range of values wider than a limit within a support.
+/// Bricks of 8^3 voxels in which the values vary by more than a limit within a support around them.
 class ActiveBricks {
  public:
-  /// support: voxels on either side along each axis.
+  /// \p support: number of voxels on either side along each axis.
   ActiveBricks(const FilledField& field, const std::array<int, 3>& support, double least_range,
                int threads);
-  /// False: nothing in row (j, k) is active.
+  /// False when no brick in row (j, k) is active.
   [[nodiscard]] bool row(int j, int k) const;
-  /// Share of the bricks, [0, 1].
+  /// Share of active bricks, [0, 1].
   [[nodiscard]] double share() const;
 
  private:
   std::array<int, 3> size_;
   std::array<int, 3> count_;
   std::vector<std::uint8_t> active_;
-  std::vector<std::uint8_t> rows_;  ///< Of bricks, whether any is active.
+  std::vector<std::uint8_t> rows_;  ///< For each row of bricks, 1 if any brick is active.
 };
 
 }  // namespace nav::render::features

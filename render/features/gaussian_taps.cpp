@@ -17,9 +17,10 @@ GaussianTaps gaussian_taps(double sigma_voxels, double truncate) {
   GaussianTaps taps;
   taps.radius = std::max(1, static_cast<int>(std::ceil(truncate * sigma_voxels)));
   const auto count = static_cast<std::size_t>(taps.radius) + 1;
-  // Relative to the weight of the first neighbour: the ratios below survive where it underflows.
+  // Weights relative to that of the first neighbour. Their ratios survive if that weight
+  // underflows.
   std::vector<double> tail(count);
-  // Squares of small numbers may be 0, by which the exponent of the first neighbour is none.
+  // The square of a small number may be 0. The exponent of the first neighbour would then be 0 / 0.
   const double two_variances =
       std::max(2 * sigma_voxels * sigma_voxels, std::numeric_limits<double>::min());
   double sum = 0, second = 0, fourth = 0;
@@ -32,7 +33,7 @@ GaussianTaps gaussian_taps(double sigma_voxels, double truncate) {
   }
   const double neighbour = std::exp(-1 / two_variances);
   const double total = 1 + neighbour * sum;
-  const double variance = neighbour * second / total;  // Of the truncated, sampled Gaussian.
+  const double variance = neighbour * second / total;  // Truncated, sampled Gaussian.
   // bend_k = scale * tail_k * (k^2 - variance), k > 0, with second moment 2 and sum 0.
   const double bend_scale = 2 / (fourth - variance * second);
   taps.smooth.assign(count, 1 / total);
@@ -54,8 +55,8 @@ Result<void> check_reach(const FilterReach& filter, const VoxelGrid& grid,
   const double reach = filter.truncate * filter.sigma_mm / grid.spacing_mm.minCoeff();
   if (reach <= kMaxVoxels) return {};
   std::ostringstream text;
-  text << name << ": expected " << filter.option << " such that filters reach at most "
-       << kMaxVoxels << " voxels, found " << filter.found_mm << " mm, which reaches " << reach;
+  text << name << ": expected filters of at most " << kMaxVoxels << " voxels, found " << reach
+       << " voxels for " << filter.option << " " << filter.found_mm << " mm";
   return Error{ErrorCode::kUsage, text.str()};
 }
 

@@ -12,28 +12,29 @@
 namespace nav::render::features {
 
 /// A sampled Gaussian and its first two derivatives for unit spacing, cut off at a radius, with
-/// moments mended: smoothing keeps constants, the slope of k is 1 and the bend of k^2 is 2 exactly,
-/// so that below half a voxel they become central differences instead of nonsense. Folded.
+/// corrected moments: smoothing keeps constants, the slope of k is exactly 1, and the bend of k^2
+/// is exactly 2. Below half a voxel they therefore become central differences. Stored folded (see
+/// FoldedTaps).
 struct GaussianTaps {
   int radius = 1;              ///< >= 1.
   std::vector<double> smooth;  ///< Sum is 1.
-  std::vector<double> slope;   ///< Per voxel.
-  std::vector<double> bend;    ///< Per voxel squared.
+  std::vector<double> slope;   ///< Weights of the first derivative, per voxel.
+  std::vector<double> bend;    ///< Weights of the second derivative, per voxel squared.
 };
 /// sigma_voxels > 0; truncate: radius in sigmas, > 0.
 GaussianTaps gaussian_taps(double sigma_voxels, double truncate);
 
-/// The widest filter of a feature, and the option that asks for it.
+/// The widest filter of a feature, and the option that sets it.
 struct FilterReach {
   const char* option;
-  double found_mm;  ///< Of the option.
+  double found_mm;  ///< Value of the option.
   double sigma_mm, truncate;
 };
-/// Refuses filters of hundreds of voxels: they are a mistake of units, not a wish.
+/// Rejects filters of hundreds of voxels, because they indicate wrong units.
 Result<void> check_reach(const FilterReach& filter, const VoxelGrid& grid, const std::string& name);
 
-/// GaussianTaps rounded to float, with the derivatives scaled; constants still vanish exactly as
-/// far as float sums allow.
+/// GaussianTaps rounded to float, with scaled derivatives. Derivatives of constants still vanish as
+/// exactly as float sums allow.
 class FloatTaps {
  public:
   FloatTaps(const GaussianTaps& taps, double derivative_scale);

@@ -16,17 +16,17 @@
 namespace nav::render::features {
 namespace {
 
-/// Difference over the known ones of before, here, after; here must be known.
+/// Difference over the known values among before, here and after; here must be known.
 template <class Real>
 Real difference(Real before, Real here, Real after) {
   const bool has_before = before == before;
   const bool has_after = after == after;
   if (has_before && has_after) return (after - before) * Real(0.5);
   if (has_after) return after - here;
-  return here - before;  // NaN when there is neither.
+  return here - before;  // NaN if both neighbours are unknown.
 }
 
-/// Per-index differences of one row, from the five rows around it.
+/// Per-index differences of one row, computed from the five rows around it.
 class RowDifferences {
  public:
   RowDifferences(const ScalarVolume& volume) : volume_(volume), size_(volume.grid().size) {
@@ -60,7 +60,8 @@ class RowDifferences {
   std::array<std::vector<float>, 5> rows_;
 };
 
-/// Turns per-index differences into a part. One for all rows; thread-safe.
+/// Converts per-index differences to a part of the gradient. One object serves all rows;
+/// thread-safe.
 class Writer {
  public:
   Writer(const VoxelGrid& grid, GradientPart part, const ScanLines* lines, double least,
@@ -118,7 +119,7 @@ bool by_differences(const ScalarVolume& volume, const Writer& writer, const RunO
   return !steps.stopped();
 }
 
-/// Gaussian first derivatives of one plane, as ScalePlane of the vesselness has second ones.
+/// Gaussian first derivatives of one plane; ScalePlane of vesselness.cpp computes second ones.
 class SmoothPlane {
  public:
   SmoothPlane(const FilledField& field, const VoxelGrid& grid, const GradientOptions& options)

@@ -1,15 +1,16 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The inner loops of the solver on graphs; included by kernels_body.hpp, with its conditions.
+// The inner loops of the graph solver. kernels_body.hpp includes this file, and its rules apply
+// here too.
 
 SONDE_INLINE Doubles widened(const float* from) {
   using Half = float __attribute__((vector_size(16), aligned(4), may_alias));
   return __builtin_convertvector(*reinterpret_cast<const Half*>(from), Doubles);
 }
 
-/// Weights of packed_weight() as floats.
+/// Converts weights of packed_weight() to floats.
 SONDE_INLINE Floats unpacked(const unsigned short* from) {
-#ifdef __AVX2__  // What the compiler makes of the conversion below takes five operations.
+#ifdef __AVX2__  // The compiler's code for the conversion below takes five operations.
   const __m128i halves = _mm_loadu_si128(reinterpret_cast<const __m128i_u*>(from));
   return reinterpret_cast<Floats>(_mm256_slli_epi32(_mm256_cvtepu16_epi32(halves), 16));
 #else
@@ -21,7 +22,7 @@ SONDE_INLINE Floats unpacked(const unsigned short* from) {
 #endif
 }
 
-/// In differences: where neighbours are nearly equal nothing cancels but their own rounding.
+/// Uses differences: for nearly equal neighbours only their own rounding remains.
 static void laplacian_rows(const GraphRow& g, const double* x, double* out, int count) {
   for (int i = 0; i < count; i += 4) {
     const Doubles here = load(x + i);
@@ -35,7 +36,7 @@ static void laplacian_rows(const GraphRow& g, const double* x, double* out, int 
   }
 }
 
-/// Eight sums side by side, so that none waits for the one before.
+/// Eight sums side by side, so that no addition waits for the previous one.
 struct DoubleSums {
   Doubles low{}, high{};
 };
@@ -48,7 +49,7 @@ SONDE_INLINE double total(const DoubleSums& sums) {
   return (all[0] + all[1]) + (all[2] + all[3]);
 }
 
-/// Of the eight nodes from i on: A x.
+/// A x for the eight nodes from i on.
 SONDE_INLINE Floats packed_laplacian_at(const PackedRow& g, const float* x, int i) {
   const Floats here = load(x + i);
   Floats sum = load(g.leak + i) * here;

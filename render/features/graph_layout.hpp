@@ -11,8 +11,8 @@
 
 namespace nav::render::features {
 
-/// Neighbours of a voxel that an edge is stored for: three along the axes, six along the diagonals
-/// of the planes of the axes. With their opposites, 18 neighbours.
+/// Steps to the neighbours for which an edge is stored: three along the axes, six along the
+/// diagonals of the planes of the axes. With the opposite steps these are 18 neighbours.
 inline constexpr std::array<std::array<int, 3>, kGraphEdges> kEdgeSteps{{{1, 0, 0},
                                                                          {0, 1, 0},
                                                                          {0, 0, 1},
@@ -23,12 +23,12 @@ inline constexpr std::array<std::array<int, 3>, kGraphEdges> kEdgeSteps{{{1, 0, 
                                                                          {0, 1, 1},
                                                                          {0, 1, -1}}};
 
-/// Where the nodes of a grid lie in a vector over them: rows of a border of nodes without edges
-/// around, so that no loop asks where the grid ends.
+/// Positions of a grid's nodes in a vector over the nodes. A border of nodes without edges
+/// surrounds the grid, so that no loop has to test for the end of the grid.
 class GraphLayout {
  public:
   explicit GraphLayout(const std::array<int, 3>& size);
-  /// cells() of a grid of that size: many times its nodes where it is thin.
+  /// Number of cells() for a grid of a size. For a thin grid it is many times the number of nodes.
   static std::size_t cells_of(const std::array<int, 3>& size);
 
   [[nodiscard]] const std::array<int, 3>& size() const { return size_; }
@@ -40,11 +40,11 @@ class GraphLayout {
                static_cast<std::size_t>(stride_) +
            static_cast<std::size_t>(i);
   }
-  /// From a node to the one that its edge, [0, kGraphEdges), leads to.
+  /// Offset from a node to the node at the end of its edge, [0, kGraphEdges).
   [[nodiscard]] std::ptrdiff_t offset(int edge) const {
     return offsets_[static_cast<std::size_t>(edge)];
   }
-  /// Nodes of a row that kernels run over.
+  /// Number of nodes of a row that kernels process.
   [[nodiscard]] int row_length() const { return padded(size_[0]); }
 
  private:
@@ -54,28 +54,28 @@ class GraphLayout {
   std::array<std::ptrdiff_t, kGraphEdges> offsets_{};
 };
 
-/// Values of nodes that are 0 in most rows, as edges to nodes whose value is fixed are: only rows
-/// that were asked for to write to take memory.
+/// Node values that are 0 in most rows, such as the sums of edges to nodes with a fixed value. Only
+/// rows that were requested for writing take memory.
 class FewRows {
  public:
   explicit FewRows(const GraphLayout& layout);
-  /// row_length() values.
+  /// The values of a row; row_length() of them.
   [[nodiscard]] const float* row(int j, int k) const {
     return &values_[static_cast<std::size_t>(slot_[number(j, k)]) * length_];
   }
   [[nodiscard]] bool has(int j, int k) const { return slot_[number(j, k)] != 0; }
-  /// A row to write to, valid until another one is asked for. Those that has() already may be asked
-  /// for and written by several threads.
+  /// A row for writing, valid until another new row is requested. Several threads may request and
+  /// write rows for which has() is already true.
   float* writable(int j, int k);
-  /// Of all values as a vector.
+  /// Norm of all values as a vector.
   [[nodiscard]] double norm() const;
 
  private:
   [[nodiscard]] std::size_t number(int j, int k) const {
     return static_cast<std::size_t>(k) * rows_ + static_cast<std::size_t>(j);
   }
-  std::size_t rows_, length_;       ///< Of a plane, of a row.
-  std::vector<std::int32_t> slot_;  ///< Of each row; 0: the row of zeros.
+  std::size_t rows_, length_;       ///< Number of rows in a plane; number of values in a row.
+  std::vector<std::int32_t> slot_;  ///< Slot of each row; 0: the row of zeros.
   std::vector<float> values_;
 };
 

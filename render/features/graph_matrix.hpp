@@ -10,14 +10,16 @@
 
 namespace nav::render::features {
 
-/// A graph's matrix in double, for direct solves. Private to the solver.
+/// The matrix of a graph in double, for direct solves. Private to the solver.
 struct GraphMatrix {
-  std::vector<std::size_t> nodes;  ///< Of its rows.
-  Eigen::VectorXd degree;  ///< Sums of the edges; 0: nothing to solve, a row of the identity.
+  std::vector<std::size_t> nodes;  ///< Nodes of the matrix rows.
+  Eigen::VectorXd degree;  ///< Sums of the edges; 0: there is nothing to solve, and the row is that
+                           ///< of the identity.
   Eigen::SparseMatrix<double> matrix;
 };
 
-/// weight(edge, node): of the edge that begins there. whisper: the diagonal's excess, relative.
+/// \p weight: weight(edge, node) is the weight of the edge that begins at node. \p whisper:
+/// relative excess of the diagonal.
 template <class Weight>
 GraphMatrix matrix_of(const GraphLayout& layout, const FewRows& leak, const Weight& weight,
                       double whisper) {

@@ -10,8 +10,8 @@
 
 namespace nav::render::features {
 
-/// Calls work(i) for i in [0, count) in parallel, until a stop is asked for: then what comes out is
-/// not to be used. Private to the solver.
+/// Calls work(i) for i in [0, count) in parallel until a stop is requested. After a stop, the
+/// results are invalid. Private to the solver.
 template <class Work>
 void for_each_plane(int count, const RunOptions& run, const Work& work) {
   for_each_index(count, run.threads, [&](int i) {
@@ -24,7 +24,7 @@ inline Products& operator+=(Products& a, const Products& b) {
   a.rz += b.rz;
   return a;
 }
-/// In order, so that it is the same for any number of threads.
+/// Adds the parts in order, so that the sum is the same for any number of threads.
 inline Products sum_of(const std::vector<Products>& parts) {
   Products sum{};
   for (const Products& part : parts) sum += part;

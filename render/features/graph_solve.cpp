@@ -12,7 +12,8 @@
 namespace nav::render::features {
 namespace {
 
-/// Conjugate gradients on corrections, float vectors, sums in double over whole planes in order.
+/// Conjugate gradients for corrections, with float vectors. Sums are in double, over whole planes
+/// in order.
 class Inner {
  public:
   Inner(Multigrid& system, const RunOptions& run)
@@ -22,11 +23,11 @@ class Inner {
   [[nodiscard]] ZeroedArray<float>& residual() { return r_; }
   [[nodiscard]] const ZeroedArray<float>& correction() const { return e_; }
   [[nodiscard]] double estimate() const { return estimate_; }
-  /// What it was before the iterations of the last run().
+  /// Estimate before the iterations of the last run().
   [[nodiscard]] double start_estimate() const { return start_estimate_; }
 
-  /// Until the estimated error is below goal, or the residual below kReduction of what it was;
-  /// returns the iterations used.
+  /// Iterates until the estimated error is below goal, or the residual is below kReduction of its
+  /// start. Returns the number of iterations.
   int run(double goal, int most) {
     std::fill(e_.begin(), e_.end(), 0.0F);
     known_.restart();
@@ -34,7 +35,7 @@ class Inner {
     double rz = 0;
     int iteration = 0;
     bool solved = false;
-    constexpr double kReduction = 1e-4;  // Beyond it, the rounding of the weights counts.
+    constexpr double kReduction = 1e-4;  // Below it, the rounding of the weights matters.
     while (iteration < most && !run_.stop.stop_requested()) {
       const auto [zz, rz_new] = system_.apply(r_, z_, ap_);
       if (run_.stop.stop_requested()) break;
@@ -55,7 +56,8 @@ class Inner {
       solved = left <= kReduction * start;
       if (solved) break;
     }
-    // Solved before the estimate knows enough, as where nothing but a direction or two is wrong.
+    // The solve may end before the estimate has enough steps, if only one or two directions have an
+    // error.
     if (!std::isfinite(estimate_) && solved && !run_.stop.stop_requested()) {
       estimate_ = known_.error_of_few(system_.apply(r_, z_, ap_).rz);
     }
@@ -74,7 +76,7 @@ class Inner {
     for (const double plane : planes_) total += plane;
     return total;
   }
-  /// Errors fall by a factor an iteration: the share done goes by their logarithm.
+  /// Errors fall by a constant factor per iteration, so progress is measured by their logarithm.
   void report_progress(double goal) const {
     if (!run_.progress || !std::isfinite(estimate_) || !(first_estimate_ > goal)) return;
     const double share = std::log(first_estimate_ / estimate_) / std::log(first_estimate_ / goal);
@@ -93,7 +95,7 @@ class Inner {
       for (std::size_t i = 0; i < as_size(graph_.row_length()); ++i) p[i] = z[i] + factor * p[i];
     });
   }
-  /// Of the direction: p · p and p · A p.
+  /// Multiplies the direction by A; returns p · p and p · A p.
   Products multiply() {
     std::vector<Products> planes(planes_.size());
     for_each_row(graph_, run_, [&](int j, int k, std::size_t first) {
@@ -114,14 +116,14 @@ class Inner {
   const RunOptions& run_;
   std::vector<double> planes_;
   ZeroedArray<float> r_, z_, p_, e_;
-  ZeroedArray<float> ap_;  ///< Not needed while z_ is found.
+  ZeroedArray<float> ap_;  ///< Free for other use while z_ is computed.
   ErrorEstimate known_;
   double estimate_ = std::numeric_limits<double>::infinity();
   double first_estimate_ = std::numeric_limits<double>::infinity();
   double start_estimate_ = std::numeric_limits<double>::infinity();
 };
 
-/// r = b - A x in double; returns |r|. Nodes without edges have no residual.
+/// Computes r = b - A x in double and returns |r|. Nodes without edges have no residual.
 double true_residual(const GridGraph& graph, const FewRows& b, const ZeroedArray<double>& x,
                      ZeroedArray<float>& r, const RunOptions& run) {
   std::vector<double> planes(as_size(graph.size()[2]));
@@ -159,9 +161,10 @@ SolveReport solve(Multigrid& system, const FewRows& b, ZeroedArray<double>& x,
   bool settled = false;
   while (!settled) {
     report.relative_residual = true_residual(graph, b, x, inner.residual(), run) / scale;
-    report.converged = report.relative_residual <= 1e-12;  // Nothing open, or solved by the start.
+    report.converged = report.relative_residual <= 1e-12;  // No open node, or already solved.
     if (report.converged || report.iterations >= options.max_iterations) break;
-    // A little below, so that the true residual is rarely found to lie a little above.
+    // A goal slightly below the required error, so that the true residual rarely lies slightly
+    // above it.
     constexpr double kMargin = 0.95;
     const double goal = (report.iterations == 0 ? kMargin : 1) * options.error * root;
     const int used = inner.run(goal, options.max_iterations - report.iterations);
@@ -170,8 +173,8 @@ SolveReport solve(Multigrid& system, const FewRows& b, ZeroedArray<double>& x,
     report.iterations += used;
     if (used == 0 || run.stop.stop_requested()) break;
     ++report.refinements;
-    // Rounded weights leave about 1/256 of the error that the run began with. Where that is little
-    // beside what is asked for, a new residual would only say so.
+    // Rounded weights leave about 1/256 of the error at the start of the run. If that is small
+    // compared with the required error, a new residual would only confirm it.
     constexpr double kLittle = 16;
     if (report.converged && inner.start_estimate() <= kLittle * goal) settled = true;
     for_each_row(graph, run, [&](int, int, std::size_t first) {

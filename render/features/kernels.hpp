@@ -6,8 +6,8 @@
 
 namespace nav::render::features {
 
-/// Values per step of the kernels below. Every row that they read or write holds a multiple of
-/// this from its start; what lies beyond the last value must be finite.
+/// Number of values per step of the kernels below. Every row that they read or write has room for a
+/// multiple of this number from its start. The values after the last one must be finite.
 inline constexpr int kLanes = 8;
 
 inline constexpr int padded(int count) { return (count + kLanes - 1) / kLanes * kLanes; }
@@ -16,11 +16,11 @@ inline constexpr int padded(int count) { return (count + kLanes - 1) / kLanes * 
 struct FoldedTaps {
   const float* smooth;  ///< out = t0 f0 + sum tk (f+k + f-k)
   const float* slope;   ///< out = sum tk (f+k - f-k)
-  const float* bend;    ///< As smooth.
+  const float* bend;    ///< Same formula as smooth.
 };
 
-/// Constants of Frangi's measure: 1/(2 alpha^2), 1/(2 beta^2), 1/(2 c^2); sign: -1 bright tubes on
-/// dark, +1 dark on bright.
+/// Constants of Frangi's measure: 1/(2 alpha^2), 1/(2 beta^2), 1/(2 c^2). sign: -1 for bright tubes
+/// on dark ground, +1 for dark tubes on bright ground.
 struct TubeConstants {
   float plate, blob, structure, sign;
 };
@@ -30,7 +30,7 @@ struct HessianRows {
   const float *xx, *yy, *zz, *xy, *xz, *yz;
 };
 
-/// A window's moments: sum of weights, mean, sum of weighted squared distances from the mean.
+/// Moments of windows: sum of weights, mean, sum of weighted squared distances from the mean.
 struct MomentRows {
   double *weight, *mean, *spread;
 };
@@ -38,11 +38,11 @@ struct ConstMomentRows {
   const double *weight, *mean, *spread;
 };
 
-/// Undirected edges that are stored at each node of a grid graph.
+/// Number of undirected edges that are stored at each node of a grid graph.
 inline constexpr int kGraphEdges = 9;
 
-/// One row of a graph's matrix: after[e] joins node i and node i + offsets[e], before[e] node i and
-/// node i - offsets[e].
+/// One row of a graph's matrix: after[e] joins node i and node i + offsets[e]; before[e] joins node
+/// i and node i - offsets[e].
 struct GraphRow {
   const float* after[kGraphEdges];
   const float* before[kGraphEdges];
@@ -50,48 +50,48 @@ struct GraphRow {
   const float* leak;  ///< Sum of the edges to nodes whose value is fixed.
 };
 
-/// The same with weights of 16 bits, which also lie offsets[e] apart.
+/// A GraphRow with weights of 16 bits. Weights of one edge are also offsets[e] apart.
 struct PackedRow {
-  const unsigned short* weights[kGraphEdges];  ///< packed_weight(), as GraphRow::after.
+  const unsigned short* weights[kGraphEdges];  ///< packed_weight(); see GraphRow::after.
   std::ptrdiff_t offsets[kGraphEdges];
   const float* leak;
 };
 
-/// z · z and r · z of two vectors. Without functions of its own: these would be compiled for each
-/// set of instructions and merged.
+/// z · z and r · z of two vectors. This type has no functions, because these would be compiled for
+/// each instruction set and merged.
 struct Products {
   double zz, rz;
 };
 
-/// Of a random walk's edge: exp(-beta (|a - b| + penalty)) + floor.
+/// Constants of an edge of the random walk: exp(-beta (|a - b| + penalty)) + floor.
 struct EdgeConstants {
   float beta, floor;
 };
 
 /// The inner loops, compiled for plain x86-64 (or any other processor) and again with AVX2 and FMA.
-/// Thread-safe. The two sets round differently: compare their results with a tolerance.
+/// Thread-safe. The two versions round differently: compare their results with a tolerance.
 struct Kernels {
   const char* name;
-  /// One to three filters of rows[0 … 2 radius], rows[radius] in the middle; a null out is not
-  /// computed. out[0]: smooth, out[1]: slope, out[2]: bend.
+  /// Applies one to three filters to rows[0 … 2 radius], with rows[radius] in the middle. A null
+  /// out is not computed. out[0]: smooth, out[1]: slope, out[2]: bend.
   void (*filter_rows)(const float* const* rows, int radius, const FoldedTaps& taps,
                       float* const out[3], int count);
-  /// best = max(best, response) per voxel; eigenvalues only where a tube can be.
+  /// best = max(best, response) per voxel. Computes eigenvalues only if a tube is possible.
   void (*tube_response)(const HessianRows& rows, const TubeConstants& constants, float* best,
                         int count);
   /// Ascending eigenvalues of symmetric matrices.
   void (*eigenvalues)(const HessianRows& rows, float* low, float* middle, float* high, int count);
-  /// Moments of the union of windows, each times a weight.
+  /// Merges the moments of windows, each multiplied by a weight.
   void (*merge_moments)(const ConstMomentRows* windows, const double* weights, int windows_count,
                         const MomentRows& out, int count);
   /// out_i = leak_i x_i + sum over edges w_ij (x_i - x_j).
   void (*laplacian)(const GraphRow& row, const double* x, double* out, int count);
-  /// out = A x of a row; returns x · x and x · out.
+  /// out = A x for a row; returns x · x and x · out.
   Products (*packed_laplacian)(const PackedRow& row, const float* x, float* out, int count);
-  /// out = b - A x of a row.
+  /// out = b - A x for a row.
   void (*packed_residual)(const PackedRow& row, const float* b, const float* x, float* out,
                           int count);
-  /// v = (v + w before) pivot, and v += pivot w after: a step of every line's solve.
+  /// v = (v + w before) pivot, and v += pivot w after: one step in the solve of every line.
   void (*line_forward)(const unsigned short* w, const float* pivot, const float* before, float* v,
                        int count);
   void (*line_backward)(const unsigned short* w, const float* pivot, const float* after, float* v,
@@ -103,18 +103,18 @@ struct Kernels {
   double (*dot)(const float* a, const float* b, int count);
   /// e += alpha p, r -= alpha ap; returns r · r.
   double (*step)(float alpha, const float* p, const float* ap, float* e, float* r, int count);
-  /// scale times how far edges lead aside of the mean of the directions at their ends, unit vectors
-  /// in three rows each; 0 where these are opposite.
+  /// scale times the distance that an edge leads aside of the mean direction of its ends.
+  /// Directions are unit vectors, three rows each. 0 if the two directions are opposite.
   void (*edge_penalties)(const float* const here[3], const float* const there[3],
                          const float edge[3], float scale, float* out, int count);
-  /// 0 where either end is NaN.
+  /// Weights of edges; 0 if either end is NaN.
   void (*edge_weights)(const float* here, const float* there, const float* penalty,
                        const EdgeConstants& constants, float* out, int count);
 };
 
-/// The fastest set that this processor has.
+/// The fastest version that this processor supports.
 const Kernels& kernels();
-/// The set that every processor has.
+/// The version that every processor supports.
 const Kernels& portable_kernels();
 
 }  // namespace nav::render::features

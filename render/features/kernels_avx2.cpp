@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Compiled with -mavx2 -mfma and entered only through kernels().
+// Compiled with -mavx2 -mfma and called only through kernels().
 #include <immintrin.h>
 
 #include "render/features/kernels.hpp"

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The inner loops on vectors of the compiler (GCC and Clang), which lower them to what the
-// processor has. Included by one source file for each instruction set, inside its own unnamed
-// namespace and free of inline functions of others: those would be merged across the sets by the
-// linker and then fail on an older processor.
+// The inner loops on vector types of the compiler (GCC and Clang), which maps them to the
+// instructions of the processor. One source file for each instruction set includes this file inside
+// its own unnamed namespace. The file must not use inline functions of other files: the linker
+// would merge these across the instruction sets, and they would then fail on an older processor.
 
 using Floats = float __attribute__((vector_size(32)));
 using Ints = int __attribute__((vector_size(32)));
@@ -48,13 +48,13 @@ SONDE_INLINE Floats sqrt_of(Floats a) {
 #endif
 }
 
-/// exp(-x) for x >= 0, relative error below 3e-7; 0 effectively from x = 80 on.
+/// exp(-x) for x >= 0, relative error below 3e-7; practically 0 from x = 80 on.
 SONDE_INLINE Floats exp_minus(Floats x) {
   const Floats t = min_of(x, all(80.0F)) * -1.44269504F;
-  constexpr float kRounder = 12582912.0F;  // 1.5 * 2^23: adding it rounds to whole numbers.
+  constexpr float kRounder = 12582912.0F;  // 1.5 * 2^23: adding it rounds to integers.
   const Floats whole = (t + kRounder) - kRounder;
   const Floats f = (t - whole) * 0.693147181F;
-  // Taylor: the eighth term is below 2e-8 for |f| <= ln(2) / 2.
+  // Taylor series: the eighth term is below 2e-8 for |f| <= ln(2) / 2.
   Floats p = all(1.0F / 5040);
   p = p * f + 1.0F / 720;
   p = p * f + 1.0F / 120;
@@ -67,7 +67,7 @@ SONDE_INLINE Floats exp_minus(Floats x) {
   return p * reinterpret_cast<Floats>(exponent);
 }
 
-/// 1 - exp(-x) without cancellation at small x.
+/// 1 - exp(-x) without cancellation for small x.
 SONDE_INLINE Floats one_minus_exp_minus(Floats x) {
   const Floats series = x * (1.0F - x * (0.5F - x * (1.0F / 6 - x * (1.0F / 24))));
   return select(x < 0.03F, series, 1.0F - exp_minus(x));
@@ -83,7 +83,7 @@ SONDE_INLINE Floats angle_of(Floats x, Floats y) {
   const Ints reduce = t > 0.414213562F;  // tan(pi / 8)
   t = select(reduce, (t - 1.0F) / (t + 1.0F), t);
   const Floats z = t * t;
-  // Taylor to t^15: the next term is below 2e-8 for |t| <= tan(pi / 8).
+  // Taylor series to t^15: the next term is below 2e-8 for |t| <= tan(pi / 8).
   Floats p = all(-1.0F / 15);
   p = p * z + 1.0F / 13;
   p = p * z - 1.0F / 11;
@@ -106,11 +106,12 @@ struct Eigen3 {
   Floats low, middle, high;
 };
 
-/// Eigenvalues of symmetric 3 x 3 matrices, ascending, in closed form. Of the deviator B = A - m I
-/// they are sqrt(2/3) |B| cos(t + 2 pi k / 3), and 3 t is the angle between B and dev(B^2) as
-/// vectors (five orthonormal coordinates of traceless symmetric matrices). Taken as atan2 of their
-/// wedge product, a sum of squares, and their scalar product it keeps full accuracy where
-/// eigenvalues meet; the usual arccosine of the determinant loses half the digits there.
+/// Ascending eigenvalues of symmetric 3 x 3 matrices, in closed form. The eigenvalues of the
+/// deviator B = A - m I are sqrt(2/3) |B| cos(t + 2 pi k / 3). 3 t is the angle between B and
+/// dev(B^2) as vectors (five orthonormal coordinates of traceless symmetric matrices). It is
+/// computed by atan2 of their wedge product, a sum of squares, and their scalar product. This keeps
+/// full accuracy for nearly equal eigenvalues; the usual arccosine of the determinant loses half of
+/// the digits there.
 SONDE_INLINE Eigen3 eigenvalues_of(Floats xx, Floats yy, Floats zz, Floats xy, Floats xz,
                                    Floats yz) {
   constexpr float kRoot2 = 1.41421356F;
@@ -121,7 +122,7 @@ SONDE_INLINE Eigen3 eigenvalues_of(Floats xx, Floats yy, Floats zz, Floats xy, F
   const Floats b = yy - mean;
   const Floats c = zz - mean;
   const Floats norm2 = a * a + b * b + c * c + 2.0F * (xy * xy + xz * xz + yz * yz);
-  const Ints round = norm2 < 1e-36F;  // A multiple of the identity as far as float can tell.
+  const Ints round = norm2 < 1e-36F;  // In float, a multiple of the identity.
   const Floats norm = sqrt_of(norm2);
   const Floats scale = 1.0F / select(round, all(1.0F), norm);
   const Floats p = a * scale, q = b * scale, r = c * scale;
@@ -139,7 +140,7 @@ SONDE_INLINE Eigen3 eigenvalues_of(Floats xx, Floats yy, Floats zz, Floats xy, F
                         minor2(b1, c4, b4, c1) + minor2(b2, c3, b3, c2) + minor2(b2, c4, b4, c2) +
                         minor2(b3, c4, b4, c3);
   const Floats t = angle_of(dot, sqrt_of(wedge2)) * (1.0F / 3);
-  const Floats z = t * t;  // t in [0, pi / 3]: Taylor, next terms below 4e-9.
+  const Floats z = t * t;  // t in [0, pi / 3]: Taylor series, next terms below 4e-9.
   const Floats sine =
       t * (1.0F -
            z * (1.0F / 6 - z * (1.0F / 120 -
@@ -175,7 +176,8 @@ static void tube_rows(const HessianRows& h, const TubeConstants& k, float* best,
   for (int i = 0; i < count; i += 8) {
     const Floats xx = load(h.xx + i) * k.sign, yy = load(h.yy + i) * k.sign;
     const Floats zz = load(h.zz + i) * k.sign;
-    // Two eigenvalues must be positive and no smaller than the third: so must be the trace.
+    // Two eigenvalues must be positive and no smaller than the third, so the trace must be positive
+    // too.
     if (!any(xx + yy + zz > 0.0F)) continue;
     const Eigen3 e = eigenvalues_of(xx, yy, zz, load(h.xy + i) * k.sign, load(h.xz + i) * k.sign,
                                     load(h.yz + i) * k.sign);
@@ -231,7 +233,7 @@ static void filter_any(const float* const* rows, int radius, const FoldedTaps& t
   kFilters[which](rows, radius, taps, out, count);
 }
 
-/// Chan, Golub, LeVeque 1983: the spread of a union is the sum of the spreads and of the weighted
+/// Chan, Golub, LeVeque 1983: the spread of a union is the sum of the spreads plus the weighted
 /// squared distances of the means from the joint mean. Nothing is ever subtracted from a sum of
 /// squares.
 static void merge_rows(const ConstMomentRows* windows, const double* weights, int windows_count,

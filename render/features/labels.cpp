@@ -11,14 +11,15 @@
 namespace nav::render::features {
 namespace {
 
-/// Weights of the four control points around a place t in [0, 1] of a knot interval.
+/// Weights of the four control points around the position t in [0, 1] of a knot interval.
 std::array<double, 4> cubic_weights(double t) {
   const double s = 1 - t;
   return {s * s * s / 6, (3 * t * t * t - 6 * t * t + 4) / 6, (3 * s * s * s - 6 * s * s + 4) / 6,
           t * t * t / 6};
 }
 
-/// Where a voxel index falls among control points: the first of four, and the place in between.
+/// Position of a voxel index among the control points: the first of four, and the position between
+/// them.
 struct Knot {
   int first;
   double t;
@@ -106,7 +107,7 @@ double LayerSurface::height(double u, double v) const {
 }
 
 Eigen::Vector2d LayerSurface::steepest() const {
-  // A B-spline's derivative is a B-spline of the differences, which it never exceeds.
+  // The derivative of a B-spline is a B-spline of the differences and never exceeds them.
   const auto [a, b] = across(axis_);
   Eigen::Vector2d most = Eigen::Vector2d::Zero();
   for (int v = 0; v < control_[1]; ++v) {
@@ -155,15 +156,15 @@ int LayerModel::layer_at(const Eigen::Vector3d& voxel) const {
 Result<LabelVolume> LayerModel::rasterise(const VoxelGrid& grid, const RunOptions& run) const {
   const std::string name = "layer labels";
   if (grid.size != surfaces_.front().grid_size()) {
-    return Error{ErrorCode::kUsage, name +
-                                        ": expected the grid that the surfaces were made for, "
-                                        "found one of another size"};
+    return Error{ErrorCode::kUsage,
+                 name + ": expected a grid of the size of the surfaces' grid, found another size"};
   }
   if (auto ok = check_memory(name, grid.voxel_count(), 4, run.memory_limit); !ok) return ok.error();
   const int axis = surfaces_.front().axis();
   const auto [a, b] = across(axis);
   std::vector<std::uint32_t> masks(grid.voxel_count());
-  // A surface through centres of voxels lies below all of them or none, however it is rounded.
+  // Tolerance in voxels: a surface through voxel centres lies below all of them or none, despite
+  // rounding.
   constexpr double kSameVoxels = 1e-6;
   Steps steps(run, as_size(grid.size[b]));
   for_each_index(grid.size[b], run.threads, [&, a = a, b = b](int v) {

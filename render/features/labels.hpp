@@ -13,11 +13,11 @@
 
 namespace nav::render::features {
 
-/// Up to 32 labels per voxel, one bit each: the second form of the paper's label predicate
-/// (Schulte zu Berge et al. 2014, §3.1). Copying copies a pointer; thread-safe to read.
+/// Up to 32 labels per voxel, one bit each: the second form of the paper's label predicate (Schulte
+/// zu Berge et al. 2014, §3.1). Copying copies a pointer; thread-safe to read.
 class LabelVolume {
  public:
-  /// Refuses a bad grid and another number of masks.
+  /// Rejects an invalid grid and a number of masks that does not match it.
   static Result<LabelVolume> create(const VoxelGrid& grid, std::vector<std::uint32_t> masks,
                                     const std::string& name);
 
@@ -39,17 +39,19 @@ class LabelVolume {
 /// cubic B-spline (de Boor 1978), the first form of the paper's label predicate.
 class LayerSurface {
  public:
-  /// Heights of control points, voxels along `axis`, first u then v, the two other axes in order.
-  /// The control points span the grid's size along u and v, one more on each side. Refuses axes
-  /// other than 0, 1, 2, fewer than 4 control points along either side, another number of heights
-  /// and heights that are not finite.
+  /// Creates a surface from the heights of its control points. Heights are in voxels along `axis`;
+  /// u varies fastest, then v; u and v are the two other axes in order. The control points span the
+  /// grid's size along u and v, plus one point on each side. Rejects axes other than 0, 1, 2, fewer
+  /// than 4 control points along a side, a wrong number of heights, and heights that are not
+  /// finite.
   static Result<LayerSurface> create(int axis, const std::array<int, 3>& grid_size,
                                      const std::array<int, 2>& control,
                                      std::vector<double> heights);
 
   [[nodiscard]] int axis() const { return axis_; }
   [[nodiscard]] const std::array<int, 3>& grid_size() const { return size_; }
-  /// Exact height at continuous voxel indices (u, v), voxels; beyond the grid the border's counts.
+  /// Exact height at continuous voxel indices (u, v), voxels. Outside the grid, the height at its
+  /// border.
   [[nodiscard]] double height(double u, double v) const;
   /// Least upper bound of |dh/du| and |dh/dv| that the control points give.
   [[nodiscard]] Eigen::Vector2d steepest() const;
@@ -62,20 +64,20 @@ class LayerSurface {
   std::vector<double> heights_;
 };
 
-/// Layers between surfaces: layer 0 lies below all of them, layer n above all. Where surfaces
-/// cross, the layer is the number of surfaces below.
+/// Layers between surfaces. Layer 0 lies below all surfaces, layer n above all. If surfaces cross,
+/// the layer is the number of surfaces below.
 class LayerModel {
  public:
-  /// Refuses no surfaces, more than 31, and different axes or grids.
+  /// Rejects an empty list, more than 31 surfaces, and different axes or grids.
   static Result<LayerModel> create(std::vector<LayerSurface> surfaces);
 
-  /// Layer at a continuous voxel index, exactly.
+  /// Exact layer at a continuous voxel index.
   [[nodiscard]] int layer_at(const Eigen::Vector3d& voxel) const;
-  /// Bit n of every mask: the voxel's centre lies in layer n.
+  /// Rasterises the layers: bit n of a mask is set if the voxel's centre lies in layer n.
   [[nodiscard]] Result<LabelVolume> rasterise(const VoxelGrid& grid,
                                               const RunOptions& run = {}) const;
-  /// No point further than this from every surface, measured along the axis, gets another label
-  /// from the raster's nearest voxel than from layer_at(): (1 + |dh/du| + |dh/dv|) / 2, voxels.
+  /// Greatest distance from a surface, along the axis, at which the label of the raster's nearest
+  /// voxel can differ from layer_at(): (1 + |dh/du| + |dh/dv|) / 2, voxels.
   [[nodiscard]] double raster_error_voxels() const;
 
  private:

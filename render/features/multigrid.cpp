@@ -13,7 +13,7 @@
 namespace nav::render::features {
 namespace {
 
-/// The axis along which neighbours hold together most: that of the scan lines, mostly.
+/// The axis with the strongest coupling of neighbours, which is mostly that of the scan lines.
 int line_axis(const PackedGraph& graph, const RunOptions& run) {
   const auto coupling = graph.coupling(run);
   int axis = 0;
@@ -26,7 +26,8 @@ int line_axis(const PackedGraph& graph, const RunOptions& run) {
   return axis;
 }
 
-/// Boxes of 2 across the lines, which are solved exactly; along them when nothing else is left.
+/// Boxes of 2 nodes across the lines, which are solved exactly; along the lines only if there is no
+/// other axis.
 std::array<int, 3> factors_of(const PackedGraph& graph, int axis) {
   std::array<int, 3> factor{1, 1, 1};
   bool across = false;
@@ -43,13 +44,13 @@ std::array<int, 3> factors_of(const PackedGraph& graph, int axis) {
 
 struct Multigrid::Level {
   PackedGraph graph;
-  int axis;  ///< Of the lines that smoothing solves exactly.
-  /// Of the factorisation of each line; 0 where there is nothing to solve.
+  int axis;  ///< Axis of the lines that smoothing solves exactly.
+  /// Pivots of the factorisation of each line; 0 if there is nothing to solve.
   ZeroedArray<float> pivot;
-  /// b is 0 where there is nothing to solve; x is not, before it is smoothed. Those of the first
-  /// level are lent to it.
+  /// b is 0 at nodes with nothing to solve; x is not, until it is smoothed. The vectors of the
+  /// first level are lent to it.
   ZeroedArray<float> x, b, smoothed;
-  std::array<int, 3> factor;  ///< To the next level.
+  std::array<int, 3> factor;  ///< Reduction to the next level.
 
   Level(PackedGraph packed, const RunOptions& run)
       : graph(std::move(packed)),
@@ -66,13 +67,13 @@ struct Multigrid::Level {
     for (auto* v : {&x, &b, &smoothed}) *v = ZeroedArray<float>(graph.cells());
   }
 
-  /// Nodes of a box of the next level.
+  /// Number of nodes in a box of the next level.
   [[nodiscard]] int nodes_of_box() const { return factor[0] * factor[1] * factor[2]; }
 
   /// Block Jacobi with whole lines has eigenvalues in (0, 2].
   static constexpr float kDamping = 0.9F;
 
-  /// One step from x = 0.
+  /// Smooths by one step from x = 0.
   void smooth_from_zero(const RunOptions& run) {
     for_each_slab(run, [&](const Slab& slab) {
       LineScratch& t = scratch(slab);
@@ -85,7 +86,7 @@ struct Multigrid::Level {
       }
     });
   }
-  /// One step from x, and scale times that. Returns x · x and x · b.
+  /// Smooths x by one step and multiplies the result by scale. Returns x · x and x · b.
   Products smooth(float scale, const RunOptions& run) {
     std::vector<Products> slabs(as_size(graph.size()[axis == 2 ? 1 : 2]));
     for_each_slab(run, [&](const Slab& slab) {
@@ -138,14 +139,14 @@ struct Multigrid::Level {
  private:
   [[nodiscard]] std::size_t length() const { return as_size(graph.row_length()); }
 
-  /// The rows that lines connect: a plane, so that what one of the steps below leaves behind is
-  /// still near when the next one wants it. Memory is what a cycle waits for.
+  /// The rows that lines connect. They form a plane, so that the result of one step below is still
+  /// in the cache when the next step reads it. Memory limits the speed of a cycle.
   struct Slab {
     int number, rows;
     std::size_t first, step;
     [[nodiscard]] std::size_t at(int n) const { return first + as_size(n) * step; }
   };
-  /// Rows of a slab with a border of zeros.
+  /// Rows of a slab, with a border of zeros.
   struct LineScratch {
     std::size_t stride = 0;
     std::vector<float> values;
@@ -172,12 +173,12 @@ struct Multigrid::Level {
     return lines;
   }
 
-  /// A row of b - A x, 0 where there is nothing to solve.
+  /// A row of b - A x; 0 where there is nothing to solve.
   void residual(int j, int k, float* out) const {
     const std::size_t first = graph.at(0, j, k);
     kernels().packed_residual(graph.row(j, k), &b[first], &x[first], out, graph.row_length());
   }
-  /// Nodes beyond the row have no residual.
+  /// Nodes after the end of the row have no residual.
   void add_to_boxes(const float* left, int boxes, float* box) const {
     for (std::size_t i = 0; i < as_size(boxes); ++i) {
       box[i] += factor[0] == 1 ? left[i] : left[2 * i] + left[2 * i + 1];
@@ -192,7 +193,7 @@ struct Multigrid::Level {
       }
     }
   }
-  /// pivot: from degrees to 1 / (degree - w^2 pivot of the one before).
+  /// Turns degrees into pivots: 1 / (degree - w^2 pivot of the node before).
   void factorise(const RunOptions& run) {
     const auto back = static_cast<std::size_t>(graph.offset(axis));
     for_each_slab(run, [&](const Slab& slab) {
@@ -207,7 +208,7 @@ struct Multigrid::Level {
       }
     });
   }
-  /// t = T^-1 t, T the degrees and the couplings along the lines.
+  /// t = T^-1 t; T holds the degrees and the couplings along the lines.
   void solve_lines(const Slab& slab, LineScratch& t) const {
     const auto back = static_cast<std::size_t>(graph.offset(axis));
     for (int n = 0; n < slab.rows; ++n) {
@@ -240,7 +241,7 @@ struct Multigrid::Level {
 /// The last level, solved directly.
 struct Multigrid::Coarsest {
   explicit Coarsest(const PackedGraph& graph) {
-    // A whisper on the diagonal: parts without any fixed value stay solvable.
+    // A tiny excess on the diagonal keeps parts without a fixed value solvable.
     const auto weight = [&](int e, std::size_t node) {
       return unpacked_weight(*graph.edges(e, node));
     };
@@ -288,11 +289,12 @@ std::size_t Multigrid::open() const {
 }
 int Multigrid::levels() const { return static_cast<int>(levels_.size()); }
 
-/// A coarse level answers by two cycles, the first one's answer doubled: of what it is asked for a
-/// part that one cycle reduces to 1 - l of itself is left with (1 - 2 l)(1 - l), between -1/8 and 1
-/// for l in (0, 9/8], so that the level above has its l in (0, 9/8] again: all stay positive
-/// (Axelsson and Vassilevski 1989). Below the second one that changes little, and of volumes of
-/// one slice, whose levels shrink by halves only, it would take as long as it saves.
+/// A coarse level answers with two cycles, and the answer of the first is doubled. A part of the
+/// error that one cycle reduces to 1 - l of itself is then reduced to (1 - 2 l)(1 - l). This lies
+/// between -1/8 and 1 for l in (0, 9/8], so the level above has its l in (0, 9/8] again, and all
+/// levels stay positive (Axelsson and Vassilevski 1989). Below the second coarse level this changes
+/// little. In volumes of one slice, whose levels shrink only by halves, it would take as long as it
+/// saves.
 constexpr std::size_t kAnsweredTwice = 2;
 constexpr float kFirstAnswer = 2.0F;
 

@@ -10,14 +10,14 @@
 namespace nav::render::features {
 namespace {
 
-/// An edge that leaves its box.
+/// An edge from a node to a different box.
 struct Leaving {
   int edge;
-  bool forward;      ///< From the node that it is stored at, or towards it.
-  std::size_t slot;  ///< Of kEdgeSteps for the boxes.
+  bool forward;      ///< True: the edge is stored at this node. False: at its other end.
+  std::size_t slot;  ///< Index into kEdgeSteps, for the boxes.
 };
 
-/// Where the edges of a node lead, by its place in its box.
+/// Edges that lead out of the box, for a node at a position in its box.
 std::vector<Leaving> leaving_edges(const std::array<int, 3>& place,
                                    const std::array<int, 3>& factor) {
   std::vector<Leaving> found;
@@ -25,11 +25,11 @@ std::vector<Leaving> leaving_edges(const std::array<int, 3>& place,
     for (const int sign : {1, -1}) {
       std::array<int, 3> step{};
       for (std::size_t a = 0; a < 3; ++a) {
-        // Within [-1, 2]; + factor: rounds down below 0 too.
+        // The sum lies within [-1, 2]. Adding factor makes the division round down below 0 too.
         step[a] = (place[a] + sign * kEdgeSteps[as_size(e)][a] + factor[a]) / factor[a] - 1;
       }
       const auto slot = std::find(kEdgeSteps.begin(), kEdgeSteps.end(), step) - kEdgeSteps.begin();
-      if (slot == kGraphEdges) continue;  // Inside the box, or the other box will add it.
+      if (slot == kGraphEdges) continue;  // Inside the box, or added by the other box.
       found.push_back({e, sign == 1, static_cast<std::size_t>(slot)});
     }
   }

@@ -12,14 +12,12 @@ Result<void> check_memory(const std::string& what, std::size_t voxels, double by
   if (needed <= static_cast<double>(limit)) return {};
   constexpr double kMegabyte = 1e6;
   std::ostringstream text;
-  text << what << ": expected to need at most " << static_cast<double>(limit) / kMegabyte
+  text << what << ": expected a need of at most " << static_cast<double>(limit) / kMegabyte
        << " MB, found " << needed / kMegabyte << " MB (" << voxels << " voxels of "
        << bytes_per_voxel << " bytes)";
   return Error{ErrorCode::kUnsupportedData, text.str()};
 }
 
-Error cancelled(const std::string& what) {
-  return {ErrorCode::kCancelled, what + ": expected to finish, found a request to stop"};
-}
+Error cancelled(const std::string& what) { return {ErrorCode::kCancelled, what + ": cancelled"}; }
 
 }  // namespace nav::render::features

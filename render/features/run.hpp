@@ -12,28 +12,29 @@
 
 namespace nav::render::features {
 
-/// How a derived volume is computed; never what comes out: the same bytes for any number of
-/// threads.
+/// Options of a computation of a derived volume. They never change the result: it has the same
+/// bytes for any number of threads.
 struct RunOptions {
-  int threads = 0;                       ///< At most; 0: all cores.
-  std::stop_token stop{};                ///< Asked between planes and between iterations.
-  std::function<void(double)> progress;  ///< Share done, [0, 1]; from any worker, or empty.
-  /// A computation that would hold more than this, its result included, is refused, bytes.
+  int threads = 0;                       ///< Greatest number of threads; 0: all cores.
+  std::stop_token stop{};                ///< Checked between planes and between iterations.
+  std::function<void(double)> progress;  ///< Receives the share done, [0, 1], from any worker
+                                         ///< thread; may be empty.
+  /// Greatest memory of a computation, its result included, bytes. A larger one is rejected.
   std::size_t memory_limit = std::size_t{6} << 30;
 };
 
-/// A refusal that names the volume and both sizes when needed exceeds the limit.
+/// Error if the needed memory exceeds the limit. It names the volume and both sizes.
 Result<void> check_memory(const std::string& what, std::size_t voxels, double bytes_per_voxel,
                           std::size_t limit);
 
-/// kCancelled, naming what was stopped.
+/// The error kCancelled, with the name of the stopped computation.
 Error cancelled(const std::string& what);
 
-/// Counts steps done by many workers.
+/// Counts the steps that several workers have done.
 class Steps {
  public:
   Steps(const RunOptions& run, std::size_t total) : run_(run), total_(total) {}
-  /// False: stop, the caller asked for it.
+  /// False when the caller requested a stop.
   bool next() {
     if (run_.stop.stop_requested()) return false;
     const std::size_t done = ++done_;

@@ -69,7 +69,7 @@ ScanLines::ScanLines() : digest_(std::make_shared<KnownDigest>()) {}
 Result<ScanLines> ScanLines::parallel(const Direction<frames::Ct>& away,
                                       const Point<frames::Ct>& on_face) {
   if (!away.v.allFinite() || !(away.v.cwiseAbs().maxCoeff() > 1e-12)) {
-    return refused_lines("a finite direction of some length", away.v.transpose());
+    return refused_lines("a finite direction that is not zero", away.v.transpose());
   }
   if (!is_place(on_face.mm)) return refused_lines("a point within 1e7 mm", on_face.mm.transpose());
   ScanLines lines;
@@ -144,8 +144,8 @@ Result<void> ScanLines::check(const VoxelGrid& grid, const std::string& name) co
            std::to_string(g.size[2]);
   };
   return Error{ErrorCode::kUsage,
-               name + ": expected scan-line directions on the volume's own grid (" + text(grid) +
-                   "), found those of another (" + text(grid_) + ")"};
+               name + ": expected scan-line directions on the grid of the volume (" + text(grid) +
+                   "), found another grid (" + text(grid_) + ")"};
 }
 
 std::string ScanLines::digest() const {

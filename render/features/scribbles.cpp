@@ -23,7 +23,7 @@ Result<void> check_numbers(const Stroke& stroke) {
   }
   const Eigen::Vector3d& normal = stroke.plane_normal.v;
   if (!normal.allFinite() || !(normal.cwiseAbs().maxCoeff() > 1e-12)) {
-    return refuse("a finite plane normal of some length", normal.transpose());
+    return refuse("a finite plane normal that is not zero", normal.transpose());
   }
   if (!(stroke.radius_mm > 0 && stroke.radius_mm <= 1000)) {
     return refuse("radius_mm in (0, 1000]", stroke.radius_mm);
@@ -43,7 +43,7 @@ double distance_to_segment(const Eigen::Vector3d& p, const Eigen::Vector3d& from
 }
 
 Eigen::Vector3d unit_normal_of(const Stroke& stroke) {
-  // Stable: squares of finite numbers may not be finite.
+  // Normalises stably, because squares of finite numbers may not be finite.
   return stroke.plane_normal.v.stableNormalized();
 }
 
@@ -72,8 +72,8 @@ Result<void> check(const Stroke& stroke, const VoxelGrid& grid) {
     if (off_mm <= allowed_mm + kRoundingMm) continue;
     std::ostringstream text;
     text << "scribble: expected points within " << allowed_mm
-         << " mm, half its thickness, of the slice through the first one, found point " << n + 1
-         << " at (" << p.transpose() << "), " << off_mm << " mm off it";
+         << " mm (half the thickness) of the slice through the first point, found point " << n + 1
+         << " at (" << p.transpose() << "), " << off_mm << " mm away";
     return Error{ErrorCode::kUsage, text.str()};
   }
   return {};
@@ -108,7 +108,7 @@ void ScribbleMask::add_segment(const Stroke& stroke, const Eigen::Vector3d& from
   for (int axis = 0; axis < 3; ++axis) {
     const auto n = static_cast<std::size_t>(axis);
     const double most = grid_.size[n] - 1;
-    // Clamped before rounding: strokes far outside must not overflow.
+    // Clamps before rounding, so that strokes far outside do not overflow.
     first[n] = static_cast<int>(
         std::ceil(std::clamp(std::min(a[axis], b[axis]) - reach[axis], 0.0, most + 1)));
     last[n] = static_cast<int>(

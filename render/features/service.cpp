@@ -13,10 +13,10 @@
 
 namespace nav::render::features {
 
-/// A computation that somebody asked for. Its own lock guards what is not atomic.
+/// A requested computation. Its own lock protects everything that is not atomic.
 struct DerivedVolumes::Job {
   Job(DerivedRequest r, std::string k) : request(std::move(r)), key(std::move(k)) {}
-  /// The worker's; given up when finished, so that what is kept is the result alone.
+  /// Used by the worker and cleared when finished, so that only the result stays in memory.
   std::optional<DerivedRequest> request;
   const std::string key;
   std::stop_source stop;
@@ -24,7 +24,7 @@ struct DerivedVolumes::Job {
   std::mutex mutex;
   std::condition_variable finished;
   std::optional<Result<DerivedVolume>> result;
-  std::exception_ptr thrown;  ///< Stands for the result that there is then too.
+  std::exception_ptr thrown;  ///< Thrown instead of the result, which is then set too.
   int interested = 0;
 
   void finish(Result<DerivedVolume> value) {
@@ -33,12 +33,13 @@ struct DerivedVolumes::Job {
     progress = 1;
     finished.notify_all();
   }
-  /// What the computation gave, or throws what it threw. Locked, once there is a result.
+  /// Returns the result of the computation, or throws what it threw. Call locked, once there is a
+  /// result.
   [[nodiscard]] const Result<DerivedVolume>& outcome() const {
     if (thrown) std::rethrow_exception(thrown);
     return *result;
   }
-  /// False: too late, nobody was interested any more and it is being stopped.
+  /// Adds interest. False if it is too late: nobody was interested and the job is being stopped.
   bool join() {
     const std::lock_guard lock(mutex);
     if (!result && interested == 0 && stop.stop_requested()) return false;
@@ -88,7 +89,7 @@ void DerivedVolumes::Ticket::cancel() {
   interested_ = false;
 }
 
-/// Queue and cache. Locks are taken in the order: this one, then a job's.
+/// Queue and cache. Order of locks: this one first, then a job's.
 struct DerivedVolumes::State {
   State(const DerivedLimits& l, Compute c) : limits(l), compute(std::move(c)) {}
 
@@ -98,14 +99,14 @@ struct DerivedVolumes::State {
   std::condition_variable_any wake;
   std::deque<std::shared_ptr<Job>> queue;
   std::shared_ptr<Job> running;
-  std::list<std::shared_ptr<Job>> kept;  ///< Finished well, the newest use first.
+  std::list<std::shared_ptr<Job>> kept;  ///< Successful jobs, the most recently used first.
   Counts counts;
-  std::jthread worker;  ///< Last: its end is waited for first.
+  std::jthread worker;  ///< Last member: its end is waited for first.
 
   static std::size_t bytes_of(const Job& job) {
     return (**job.result).volume.values->size() * sizeof(float);
   }
-  /// A finished, running or waiting job of that key that can still be joined. Locked.
+  /// Finds a finished, running or waiting job with a key that can still be joined. Call locked.
   std::shared_ptr<Job> find(const std::string& key) {
     for (auto at = kept.begin(); at != kept.end(); ++at) {
       if ((*at)->key != key) continue;
@@ -118,7 +119,7 @@ struct DerivedVolumes::State {
     }
     return nullptr;
   }
-  /// Locked.
+  /// Adds a job to the cache. Call locked.
   void keep(const std::shared_ptr<Job>& job) {
     kept.push_front(job);
     counts.cached_bytes += bytes_of(*job);
@@ -136,7 +137,7 @@ struct DerivedVolumes::State {
         queue.pop_front();
       }
       Result<DerivedVolume> value = work_on(running);
-      // Kept before anybody can know of it: whoever asks next finds it in its place.
+      // Stored before anyone can know of the result, so that the next request finds it.
       const std::lock_guard lock(mutex);
       running->request.reset();
       running->finish(std::move(value));
@@ -160,7 +161,7 @@ struct DerivedVolumes::State {
     how.threads = limits.threads;
     how.memory_limit = limits.memory_limit;
     how.stop = job->stop.get_token();
-    // Workers report in any order; the share shown never falls.
+    // Workers report in any order; the displayed share never falls.
     how.progress = [&job](double share) {
       double shown = job->progress;
       while (share > shown && !job->progress.compare_exchange_weak(shown, share)) {
@@ -170,12 +171,12 @@ struct DerivedVolumes::State {
       return compute(*job->request, how);
     } catch (const std::bad_alloc&) {
       return Error{ErrorCode::kUnavailable,
-                   job->request->volume.name() +
-                       ": expected enough memory for a derived volume, found too little"};
+                   job->request->volume.name() + ": out of memory for a derived volume"};
     } catch (...) {
       job->thrown = std::current_exception();
-      return Error{ErrorCode::kUnavailable,
-                   job->request->volume.name() + ": expected a derived volume, found an exception"};
+      return Error{
+          ErrorCode::kUnavailable,
+          job->request->volume.name() + ": an exception ended the computation of a derived volume"};
     }
   }
 };

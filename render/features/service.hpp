@@ -23,70 +23,72 @@ struct GradientPartOptions {
 };
 struct ScanDepthOptions {};
 
-/// Which feature, with everything that it depends on besides the volume.
+/// The kind of feature, with all its parameters besides the volume.
 using DerivedOptions = std::variant<SnrOptions, VesselnessOptions, ConfidenceOptions,
                                     GradientPartOptions, ScanDepthOptions>;
 
 struct DerivedRequest {
   ScalarVolume volume;
   DerivedOptions options;
-  /// Needed by confidence, gradients but for their magnitude, and depth along the scan line;
+  /// Needed by confidence, by gradients except their magnitude, and by depth along the scan line;
   /// ignored by the others.
   std::optional<ScanLines> lines;
 };
 
-/// Whether a feature depends on where the scan lines run.
+/// True when a feature depends on the scan lines.
 bool needs_scan_lines(const DerivedOptions& options);
-/// Refuses options out of range or too wide for the volume's voxels, missing scan lines and those
-/// of another grid.
+/// Rejects options that are out of range or too wide for the volume's voxels, and scan lines that
+/// are missing or of a different grid.
 Result<void> validate(const DerivedRequest& request);
-/// Digest of the volume and of all that the feature depends on, the version of its definition
-/// included: the same key is the same values, in other runs of the program too.
+/// Digest of the volume and of everything that the feature depends on, including the version of its
+/// definition. Equal keys mean equal values, also in other runs of the program.
 std::string key_of(const DerivedRequest& request);
 
 struct DerivedVolume {
   FeatureVolume volume;
-  std::string note;  ///< What the computation says of itself: iterations, estimated error.
+  std::string note;  ///< Notes of the computation: iterations, estimated error.
 };
-/// Computes at once, on the caller's thread and workers.
+/// Computes immediately, on the caller's thread and workers.
 Result<DerivedVolume> compute(const DerivedRequest& request, const RunOptions& run);
 
 struct DerivedLimits {
   std::size_t cache_bytes = std::size_t{2}
-                            << 30;  ///< Of finished volumes; the newest always stays.
-  std::size_t memory_limit = std::size_t{6} << 30;  ///< Of one computation, its result included.
-  int threads = 0;                                  ///< 0: all cores.
+                            << 30;  ///< Limit of finished volumes; the newest always stays.
+  std::size_t memory_limit = std::size_t{6} << 30;  ///< Limit of one computation, its result
+                                                    ///< included, bytes.
+  int threads = 0;                                  ///< 0 means all cores.
 };
 
-/// Features on demand: computed when asked for, one after the other in the background, and kept by
-/// content: the same volume and parameters are found again, whichever of them changed is computed
-/// anew; beyond the bound the least recently used go. Thread-safe.
+/// Features on demand. They are computed when requested, one after the other in the background, and
+/// cached by content: a request with the same volume and parameters finds the feature again, and a
+/// changed one is computed. Above the limit the least recently used ones are removed. Thread-safe.
 class DerivedVolumes {
  public:
   using Compute = std::function<Result<DerivedVolume>(const DerivedRequest&, const RunOptions&)>;
   explicit DerivedVolumes(const DerivedLimits& limits = {}, Compute compute = features::compute);
-  /// Stops what runs and waits for it.
+  /// Stops the running computation and waits for it.
   ~DerivedVolumes();
   DerivedVolumes(const DerivedVolumes&) = delete;
   DerivedVolumes& operator=(const DerivedVolumes&) = delete;
 
   struct Job;
-  /// One asker's interest in a feature; without any left, its computation is stopped. Movable.
-  /// Valid beyond the service.
+  /// The interest of one caller in a feature. When no ticket is left, the computation is stopped.
+  /// Movable. Stays valid after the service ends.
   class Ticket {
    public:
     Ticket(Ticket&&) noexcept = default;
     Ticket& operator=(Ticket&& other) noexcept;
     ~Ticket();
-    /// [0, 1]; 1 when finished, however it ended.
+    /// Progress, [0, 1]; 1 when finished, with any outcome.
     [[nodiscard]] double progress() const;
-    /// Absent until finished. What the computation threw is thrown here.
+    /// The result; no value until finished. Throws what the computation threw.
     [[nodiscard]] std::optional<Result<DerivedVolume>> poll() const;
-    /// Blocks. Throws as poll().
+    /// Blocks until finished. Throws like poll().
     [[nodiscard]] Result<DerivedVolume> wait() const;
-    /// Blocks no longer than that; true when finished.
+    /// Blocks at most for that time; true when finished.
     [[nodiscard]] bool wait_for(std::chrono::milliseconds most) const;
-    /// Gives up the interest; wait() then says kCancelled unless somebody else lets it finish.
+    /// Ends the interest. wait() then returns kCancelled unless another caller lets the computation
+    /// finish.
     void cancel();
 
    private:
@@ -96,14 +98,14 @@ class DerivedVolumes {
     bool interested_ = true;
   };
 
-  /// Never computes on the caller's thread, but the first request for a volume reads it once (for
-  /// its digest). Refuses as validate().
+  /// Requests a feature. Never computes on the caller's thread, but the first request for a volume
+  /// reads it once (for its digest). Rejects what validate() rejects.
   Result<Ticket> request(const DerivedRequest& request);
 
   struct Counts {
-    std::size_t computed = 0;      ///< Computations begun.
-    std::size_t found = 0;         ///< Requests met by a finished or running one.
-    std::size_t cached_bytes = 0;  ///< Held now.
+    std::size_t computed = 0;  ///< Number of computations started.
+    std::size_t found = 0;     ///< Number of requests served by a finished or running computation.
+    std::size_t cached_bytes = 0;  ///< Memory in use now.
   };
   [[nodiscard]] Counts counts() const;
 

@@ -8,7 +8,7 @@
 namespace nav::render::features {
 namespace {
 
-/// Raised with every change of a feature's values: those of before are then found no more.
+/// Increased with every change of a feature's values, so that older values are not found any more.
 constexpr double kDefinitionVersion = 5;
 
 template <class... Cases>
@@ -47,7 +47,7 @@ void add(const DerivedOptions& options, Digest& digest) {
       options);
 }
 
-/// Without what a result merely carries along.
+/// Converts a result, without the data that it only carries along.
 template <class T, class Take>
 Result<DerivedVolume> taken(Result<T> result, const Take& take) {
   if (!result) return result.error();
@@ -76,10 +76,11 @@ Result<void> validate(const DerivedRequest& request) {
                  request.options);
   if (!ok || !needs_scan_lines(request.options)) return ok;
   if (!request.lines) {
-    return Error{ErrorCode::kUsage,
-                 request.volume.name() +
-                     ": expected scan-line directions (one direction, a fan's apex or a sweep), "
-                     "which confidence, depth and gradients along or across them need, found none"};
+    return Error{
+        ErrorCode::kUsage,
+        request.volume.name() +
+            ": confidence, depth and gradients along or across scan lines require scan-line "
+            "directions (one direction, the apex of a fan or a sweep), found none"};
   }
   return request.lines->check(request.volume.grid(), request.volume.name());
 }
@@ -106,7 +107,7 @@ Result<DerivedVolume> compute(const DerivedRequest& request, const RunOptions& r
               std::ostringstream note;
               note << c.report.iterations << " iterations, ";
               if (std::isnan(c.report.estimated_error)) {
-                note << "error not known with so little gamma";
+                note << "error unknown because gamma is too small";
               } else {
                 note << "estimated error " << c.report.estimated_error << " rms";
               }

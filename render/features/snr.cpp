@@ -14,7 +14,7 @@
 namespace nav::render::features {
 namespace {
 
-/// Moments of many voxels.
+/// Moments of several voxels.
 struct Moments {
   std::vector<double> weight, mean, spread;
   void resize(std::size_t count) {
@@ -34,12 +34,13 @@ struct MomentBuffers {
   std::vector<Moments> voxels;  ///< One row of each plane of the window.
   std::vector<float> row;
   Moments columns;  ///< Merged along k: a plane.
-  Moments sheets;   ///< And along j: a row with borders of weight 0.
-  Moments windows;  ///< And along i: a row.
+  Moments sheets;   ///< Merged along k and j: a row with borders of weight 0.
+  Moments windows;  ///< Merged along all axes: a row.
   std::vector<ConstMomentRows> parts;
 };
 
-/// Merges windows along k, then j, then i: each plane by itself, so nothing is computed twice.
+/// Merges windows along k, then j, then i. Each plane is computed separately, so nothing is
+/// computed twice.
 class SnrPlane {
  public:
   SnrPlane(const ScalarVolume& volume, const SnrOptions& options)
@@ -99,7 +100,7 @@ class SnrPlane {
     kernels().merge_moments(s.parts.data(), &weights_[as_size(first - j + radius_)],
                             static_cast<int>(s.parts.size()), s.sheets.at(as_size(radius_)),
                             stride_);
-    // Padding of the row carries no weight; the borders in front never got any.
+    // The padding of the row has no weight; the borders in front never had any.
     std::fill(s.sheets.weight.begin() + radius_ + size_[0], s.sheets.weight.end(), 0.0);
   }
   void merge_along_i(MomentBuffers& s) const {

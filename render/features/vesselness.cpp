@@ -16,7 +16,7 @@
 namespace nav::render::features {
 namespace {
 
-/// Six rows of derivatives with room for the borders on both sides.
+/// Buffers of rows of derivatives, with room for the borders on both sides.
 struct DerivativeRows {
   std::array<std::vector<float>, 3> planes;  ///< Smooth, slope and bend along k.
   std::array<std::vector<float>, 6> mixed;   ///< Filtered along k and j, one row.
@@ -39,7 +39,7 @@ class ScalePlane {
   [[nodiscard]] std::array<int, 3> support() const {
     return {taps_[0].radius(), taps_[1].radius(), taps_[2].radius()};
   }
-  /// best: the plane's responses so far, size[0] x size[1].
+  /// \p best: the plane's greatest responses until now, size[0] x size[1].
   void run(int k, const ActiveBricks& active, float* best, DerivativeRows& s) const {
     allocate(s);
     filter_along_k(k, active, s);
@@ -59,12 +59,12 @@ class ScalePlane {
     for (auto& d : s.second) d.resize(as_size(field_.stride));
     s.best.resize(as_size(field_.stride));
   }
-  /// Whether a row of the plane is needed by an active one.
+  /// True when an active row needs this row of the plane.
   [[nodiscard]] bool needed(int j, int k, const ActiveBricks& active) const {
     const int last = field_.size[1] - 1;
     for (int y = std::max(j - taps_[1].radius(), 0); y <= std::min(j + taps_[1].radius(), last);) {
       if (active.row(y, k)) return true;
-      y = (y / 8 + 1) * 8;  // The bricks' rows are alike.
+      y = (y / 8 + 1) * 8;  // All rows of a brick are alike.
     }
     return false;
   }
@@ -101,7 +101,7 @@ class ScalePlane {
   void filter_along_i(DerivativeRows& s) const {
     const int radius = taps_[0].radius();
     s.rows.resize(as_size(2 * radius + 1));
-    constexpr int kOrder[6] = {2, 1, 0, 1, 0, 0};  // Of the derivative along i.
+    constexpr int kOrder[6] = {2, 1, 0, 1, 0, 0};  // Order of the derivative along i.
     for (std::size_t m = 0; m < 6; ++m) {
       float* row = s.mixed[m].data() + radius;
       std::fill(s.mixed[m].data(), row, row[0]);
@@ -133,12 +133,12 @@ TubeConstants constants_of(const VesselnessOptions& options, double contrast) {
           half_inverse_square(c), options.polarity == Polarity::kBright ? -1.0F : 1.0F};
 }
 
-/// A range of values below which no response exceeds the negligible one: a second derivative of
-/// data within a range W is at most W / 2 times the integral of the kernel's magnitude, so
+/// Range of values below which no response exceeds the negligible one. For data within a range W, a
+/// second derivative is at most W / 2 times the integral of the kernel's magnitude. So
 /// S^2 <= 1.31 W^2, and the response is at most S^2 / (2 c^2).
 double harmless_range(const VesselnessOptions& options, double contrast) {
   const double c = contrast / (std::numbers::sqrt2 * std::numbers::e);
-  constexpr double kSlack = 1.5;  // Sampled kernels of few taps.
+  constexpr double kSlack = 1.5;  // Margin for sampled kernels with few taps.
   return c * std::sqrt(2 * options.negligible_response / (1.31 * kSlack));
 }
 
@@ -197,7 +197,7 @@ double contrast_of(const VesselnessOptions& options, const ScalarVolume& volume,
   const ValueRange range = value_range(volume, 0.01, 0.99, threads);
   const double contrast = 0.5 * (range.high - range.low);
   if (contrast > 0) return contrast;
-  // All but a few voxels are alike: what differs is in these.
+  // Almost all voxels are equal, so the contrast comes from the few others.
   const double whole = 0.5 * (range.greatest - range.least);
   return whole > 0 ? whole : 1;
 }

@@ -9,39 +9,39 @@ namespace nav::render::features {
 
 enum class Polarity { kBright, kDark };
 
-/// Multi-scale vesselness after Frangi et al. 1998 on Gaussian second derivatives in mm, normalised
-/// by sigma^2 (Lindeberg). A straight tube of radius r and contrast C answers most strongly at
-/// sigma = r / sqrt(2), with both cross eigenvalues at -C/e: scales are given as radii on this
-/// rule.
+/// Multi-scale vesselness after Frangi et al. 1998, on Gaussian second derivatives in mm,
+/// normalised by sigma^2 (Lindeberg). A straight tube of radius r and contrast C responds most
+/// strongly at sigma = r / sqrt(2), with both cross eigenvalues at -C/e. Scales are therefore given
+/// as radii.
 struct VesselnessOptions {
-  Polarity polarity = Polarity::kDark;  ///< Of the lumen; blood is dark in B-mode.
-  double smallest_radius_mm = 0.8;      ///< (0, largest].
-  double largest_radius_mm = 3.0;       ///< Up to 100.
-  int scales = 4;                       ///< [1, 16], in equal ratios; 1: the geometric mean.
-  double alpha = 0.5;                   ///< Plates against lines, > 0.
-  double beta = 0.5;                    ///< Blobs against lines, > 0.
-  /// Difference of intensity between lumen and surroundings that counts as a whole vessel, > 0;
-  /// 0: half of the distance between the 1st and the 99th percentile of the volume, of the whole
-  /// range where these are the same. Frangi's c,
-  /// half of the greatest norm, is taken of the ideal tube of this contrast, contrast / (sqrt(2)
-  /// e), and so does not hang on the loudest voxel.
+  Polarity polarity = Polarity::kDark;  ///< Brightness of the lumen; blood is dark in B-mode.
+  double smallest_radius_mm = 0.8;      ///< (0, largest_radius_mm].
+  double largest_radius_mm = 3.0;       ///< At most 100.
+  int scales = 4;                       ///< [1, 16], at equal ratios; 1: the geometric mean.
+  double alpha = 0.5;                   ///< Separates plates from lines, > 0.
+  double beta = 0.5;                    ///< Separates blobs from lines, > 0.
+  /// Difference of intensity between lumen and surroundings of a full vessel, > 0. 0: half of the
+  /// distance between the 1st and the 99th percentile of the volume, or half of the whole range if
+  /// these are equal. Frangi's c, half of the greatest norm, is that of the ideal tube with this
+  /// contrast, contrast / (sqrt(2) e), and therefore does not depend on the brightest voxel.
   double contrast = 0;
-  double truncate = 4;  ///< Radius of the filters in sigmas, [2, 8]: run time against error.
-  /// Bricks that provably respond less are left at 0, [0, 0.1].
+  double truncate = 4;  ///< Radius of the filters in sigmas, [2, 8]: larger is slower and more
+                        ///< accurate.
+  /// Bricks whose response is provably smaller stay at 0, [0, 0.1].
   double negligible_response = 1e-4;
 };
 Result<void> validate(const VesselnessOptions& options);
-/// Also filters that would reach hundreds of voxels of a grid. name: of the volume.
+/// Also rejects filters that would reach hundreds of voxels of a grid. \p name: name of the volume.
 Result<void> validate(const VesselnessOptions& options, const VoxelGrid& grid,
                       const std::string& name);
 
 /// Sigmas of the scales, mm, ascending.
 std::vector<double> sigmas_mm(const VesselnessOptions& options);
-/// The contrast that an automatic choice takes.
+/// The contrast of the options, or the automatic one.
 double contrast_of(const VesselnessOptions& options, const ScalarVolume& volume, int threads);
 
-/// Response in [0, 1]; NaN at unknown voxels, 0 everywhere in a constant volume. Holds about 8
-/// bytes per voxel, 14 with unknown voxels. Borders and unknown voxels: FilledField.
+/// Response in [0, 1]; NaN at unknown voxels, 0 everywhere in a constant volume. Takes about 8
+/// bytes per voxel, 14 with unknown voxels. Borders and unknown voxels: see FilledField.
 Result<FeatureVolume> vesselness(const ScalarVolume& volume, const VesselnessOptions& options,
                                  const RunOptions& run = {});
 

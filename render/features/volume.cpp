@@ -22,7 +22,7 @@ struct Extremes {
   std::size_t known = 0;
 };
 
-/// Of the known voxels whose values are counted.
+/// Extremes of the known voxels whose values are counted.
 template <class Counts>
 Extremes extremes_of(const ScalarVolume& volume, int threads, const Counts& counts) {
   const auto& size = volume.grid().size;
@@ -50,12 +50,12 @@ Extremes extremes_of(const ScalarVolume& volume, int threads, const Counts& coun
   return all;
 }
 
-/// Bins of one width over a range that is not empty.
+/// Bins of equal width over a range that is not empty.
 class Bins {
  public:
   explicit Bins(const Extremes& range)
       : least_(range.least), width_((range.greatest - least_) / kBins), scale_(1 / width_) {}
-  /// Of a value within the range.
+  /// Bin of a value within the range.
   [[nodiscard]] std::size_t of(float value) const {
     const auto bin = static_cast<int>((static_cast<double>(value) - least_) * scale_);
     return static_cast<std::size_t>(std::clamp(bin, 0, kBins - 1));
@@ -68,7 +68,8 @@ class Bins {
   double least_, width_, scale_;
 };
 
-/// Slabs of planes, each with its own counts, so that memory does not grow with the volume.
+/// Counts in slabs of planes, each with its own histogram, so that memory does not grow with the
+/// volume.
 Histogram histogram_of(const ScalarVolume& volume, const Extremes& range, int threads) {
   const auto& size = volume.grid().size;
   constexpr int kSlabs = 16;
@@ -93,7 +94,7 @@ Histogram histogram_of(const ScalarVolume& volume, const Extremes& range, int th
   return all;
 }
 
-/// The bin that the value of a rank lies in, and how many values lie in those before.
+/// The bin of the value with a rank, and the number of values in the bins before.
 struct RankedBin {
   std::size_t bin = 0, before = 0;
 };
@@ -105,7 +106,7 @@ RankedBin bin_of_rank(const Histogram& counts, double rank) {
   return at;
 }
 
-/// Two quantiles by their ranks. While both lie in one bin, that is looked at more closely.
+/// Two quantiles by their ranks. While both lie in one bin, that bin is divided further.
 std::array<double, 2> quantiles(const ScalarVolume& volume, Extremes range,
                                 std::array<double, 2> ranks, int threads) {
   while (range.greatest > range.least) {

@@ -81,8 +81,7 @@ class GlEngine final : public Engine {
   Result<RenderedImage> draw(const Scene& scene) {
     const CurrentContext current(*window_);
     if (!window_->window().IsCurrent()) {
-      return Error{ErrorCode::kUnavailable,
-                   "OpenGL: expected the context of " + device_ + ", found it lost"};
+      return Error{ErrorCode::kUnavailable, "OpenGL: the context of " + device_ + " is lost"};
     }
     window_->window().SetSize(scene.width, scene.height);
     // The view does not keep the scene beyond this call.
@@ -97,7 +96,7 @@ class GlEngine final : public Engine {
            1.0F};
       if (!std::isfinite(p.r + p.g + p.b)) {
         return Error{ErrorCode::kNumerical,
-                     "OpenGL: expected finite pixels, found others on " + device()};
+                     "OpenGL: expected finite pixels, found NaN or Inf on " + device()};
       }
     }
     return RenderedImage{{scene.width, scene.height, std::move(pixels)},

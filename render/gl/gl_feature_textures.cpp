@@ -73,10 +73,9 @@ void mark_undefined(const std::vector<Holes>& holes, int k, std::uint16_t* cells
 
 Result<void> accepted(const std::string& what) {
   if (glGetError() == GL_NO_ERROR) return {};
-  return Error{ErrorCode::kUnsupportedData,
-               what +
-                   ": expected room on this OpenGL device, found its memory full; the CPU "
-                   "engine draws such scenes"};
+  return Error{
+      ErrorCode::kUnsupportedData,
+      what + ": the memory of this OpenGL device is full; the CPU engine draws such scenes"};
 }
 
 }  // namespace

@@ -84,10 +84,10 @@ Result<void> GlLabelTexture::update(const LabelVolume& labels, gl::SendLimit& li
     send_bits<std::uint32_t>(labels, bits_, slices, format_, GL_UNSIGNED_INT);
   }
   if (glGetError() != GL_NO_ERROR) {
-    return Error{ErrorCode::kUnsupportedData,
-                 labels.name() +
-                     ": expected room on this OpenGL device, found its memory full; "
-                     "the CPU engine draws such scenes"};
+    return Error{
+        ErrorCode::kUnsupportedData,
+        labels.name() +
+            ": the memory of this OpenGL device is full; the CPU engine draws such scenes"};
   }
   labels_ = labels;
   slices_ = slices.end;

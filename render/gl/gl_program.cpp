@@ -61,7 +61,7 @@ Result<GLuint> compile(GLenum kind, const std::string& text) {
   glGetShaderInfoLog(shader, static_cast<GLsizei>(log.size() - 1), nullptr, log.data());
   glDeleteShader(shader);
   return Error{ErrorCode::kUnsupportedData,
-               "shader: expected it to compile, the driver says " + first_error(log)};
+               "shader: it does not compile, the driver says " + first_error(log)};
 }
 
 void define(std::string& defines, bool on, const char* name) {
@@ -90,7 +90,6 @@ std::string transfer_defines(const GlFeatures& features) {
   define(defines, shading && features.emphasis, "EMPHASIS");
   define(defines, composite && (features.cutaway || (shading && features.emphasis)), "IMPORTANCE");
   define(defines, features.skipping, "SKIPPING");
-  define(defines, features.adaptive, "ADAPTIVE");
   define(defines, features.sparse, "SPARSE");
   define(defines, features.listed, "PACKED_RAYS");
   return defines;
@@ -170,8 +169,8 @@ int samplers_of(const GlFeatures& f) {
   if (!f.predicates || f.beside_ct) {
     const bool pre_integrated = f.classified == GlFeatures::Classified::kPreIntegrated;
     const bool shaded = f.shaded != GlFeatures::Shaded::kNot;
-    samplers += count({true, f.cutaway || (shaded && f.emphasis), pre_integrated,
-                       f.skipping || f.adaptive, f.adaptive, f.gradient_texture});
+    samplers += count({true, f.cutaway || (shaded && f.emphasis), pre_integrated, f.skipping,
+                       f.gradient_texture});
   }
   return samplers;
 }
@@ -242,7 +241,7 @@ Result<std::unique_ptr<GlProgram>> GlProgram::linked(const std::vector<unsigned>
   std::vector<char> log(4096, '\0');
   glGetProgramInfoLog(id, static_cast<GLsizei>(log.size() - 1), nullptr, log.data());
   return Error{ErrorCode::kUnsupportedData,
-               "shader: expected it to link, the driver says " + first_error(log)};
+               "shader: it does not link, the driver says " + first_error(log)};
 }
 
 GlProgram::~GlProgram() { glDeleteProgram(id_); }
@@ -318,7 +317,7 @@ Result<GlProgram*> GlProgramCache::get(const GlFeatures& features) {
                      "; the CPU engine draws it"};
   }
   if (features.compute && refuses_compute_) {
-    return Error{ErrorCode::kUnsupportedData, "shader: expected it to compile, found it refused"};
+    return Error{ErrorCode::kUnsupportedData, "shader: the driver rejected it before"};
   }
   ++compiled_;
   const std::string text = raycast_source(features);

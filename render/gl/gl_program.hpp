@@ -52,7 +52,6 @@ struct GlFeatures {
   bool cutaway = false;
   bool cut_field = false;  ///< The surfaces of the cutaway come as an image.
   bool skipping = false;   ///< Leaps over bricks that show nothing.
-  bool adaptive = false;   ///< Several cells may be taken as one.
   bool jitter = false;
   bool compute = false;       ///< A compute shader, not a fragment shader.
   bool storage = false;       ///< Tables are storage buffers; only in compute shaders.

@@ -61,10 +61,11 @@ Result<void> prepare(std::unique_ptr<GlProgram>& program, const char* fragment) 
 Result<void> whole(const Volume& volume, const Volume& fitted) {
   if (&fitted == &volume) return {};
   const auto& size = volume.grid().size;
-  return Error{ErrorCode::kUnsupportedData,
-               "predicates: expected a volume that this OpenGL device holds whole, found " +
-                   std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " +
-                   std::to_string(size[2]) + " voxels; the CPU engine draws it"};
+  return Error{
+      ErrorCode::kUnsupportedData,
+      "predicates: expected a volume that fits into the memory of this OpenGL device, found " +
+          std::to_string(size[0]) + " x " + std::to_string(size[1]) + " x " +
+          std::to_string(size[2]) + " voxels; the CPU engine draws it"};
 }
 
 /// True if the scene shows predicates of its volume, or of a second volume.
@@ -100,9 +101,7 @@ Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDep
   if (!drawn) return drawn;
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {
     return Error{ErrorCode::kUnavailable,
-                 "OpenGL: expected the ray casting pass to succeed, found "
-                 "error " +
-                     std::to_string(error)};
+                 "OpenGL: ray casting ended with error " + std::to_string(error)};
   }
   if (!depth && !statistics_.provisional) last_ = std::move(keyed);
   return {};
@@ -300,7 +299,6 @@ void GlRaycaster::bind_textures(const std::optional<SharedDepth>& depth, bool pr
   gl::bind_storage(gl::kPointsStorage, textures.integrals.buffer_id());
   gl::bind_storage(gl::kTransferStorage, textures.transfer.buffer_id());
   bind(kBricks, GL_TEXTURE_3D, projects ? textures.brick_ranges.id() : textures.bricks.id());
-  bind(kBrickCells, GL_TEXTURE_3D, textures.brick_cells.id());
   bind(kSolids, GL_TEXTURE_2D, textures.solids.id());
   bind(kCutObjects, GL_TEXTURE_2D, textures.cut_objects.id());
   bind(kCutField, GL_TEXTURE_2D, field_spans_.id());
@@ -412,7 +410,7 @@ Result<void> GlRaycaster::prepare_targets(int width, int height, bool layers, bo
   glGetIntegerv(GL_MAX_TEXTURE_SIZE, &largest);
   if (width > largest || height > largest) {
     return Error{ErrorCode::kUnsupportedData,
-                 "picture: expected at most " + std::to_string(largest) +
+                 "image: expected at most " + std::to_string(largest) +
                      " pixels along an edge on this OpenGL device, found " + std::to_string(width) +
                      " x " + std::to_string(height)};
   }

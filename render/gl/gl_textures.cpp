@@ -107,7 +107,9 @@ Result<void> GlTextures::update(const Scene& scene) {
   const bool plane = scene.plane && scene.plane->safety.state != SafetyState::kLost;
   if (plane) {
     const Image2d<std::uint8_t>& pixels = scene.plane->frame.pixels;
-    if (auto ok = fits("ultrasound picture edge", std::max(pixels.width(), pixels.height())); !ok)
+    if (auto ok =
+            fits("edge of the ultrasound image, pixels", std::max(pixels.width(), pixels.height()));
+        !ok)
       return ok;
   }
   if (auto sent = update_volume(scene.ct); !sent) return sent;
@@ -118,7 +120,6 @@ Result<void> GlTextures::update(const Scene& scene) {
     const bool needs_gradients = scene.shading.enabled || scene.transfer.uses_gradient();
     if (needs_gradients && gradient_texture_ && !pairs_) update_gradients();
     if (scene.quality.skip_empty_bricks && !bricks_valid_) update_bricks();
-    if (const auto adaptive = adaptive_step(scene, *table_)) update_brick_cells(*adaptive);
   }
   if (plane) update_picture(scene.plane->frame.pixels);
   solid_count_ = solids_now.height;
@@ -183,7 +184,6 @@ Result<void> GlTextures::update_volume(const std::shared_ptr<const Volume>& volu
   if (volume == volume_) return {};
   volume_ = nullptr;
   bricks_valid_ = false;
-  cells_of_.reset();
   const auto& size = volume->grid().size;
   const auto refused = [&](const std::string& limit) {
     return Error{ErrorCode::kUnsupportedData, volume->name() + ": expected a volume within " +
@@ -232,7 +232,6 @@ void GlTextures::update_transfer(const TransferFunction& function) {
   function_ = function;
   table_.emplace(function);
   bricks_valid_ = false;
-  cells_of_.reset();
   gl::send_table(transfer, GL_RGBA32F, table_->rgbat());
   gl::send_table(importances, GL_R32F, table_->importance());
   gl::send_table(integrals, GL_RGBA32I, point_texels(*table_));
@@ -271,17 +270,6 @@ void GlTextures::update_brick_ranges() {
                0, GL_RG_INTEGER, GL_UNSIGNED_SHORT, texels.data());
   brick_ranges_of_ = volume_;
   ++uploads_.bricks;
-}
-
-void GlTextures::update_brick_cells(const AdaptiveStep& adaptive) {
-  update_ranges();
-  if (cells_of_ == adaptive) return;
-  glBindTexture(GL_TEXTURE_3D, brick_cells.id());
-  gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
-  const auto texels = nav::render::brick_cells(ranges_, *table_, adaptive, 0);
-  glTexImage3D(GL_TEXTURE_3D, 0, GL_R8UI, ranges_.count.x(), ranges_.count.y(), ranges_.count.z(),
-               0, GL_RED_INTEGER, GL_UNSIGNED_BYTE, texels.data());
-  cells_of_ = adaptive;
 }
 
 void GlTextures::update_bricks() {
@@ -324,7 +312,7 @@ void GlTextures::update_picture(const Image2d<std::uint8_t>& pixels) {
 
 void GlTextures::release() {
   for (GlTexture* texture :
-       {&ct, &gradients, &bricks, &brick_ranges, &brick_cells, &picture, &solids, &cut_objects}) {
+       {&ct, &gradients, &bricks, &brick_ranges, &picture, &solids, &cut_objects}) {
     texture->release();
   }
   for (GlTable* table : {&transfer, &importances, &integrals, &ct_pairs}) table->release();
@@ -332,7 +320,6 @@ void GlTextures::release() {
       nullptr;
   function_.reset();
   bricks_valid_ = false;
-  cells_of_.reset();
   pixels_ = {};
   solid_rows_ = {};
   cut_rows_ = {};

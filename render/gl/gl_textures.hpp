@@ -13,7 +13,6 @@
 #include "nav/result.hpp"
 #include "render/gl/gl_shape_rows.hpp"
 #include "render/gl/gl_volume_fit.hpp"
-#include "render/quality/adaptive_step.hpp"
 #include "render/scene.hpp"
 #include "render/skipping/brick_grid.hpp"
 #include "render/skipping/visible_spans.hpp"
@@ -122,7 +121,7 @@ class GlTextures {
   [[nodiscard]] int solid_count() const { return solid_count_; }
 
   GlTable transfer, importances, integrals, ct_pairs;
-  GlTexture ct, gradients, bricks, brick_ranges, brick_cells, picture, solids, cut_objects;
+  GlTexture ct, gradients, bricks, brick_ranges, picture, solids, cut_objects;
 
  private:
   void update_transfer(const TransferFunction& function);
@@ -130,7 +129,6 @@ class GlTextures {
   void update_ranges();
   void update_bricks();
   void update_brick_ranges();
-  void update_brick_cells(const AdaptiveStep& adaptive);
   void update_picture(const Image2d<std::uint8_t>& pixels);
 
   [[nodiscard]] bool send_volume(const Volume& volume);
@@ -164,7 +162,6 @@ class GlTextures {
   std::uint64_t bricks_occupied_ = 0;
   std::vector<std::uint8_t> hidden_;  ///< hidden_bricks() of the bricks on the device.
   std::optional<BrickShell> shell_;
-  std::optional<AdaptiveStep> cells_of_;  ///< The cells that are on the device.
   Image2d<std::uint8_t> pixels_;
   spec::CutawayObjects<double> cut_;
   GlRows solid_rows_, cut_rows_;

@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "render/cutaway_mesh.hpp"
-#include "render/quality/adaptive_step.hpp"
 #include "render/quality/sparse_rays.hpp"
 #include "render/spec/ray_spec.hpp"
 #include "render/two_volumes.hpp"
@@ -163,7 +162,7 @@ void set_volume_marching(GlProgram& program, const GlFeatures& features, const S
   }
   if (shading) set_shading(program, features, scene);
   if (features.cutaway) set_cutaway(program, features, scene, textures.cut());
-  if (features.skipping || features.adaptive) {
+  if (features.skipping) {
     set_brick_walk(program, scene.ct->grid(), textures.brick_count(), kBricks, {}, reach_mm(scene));
   }
   // Nothing is visible between two empty parts that touch: 4 voxels, minus rounding.
@@ -172,7 +171,6 @@ void set_volume_marching(GlProgram& program, const GlFeatures& features, const S
   if (features.skipping) {
     program.set("all_parts", scene.quality.step_voxels <= kLongestCellOverParts ? 0 : kAllParts);
   }
-  if (features.adaptive) program.set("brick_cells", kBrickCells);
 }
 
 void set_light(GlProgram& program, const Shading& light) {
@@ -223,7 +221,6 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
   } else if (scene.quality.classification == Classification::kPostClassified) {
     features.classified = GlFeatures::Classified::kAtMiddle;
   }
-  features.adaptive = adaptive_step(scene, textures.table()).has_value();
   if (scene.shading.enabled && textures.table().shades(scene.shading.emphasis)) {
     features.shaded = scene.shading.style == ShadingStyle::kPhong ? GlFeatures::Shaded::kPhong
                                                                   : GlFeatures::Shaded::kGooch;

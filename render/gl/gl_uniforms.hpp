@@ -26,7 +26,6 @@ enum GlUnit {
   kImportances,
   kIntegrals,
   kBricks,
-  kBrickCells,
   kPicture,
   kSolids,
   kCutObjects,

@@ -144,7 +144,7 @@ std::string note_of(const ReducedVolume& reduced, const Volume& full) {
   };
   text << full.name() << ": ";
   size(full.grid().size);
-  text << " voxels are more than this OpenGL device holds, drawn from means of ";
+  text << " voxels do not fit into this OpenGL device, drawn from means of ";
   size(reduced.factors);
   text << " voxels; values differ by at most " << reduced.max_error_hu << " HU, rms "
        << reduced.rms_error_hu << " HU";

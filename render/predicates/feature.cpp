@@ -10,9 +10,10 @@ namespace nav::render {
 namespace {
 
 constexpr double kMostCode = 32767;
-/// Of numbers of this size values are steps apart.
+/// Relative spacing of single-precision numbers: the step of values of size 1.
 constexpr double kSinglePrecision = std::numeric_limits<float>::epsilon();
-/// Of a constant 0: far below anything that matters, and a normal number in single precision.
+/// Step for a constant 0: far below any value that matters, and a normal number in single
+/// precision.
 constexpr double kLeastStep = 1e-30;
 
 Result<void> check_count(const VoxelGrid& grid, std::size_t count, const std::string& name) {
@@ -36,7 +37,7 @@ Result<FeatureVolume> FeatureVolume::create(const VoxelGrid& grid, std::span<con
     high = std::max<double>(high, v);
   }
   FeatureVolume out;
-  // One value alone is kept exactly, with steps that tell it from any other number.
+  // A single value is stored exactly, with a step that separates it from any other number.
   out.offset_ = low <= high ? 0.5 * (low + high) : 0;
   const double greatest = low <= high ? std::max(std::abs(low), std::abs(high)) : 0;
   const double step = std::max(kSinglePrecision * greatest, kLeastStep);

@@ -19,30 +19,31 @@ class LayerModel;
 }  // namespace features
 
 /// A derived quantity of an ultrasound volume, one number per voxel, for predicates: SNR,
-/// vesselness, confidence, gradients. Kept in 16 bits between the least and the greatest value,
-/// which is its definition for every engine. Immutable; copying copies a pointer.
+/// vesselness, confidence, gradients. Values are stored in 16 bits between the least and the
+/// greatest value. These stored values define the feature for every engine. Immutable; copying
+/// copies a pointer.
 class FeatureVolume {
  public:
   /// Code of a voxel without a value.
   static constexpr std::int16_t kUndefined = -32768;
 
-  /// values: i fastest; NaN and infinities are undefined voxels, where no predicate is true.
-  /// Refuses a bad grid or a count that does not match it.
+  /// Encodes values, i fastest. NaN and infinities mark undefined voxels, where no predicate is
+  /// true. Rejects an invalid grid or a count that does not match the grid.
   static Result<FeatureVolume> create(const VoxelGrid& grid, std::span<const float> values,
                                       std::string name);
 
   [[nodiscard]] const std::string& name() const { return codes_->name(); }
   [[nodiscard]] const VoxelGrid& grid() const { return codes_->grid(); }
-  /// value = offset + scale · code, but for kUndefined.
+  /// Codes: value = offset + scale · code, except for kUndefined.
   [[nodiscard]] const std::shared_ptr<const Volume>& codes() const { return codes_; }
   [[nodiscard]] double offset() const { return offset_; }
-  /// > 0.
+  /// Value step per code, > 0.
   [[nodiscard]] double scale() const { return scale_; }
-  /// A stored value is within half of it: a step of the codes, or of single precision where that
-  /// is more, as for constants.
+  /// Resolution: a stored value is exact to half of this. It is the step of the codes, or that of
+  /// single precision if greater, as for constants.
   [[nodiscard]] double quantum() const { return quantum_; }
   [[nodiscard]] bool has_undefined() const { return has_undefined_; }
-  /// What other voxels of the same codes are; has_undefined() stays.
+  /// Returns this feature with other codes; offset, scale, quantum and has_undefined() stay.
   [[nodiscard]] FeatureVolume with_codes(std::shared_ptr<const Volume> codes) const {
     FeatureVolume other = *this;
     other.codes_ = std::move(codes);
@@ -58,23 +59,24 @@ class FeatureVolume {
   bool has_undefined_ = false;
 };
 
-/// Label layers, one bit each, per voxel. Immutable; copying copies a pointer.
+/// Label layers per voxel, one bit for each layer. Immutable; copying copies a pointer.
 class LabelVolume {
  public:
-  /// Refuses a bad grid or a count that does not match it.
+  /// Rejects an invalid grid or a count that does not match the grid.
   static Result<LabelVolume> create(const VoxelGrid& grid, std::vector<std::uint32_t> bits,
                                     std::string name);
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] const VoxelGrid& grid() const { return grid_; }
-  /// i fastest.
+  /// Bit masks of the voxels, i fastest.
   [[nodiscard]] std::span<const std::uint32_t> bits() const { return *bits_; }
-  /// The same labels as what they are rastered from: surfaces of the same grid. Bit n is layer n.
+  /// Returns these labels together with the surfaces, on the same grid, from which they were
+  /// rasterised. Bit n is layer n.
   [[nodiscard]] LabelVolume with_layers(std::shared_ptr<const features::LayerModel> layers) const {
     LabelVolume other = *this;
     other.layers_ = std::move(layers);
     return other;
   }
-  /// Null: there is nothing but the voxels.
+  /// The surfaces, or null when there are only voxels.
   [[nodiscard]] const std::shared_ptr<const features::LayerModel>& layers() const {
     return layers_;
   }
@@ -87,24 +89,25 @@ class LabelVolume {
   std::string name_;
 };
 
-/// What predicates may ask for besides the ultrasound volume itself, on its grid.
+/// Additional data that predicates may read, on the grid of the ultrasound volume.
 struct Features {
-  std::map<std::string, FeatureVolume> volumes;  ///< By the name that predicates know.
+  std::map<std::string, FeatureVolume> volumes;  ///< Keyed by the names that predicates use.
   std::optional<LabelVolume> labels;
 };
 
-/// Names of what the built-in predicates read.
+/// Names of the channels that the built-in predicates read.
 namespace feature {
 /// The volume itself, as a share of white (PredicateScene::intensity).
 inline constexpr const char* kIntensity = "intensity";
 inline constexpr const char* kGradientMagnitude = "gradient_magnitude";  ///< 1/mm.
-/// Derivative along the scan line, 1/mm, signed: > 0 where it gets brighter with depth.
+/// Signed derivative along the scan line, 1/mm: > 0 when brightness increases with depth.
 inline constexpr const char* kGradientAlong = "gradient_along";
 inline constexpr const char* kGradientAcross = "gradient_across";  ///< Rest of the gradient, >= 0.
 inline constexpr const char* kSnr = "snr";
 inline constexpr const char* kVesselness = "vesselness";
 inline constexpr const char* kConfidence = "confidence";
-inline constexpr const char* kDepth = "depth";  ///< mm; only where no scan geometry says it.
+inline constexpr const char* kDepth = "depth";  ///< mm; used only when no scan geometry gives the
+                                                ///< depth.
 }  // namespace feature
 
 }  // namespace nav::render

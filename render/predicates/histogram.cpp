@@ -58,11 +58,11 @@ Result<PredicateHistogram> PredicateHistogram::create(std::vector<Bar> bars) {
   }
   if (!bars.empty() && !(sum_of(bars) > 0)) {
     return Error{ErrorCode::kMalformedData,
-                 "predicates: expected an importance above 0, found 0 of every predicate"};
+                 "predicates: expected an importance above 0, found 0 for every predicate"};
   }
   PredicateHistogram out;
   out.bars_ = std::move(bars);
-  // What sums to 1 already stays as it is: files give back what was written.
+  // Importances that already sum to 1 stay unchanged, so that files return what was written.
   const double sum = sum_of(out.bars_);
   if (!(sum <= 1 && sum > 1 - 0.1 * kSumTolerance)) out.normalise();
   return out;
@@ -76,7 +76,7 @@ void PredicateHistogram::drag(std::size_t bar, double importance) {
   const double others = sum_of(bars_);
   const double share = (1 - to) / static_cast<double>(size() - 1);
   for (std::size_t i = 0; i < size(); ++i) {
-    // Divided first: others may be as small as the least number there is.
+    // Divides first, because `others` may be as small as the least number.
     if (i != bar) {
       bars_[i].importance = others > 0 ? bars_[i].importance / others * (1 - to) : share;
     }
@@ -122,8 +122,8 @@ void PredicateHistogram::scribble(std::span<const std::uint64_t> shown,
   for (std::size_t i = 0; i < size(); ++i) {
     bars_[i].importance += share * (change[i] - mean) / sum_of_sizes;
   }
-  // What is missing below 0 is taken alike from all that have some; each round empties one at
-  // least.
+  // Subtracts the missing amount below 0 in equal parts from all positive bars. Each round sets at
+  // least one bar to 0.
   for (std::size_t round = 0; round < size(); ++round) {
     double missing = 0;
     std::size_t positive = 0;
@@ -144,7 +144,7 @@ void PredicateHistogram::normalise() {
   if (bars_.empty()) return;
   double most = 0;
   for (const Bar& bar : bars_) most = std::max(most, bar.importance);
-  // By the greatest first, so that no sum can overflow and no quotient vanish.
+  // Divides by the greatest first, so that no sum overflows and no quotient vanishes.
   for (Bar& bar : bars_) bar.importance = most > 0 ? bar.importance / most : 1;
   const double sum = sum_of(bars_);
   for (Bar& bar : bars_) bar.importance /= sum;

@@ -11,15 +11,15 @@
 
 namespace nav::render {
 
-/// Predicates of a histogram, at most.
+/// Greatest number of predicates in a histogram.
 inline constexpr std::size_t kMostPredicates = 32;
 
-/// The bars of a predicate histogram (Schulte zu Berge et al. 2014 §3.3): importances that sum to 1
-/// (Eq. 2) under any sequence of edits, and colour modulations. A plain value; driven by whatever
-/// edits it, a window among others.
+/// The bars of a predicate histogram (Schulte zu Berge et al. 2014 §3.3): importances, whose sum
+/// stays 1 (Eq. 2) under any sequence of edits, and colour modulations. A plain value. Any editor
+/// can change it, for example a window.
 class PredicateHistogram {
  public:
-  /// The sum of the importances is 1 within this.
+  /// Tolerance for the sum of the importances, which is 1.
   static constexpr double kSumTolerance = 1e-12;
 
   struct Bar {
@@ -29,26 +29,28 @@ class PredicateHistogram {
   };
 
   PredicateHistogram() = default;
-  /// Scales the importances to sum 1; all 0: equal ones. Refuses more than kMostPredicates bars,
-  /// NaN, negative importances, saturations outside [0, 1]; takes hues modulo 360.
+  /// Scales the importances to the sum 1; if all are 0, makes them equal. Rejects more than
+  /// kMostPredicates bars, NaN, negative importances and saturations outside [0, 1]. Takes hues
+  /// modulo 360.
   static Result<PredicateHistogram> create(std::vector<Bar> bars);
 
   [[nodiscard]] const std::vector<Bar>& bars() const { return bars_; }
   [[nodiscard]] std::size_t size() const { return bars_.size(); }
 
-  /// Drags a bar to a height, clamped to [0, 1]: the others keep their proportions, or share alike
-  /// when all of them are 0. A single bar stays at 1. Precondition: bar < size().
+  /// Drags a bar to a height, clamped to [0, 1]. The others keep their proportions, or share
+  /// equally when all of them are 0. A single bar stays at 1. Precondition: bar < size().
   void drag(std::size_t bar, double importance);
-  /// Preconditions: bar < size(); a finite hue.
+  /// Sets the colour of a bar. Preconditions: bar < size(); a finite hue.
   void set_colour(std::size_t bar, double hue_deg, double saturation);
-  /// A new last bar of the mean height. Precondition: size() < kMostPredicates.
+  /// Adds a last bar of the mean height. Precondition: size() < kMostPredicates.
   void add(double hue_deg, double saturation);
-  /// The others keep their proportions. Precondition: bar < size().
+  /// Removes a bar. The others keep their proportions. Precondition: bar < size().
   void remove(std::size_t bar);
-  /// Scribbles (§4.1): how many samples of those painted "show" and of those painted "hide" each
-  /// predicate is true for. Eq. 9 corrected: m_i = q (N+_i - N-_i) / sum |N+ - N-|, less the mean,
-  /// added; what falls below 0 is taken from the others. Nothing changes when every N+ equals its
-  /// N-. Preconditions: counts of size(); 0 <= share <= 1.
+  /// Applies scribbles (§4.1). \p shown and \p hidden hold, for each predicate, the number of
+  /// samples painted "show" and "hide" for which it is true. Eq. 9, corrected: adds
+  /// m_i = q (N+_i - N-_i) / sum |N+ - N-| minus the mean of m, with q = share. The amount below 0
+  /// is taken from the others. Nothing changes when every N+ equals its N-. Preconditions: size()
+  /// counts each; 0 <= share <= 1.
   void scribble(std::span<const std::uint64_t> shown, std::span<const std::uint64_t> hidden,
                 double share = 0.25);
 

@@ -18,7 +18,7 @@ double distance_to_axis(const Segment& s, const Eigen::Vector3d& p) {
   return (p - s.a - foot * axis).norm();
 }
 
-/// Distances from the axis that are wanted; empty (low > high) when there are none.
+/// Wanted distances from the axis; empty (low > high) when there are none.
 Range axis_range(const Segment& s, const Range& wanted) {
   return {std::max(0.0, wanted.low + s.radius_mm), wanted.high + s.radius_mm};
 }
@@ -31,7 +31,7 @@ Result<void> check_order(const PredicateKind& kind, std::span<const double> p, s
                          std::size_t high) {
   if (p[low] <= p[high]) return {};
   const auto parameters = kind.parameters();
-  // As users give them: degrees.
+  // Users enter angles in degrees.
   const std::string radians = "_rad";
   const bool angle = parameters[low].name.ends_with(radians);
   const auto name_of = [&](const std::string& name) {
@@ -96,7 +96,7 @@ bool test_distance(const Segment& segment, const Eigen::Vector3d& position_mm,
   return d >= wanted.low && d <= wanted.high;
 }
 
-// The distance changes by at most the way that one goes.
+// Moving by a length changes the distance by at most that length.
 Truth bound_distance(const Segment& segment, const Eigen::Vector3d& low_mm,
                      const Eigen::Vector3d& high_mm, const Range& wanted) {
   if (!segment.a.allFinite()) return Truth::kFalse;
@@ -119,7 +119,7 @@ PredicateForm distance_form(const Segment& segment, const Range& wanted) {
 
 PredicateGlsl distance_glsl(const std::string& prefix, const Segment& segment,
                             const Range& wanted) {
-  // A needle that is lost is in no range: the text stays the same.
+  // A lost needle is in no range. The GLSL text stays the same.
   const bool known = segment.a.allFinite() && segment.b.allFinite();
   const Range axis = known ? axis_range(segment, wanted) : Range{1, -1};
   const Eigen::Vector3d a = known ? segment.a : Eigen::Vector3d::Zero();

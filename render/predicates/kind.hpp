@@ -17,49 +17,49 @@ namespace nav::render {
 
 struct PredicateParameter {
   std::string name;
-  std::string unit;  ///< "1": a bare number.
-  double low;        ///< Allowed, both included.
+  std::string unit;  ///< "1" for a number without a unit.
+  double low;        ///< Allowed values are low to high, both included.
   double high;
   double initial;
 };
 
-/// What a predicate reads.
+/// Inputs that a predicate reads.
 struct PredicateNeeds {
   std::vector<std::string> channels;  ///< Names as in feature.hpp; at most two.
   bool labels = false;
   bool position = false;
-  bool scan = false;    ///< Refuse without a scan geometry.
-  bool needle = false;  ///< Refuse without a needle.
+  bool scan = false;    ///< Reject a scene without a scan geometry.
+  bool needle = false;  ///< Reject a scene without a needle.
   bool target = false;
 };
 
-/// A sample as a predicate sees it.
+/// A sample, as predicates read it.
 struct PredicateSample {
-  double value[2];              ///< Of its channels, trilinear; NaN: undefined.
-  double quantum[2];            ///< Values this close count as equal, >= 0.
-  std::uint32_t labels;         ///< Of the nearest voxel.
+  double value[2];              ///< Values of the predicate's channels, trilinear; NaN: undefined.
+  double quantum[2];            ///< Values closer than this count as equal, >= 0.
+  std::uint32_t labels;         ///< Bits of the nearest voxel.
   Eigen::Vector3d position_mm;  ///< Grid mm.
 };
 
-/// All samples in a brick of the volume.
+/// Bounds of all samples in a brick of the volume.
 struct PredicateBounds {
   Range value[2];
   double quantum[2];
-  bool undefined[2];  ///< Some voxel has no value.
+  bool undefined[2];  ///< At least one voxel has no value.
   std::uint32_t labels_any;
   std::uint32_t labels_all;
   Eigen::Vector3d low_mm;  ///< Box of the positions, grid mm.
   Eigen::Vector3d high_mm;
 };
 
-/// The CPU block: one of the tests that the vectorised march knows, on the predicate's channels.
+/// The CPU form: one of the tests that the vectorised march supports, on the predicate's channels.
 struct PredicateForm {
   enum class Kind {
     kRange,  ///< low <= value0 <= high.
-    /// Three linear forms of (value0, value1) >= 0, each within what half a quantum of either value
-    /// moves it (wedge_slack()), and value0² + value1² >= low².
+    /// Three linear forms of (value0, value1) are >= 0, each within the change that half a quantum
+    /// of either value causes (wedge_slack()), and value0² + value1² >= low².
     kWedge,
-    kBits,     ///< Some bit of the mask.
+    kBits,     ///< At least one bit of the mask is set.
     kSegment,  ///< low <= distance from a segment <= high, mm.
     kSlab,     ///< low <= normal · position <= high, mm.
     kNever,
@@ -67,24 +67,25 @@ struct PredicateForm {
   Kind kind = Kind::kNever;
   double low = 0;
   double high = 0;
-  double wedge[3][2] = {};  ///< Coefficients of value0 and value1; zeros: no condition.
+  double wedge[3][2] = {};  ///< Coefficients of value0 and value1; zeros mean no condition.
   std::uint32_t mask = 0;
   Eigen::Vector3d a = Eigen::Vector3d::Zero();  ///< Segment: one end. Slab: normal.
   Eigen::Vector3d b = Eigen::Vector3d::Zero();  ///< Segment: the other end.
 };
 
-/// How far below 0 a linear form of two values still counts as >= 0: by half a quantum of each, as
-/// ranges do.
+/// Tolerance below 0 within which a linear form of two values counts as >= 0: the effect of half a
+/// quantum of each value, as for ranges.
 inline double wedge_slack(const double (&form)[2], const double (&quantum)[2]) {
   return 0.5 * (std::abs(form[0]) * quantum[0] + std::abs(form[1]) * quantum[1]);
 }
 
-/// The GLSL block (§5.1): a header with the uniforms, a closed expression, and what to set. In the
-/// expression VALUE0 and VALUE1 stand for the channels (NaN never reaches it), LABELS for the bits
-/// (uint) and POSITION for the grid position in mm. A uniform of two numbers of a predicate that
-/// reads one channel is a range of its values: both are replaced by their codes together. A uniform
-/// <prefix>_slack of three numbers is given the wedge_slack() of each form of the wedge. No
-/// parameter may change header or expression: a new text is a new program.
+/// The GLSL block (§5.1): a header with the uniforms, a closed expression, and the values to set.
+/// In the expression VALUE0 and VALUE1 stand for the channels (never NaN), LABELS for the bits
+/// (uint) and POSITION for the grid position in mm. If a predicate reads one channel, each of its
+/// uniforms of two numbers is a range of the channel's values; the range and VALUE0 are then both
+/// replaced by codes. A uniform <prefix>_slack of three numbers receives the wedge_slack() of each
+/// form of the wedge. No parameter may change the header or the expression, because a new text is a
+/// new program.
 struct PredicateGlsl {
   struct Uniform {
     std::string name;
@@ -92,41 +93,42 @@ struct PredicateGlsl {
   };
   std::string header;
   std::string expression;
-  std::vector<Uniform> uniforms;  ///< The set-up.
-  std::uint32_t mask = 0;         ///< Of a uniform uint named <prefix>_mask; 0: there is none.
+  std::vector<Uniform> uniforms;  ///< Values to set before drawing.
+  std::uint32_t mask = 0;         ///< Value of the uniform uint <prefix>_mask; 0: there is no such
+                                  ///< uniform.
 };
 
-/// One kind of point predicate (Schulte zu Berge et al. 2014 §3.1). Parameters come in the order of
-/// parameters(), checked. Stateless, thread-safe.
+/// One kind of point predicate (Schulte zu Berge et al. 2014 §3.1). The parameters p are checked
+/// and in the order of parameters(). Stateless, thread-safe.
 class PredicateKind {
  public:
   virtual ~PredicateKind() = default;
-  /// Stable lower-case name, as in files.
+  /// Stable lower-case name, as used in files.
   [[nodiscard]] virtual std::string name() const = 0;
-  /// One sentence.
+  /// A description of one sentence.
   [[nodiscard]] virtual std::string description() const = 0;
   [[nodiscard]] virtual std::vector<PredicateParameter> parameters() const = 0;
   [[nodiscard]] virtual PredicateNeeds needs(const PredicatePlace& place) const = 0;
-  /// Refuses what single ranges cannot say: inverted ranges.
+  /// Rejects what the limits of single parameters cannot express, such as inverted ranges.
   [[nodiscard]] virtual Result<void> check(std::span<const double> p) const = 0;
-  /// The predicate itself, in double: the definition. False for undefined values.
+  /// Defines the predicate, in double. False for undefined values.
   [[nodiscard]] virtual bool test(const PredicateSample& sample, const PredicatePlace& place,
                                   std::span<const double> p) const = 0;
-  /// Never wrong, if at times unknown.
+  /// The truth over all samples of a brick. It is never wrong, but may be kUnknown.
   [[nodiscard]] virtual Truth bounds(const PredicateBounds& brick, const PredicatePlace& place,
                                      std::span<const double> p) const = 0;
   [[nodiscard]] virtual PredicateForm form(const PredicatePlace& place,
                                            std::span<const double> p) const = 0;
-  /// prefix: begins every name that the block declares.
+  /// The GLSL block. \p prefix begins every name that the block declares.
   [[nodiscard]] virtual PredicateGlsl glsl(const std::string& prefix, const PredicatePlace& place,
                                            std::span<const double> p) const = 0;
 };
 
-/// Refuses parameters low > high, naming both.
+/// Rejects parameters with low > high and names both.
 Result<void> check_order(const PredicateKind& kind, std::span<const double> p, std::size_t low,
                          std::size_t high);
 
-/// A closed range [p[0], p[1]] of one channel.
+/// Tests that one channel is within the closed range [p[0], p[1]].
 class RangePredicate : public PredicateKind {
  public:
   RangePredicate(std::string name, std::string description, std::string channel,
@@ -152,10 +154,11 @@ class RangePredicate : public PredicateKind {
   std::vector<PredicateParameter> parameters_;
 };
 
-/// Parameters 0 and 1 as what is wanted.
+/// Parameters 0 and 1 as a range.
 inline Range wanted_range(std::span<const double> p) { return {p[0], p[1]}; }
 
-/// Distance from a segment, mm; parameters [low, high]. Distances are negative inside its radius.
+/// Tests of the distance from a segment, mm, with a wanted range. Distances are negative inside the
+/// segment's radius.
 bool test_distance(const Segment& segment, const Eigen::Vector3d& position_mm, const Range& wanted);
 Truth bound_distance(const Segment& segment, const Eigen::Vector3d& low_mm,
                      const Eigen::Vector3d& high_mm, const Range& wanted);

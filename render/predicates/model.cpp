@@ -40,7 +40,7 @@ Result<void> check_values(const std::string& entry, const PredicateExpression& e
   return {};
 }
 
-/// Walks through expressions and the entries that they refer to.
+/// Checks expressions and the entries that they refer to.
 class Checker {
  public:
   explicit Checker(const PredicateModel& model) : model_(model) {}
@@ -54,7 +54,7 @@ class Checker {
   Result<void> visit(const PredicateExpression& e, int depth) {
     const std::string& name = path_.front();
     if (depth > kDeepestCombination) {
-      return malformed_predicates(name + ": expected combinations at most " +
+      return malformed_predicates(name + ": expected combinations nested at most " +
                                   std::to_string(kDeepestCombination) + " deep, found deeper ones");
     }
     if (e.op == Operator::kKind) return check_values(name, e);
@@ -79,7 +79,7 @@ class Checker {
       return malformed_predicates("predicates: expected combinations without a cycle, found " +
                                   cycle + "\"" + name + "\"");
     }
-    if (good_.count(name) != 0) return {};  // Once each: references may share what they refer to.
+    if (good_.count(name) != 0) return {};  // Several references may lead to one entry.
     for (const PredicateEntry& entry : model_.entries) {
       if (entry.name != name) continue;
       path_.push_back(name);
@@ -136,8 +136,8 @@ Result<void> validate(const PredicateModel& model) {
   std::set<std::string> names;
   for (const PredicateEntry& entry : model.entries) {
     if (entry.name.empty() || !names.insert(entry.name).second) {
-      return malformed_predicates(
-          "predicates: expected a name of its own for each entry, found \"" + entry.name + "\"");
+      return malformed_predicates("predicates: expected a unique name for each entry, found \"" +
+                                  entry.name + "\"");
     }
   }
   Checker checker(model);

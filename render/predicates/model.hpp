@@ -11,21 +11,21 @@
 
 namespace nav::render {
 
-/// How deep combinations are nested, at most.
+/// Greatest depth of nested combinations.
 inline constexpr int kDeepestCombination = 16;
 
-/// A point predicate or a combination of some (§3.2). A plain value.
+/// A point predicate or a combination of several (§3.2). A plain value.
 struct PredicateExpression {
   enum class Operator {
     kKind,  ///< A predicate of the library.
-    kNot,   ///< Of one operand.
-    kAnd,   ///< Of one or more.
+    kNot,   ///< Negates one operand.
+    kAnd,   ///< kAnd and kOr combine one or more operands.
     kOr,
-    kEntry,  ///< Whatever another entry of the model says.
+    kEntry,  ///< Refers to another entry of the model.
   };
   Operator op = Operator::kKind;
-  std::string name;            ///< Of the kind or the entry.
-  std::vector<double> values;  ///< Parameters of a kind, in their order; empty: the initial ones.
+  std::string name;            ///< Name of the kind or the entry.
+  std::vector<double> values;  ///< Parameters of a kind, in order; empty: the initial values.
   std::vector<PredicateExpression> operands{};
 
   static PredicateExpression kind(std::string name, std::vector<double> values = {}) {
@@ -47,34 +47,34 @@ struct PredicateExpression {
 bool operator==(const PredicateExpression& a, const PredicateExpression& b);
 
 struct PredicateEntry {
-  std::string name;  ///< What the user calls it; each once.
+  std::string name;  ///< Unique name, given by the user.
   PredicateExpression expression;
 };
 bool operator==(const PredicateEntry& a, const PredicateEntry& b);
 
-/// A predicate set-up: which predicates, and how important and in which colour each is. It belongs
-/// to no data set: what a preset is. n of Eq. 6 is the number of entries. A plain value.
+/// A predicate set: the predicates, and the importance and the colour of each. It is independent of
+/// data sets, so it also describes presets. n in Eq. 6 is the number of entries. A plain value.
 struct PredicateModel {
   std::vector<PredicateEntry> entries;
-  PredicateHistogram histogram;  ///< A bar for each entry, in order.
+  PredicateHistogram histogram;  ///< One bar for each entry, in order.
 };
 bool operator==(const PredicateModel& a, const PredicateModel& b);
-/// Whether two ask the same predicates in the same combinations, whatever their parameters, names,
-/// importances and colours.
+/// True when two models have the same predicates in the same combinations. Parameters, names,
+/// importances and colours may differ.
 bool same_set(const PredicateModel& a, const PredicateModel& b);
 
-/// Refuses, naming the entry: other than 1 to kMostPredicates entries, another number of bars,
-/// names that are empty or twice there, kinds that there are not, parameters out of their ranges or
-/// inverted, operators without operands, nesting deeper than kDeepestCombination, entries that are
-/// not there or that refer to themselves through others.
+/// Rejects the following and names the entry: fewer than 1 or more than kMostPredicates entries; a
+/// different number of bars; empty or repeated names; unknown kinds; parameters that are out of
+/// range or inverted; operators without operands; nesting deeper than kDeepestCombination;
+/// references to missing entries; cycles of references.
 Result<void> validate(const PredicateModel& model);
 
-/// Names of the predicates of the library that a model asks.
+/// Names of the kinds of predicates that a model uses.
 std::set<std::string> kinds_of(const PredicateModel& model);
 
-/// Names of the built-in set-ups, in the order of listings.
+/// Names of the built-in predicate sets, in the order of listings.
 std::vector<std::string> predicate_preset_names();
-/// A built-in set-up; kNotFound lists them.
+/// A built-in predicate set. For an unknown name, the kNotFound error lists the names.
 Result<PredicateModel> preset_predicates(const std::string& name);
 
 }  // namespace nav::render

@@ -15,60 +15,63 @@
 
 namespace nav::render {
 
-/// What is wrong with predicates, or with what they are to be applied to.
+/// Error for invalid predicates, or for invalid data that they apply to.
 inline Error malformed_predicates(const std::string& text) {
   return {ErrorCode::kMalformedData, text};
 }
 
-/// Scan lines side by side, as of a linear probe that is swept without turning.
+/// Parallel scan lines, as from a linear probe that is moved without rotation.
 struct ParallelScan {
-  Point<frames::Ct> face_ct;      ///< Any point of the plane of depth 0.
-  Direction<frames::Ct> into_ct;  ///< Away from the probe; any length > 0.
+  Point<frames::Ct> face_ct;      ///< Any point of the plane with depth 0.
+  Direction<frames::Ct> into_ct;  ///< Direction away from the probe; any length > 0.
 };
 
-/// Scan lines from one point, as of a convex or mechanical 3D probe.
+/// Scan lines from one point, as from a convex or mechanical 3D probe.
 struct FanScan {
   Point<frames::Ct> apex_ct;
-  double face_radius_mm = 0;  ///< Depth 0 is this far from the apex, >= 0.
+  double face_radius_mm = 0;  ///< Distance of depth 0 from the apex, >= 0.
 };
 
-/// A direction of its own for each voxel, as of a compounded sweep; depth is then a feature volume.
+/// A separate scan direction for each voxel, as in a compounded sweep. Depth is then a feature
+/// volume.
 struct VoxelScan {
-  /// One per voxel, i fastest, CT axes, any length; a zero or a NaN: unknown there.
+  /// One direction per voxel, i fastest, CT axes, any length. Zero or NaN: unknown.
   std::shared_ptr<const std::vector<Eigen::Vector3f>> into_ct;
 };
 
-/// Where the ultrasound came from.
+/// The geometry of the scan lines.
 using ScanGeometry = std::variant<ParallelScan, FanScan, VoxelScan>;
 
-/// Both absent, or the same numbers, or the same directions of voxels in one place.
+/// True when both are absent or both are equal. Two VoxelScans are equal when they share the same
+/// array.
 bool same_scan(const std::optional<ScanGeometry>& a, const std::optional<ScanGeometry>& b);
 
-/// Refuses zero directions, NaN, a negative radius, a number of directions other than the grid's.
+/// Rejects zero directions, NaN, a negative radius, and a number of directions other than the
+/// grid's.
 Result<void> validate(const ScanGeometry& scan, const VoxelGrid& grid);
 
-/// A straight piece, in "grid mm": spacing ∘ index, so that its axes are those of the grid.
+/// A line segment in "grid mm": spacing ∘ index, along the axes of the grid.
 struct Segment {
   Eigen::Vector3d a;
   Eigen::Vector3d b;
-  double radius_mm;  ///< Distances count from this far off the axis.
+  double radius_mm;  ///< Distances count from this distance off the axis.
 };
 
-/// What predicates may know of the scene around the volume.
+/// Scene data around the volume that predicates may use.
 struct PredicatePlace {
   VoxelGrid grid;
   std::optional<ScanGeometry> scan;
-  std::optional<Segment> needle;  ///< NaN while it is lost: no distance is within any range.
-  std::optional<Segment> target;  ///< A ball: a = b.
+  std::optional<Segment> needle;  ///< NaN while the needle is lost: then no distance is in range.
+  std::optional<Segment> target;  ///< A ball with a = b.
 
-  /// A CT point in grid mm.
+  /// Converts a CT point to grid mm.
   [[nodiscard]] Eigen::Vector3d grid_mm(const Point<frames::Ct>& p) const {
     return grid.directions.transpose() * (p.mm - grid.origin_mm);
   }
 };
 
-/// Of one volume: whether places in it lie the same to the scan, the needle and the target. Never
-/// with a lost needle.
+/// True when the scan, the needle and the target lie in the same way to one volume. Never true with
+/// a lost needle.
 bool same_surroundings(const PredicatePlace& a, const PredicatePlace& b);
 
 }  // namespace nav::render

@@ -84,7 +84,7 @@ std::uint32_t PredicateSampler::leaves(const Eigen::Vector3d& index) const {
 
 namespace {
 
-/// Of a voxel, i fastest.
+/// Index of a voxel; i fastest.
 Eigen::Vector3d index_of(const VoxelGrid& grid, std::size_t voxel) {
   const std::size_t row = voxel / as_size(grid.size[0]);
   return {static_cast<double>(voxel % as_size(grid.size[0])),
@@ -97,7 +97,7 @@ Eigen::Vector3d index_of(const VoxelGrid& grid, std::size_t voxel) {
 SharedImportance shared_importance(const PredicateSet& set) {
   SharedImportance shared{set.most_important()};
   constexpr std::size_t kVoxels = 20000;
-  constexpr std::size_t kFar = 2654435761;  // Knuth's: neighbours in order lie far apart.
+  constexpr std::size_t kFar = 2654435761;  // Knuth: spreads successive numbers far apart.
   constexpr double kFully = 1 - 1e-6;
   const VoxelGrid& grid = set.place().grid;
   const std::size_t count = grid.voxel_count();

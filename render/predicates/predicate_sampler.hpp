@@ -11,17 +11,17 @@
 
 namespace nav::render {
 
-/// Samples of predicates in double precision: the definition of predicate_scene.hpp. Thread-safe.
-/// The set must outlive it.
+/// Samples of predicates in double precision; it follows the definition in predicate_scene.hpp.
+/// Thread-safe. The set must outlive it.
 class PredicateSampler {
  public:
   explicit PredicateSampler(const PredicateSet& set) : set_(set) {}
 
-  /// Of a channel at an index, clamped to the box of voxel centres; NaN: undefined.
+  /// Value of a channel at an index, clamped to the box of voxel centres; NaN: undefined.
   [[nodiscard]] double value(std::size_t channel, const Eigen::Vector3d& index) const;
-  /// Which leaves are true there.
+  /// Bits of the leaves that are true at an index.
   [[nodiscard]] std::uint32_t leaves(const Eigen::Vector3d& index) const;
-  /// Which entries are true there.
+  /// Bits of the entries that are true at an index.
   [[nodiscard]] std::uint32_t mask(const Eigen::Vector3d& index) const {
     return set_.mask_of(leaves(index));
   }
@@ -30,26 +30,29 @@ class PredicateSampler {
   const PredicateSet& set_;
 };
 
-/// For how many of some voxels each entry is true: N+ or N- of the scribbles (§4.1). Voxels are
-/// offsets, i fastest; refuses none: out of the volume is a Bug.
+/// For each entry, the number of the given voxels for which it is true: N+ or N- of the scribbles
+/// (§4.1). Voxels are offsets, i fastest. An offset outside the volume is a Bug.
 std::vector<std::uint64_t> count_true(const PredicateSet& set, std::span<const std::size_t> voxels);
 
-/// How the most important entry, the first of equals, fares where others are true as well.
+/// Tells how much the most important entry (the first of equals) counts when other entries are true
+/// too.
 struct SharedImportance {
   std::size_t entry = 0;
-  double share = 0;  ///< Of the places where it is true: those where it counts less than fully.
-  double importance = 1;  ///< Mean there, as a share of what it has alone.
+  double share = 0;  ///< Share of the samples with this entry true for which it counts less than
+                     ///< fully.
+  double importance = 1;  ///< Mean importance of these samples, as a share of the entry's own
+                          ///< importance.
 };
-/// Of some ten thousand voxels spread over the volume, the same ones each time.
+/// Evaluates up to 20 000 voxels spread over the volume, always the same ones.
 SharedImportance shared_importance(const PredicateSet& set);
 
-/// The opacity of intensities, tabulated: see PredicateScene.
+/// Tabulated opacity of intensities: see PredicateScene.
 class IntensityOpacity {
  public:
   explicit IntensityOpacity(double opacity_length_mm);
-  /// Extinction, per mm, of an intensity in [0, 1].
+  /// Extinction of an intensity in [0, 1], per mm.
   [[nodiscard]] double tau(double intensity) const;
-  /// kTauEntries of them.
+  /// The kTauEntries table entries.
   [[nodiscard]] const std::vector<float>& entries() const { return tau_; }
 
  private:

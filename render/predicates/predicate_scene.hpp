@@ -15,35 +15,36 @@ namespace nav::render {
 
 struct Scene;
 
-/// Draws a scene's volume by predicates instead of by its transfer function. What else the scene
-/// has stays as it is. A plain value.
+/// Draws a scene's volume by predicates instead of by its transfer function. The rest of the scene
+/// stays the same. A plain value.
 ///
-/// Samples. Cells as in ray_spec.hpp, always post-classified: a cell, or the part of one between
-/// the events of its ray, is one sample with the values at the middle of the whole cell, the index
+/// Samples. Cells are those of ray_spec.hpp, always post-classified. A cell, or its part between
+/// the events of the ray, is one sample with the values at the middle of the whole cell, the index
 /// clamped to [0, n - 1] per axis. The volume and features are trilinear between the voxels floor
-/// and floor + 1 (at most n - 1); a feature is undefined when any of these eight is, also one of
-/// weight 0. Labels: of the nearest voxel, halves up; where they are rastered from surfaces,
-/// exactly those of the place, which engines other than the reference take from the raster.
+/// and floor + 1 (at most n - 1). A feature is undefined when any of these eight voxels is, even
+/// one of weight 0. Labels are those of the nearest voxel, with halves rounded up. Labels that are
+/// rasterised from surfaces are exactly those of the position; engines other than the reference
+/// read them from the raster.
 ///
-/// Intensity: (value - black) / (white - black), clamped to [0, 1] as luminance and opacity; not
-/// clamped for predicates.
+/// Intensity: (value - black) / (white - black). It is clamped to [0, 1] as luminance and opacity,
+/// but not for predicates.
 ///
 /// Opacity. Intensity x means the opacity min(x, kMostOpacity) of opacity_length_mm of material, so
-/// tau = -ln(1 - min(x, kMostOpacity)) / opacity_length_mm, tabulated at kTauEntries equidistant
-/// intensities, linear between: the definition. A sample of some length has the opacity
-/// -expm1(-tau · length_mm). Splitting it changes nothing (the semigroup of RENDERING.md b.1 holds
-/// with importance too), so that opacity depends on neither step nor spacing.
+/// tau = -ln(1 - min(x, kMostOpacity)) / opacity_length_mm. The definition is its table with
+/// kTauEntries equidistant intensities, linear between them. A sample with a length has the opacity
+/// -expm1(-tau · length_mm). Splitting a sample changes nothing (the semigroup of RENDERING.md b.1
+/// also holds with importance), so that the opacity depends neither on the step nor on the spacing.
 ///
-/// Not shaded: luminance is the ultrasound's.
+/// Samples are not shaded: the luminance is that of the ultrasound.
 ///
-/// Surfaces are samples of the greatest impact of the model: nothing more important lies in front
-/// of them, what is less important fades before them, and an opaque one ends the ray exactly. All
-/// importances equal: compositing is plain over.
+/// Surfaces are samples with the greatest impact of the model. No sample in front of them is more
+/// important, less important samples fade in front of them, and an opaque surface ends the ray
+/// exactly. If all importances are equal, compositing is plain over.
 ///
-/// Cutaway: a sample counts with cutaway_importance · importance / greatest impact; its opacity is
-/// faded by the mean of their visibility at the kFadeSteps midpoints of ray_spec.hpp.
+/// Cutaway. A sample counts with cutaway_importance · importance / greatest impact. Its opacity is
+/// faded by the mean visibility at the kFadeSteps midpoints of ray_spec.hpp.
 ///
-/// Projections other than kComposite show the volume's values and ignore all this.
+/// Projections other than kComposite show the volume's values and ignore all of this.
 struct PredicateScene {
   static constexpr double kMostOpacity = 0.9995;
   static constexpr int kTauEntries = 1024;
@@ -54,32 +55,33 @@ struct PredicateScene {
   };
 
   PredicateModel model;
-  Features features{};  ///< Only those that the model asks for are looked at.
+  Features features{};  ///< Only the features that the model uses are read.
   IntensityWindow intensity{};
   double opacity_length_mm = 2;  ///< > 0.
   spec::HueMean hue_mean = spec::HueMean::kCircular;
   std::optional<ScanGeometry> scan{};
-  /// There is a needle, but nobody knows where, and the scene has none: no distance from it is
-  /// within any range. Without this such a scene is refused.
+  /// True: there is a needle, but its position is unknown and the scene has none. Then no distance
+  /// from it is in any range. Without this flag such a scene is rejected.
   bool needle_lost = false;
-  /// [0, 1]; from kFullImportance on 1. With 1 what is most important stays in front of whatever is
-  /// cut free.
+  /// Importance in the cutaway, [0, 1]; values from kFullImportance on count as 1. With 1, the most
+  /// important samples stay in front of the objects that the cutaway clears.
   double cutaway_importance = 1;
-  /// Most that leaving out what can hardly be seen may change a pixel, [0, 0.5]; 0: nothing is left
-  /// out. quality.opaque_at plays no part.
+  /// Greatest change of a pixel by omitting samples that are hardly visible, [0, 0.5]; 0: nothing
+  /// is omitted. quality.opaque_at has no effect.
   double termination_error = 1.0 / 255;
 };
 
-/// Refuses, naming the field: whatever validate(PredicateModel) does; features that the model asks
-/// for and that are missing or of another grid than the volume's; predicates of scan lines without
-/// a scan geometry, of the needle or a target when there is none; black >= white.
+/// Rejects the following and names the field: models that validate(PredicateModel) rejects;
+/// features that the model uses and that are missing or not on the volume's grid; predicates of
+/// scan lines without a scan geometry; predicates of a needle or a target that the scene does not
+/// have; black >= white.
 Result<void> validate(const PredicateScene& predicates, const Scene& scene);
 
-/// Whether two draw the same; volumes compare by identity.
+/// True when two scenes draw the same. Volumes compare by identity.
 bool same_drawing(const PredicateScene& a, const PredicateScene& b);
 
-/// What the scene's predicates know of it: needle and, as the target, first sphere. A needle that
-/// is stale or lost has no distances: a pose of the past is none.
+/// The scene data for predicates: the needle and, as the target, the first sphere. A stale or lost
+/// needle has no distances, because a past pose does not count.
 PredicatePlace place_of(const Scene& scene);
 
 }  // namespace nav::render

@@ -25,7 +25,8 @@ E facing(double high_rad, double least_per_mm) {
 }
 E label(double mask) { return E::kind("label", {mask}); }
 
-/// Figures 1 and 7 of the paper: (b) what surrounds the vessel, (c) the vessel through it.
+/// Figures 1 and 7 of the paper: (b) the surroundings of the vessel, (c) the vessel visible through
+/// them.
 PresetEntries carotid_context() {
   return {{{"interfaces", E::all({steep(0.12), bright(0.3), deep(7)})}, {0.6, 45, 0.55}},
           {{"tissue", E::all({bright(0.3), deep(7)})}, {0.4, 20, 0.35}},
@@ -36,7 +37,7 @@ PresetEntries carotid_vessel() {
           {{"tissue", E::all({bright(0.3), deep(6)})}, {0.25, 35, 0.25}},
           {{"skin", deep(-1e4, 6)}, {0.05, 20, 0.2}}};
 }
-/// Figure 6: (b) fibrous muscle, (c) the surface of the bone below it.
+/// Figure 6: (b) fibrous muscle, (c) the bone surface below it.
 PresetEntries shoulder_muscle() {
   return {{{"fibres", E::all({textured(2, 6), bright(0.2), deep(6)})}, {0.6, 5, 0.6}},
           {{"tissue", E::all({bright(0.15), deep(6)})}, {0.4, 30, 0.15}},
@@ -54,7 +55,8 @@ PresetEntries tendon() {
           {{"fibres", E::all({textured(1.5, 4), bright(0.25)})}, {0.3, 200, 0.4}},
           {{"tissue", bright(0.15)}, {0.15, 30, 0.1}}};
 }
-/// Figure 8: (b) the tendon by gradient angle and label, (c) with fibrous muscle about it.
+/// Figure 8: (b) the tendon by gradient angle and label, (c) the tendon with surrounding fibrous
+/// muscle.
 PresetEntries tendon_fibres() {
   constexpr double kFortyFiveDeg = 0.7853981633974483;
   return {{{"tendon", E::all({label(4), facing(kFortyFiveDeg, 0.03)})}, {0.8, 45, 0.7}},

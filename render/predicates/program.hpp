@@ -10,22 +10,23 @@
 
 namespace nav::render {
 
-/// Boolean combinations in postfix order, for any logic with NOT, AND and OR: bools, three-valued
+/// A Boolean combination in postfix order, for any logic with NOT, AND and OR: bools, three-valued
 /// truths, lane masks.
 struct PredicateProgram {
   enum class Op : std::uint8_t { kLeaf, kEntry, kNot, kAnd, kOr };
   struct Token {
     Op op;
-    std::uint8_t index;  ///< Of a leaf or an entry.
+    std::uint8_t index;  ///< Number of a leaf or an entry.
   };
-  int entry;  ///< Whose result this is.
+  int entry;  ///< Entry that receives the result.
   std::vector<Token> tokens;
 };
 
-/// Values on the stack of a program, at most.
+/// Greatest number of values on the stack of a program.
 inline constexpr std::size_t kProgramStack = 64;
 
-/// Runs programs in their order; leaf(i) is the value of a leaf, result[j] becomes that of entry j.
+/// Runs programs in their order. leaf(i) is the value of a leaf; result[j] receives the value of
+/// entry j.
 template <class T, class Leaf, class Not, class And, class Or>
 void run_programs(const std::vector<PredicateProgram>& programs, const Leaf& leaf,
                   const Not& negate, const And& both, const Or& either,

@@ -10,7 +10,7 @@
 
 namespace nav::render {
 
-// <folder>_predicate() of every kind.
+// Declares <folder>_predicate() of every kind.
 #define SONDE_PREDICATE(folder) const PredicateKind& folder##_predicate();
 #include "render/predicates/registry.inc"
 #undef SONDE_PREDICATE
@@ -18,7 +18,7 @@ namespace nav::render {
 /// Every kind of predicate, in the order of registry.inc.
 const std::vector<const PredicateKind*>& predicate_kinds();
 
-/// The kind of a name; kNotFound lists them.
+/// The kind with a name. For an unknown name, the kNotFound error lists the names.
 Result<const PredicateKind*> find_predicate_kind(const std::string& name);
 
 }  // namespace nav::render

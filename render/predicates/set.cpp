@@ -26,12 +26,13 @@ std::string size_text(const VoxelGrid& grid) {
 Result<void> check_grid(const std::string& name, const VoxelGrid& found, const VoxelGrid& wanted) {
   if (same_grid(found, wanted)) return {};
   return malformed_predicates("feature " + name + ": expected the grid of the volume, " +
-                              size_text(wanted) + " voxels, found another of " + size_text(found));
+                              size_text(wanted) + " voxels, found another grid of " +
+                              size_text(found));
 }
 
 }  // namespace
 
-/// Collects leaves and channels while it goes through a model.
+/// Collects leaves and channels while it visits a model.
 class PredicateSetBuilder {
  public:
   PredicateSetBuilder(const PredicateScene& predicates, const std::shared_ptr<const Volume>& ct,
@@ -39,7 +40,7 @@ class PredicateSetBuilder {
       : predicates_(predicates), ct_(ct) {
     const auto& window = predicates.intensity;
     const double scale = 1 / (window.white - window.black);
-    // Whole stored values are exact, but for the rounding of the window.
+    // Integer stored values are exact, except for the rounding of the window.
     constexpr double kRounding = 1e-6;
     set_.channels_.push_back(
         {feature::kIntensity, ct, -window.black * scale, scale, kRounding * scale, false});
@@ -70,7 +71,7 @@ class PredicateSetBuilder {
 
   Result<void> add(const PredicateEntry& entry, const PredicateExpression& e, std::size_t stack,
                    PredicateProgram& program) {
-    NAV_CHECK(stack < kProgramStack, stack);  // Nesting is validated.
+    NAV_CHECK(stack < kProgramStack, stack);  // Validation limits the nesting.
     switch (e.op) {
       case Operator::kKind:
         return add_leaf(entry, e, program);
@@ -121,13 +122,13 @@ class PredicateSetBuilder {
     }
     if (set_.leaves_.size() == kMostLeaves) {
       return malformed_predicates("predicates: expected at most " + std::to_string(kMostLeaves) +
-                                  " different ones in all combinations together, found more");
+                                  " different predicates in all combinations together, found more");
     }
     push(set_.leaves_.size());
     return read(entry.name + ": " + e.name, **kind, std::move(values));
   }
 
-  /// Finds what a new leaf reads.
+  /// Finds the channels and labels that a new leaf reads.
   Result<void> read(const std::string& name, const PredicateKind& kind,
                     std::vector<double> values) {
     const PredicatePlace& place = set_.place_;
@@ -189,7 +190,7 @@ class PredicateSetBuilder {
     std::stable_sort(set_.by_impact_.begin(), set_.by_impact_.end(),
                      [&](int a, int b) { return impact(a) > impact(b); });
     set_.greatest_ = impact(set_.by_impact_.front());
-    // Means of a set may be any number between.
+    // The mean of several impacts may have any value between the least and the greatest.
     set_.least_ = impact(set_.by_impact_.back());
   }
 
@@ -230,7 +231,8 @@ PredicateSet::Possible PredicateSet::possible(const std::vector<Truth>& leaves) 
   return out;
 }
 
-// A mean rises while what is added exceeds it, so the open ones join by impact.
+// Adding an impact raises a mean while the impact exceeds the mean. So the open entries are added
+// in the order of their impact.
 double PredicateSet::greatest_mean(std::uint32_t sure, std::uint32_t open) const {
   double sum = 0;
   int count = 0;

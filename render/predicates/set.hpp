@@ -14,13 +14,14 @@
 
 namespace nav::render {
 
-/// Different point predicates of a model, at most: one bit each.
+/// Greatest number of different point predicates in a model: one bit for each.
 inline constexpr std::size_t kMostLeaves = 32;
-/// Most conditions with a table of how samples look: 2^12 entries, 64 KB.
+/// Greatest number of conditions for which the appearance of samples is tabulated: 2^12 entries, 64
+/// KB.
 inline constexpr std::size_t kMostTabulated = 12;
 
-/// A model made ready for a volume: its different point predicates ("leaves"), what they read, and
-/// how they combine. Immutable, thread-safe.
+/// A model prepared for a volume: its different point predicates ("leaves"), the data that they
+/// read, and their combinations. Immutable, thread-safe.
 class PredicateSet {
  public:
   struct Channel {
@@ -34,53 +35,53 @@ class PredicateSet {
   struct Leaf {
     const PredicateKind* kind;
     std::vector<double> values;
-    std::vector<int> channels;  ///< Of channels().
+    std::vector<int> channels;  ///< Indices into channels().
     bool labels;
     bool position;
   };
 
-  /// Refuses what validate(PredicateScene) lists.
+  /// Rejects what validate(PredicateScene) lists.
   static Result<PredicateSet> create(const PredicateScene& predicates,
                                      const std::shared_ptr<const Volume>& ct, PredicatePlace place);
 
-  /// The first is the volume itself.
+  /// The channels that leaves read. The first is the volume itself.
   [[nodiscard]] const std::vector<Channel>& channels() const { return channels_; }
-  /// Present only where a leaf needs it.
+  /// Present only if a leaf needs labels.
   [[nodiscard]] const std::optional<LabelVolume>& labels() const { return labels_; }
   [[nodiscard]] const std::vector<Leaf>& leaves() const { return leaves_; }
   [[nodiscard]] const std::vector<PredicateProgram>& programs() const { return programs_; }
   [[nodiscard]] const PredicatePlace& place() const { return place_; }
   [[nodiscard]] std::size_t size() const { return weights_.size(); }
-  /// Of the entries, in order.
+  /// Weights of the entries, in order.
   [[nodiscard]] const std::vector<spec::PredicateWeight>& weights() const { return weights_; }
   [[nodiscard]] spec::HueMean hue_mean() const { return hue_mean_; }
 
-  /// The entry of the greatest impact, the first of equals.
+  /// The entry with the greatest impact, the first of equals.
   [[nodiscard]] std::size_t most_important() const {
     return static_cast<std::size_t>(by_impact_.front());
   }
-  /// Greatest impact of an entry.
+  /// The greatest impact of an entry.
   [[nodiscard]] double greatest_impact() const { return greatest_; }
-  /// All visible samples are equally important.
+  /// True when all visible samples are equally important.
   [[nodiscard]] bool uniform() const { return greatest_ == least_; }
 
   [[nodiscard]] bool test(const Leaf& leaf, const PredicateSample& sample) const {
     return leaf.kind->test(sample, place_, leaf.values);
   }
-  /// Which entries are true when these leaves are.
+  /// Bits of the entries that are true when these leaves are true.
   [[nodiscard]] std::uint32_t mask_of(std::uint32_t leaf_bits) const;
   [[nodiscard]] spec::PredicateClass class_of(std::uint32_t mask) const {
     return spec::classify(mask, weights_, hue_mean_);
   }
 
-  /// What may hold in a set of samples.
+  /// Bounds for a set of samples.
   struct Possible {
-    std::uint32_t sure = 0;  ///< Entries that are true everywhere.
-    std::uint32_t open = 0;  ///< Entries that may be either.
-    double importance = 0;   ///< No sample has more; 0: all are invisible.
+    std::uint32_t sure = 0;  ///< Entries that are true for all samples.
+    std::uint32_t open = 0;  ///< Entries that may be true or false.
+    double importance = 0;   ///< Upper bound of the samples' importance; 0: all are invisible.
   };
   [[nodiscard]] Possible possible(const std::vector<Truth>& leaves) const;
-  /// The greatest mean impact of the sure entries and any of the open ones.
+  /// The greatest mean impact of the sure entries together with any of the open ones.
   [[nodiscard]] double greatest_mean(std::uint32_t sure, std::uint32_t open) const;
 
  private:
@@ -90,10 +91,10 @@ class PredicateSet {
   std::vector<Channel> channels_;
   std::optional<LabelVolume> labels_;
   std::vector<Leaf> leaves_;
-  std::vector<PredicateProgram> programs_;  ///< An entry after those that it refers to.
+  std::vector<PredicateProgram> programs_;  ///< An entry comes after the entries that it refers to.
   PredicatePlace place_;
   std::vector<spec::PredicateWeight> weights_;
-  std::vector<int> by_impact_;  ///< Entries, the greatest impact first.
+  std::vector<int> by_impact_;  ///< Entries in order of descending impact.
   spec::HueMean hue_mean_ = spec::HueMean::kCircular;
   double greatest_ = 0;
   double least_ = 0;

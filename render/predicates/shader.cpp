@@ -16,7 +16,7 @@ PredicateGlsl block_of(const PredicateSet& set, std::size_t i) {
   return leaf.kind->glsl(prefix_of(i), set.place(), leaf.values);
 }
 
-/// What stands for a uniform that was taken over: shaders/include/taken_over.glsl.
+/// Name of the variable that holds a copy of a uniform: shaders/include/taken_over.glsl.
 std::string taken(const std::string& name) { return name + "_taken"; }
 
 void replace_all(std::string& text, const std::string& from, const std::string& to) {
@@ -25,8 +25,8 @@ void replace_all(std::string& text, const std::string& from, const std::string& 
   }
 }
 
-/// The closed expression with what its words stand for. A range over one channel is tested in
-/// codes, all else in values.
+/// The closed expression with its placeholders replaced. A range of one channel is tested in codes,
+/// everything else in values.
 std::string expression_of(const PredicateSet& set, std::size_t i, bool takes_over) {
   const PredicateGlsl block = block_of(set, i);
   std::string text = block.expression;
@@ -44,7 +44,7 @@ std::string expression_of(const PredicateSet& set, std::size_t i, bool takes_ove
   return text;
 }
 
-/// Declarations of the channels, to be followed by what reads them.
+/// Declarations of the channels, which the code that reads them follows.
 struct ChannelText {
   std::string uniforms;
   std::string body;
@@ -88,7 +88,7 @@ std::string formula_of(const PredicateProgram& program) {
   return stack.front();
 }
 
-/// What half a quantum moves the forms of a wedge.
+/// Sets the change that half a quantum causes in the forms of a wedge.
 void set_slack(const PredicateSet& set, const PredicateSet::Leaf& leaf,
                PredicateGlsl::Uniform& uniform) {
   const PredicateForm form = leaf.kind->form(set.place(), leaf.values);
@@ -99,13 +99,13 @@ void set_slack(const PredicateSet& set, const PredicateSet::Leaf& leaf,
   for (std::size_t i = 0; i < 3; ++i) uniform.value[i] = wedge_slack(form.wedge[i], quantum);
 }
 
-/// A range over codes covers half a quantum more on either side, and what a device may round.
+/// Widens a range of codes on either side by half a quantum and by the rounding of a device.
 void widen(const PredicateSet& set, const PredicateSet::Leaf& leaf,
            PredicateGlsl::Uniform& uniform) {
   if (uniform.name.ends_with("_slack")) set_slack(set, leaf, uniform);
   if (leaf.channels.size() != 1 || uniform.value.size() != 2) return;
   const PredicateSet::Channel& channel = set.channels()[static_cast<std::size_t>(leaf.channels[0])];
-  constexpr double kRounding = 1.0 / 128;  // Below what bricks allow for.
+  constexpr double kRounding = 1.0 / 128;  // Less than what bricks allow for.
   constexpr double kMost = 1e30;
   const double slack = 0.5 * channel.quantum;
   const auto code = [&](double value) {
@@ -115,7 +115,7 @@ void widen(const PredicateSet& set, const PredicateSet::Leaf& leaf,
                    code(uniform.value[1] + slack) + kRounding};
 }
 
-/// What leaves combine to, a bit for each entry, as a function.
+/// A function that combines leaves to a bit for each entry.
 std::string entries_text(const PredicateSet& set, const std::string& name) {
   std::string text = "uint " + name + "(uint leaves) {\n";
   for (std::size_t i = 0; i < set.leaves().size(); ++i) {
@@ -131,7 +131,7 @@ std::string entries_text(const PredicateSet& set, const std::string& name) {
   return text + "  return mask;\n}\n";
 }
 
-/// Takes the uniforms over that samples need, but masks.
+/// Copies the uniforms that samples need, except masks, to variables.
 std::string take_over_text(const PredicateSet& set) {
   std::string variables;
   std::string body;

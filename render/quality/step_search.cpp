@@ -117,12 +117,10 @@ class Pictures {
     if (!image) return image.error();
     return std::move(image->pixels);
   }
-  /// Draws the image that others are measured against: no ray ends early, and no cells are taken as
-  /// one.
+  /// Draws the image that others are measured against: no ray ends early.
   Result<void> draw_truth(double step_voxels) {
     const Quality quality = few_.quality;
     few_.quality.opaque_at = 1;
-    few_.quality.adaptive_error = 0;
     auto image = drawn(step_voxels);
     few_.quality = quality;
     if (!image) return image.error();
@@ -226,13 +224,8 @@ class StepSearch {
   }
 
  private:
-  /// False if cells are taken as one: their errors need not fall with the step.
-  [[nodiscard]] bool falls_with_step() const { return scene_.quality.adaptive_error == 0; }
-  /// The truth's step for an image with a step. If the errors of two steps say nothing about a
-  /// third, it is finer than any step that may be tried.
-  [[nodiscard]] double truth_voxels(double step_voxels) const {
-    return kReferencePart * (falls_with_step() ? step_voxels : kFinest);
-  }
+  /// The truth's step for an image with a step.
+  static double truth_voxels(double step_voxels) { return kReferencePart * step_voxels; }
   [[nodiscard]] double left() const { return left_for_step(rms_, rounding_, sparing_, scatter_); }
   [[nodiscard]] StepChoice chosen(const Measured& found) const {
     const double rms =
@@ -261,7 +254,7 @@ class StepSearch {
     // seen / change = (1 - falls^2) / (1 - falls) = 1 + falls, because the truth has a quarter of
     // the step.
     const double seen = pictures_.against_truth(2 * step, *std::prev(drawn.end(), 2), 0).rms;
-    if (change > 0 && falls_with_step()) falls_ = std::clamp(seen / change - 1, 0.0, kMostFalls);
+    if (change > 0) falls_ = std::clamp(seen / change - 1, 0.0, kMostFalls);
     step = kCoarsest;
     for (const auto& picture : drawn) {
       ladder_.add(pictures_.against_truth(step, picture, falls_));

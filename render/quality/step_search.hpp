@@ -15,8 +15,7 @@ struct StepChoice {
   /// Estimated root mean square error of 8-bit colours, as a share of 255, over pixels and
   /// channels.
   double rms = 0;
-  bool reached = false;    ///< false: rounding, the adaptive error or the finest step errs more
-                           ///< than requested.
+  bool reached = false;    ///< false: rounding or the finest step errs more than requested.
   double pixel_error = 0;  ///< See Quality; 0: sparing rays is not worthwhile here.
 };
 
@@ -30,13 +29,12 @@ struct StepChoice {
 ///
 /// The search draws about 4000 rays, with the step halved until the image changes little. It draws
 /// more rays, up to an eighth of the image's, if their errors scatter. Each step is measured
-/// against a quarter of it, or of a later step; with quality.adaptive_error, against a quarter of
-/// the finest step. Errors are not a smooth function of the step, so the step between two of them,
-/// by a power law, is drawn and measured too. ray_sparings() estimates what sparing rays saves and
-/// errs. Mean squares of step, rounding and sparing add up, with room for their scatter; they are
-/// split for the cheapest image by its samples. If rounding leaves less than half of rms, the step
-/// is chosen for half of rms. Each search takes as long as 0.2 to 3 images, most when few edges
-/// err.
+/// against a quarter of it, or of a later step. Errors are not a smooth function of the step, so
+/// the step between two of them, by a power law, is drawn and measured too. ray_sparings()
+/// estimates what sparing rays saves and errs. Mean squares of step, rounding and sparing add up,
+/// with room for their scatter; they are split for the cheapest image by its samples. If rounding
+/// leaves less than half of rms, the step is chosen for half of rms. Each search takes as long as
+/// 0.2 to 3 images, most when few edges err.
 ///
 /// Rejects an rms outside (0, 1], and what the engine rejects.
 Result<StepChoice> step_for_error(Engine& engine, const Scene& scene, double rms);

@@ -10,7 +10,6 @@
 #include "nav/stopwatch.hpp"
 #include "render/engine.hpp"
 #include "render/parallel.hpp"
-#include "render/quality/adaptive_step.hpp"
 #include "render/reference/reference_predicates.hpp"
 #include "render/spec/ray_spec.hpp"
 #include "render/surfaces.hpp"
@@ -22,7 +21,7 @@ namespace {
 
 using Vec3 = spec::Vec3<double>;
 
-/// HU/mm along the CT axes.
+/// Gradient of the CT, HU/mm along the CT axes.
 Vec3 gradient_at(const Volume& ct, const Vec3& index) {
   const VoxelGrid& grid = ct.grid();
   Vec3 g;
@@ -42,7 +41,7 @@ struct Counts {
   std::uint64_t gradients = 0;
 };
 
-/// The ultrasound volume beside the CT.
+/// The ultrasound volume of a scene that also has a CT.
 struct SecondVolume {
   explicit SecondVolume(const Scene& s)
       : scene(ultrasound_scene(s)),
@@ -58,7 +57,7 @@ struct SecondVolume {
   double slab;  ///< mm.
 };
 
-/// What a picture's rays share.
+/// Data that all rays of an image share.
 struct Prepared {
   explicit Prepared(const Scene& s)
       : scene(s),
@@ -71,20 +70,6 @@ struct Prepared {
                        table.rows() == 1) {
     if (s.predicates) predicates.emplace(s);
     if (has_two_volumes(s)) second.emplace(s);
-    if (const auto adaptive = adaptive_step(s, table)) {
-      bricks = make_brick_grid(*s.ct, 0);
-      cells = brick_cells(bricks, table, *adaptive, 0);
-    }
-  }
-  /// The brick of an index, clamped to the box.
-  [[nodiscard]] std::size_t brick_at(const Vec3& index) const {
-    std::size_t brick = 0;
-    for (int axis = 2; axis >= 0; --axis) {
-      const double last = scene.ct->grid().size[static_cast<std::size_t>(axis)] - 1;
-      const auto voxel = static_cast<std::size_t>(std::clamp(index[axis], 0.0, last));
-      brick = brick * static_cast<std::size_t>(bricks.count[axis]) + voxel / kBrickVoxels;
-    }
-    return brick;
   }
 
   const Scene& scene;
@@ -96,8 +81,6 @@ struct Prepared {
   bool pre_integrated;
   std::optional<ReferencePredicates> predicates{};
   std::optional<SecondVolume> second{};
-  BrickGrid bricks{};                 ///< Only with an adaptive step,
-  std::vector<std::uint8_t> cells{};  ///< as these: brick_cells().
 };
 
 /// Casts one ray at a time; keeps the state of the current one.
@@ -130,17 +113,16 @@ class Caster {
   [[nodiscard]] const Counts& counts() const { return counts_; }
 
  private:
-  /// Part of a cell between the events of the ray.
+  /// Part of a cell between two events of the ray.
   struct Cell {
     double t_a;
     double t_b;
     double v_a;
     double v_b;
-    double k;        ///< Where the whole cell begins, cells.
-    int cells;       ///< Its length: 1, or of the segment.
+    double k;        ///< Begin of the whole cell, in cells.
     double bow = 0;  ///< HU; spec::bow_of().
   };
-  /// A classified cell; importance only with emphasis.
+  /// A classified cell. The importance is set only with emphasis.
   struct Classified {
     Vec3 rgb;
     double tau_per_mm;
@@ -180,7 +162,7 @@ class Caster {
     if (hits_.empty() || hits_.back().alpha < 1) march(begin, in.end);
   }
 
-  /// Light of two volumes: ray_spec.hpp. other: the ray in local mm of the ultrasound.
+  /// Composites two volumes: ray_spec.hpp. \p other: the ray in the ultrasound's local mm.
   void composite_both(const spec::Interval<double>& in, const spec::Ray<double>& other) {
     span_ = spec::meet_cutaway(p_.cutaway, ray_);
     bow_from_ = std::floor(in.begin / p_.step_mm - shift_) + 2;
@@ -231,56 +213,38 @@ class Caster {
     if (ct_first) p_.second->predicates.march(ray, part, light, counts_.samples);
   }
 
-  /// How many cells from k on are one segment: adaptive_step.hpp.
-  [[nodiscard]] int cells_from(double k, double begin, double end) const {
-    const double h = p_.step_mm;
-    const double t = (k + shift_) * h;
-    if (p_.cells.empty() || t < begin || t < span_.t2) return 1;
-    const std::size_t brick = p_.brick_at(index_at(k));
-    int m = 1;
-    while (m < p_.cells[brick] && (k + m + 1 + shift_) * h <= end &&
-           p_.brick_at(index_at(k + m + 1)) == brick) {
-      ++m;
-    }
-    return m;
-  }
-
-  /// Calls visit(k, cells, part begin, part end) for every cell, or several, of a stretch; t in mm.
+  /// Calls visit(k, part begin, part end) for every cell of a part of the ray; t in mm.
   template <class Visit>
   void for_each_cell(double begin, double end, const Visit& visit) {
     if (!(end > begin)) return;
     const double h = p_.step_mm;
-    int m = 1;
-    for (double k = std::floor(begin / h - shift_); (k + shift_) * h < end; k += m) {
-      m = cells_from(k, begin, end);
+    for (double k = std::floor(begin / h - shift_); (k + shift_) * h < end; k += 1) {
       const double t_a = std::max((k + shift_) * h, begin);
-      const double t_b = std::min((k + m + shift_) * h, end);
-      if (t_b > t_a) visit(k, m, t_a, t_b);
+      const double t_b = std::min((k + 1 + shift_) * h, end);
+      if (t_b > t_a) visit(k, t_a, t_b);
     }
   }
 
   void march(double begin, double end) {
     double last_k = std::numeric_limits<double>::quiet_NaN();
     double last_value = 0;
-    double before_k = last_k;  // Where the segment before began.
+    double before_k = last_k;  // Begin of the previous cell.
     double before_value = 0;
-    for_each_cell(begin, end, [&](double k, int m, double t_a, double t_b) {
-      Cell cell{t_a, t_b, 0, 0, k, m};
+    for_each_cell(begin, end, [&](double k, double t_a, double t_b) {
+      Cell cell{t_a, t_b, 0, 0, k};
       if (p_.pre_integrated) {
         const double v0 = k == last_k ? last_value : sample(index_at(k));
-        const double v1 = sample(index_at(k + m));
-        last_k = k + m;
+        const double v1 = sample(index_at(k + 1));
+        last_k = k + 1;
         last_value = v1;
         const bool whole = t_a == (k + shift_) * p_.step_mm && t_b == (k + 1 + shift_) * p_.step_mm;
-        if (m == 1 && whole && k >= bow_from_) {
+        if (whole && k >= bow_from_) {
           const double before = k - 1 == before_k ? before_value : sample(index_at(k - 1));
           cell.bow = spec::bow_of(before, v0, v1);
         }
         before_k = k;
         before_value = v0;
-        const auto value = [&](double t) {
-          return v0 + (t / p_.step_mm - k - shift_) / m * (v1 - v0);
-        };
+        const auto value = [&](double t) { return v0 + (t / p_.step_mm - k - shift_) * (v1 - v0); };
         cell.v_a = value(t_a);
         cell.v_b = value(t_b);
       } else {
@@ -299,9 +263,9 @@ class Caster {
     const double opacity = -std::expm1(-c.tau_per_mm * (cell.t_b - cell.t_a));
     const double share = spec::shaded_share(c.importance, scene_.shading);
     if (scene_.shading.enabled && share > 0) {
-      const int n = p_.pre_integrated ? spec::shades_of((1 - alpha_) * opacity,
-                                                        cell.cells * scene_.quality.step_voxels)
-                                      : 1;
+      const int n = p_.pre_integrated
+                        ? spec::shades_of((1 - alpha_) * opacity, scene_.quality.step_voxels)
+                        : 1;
       Vec3 sum = Vec3::Zero();
       for (int j = 0; j < n; ++j) {
         ++counts_.gradients;
@@ -314,16 +278,14 @@ class Caster {
     blend(c.rgb, opacity);
   }
 
-  /// Index of a place in the whole cell, from 0 to 1.
-  [[nodiscard]] Vec3 place_in(const Cell& cell, double w) const {
-    return index_at(cell.k + w * cell.cells);
-  }
+  /// Index of the position w in the whole cell, 0 at its begin and 1 at its end.
+  [[nodiscard]] Vec3 place_in(const Cell& cell, double w) const { return index_at(cell.k + w); }
 
   [[nodiscard]] bool needs_importance() const {
     return scene_.shading.enabled && scene_.shading.emphasis > 0;
   }
 
-  /// What the whole cell is without a cutaway.
+  /// Sample of the whole cell without a cutaway.
   [[nodiscard]] TransferSample whole(const Cell& cell, double gradient) const {
     return p_.pre_integrated ? p_.table.mean(cell.v_a, cell.v_b, cell.bow)
                              : p_.table.at(cell.v_a, gradient);
@@ -354,7 +316,7 @@ class Caster {
     return spec::visibility(importance, spec::occlusion(span_, p_.cutaway.overlay_mm, t));
   }
 
-  /// The mean of kFadeSteps midpoints, faded or not.
+  /// Mean of kFadeSteps midpoints, faded or not.
   [[nodiscard]] Classified steps(const Cell& cell, double gradient, bool fading) const {
     Vec3 rgb = Vec3::Zero();
     double sum = 0;
@@ -379,7 +341,7 @@ class Caster {
     double most = -std::numeric_limits<double>::infinity();
     double least = std::numeric_limits<double>::infinity();
     double sum = 0;
-    for_each_cell(in.begin, in.end, [&](double k, int, double t_a, double t_b) {
+    for_each_cell(in.begin, in.end, [&](double k, double t_a, double t_b) {
       const double v = sample(index_at(k + 0.5));
       most = std::max(most, v);
       least = std::min(least, v);

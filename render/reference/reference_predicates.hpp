@@ -13,20 +13,21 @@
 
 namespace nav::render {
 
-/// What the rays of a picture by predicates share, in double precision. Thread-safe.
+/// Renders rays by predicates in double precision. It holds the data that all rays of an image
+/// share. Thread-safe.
 class ReferencePredicates {
  public:
-  /// Precondition: a validated scene with predicates, which must outlive it.
+  /// Precondition: the scene is validated, has predicates, and outlives this object.
   explicit ReferencePredicates(const Scene& scene);
 
   struct Ray {
     spec::Ray<double> ray;
-    spec::Interval<double> in;  ///< Of the volume.
-    double shift;               ///< Of the cells, spec::jitter_of().
+    spec::Interval<double> in;  ///< Part inside the volume.
+    double shift;               ///< Shift of the cells, spec::jitter_of().
     spec::CutawaySpan<double> span;
     const std::vector<spec::Hit<double>>& hits;
   };
-  /// Every cell and every surface of a ray; adds to samples.
+  /// Composites every cell and every surface of a ray. Adds the number of samples to \p samples.
   [[nodiscard]] spec::ImportanceState<double> cast(const Ray& ray, std::uint64_t& samples) const;
 
   /// Part of a ray, mm; empty when end <= begin.
@@ -34,7 +35,7 @@ class ReferencePredicates {
     double begin;
     double end;
   };
-  /// The cells of a stretch, as far as it lies in the volume.
+  /// Composites the cells of a part of the ray, as far as it lies in the volume.
   void march(const Ray& ray, Stretch stretch, spec::ImportanceState<double>& state,
              std::uint64_t& samples) const;
   [[nodiscard]] double greatest_impact() const { return set_.greatest_impact(); }

@@ -9,18 +9,20 @@
 #include <cstdint>
 #include <span>
 
-/// Classification and compositing of predicates (Schulte zu Berge et al. 2014 §3.4 and appendix,
-/// after De Moura Pinto and Freitas 2010), corrected: the one specification that the engines share.
-/// ray_spec.hpp says where samples lie; predicate_scene.hpp what a sample is.
+/// The one specification of classification and compositing by predicates that all engines share
+/// (Schulte zu Berge et al. 2014 §3.4 and appendix, after De Moura Pinto and Freitas 2010), with
+/// corrections. ray_spec.hpp defines the positions of the samples; predicate_scene.hpp defines a
+/// sample.
 ///
-/// Mask. Bit j is set where predicate j is true. n: the number of predicates of the histogram.
+/// Mask. Bit j is set where predicate j is true. n is the number of predicates of the histogram.
 /// Impact of predicate j: (n kappa_j)².
-/// Importance (Eq. 6): the mean impact of the predicates that are true. No predicate true, or a
-/// mean of 0: the sample is invisible, whatever its opacity.
-/// Saturation (Eq. 8): the mean saturation weighted by impact. Hue: the mean weighted by impact ·
-/// saturation, on the circle; the paper's linear mean as an option. No weight: hue 0. Weights that
-/// cancel on the circle: the hue of the greatest weight, the first of equals.
-/// Colour: HSL with the intensity as luminance. Opacity: predicate_scene.hpp.
+/// Importance (Eq. 6): the mean impact of the predicates that are true. If no predicate is true, or
+/// the mean is 0, the sample is invisible, whatever its opacity.
+/// Saturation (Eq. 8): the mean saturation, weighted by impact.
+/// Hue: the circular mean, weighted by impact · saturation. The paper's linear mean is an option.
+/// If all weights are 0, the hue is 0. If the weights cancel on the circle, the hue is that of the
+/// greatest weight; among equal weights, the first.
+/// Colour: HSL with the intensity as luminance. Opacity: see predicate_scene.hpp.
 namespace nav::render::spec {
 
 template <class S>
@@ -28,10 +30,10 @@ using Rgb = Eigen::Matrix<S, 3, 1>;
 
 enum class HueMean {
   kCircular,
-  kLinear,  ///< As the paper prints it: 350° and 10° give 180°.
+  kLinear,  ///< The paper's linear mean: 350° and 10° give 180°.
 };
 
-/// One predicate's part in Eqs. 6 to 8.
+/// The contribution of one predicate to Eqs. 6 to 8.
 struct PredicateWeight {
   double impact;      ///< (n kappa)².
   double hue_deg;     ///< [0, 360).
@@ -44,12 +46,12 @@ inline double impact_of(double kappa, std::size_t n) {
 }
 
 struct PredicateClass {
-  double importance = 0;  ///< kappa(s); 0: invisible.
+  double importance = 0;  ///< kappa(s); 0 means invisible.
   double hue_deg = 0;
   double saturation = 0;
 };
 
-/// Hue of weighted hues; weights >= 0, in the order of predicates.
+/// Weighted mean hue, degrees in [0, 360). Weights >= 0, in the order of the predicates.
 template <class Weight, class Hue>
 double mean_hue(std::size_t n, const Weight& weight, const Hue& hue_deg, HueMean how) {
   constexpr double kRadPerDeg = M_PI / 180;
@@ -73,14 +75,14 @@ double mean_hue(std::size_t n, const Weight& weight, const Hue& hue_deg, HueMean
   }
   if (!(sum > 0)) return 0;
   if (how == HueMean::kLinear) return linear / sum;
-  constexpr double kCancelled = 1e-9;  // Far above the rounding of 32 terms.
+  constexpr double kCancelled = 1e-9;  // Far above the rounding error of 32 terms.
   if (std::hypot(x, y) <= kCancelled * sum) return hue_of_most;
   const double hue = std::atan2(y, x) / kRadPerDeg;
   const double positive = hue < 0 ? hue + 360 : hue;
   return positive < 360 ? positive : 0;
 }
 
-/// Eqs. 6 to 8 for a mask.
+/// Evaluates Eqs. 6 to 8 for a mask.
 inline PredicateClass classify(std::uint32_t mask, std::span<const PredicateWeight> predicates,
                                HueMean how) {
   double impact = 0;
@@ -104,7 +106,7 @@ inline PredicateClass classify(std::uint32_t mask, std::span<const PredicateWeig
           std::min(saturation / impact, 1.0)};
 }
 
-/// What HSL adds to the grey of the luminance: rgb = L + (1 - |2 L - 1|) · tint.
+/// The part that HSL adds to the grey of the luminance: rgb = L + (1 - |2 L - 1|) · tint.
 inline Rgb<double> hsl_tint(double hue_deg, double saturation) {
   const double sector = hue_deg / 60;
   const auto pure = [&](double shift) {
@@ -119,7 +121,7 @@ Rgb<S> hsl(const Rgb<S>& tint, S luminance) {
   return Rgb<S>::Constant(luminance) + chroma * tint;
 }
 
-/// Light on a ray so far, front to back. Colour is not premultiplied.
+/// Accumulated light of a ray, front to back. The colour is not premultiplied.
 template <class S>
 struct ImportanceState {
   Rgb<S> rgb = Rgb<S>::Zero();
@@ -127,14 +129,14 @@ struct ImportanceState {
   S importance = S(0);  ///< Log form: I. Weight form: W = exp(I - I_max).
 };
 
-/// Share of what was there that a sample replaces, given a = m · alpha: RENDERING.md b.1.
+/// Share of the accumulated colour that a sample replaces, with a = m · alpha: RENDERING.md b.1.
 template <class S>
 S replaced(S a, S alpha_s) {
   return (S(1) - a) * alpha_s / (a + (S(1) - a) * alpha_s);
 }
 
-/// Eqs. 10 to 12, corrected and without a division by the opacity; importance >= 0. Returns the
-/// share that was replaced.
+/// Composites one sample by Eqs. 10 to 12, corrected and without a division by the opacity;
+/// importance >= 0. Returns the replaced share.
 template <class S>
 S composite_log(ImportanceState<S>& state, const Rgb<S>& rgb, S alpha_s, S importance) {
   if (!(alpha_s > S(0))) return S(0);
@@ -143,14 +145,14 @@ S composite_log(ImportanceState<S>& state, const Rgb<S>& rgb, S alpha_s, S impor
   state.rgb += beta * (rgb - state.rgb);
   state.alpha += (S(1) - state.alpha) * alpha_s;
   if (importance > state.importance) {
-    // log(alpha_s + (1 - alpha_s) exp(-more)), whose argument lies in (0, 1].
+    // The argument of the logarithm, alpha_s + (1 - alpha_s) exp(-more), lies in (0, 1].
     state.importance = importance + std::log1p((S(1) - alpha_s) * std::expm1(-more));
   }
   return beta;
 }
 
-/// The same by weights W = exp(I - I_max), w in (0, 1]: no exponential and no logarithm. For single
-/// precision while weights_suffice().
+/// Composites one sample as composite_log() does, with weights W = exp(I - I_max) and w in (0, 1].
+/// It needs no exponential and no logarithm. In single precision it requires weights_suffice().
 template <class S>
 S composite_weight(ImportanceState<S>& state, const Rgb<S>& rgb, S alpha_s, S w) {
   if (!(alpha_s > S(0))) return S(0);
@@ -163,10 +165,10 @@ S composite_weight(ImportanceState<S>& state, const Rgb<S>& rgb, S alpha_s, S w)
   return beta;
 }
 
-/// Whether single precision can hold the weights of all importances > 0.
+/// True when single precision can hold the weights of all importances > 0.
 inline bool weights_suffice(double least, double greatest) { return greatest - least < 80; }
 
-/// Plain over, which the two above become when all importances are equal.
+/// Plain over compositing. The two functions above reduce to it when all importances are equal.
 template <class S>
 S composite_over(ImportanceState<S>& state, const Rgb<S>& rgb, S alpha_s) {
   if (!(alpha_s > S(0))) return S(0);
@@ -176,15 +178,16 @@ S composite_over(ImportanceState<S>& state, const Rgb<S>& rgb, S alpha_s) {
   return beta;
 }
 
-/// How far colour (premultiplied or not), opacity, and the pixel over any background may still move
-/// when no sample to come has more than an importance: RENDERING.md b.3. Colours in [0, 1].
+/// Upper bound of the remaining change of the colour (premultiplied or not), the opacity, and the
+/// pixel over any background, when no later sample has an importance above greatest_to_come:
+/// RENDERING.md b.3. Colours in [0, 1].
 template <class S>
 S remaining_change(S alpha, S importance, S greatest_to_come) {
   return S(1) - alpha * std::exp(-std::max(S(0), greatest_to_come - importance));
 }
 
-/// The same, tighter, when at least the share `transmitted` of light passes all that is to come:
-/// bounds the premultiplied colour.
+/// Tighter bound for the premultiplied colour, when at least the share `transmitted` of the light
+/// passes all later samples.
 template <class S>
 S remaining_change(S alpha, S importance, S greatest_to_come, S transmitted) {
   const S kept = std::exp(-std::max(S(0), greatest_to_come - importance));  // W_i / W_bar

@@ -6,79 +6,84 @@
 #include "render/spec/ray_spec_surfaces.hpp"
 #include "render/spec/ray_spec_volume.hpp"
 
-/// The one specification of a picture. The reference engine runs it in double; the CPU engine
-/// prepares its rays and surfaces with it; the GLSL of shaders/ mirrors it line by line.
+/// The one specification of a rendered image. The reference engine runs it in double precision. The
+/// CPU engine prepares its rays and surfaces with it. The GLSL of shaders/ mirrors it line by line.
 ///
-/// Coordinates. "Local mm" are CT axes (LPS, mm) minus grid.origin_mm, subtracted in double before
-/// anything else, so that a CT far from the world's origin costs no digits. "Index" is the
+/// Coordinates. "Local mm" are CT axes (LPS, mm) minus grid.origin_mm. The subtraction comes first
+/// and is done in double, so that a CT far from the world's origin loses no digits. "Index" is the
 /// continuous voxel index: index = (directionsᵀ · local) ∘ 1/spacing.
 ///
-/// Ray. Pixel (x, y), row 0 at the top, is seen along the ray through its centre; t is the distance
-/// from the ray's origin in mm, t >= 0. Perspective: origin = eye. Orthographic: origin on the
-/// plane through the eye.
+/// Ray. The ray of pixel (x, y), row 0 at the top, runs through the pixel's centre. t is the
+/// distance from the ray's origin in mm, t >= 0. Perspective: the origin is the eye. Orthographic:
+/// the origin lies on the plane through the eye.
 ///
-/// Box. The volume fills the box of its voxel centres, [0, n - 1] per axis. An axis with a single
-/// voxel has no thickness there, so it fills half a voxel either side, [-1/2, 1/2], and its value
-/// does not change along it.
+/// Box. The volume fills the box of its voxel centres, [0, n - 1] per axis. Along an axis with a
+/// single voxel this box would have no thickness. There the volume fills half a voxel on either
+/// side, [-1/2, 1/2], and its value is constant along that axis.
 ///
-/// Cells. h = quality.step_voxels · min(spacing). Cell k covers t in [k h, (k + 1) h), for every
-/// ray and every scene: a global lattice; with quality.jitter [(k + u) h, (k + 1 + u) h), u =
-/// jitter_of(pixel). Values are trilinear HU, the index clamped to [0, n - 1] per axis.
-///   Pre-integrated: the cell's values run linearly from the value v0 at its begin to v1 at its
-///   end. Post-classified: the cell has one value, that at its middle.
-/// Events of the ray (entry, surfaces, exit) cut a cell to the part [a, b] of it, exactly, with the
-/// values va, vb of the line from v0 to v1 there and the length (b - a) h.
+/// Cells. h = quality.step_voxels · min(spacing). Cell k covers t in [k h, (k + 1) h). This lattice
+/// is global: it holds for every ray and every scene. With quality.jitter, cell k covers
+/// [(k + u) h, (k + 1 + u) h) with u = jitter_of(pixel). Values are trilinear HU, with the index
+/// clamped to [0, n - 1] per axis.
+///   Pre-integrated: the values of a cell run linearly from v0 at its begin to v1 at its end.
+///   Post-classified: a cell has one value, the value at its middle.
+/// Events of the ray (entry, surfaces, exit) cut a cell exactly to a part [a, b]. Its values va and
+/// vb lie on the line from v0 to v1, and its length is (b - a) h.
 ///
-/// Classification, by TransferTable, to extinction tau and colour:
+/// Classification. TransferTable gives extinction tau and colour:
 ///   pre-integrated: mean(va, vb, bow); post-classified: at(v).
-/// The bow of a whole cell between lattice points k and k + 1 is that of the parabola through the
-/// values at k - 1, k and k + 1, bow_of(): by how much its mean over the cell lies above that of
-/// the line. 0 for a cell that is cut, for several cells taken as one, and unless k - 1 lies behind
-/// the lattice point at or in front of the entry into the box.
-/// Without it all errors of a ray have one sign, and noise is drawn too faint.
-/// A function with gradient windows is always post-classified, with the gradient of the middle.
-/// With quality.adaptive_error several cells may be taken as one: adaptive_step.hpp.
+/// The bow of a whole cell between lattice points k and k + 1 comes from the parabola through the
+/// values at k - 1, k and k + 1. It is the mean of the parabola over the cell minus the mean of the
+/// line: bow_of(). The bow is 0 for a cell that is cut. It is also 0 unless k - 1 lies behind the
+/// lattice point at or in front of the entry into the box.
+/// Without the bow, all errors of a ray have one sign, and noise is drawn too faint.
+/// A transfer function with gradient windows is always post-classified, with the gradient at the
+/// middle.
 ///
-/// Cutaway (ray_spec_cutaway.hpp). A part that begins in front of T2 has at its ends the
-/// visibilities V_a = visibility(I(va), Omega(a)) and V_b. Where they differ by no more than
-/// kFadeVaries, tau is faded(tau, (V_a + V_b) / 2) and all else is as without a cutaway. Otherwise
-/// the cell is the mean of kFadeSteps equidistant midpoints of the part: value v_j on its line,
-/// Omega at its own t; tau_j = faded(tau, visibility(I(v_j), Omega_j)), colour weighted by tau_j.
+/// Cutaway (ray_spec_cutaway.hpp). A part that begins in front of T2 has the visibilities
+/// V_a = visibility(I(va), Omega(a)) and V_b at its ends. If they differ by at most kFadeVaries,
+/// tau is faded(tau, (V_a + V_b) / 2), and everything else is as without a cutaway. Otherwise the
+/// cell is the mean of kFadeSteps equidistant midpoints of the part. Midpoint j has the value v_j
+/// on the part's line and Omega at its own t; tau_j = faded(tau, visibility(I(v_j), Omega_j)). The
+/// colour is weighted by tau_j.
 ///
-/// Importance of a cell, needed only when shading.emphasis > 0: the mean of I(va) and I(vb) where
-/// they differ by no more than kFadeVaries, else the mean of I weighted by tau over the kFadeSteps
-/// midpoints, 1 when all of them are 0. Of a cell that is a mean of midpoints because its
-/// visibility varies: the latter with tau_j, whatever I is.
+/// Importance of a cell. It is needed only when shading.emphasis > 0. It is the mean of I(va) and
+/// I(vb) if they differ by at most kFadeVaries. Otherwise it is the mean of I over the kFadeSteps
+/// midpoints, weighted by tau, or 1 when all of these weights are 0. If a cell is a mean of
+/// midpoints because its visibility varies, its importance is the mean of I weighted by tau_j,
+/// whatever I is.
 ///
 /// Opacity of a cell: alpha = -expm1(-tau · length_mm).
 ///
-/// Colour, shaded if shading.enabled by shade_sample() with the gradient at the cell's middle and
-/// the share that the importance gives; share 0: no gradient. Pre-integrated: the mean of so
-/// shading it at shades_of() places of the cell.
+/// Colour. If shading.enabled, shade_sample() shades the colour with the gradient at the cell's
+/// middle and the share that the importance gives. A share of 0 needs no gradient. Pre-integrated:
+/// the colour is the mean over shades_of() positions of the cell, each shaded this way.
 ///
-/// Gradient. Central difference one voxel either way along each index axis, positions clamped to
-/// [0, n - 1], divided by 2 · spacing_mm, turned by directions: HU per mm along the CT axes.
+/// Gradient. Central difference with one voxel on either side along each index axis, positions
+/// clamped to [0, n - 1], divided by 2 · spacing_mm, rotated by directions: HU per mm along the CT
+/// axes.
 ///
 /// Compositing, front to back, premultiplied: C += (1 - A) · alpha · rgb; A += (1 - A) · alpha.
-/// Surfaces are samples of their own alpha at their exact t, sorted by t (equal t: plane, needle,
-/// spheres in order, lines in order); the first of alpha 1 ends the ray. A surface is drawn if
-/// t > 0, inside the volume or not. Early termination: the ray ends once A >= quality.opaque_at (<
-/// 1), and what it has gathered stands for the rest, C / A: no channel is wrong by more than 1 - A,
-/// and none always too dark. Otherwise the pixel is C + (1 - A) · background. Its alpha is 1.
+/// Surfaces are samples with their own alpha at their exact t, sorted by t (for equal t: plane,
+/// needle, spheres in order, lines in order). The first surface with alpha 1 ends the ray. A
+/// surface is drawn if t > 0, inside the volume or not. Early termination: the ray ends once
+/// A >= quality.opaque_at (< 1), and the pixel is C / A. Then no channel is wrong by more than
+/// 1 - A, and no channel is always too dark. Otherwise the pixel is C + (1 - A) · background. The
+/// pixel's alpha is 1.
 ///
-/// Two volumes. With scene.ultrasound the CT and the ultrasound have cells each on its own lattice,
-/// with its own h; H is the greater of the two. Where a ray runs through both boxes it is cut at
-/// t = m H: what lies of the CT in slab m is composited in front of what lies there of the
-/// ultrasound where m is even, behind it where m is odd, so that the order in depth is right to the
-/// second order of H. The CT's part of a slab is composited for itself as above; then it is one
-/// sample of importance ct_importance, which is composited with surfaces
-/// and with the samples of the ultrasound as predicate_spec.hpp and predicate_scene.hpp say. With
-/// equal importances that is plain compositing of everything.
+/// Two volumes. With scene.ultrasound, the CT and the ultrasound each have their own lattice of
+/// cells with their own h; H is the greater h. A ray that runs through both boxes is cut at
+/// t = m H. In slab m the part of the CT is composited in front of the part of the ultrasound if m
+/// is even, and behind it if m is odd, so that the depth order is correct to the second order of H.
+/// The CT's part of a slab is first composited alone, as above. The result is one sample of
+/// importance ct_importance. It is composited with the surfaces and the samples of the ultrasound
+/// as predicate_spec.hpp and predicate_scene.hpp say. With equal importances this is plain
+/// compositing of everything.
 ///
-/// Other projections. The greatest, least or (by length) mean value at the middles of all cells
-/// between entry and exit, as grey = clamp((v - level) / width + 1/2), lies under the surfaces,
-/// which are composited in their order; rays past the volume see the background.
+/// Other projections. The greatest, least or mean (by length) value v at the middles of all cells
+/// between entry and exit gives grey = clamp((v - level) / width + 1/2). It lies under the
+/// surfaces, which are composited in their order. Rays that miss the volume show the background.
 ///
-/// The reference ignores opaque_at, which may only cost error, and skip_empty_bricks, which may
-/// not.
+/// The reference ignores opaque_at, which may only cost accuracy, and skip_empty_bricks, which may
+/// not cost any.
 namespace nav::render::spec {}

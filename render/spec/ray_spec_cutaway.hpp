@@ -16,37 +16,39 @@
 
 /// The contextual cutaway of Burns et al. 2007 §3.3 and §3.4, in closed form along a ray.
 ///
-/// Cones are directed along the ray: the point at distance t on a ray of direction r is cleared by
-/// a point q of the object, at angle theta, when the angle between q - p(t) and r is at most theta.
+/// Cones are directed along the ray. A point q of the object clears the point p(t) at distance t on
+/// a ray of direction r, at angle theta, when the angle between q - p(t) and r is at most theta.
 /// The cutaway surface therefore meets the ray at
-///   T(theta) = max over q of  (q - o) · r - cot(theta) |(q - o) - ((q - o) · r) r|,
-/// which equals the paper's xi(theta) for parallel rays (there with the sign of eye space, z
-/// towards the eye). An object never occludes itself along its own rays, and rays farther than
-/// theta from its silhouette have T < 0: untouched. The other conventions in perspective (cones
-/// towards the eye, cones along the view axis) agree near the axis and differ outside. With T2 =
-/// T(theta2) >= T1 = T(theta1) and d measured along the ray,
+///   T(theta) = max over q of  (q - o) · r - cot(theta) |(q - o) - ((q - o) · r) r|.
+/// For parallel rays this equals the paper's xi(theta) (there with the sign of eye space, z towards
+/// the eye). An object never occludes itself along its own rays. Rays farther than theta from its
+/// silhouette have T < 0 and stay unchanged. The other conventions in perspective (cones towards
+/// the eye, cones along the view axis) agree near the axis and differ elsewhere. With
+/// T2 = T(theta2) >= T1 = T(theta1) and d measured along the ray,
 ///   Omega(t) = (clamp((T2 - t) / (T2 - T1)) + clamp((T1 - t) / d)) / 2,
-/// 0 in the base, 1/2 between transition and overlay, 1 in the clear region.
+/// which is 0 in the base, 1/2 between transition and overlay, and 1 in the clear region.
 namespace nav::render::spec {
 
-/// Cell and cutaway: a part whose visibilities, or importances, at its two ends differ by no more
-/// than this has their mean as a whole.
+/// A part of a cell has the mean visibility (or importance) of its two ends if these differ by no
+/// more than this.
 inline constexpr double kFadeVaries = 0.25;
-/// Others are classified at this many equidistant values between the ends, each with its own Omega.
+/// Other parts are classified at this many equidistant values between the ends, each with its own
+/// Omega.
 inline constexpr int kFadeSteps = 4;
-/// Chords that stand for the outer arc of a sector; the inner arc has the same angle per chord. The
-/// largest distance to the arc: radius · (1 - cos(half_angle / 16)), 0.06 mm at 120 mm and 30°.
+/// Number of chords that approximate the outer arc of a sector; the inner arc has the same angle
+/// per chord. The largest distance to the arc is radius · (1 - cos(half_angle / 16)): 0.06 mm at
+/// 120 mm and 30°.
 inline constexpr int kSectorChords = 16;
 
-/// An object of interest for cutting: a flat simple polygon, a segment (2 vertices), or a ball.
+/// An object of interest that cuts: a flat simple polygon or a segment (2 vertices).
 template <class S>
 struct CutawayPolygon {
   std::vector<Vec3<S>> vertices;  ///< Local mm.
-  Vec3<S> normal;                 ///< Unit; zero for a segment.
-  Vec3<S> axis_u;                 ///< Unit, in the plane; with axis_v for the test of being inside.
+  Vec3<S> normal;                 ///< Unit length; zero for a segment.
+  Vec3<S> axis_u;  ///< Unit length, in the plane. axis_u and axis_v serve the inside test.
   Vec3<S> axis_v;
 };
-/// The same for the many triangles of a mesh, without a list.
+/// A triangle of a mesh. It has a fixed number of vertices, so that many triangles need no lists.
 template <class S>
 struct CutawayTriangle {
   std::array<Vec3<S>, 3> vertices;
@@ -60,7 +62,7 @@ struct CutawayBall {
   S radius;
 };
 
-/// Everything that cuts, ready to meet rays.
+/// All objects that cut, prepared for intersection with rays.
 template <class S>
 struct CutawayObjects {
   S cot1;
@@ -71,14 +73,15 @@ struct CutawayObjects {
   [[nodiscard]] bool empty() const { return polygons.empty() && balls.empty(); }
 };
 
-/// Where the surfaces of theta2 and theta1 meet a ray, mm; -infinity: nowhere.
+/// Distances at which the surfaces of theta2 and theta1 meet a ray, mm. -infinity: they do not
+/// meet.
 template <class S>
 struct CutawaySpan {
   S t2;
   S t1;
 };
 
-/// Omega at t. Guards: T2 = T1 and d = 0 are steps.
+/// Omega at t. T2 = T1 and d = 0 give steps, without a division by 0.
 template <class S>
 S occlusion(const CutawaySpan<S>& span, S overlay_mm, S t) {
   if (!(t < span.t2)) return S(0);
@@ -90,9 +93,9 @@ S occlusion(const CutawaySpan<S>& span, S overlay_mm, S t) {
   return S(0.5) * (outer + inner);
 }
 
-/// 1 - ramp(max(2 I - 1, 0), I, Omega): how much of its opacity a sample of importance I keeps. The
-/// ramp tests its lower end first, unlike the printed one, which makes I = 0 vanish in the base
-/// and I = 1 in the clear region.
+/// Share of its opacity that a sample of importance I keeps: 1 - ramp(max(2 I - 1, 0), I, Omega).
+/// The ramp tests its lower end first. The printed ramp does not; it makes I = 0 vanish in the base
+/// and I = 1 vanish in the clear region.
 template <class S>
 S visibility(S importance, S omega) {
   const S low = std::max(S(2) * importance - S(1), S(0));
@@ -101,15 +104,15 @@ S visibility(S importance, S omega) {
   return (importance - omega) / (importance - low);
 }
 
-/// An importance that is a quotient counts as 1 from kFullImportance on: what is most important
-/// must not be hidden by rounding.
+/// Importance of a quotient: it counts as 1 from kFullImportance on, so that rounding cannot hide
+/// the most important sample.
 template <class S>
 S full_importance(S importance) {
   return importance >= static_cast<S>(kFullImportance) ? S(1) : importance;
 }
 
-/// Extinction after the fade. The fade acts on the opacity of 1 mm, before the step: the other
-/// order would depend on the step.
+/// Extinction after the fade, per mm. The fade acts on the opacity of 1 mm, before the step
+/// correction. The other order would depend on the step.
 template <class S>
 S faded(S tau_per_mm, S visible) {
   if (visible >= S(1)) return tau_per_mm;
@@ -117,10 +120,10 @@ S faded(S tau_per_mm, S visible) {
   return -std::log1p(visible * std::expm1(-tau_per_mm));
 }
 
-/// Up to this t a sample of importance I is invisible: nothing of importance <= I needs sampling
-/// before it. Nearer to the eye than the exact place by more than visibility(occlusion()) rounds
-/// (kSkipUlps of the largest term), so that skipping stays bit-identical. -infinity for I = 1 and
-/// where no surface meets the ray.
+/// Distance t up to which a sample of importance I is invisible, mm. No sample of importance <= I
+/// is needed in front of it. It is nearer to the eye than the exact position by more than the
+/// rounding error of visibility(occlusion()) (kSkipUlps of the largest term), so that skipping
+/// stays bit-identical. -infinity for I = 1 and for a ray that meets no surface.
 template <class S>
 S visible_from(const CutawaySpan<S>& span, S overlay_mm, S importance) {
   constexpr S kNever = -std::numeric_limits<S>::infinity();
@@ -134,7 +137,8 @@ S visible_from(const CutawaySpan<S>& span, S overlay_mm, S importance) {
   return span.t1 - (S(2) * importance - S(1)) * overlay_mm - margin;
 }
 
-/// (q - o) · r - cot |across| for one point.
+/// Cone function (q - o) · r - cot |across| of one point q; `across` is the part of q - o across
+/// the ray.
 template <class S>
 S cone_point(const Vec3<S>& q, const Ray<S>& ray, S cot) {
   const Vec3<S> m = q - ray.origin;
@@ -142,7 +146,7 @@ S cone_point(const Vec3<S>& q, const Ray<S>& ray, S cot) {
   return along - cot * (m - along * ray.direction).norm();
 }
 
-/// The same, greatest on the segment from a to b. The function is concave along it.
+/// Greatest cone_point() on the segment from a to b. The function is concave along the segment.
 template <class S>
 S cone_segment(const Vec3<S>& a, const Vec3<S>& b, const Ray<S>& ray, S cot) {
   const Vec3<S> from = a - ray.origin;
@@ -152,7 +156,7 @@ S cone_segment(const Vec3<S>& a, const Vec3<S>& b, const Ray<S>& ray, S cot) {
   const S rise = edge.dot(ray.direction);
   const Vec3<S> across = edge - rise * ray.direction;
   const S length = across.norm();
-  // An edge along the ray: the end that is farther.
+  // For an edge along the ray, the farther end decides.
   if (!(length > S(1e-6))) return std::max(cone_point(a, ray, cot), cone_point(b, ray, cot));
   const Vec3<S> e = across / length;
   const S foot = -across_a.dot(e);
@@ -165,7 +169,7 @@ S cone_segment(const Vec3<S>& a, const Vec3<S>& b, const Ray<S>& ray, S cot) {
   return along_a + slope * s - cot * std::hypot(s - foot, height);
 }
 
-/// Whether a point of the plane of a CutawayPolygon or CutawayTriangle is inside, by the even-odd
+/// True when a point of the plane of a CutawayPolygon or CutawayTriangle is inside, by the even-odd
 /// rule.
 template <class S, class Polygon>
 bool inside_polygon(const Polygon& polygon, const Vec3<S>& p) {
@@ -183,9 +187,10 @@ bool inside_polygon(const Polygon& polygon, const Vec3<S>& p) {
   return inside;
 }
 
-/// Greatest over a CutawayPolygon or CutawayTriangle. Inside its projection the ray's own point
-/// decides when the plane is less steep than the cone: the function is concave, so that maximum is
-/// the only one. Otherwise the greatest lies on an edge, whether the polygon is convex or not.
+/// Greatest cone_point() over a CutawayPolygon or CutawayTriangle. If the ray meets the plane
+/// inside the polygon and the plane is less steep than the cone, the point on the ray is the
+/// maximum. It is the only maximum because the function is concave. Otherwise the greatest value
+/// lies on an edge, whether the polygon is convex or not.
 template <class S, class Polygon>
 S cone_polygon(const Polygon& polygon, const Ray<S>& ray, S cot) {
   const S facing = polygon.normal.dot(ray.direction);
@@ -204,8 +209,9 @@ S cone_polygon(const Polygon& polygon, const Ray<S>& ray, S cot) {
   return best;
 }
 
-/// Greatest over a ball: at the point whose normal is opposite to the gradient, unless that lies
-/// beyond the axis; then where the ray leaves the ball.
+/// Greatest cone_point() over a ball. It lies at the point whose normal is opposite to the
+/// gradient, unless that point lies beyond the axis. Then it lies at the point where the ray leaves
+/// the ball.
 template <class S>
 S cone_ball(const CutawayBall<S>& ball, const Ray<S>& ray, S cot) {
   const Vec3<S> m = ball.centre - ray.origin;
@@ -216,7 +222,7 @@ S cone_ball(const CutawayBall<S>& ball, const Ray<S>& ray, S cot) {
   return along + std::sqrt(std::max(ball.radius * ball.radius - across * across, S(0)));
 }
 
-/// Where both surfaces meet a ray; t2 >= t1.
+/// Intersection of both surfaces with a ray; t2 >= t1.
 template <class S>
 CutawaySpan<S> meet_cutaway(const CutawayObjects<S>& objects, const Ray<S>& ray) {
   CutawaySpan<S> span{-std::numeric_limits<S>::infinity(), -std::numeric_limits<S>::infinity()};
@@ -228,23 +234,25 @@ CutawaySpan<S> meet_cutaway(const CutawayObjects<S>& objects, const Ray<S>& ray)
     span.t1 = std::max(span.t1, cone_ball(ball, ray, objects.cot1));
     span.t2 = std::max(span.t2, cone_ball(ball, ray, objects.cot2));
   }
-  span.t2 = std::max(span.t2, span.t1);  // Rounding.
+  span.t2 = std::max(span.t2, span.t1);  // Rounding could make t2 < t1.
   return span;
 }
 
-/// Where a mesh has more triangles than this the CPU and GL engines search it (cutaway_mesh.hpp),
-/// with the same result; the reference always meets every triangle.
+/// Size from which the CPU and GL engines search a mesh (cutaway_mesh.hpp): more triangles than
+/// this. The result is the same. The reference always tests every triangle.
 inline constexpr std::size_t kExactTriangles = 64;
 
-/// The objects of a scene that cut, in double: planes, needles and spheres only while they are
-/// drawn, meshes triangle by triangle (with_meshes). Empty: no cutaway. Defined in cutaway.cpp.
+/// The objects of a scene that cut, in double. Planes, needles and spheres cut only while they are
+/// drawn. with_meshes adds the meshes triangle by triangle. Empty: no cutaway. Defined in
+/// cutaway.cpp.
 CutawayObjects<double> make_cutaway(const Scene& scene, bool with_meshes);
 
-/// A flat polygon from its vertices in order, local mm; without a normal when they lie in a line.
+/// Makes a flat polygon from its vertices in order, local mm. It has no normal when the vertices
+/// lie on a line.
 CutawayPolygon<double> make_polygon(std::vector<Vec3<double>> vertices);
 
-/// The outline of an ultrasound picture, image mm: its rectangle of pixels, or its sector, which
-/// the rectangle is expected to hold.
+/// The outline of an ultrasound image, image mm: the rectangle of its pixels, or its sector, which
+/// is expected to lie inside that rectangle.
 std::vector<Vec2<double>> outline_of(const UltrasoundFrame& frame);
 
 }  // namespace nav::render::spec

@@ -22,21 +22,23 @@ struct Hit {
   S t;  ///< mm, > 0.
   Vec3<S> rgb;
   S alpha;
-  /// The ultrasound picture was hit, here; rgb is its grey. Its colour can be put in last, because
-  /// nothing else depends on it.
+  /// The ray hit the ultrasound image at `pixel`, and rgb is its grey. The colour can be filled in
+  /// last because nothing else depends on it.
   bool picture = false;
-  Vec2<S> pixel = Vec2<S>::Zero();  ///< Column and row.
+  Vec2<S> pixel = Vec2<S>::Zero();  ///< Column and row in the ultrasound image.
 };
 
-/// The ultrasound plane, ready to meet rays. z = 0 of the image frame; the picture fills the
-/// rectangle (a parallelogram when the calibration shears) of its pixel centres plus half a pixel.
+/// The ultrasound plane, prepared for intersection with rays: z = 0 of the image frame. The
+/// ultrasound image fills the rectangle (a parallelogram when the calibration shears) of its pixel
+/// centres plus half a pixel.
 template <class S>
 struct PlaneSurface {
   Eigen::Matrix<S, 3, 3> image_from_local;  ///< Rotation; p_image = R · (p_local - origin).
-  Vec3<S> origin;                           ///< Of the image frame, local mm.
+  Vec3<S> origin;                           ///< Origin of the image frame, local mm.
   Eigen::Matrix<S, 2, 2> pixel_from_mm;
-  Vec2<S> grid_origin_mm;  ///< Of pixel (0, 0).
-  Vec2<S> mm_across;       ///< Distance of the lines column = c, c + 1; of row = r, r + 1; mm.
+  Vec2<S> grid_origin_mm;  ///< Position of pixel (0, 0), image mm.
+  Vec2<S> mm_across;  ///< Distance between the lines column = c and c + 1, and between the lines
+                      ///< row = r and r + 1; mm.
   int width;
   int height;
   const std::uint8_t* pixels;
@@ -46,12 +48,12 @@ struct PlaneSurface {
   S radius_max_mm;
   S sin_half;
   S cos_half;
-  bool shows_picture;  ///< Valid and degraded.
+  bool shows_picture;  ///< True for the states valid and degraded.
   Vec3<S> border_rgb;
   S opacity;
 };
 
-/// Absent when the plane is lost. The frame must outlive the result.
+/// No value when the plane is lost. The frame must outlive the result.
 template <class S>
 std::optional<PlaneSurface<S>> make_plane(const UltrasoundPlane& plane, const VoxelGrid& grid) {
   const SafetyState state = plane.safety.state;
@@ -89,7 +91,8 @@ std::optional<PlaneSurface<S>> make_plane(const UltrasoundPlane& plane, const Vo
       static_cast<S>(plane.opacity)};
 }
 
-/// Grey of the picture, [0, 1]: bilinear between pixel centres, clamped to the outermost centres.
+/// Grey of the ultrasound image, [0, 1]: bilinear between pixel centres, clamped to the outermost
+/// centres.
 template <class S>
 S picture_at(const PlaneSurface<S>& plane, S column, S row) {
   const S c = std::clamp(column, S(0), static_cast<S>(plane.width - 1));
@@ -108,8 +111,8 @@ S picture_at(const PlaneSurface<S>& plane, S column, S row) {
   return (top + v * (bottom - top)) / S(255);
 }
 
-/// Distance of an image point to the nearest edge of what is drawn, mm; negative outside. pixel:
-/// the same point as (column, row).
+/// Distance of an image point to the nearest edge of the drawn area, mm; negative outside. \p pixel
+/// is the same point as (column, row).
 template <class S>
 S depth_inside(const PlaneSurface<S>& plane, const Vec2<S>& p_image, const Vec2<S>& pixel) {
   const S half = S(0.5);
@@ -124,17 +127,18 @@ S depth_inside(const PlaneSurface<S>& plane, const Vec2<S>& p_image, const Vec2<
   return std::min(inside, d.y() * plane.sin_half - std::abs(d.x()) * plane.cos_half);
 }
 
-/// Where rays beside one meet the plane, which meets it at p: that a pixels to the right and b
-/// upwards at p + (a · right + b · up) / w with w = 1 + (a, b) · turn, or behind the eye unless
-/// w > 0.
+/// Intersections of neighbouring rays with the plane. One ray meets the plane at p. The ray a
+/// pixels to the right and b pixels up meets it at p + (a · right + b · up) / w with
+/// w = 1 + (a, b) · turn. If w <= 0, that intersection lies behind the eye.
 template <class S>
 struct PlanePixel {
   Vec2<S> right;  ///< Image mm.
   Vec2<S> up;
-  Vec2<S> turn;  ///< 0: parallel rays.
+  Vec2<S> turn;  ///< 0 for parallel rays.
 };
 
-/// Of the ray that meets the plane at t. along: its direction in the image frame.
+/// PlanePixel of the ray that meets the plane at t. \p along: the direction of the ray in the image
+/// frame.
 template <class S>
 PlanePixel<S> pixel_on_plane(const PlaneSurface<S>& plane, const View<S>& view, const Ray<S>& ray,
                              const Vec3<S>& along, S t) {
@@ -142,14 +146,16 @@ PlanePixel<S> pixel_on_plane(const PlaneSurface<S>& plane, const View<S>& view, 
   const S apart = view.orthographic ? pixel : pixel * t * ray.direction.dot(view.forward);
   const Vec3<S> right = apart * (plane.image_from_local * view.right);
   const Vec3<S> up = apart * (plane.image_from_local * view.up);
-  const Vec2<S> sooner = Vec2<S>(right.z(), up.z()) / along.z();  // mm along the ray.
+  // Decrease of t per pixel, mm.
+  const Vec2<S> sooner = Vec2<S>(right.z(), up.z()) / along.z();
   return {right.template head<2>() - sooner.x() * along.template head<2>(),
           up.template head<2>() - sooner.y() * along.template head<2>(),
           view.orthographic ? Vec2<S>(Vec2<S>::Zero()) : Vec2<S>(sooner / t)};
 }
 
-/// Whether a point that is so far inside, >= 0, is on the border: nearer to the edge than
-/// kBorderMm, or one of eight points kBorderPixels around it in the picture lies outside.
+/// True when a point at the distance inside >= 0 from the edge is on the border. It is on the
+/// border when it is nearer to the edge than kBorderMm, or when one of eight points at
+/// kBorderPixels around it in the rendered image lies outside.
 template <class S>
 bool on_border(const PlaneSurface<S>& plane, const Vec2<S>& p_image, S inside,
                const PlanePixel<S>& step) {
@@ -169,7 +175,8 @@ bool on_border(const PlaneSurface<S>& plane, const Vec2<S>& p_image, S inside,
   return false;
 }
 
-/// The plane's sample on a ray of a view: its border, its picture without its grey, or nothing.
+/// The plane's sample on a ray of a view: its border, its image without the grey value, or no
+/// value.
 template <class S>
 std::optional<Hit<S>> reach_plane(const PlaneSurface<S>& plane, const View<S>& view,
                                   const Ray<S>& ray) {
@@ -189,7 +196,7 @@ std::optional<Hit<S>> reach_plane(const PlaneSurface<S>& plane, const View<S>& v
   return Hit<S>{t, Vec3<S>::Zero(), plane.opacity, true, pixel};
 }
 
-/// The same with the grey of its picture.
+/// Does the same as reach_plane() and reads the grey of the ultrasound image.
 template <class S>
 std::optional<Hit<S>> hit_plane(const PlaneSurface<S>& plane, const View<S>& view,
                                 const Ray<S>& ray) {
@@ -210,8 +217,8 @@ struct CapsuleSurface {
   S alpha;
 };
 
-/// The needle's capsule ends exactly at the tip: its axis starts one radius behind it. Absent when
-/// lost, ghosted when stale.
+/// Makes the needle's capsule, which ends exactly at the tip: its axis starts one radius behind the
+/// tip. No value when the needle is lost; translucent when it is stale.
 template <class S>
 std::optional<CapsuleSurface<S>> make_needle(const NeedleShape& needle, const VoxelGrid& grid) {
   if (needle.safety.state == SafetyState::kLost) return {};
@@ -240,8 +247,9 @@ CapsuleSurface<S> make_sphere(const SphereShape& sphere, const VoxelGrid& grid) 
           static_cast<S>(sphere.opacity)};
 }
 
-/// Where a ray enters a sphere; negative: behind the origin; infinity: never. The discriminant is
-/// taken from the distance of the centre to the ray, which does not cancel for a far eye.
+/// Distance at which a ray enters a sphere, mm; negative: behind the origin; infinity: no
+/// intersection. The discriminant comes from the distance of the centre to the ray, which does not
+/// cancel for a distant eye.
 template <class S>
 S enter_sphere(const Vec3<S>& centre, S radius, const Ray<S>& ray) {
   const Vec3<S> m = centre - ray.origin;
@@ -250,8 +258,8 @@ S enter_sphere(const Vec3<S>& centre, S radius, const Ray<S>& ray) {
   return square < S(0) ? std::numeric_limits<S>::infinity() : along - std::sqrt(square);
 }
 
-/// Where a ray enters the capsule, as enter_sphere(): the cylinder's side between the two end
-/// points, else the first of the end spheres.
+/// Distance at which a ray enters the capsule; see enter_sphere(). It enters the side of the
+/// cylinder between the two end points, or otherwise the nearer of the end spheres.
 template <class S>
 S enter_capsule(const CapsuleSurface<S>& capsule, const Ray<S>& ray) {
   const Vec3<S> axis = capsule.b - capsule.a;
@@ -259,14 +267,14 @@ S enter_capsule(const CapsuleSurface<S>& capsule, const Ray<S>& ray) {
   if (!(length > S(0))) return enter_sphere(capsule.a, capsule.radius, ray);
   const Vec3<S> u = axis / length;
   const Vec3<S> m = ray.origin - capsule.a;
-  const Vec3<S> across = ray.direction - ray.direction.dot(u) * u;  // Seen along the axis.
+  const Vec3<S> across = ray.direction - ray.direction.dot(u) * u;  // Projection across the axis.
   const Vec3<S> start = m - m.dot(u) * u;
   const S a = across.squaredNorm();
   if (a > S(0)) {
     const S along = -across.dot(start) / a;
     const S square = capsule.radius * capsule.radius - (start + along * across).squaredNorm();
     if (square < S(0))
-      return std::numeric_limits<S>::infinity();  // Misses the endless cylinder, so both ends too.
+      return std::numeric_limits<S>::infinity();  // Misses the infinite cylinder and both ends.
     const S t = along - std::sqrt(square / a);
     const S foot = (m + t * ray.direction).dot(u);
     if (foot >= S(0) && foot <= length) return t;
@@ -275,9 +283,9 @@ S enter_capsule(const CapsuleSurface<S>& capsule, const Ray<S>& ray) {
                   enter_sphere(capsule.b, capsule.radius, ray));
 }
 
-/// The front surface, Blinn–Phong shaded by the headlight; absent when it lies behind the ray's
-/// origin (an eye inside sees nothing of it). Solids are always shaded, also where shading.enabled
-/// is off.
+/// The front surface, shaded by Blinn–Phong with the headlight. No value when it lies behind the
+/// ray's origin (an eye inside a solid does not see it). Solids are always shaded, also when
+/// shading.enabled is false.
 template <class S>
 std::optional<Hit<S>> hit_capsule(const CapsuleSurface<S>& capsule, const Ray<S>& ray,
                                   const Shading& shading) {

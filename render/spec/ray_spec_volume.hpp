@@ -19,7 +19,7 @@
 #include "nav/volume.hpp"
 #include "render/scene.hpp"
 
-/// Rays, cells, shading and the constants of ray_spec.hpp.
+/// Rays, cells, shading and constants of ray_spec.hpp.
 namespace nav::render::spec {
 
 template <class S>
@@ -29,41 +29,42 @@ using Vec2 = Eigen::Matrix<S, 2, 1>;
 
 // ---- Constants that every engine shares -------------------------------------------------------
 
-/// Width of the state border of the ultrasound plane, inside its edge, mm. Always opaque: it says
-/// whether the picture may be trusted.
+/// Width of the state border of the ultrasound plane, inside its edge, mm. The border is always
+/// opaque because it says whether the ultrasound image can be trusted.
 inline constexpr double kBorderMm = 1.0;
-/// And at least so many pixels of the picture, however far and obliquely it is seen: a line without
-/// gaps. No multiple of 1/2, which edges in line with pixels would meet exactly.
+/// Least width of the border in pixels of the rendered image, at any distance and angle, so that
+/// the line has no gaps. It is no multiple of 1/2, because edges in line with pixels would meet
+/// such a multiple exactly.
 inline constexpr double kBorderPixels = 1.7;
 inline const Eigen::Vector3d kValidRgb{0.10, 0.85, 0.30};
 inline const Eigen::Vector3d kDegradedRgb{1.00, 0.70, 0.00};
 inline const Eigen::Vector3d kStaleRgb{0.60, 0.60, 0.60};
 /// Opacity of a stale needle.
 inline constexpr double kGhostOpacity = 0.4;
-/// A plane seen at less than this sine is edge-on and not drawn.
+/// Least sine of the angle of view: a plane seen at less than this is edge-on and not drawn.
 inline constexpr double kEdgeOnSine = 1e-6;
 
-/// The bow of a cell: the mean over it of the parabola through three lattice values, less that of
-/// the line from v0 to v1. before: at the lattice point in front of v0.
+/// Bow of a cell: the mean over the cell of the parabola through three lattice values, minus the
+/// mean of the line from v0 to v1. \p before: the value at the lattice point in front of v0.
 inline double bow_of(double before, double v0, double v1) { return (2 * v0 - before - v1) / 12; }
-/// The mean follows the bow by at most this share of the change from v0 to v1.
+/// Limit of the bow: the mean follows it by at most this share of the change from v0 to v1.
 inline constexpr double kMaxBowShare = 0.5;
 
 // ---- Rays -------------------------------------------------------------------------------------
 
-/// A ray, local mm; direction of unit length.
+/// A ray, local mm. The direction has unit length.
 template <class S>
 struct Ray {
   Vec3<S> origin;
   Vec3<S> direction;
 };
 
-/// The camera as a generator of rays, local mm.
+/// The camera's parameters for generating rays, local mm.
 template <class S>
 struct View {
   Vec3<S> eye;
-  Vec3<S> right;  ///< Unit, to the right of the picture.
-  Vec3<S> up;     ///< Unit, to the top of the picture.
+  Vec3<S> right;  ///< Unit length, to the right in the rendered image.
+  Vec3<S> up;     ///< Unit length, to the top of the rendered image.
   Vec3<S> forward;
   S half_height;  ///< Perspective: tan(fov / 2). Orthographic: half the height, mm.
   bool orthographic;
@@ -84,7 +85,7 @@ View<S> make_view(const Camera& camera, int width, int height, const VoxelGrid& 
           static_cast<S>(half), camera.orthographic, width,        height};
 }
 
-/// Ray through the centre of pixel (x, y); square pixels, row 0 at the top.
+/// The ray through the centre of pixel (x, y); pixels are square, row 0 is at the top.
 template <class S>
 Ray<S> ray_of(const View<S>& view, int x, int y) {
   const S pixel = S(2) * view.half_height / static_cast<S>(view.height);
@@ -97,12 +98,12 @@ Ray<S> ray_of(const View<S>& view, int x, int y) {
 
 // ---- The volume -------------------------------------------------------------------------------
 
-/// Sampling distance, mm.
+/// Step between samples, mm.
 inline double step_mm(const Quality& quality, const VoxelGrid& grid) {
   return quality.step_voxels * grid.spacing_mm.minCoeff();
 }
 
-/// index(t) = origin + t · direction.
+/// The ray in index coordinates: index(t) = origin + t · direction.
 template <class S>
 Ray<S> index_ray(const Ray<S>& ray, const VoxelGrid& grid) {
   const Eigen::Matrix<S, 3, 3> turn = grid.directions.transpose().cast<S>();
@@ -118,7 +119,7 @@ struct Interval {
   S end;
 };
 
-/// Part of an index ray with t >= 0 inside the volume's box.
+/// The part of an index ray with t >= 0 inside the volume's box, mm.
 template <class S>
 Interval<S> clip_to_box(const Ray<S>& index, const std::array<int, 3>& size) {
   Interval<S> in{S(0), std::numeric_limits<S>::max()};
@@ -169,8 +170,8 @@ inline double value_at(const Volume& ct, const Eigen::Vector3d& index) {
   return a + w.z() * (slice(high[2]) - a);
 }
 
-/// Part of a cell, [0, 1), by which the cells of a pixel's ray are shifted when quality.jitter is
-/// on: an integer hash, the same on every device.
+/// Share of a cell, [0, 1), by which the cells of a pixel's ray are shifted when quality.jitter is
+/// on. It is an integer hash, which is the same on every device.
 inline double jitter_of(int x, int y) {
   auto h =
       static_cast<std::uint32_t>(x) * 0x8da6b343U + static_cast<std::uint32_t>(y) * 0xd8163841U;
@@ -179,8 +180,8 @@ inline double jitter_of(int x, int y) {
   return static_cast<double>((h ^ (h >> 16)) >> 8) / 16777216.0;
 }
 
-/// Blinn–Phong with a headlight: light, eye and half vector coincide, so one cosine |n · d| (two-
-/// sided) decides.
+/// Blinn–Phong shading with a headlight. Light, eye and half vector coincide, so the result depends
+/// only on the cosine |n · d| (two-sided).
 template <class S>
 Vec3<S> phong(const Vec3<S>& rgb, S cosine, const Shading& shading) {
   const S c = std::clamp(std::abs(cosine), S(0), S(1));
@@ -192,11 +193,11 @@ Vec3<S> phong(const Vec3<S>& rgb, S cosine, const Shading& shading) {
 /// Tones of Gooch et al. 1998: cool = blue + cool_share · rgb, warm = yellow + warm_share · rgb.
 inline constexpr double kGoochBlue = 0.4;
 inline constexpr double kGoochYellow = 0.4;
-/// Silhouettes darken by silhouette · (1 - |n · d|)^4.
+/// Silhouettes are darkened by silhouette · (1 - |n · d|)^4.
 inline constexpr int kSilhouettePower = 4;
 
-/// Cool to warm: towards_light = n · l in [-1, 1] with n turned to the eye and l half up, half left
-/// in the picture; cosine as in phong().
+/// Gooch shading from cool to warm. towards_light = n · l in [-1, 1]: n points to the eye, and l
+/// points half up and half left in the rendered image. \p cosine: see phong().
 template <class S>
 Vec3<S> gooch(const Vec3<S>& rgb, S cosine, S towards_light, const Shading& shading) {
   const S warmth = S(0.5) * (S(1) + std::clamp(towards_light, S(-1), S(1)));
@@ -209,36 +210,37 @@ Vec3<S> gooch(const Vec3<S>& rgb, S cosine, S towards_light, const Shading& shad
   return (dark * (cool + warmth * (warm - cool))).cwiseMax(S(0)).cwiseMin(S(1));
 }
 
-/// Where light comes from for gooch(): unit, local mm.
+/// Direction towards the light of gooch(): unit length, local mm.
 template <class S>
 Vec3<S> gooch_light(const View<S>& view) {
   return (view.up - view.right) * static_cast<S>(M_SQRT1_2);
 }
 
-/// Share of the shaded colour in a sample of mean importance I (Burns et al. 2007 §3.2).
+/// Share of the shaded colour in a sample of importance I (Burns et al. 2007 §3.2).
 template <class S>
 S shaded_share(S importance, const Shading& shading) {
   return S(1) - static_cast<S>(shading.emphasis) * (S(1) - importance);
 }
 
-/// A pre-integrated cell is shaded at up to so many places, and by how many its weight decides.
+/// Limits of shades_of(): a pre-integrated cell is shaded at up to kMostShades positions. Its
+/// weight decides the number.
 inline constexpr int kMostShades = 4;
 inline constexpr double kShadesPerRoot = 10;
 
-/// At how many places of a pre-integrated cell light is asked for: at (j + 1/2) / n of it, j < n;
-/// their mean is the cell's colour. Gradients turn within a voxel, so that one place a cell errs by
-/// the step to a power of 1.3, where the rest of the integral errs by the second. With n places the
-/// error of a cell falls by about n^-1.5, so the cheapest picture has n grow with the root of what
-/// the cell weighs and about that of its length. weight: of the cell in its pixel, [0, 1]. voxels:
-/// the length of the whole cell in units of the smallest spacing.
+/// Number n of positions at which a pre-integrated cell is shaded: at (j + 1/2) / n of the cell,
+/// j < n. Their mean is the cell's colour. Gradients turn within a voxel. With one position per
+/// cell the error is of order 1.3 in the step, while the rest of the integral has order 2. With n
+/// positions the error of a cell falls by about n^-1.5. The cheapest image therefore has n grow
+/// about with the square root of the cell's weight and of its length. \p weight: the cell's weight
+/// in its pixel, [0, 1]. \p voxels: the length of the whole cell in units of the smallest spacing.
 inline int shades_of(double weight, double voxels) {
   const double wanted = std::floor(kShadesPerRoot * std::sqrt(weight * voxels) + 0.5);
   return static_cast<int>(std::clamp(wanted, 1.0, static_cast<double>(kMostShades)));
 }
 
-/// A volume sample shaded: normal n = gradient / |gradient|, blended from the plain colour by
-/// share · min(1, |gradient| / shading.full_gradient_per_mm); a zero gradient leaves the colour as
-/// it is. gradient: per mm, CT axes. light: gooch_light().
+/// Shades a volume sample with the normal n = gradient / |gradient|. The plain colour is blended to
+/// the shaded colour by share · min(1, |gradient| / shading.full_gradient_per_mm). A zero gradient
+/// leaves the colour unchanged. \p gradient: per mm, CT axes. \p light: gooch_light().
 template <class S>
 Vec3<S> shade_sample(const Vec3<S>& rgb, const Vec3<S>& gradient, const Vec3<S>& direction,
                      const Vec3<S>& light, S share, const Shading& shading) {

@@ -79,7 +79,8 @@ Result<void> check(const TransferFunction& function, const ImportanceRule& rule)
          << ", found " << found;
     return Error{ErrorCode::kUsage, text.str()};
   };
-  if (!(rule.low_hu <= rule.high_hu)) return refuse("a range whose end is not below", rule.high_hu);
+  if (!(rule.low_hu <= rule.high_hu))
+    return refuse("a range that does not end below its begin", rule.high_hu);
   if (!(rule.importance >= 0 && rule.importance <= 1)) {
     return refuse("an importance in [0, 1]", rule.importance);
   }

@@ -26,7 +26,7 @@ Result<void> check_node(const std::string& name, const std::vector<TransferNode>
   if (!std::isfinite(node.hu)) return refuse("a finite value in HU", node.hu);
   if (i > 0 && !(node.hu > nodes[i - 1].hu)) {
     std::ostringstream expected;
-    expected << "more than the " << nodes[i - 1].hu << " HU of the node before";
+    expected << "more than the " << nodes[i - 1].hu << " HU of the previous node";
     return refuse(expected.str(), node.hu);
   }
   for (int c = 0; c < 3; ++c) {

@@ -36,7 +36,7 @@ Result<DisplayConnection> connect_display() {
   const char* name = std::getenv("DISPLAY");
   return Error{ErrorCode::kUnavailable,
                "window: expected an X display, found " +
-                   (name && *name ? "DISPLAY=" + std::string(name) + " that does not answer"
+                   (name && *name ? "DISPLAY=" + std::string(name) + ", which does not answer"
                                   : std::string("DISPLAY not set"))};
 }
 

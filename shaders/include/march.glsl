@@ -5,14 +5,13 @@
 // everything that the loop changes, because some rays may have left it. Then those of the four that
 // need it are shaded. Otherwise a run pauses at each cell that needs shading, so that a device that
 // runs many rays in step shades all of them together.
-#if defined(UNROLLED) && defined(PREINTEGRATED) && !defined(ADAPTIVE) && !defined(TWO_VOLUMES)
+#if defined(UNROLLED) && defined(PREINTEGRATED) && !defined(TWO_VOLUMES)
 #define FOUR_AT_ONCE
 #endif
 
 // A part of a cell, and its appearance.
 struct Cell {
   float middle;       // Middle of the whole cell, in cells.
-  float size;         // Length of the whole cell, in cells.
   float begin, end;   // Limits of the part, in cells.
   float v_a, v_b;     // Values at the limits, HU.
   vec4 look;          // rgb, not premultiplied, and extinction per mm.
@@ -112,9 +111,9 @@ void shade_and_composite(Cell cell, bool fading) {
   if (share > 0.0) {
     // The mean of the shades at several positions: spec::shades_of().
     float weight = (1.0 - picture.a) * opacity;
-    float places = clamp(floor(shades_taken * sqrt(weight * cell.size) + 0.5), 1.0, kMostShades);
-    float apart = cell.size / places;
-    float at = cell.middle - 0.5 * cell.size + 0.5 * apart;
+    float places = clamp(floor(shades_taken * sqrt(weight) + 0.5), 1.0, kMostShades);
+    float apart = 1.0 / places;
+    float at = cell.middle - 0.5 + 0.5 * apart;
     vec3 sum = vec3(0.0);
     float place = 0.5;
     do {
@@ -141,8 +140,7 @@ struct Walk {
   float begin, end;  // In cells.
   int last;          // Lattice point that ends the last cell.
   int j;             // Next lattice point to sample.
-  int size;          // Cells of the segment that ends at j; 1 without ADAPTIVE.
-  int run_end;       // Segments that begin before it are taken without a brick test.
+  int run_end;       // Cells that begin before it are taken without a brick test.
   int next;          // Position of the next brick test.
   bool pending;      // The cell before next begins in an empty brick and is still to be handled.
   bool going;
@@ -150,9 +148,6 @@ struct Walk {
   float v0;
 #ifdef PREINTEGRATED
   float before;      // The value at the lattice point before known,
-#ifdef ADAPTIVE
-  int before_at;     // or at this one.
-#endif
   float aside;       // See look_aside().
   Point a;           // The point there, or at the start of the stretch.
 #endif
@@ -164,16 +159,12 @@ Walk begin_walk(float begin, float end) {
   w.end = end;
   w.j = w.next = int(floor(begin));
   w.last = end > begin ? int(ceil(end)) : w.j;
-  w.size = 1;
   w.pending = false;
   w.going = w.last > w.j;
   w.known = w.j - 2;
   w.v0 = 0.0;
 #ifdef PREINTEGRATED
   w.before = w.aside = 0.0;
-#ifdef ADAPTIVE
-  w.before_at = w.j;
-#endif
   w.a = no_point();
 #endif
 #if defined(SKIPPING)
@@ -186,18 +177,15 @@ Walk begin_walk(float begin, float end) {
   return w;
 }
 
-bool in_run(Walk w) { return w.j - w.size < w.run_end; }
+bool in_run(Walk w) { return w.j - 1 < w.run_end; }
 
 #ifdef SKIPPING
 // Begins a run in an occupied brick at next.
 void begin_run(inout Walk w, Brick brick) {
 #ifdef PREINTEGRATED
   int start = w.pending ? w.next - 1 : w.next;
-#ifdef ADAPTIVE
-  if (w.known != start) w.size = 1;
-#endif
   bool goes_on = w.known == start;
-  w.j = goes_on ? start + w.size : start;
+  w.j = goes_on ? start + 1 : start;
   w.run_end = w.next = min(goes_on ? start + kRun : start + kRun - 1, w.last);
   w.pending = false;
 #else
@@ -231,17 +219,16 @@ void find_run(inout Walk w, bool fading) {
 }
 #endif
 
-// The part of the segment between lattice points k and k + size that lies in the stretch.
+// The part of the cell between lattice points k and k + 1 that lies in the stretch.
 Cell cell_at(Walk w, int k, float v0, float v1) {
-  float from = max(w.begin - float(k), 0.0);  // Only single cells are cut.
+  float from = max(w.begin - float(k), 0.0);
   float to = min(w.end - float(k), 1.0);
   Cell cell;
   cell.v_a = fma(from, v1 - v0, v0);
   cell.v_b = to < 1.0 ? fma(to, v1 - v0, v0) : v1;
   cell.begin = float(k) + from;
-  cell.end = float(k) + to * float(w.size);
-  cell.size = float(w.size);
-  cell.middle = float(k) + 0.5 * cell.size;
+  cell.end = float(k) + to;
+  cell.middle = float(k) + 0.5;
   cell.importance = 1.0;
   cell.look = vec4(0.0);
   return cell;
@@ -255,37 +242,30 @@ bool begins_inside(Walk w) { return float(w.j) < w.begin; }
 // at the lattice point before it, for the bow of the first cell. If the stretch begins in that
 // cell, it is the value at the lattice point after it, for the value at the start.
 void look_aside(inout Walk w) {
-  if (w.known == w.j - w.size) return;
+  if (w.known == w.j - 1) return;
   w.aside = value_at(float(begins_inside(w) ? w.j + 1 : w.j - 1));
 }
 
-// The bow of the segment from k on, HU. v1: the value at its end.
+// The bow of the cell from k on, HU. v1: the value at its end.
 float bow_of(Walk w, Cell cell, int k, float v1) {
   bool whole = cell.begin >= float(k) && cell.begin <= float(k) && cell.end >= float(k + 1);
-  bool may_bow = whole && w.size == 1 && k >= bow_from;
+  bool may_bow = whole && k >= bow_from;
   return may_bow ? (2.0 * w.v0 - w.before - v1) / 12.0 : 0.0;
 }
 
-void advance(inout Walk w, float v1, bool fading) {
+void advance(inout Walk w, float v1) {
   w.known = w.j;
   w.v0 = v1;
-#ifdef ADAPTIVE
-  w.next = max(w.next, w.known);
-  w.size = fading ? 1 : cells_from(w.known, w.begin, w.end);
-#endif
-  w.j += w.size;
+  ++w.j;
 }
 
 // Takes the sample at j. Returns true if it ends a cell; mean is then the mean over that cell, see
 // mean_between(). The first sample of a run goes through the same operations without need, because
 // a device that runs many rays in step would execute both sides of a branch anyway.
-bool take_sample(inout Walk w, bool may_begin, bool fading, out Cell cell, out vec4 mean) {
-  int k = w.j - w.size;
+bool take_sample(inout Walk w, bool may_begin, out Cell cell, out vec4 mean) {
+  int k = w.j - 1;
   bool whole = w.known == k;  // v0 and v1 are the values of a cell.
   float v1 = value_at(float(w.j));
-#ifdef ADAPTIVE
-  if (whole && w.size == 1 && w.before_at != k - 1) w.before = value_at(float(k - 1));
-#endif
   cell = cell_at(w, k, w.v0, v1);
   float v = whole ? cell.v_b : v1;
   if (may_begin && begins_inside(w)) v = v1 + (w.begin - float(w.j)) * (w.aside - v1);
@@ -293,10 +273,7 @@ bool take_sample(inout Walk w, bool may_begin, bool fading, out Cell cell, out v
   mean = mean_between(w.a, b, bow_of(w, cell, k, v1));
   w.a = b;
   w.before = whole ? w.v0 : w.aside;
-#ifdef ADAPTIVE
-  w.before_at = whole ? k : w.j - 1;
-#endif
-  advance(w, v1, fading);
+  advance(w, v1);
   return whole;
 }
 #else
@@ -327,7 +304,7 @@ void take_middle(inout Walk w, out Cell cell, bool fading) {
 Cell take_one(inout Walk w, bool may_begin) {
   Cell cell;
   vec4 mean;
-  if (!take_sample(w, may_begin, false, cell, mean)) cell.end = cell.begin;
+  if (!take_sample(w, may_begin, cell, mean)) cell.end = cell.begin;
   cell.look = mean;
   return cell;
 }
@@ -356,7 +333,7 @@ bool take_four(inout Walk w) {
 void take_one(inout Walk w, bool may_begin) {
   Cell cell;
   vec4 mean;
-  bool whole = take_sample(w, may_begin, false, cell, mean);
+  bool whole = take_sample(w, may_begin, cell, mean);
   composite_mean(mean, whole && picture.a < enough ? max(length_mm(cell), 0.0) : 0.0);
 }
 
@@ -377,7 +354,7 @@ bool take_next(inout Walk w, inout Cell cell, bool fading) {
   bool found = true;
 #ifdef PREINTEGRATED
   vec4 mean;
-  found = take_sample(w, true, fading, cell, mean);
+  found = take_sample(w, true, cell, mean);
 #if defined(SHADING) || defined(CUTAWAY)
   cell.look = look_of(mean);
 #endif
@@ -431,11 +408,8 @@ void resume(inout Walk w) {
   w.v0 = kept_v;
   w.before = v_kept_before;
   w.a = kept_a;
-#ifdef ADAPTIVE
-  w.size = cells_from(w.known, w.begin, w.end);
-#endif
 #ifndef SKIPPING
-  w.j += w.size;
+  ++w.j;
 #endif
 }
 #endif

@@ -17,7 +17,7 @@ using Box = Eigen::AlignedBox3d;
 
 constexpr double kEndZMm = 130;
 constexpr double kSpineY = 47;
-constexpr double kPeriodMm = 34;  // Of the vertebrae.
+constexpr double kPeriodMm = 34;  // Period of the vertebrae.
 constexpr double kHalfBodyMm = 13.5;
 
 void add(std::vector<Organ>& organs, Tissue tissue, const Ellipsoid& e) {
@@ -80,7 +80,7 @@ void add_digestive(const Build& build, Random& random, std::vector<Organ>& organ
     const Ellipsoid inside = grown(outside, -3);
     add(organs, Tissue::kBowelContent, inside);
     if (gas_share <= 0) return;
-    // The patient lies on the back: gas gathers in front (-y) with a flat level.
+    // The patient is supine: gas collects in front (-y) with a flat level.
     const double level_y = inside.centre.y() - inside.radii.y() * (1 - 2 * gas_share);
     organs.push_back(
         {Tissue::kGas,
@@ -111,8 +111,8 @@ void add_digestive(const Build& build, Random& random, std::vector<Organ>& organ
 void add_kidneys(const Build& build, Random& random, std::vector<Organ>& organs) {
   for (const Ellipsoid* kidney : {&build.right_kidney, &build.left_kidney}) {
     add(organs, Tissue::kKidneyCortex, *kidney);
-    const double side = kidney->centre.x() < 0 ? 1.0 : -1.0;  // Towards the spine.
-    for (int i = 0; i < 10; ++i) {                            // Pyramids about the sinus.
+    const double side = kidney->centre.x() < 0 ? 1.0 : -1.0;  // Direction towards the spine.
+    for (int i = 0; i < 10; ++i) {                            // Pyramids around the sinus.
       const double turn = 2 * std::numbers::pi * i / 10 + random.uniform(-0.2, 0.2);
       const Vec local(0.58 * kidney->radii.x() * std::sin(3.1 * i),
                       0.6 * kidney->radii.y() * std::cos(turn),
@@ -237,7 +237,7 @@ void add_ribs(const Build& build, Random& random, std::vector<Organ>& organs) {
       for (double a = kBackRad; a < end - 0.01; a += kStepRad) {
         bones.push_back({at(a), at(std::min(a + kStepRad, end)), 5.0});
       }
-      if (rib >= 4) continue;  // Floating below; the others reach the arch by cartilage.
+      if (rib >= 4) continue;  // The lower ribs are floating; the others join the arch.
       const Vec tip = at(end);
       const Vec arch(side * 8.0, -(build.body.b - 20), 66 + 12.0 * (3 - rib));
       cartilages.push_back({tip, 0.5 * (tip + arch) + Vec(0, -9, 0), 4.5});

@@ -10,12 +10,12 @@
 #include "sim/anatomy/organ.hpp"
 #include "sim/random.hpp"
 
-/// How the phantom's organs are laid out. Private to sim/. CT coordinates, mm.
+/// Layout of the phantom's organs. Private to sim/. CT coordinates, mm.
 namespace nav::sim {
 
 inline constexpr double kSkinMm = 2;
 
-/// Numbers that differ between patients.
+/// Parameters that differ between patients.
 struct Build {
   shapes::SuperEllipse body{142, 100};
   shapes::Ellipsoid right_dome, left_dome;
@@ -33,16 +33,16 @@ struct Build {
   }
   template <class S>
   [[nodiscard]] S wall_thickness_mm(const Vec3<S>& p) const {
-    // Back muscles fill the space behind the organs.
+    // The back muscles fill the space behind the organs.
     const S back = shapes::smooth_step(S((p.y() / body.b - 0.25) / 0.7));
     return kSkinMm + fat_thickness_mm(p) + 9.0 + 16.0 * back;
   }
-  /// Inside the abdominal and chest wall.
+  /// Negative inside the abdominal and chest wall.
   template <class S>
   [[nodiscard]] S cavity_mm(const Vec3<S>& p) const {
     return body(p) + wall_thickness_mm(p);
   }
-  /// Below the diaphragm.
+  /// Negative below the diaphragm.
   template <class S>
   [[nodiscard]] S abdomen_mm(const Vec3<S>& p) const {
     const S domes = shapes::smooth_union(right_dome(p), left_dome(p), 25);
@@ -54,7 +54,7 @@ struct Build {
     S d = shapes::smooth_union(right_lobe(p), left_lobe(p), 25);
     d = shapes::smooth_difference(d, visceral(p), 18);
     d = shapes::smooth_difference(d, S(right_kidney(p) - 5), 12);
-    // Low waves: no two livers have the same outline.
+    // Shallow waves give each liver another outline.
     d += 1.8 * sin(0.055 * p.x() + wave_phase[0]) * sin(0.05 * p.y() + wave_phase[1]) +
          1.5 * sin(0.06 * p.z() + wave_phase[2]) * sin(0.045 * p.x() + wave_phase[3]);
     d = shapes::smooth_intersection(d, S(abdomen_mm(p) + 3.5), 8);
@@ -62,10 +62,10 @@ struct Build {
   }
 };
 
-/// Box in which the organs' surfaces lie.
+/// Box that contains the surfaces of the organs.
 Eigen::AlignedBox3d anatomy_bounds();
 
-/// Wall layers, soft organs, spine, ribs, lung; not lesion and liver vessels.
+/// Adds wall layers, soft organs, spine, ribs and lung, but not the lesion and the liver vessels.
 void add_body_wall(const Build& build, std::vector<Organ>& organs);
 void add_digestive(const Build& build, Random& random, std::vector<Organ>& organs);
 void add_kidneys(const Build& build, Random& random, std::vector<Organ>& organs);
@@ -75,11 +75,11 @@ void add_thorax(const Build& build, std::vector<Organ>& organs);
 void add_spine(const Build& build, std::vector<Organ>& organs);
 void add_ribs(const Build& build, Random& random, std::vector<Organ>& organs);
 
-/// A lesion and a path to it that keeps off bone, cartilage, lung, gas and gallbladder. A Bug when
-/// no place in the liver has one.
+/// Chooses a lesion and a path to it that avoids bone, cartilage, lung, gas and gallbladder. A Bug
+/// when no position in the liver has one.
 NeedlePlan choose_plan(const Build& build, const std::vector<Organ>& organs, Random& random);
 
-/// Sample points of a box, low discrepancy (Halton 2, 3, 5), index from 1.
+/// Sample points of a box with low discrepancy (Halton 2, 3, 5); index from 1.
 Eigen::Vector3d halton_in(const Eigen::AlignedBox3d& box, int index);
 
 }  // namespace nav::sim

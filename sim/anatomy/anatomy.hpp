@@ -21,30 +21,30 @@ struct ValueAndGradient {
   Direction<frames::Ct> gradient_per_mm;
 };
 
-/// A patient whose truth is known at every point: what pictures are simulated from. CT coordinates
-/// (LPS, mm). Implementations are immutable and thread-safe to read.
+/// Patient whose truth is known at every point; images are simulated from it. CT coordinates (LPS,
+/// mm). Implementations are immutable; reading is thread-safe.
 class Anatomy {
  public:
   virtual ~Anatomy() = default;
 
   /// Family and seed, for messages: "neck 3".
   [[nodiscard]] virtual std::string name() const = 0;
-  /// Tissue that fills a point: its label.
+  /// Tissue at a point: its label.
   [[nodiscard]] virtual Tissue tissue(const Point<frames::Ct>& p) const = 0;
-  /// CT value without noise in the patient's contrast, HU (kMr: MR-like grey value); boundaries are
+  /// CT value without noise in the patient's contrast, HU (kMr: MR-like grey value). Boundaries are
   /// blended over a fraction of a millimetre (partial volume).
   [[nodiscard]] virtual double hu(const Point<frames::Ct>& p) const = 0;
   /// hu() with its exact gradient.
   [[nodiscard]] virtual ValueAndGradient hu_with_gradient(const Point<frames::Ct>& p) const = 0;
-  /// Acoustic values, blended likewise.
+  /// Acoustic values, blended in the same way.
   [[nodiscard]] virtual Acoustics acoustics(const Point<frames::Ct>& p) const = 0;
   /// Distance to the skin surface, mm; negative inside the patient. First order.
   [[nodiscard]] virtual double skin_distance_mm(const Point<frames::Ct>& p) const = 0;
-  /// Box worth scanning.
+  /// Box that is useful to scan.
   [[nodiscard]] virtual Eigen::AlignedBox3d region_mm() const = 0;
-  /// Anatomical points that a person can find again in both pictures.
+  /// Anatomical points that a person can identify in CT and ultrasound.
   [[nodiscard]] virtual std::vector<NamedPoint> landmarks() const = 0;
-  /// Points where target registration error is counted.
+  /// Points at which the target registration error is evaluated.
   [[nodiscard]] virtual std::vector<Point<frames::Ct>> targets() const = 0;
 
  protected:

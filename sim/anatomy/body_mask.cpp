@@ -10,9 +10,9 @@
 namespace nav::sim {
 namespace {
 
-constexpr int kSureAirBelowHu = -920;  // Lung that a cropped CT cuts open is above.
+constexpr int kSureAirBelowHu = -920;  // Lung that is cut open by the border of a CT is above.
 constexpr int kAirBelowHu = -400;
-constexpr int kRimVoxels = 2;  // Blurred skin between the two.
+constexpr int kRimVoxels = 2;  // Width of the blurred skin between the two.
 
 struct Grid3 {
   std::array<int, 3> size;
@@ -27,7 +27,7 @@ struct Grid3 {
   }
 };
 
-/// One voxel further into what is not yet half tissue.
+/// Grows the outside by one voxel into voxels that are less than half tissue.
 void grow(const Volume& ct, const Grid3& grid, std::vector<std::uint8_t>& outside) {
   const std::vector<std::uint8_t> before = outside;
   const auto was = [&](int i, int j, int k) {
@@ -46,7 +46,8 @@ void grow(const Volume& ct, const Grid3& grid, std::vector<std::uint8_t>& outsid
   }
 }
 
-/// 1 where air is connected to a side face (not to the cut ends along k, where the airway shows).
+/// 1 where air is connected to a side face. The faces along k do not count: the airway is open
+/// there.
 std::vector<std::uint8_t> outside_air(const Volume& ct) {
   const Grid3 grid{ct.grid().size};
   std::vector<std::uint8_t> outside(ct.hu().size(), 0);
@@ -71,7 +72,7 @@ std::vector<std::uint8_t> outside_air(const Volume& ct) {
   return outside;
 }
 
-/// Two sweeps of a chamfer over the 26 neighbours: distance to the voxels where from is set.
+/// Distance to the voxels where \p from is \p set, by two chamfer passes over the 26 neighbours.
 std::vector<float> chamfer(const Volume& ct, const std::vector<std::uint8_t>& from, bool set) {
   const Grid3 grid{ct.grid().size};
   constexpr float kFar = 1e9F;
@@ -82,7 +83,7 @@ std::vector<float> chamfer(const Volume& ct, const std::vector<std::uint8_t>& fr
     float mm;
   };
   std::vector<Step> before;
-  for (int n = 0; n < 13; ++n) {  // The neighbours that come earlier in memory.
+  for (int n = 0; n < 13; ++n) {  // The neighbours that are earlier in memory.
     const Step s{n % 3 - 1, (n / 3) % 3 - 1, n / 9 - 1, 0};
     const Eigen::Vector3d way = ct.grid().spacing_mm.cwiseProduct(Eigen::Vector3d(s.i, s.j, s.k));
     before.push_back({s.i, s.j, s.k, static_cast<float>(way.norm())});
@@ -110,13 +111,13 @@ Result<std::vector<float>> skin_distance_of(const Volume& ct) {
   const auto body = std::ranges::count(outside, std::uint8_t{0});
   if (body == 0) {
     return Error{ErrorCode::kMalformedData,
-                 "patient of a CT: expected a body in '" + ct.name() + "', found air only"};
+                 "patient of a CT: expected a body in '" + ct.name() + "', found only air"};
   }
   const auto half = static_cast<float>(0.5 * ct.grid().spacing_mm.minCoeff());
   const std::vector<float> from_body = chamfer(ct, outside, false);
   std::vector<float> distance = chamfer(ct, outside, true);
   for (std::size_t v = 0; v < distance.size(); ++v) {
-    // Between the centres of the last voxel inside and the first outside.
+    // The surface is midway between the centres of the last voxel inside and the first outside.
     distance[v] = outside[v] != 0 ? from_body[v] - half : half - std::min(distance[v], 1e6F);
   }
   return distance;

@@ -15,7 +15,7 @@
 namespace nav::sim {
 namespace {
 
-/// A class of tissue: it is sure at its own HU and shares linearly with the next class up.
+/// Tissue class: pure at its own HU, mixed linearly with the next higher class.
 struct HuClass {
   double hu;
   Tissue tissue;
@@ -83,7 +83,7 @@ class CtPatient final : public Anatomy {
   [[nodiscard]] std::vector<Point<frames::Ct>> targets() const override { return targets_; }
 
  private:
-  /// Class below a value and share of the next one, both ends held.
+  /// Class below a value and share of the next one, limited at both ends.
   static std::pair<std::size_t, float> class_at(double hu) {
     std::size_t low = 0;
     while (low + 2 < kClasses.size() && hu > kClasses[low + 1].hu) ++low;
@@ -97,13 +97,13 @@ class CtPatient final : public Anatomy {
   Volume ct_;
   CtPatientOptions options_;
   std::vector<float> smooth_;   ///< HU after the blur.
-  std::vector<float> skin_mm_;  ///< Distance to the skin.
+  std::vector<float> skin_mm_;  ///< Distance to the skin, mm.
   SmoothField scatter_, density_, absorption_;
   std::vector<NamedPoint> landmarks_;
   std::vector<Point<frames::Ct>> targets_;
 };
 
-/// Trilinear, the border held.
+/// Trilinear value; the border is repeated.
 double CtPatient::value_of(const std::vector<float>& field, const Point<frames::Ct>& p) const {
   const VoxelGrid& grid = ct_.grid();
   const Vec3d q = grid.index_of(p);
@@ -144,7 +144,7 @@ ValueAndGradient CtPatient::hu_with_gradient(const Point<frames::Ct>& p) const {
     low[n] = std::min(static_cast<int>(q[a]), grid.size[n] - 2);
     share[a] = q[a] - low[n];
   }
-  Vec3d slope = Vec3d::Zero();  // Per voxel.
+  Vec3d slope = Vec3d::Zero();  // Slope per voxel.
   for (int c = 0; c < 8; ++c) {
     Vec3d side;
     std::array<int, 3> i = low;
@@ -178,7 +178,8 @@ Acoustics CtPatient::acoustics(const Point<frames::Ct>& p) const {
   return air > 0 ? mixed(own, tissue_acoustics(Tissue::kAir), air) : own;
 }
 
-/// Every so many voxels a target, where soft tissue lies deep enough; eight of them are landmarks.
+/// Places targets on a regular pattern of voxels where soft tissue is deep enough; eight of them
+/// are landmarks.
 void CtPatient::place_points() {
   const auto& size = ct_.grid().size;
   const int step = std::max(2, std::min({size[0], size[1], size[2]}) / 12);

@@ -8,16 +8,17 @@
 
 namespace nav::sim {
 
-/// A number with its exact gradient over space: forward differentiation by the rules of calculus,
-/// no differences. Where a function has a corner (abs, min, max) the side that is taken counts;
-/// where its slope is infinite or undefined (root or length of zero) the gradient is 0.
-/// (Eigen's own AutoDiffScalar keeps references to temporaries in `auto` expressions.)
+/// Number with its exact spatial gradient: forward differentiation by the rules of calculus,
+/// without finite differences. At a corner of a function (abs, min, max) the gradient is that of
+/// the selected side. Where the slope is infinite or undefined (root or length of zero) the
+/// gradient is 0. (Eigen's own AutoDiffScalar keeps references to temporaries in `auto`
+/// expressions.)
 struct Dual {
   double value = 0;
-  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  ///< Per mm.
+  Eigen::Vector3d gradient = Eigen::Vector3d::Zero();  ///< Gradient per mm.
 
   Dual() = default;
-  Dual(double v) : value(v) {}  // NOLINT: numbers are duals without slope.
+  Dual(double v) : value(v) {}  // NOLINT: plain numbers are duals without slope.
   Dual(double v, const Eigen::Vector3d& g) : value(v), gradient(g) {}
 
   Dual& operator+=(const Dual& o) { return *this = Dual(value + o.value, gradient + o.gradient); }
@@ -66,7 +67,7 @@ inline Dual atan2(const Dual& y, const Dual& x) {
   if (!(square > 0)) return {angle};
   return {angle, (x.value * y.gradient - y.value * x.gradient) / square};
 }
-/// Base >= 0.
+/// Precondition: base >= 0.
 inline Dual pow(const Dual& a, double exponent) {
   const double power = std::pow(a.value, exponent);
   if (!(a.value > 0)) return {power};
@@ -74,7 +75,7 @@ inline Dual pow(const Dual& a, double exponent) {
 }
 inline double value_of(double a) { return a; }
 inline double value_of(const Dual& a) { return a.value; }
-/// Constant between its steps.
+/// Constant between its steps, so the gradient is 0.
 inline Dual round(const Dual& a) { return {std::round(a.value)}; }
 
 }  // namespace nav::sim
@@ -103,11 +104,11 @@ using Vec3d = Eigen::Vector3d;
 using Vec3Dual = Eigen::Matrix<Dual, 3, 1>;
 template <class S>
 using Vec3 = Eigen::Matrix<S, 3, 1>;
-/// double or Dual, of a position that a generic lambda was given.
+/// Scalar type (double or Dual) of the position passed to a generic lambda.
 template <class P>
 using ScalarOf = typename std::remove_cvref_t<P>::Scalar;
 
-/// A position with the gradient of its own coordinates: where differentiation starts.
+/// Position with the gradient of its own coordinates: the start of the differentiation.
 inline Vec3Dual seed(const Eigen::Vector3d& p) {
   return {Dual(p.x(), Eigen::Vector3d::UnitX()), Dual(p.y(), Eigen::Vector3d::UnitY()),
           Dual(p.z(), Eigen::Vector3d::UnitZ())};

@@ -49,8 +49,8 @@ Result<Patient> make_patient(const std::string& family, const PatientOptions& op
     }
     known += (known.empty() ? "" : ", ") + f.name;
   }
-  return Error{ErrorCode::kUsage,
-               "simulated patient: expected a family out of " + known + ", found '" + family + "'"};
+  return Error{ErrorCode::kUsage, "simulated patient: expected one of the families " + known +
+                                      ", found '" + family + "'"};
 }
 
 }  // namespace nav::sim

@@ -11,9 +11,9 @@
 
 namespace nav::sim {
 
-/// A function of space that knows its value and its exact gradient, made from one callable that
-/// takes positions of double and of Dual alike (a shape, or a lambda of `const auto&`). Immutable;
-/// copying copies a pointer; as thread-safe as the callable. CT coordinates, mm.
+/// Function of space with its value and exact gradient, made from one callable that accepts
+/// positions of double and of Dual (a shape, or a lambda of `const auto&`). Immutable; copies share
+/// the callable; as thread-safe as the callable. CT coordinates, mm.
 class Field {
  public:
   template <class F>

@@ -20,12 +20,12 @@ constexpr double kFluidMm = 12.0;
 constexpr double kCortexMm = 13.6;
 constexpr double kWindowMm = 24;  // Radius of the craniotomy.
 
-/// The vault of a skull with the brain in it, about the middle of the head.
+/// Cranial vault with the brain, about the centre of the head.
 struct Head {
   Ellipsoid scalp;
   double phase[3];
   Vec3d tumour;
-  Vec3d out;  ///< From the tumour to the craniotomy.
+  Vec3d out;  ///< Direction from the tumour to the craniotomy.
 
   explicit Head(Random& random)
       : scalp{{0, 0, 0}, {random.uniform(72, 77), random.uniform(90, 96), random.uniform(82, 88)}} {
@@ -37,14 +37,14 @@ struct Head {
   [[nodiscard]] S depth(const Vec3<S>& p) const {
     return -scalp(p);
   }
-  /// Folds of the cortex, [0, 1]: 1 in the depth of a groove.
+  /// Folds of the cortex, [0, 1]; 1 at the bottom of a sulcus.
   template <class S>
   [[nodiscard]] S groove(const Vec3<S>& p) const {
     using std::sin;
     const S wave = sin(0.24 * p.x() + 1.3 * sin(0.11 * p.y() + phase[0]) + phase[1]) +
                    sin(0.22 * p.y() + 1.2 * sin(0.12 * p.z() + phase[2])) +
                    sin(0.23 * p.z() + 1.1 * sin(0.10 * p.x() + phase[1]));
-    // Grooves where the wave passes through zero.
+    // Sulci are where the wave passes through zero.
     const S narrow = wave * wave * 3.0;
     return 1.0 / (1.0 + narrow * narrow);
   }
@@ -56,7 +56,7 @@ struct Head {
   [[nodiscard]] S white(const Vec3<S>& p) const {
     return (kCortexMm + 3.4 + 13.0 * groove(p) - depth(p)) * 0.4;
   }
-  /// The bone flap that was taken out, as an endless cylinder.
+  /// Removed bone flap, as an infinite cylinder.
   template <class S>
   [[nodiscard]] S window(const Vec3<S>& p) const {
     const Vec3<S> q = p - tumour.cast<S>();
@@ -75,7 +75,7 @@ void add_shells(const Head& h, Layout& layout) {
   layout.add(Tissue::kBone, below(kSkullMm));
   layout.add(Tissue::kMarrow, below(kDiploeMm));
   layout.add(Tissue::kBone, below(kInnerTableMm));
-  // Through the opening the probe looks through saline.
+  // The opening is filled with saline, through which the probe images.
   layout.add(Tissue::kGel, [h](const auto& p) {
     using S = ScalarOf<decltype(p)>;
     const S depth = h.depth(p);

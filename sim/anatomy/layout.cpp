@@ -93,7 +93,7 @@ Vec3d leave_skin(const Field& skin_mm, const Vec3d& inside, const Vec3d& along) 
 void Layout::view(std::string name, const ProbeModel& probe, const Vec3d& over,
                   const Vec3d& outward, const Vec3d& sideways) {
   const Vec3d into = -outward.normalized();
-  // The face is pressed a little into the skin.
+  // The face is pressed slightly into the skin.
   constexpr double kPressMm = 1.0;
   const Vec3d face = leave_skin(skin_mm, over, -into) + kPressMm * into;
   Eigen::Matrix3d axes;

@@ -10,15 +10,15 @@
 #include "sim/anatomy/patient.hpp"
 #include "sim/random.hpp"
 
-/// What the families beside the abdomen have in common. Private to sim/. CT coordinates, mm.
+/// Functions shared by the families other than the abdomen. Private to sim/. CT coordinates, mm.
 namespace nav::sim {
 
-/// All that makes a patient of a family.
+/// Everything that makes a patient of a family.
 struct Layout {
   std::vector<Organ> organs;
   Field skin_mm = [](const auto& p) { return p.norm() - 1.0; };
-  Eigen::AlignedBox3d box;     ///< Of all organs.
-  Eigen::AlignedBox3d region;  ///< Worth scanning.
+  Eigen::AlignedBox3d box;     ///< Box of all organs.
+  Eigen::AlignedBox3d region;  ///< Box that is useful to scan.
   double cell_mm = 3;
   Blend blend{0.5, 0.3};
   std::vector<NamedPoint> landmarks;
@@ -27,29 +27,29 @@ struct Layout {
 
   void add(Tissue tissue, const shapes::Ellipsoid& e, const Grain& grain = {});
   void add(Tissue tissue, const shapes::Capsule& c, const Grain& grain = {});
-  /// Without bounds of its own: everywhere in the box.
+  /// Adds an organ without its own bounds: it may be anywhere in the box.
   void add(Tissue tissue, Field distance_mm, const Grain& grain = {});
   void add(Tissue tissue, Field distance_mm, const Eigen::AlignedBox3d& bounds,
            const Grain& grain = {});
   void mark(std::string name, const Vec3d& p);
-  /// count targets where accept holds, spread evenly over the region.
+  /// Adds \p count targets where \p accept is true, distributed evenly over the region.
   void place_targets(int count, const std::function<bool(const Vec3d&)>& accept);
-  /// A probe on the skin above a point: outward is where the operator stands, sideways is as near
-  /// to the picture's +x as can be.
+  /// Adds a view with the probe on the skin above a point. \p outward: direction to the operator.
+  /// \p sideways: the image's +x is as near to it as possible.
   void view(std::string name, const ProbeModel& probe, const Vec3d& over, const Vec3d& outward,
             const Vec3d& sideways);
 };
 
-/// The patient of a layout.
+/// Makes the patient of a layout.
 Patient finish(std::string family, const PatientOptions& options, Layout layout);
 
-/// Where a ray from inside leaves the skin; along: unit.
+/// Point where a ray from inside leaves the skin. \p along: unit vector.
 Vec3d leave_skin(const Field& skin_mm, const Vec3d& inside, const Vec3d& along);
 
-/// Muscle fibres along a direction, in bundles that septa part.
+/// Muscle fibres along a direction, in bundles that are separated by septa.
 Grain muscle_grain(const Vec3d& along);
 
-/// Families, one file each.
+/// Families; each is in a file of its own.
 Patient make_abdomen(const PatientOptions& options);
 Patient make_neck(const PatientOptions& options);
 Patient make_shoulder(const PatientOptions& options);

@@ -11,18 +11,18 @@ using shapes::Capsule;
 using shapes::Ellipsoid;
 using shapes::smooth_step;
 
-constexpr double kEndMm = 62;  // Above and below.
+constexpr double kEndMm = 62;  // End of the region above and below.
 constexpr double kNeckSkinMm = 1.8;
-constexpr double kLevelMm = 17;        // From vertebra to vertebra.
-constexpr double kAdventitiaMm = 0.3;  // As thick as its echo shows.
+constexpr double kLevelMm = 17;        // Distance between vertebrae.
+constexpr double kAdventitiaMm = 0.3;  // Apparent thickness of the echo.
 
-/// Course of one side's carotid artery, which forks. s: +1 left, -1 right.
+/// Course of the carotid artery of one side, with its bifurcation. s: +1 left, -1 right.
 struct Carotid {
   double s;
-  double fork_z;     ///< Where the branches begin to part.
-  double x, y;       ///< Of the common carotid at the fork.
-  double tilt;       ///< Outwards per mm upwards.
-  double spread;     ///< Of the branches, mm.
+  double fork_z;     ///< Height at which the branches begin to diverge.
+  double x, y;       ///< Position of the common carotid at the bifurcation.
+  double tilt;       ///< Outward shift per mm upwards.
+  double spread;     ///< Distance of the branches, mm.
   double common_mm;  ///< Radii.
   double internal_mm, external_mm, bulb_mm;
   double intima_media_mm;
@@ -40,7 +40,7 @@ struct Carotid {
         bulb_mm(random.uniform(0.7, 1.3)),
         intima_media_mm(intima_media) {}
 
-  /// Axis at a height; way +1: internal (outwards, back), -1: external (inwards, front).
+  /// Axis at a height; \p way: +1 internal (outwards, back), -1 external (inwards, front).
   template <class S>
   [[nodiscard]] Vec3<S> axis(const S& z, double way) const {
     using std::sin;
@@ -58,12 +58,12 @@ struct Carotid {
     const double bulb = way > 0 ? bulb_mm : 0.3;
     return common_mm + past * (branch - common_mm) + bulb * exp(-(bump * bump));
   }
-  /// Distance to the lumen of one branch; below the fork both are the common carotid.
+  /// Distance to the lumen of one branch; below the bifurcation both are the common carotid.
   template <class S>
   [[nodiscard]] S branch(const Vec3<S>& p, double way) const {
     using std::hypot;
     const Vec3<S> c = axis(p.z(), way);
-    // The axis is oblique to the slices by at most 0.3: a first-order distance.
+    // The axis is tilted to the slices by at most 0.3, so this is a first-order distance.
     return (hypot(S(p.x() - c.x()), S(p.y() - c.y())) - radius(p.z(), way)) * 0.97;
   }
   template <class S>
@@ -71,15 +71,15 @@ struct Carotid {
     return std::min(branch(p, 1), branch(p, -1));
   }
   [[nodiscard]] double wall_mm() const { return intima_media_mm + kAdventitiaMm; }
-  /// The double line of an artery: bright at the lumen, dark media, bright adventitia.
+  /// Double line of an artery: bright at the lumen, dark media, bright adventitia.
   [[nodiscard]] std::vector<WallLayer> wall_layers() const {
     return {{wall_mm() - 0.12, 0.16, 1.5}, {0.5 * kAdventitiaMm, kAdventitiaMm, 2.6}};
   }
-  /// Where the two lumens part: the tip of the flow divider.
+  /// Point where the two lumens separate: the tip of the flow divider.
   [[nodiscard]] Vec3d divider() const {
     double z = fork_z;
     const auto apart = [&] { return (axis(z, 1) - axis(z, -1)).norm(); };
-    constexpr double kTipMm = 0.2;  // Of wall, between the lumens.
+    constexpr double kTipMm = 0.2;  // Wall between the lumens.
     while (apart() < radius(z, 1) + radius(z, -1) + kTipMm) z += 0.01;
     const Vec3d inner = axis(z, 1);
     const Vec3d outer = axis(z, -1);
@@ -87,7 +87,7 @@ struct Carotid {
   }
 };
 
-/// Numbers that differ between patients.
+/// Parameters that differ between patients.
 struct Neck {
   shapes::SuperEllipse body{54, 50};
   double fat_mm;
@@ -117,7 +117,7 @@ void add_layers(const Neck& neck, Layout& layout) {
   layout.add(
       Tissue::kMuscle, [neck, deep](const auto& p) { return deep + 0.6 - neck.depth(p); },
       muscle_grain(Vec3d(0, 0.15, 1)));
-  // Fat in which the viscera and vessels lie.
+  // Fat that surrounds the viscera and vessels.
   const auto space = [](const auto& p) {
     using std::hypot;
     using S = ScalarOf<decltype(p)>;
@@ -127,7 +127,7 @@ void add_layers(const Neck& neck, Layout& layout) {
   layout.add(Tissue::kFat, space, column(-43, 43, -48, 4));
 }
 
-/// A band of muscle under the fat, about a line, in its sheath.
+/// Adds a band of muscle under the fat, about a line, in its sheath.
 void add_band(const Neck& neck, const Vec3d& from, const Vec3d& to, double half_width_mm,
               double thick_mm, Layout& layout) {
   const double top = kNeckSkinMm + neck.fat_mm + 0.7;
@@ -149,7 +149,7 @@ void add_muscles(const Neck& neck, Layout& layout) {
   for (const double s : {-1.0, 1.0}) {
     add_band(neck, {s * 16, -52, -70}, {s * 50, 14, 70}, 15, 8.5, layout);  // Sternomastoid.
     add_band(neck, {s * 9, -50, -70}, {s * 9, -50, 60}, 8.5, 3.2, layout);  // Strap muscles.
-    // Before the spine.
+    // Muscles in front of the spine.
     layout.add(Tissue::kMuscle, Capsule{{s * 8, -8, -80}, {s * 8, -8, 80}, 5},
                muscle_grain(Vec3d::UnitZ()));
     // Scalenes.
@@ -165,7 +165,7 @@ void add_airway(Layout& layout) {
       using std::hypot;
       using S = ScalarOf<decltype(p)>;
       const S ring = hypot(p.x(), S(p.y() + 29)) - radius;
-      // Flat behind.
+      // The back is flat.
       return shapes::smooth_intersection(ring, S(p.y() + 28 - 0.7 * radius), 3);
     };
   };
@@ -236,7 +236,7 @@ void add_jugular(const Carotid& c, Random& random, Layout& layout) {
 
 void add_plaque(const Carotid& c, Random& random, Layout& layout) {
   const double z = c.fork_z + random.uniform(2, 8);
-  const double turn = random.uniform(0.5, 1.4);  // The outer and back wall.
+  const double turn = random.uniform(0.5, 1.4);  // Plaque lies at the outer and back wall.
   const Vec3d axis = c.axis(z, 1);
   const Vec3d wall = Vec3d(c.s * std::cos(turn), std::sin(turn), 0);
   const Vec3d at = axis + c.radius(z, 1) * wall;
@@ -259,7 +259,7 @@ void add_vessels(const Carotid& c, Random& random, Layout& layout) {
   layout.add(
       Tissue::kVesselWall, [c, wall_mm](const auto& p) { return c.lumen(p) - wall_mm; }, bounds);
   layout.organs.back().layers = c.wall_layers();
-  // A thyroid artery from the root of the external carotid.
+  // A thyroid artery that starts at the root of the external carotid.
   const Vec3d root = c.axis(c.fork_z + 9, -1);
   const Capsule branch{root, {c.s * 19, -35, c.fork_z - 2}, 0.8};
   layout.add(Tissue::kVesselWall, Capsule{branch.from, branch.to, 1.2});
@@ -267,7 +267,7 @@ void add_vessels(const Carotid& c, Random& random, Layout& layout) {
   layout.add(Tissue::kArtery, branch);
   layout.add(
       Tissue::kArtery, [c](const auto& p) { return c.lumen(p); }, bounds);
-  // Between and behind: the vagus nerve. Beside the vertebrae: the vertebral artery.
+  // The vagus nerve lies between and behind them, the vertebral artery beside the vertebrae.
   const auto nerve = [c](const auto& p) {
     using std::hypot;
     using S = ScalarOf<decltype(p)>;

@@ -10,8 +10,8 @@
 namespace nav::sim {
 namespace {
 
-/// Half the diagonal of a cell, with room for distances that are only first-order, plus the width
-/// of the blended boundary.
+/// Half the diagonal of a cell, enlarged for first-order distances and for the width of the blended
+/// boundary.
 double reach_mm(double cell_mm) { return 1.4 * 0.8660254 * cell_mm + 1.0; }
 
 constexpr std::size_t kMostToSplit = 1;
@@ -32,7 +32,7 @@ OrganGrid::OrganGrid(const std::vector<Organ>& organs, const Eigen::AlignedBox3d
   NAV_CHECK(organs.size() < 65536, organs.size());
   size_ = (box_.sizes().array() / cell_mm_).ceil().cast<int>();
   const std::vector<Found> found = fill(organs);
-  std::vector<std::vector<Found>> parts(found.size());  // Most stay empty.
+  std::vector<std::vector<Found>> parts(found.size());  // Most remain empty.
   const auto splits = [&](std::size_t c) {
     const std::size_t surfaces = found[c].organs.size() - (found[c].filled ? 1U : 0U);
     return surfaces > 0 && surfaces <= kMostToSplit;

@@ -10,37 +10,37 @@
 
 namespace nav::sim {
 
-/// The organs to ask at a point, by index, lowest first.
+/// Organs to evaluate at a point, by index, lowest first.
 struct OrgansNear {
   std::span<const std::uint16_t> indices;
-  bool first_fills = false;  ///< The first fills the whole neighbourhood: no need to ask it.
+  bool first_fills = false;  ///< The first fills the neighbourhood and is not evaluated.
 };
 
-/// Which organs can matter where: cells, each with the organs whose surface comes near, on top of
-/// the last organ that fills the whole cell. Cells with few surfaces are split in eight. Private to
-/// sim/. Thread-safe to read.
+/// Grid of the organs that matter at each position. Each cell lists the organs whose surface is
+/// near, on top of the last organ that fills the whole cell. Cells with few surfaces are split into
+/// eight. Private to sim/. Reading is thread-safe.
 class OrganGrid {
  public:
-  /// organs must outlive the grid; their surfaces lie within the box.
+  /// \p organs must outlive the grid; their surfaces lie within \p box.
   OrganGrid(const std::vector<Organ>& organs, const Eigen::AlignedBox3d& box, double cell_mm = 5);
-  /// Outside the box: all of them.
+  /// Organs near a point; outside the box all of them.
   [[nodiscard]] OrgansNear organs_at(const Eigen::Vector3d& p) const;
 
  private:
   struct Cell {
-    std::uint32_t start = 0;  ///< Of its list; of its eight children if it is split.
+    std::uint32_t start = 0;  ///< Start of its list; of its eight children if it is split.
     std::uint16_t count = 0;
     bool filled = false;
     bool split = false;
   };
-  /// A cell under construction.
+  /// Cell under construction.
   struct Found {
     std::vector<std::uint16_t> organs;
     bool filled = false;
     void add(std::uint16_t organ, double distance_mm, double reach_mm);
   };
   [[nodiscard]] std::vector<Found> fill(const std::vector<Organ>& organs) const;
-  /// Its eight children, x fastest.
+  /// Eight children of a cell, x fastest.
   [[nodiscard]] std::vector<Found> split(const std::vector<Organ>& organs, const Found& cell,
                                          const Eigen::Vector3d& corner) const;
   Cell keep(const Found& found);
@@ -49,7 +49,7 @@ class OrganGrid {
   double cell_mm_, cells_per_mm_;
   Eigen::Array3i size_;
   std::vector<Cell> cells_;
-  std::vector<Cell> children_;  ///< x fastest within eight.
+  std::vector<Cell> children_;  ///< Groups of eight, x fastest.
   std::vector<std::uint16_t> lists_;
   std::vector<std::uint16_t> all_;
 };

@@ -9,7 +9,7 @@
 namespace nav::sim {
 namespace {
 
-/// How much of a point's neighbourhood an organ fills, from its distance.
+/// Share of a point's neighbourhood that an organ fills, computed from its distance.
 template <class S>
 S coverage(const S& distance_mm, double blend_mm) {
   return std::clamp(S(0.5 - distance_mm / S(blend_mm)), S(0.0), S(1.0));
@@ -24,7 +24,7 @@ bool is_whole(const S& share) {
   return value_of(share) >= 1;
 }
 
-/// The organ's values cover what was by a share.
+/// Blends the organ's values over the present ones.
 void mix(Acoustics& value, const Acoustics& own, float share) {
   value.impedance_mrayl += share * (own.impedance_mrayl - value.impedance_mrayl);
   value.attenuation_db_per_cm_mhz +=
@@ -40,7 +40,7 @@ std::array<float, 3> float_array(const Vec3d& v) {
   return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
 }
 
-/// Three sets of septa, 60 degrees from each other: they part the muscle into bundles.
+/// Three sets of septa, 60 degrees apart, which divide the muscle into bundles.
 std::vector<Septa> septa_of(const Grain& grain, std::uint64_t seed) {
   if (!(grain.septa_mm > 0)) return {};
   constexpr int kSets = 3;
@@ -97,12 +97,13 @@ Tissue OrganStack::tissue_exhaustive(const Vec3d& p) const {
   return topmost({all, false}, p);
 }
 
-/// Calls mix(organ, share) from the lowest organ up: each covers what was by its share. What a
-/// higher one covers altogether is not asked. q: p, as double or Dual.
+/// Calls mix(organ, share) from the lowest organ up; each covers the ones below by its share.
+/// Organs that are fully covered are not evaluated. \p q: p, as double or Dual.
 template <class S, class Mix>
 void OrganStack::cover(const Vec3d& p, const Vec3<S>& q, double blend_mm, const Mix& mix) const {
   const OrgansNear near = grid_.organs_at(p);
-  constexpr std::size_t kMost = 32;  // Of shares kept; below, organs are asked on the way up.
+  // Number of stored shares; organs further down are evaluated again on the way up.
+  constexpr std::size_t kMost = 32;
   std::array<S, kMost> shares;
   const std::size_t count = near.indices.size();
   const std::size_t kept = count - std::min(count, kMost);
@@ -145,7 +146,7 @@ Acoustics OrganStack::acoustics(const Vec3d& p) const {
   cover(p, p, blend_.acoustic_mm, [&](const Organ& organ, double part) {
     const auto share = static_cast<float>(part);
     if (organ.grain.strength <= 0 && organ.layers.empty()) {
-      // Nothing is asked below an organ that fills the point: it comes first.
+      // An organ that fills the point comes first: those below it are not evaluated.
       if (share >= 1) {
         value = alone_[index_of(organ)];
       } else {
@@ -164,7 +165,7 @@ Acoustics OrganStack::acoustics(const Vec3d& p) const {
   return value;
 }
 
-/// Of an organ's layers and septa the one with the strongest echo: the echo along its unit normal.
+/// Echo along the unit normal of the strongest among an organ's layers and septa.
 Vec3d OrganStack::sheet(const Organ& organ, const Vec3d& p) const {
   double echo = 0;
   for (const WallLayer& layer : organ.layers) {
@@ -182,14 +183,14 @@ Vec3d OrganStack::sheet(const Organ& organ, const Vec3d& p) const {
   return echo * best->offset_mm(seed(p)).gradient.normalized();
 }
 
-/// Brightness of the strand at a point, about 1 in the mean: noise that is drawn out along the
+/// Brightness of the strand at a point, about 1 on average: noise that is stretched along the
 /// fibres.
 float OrganStack::strands(const Organ& organ, const Vec3d& p) const {
   const Grain& grain = organ.grain;
   const auto& [a, b] = beside_[index_of(organ)];
   const Vec3d cells(p.dot(grain.along) / grain.length_mm, p.dot(a) / grain.spacing_mm,
                     p.dot(b) / grain.spacing_mm);
-  constexpr float kContrast = 2.2F;  // Trilinear noise seldom reaches its ends.
+  constexpr float kContrast = 2.2F;  // Trilinear noise rarely reaches its limits.
   const auto strength = static_cast<float>(grain.strength);
   return std::max(0.1F, 1 + kContrast * strength * strands_.at(cells));
 }

@@ -13,24 +13,24 @@
 
 namespace nav::sim {
 
-/// How wide boundaries are, mm: the partial volume of a point.
+/// Width of blended boundaries, mm: the partial volume of a point.
 struct Blend {
   double ct_mm = 1.0;
   double acoustic_mm = 0.8;
 };
 
-/// Organs on top of each other, asked through a grid: what every analytic patient is. Outside all
-/// of them is air. Private to sim/. Thread-safe to read.
+/// Stack of organs, evaluated through a grid; every analytic patient is one. Outside all organs
+/// there is air. Private to sim/. Reading is thread-safe.
 class OrganStack {
  public:
-  /// The organs' surfaces lie within the box. seed: of the strands of grained organs.
+  /// The organs' surfaces lie within \p box. \p seed: seed of the strands of organs with fibres.
   OrganStack(std::vector<Organ> organs, const Eigen::AlignedBox3d& box, double cell_mm, Blend blend,
              Contrast contrast, std::uint64_t seed);
   OrganStack(const OrganStack&) = delete;
   OrganStack& operator=(const OrganStack&) = delete;
 
   [[nodiscard]] Tissue tissue(const Vec3d& p) const;
-  /// Same, asking every organ. Slow: the oracle of the grid.
+  /// Result of tissue() by evaluation of every organ, for tests of the grid. Slow.
   [[nodiscard]] Tissue tissue_exhaustive(const Vec3d& p) const;
   [[nodiscard]] double hu(const Vec3d& p) const;
   [[nodiscard]] ValueAndGradient hu_with_gradient(const Vec3d& p) const;
@@ -52,9 +52,9 @@ class OrganStack {
   OrganGrid grid_;
   Blend blend_;
   SmoothField strands_;
-  std::vector<Acoustics> alone_;              ///< Of each organ, where it fills a point.
-  std::vector<std::vector<Septa>> septa_;     ///< Of each organ.
-  std::vector<std::array<Vec3d, 2>> beside_;  ///< Of each organ, axes across its grain.
+  std::vector<Acoustics> alone_;              ///< Values of each organ where it fills a point.
+  std::vector<std::vector<Septa>> septa_;     ///< Septa of each organ.
+  std::vector<std::array<Vec3d, 2>> beside_;  ///< Axes across the fibres of each organ.
   std::array<double, static_cast<std::size_t>(Tissue::kCount)> hu_{};
 };
 

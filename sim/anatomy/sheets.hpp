@@ -10,28 +10,28 @@
 #include "sim/random.hpp"
 #include "sim/shapes.hpp"
 
-/// Sheets: layers thinner than the blend of boundaries. Ultrasound shows them, CT does not. Private
+/// Sheets: layers thinner than the blended boundaries. Ultrasound shows them, CT does not. Private
 /// to sim/. CT coordinates, mm; values of double or Dual positions.
 namespace nav::sim {
 
-/// Profile across a sheet, 1 in the middle; thickness_mm: full width at half maximum. Zero beyond
-/// 0.92 thicknesses.
+/// Profile across a sheet, 1 in the middle. \p thickness_mm: full width at half maximum. Zero
+/// beyond 0.92 thicknesses.
 template <class S>
 S sheet_profile(const S& off_mm, const S& thickness_mm) {
-  constexpr double kHalfOfWidth = 0.9239;  // Where (1 - u^2)^2 ends, if it is 1/2 at width / 2.
+  constexpr double kHalfOfWidth = 0.9239;  // End of (1 - u^2)^2 if it is 1/2 at width / 2.
   const S u = off_mm / (kHalfOfWidth * thickness_mm);
   const S rest = std::max(S(1.0 - u * u), S(0.0));
   return rest * rest;
 }
 
-/// The integer next to a number; constant between its steps.
+/// Nearest integer; constant between its steps.
 template <class S>
 S nearest_integer(const S& a) {
   const double v = value_of(a);
   return S(static_cast<double>(static_cast<std::int64_t>(v < 0 ? v - 0.5 : v + 0.5)));
 }
 
-/// A wave of period 1 between -1 and 1 of parabolas: at a fifth of the time of a sine.
+/// Wave of period 1 between -1 and 1, made of parabolas; takes a fifth of the time of a sine.
 template <class S>
 S ripple(const S& turns) {
   using std::abs;
@@ -39,9 +39,10 @@ S ripple(const S& turns) {
   return t * (8.0 - 16.0 * abs(t));
 }
 
-/// A layer of a wall, parallel to its surface.
+/// Layer of a wall, parallel to its surface.
 struct WallLayer {
-  double depth_mm;      ///< Of its middle below the surface of the organ, the outer one of a wall.
+  /// Depth of its middle below the surface of the organ (the outer surface of a wall).
+  double depth_mm;
   double thickness_mm;  ///< Full width at half maximum, > 0.
   double echo;          ///< Amplitude in the middle, relative to liver.
   template <class S>
@@ -50,11 +51,12 @@ struct WallLayer {
   }
 };
 
-/// Septa of a muscle (perimysium): wavy sheets along its fibres, one beside the other, each 0.2 to
-/// 0.5 mm thick and interrupted in places.
+/// Septa of a muscle (perimysium): wavy sheets along its fibres, beside each other, each 0.2 to 0.5
+/// mm thick and interrupted at some positions.
 class Septa {
  public:
-  /// along, normal: of the fibres and of the sheets, unit, at right angles. spacing_mm: mean, > 0.
+  /// \p along, \p normal: perpendicular unit vectors along the fibres and normal to the sheets. \p
+  /// spacing_mm: mean spacing, > 0.
   Septa(const Vec3d& along, const Vec3d& normal, double spacing_mm, double echo,
         std::uint64_t seed);
 
@@ -66,11 +68,11 @@ class Septa {
   [[nodiscard]] S echo(const Vec3<S>& p) const;
 
  private:
-  /// A point in the muscle's own axes and which septum is next.
+  /// Point in the axes of the muscle, with its nearest septum.
   template <class S>
   struct Place {
     S along, beside, off;
-    std::uint64_t septum;  ///< Random bits.
+    std::uint64_t septum;  ///< Random bits of the septum.
   };
   template <class S>
   [[nodiscard]] Place<S> place(const Vec3<S>& p) const;
@@ -97,7 +99,7 @@ Septa::Place<S> Septa::place(const Vec3<S>& p) const {
   const S nearest = nearest_integer(level);
   const auto index = static_cast<std::int64_t>(value_of(nearest));
   const std::uint64_t bits = hash_bits(seed_ ^ static_cast<std::uint64_t>(index));
-  const double shift = 0.44 * (share(bits, 0) - 0.5);  // Of a spacing: they are not evenly spaced.
+  const double shift = 0.44 * (share(bits, 0) - 0.5);  // Uneven spacing, as a share.
   return {a, b, spacing_mm_ * (level - nearest - shift), bits};
 }
 

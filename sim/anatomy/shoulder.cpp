@@ -11,9 +11,9 @@ using shapes::Capsule;
 using shapes::Ellipsoid;
 
 constexpr double kShoulderSkinMm = 1.8;
-constexpr double kTearRad = 0.85;  // From +z towards the side of the arm.
+constexpr double kTearRad = 0.85;  // Angle from +z towards the side of the arm.
 
-/// A right shoulder about the centre of the humeral head: -x is outwards, -y in front.
+/// Right shoulder about the centre of the humeral head: -x is outwards, -y is in front.
 struct Shoulder {
   double head_mm, cuff_mm, fat_mm;
   Ellipsoid cap, trunk, tuberosity;
@@ -38,10 +38,10 @@ struct Shoulder {
     const S head = shapes::smooth_union(S(p.norm() - head_mm), tuberosity(p), 6);
     return shapes::smooth_union(head, shaft(p), 10);
   }
-  /// The cuff's part of the shell between two distances from the bone.
+  /// Part of the rotator cuff within a shell of the bone.
   template <class S>
   [[nodiscard]] S shell(const Vec3<S>& p, double outer_mm) const {
-    // It ends at the outer facet of the tuberosity, and does not follow the shaft.
+    // It ends at the outer facet of the tuberosity and does not follow the shaft.
     const S end = 2.0 - p.z() - 0.15 * p.x();
     return shapes::smooth_intersection(S(bone(p) - outer_mm), end, 4);
   }
@@ -74,18 +74,19 @@ void add_layers(const Shoulder& s, Layout& layout) {
   muscle({{48, 34, -10}, {34, 9, 30}}, Vec3d(1, -0.3, 0.3));  // Infraspinatus.
 }
 
-/// Bursa, tendons of the cuff in three pieces whose fibres follow the head, cartilage.
+/// Adds the bursa, the tendons of the cuff in three pieces whose fibres follow the head, and
+/// cartilage.
 void add_cuff(const Shoulder& s, Layout& layout) {
   const double outer = 0.9 + s.cuff_mm;
   const Eigen::AlignedBox3d bounds(Vec3d(-44, -44, -24), Vec3d(44, 44, 44));
   const auto layer = [s](double mm) { return [s, mm](const auto& p) { return s.shell(p, mm); }; };
-  layout.add(Tissue::kFascia, layer(outer + 1.9), bounds);  // Fat about the bursa.
+  layout.add(Tissue::kFascia, layer(outer + 1.9), bounds);  // Fat around the bursa.
   layout.add(Tissue::kFluid, layer(outer + 0.9), bounds);
   layout.add(Tissue::kFascia, layer(outer + 0.4), bounds);
-  constexpr double kFirst = 0.45;  // Angles from +z towards the side between the pieces.
+  constexpr double kFirst = 0.45;  // Angle from +z towards the side, between the pieces.
   constexpr double kSecond = 1.1;
   const auto piece = [&](double low, double high) {
-    const Vec3d from(-std::cos(low), 0, -std::sin(low));  // Normals of the planes between.
+    const Vec3d from(-std::cos(low), 0, -std::sin(low));  // Normals of the dividing planes.
     const Vec3d to(-std::cos(high), 0, -std::sin(high));
     return [=](const auto& p) {
       using S = ScalarOf<decltype(p)>;
@@ -135,7 +136,7 @@ void add_bones(const Shoulder& s, Layout& layout) {
 }
 
 void add_biceps(const Shoulder& s, Layout& layout) {
-  // In its groove in front of the head, then along the shaft.
+  // The tendon lies in its groove in front of the head, then along the shaft.
   const Vec3d top(-6, -s.head_mm - 3.5, 6);
   const Vec3d bottom(-8, -s.head_mm + 2, -70);
   const Vec3d way = (bottom - top).normalized();
@@ -148,7 +149,7 @@ Vec3d add_tear(const Shoulder& s, Random& random, Layout& layout) {
   const double turn = kTearRad + random.uniform(-0.12, 0.12);
   const Vec3d out(-std::sin(turn), random.uniform(-0.1, 0.1), std::cos(turn));
   const Vec3d way = out.normalized();
-  // From the middle of the head to the middle of the tendon.
+  // Searches from the centre of the head for the centre of the tendon.
   double r = s.head_mm;
   while (s.bone(Vec3d(r * way)) < 0.9 + 0.55 * s.cuff_mm) r += 0.05;
   Eigen::Matrix3d axes;

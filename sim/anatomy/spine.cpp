@@ -14,7 +14,7 @@ using shapes::Ellipsoid;
 constexpr double kSpineSkinMm = 2.2;
 constexpr double kCanalY = 58;
 
-/// Lumbar vertebrae, one like the other, in the back of a trunk; +y is behind.
+/// Identical lumbar vertebrae in the back of a trunk; +y is behind.
 struct Lumbar {
   shapes::SuperEllipse trunk;
   double fat_mm, period_mm, phase_mm, sway_mm, lean_mm;
@@ -34,7 +34,7 @@ struct Lumbar {
     const S z = p.z() - phase_mm - period_mm * round((p.z() - phase_mm) / period_mm);
     return {p.x() - sway_mm * sin(0.03 * p.z()), p.y() + lean_mm * cos(0.022 * p.z()), z};
   }
-  /// Inverse of local() for the vertebra of a number.
+  /// Inverse of local() for the vertebra \p level.
   [[nodiscard]] Vec3d global(const Vec3d& q, int level) const {
     const double z = q.z() + phase_mm + period_mm * level;
     return {q.x() + sway_mm * std::sin(0.03 * z), q.y() - lean_mm * std::cos(0.022 * z), z};
@@ -47,7 +47,7 @@ struct Lumbar {
     const S k = hypot(S(q.x() / (24.0 * waist)), S((q.y() - 32) / (17.0 * waist)));
     return shapes::smooth_intersection(S((k - 1.0) * 17.0), S(abs(q.z()) - 0.38 * period_mm), 3);
   }
-  /// Arch: pedicles, laminae, joints, transverse and spinous process.
+  /// Arch: pedicles, laminae, joints, transverse and spinous processes.
   template <class S>
   [[nodiscard]] S arch(const Vec3<S>& p) const {
     using std::abs;
@@ -76,7 +76,7 @@ void add_soft(const Lumbar& l, Layout& layout) {
   layout.add(
       Tissue::kMuscle, [l, deep](const auto& p) { return l.trunk(p) + deep + 0.8; },
       muscle_grain(Vec3d(0, 0.05, 1)));
-  // In front of the spine: the belly, as fat.
+  // The belly in front of the spine, as fat.
   layout.add(Tissue::kPeritonealFat, [](const auto& p) {
     using std::hypot;
     using S = ScalarOf<decltype(p)>;

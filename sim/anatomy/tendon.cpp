@@ -12,7 +12,7 @@ using shapes::Ellipsoid;
 
 constexpr double kTendonSkinMm = 1.6;
 
-/// A right leg above the heel; the Achilles tendon runs along z behind it (+y).
+/// Right leg above the heel; the Achilles tendon runs along z behind it (+y).
 struct Leg {
   double fat_mm, thick_mm, half_width_mm, swelling_mm, lesion_z;
   shapes::SuperEllipse calf;
@@ -52,7 +52,7 @@ void add_layers(const Leg& leg, Layout& layout) {
   layout.add(Tissue::kFat, [leg](const auto& p) { return leg.skin(p) + kTendonSkinMm; });
   const double deep = kTendonSkinMm + leg.fat_mm;
   layout.add(Tissue::kFascia, [leg, deep](const auto& p) { return leg.skin(p) + deep; });
-  // The fat pad before the tendon fills what muscles and bones leave.
+  // The fat pad in front of the tendon fills the space between muscles and bones.
   layout.add(Tissue::kFat, [leg, deep](const auto& p) { return leg.skin(p) + deep + 0.5; });
 }
 

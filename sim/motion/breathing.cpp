@@ -17,8 +17,8 @@ using Vec = Eigen::Vector3d;
 constexpr std::uint64_t kPeriodStream = 0x62726561;
 constexpr std::uint64_t kDepthStream = 0x64657074;
 
-/// Where breath number k begins, s. Ends of expiration are spread about an even beat, so that the
-/// beginning of any breath is known without adding up those before it.
+/// Start of breath k, s. The ends of expiration are spread about an even beat, so that the start of
+/// any breath is known without summing the earlier ones.
 double begin_of(const BreathingOptions& o, std::int64_t k) {
   const double spread =
       unit_from_bits(hash_bits(o.seed, kPeriodStream, static_cast<std::uint64_t>(k))) - 0.5;
@@ -84,7 +84,7 @@ Breathing::Breathing(const BreathingOptions& options) : options_(options) {
 
 BreathingState Breathing::cycle_at(double seconds) const {
   auto k = static_cast<std::int64_t>(std::floor(seconds / options_.period_s));
-  // A beginning is off the beat by at most a quarter of a period.
+  // A start deviates from the beat by at most a quarter of a period.
   while (begin_of(options_, k + 1) <= seconds) ++k;
   while (begin_of(options_, k) > seconds) --k;
   const double begin = begin_of(options_, k);

@@ -17,7 +17,7 @@ constexpr double kLargestMm = 20;
 constexpr double kAsideMm = 30;
 constexpr double kNarrowestMm = 40;
 constexpr double kWidestMm = 60;
-constexpr double kSmallestPeak = 0.6;  ///< Of the largest that a bump may have, before scaling.
+constexpr double kSmallestPeak = 0.6;  ///< Smallest peak before scaling, relative to the largest.
 
 std::vector<WarpBump> unscaled_bumps(std::uint64_t seed, const Vec& middle) {
   Random random(seed, 0x646566);

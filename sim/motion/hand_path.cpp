@@ -19,7 +19,7 @@ using Vec = Eigen::Vector3d;
 constexpr std::uint64_t kWobbleStream = 0x776f62;
 constexpr int kWaves = 4;
 
-/// Sum of waves of unit variance between two frequencies.
+/// Sum of waves with unit variance between two frequencies.
 double band(std::uint64_t seed, std::uint64_t stream, double low_hz, double high_hz, double s) {
   double sum = 0;
   for (std::uint64_t k = 0; k < kWaves; ++k) {

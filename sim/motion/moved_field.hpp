@@ -8,14 +8,14 @@
 
 namespace nav::sim {
 
-/// A property of moving tissue: what is here now is what was there at rest.
+/// Property of moving tissue at a point now: the property at rest of the tissue that is there now.
 template <class Field>
 auto moved_value(const Warp& warp, const Eigen::Vector3d& now, const Field& at_rest) {
   return at_rest(warp.invert(now));
 }
 
-/// Gradient of moved_value() of a scalar, per mm: J^(-T) times the gradient at rest, J the warp's
-/// Jacobian there.
+/// Gradient of moved_value() of a scalar, per mm: J^(-T) times the gradient at rest. J is the
+/// Jacobian of the warp there.
 template <class Gradient>
 Eigen::Vector3d moved_gradient(const Warp& warp, const Eigen::Vector3d& now,
                                const Gradient& at_rest) {

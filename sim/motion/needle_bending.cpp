@@ -66,13 +66,13 @@ Result<NeedleBending> bending_aside(const NeedleBending& bending, double path_mm
   }
   if (!(aside_mm >= 0 && aside_mm <= kMostAsideShare * path_mm)) {
     std::ostringstream text;
-    text << "needle bending: expected 0 to " << kMostAsideShare * path_mm
+    text << "needle bending: expected a sideways distance of 0 to " << kMostAsideShare * path_mm
          << " mm (a fifth of the path), found " << aside_mm << " mm";
     return Error{ErrorCode::kUsage, text.str()};
   }
   NeedleBending out = bending;
-  // The tip of an arc lies on a chord that leaves the axis by half the turn; sideways way
-  // s = L² k / 2 · sinc²(k L / 2) has no closed inverse, but grows with k this far.
+  // The tip of an arc lies on a chord that leaves the axis at half the turn. Its deflection s = L²
+  // k / 2 · sinc²(k L / 2) has no closed inverse, but increases with k in this range.
   double low = 0, high = 1.0 / path_mm;
   for (int i = 0; i < 60 && bending.kind == BendingKind::kBevelArc; ++i) {
     const double middle = 0.5 * (low + high);
@@ -100,7 +100,7 @@ Point<frames::Needle> BentNeedle::at(double arc_mm) const {
   double along = arc_mm;
   if (bending_.kind == BendingKind::kBevelArc) {
     const double turn = bending_.curvature_per_mm * arc_mm;
-    // sin x / x and (1 − cos x) / x without cancellation for a needle that is nearly straight.
+    // Computes sin x / x and (1 − cos x) / x without cancellation for a nearly straight needle.
     const double half = 0.5 * turn;
     const double sinc = half < 1e-4 ? 1 - half * half / 6 : std::sin(half) / half;
     aside = arc_mm * half * sinc * sinc;
@@ -117,7 +117,7 @@ Direction<frames::Needle> BentNeedle::direction(double arc_mm) const {
   double slope = 0;
   if (bending_.kind == BendingKind::kBevelArc) {
     slope = std::tan(bending_.curvature_per_mm * arc_mm);
-    // Past a quarter turn the tangent changes sign; a needle never gets there.
+    // Beyond a quarter turn the tangent changes its sign; a needle does not reach it.
     NAV_CHECK(bending_.curvature_per_mm * arc_mm < 1.5, arc_mm);
   } else if (bending_.kind == BendingKind::kTipLoad) {
     slope = bending_.tip_force_n * arc_mm * (2 * inserted_mm_ - arc_mm) / (2 * rigidity_n_mm2_);

@@ -22,7 +22,7 @@ std::string text(double mm) {
   return s.substr(0, s.find('.') + 3);
 }
 
-/// unit: with its space.
+/// \p unit includes its leading space.
 Error refused_insertion(const std::string& expected, double found,
                         const std::string& unit = " mm") {
   return Error{ErrorCode::kUsage, "needle: expected " + expected + ", found " + text(found) + unit};
@@ -41,10 +41,11 @@ Result<void> validate(const NeedleInsertionOptions& o) {
   }
   if (!o.aside_at_target_mm) return {};
   if (!(*o.aside_at_target_mm >= 0 && std::isfinite(*o.aside_at_target_mm))) {
-    return refused_insertion("a bending >= 0 mm", *o.aside_at_target_mm);
+    return refused_insertion("a sideways distance >= 0 mm at the target", *o.aside_at_target_mm);
   }
   if (o.bending.kind == BendingKind::kStraight && *o.aside_at_target_mm > 0) {
-    return refused_insertion("no bending of a straight needle", *o.aside_at_target_mm);
+    return refused_insertion("a sideways distance of 0 mm for a straight needle",
+                             *o.aside_at_target_mm);
   }
   return {};
 }
@@ -70,12 +71,11 @@ Result<NeedleInsertion> NeedleInsertion::create(const NeedlePlan& plan,
   if (!(aside <= kMostAsideShare * path)) {
     return refused_insertion(
         "a tip at most " + text(kMostAsideShare * path) +
-            " mm aside at the target (a fifth of the path; bending is modelled no "
-            "further)",
+            " mm sideways at the target (a fifth of the path, the limit of the model)",
         aside);
   }
   if (options.speed_mm_s == 0 && !(end > begin)) {
-    return Error{ErrorCode::kUsage, "needle: expected an end of the insertion after its begin"};
+    return Error{ErrorCode::kUsage, "needle: expected the insertion to end after it begins"};
   }
   const double speed = options.speed_mm_s > 0 ? options.speed_mm_s : path / to_seconds(end - begin);
   return NeedleInsertion(plan, resolved, begin, speed);

@@ -19,48 +19,48 @@ struct NeedleHub {
 
 struct NeedleInsertionOptions {
   NeedleBending bending;
-  /// Sideways way of the tip at the target, mm, >= 0: sets the bevel's curvature or the tip's load.
-  /// Absent: those of bending.
+  /// Sideways deflection of the tip at the target, mm, >= 0: determines the bevel's curvature or
+  /// the tip's load. Absent: those of bending.
   std::optional<double> aside_at_target_mm;
-  double speed_mm_s = 0;   ///< Along the path, > 0; 0: the target is reached at the end.
-  double length_mm = 150;  ///< Hub to tip; at least the path, at most 1000.
+  double speed_mm_s = 0;   ///< Speed along the path, > 0; 0: the target is reached at the end.
+  double length_mm = 150;  ///< Length from hub to tip; at least the path, at most 1000.
 };
 
-/// A refusal that names the first option out of range.
+/// Rejects invalid options; the message names the first one out of range.
 Result<void> validate(const NeedleInsertionOptions& options);
 
-/// Where a needle is at a time, CT coordinates of the patient at rest on the reference.
+/// True position of a needle at a time, CT coordinates of the patient at rest on the reference.
 struct NeedleTruth {
-  double inserted_mm;                                    ///< Along the path, from the skin.
-  Transform<frames::Ct, frames::Needle> ct_from_needle;  ///< The straight needle of the hub.
-  Point<frames::Ct> tip_ct;                              ///< Where the tip is.
-  Point<frames::Ct> straight_tip_ct;                     ///< Where the hub says that it is.
-  double tip_error_mm;                                   ///< Between the two.
+  double inserted_mm;                                    ///< Length along the path, from the skin.
+  Transform<frames::Ct, frames::Needle> ct_from_needle;  ///< Straight needle of the hub.
+  Point<frames::Ct> tip_ct;                              ///< True tip.
+  Point<frames::Ct> straight_tip_ct;                     ///< Tip that the hub indicates.
+  double tip_error_mm;                                   ///< Distance between the two tips.
 };
 
-/// A needle pushed from the skin straight to a target at constant speed; its shaft bends in the
-/// tissue, its hub stays on the planned line. It stands on the skin before it begins and at the
-/// target when it has arrived. Immutable, thread-safe.
+/// Needle that is inserted from the skin straight to a target at constant speed. Its shaft bends in
+/// the tissue; its hub stays on the planned line. It rests on the skin before the start and at the
+/// target after the arrival. Immutable, thread-safe.
 class NeedleInsertion {
  public:
-  /// begin: of the insertion; end: arrival when no speed is given. Errors: kUsage by name, also for
-  /// a needle shorter than the path, and a tip that goes further aside than bending is modelled.
+  /// \p begin: start of the insertion. \p end: arrival when no speed is given. Errors: kUsage by
+  /// name, also for a needle shorter than the path, and a tip deflection beyond the bending model.
   static Result<NeedleInsertion> create(const NeedlePlan& plan,
                                         const NeedleInsertionOptions& options, Timestamp begin,
                                         Timestamp end);
 
   [[nodiscard]] const NeedlePlan& plan() const { return plan_; }
-  /// As given, with the bending that leads aside_at_target_mm.
+  /// The given options, with the bending that gives aside_at_target_mm.
   [[nodiscard]] const NeedleInsertionOptions& options() const { return options_; }
   [[nodiscard]] double path_mm() const { return path_mm_; }
   [[nodiscard]] double speed_mm_s() const { return speed_mm_s_; }
   [[nodiscard]] double inserted_mm(Timestamp time) const;
   [[nodiscard]] Transform<frames::Ct, frames::Needle> ct_from_needle(Timestamp time) const;
   [[nodiscard]] Transform<frames::Ct, NeedleHub> ct_from_hub(Timestamp time) const;
-  /// The calibration: tip of the straight needle on the tracked body.
+  /// Calibration: tip of the straight needle relative to the tracked body.
   [[nodiscard]] Transform<NeedleHub, frames::Needle> hub_from_needle() const;
   [[nodiscard]] NeedleTruth truth(Timestamp time) const;
-  /// The bent shaft, tip first, then the straight part outside, to the hub.
+  /// Points of the bent shaft, tip first, then of the straight part outside, to the hub.
   [[nodiscard]] std::vector<Point<frames::Ct>> shaft_ct(Timestamp time) const;
 
  private:

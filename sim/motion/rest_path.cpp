@@ -42,7 +42,7 @@ Vec RestPath::curved(double depth_mm, double off_mm) const {
   const auto [node, t] = place(depth_mm);
   const Node& a = nodes_[node];
   const Node& b = nodes_[node + 1];
-  // Hermite: the value and the slope of both ends.
+  // Hermite interpolation: value and slope of both ends.
   const double s = 1 - t;
   return s * s * ((1 + 2 * t) * a.place + t * spacing_mm_ * a.along) +
          t * t * ((1 + 2 * s) * b.place - s * spacing_mm_ * b.along) +

@@ -15,10 +15,10 @@ using Vec = Eigen::Vector3d;
 
 constexpr double kStepMm = 1;
 constexpr double kFootprintMm = 8;
-// What takes a step back to its depth; the distance is of first order only.
+// Number of corrections back to the depth; the distance is only of first order.
 constexpr int kCorrections = 3;
 
-/// One step along the picture's z, turned with the skin and back at the depth.
+/// One step along the image's z, rotated with the skin and corrected to the depth.
 SkinTrack::Pose step(const Anatomy& patient, const SkinTrack::Pose& from, double way_mm,
                      double depth_mm) {
   const Vec here = from.translation_mm();
@@ -32,7 +32,7 @@ SkinTrack::Pose step(const Anatomy& patient, const SkinTrack::Pose& from, double
   }
   const Eigen::Quaterniond turn = rotation_between(normal, next);
   const SkinTrack::Pose moved((turn * from.rotation()).normalized(), there);
-  // A skin without a slope leads nowhere.
+  // Without a slope of the skin the probe stays.
   return there.allFinite() ? moved : from;
 }
 

@@ -10,25 +10,25 @@
 
 namespace nav::sim {
 
-/// Out of the patient, unit, where the skin is near: the slope of its distance over a footprint of
-/// so many mm to each side, > 0.
+/// Unit outward direction near the skin: the gradient of the skin distance over a footprint of \p
+/// footprint_mm to each side, > 0.
 Eigen::Vector3d outward(const Anatomy& patient, const Eigen::Vector3d& at_ct_mm,
                         double footprint_mm);
 
-/// Where a probe is that slides over the skin across its picture's plane, without a hand's wobble:
-/// as deep in the skin, and at the same angle to it, as at the start. What the skin is counts over
-/// the probe's footprint, 8 mm to each side. Poses every millimetre, interpolated between.
-/// Thread-safe to read.
+/// Positions of a probe that slides over the skin perpendicular to its image plane, without the
+/// hand's involuntary movement. Its depth in the skin and its angle to the skin stay as at the
+/// start. The skin is averaged over the probe's footprint, 8 mm to each side. Poses are computed
+/// every millimetre and interpolated. Reading is thread-safe.
 class SkinTrack {
  public:
   using Pose = Transform<frames::Ct, frames::Image>;
-  /// reach_mm >= 0: how far it is known to each side of the start.
+  /// \p reach_mm: length of the track to each side of the start, >= 0.
   SkinTrack(const Anatomy& patient, const Pose& start, double reach_mm);
-  /// along_mm: way on the skin, positive along the picture's z; clamped to the reach.
+  /// \p along_mm: distance on the skin, positive along the image's z; clamped to the reach.
   [[nodiscard]] Pose at(double along_mm) const;
 
  private:
-  std::vector<Pose> poses_;  ///< Evenly from one end to the other.
+  std::vector<Pose> poses_;  ///< Evenly spaced from one end to the other.
   double reach_mm_;
 };
 

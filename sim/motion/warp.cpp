@@ -80,7 +80,7 @@ Mat SmoothWarp::jacobian(const Vec& rest) const {
 
 Vec SmoothWarp::invert(const Vec& now) const {
   constexpr int kNewtonSteps = 12;
-  // Contraction by 0.9 per step from at most the largest displacement.
+  // Each step contracts the largest displacement by a factor of 0.9.
   constexpr int kFixedPointSteps = 400;
   Vec rest = now - displacement(bumps_, now);
   double miss = (apply(rest) - now).norm();
@@ -107,7 +107,7 @@ ComposedWarp::ComposedWarp(std::shared_ptr<const Warp> first, std::shared_ptr<co
 
 Vec ComposedWarp::invert(const Vec& now) const {
   const Vec rest = first_->invert(then_->invert(now));
-  // The errors of both inverses add up: a step of Newton's takes them away.
+  // The errors of both inverses add up; one Newton step removes them.
   return rest - jacobian(rest).inverse() * (apply(rest) - now);
 }
 

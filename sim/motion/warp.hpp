@@ -11,16 +11,17 @@
 
 namespace nav::sim {
 
-/// Where tissue has gone: a one-to-one map from the patient at rest (end of expiration, as in the
+/// Motion of the tissue: a one-to-one map from the patient at rest (end of expiration, as in the
 /// CT) to the patient at one moment, both in Ct, mm. Implementations are thread-safe to read.
 class Warp {
  public:
   virtual ~Warp() = default;
-  /// Where a piece of tissue is now.
+  /// Present position of the tissue that is at \p rest at rest.
   [[nodiscard]] virtual Eigen::Vector3d apply(const Eigen::Vector3d& rest) const = 0;
   /// d apply / d rest, closed form; its determinant is positive everywhere.
   [[nodiscard]] virtual Eigen::Matrix3d jacobian(const Eigen::Vector3d& rest) const = 0;
-  /// Which piece of tissue is here now: |apply(invert(p)) - p| <= kInverseToleranceMm.
+  /// Position at rest of the tissue that is at \p now: |apply(invert(p)) - p| <=
+  /// kInverseToleranceMm.
   [[nodiscard]] virtual Eigen::Vector3d invert(const Eigen::Vector3d& now) const = 0;
   static constexpr double kInverseToleranceMm = 1e-9;
 };
@@ -30,7 +31,7 @@ class AffineWarp final : public Warp {
  public:
   /// Precondition: finite, determinant > 0.01, otherwise a Bug.
   AffineWarp(const Eigen::Matrix3d& matrix, const Eigen::Vector3d& shift_mm);
-  /// A rotation vector (rad) about a centre, then a shift.
+  /// Rotation by a vector (rad) about a centre, then a shift.
   static AffineWarp rigid(const Eigen::Vector3d& turn_rad, const Eigen::Vector3d& centre_mm,
                           const Eigen::Vector3d& shift_mm);
   [[nodiscard]] Eigen::Vector3d apply(const Eigen::Vector3d& rest) const override {
@@ -46,26 +47,27 @@ class AffineWarp final : public Warp {
   Eigen::Vector3d shift_mm_;
 };
 
-/// A displacement that fades with distance from a centre: peak_mm · exp(−½ Σ ((p − c)/sigma)²).
+/// Displacement that decreases with the distance from a centre: peak_mm · exp(−½ Σ ((p −
+/// c)/sigma)²).
 struct WarpBump {
   Eigen::Vector3d centre_mm;
   Eigen::Vector3d sigma_mm;  ///< Along the axes of Ct, > 0.
   Eigen::Vector3d peak_mm;
 };
 
-/// Sum of bumps. It is one-to-one because its displacement is a contraction: no two points come
-/// nearer to each other than 1 − lipschitz() of their distance.
+/// Sum of bumps. It is one-to-one because its displacement is a contraction: the distance of two
+/// points shrinks at most to 1 − lipschitz() of its value.
 class SmoothWarp final : public Warp {
  public:
   static constexpr double kMaxLipschitz = 0.9;
-  /// Refuses bumps that are not finite, widths that are not positive, and sets that are together so
-  /// steep that tissue could fold (lipschitz() > kMaxLipschitz).
+  /// Rejects bumps that are not finite, widths that are not positive, and sets that are so steep
+  /// together that tissue could fold (lipschitz() > kMaxLipschitz).
   static Result<SmoothWarp> create(std::vector<WarpBump> bumps);
   [[nodiscard]] const std::vector<WarpBump>& bumps() const { return bumps_; }
   [[nodiscard]] Eigen::Vector3d apply(const Eigen::Vector3d& rest) const override;
   [[nodiscard]] Eigen::Matrix3d jacobian(const Eigen::Vector3d& rest) const override;
-  /// Newton with the closed-form Jacobian; falls back on the fixed point p − u(p), which always
-  /// converges.
+  /// Newton's method with the closed-form Jacobian; otherwise the fixed point p − u(p), which
+  /// always converges.
   [[nodiscard]] Eigen::Vector3d invert(const Eigen::Vector3d& now) const override;
   /// Upper bound of |u(a) − u(b)| / |a − b|: Σ |peak| e^(−½) / min(sigma).
   [[nodiscard]] double lipschitz() const { return lipschitz_; }
@@ -77,13 +79,13 @@ class SmoothWarp final : public Warp {
   double lipschitz_;
 };
 
-/// Upper bound of how steep a set of bumps is together; see SmoothWarp::lipschitz().
+/// Upper bound of the steepness of a set of bumps together; see SmoothWarp::lipschitz().
 double steepness(const std::vector<WarpBump>& bumps);
 
 /// Sum of the bumps' displacements at a point, mm.
 Eigen::Vector3d displacement(const std::vector<WarpBump>& bumps, const Eigen::Vector3d& rest);
 
-/// One warp after another: then(first(p)).
+/// Two warps, one after the other: then(first(p)).
 class ComposedWarp final : public Warp {
  public:
   /// Precondition: neither is null, otherwise a Bug.

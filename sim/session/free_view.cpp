@@ -20,7 +20,7 @@ Vec centre_of(const std::vector<Point<frames::Ct>>& points) {
   return sum / static_cast<double>(points.size());
 }
 
-/// Where a ray leaves the patient.
+/// Point where a ray leaves the patient.
 std::optional<Vec> skin_along(const Anatomy& patient, const Vec& from, const Vec& direction) {
   constexpr double kStepMm = 1;
   constexpr int kSteps = 400;
@@ -31,7 +31,7 @@ std::optional<Vec> skin_along(const Anatomy& patient, const Vec& from, const Vec
   return std::nullopt;
 }
 
-/// Share of a fan of lines from the skin towards the targets that sound does not pass.
+/// Blocked share of a fan of lines from the skin towards the targets.
 double blocked_share(const Anatomy& patient, const Vec& skin, const Vec& target, const Vec& side) {
   int blocked = 0, all = 0;
   for (int line = -4; line <= 4; ++line) {
@@ -55,7 +55,7 @@ Transform<frames::Ct, frames::Image> looking(const Vec& skin, const Vec& into, d
 }
 
 double lean_rad(const Anatomy& patient, const Vec& skin, const Vec& into) {
-  constexpr double kFootprintMm = 15;  // Of a probe.
+  constexpr double kFootprintMm = 15;  // Footprint of a probe.
   return std::acos(std::clamp(-into.dot(outward(patient, skin, kFootprintMm)), -1.0, 1.0));
 }
 
@@ -67,7 +67,7 @@ std::optional<Transform<frames::Ct, frames::Image>> settled(
     const Anatomy& patient, const Transform<frames::Ct, frames::Image>& view, double press_mm) {
   constexpr double kBackMm = 20;
   const Vec into = view.rotation() * Vec::UnitY();
-  // From inside along the beam outwards.
+  // Ray from inside, outwards along the beam.
   const auto skin = skin_along(patient, view.translation_mm() + kBackMm * into, -into);
   if (!skin || lean_rad(patient, *skin, into) > kMostLeanRad) return std::nullopt;
   return Transform<frames::Ct, frames::Image>(view.rotation(), *skin + press_mm * into);
@@ -89,7 +89,7 @@ Result<Transform<frames::Ct, frames::Image>> free_view(const Anatomy& patient, d
       const auto skin = skin_along(patient, centre, out);
       if (!skin) continue;
       const Vec side = out.cross(Vec::UnitZ()).normalized();
-      // As free as possible first, held as it can be; among these the shortest way.
+      // The score prefers free lines, then a pose that can be held, then the shortest path.
       const double too_far = std::max(lean_rad(patient, *skin, -out) - kMostLeanRad, 0.0);
       const double score =
           blocked_share(patient, *skin, centre, side) + too_far + 2e-4 * (*skin - centre).norm();

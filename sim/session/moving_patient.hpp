@@ -8,14 +8,14 @@
 
 namespace nav::sim {
 
-/// Where a picture lies in the patient at rest.
+/// Pose of an image in the patient at rest.
 struct RestView {
-  /// Rigid map that comes nearest to where the picture's points were at rest, least squares.
+  /// Rigid map nearest, by least squares, to the positions of the image's points at rest.
   Transform<frames::Ct, frames::Image> ct_from_image;
-  double deformation_rms_mm;  ///< What the rigid map leaves over, across the picture.
+  double deformation_rms_mm;  ///< RMS difference from the rigid map over the image.
 };
 
-/// The picture's points are spread over its rectangle (or sector), 7 x 7.
+/// Computes the view at rest from 7 x 7 points over the image's rectangle (or sector).
 RestView rest_view(const Warp& warp, const Transform<frames::Ct, frames::Image>& ct_from_image,
                    const PixelGrid& grid, int width, int height);
 

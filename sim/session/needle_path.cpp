@@ -17,20 +17,20 @@ using Vec = Eigen::Vector3d;
 
 constexpr double kRadPerDegree = std::numbers::pi / 180;
 constexpr double kPathStepMm = 1;
-constexpr double kDepthShare = 0.6;  // Of the picture's depth: how long a way is wanted.
+constexpr double kDepthShare = 0.6;  // Wanted length of the path as a share of the image depth.
 constexpr double kShortestMm = 10;
 constexpr double kLongestPathMm = 140;
-constexpr double kBesideProbeMm = 6;  // Between the probe's housing and the needle.
+constexpr double kBesideProbeMm = 6;  // Distance between the probe's housing and the needle.
 constexpr std::size_t kTargets = 16;
 
-/// Half of the face along the picture's x axis.
+/// Half of the face along the image's x axis.
 double half_face_mm(const ProbeModel& probe) {
   if (probe.kind == ProbeKind::kLinear) return 0.5 * probe.width_mm;
   if (probe.kind == ProbeKind::kConvex) return probe.radius_mm * std::sin(probe.half_angle_rad);
   return 10;
 }
 
-/// Where a way out of the patient passes the skin, unless bone or gas is met before.
+/// Point where a path out of the patient crosses the skin, unless it meets bone or gas.
 std::optional<Vec> way_out(const Anatomy& patient, const Vec& target, const Vec& out) {
   for (double t = 0; t <= kLongestPathMm; t += kPathStepMm) {
     const Point<frames::Ct> p{target + t * out};
@@ -41,7 +41,7 @@ std::optional<Vec> way_out(const Anatomy& patient, const Vec& target, const Vec&
   return std::nullopt;
 }
 
-/// Targets that the picture shows, or nearly, those nearest to its plane first.
+/// Targets in or near the image, those nearest to its plane first.
 std::vector<Vec> targets_in_view(const Anatomy& patient,
                                  const Transform<frames::Image, frames::Ct>& image_from_ct,
                                  const ProbeModel& probe) {
@@ -77,7 +77,8 @@ Result<NeedlePlan> needle_path(const Anatomy& patient,
     const Vec out_image(std::sin(aside) * std::cos(tilt), -std::cos(aside) * std::cos(tilt),
                         std::sin(tilt));
     const double off_plane = std::abs((image_from_ct * Point<frames::Ct>{target}).mm.z());
-    // Seen whole, at an angle that reflects, and as long as the picture is deep, more or less.
+    // The score prefers a needle that is fully visible, at an angle that reflects, and with about
+    // the wanted length.
     const double turned = 0.5 * std::abs(tilt_deg) + 0.2 * std::abs(std::abs(aside_deg) - 45);
     const double unseen = off_plane + turned;
     if (unseen >= best) return;
@@ -99,8 +100,8 @@ Result<NeedlePlan> needle_path(const Anatomy& patient,
   }
   if (plan) return *plan;
   return Error{ErrorCode::kUsage, patient.name() +
-                                      ": expected a needle's way from the skin beside the probe to "
-                                      "a target that meets neither bone nor gas, found none"};
+                                      ": expected a needle path from the skin beside the probe to "
+                                      "a target, free of bone and gas, found none"};
 }
 
 }  // namespace nav::sim

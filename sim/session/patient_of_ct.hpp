@@ -7,8 +7,8 @@
 
 namespace nav::sim {
 
-/// make_ct_patient() with a view of its targets by an abdominal convex probe, from where sound
-/// reaches them most freely; the family is "ct". Errors: those of make_ct_patient() and
+/// make_ct_patient() with a view of its targets by an abdominal convex probe, from the position
+/// where sound reaches them most freely. The family is "ct". Errors: those of make_ct_patient() and
 /// free_view().
 Result<Patient> make_patient_of_ct(const Volume& ct, const CtPatientOptions& options = {});
 

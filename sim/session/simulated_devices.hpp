@@ -7,15 +7,15 @@
 
 namespace nav::sim {
 
-/// A source of SimulatedSession, for listings.
+/// Source of SimulatedSession, for listings.
 struct SimulatedDevice {
-  std::string name;         ///< As tracker_kind_from() or probe_model_from() knows it.
+  std::string name;         ///< Name for tracker_kind_from() or probe_model_from().
   std::string kind;         ///< "tracker" or "probe".
-  std::string description;  ///< One line.
+  std::string description;  ///< Description in one line.
 };
 
-/// Every simulated tracker and probe: sources of poses and pictures on the session clock, virtual
-/// or, by PacedSource, in real time.
+/// All simulated trackers and probes: sources of poses and images on the session clock, which is
+/// virtual or, with PacedSource, real time.
 const std::vector<SimulatedDevice>& simulated_devices();
 
 }  // namespace nav::sim

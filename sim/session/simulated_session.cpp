@@ -61,7 +61,7 @@ std::shared_ptr<const TrackerSensor> make_sensor(TrackerKind kind, std::uint64_t
   return std::make_shared<IdealSensor>();
 }
 
-/// Where the middle of the volume lies, Tracker frame.
+/// Centre of the measurement volume, Tracker frame.
 Vec sweet_spot(TrackerKind kind) {
   switch (kind) {
     case TrackerKind::kElectromagnetic:
@@ -73,13 +73,13 @@ Vec sweet_spot(TrackerKind kind) {
   }
 }
 
-/// On the skin, a hand's breadth from the probe.
+/// Pose of the reference on the skin, about a hand's breadth from the probe.
 Transform<Ct, Reference> placed_reference(const Transform<Ct, Image>& middle, Random random) {
   const Vec at = (middle * Point<Image>{{0, -20, 0}}).mm + Vec(40, 0, 90) + random.offset(10);
   return {random_mount(random), at};
 }
 
-/// Half way between the probe and the needle's hub, CT.
+/// Midpoint between the probe and the needle's hub, CT.
 Vec middle_of_bodies(const Transform<Ct, Probe>& probe,
                      const std::optional<NeedleInsertion>& needle) {
   if (!needle) return probe.translation_mm();
@@ -105,7 +105,7 @@ BreathingOptions breathing_options(const SimulatedSessionOptions& o) {
   return breathing;
 }
 
-/// Null where there is none.
+/// Creates the deformation; null when there is none.
 Result<std::shared_ptr<const SmoothWarp>> deformation_of(const SimulatedSessionOptions& o,
                                                          const Anatomy& patient) {
   if (o.deformation.largest_mm == 0) return std::shared_ptr<const SmoothWarp>();
@@ -116,8 +116,8 @@ Result<std::shared_ptr<const SmoothWarp>> deformation_of(const SimulatedSessionO
   return std::shared_ptr<const SmoothWarp>(std::make_shared<SmoothWarp>(std::move(*warp)));
 }
 
-/// Pictures of a session on the virtual clock.
-class SessionFrames final : public FrameSource {
+/// Images of a session on the virtual clock.
+class SessionFrames final : public ImageStream {
  public:
   SessionFrames(const SimulatedSession& session, const UltrasoundSimulator& simulator)
       : session_(session), simulator_(simulator) {}
@@ -132,7 +132,7 @@ class SessionFrames final : public FrameSource {
     const FrameTruth truth = session_.truth(index_);
     const Timestamp received = truth.physical + timing.latency;
     if (received > deadline) {
-      return Error{ErrorCode::kTimeout, std::string(kName) + "nothing more by the deadline"};
+      return Error{ErrorCode::kTimeout, std::string(kName) + "no image before the deadline"};
     }
     const NeedleShaft needle = session_.needle()
                                    ? NeedleShaft(session_.needle()->shaft_ct(truth.physical))
@@ -183,11 +183,11 @@ Result<void> validate(const SimulatedSessionOptions& o) {
   };
   if (!(o.duration_s > 0 && o.duration_s <= 3600)) return refuse("a duration of 0 to 3600 s");
   if (!(o.frame_rate_hz > 0 && o.frame_rate_hz <= 1000))
-    return refuse("0 to 1000 pictures a second");
-  if (!(o.duration_s * o.frame_rate_hz >= 1)) return refuse("at least two pictures");
-  // A picture cannot arrive before the time stamped on it.
+    return refuse("0 to 1000 images per second");
+  if (!(o.duration_s * o.frame_rate_hz >= 1)) return refuse("at least two images");
+  // An image cannot arrive before its time stamp.
   if (o.image_timing.latency < std::max(o.image_timing.stamp_offset, Duration(0))) {
-    return refuse("a picture latency >= 0 and >= the stamp offset");
+    return refuse("an image latency >= 0 and >= the stamp offset");
   }
   for (const Result<void>& part :
        {validate(path_options(o)), validate(o.probe), validate(o.timing), validate(o.breathing),
@@ -310,21 +310,21 @@ SensorStream SimulatedSession::stream(std::uint64_t body) const {
   return stream;
 }
 
-std::unique_ptr<PoseSource> SimulatedSession::probe_poses() const {
+std::unique_ptr<PoseStream> SimulatedSession::probe_poses() const {
   SensorStream probe = stream(kProbeBody);
   probe.truth = [this](Timestamp time) { return tracker_from_probe(time).matrix(); };
   return std::make_unique<SensorPoseSource>(probe);
 }
 
-std::unique_ptr<PoseSource> SimulatedSession::reference_poses() const {
+std::unique_ptr<PoseStream> SimulatedSession::reference_poses() const {
   SensorStream reference = stream(kReferenceBody);
   reference.truth = [this](Timestamp) { return tracker_from_reference().matrix(); };
-  // An arm holds one body; the patient is fixed to its base.
+  // An arm holds one body; the patient is fixed to the arm's base.
   if (options_.tracker == TrackerKind::kArm) reference.sensor = std::make_shared<IdealSensor>();
   return std::make_unique<SensorPoseSource>(reference);
 }
 
-std::unique_ptr<PoseSource> SimulatedSession::needle_poses() const {
+std::unique_ptr<PoseStream> SimulatedSession::needle_poses() const {
   NAV_CHECK(needle_.has_value());
   SensorStream needle = stream(kNeedleBody);
   needle.truth = [this](Timestamp time) { return tracker_from_hub(time).matrix(); };
@@ -334,7 +334,7 @@ std::unique_ptr<PoseSource> SimulatedSession::needle_poses() const {
   return std::make_unique<SensorPoseSource>(needle);
 }
 
-std::unique_ptr<FrameSource> SimulatedSession::frames() const {
+std::unique_ptr<ImageStream> SimulatedSession::frames() const {
   return std::make_unique<SessionFrames>(*this, ultrasound_);
 }
 

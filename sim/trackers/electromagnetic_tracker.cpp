@@ -15,7 +15,7 @@ using Vec = Eigen::Vector3d;
 
 constexpr std::uint64_t kFieldNoiseStream = 0x656d;
 
-/// 1 / (1 + q)^(3/2) has its steepest slope 3 d (1 + d²)^(−5/2) at d = 1/2: 0.858.
+/// Largest slope of 1 / (1 + q)^(3/2): 3 d (1 + d²)^(−5/2) at d = 1/2, which is 0.858.
 constexpr double kSteepest = 0.8587;
 
 }  // namespace
@@ -36,7 +36,7 @@ Result<void> validate(const ElectromagneticTrackerOptions& o) {
     }
     steep += kSteepest * d.peak_mm.norm() / d.radius_mm;
   }
-  if (!(steep < 0.5)) return refuse("distorters that are together less steep than 0.5");
+  if (!(steep < 0.5)) return refuse("distorters with a sum of slopes below 0.5");
   return {};
 }
 

@@ -9,33 +9,34 @@
 
 namespace nav::sim {
 
-/// A piece of metal near the field: displacement peak_mm / (1 + (d / radius)²)^(3/2), which falls
-/// with the third power of the distance d as the field of an induced dipole does.
+/// Piece of metal near the field: displacement peak_mm / (1 + (d / radius)²)^(3/2). It falls with
+/// the third power of the distance d, like the field of an induced dipole.
 struct FieldDistorter {
-  Eigen::Vector3d centre_mm;  ///< Tracker.
+  Eigen::Vector3d centre_mm;  ///< Tracker frame.
   Eigen::Vector3d peak_mm;    ///< Displacement at the centre.
   double radius_mm;           ///< > 0.
 };
 
-/// A field generator with small sensors. Defaults: in its middle about the 0.5 mm and 0.3 degrees
-/// RMS that makers state (NDI Aurora), with a noise that grows as the fourth power of the distance:
-/// a dipole's field falls with the third, and position follows its slope (Franz et al. 2014, IEEE
-/// Trans. Med. Imaging 33).
+/// Field generator with small sensors. Defaults: in the middle of the volume about the 0.5 mm and
+/// 0.3 degrees RMS that manufacturers state (NDI Aurora). The noise grows with the fourth power of
+/// the distance: a dipole's field falls with the third, and the position follows from its slope
+/// (Franz et al. 2014, IEEE Trans. Med. Imaging 33).
 struct ElectromagneticTrackerOptions {
-  double noise_mm = 0.12;             ///< Per axis up to reference_mm, >= 0.
-  double noise_rad = 0.0015;          ///< The same about each axis, >= 0.
-  double reference_mm = 300;          ///< Beyond it noise grows, > 0.
-  double near_mm = 50, far_mm = 550;  ///< Volume along z.
-  double half_width_mm = 250;         ///< Of the volume along x and y, > 0.
+  double noise_mm = 0.12;             ///< Along each axis up to reference_mm, >= 0.
+  double noise_rad = 0.0015;          ///< About each axis up to reference_mm, >= 0.
+  double reference_mm = 300;          ///< Distance beyond which the noise grows, > 0.
+  double near_mm = 50, far_mm = 550;  ///< Limits of the volume along z.
+  double half_width_mm = 250;         ///< Half width of the volume along x and y, > 0.
   std::vector<FieldDistorter> distorters = {{{220, -150, 420}, {1.2, -0.8, 1.6}, 180},
                                             {{-260, 200, 300}, {-0.7, 0.9, 0.5}, 200}};
   std::uint64_t seed = 1;
 };
 
-/// A refusal that names the first option out of range; a field that folds is refused.
+/// Rejects invalid options; the message names the first one out of range. A field that folds is
+/// rejected.
 Result<void> validate(const ElectromagneticTrackerOptions& options);
 
-/// Pose = truth displaced by the field and turned by half its curl, plus noise.
+/// Measured pose: the truth displaced by the distortion and rotated by half its curl, plus noise.
 class ElectromagneticTracker final : public TrackerSensor {
  public:
   /// Precondition: validate(options), otherwise a Bug.
@@ -45,7 +46,7 @@ class ElectromagneticTracker final : public TrackerSensor {
   [[nodiscard]] const char* name() const override { return "electromagnetic"; }
   /// Systematic error of a position, mm.
   [[nodiscard]] Eigen::Vector3d distortion_mm(const Eigen::Vector3d& p) const;
-  /// Its derivative, closed form.
+  /// Derivative of distortion_mm(), closed form.
   [[nodiscard]] Eigen::Matrix3d distortion_jacobian(const Eigen::Vector3d& p) const;
   /// Systematic error of an orientation: half the curl of the distortion, rad.
   [[nodiscard]] Eigen::Vector3d distortion_rad(const Eigen::Vector3d& p) const;

@@ -93,7 +93,7 @@ std::optional<JointAngles> EncoderArm::inverse(const Eigen::Matrix4d& pose) cons
   const Mat rest = (about_z(q[0]) * about_y(q[1] + q[2])).transpose() * hand;
   const double sine = std::hypot(rest(1, 0), rest(2, 0));
   q[4] = std::atan2(sine, rest(0, 0));
-  // With the wrist straight only the sum (or difference) of the two outer angles is determined.
+  // With a straight wrist only the sum (or difference) of the two outer angles is determined.
   constexpr double kStraight = 1e-9;
   if (sine > kStraight) {
     q[3] = std::atan2(rest(1, 0), -rest(2, 0));

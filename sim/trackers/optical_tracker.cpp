@@ -19,14 +19,14 @@ using Vec = Eigen::Vector3d;
 constexpr std::uint64_t kMarkerNoiseStream = 0x6f707469;
 constexpr std::uint64_t kBiasStream = 0x62696173;
 
-/// Whether the sight line from a camera to a point passes an obstacle.
+/// True when an obstacle blocks the line of sight from a camera to a point.
 bool hides(const Obstacle& o, const Vec& camera, const Vec& p) {
   const Vec way = p - camera;
   const double t = std::clamp((o.centre_mm - camera).dot(way) / way.squaredNorm(), 0.0, 1.0);
   return (camera + t * way - o.centre_mm).norm() < o.radius_mm;
 }
 
-/// Smallest spread of the markers across their best line, mm.
+/// Smallest spread of the markers perpendicular to their best line, mm.
 double width_of(const std::vector<OpticalMarker>& markers) {
   Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(markers.size()));
   for (std::size_t i = 0; i < markers.size(); ++i) {
@@ -58,7 +58,7 @@ Result<void> validate(const OpticalTrackerOptions& o) {
   for (const OpticalMarker& m : o.markers) {
     if (!m.position_mm.allFinite() || !(m.normal.norm() > 0.1)) return refuse("finite markers");
   }
-  if (!(width_of(o.markers) > 5)) return refuse("markers that do not lie on one line");
+  if (!(width_of(o.markers) > 5)) return refuse("markers that are not on one line");
   return {};
 }
 
@@ -89,7 +89,7 @@ bool OpticalTracker::seen(const Vec& p, const Vec& normal) const {
   });
 }
 
-/// Smooth and fixed: the device's factory calibration, the same at every measurement.
+/// Error of the device's factory calibration: smooth, and the same at every measurement.
 Vec OpticalTracker::bias(const Vec& p) const {
   Vec sum;
   for (int axis = 0; axis < 3; ++axis) {

@@ -14,7 +14,7 @@ namespace {
 constexpr std::uint64_t kJitterStream = 0x6a697474;
 constexpr std::uint64_t kLossStream = 0x6c6f7373;
 
-/// What the device's clock says at a session time.
+/// Time stamp of the device's clock at a session time.
 Timestamp stamp(const TrackerTiming& timing, Timestamp begin, Timestamp time) {
   const Duration drift = from_seconds(1e-6 * timing.drift_ppm * to_seconds(time - begin));
   const Timestamp exact = time + timing.clock_offset + drift;
@@ -78,7 +78,7 @@ Result<RawPose> SensorPoseSource::next(Deadline deadline) {
     return Error{ErrorCode::kEndOfStream, std::string(kName) + "the recording time has ended"};
   }
   if (next_arrival() > deadline) {
-    return Error{ErrorCode::kTimeout, std::string(kName) + "nothing more by the deadline"};
+    return Error{ErrorCode::kTimeout, std::string(kName) + "no sample before the deadline"};
   }
   return poses_[position_++];
 }

@@ -9,20 +9,20 @@
 
 namespace nav::sim {
 
-/// What a tracker makes of one true pose.
+/// Measurement of one true pose.
 struct Observation {
   TrackingStatus status = TrackingStatus::kInvalid;
   /// tracker_from_body, mm; NaN unless the status is kOk.
   Eigen::Matrix4d pose = Eigen::Matrix4d::Constant(std::nan(""));
 };
 
-/// The measuring part of a tracker, without its clock. Tracker frame: origin at the device, +z into
-/// the measurement volume, mm. Same arguments, same answer; thread-safe.
+/// Measuring part of a tracker, without its clock. Tracker frame: origin at the device, +z into the
+/// measurement volume, mm. The result depends only on the arguments; thread-safe.
 class TrackerSensor {
  public:
   virtual ~TrackerSensor() = default;
-  /// truth: a rigid tracker_from_body. body: number of the tracked body, tells noise apart.
-  /// sample: counts the measurements of one body.
+  /// \p truth: rigid tracker_from_body. \p body: number of the tracked body, which selects its
+  /// noise. \p sample: index of the measurement of that body.
   [[nodiscard]] virtual Observation observe(const Eigen::Matrix4d& truth, std::uint64_t body,
                                             std::uint64_t sample) const = 0;
   [[nodiscard]] virtual const char* name() const = 0;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// In a program of its own, whose `new` is that of app/large_pages.cpp.
+// A separate program, because its `new` is the one of app/large_pages.cpp.
 #include <cstddef>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 namespace {
 
-/// Bytes of this process in large pages.
+/// Number of bytes of this process that lie in large pages.
 std::size_t in_large_pages() {
   std::ifstream file("/proc/self/smaps_rollup");
   std::string word;
@@ -30,7 +30,7 @@ bool system_has_large_pages() {
   return modes.find("[never]") == std::string::npos && !modes.empty();
 }
 
-TEST(LargePagesTest, LargeVectorsLieInThem) {
+TEST(LargePagesTest, LargeVectorsLieInLargePages) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers have a `new` of their own";
 #endif
@@ -42,7 +42,7 @@ TEST(LargePagesTest, LargeVectorsLieInThem) {
   EXPECT_EQ(block.back(), 'x');
 }
 
-TEST(LargePagesTest, BlocksOfEverySizeAreTheirOwn) {
+TEST(LargePagesTest, BlocksOfAllSizesDoNotOverlap) {
   std::vector<std::unique_ptr<char[]>> blocks;
   const std::size_t sizes[] = {
       0, 1, 4095, 1 << 20, 1 << 21, (1 << 22) - 1, 1 << 22, (1 << 22) + 1, 12345678};
@@ -59,13 +59,13 @@ TEST(LargePagesTest, BlocksOfEverySizeAreTheirOwn) {
 
 int asked_for_room = 0;
 
-TEST(LargePagesTest, MoreThanThereIsIsBadAlloc) {
+TEST(LargePagesTest, ThrowsBadAllocWhenMemoryIsExhausted) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
   GTEST_SKIP() << "sanitizers have a `new` of their own";
 #endif
   volatile std::size_t too_much = std::numeric_limits<std::ptrdiff_t>::max() - 4096;
   EXPECT_THROW(::operator delete(::operator new(too_much)), std::bad_alloc);
-  // The handler is asked until it gives up.
+  // `new` calls the handler until the handler removes itself.
   std::set_new_handler([] {
     if (++asked_for_room == 3) std::set_new_handler(nullptr);
   });

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Runs in a process of its own, in which no single allocation may be large.
+// A separate program, because its `new` fails for every large allocation.
 #include <cstdlib>
 #include <filesystem>
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ __attribute__((noinline)) void operator delete(void* memory, std::size_t) noexce
 namespace nav::app {
 namespace {
 
-TEST(OutOfMemoryTest, IsSaidAndIsNoBug) {
+TEST(OutOfMemoryTest, IsReportedAsAnErrorNotAsABug) {
   const test::TemporaryFolder folder;
   const std::string out = (folder / "x.png").string();
   const char* const arguments[] = {"sonde",          "predicates", "--phantom", "neck",

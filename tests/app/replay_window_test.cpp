@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Replays in a real X11 window, by the built program.
+// Runs replays of the built program in a real X11 window.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -25,7 +25,7 @@ class ReplayWindowTest : public ::testing::Test {
   [[nodiscard]] std::string recording() const { return (folder_ / "sweep.mha").string(); }
   [[nodiscard]] std::string ct() const { return (folder_ / "ct.mha").string(); }
   [[nodiscard]] int run(const std::string& arguments) const { return shell(program(arguments)); }
-  /// Presses Ctrl-C once the program has said words; after two minutes whatever it has said.
+  /// Sends Ctrl-C when the program has printed a text, or after two minutes at the latest.
   [[nodiscard]] int run_until(const std::string& words, const std::string& arguments) const {
     return shell(program(arguments) + " & sonde=$!; for i in $(seq 1200); do grep -q '" + words +
                  "' " + log() + " && break; sleep 0.1; done; kill -INT $sonde; wait $sonde");

@@ -42,8 +42,8 @@ class PerfectSensor final : public sim::TrackerSensor {
   [[nodiscard]] const char* name() const override { return "perfect"; }
 };
 
-std::unique_ptr<PoseSource> poses_of(std::function<Eigen::Matrix4d(Timestamp)> truth,
-                                     std::uint64_t body) {
+std::unique_ptr<sim::PoseStream> poses_of(std::function<Eigen::Matrix4d(Timestamp)> truth,
+                                          std::uint64_t body) {
   sim::SensorStream stream;
   stream.truth = std::move(truth);
   stream.sensor = std::make_shared<PerfectSensor>();
@@ -54,7 +54,7 @@ std::unique_ptr<PoseSource> poses_of(std::function<Eigen::Matrix4d(Timestamp)> t
 }
 
 /// Source of small images. The sequence number of an image gives its true acquisition time.
-class PictureSource final : public FrameSource {
+class PictureSource final : public sim::ImageStream {
  public:
   static Timestamp physical(std::uint64_t sequence) {
     return Timestamp(milliseconds(200) + static_cast<std::int64_t>(sequence) * kFramePeriod);
@@ -96,7 +96,7 @@ class Session {
         reference_(poses_of([](Timestamp t) { return reference_at(t).matrix(); }, 1),
                    plans.reference, 1),
         frames_(std::make_unique<PictureSource>(), plans.frames, 2),
-        navigator_({Eigen::Quaterniond::Identity(), {0, 0, 0}}, std::nullopt, {}, diagnostics_) {}
+        navigator_({{Eigen::Quaterniond::Identity(), {0, 0, 0}}}, std::nullopt, {}, diagnostics_) {}
 
   Outcome run() {
     const auto ignore = [](const tracking::PairedFrame&) {};
@@ -117,12 +117,12 @@ class Session {
 
  private:
   void deliver(Timestamp now) {
-    while (auto pose = probe_.next(now)) navigator_.on_event({now, app::ProbePose{*pose}});
-    while (auto pose = reference_.next(now)) navigator_.on_event({now, app::ReferencePose{*pose}});
-    while (auto frame = frames_.next(now)) navigator_.on_event({now, std::move(*frame)});
+    while (auto pose = probe_.next(now)) navigator_.add_pose(ToolRole::kProbe, *pose);
+    while (auto pose = reference_.next(now)) navigator_.add_pose(ToolRole::kReference, *pose);
+    while (auto frame = frames_.next(now)) navigator_.add_image(*std::move(frame));
   }
 
-  void judge(const app::Epoch& epoch, Outcome& outcome) const {
+  void judge(const session::Epoch& epoch, Outcome& outcome) const {
     ++outcome.refreshes;
     if (epoch.ultrasound.state != SafetyState::kValid) return;
     ++outcome.live;
@@ -145,7 +145,7 @@ class Session {
   sim::FaultyPoseSource probe_;
   sim::FaultyPoseSource reference_;
   sim::FaultyFrameSource frames_;
-  app::Navigator navigator_;
+  session::Navigator navigator_;
 };
 
 Outcome run(const Plans& plans) { return Session(plans).run(); }

@@ -188,7 +188,7 @@ TEST(FollowTest, TheCtOfAnotherPatientIsHiddenWithAWarning) {
   const auto& entries = console.entries();
   EXPECT_TRUE(std::any_of(entries.begin(), entries.end(), [](const DiagnosticEntry& entry) {
     return entry.source == "follow" && entry.severity == Severity::kWarning &&
-           entry.message.find("register anew") != std::string::npos;
+           entry.message.find("register again") != std::string::npos;
   }));
 }
 

@@ -150,8 +150,9 @@ io::Json registered(const Recorded& sweep, const std::filesystem::path& ct,
 /// Returns the pose of a registration. Its key says whether the pose was accepted or rejected.
 const io::Json& pose_of(const io::Json& registration) {
   const bool accepted = registration.at("accepted").get<bool>();
-  EXPECT_NE(registration.contains(kAcceptedPose), registration.contains(kRefusedPose));
-  return registration.at(accepted ? kAcceptedPose : kRefusedPose);
+  EXPECT_NE(registration.contains(session::kAcceptedPose),
+            registration.contains(session::kRefusedPose));
+  return registration.at(accepted ? session::kAcceptedPose : session::kRefusedPose);
 }
 
 /// RMS error over the targets of the truth file, mm.
@@ -255,7 +256,7 @@ TEST(SimulateTest, ANeedleCausesAWarningAboutHiddenCalibrationErrors) {
   const auto [needle, needle_mm] = warnings(0, "NeedleTip");
   const auto [known, known_mm] = warnings(1, "NeedleTip");
   EXPECT_EQ(plain.find("needle"), std::string::npos) << plain;
-  EXPECT_NE(needle.find("across the pictures"), std::string::npos) << needle;
+  EXPECT_NE(needle.find("across the images"), std::string::npos) << needle;
   EXPECT_NE(needle.find("--calibration-sigma-mm"), std::string::npos) << needle;
   EXPECT_EQ(known.find("--calibration-sigma-mm"), std::string::npos) << known;
   EXPECT_EQ(needle_mm, plain_mm);
@@ -298,7 +299,8 @@ TEST(SimulateTest, WrongTimestampsAreRejectedUntilTheyAreCorrected) {
     if (!ct || !session) return Error{ErrorCode::kIo, "not read"};
     const auto surveyed = session::survey(*session, false);
     if (!surveyed) return surveyed.error();
-    return session::place_ct(config.placement, **ct, *surveyed, session->reference_frame());
+    return session::place_ct(config.placement, **ct, *surveyed, surveyed->recording,
+                             session->reference_frame());
   };
   const auto same = placed(150);
   ASSERT_TRUE(same) << same.error().message;

@@ -45,7 +45,7 @@ TEST_F(LabelFileTest, ReadsEveryWholeNumberExactly) {
 TEST_F(LabelFileTest, RejectsInvalidLabelsAndNamesTheirValueAndIndex) {
   constexpr auto kCode = ErrorCode::kMalformedData;
   EXPECT_TRUE(test::refuses(read<float>("MET_FLOAT", {0, 1.6F, 1, 2}), kCode,
-                            {"a.mha", "whole numbers of 0 to 4294967295", "1.6", "(1, 0, 0)"}));
+                            {"a.mha", "whole numbers", "0 to 4294967295", "1.6", "(1, 0, 0)"}));
   EXPECT_TRUE(test::refuses(read<std::int16_t>("MET_SHORT", {0, 0, -3, 2}), kCode,
                             {"a.mha", "-3", "(0, 0, 1)"}));
   const float nan = std::numeric_limits<float>::quiet_NaN();

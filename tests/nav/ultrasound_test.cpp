@@ -73,9 +73,9 @@ TEST(SweepTest, RejectsInvalidImagesAndNamesTheirIndex) {
   using Code = ErrorCode;
   EXPECT_TRUE(test::refuses(Sweep::create({}, ""), Code::kMalformedData, {"at least one"}));
   EXPECT_TRUE(test::refuses(Sweep::create({tracked(1), tracked(2), tracked(2)}, ""),
-                            Code::kMalformedData, {"frame 2", "0.002"}));
+                            Code::kMalformedData, {"image 2", "0.002"}));
   EXPECT_TRUE(test::refuses(Sweep::create({tracked(1), tracked(2, 3)}, ""), Code::kMalformedData,
-                            {"frame 1", "2 x 1", "3 x 1"}));
+                            {"image 1", "2 x 1", "3 x 1"}));
 }
 
 }  // namespace

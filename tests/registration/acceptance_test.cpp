@@ -68,14 +68,14 @@ TEST(AcceptanceTest, EachExceededLimitIsOneReasonThatNamesIt) {
       {"time limit", [](auto& r) { r.termination = Termination::kTimeLimit; }},
       {"lower cost", [](auto& r) { r.basin.shift_mm = 2; }},
       {"lower cost", [&](auto& r) { r.basin.shift_mm = nan; }},
-      {"stretch", [](auto& r) { r.stretch.strain(1, 2) = 0.02; }},
-      {"stretch", [&](auto& r) { r.stretch.strain(1, 2) = nan; }},
-      {"stretch", [&](auto& r) { r.stretch.depth_scale = nan; }},
-      {"a patient who moved",
+      {"scale", [](auto& r) { r.stretch.strain(1, 2) = 0.02; }},
+      {"scale", [&](auto& r) { r.stretch.strain(1, 2) = nan; }},
+      {"scale", [&](auto& r) { r.stretch.depth_scale = nan; }},
+      {"motion of the patient",
        [](auto& r) {
          r.misfits = {{MisfitCause::kMotion, 1.3, 0.1, 0.01}};
        }},
-      {"otherwise than in the CT",
+      {"deformed relative to the CT",
        [&](auto& r) {
          r.misfits = {{MisfitCause::kBend, nan, 0, 0.01}};
        }},
@@ -93,10 +93,10 @@ TEST(AcceptanceTest, EachExceededLimitIsOneReasonThatNamesIt) {
 TEST(AcceptanceTest, HalvesThatCannotBeComparedGiveOneReason) {
   ImageRegistrationResult result = good();
   result.split_disagreement_mm = result.halves_disagreement_mm = INFINITY;
-  result.split_fault = result.halves_fault = "expected two places, found one";
+  result.split_fault = result.halves_fault = "expected two positions, found one";
   EXPECT_EQ(decide(result, {}, kTarget).reasons,
             std::vector<std::string>{
-                "disagreement of halves of the pictures: expected two places, found one"});
+                "disagreement of the two halves of the images: expected two positions, found one"});
   result.halves_fault = "expected many, found few";
   EXPECT_EQ(decide(result, {}, kTarget).reasons.size(), 2U);
   // A reason that is already reported is not repeated.
@@ -123,12 +123,12 @@ TEST(AcceptanceTest, NoReasonShowsANonFiniteNumber) {
 TEST(AcceptanceTest, ImagesAtTooFewPositionsAreRejectedOnce) {
   ImageRegistrationResult result = good();
   result.bootstrap.places = kLeastPlaces - 1;
-  result.bootstrap.fault = "expected at least 3 places, found 2";
+  result.bootstrap.fault = "expected at least 3 positions, found 2";
   const Decision decision = decide(result, {}, kTarget);
   EXPECT_FALSE(decision.accepted);
   ASSERT_EQ(decision.reasons.size(), 1U);
   EXPECT_EQ(decision.reasons[0],
-            "places that pictures were taken at: expected at least 3, found 2");
+            "positions at which images were acquired: expected at least 3, found 2");
   result.bootstrap = {};  // Without a bootstrap the number of positions is unknown.
   EXPECT_EQ(decide(result, {}, kTarget).verdict(), Verdict::kAccept);
 }
@@ -137,25 +137,24 @@ TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndNoRejection) {
   EXPECT_EQ(decide(good(), {}, kTarget).verdict(), Verdict::kAccept);
   using Spoil = std::function<void(ImageRegistrationResult&)>;
   const std::vector<std::pair<std::string, Spoil>> cases{
-      {"overlap of the sweep with the CT: 0.7; refused below 0.6, warned of below 0.8",
+      {"overlap of the sweep with the CT: 0.7; warning below 0.8, refused below 0.6",
        [](auto& r) { r.overlap = 0.7; }},
       {"random poses: 4.8", [](auto& r) { r.z_score = 4.8; }},
-      {"cost of the match: 0.3; refused above 0.33, warned of above 0.28",
+      {"cost of the match: 0.3; warning above 0.28, refused above 0.33",
        [](auto& r) { r.final_cost = 0.3; }},
       {"margin", [](auto& r) { r.margin = 0.2; }},
       {"predicted error", [](auto& r) { r.uncertainty.covariance *= 9; }},
-      {"odd and even pictures: 0.7 mm", [](auto& r) { r.split_disagreement_mm = 0.7; }},
+      {"odd and even images: 0.7 mm", [](auto& r) { r.split_disagreement_mm = 0.7; }},
       {"second half", [](auto& r) { r.halves_disagreement_mm = 2; }},
-      {"solver: expected it to converge, found the iteration limit before",
-       [](auto& r) { r.termination = Termination::kIterationLimit; }},
-      {"stretch", [](auto& r) { r.stretch.depth_scale = 1.009; }},
+      {"iteration limit", [](auto& r) { r.termination = Termination::kIterationLimit; }},
+      {"scale", [](auto& r) { r.stretch.depth_scale = 1.009; }},
       {"lower cost", [](auto& r) { r.basin.shift_mm = 0.9; }},
-      {"not by pictures: expected at least 6 pictures",
+      {"not from images: expected at least 6 images",
        [](auto& r) {
          r.bootstrap.places = kLeastPlaces;
-         r.bootstrap.fault = "expected at least 6 pictures, found 2";
+         r.bootstrap.fault = "expected at least 6 images, found 2";
        }},
-      {"(pictures about 70 ms later than their poses: lower --temporal-offset-ms): 0.5 mm",
+      {"(images about 70 ms later than their poses: lower --temporal-offset-ms): 0.5 mm",
        [](auto& r) {
          r.misfits = {{MisfitCause::kDelay, 0.5, 0, 0.01, {0.068}}};
        }},
@@ -189,7 +188,8 @@ TEST(AcceptanceTest, TheSimplestMisfitThatExplainsMuchIsNamed) {
   result.misfits[1].gain = 0.05;
   decision = decide(result, {}, kTarget);
   ASSERT_EQ(decision.reasons.size(), 1U);
-  EXPECT_NE(decision.reasons[0].find("who moved"), std::string::npos) << decision.reasons[0];
+  EXPECT_NE(decision.reasons[0].find("motion of the patient"), std::string::npos)
+      << decision.reasons[0];
   EXPECT_EQ(likeliest_misfit(result, {}), &result.misfits[1]);
   result.misfits.erase(result.misfits.begin(), result.misfits.begin() + 2);
   decision = decide(result, {}, kTarget);

@@ -233,9 +233,8 @@ TEST(IterationLimitTest, ReportsTheIterationLimit) {
                              .max_misfit_mm = {kAny, kAny, kAny, kAny, kAny}};
   const Decision decision = decide(*result, any, {{0, 0, 0}}, any);
   EXPECT_EQ(decision.verdict(), Verdict::kWarn);
-  EXPECT_EQ(decision.warnings,
-            std::vector<std::string>{
-                "solver: expected it to converge, found the iteration limit before"});
+  ASSERT_EQ(decision.warnings.size(), 1U);
+  EXPECT_NE(decision.warnings[0].find("iteration limit"), std::string::npos);
 }
 
 TEST(TimeLimitTest, AnInterruptedSolveKeepsItsSteps) {

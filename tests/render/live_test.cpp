@@ -178,20 +178,6 @@ TEST_P(LiveTest, EveryChangeOfStateAndGeometryIsDrawn) {
   }
 }
 
-TEST_P(LiveTest, AdaptiveCellsFollowTheVolumeAndTheTransferFunction) {
-  scene_.cutaway.reset();
-  scene_.quality.adaptive_error = 0.01;
-  const auto ct = scene_.ct;
-  scene_.ct = test::make_volume(ct->grid(), [](int, int, int) { return -200; });
-  draw();  // Here whole bricks are one cell.
-  scene_.ct = ct;
-  draw();
-  scene_.transfer = test::fog(1e-6);
-  draw();  // Here too.
-  scene_.transfer = materials();
-  draw();
-}
-
 TEST_P(LiveTest, ReturnedImagesNeverChange) {
   std::vector<RenderedImage> kept;
   std::vector<std::vector<RgbaF>> copies;

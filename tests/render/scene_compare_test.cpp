@@ -158,7 +158,6 @@ TEST(SceneChangeTest, EachFieldOfViewVolumeAndAppearanceChangesTheView) {
                [](Scene& s) { s.quality.opaque_at -= 0.1; },
                [](Scene& s) { s.quality.skip_empty_bricks = !s.quality.skip_empty_bricks; },
                [](Scene& s) { s.quality.jitter = !s.quality.jitter; },
-               [](Scene& s) { s.quality.adaptive_error += 0.1; },
                [](Scene& s) { s.quality.pixel_error += 0.1; },
                with_transfer([](TransferComponent& c) { c.nodes[0].hu -= 1; }),
                with_transfer([](TransferComponent& c) { c.nodes[0].rgb.x() *= 0.5; }),

@@ -87,7 +87,6 @@ TEST(ValidateSceneTest, NamesTheWrongField) {
   expect_refused([](Scene& s) { s.lines[0].to_ct.mm.x() = kNan; }, "lines[0].to_ct");
   expect_refused([](Scene& s) { s.spheres[0].opacity = 1.01; }, "spheres[0].opacity");
   expect_refused([](Scene& s) { s.lines[0].opacity = 0; }, "lines[0].opacity");
-  expect_refused([](Scene& s) { s.quality.adaptive_error = -0.1; }, "quality.adaptive_error");
   expect_refused([](Scene& s) { s.quality.pixel_error = 1.01; }, "quality.pixel_error");
   expect_refused([](Scene& s) { s.shading.emphasis = 1.1; }, "shading.emphasis");
   expect_refused([](Scene& s) { s.shading.silhouette = kNan; }, "shading.silhouette");
@@ -154,7 +153,6 @@ TEST(ValidateSceneTest, RejectsEachNumberThatIsNan) {
       {[](Scene& s) -> double& { return s.shading.silhouette; }, "shading.silhouette"},
       {[](Scene& s) -> double& { return s.quality.step_voxels; }, "quality.step_voxels"},
       {[](Scene& s) -> double& { return s.quality.opaque_at; }, "quality.opaque_at"},
-      {[](Scene& s) -> double& { return s.quality.adaptive_error; }, "quality.adaptive_error"},
       {[](Scene& s) -> double& { return s.quality.pixel_error; }, "quality.pixel_error"},
       {[](Scene& s) -> double& { return s.background_rgb.z(); }, "background_rgb"},
       {[](Scene& s) -> double& { return s.grey.level_hu; }, "grey.level_hu"},

@@ -33,15 +33,15 @@ class NavigatorTest : public ::testing::Test {
  protected:
   NavigatorTest()
       : navigator_(
-            Transform<frames::Probe, frames::Image>(Eigen::Quaterniond::Identity(), {0, 0, 0}),
+            {Transform<frames::Probe, frames::Image>(Eigen::Quaterniond::Identity(), {0, 0, 0})},
             std::nullopt, {}, diagnostics_) {
     navigator_.set_plan({{{0, 0, 0}}, {{0, 0, 100}}, 5, 5});
   }
   void feed(int from_ms, int to_ms) {
     for (int t = from_ms; t <= to_ms; t += 10) {
-      navigator_.on_event({ms(t), ProbePose{pose(t, {0, 0, 0})}});
-      navigator_.on_event({ms(t), ReferencePose{pose(t, {0, 0, 0})}});
-      navigator_.on_event({ms(t), NeedlePose{pose(t, {0, 0, 40})}});
+      navigator_.add_pose(ToolRole::kProbe, pose(t, {0, 0, 0}));
+      navigator_.add_pose(ToolRole::kReference, pose(t, {0, 0, 0}));
+      navigator_.add_pose(ToolRole::kNeedle, pose(t, {0, 0, 40}));
     }
   }
   Epoch refresh(int now_ms) {
@@ -59,7 +59,7 @@ class NavigatorTest : public ::testing::Test {
 
 TEST_F(NavigatorTest, ShowsNumbersOnlyWhileTheWholeChainIsValid) {
   feed(0, 100);
-  navigator_.on_event({ms(100), picture(1, 95)});
+  navigator_.add_image(picture(1, 95));
   Epoch epoch = refresh(100);
   EXPECT_EQ(epoch.plane.state, SafetyState::kLost) << "not registered";
   EXPECT_FALSE(epoch.ct_from_image);
@@ -81,11 +81,11 @@ TEST_F(NavigatorTest, ShowsNumbersOnlyWhileTheWholeChainIsValid) {
 TEST_F(NavigatorTest, AReferenceWithoutAStatusDegradesTheNeedleToo) {
   place(SafetyState::kValid, "");
   for (int t = 0; t <= 100; t += 10) {
-    navigator_.on_event({ms(t), ProbePose{pose(t, {0, 0, 0})}});
-    navigator_.on_event({ms(t), ReferencePose{pose(t, {0, 0, 0}, TrackingStatus::kUnknown)}});
-    navigator_.on_event({ms(t), NeedlePose{pose(t, {0, 0, 40})}});
+    navigator_.add_pose(ToolRole::kProbe, pose(t, {0, 0, 0}));
+    navigator_.add_pose(ToolRole::kReference, pose(t, {0, 0, 0}, TrackingStatus::kUnknown));
+    navigator_.add_pose(ToolRole::kNeedle, pose(t, {0, 0, 40}));
   }
-  navigator_.on_event({ms(100), picture(1, 95)});
+  navigator_.add_image(picture(1, 95));
   const Epoch epoch = refresh(100);
   EXPECT_EQ(epoch.ultrasound.state, SafetyState::kDegraded);
   EXPECT_EQ(epoch.needle.state, SafetyState::kDegraded);
@@ -96,8 +96,8 @@ TEST_F(NavigatorTest, AReferenceWithoutAStatusDegradesTheNeedleToo) {
 TEST_F(NavigatorTest, TellsWhereTheNeedleWas) {
   place(SafetyState::kValid, "");
   for (int t = 0; t <= 100; t += 10) {
-    navigator_.on_event({ms(t), ReferencePose{pose(t, {0, 0, 0.5 * t})}});
-    navigator_.on_event({ms(t), NeedlePose{pose(t, {0.1 * t, 0, 0})}});
+    navigator_.add_pose(ToolRole::kReference, pose(t, {0, 0, 0.5 * t}));
+    navigator_.add_pose(ToolRole::kNeedle, pose(t, {0.1 * t, 0, 0}));
   }
   const auto then = navigator_.needle_at(ms(45));
   ASSERT_TRUE(then);
@@ -108,7 +108,7 @@ TEST_F(NavigatorTest, TellsWhereTheNeedleWas) {
 TEST_F(NavigatorTest, NothingIsLiveAtTheEnd) {
   place(SafetyState::kValid, "");
   feed(0, 100);
-  navigator_.on_event({ms(100), picture(1, 95)});
+  navigator_.add_image(picture(1, 95));
   Epoch epoch = refresh(100);
   ASSERT_TRUE(epoch.guidance);
   epoch.plane = {SafetyState::kLost, "far away"};
@@ -123,7 +123,7 @@ TEST_F(NavigatorTest, NothingIsLiveAtTheEnd) {
 TEST_F(NavigatorTest, AnEpochThatIsStillShownAges) {
   place(SafetyState::kValid, "");
   feed(0, 100);
-  navigator_.on_event({ms(100), picture(1, 100)});
+  navigator_.add_image(picture(1, 100));
   const Epoch live = refresh(100);
   ASSERT_EQ(live.plane.state, SafetyState::kValid);
   ASSERT_TRUE(live.guidance);
@@ -159,7 +159,7 @@ TEST_F(NavigatorTest, AnOccludedNeedleIsNeverShownAtItsLastPose) {
   feed(0, 100);
   RawPose occluded = pose(110, {0, 0, 0});
   occluded.status = TrackingStatus::kOccluded;
-  navigator_.on_event({ms(110), NeedlePose{occluded}});
+  navigator_.add_pose(ToolRole::kNeedle, occluded);
   const Epoch epoch = refresh(110);
   EXPECT_EQ(epoch.needle.state, SafetyState::kLost);
   EXPECT_FALSE(epoch.ct_from_needle);
@@ -170,7 +170,7 @@ TEST_F(NavigatorTest, AnOccludedNeedleIsNeverShownAtItsLastPose) {
 TEST_F(NavigatorTest, AnOldPictureIsStaleThenLost) {
   place(SafetyState::kValid, "");
   feed(0, 100);
-  navigator_.on_event({ms(100), picture(1, 100)});
+  navigator_.add_image(picture(1, 100));
   EXPECT_EQ(refresh(120).plane.state, SafetyState::kValid);
   EXPECT_EQ(refresh(201).plane.state, SafetyState::kStale);
   EXPECT_EQ(refresh(700).plane.state, SafetyState::kLost);
@@ -179,18 +179,18 @@ TEST_F(NavigatorTest, AnOldPictureIsStaleThenLost) {
 TEST_F(NavigatorTest, AccountsForEveryPicture) {
   feed(0, 100);
   for (int i = 0; i < 5; ++i) {
-    navigator_.on_event({ms(50 + i), picture(static_cast<std::uint64_t>(i), 20 * i)});
+    navigator_.add_image(picture(static_cast<std::uint64_t>(i), 20 * i));
   }
-  navigator_.on_event({ms(60), picture(9, 0)});  // Backwards in time.
-  navigator_.on_event({ms(60), MissingFrame{10, "no_image", "0 x 0"}});
+  navigator_.add_image(picture(9, 0));  // Backwards in time.
+  navigator_.add_missing({"no_image", "0 x 0"});
   EXPECT_TRUE(refresh(100).frame_is_new);
   EXPECT_FALSE(refresh(101).frame_is_new) << "the same picture is not shown twice";
-  navigator_.on_event({ms(101), picture(11, 95)});
+  navigator_.add_image(picture(11, 95));
   navigator_.settle(ms(102), true, [](const auto&) {});
   navigator_.finish();
   const auto& ledger = navigator_.ledger();
   EXPECT_EQ(ledger.received(), 8u);
-  EXPECT_EQ(ledger.shown(), 1u);
+  EXPECT_EQ(ledger.delivered(), 1u);
   EXPECT_EQ(ledger.superseded(), 5u);
   EXPECT_EQ(ledger.rejected().at("time_not_increasing"), 1u);
   EXPECT_EQ(ledger.rejected().at("no_image"), 1u);

@@ -16,14 +16,14 @@ TEST(PlacementTest, SaysWhetherTheUserDeclaredItOrNobodyDid) {
   SweepSurvey sweep;
   sweep.paired = 1;
   PlacementOptions options;
-  auto found = place_ct(options, *ct, sweep, "Reference");
+  auto found = place_ct(options, *ct, sweep, std::nullopt, "Reference");
   ASSERT_TRUE(test::has_value(found));
   EXPECT_EQ(found->kind, "centred");
   EXPECT_EQ(found->placement.safety.state, SafetyState::kDegraded);
   EXPECT_NE(found->placement.safety.cause.find("centred on the sweep"), std::string::npos);
   EXPECT_EQ(found->placement.safety.cause.find("declaration"), std::string::npos);
   options.ct_from_reference = Eigen::Matrix4d::Identity();
-  found = place_ct(options, *ct, sweep, "Reference");
+  found = place_ct(options, *ct, sweep, std::nullopt, "Reference");
   ASSERT_TRUE(test::has_value(found));
   EXPECT_EQ(found->kind, "declared");
   EXPECT_EQ(found->placement.safety.state, SafetyState::kDegraded);
@@ -46,12 +46,12 @@ TEST(PlacementTest, SaysHowFarASweepLiesFromACtThatItNeverMeets) {
         Volume::create(grid, std::vector<std::int16_t>(grid.voxel_count(), 0), "thousand voxels");
     options.ct_from_reference = Eigen::Matrix4d::Identity();
     (*options.ct_from_reference)(0, 3) = x_mm;
-    const auto found = place_ct(options, *ct, sweep, "Reference");
+    const auto found = place_ct(options, *ct, sweep, std::nullopt, "Reference");
     return found ? found->outside : found.error().message;
   };
   EXPECT_EQ(outside(9), "");
   EXPECT_EQ(outside(-4), "");
-  EXPECT_EQ(outside(5000), "the sweep lies outside of the CT, its nearest picture 4991 mm away");
+  EXPECT_EQ(outside(5000), "the sweep lies outside the CT; its nearest image is 4991 mm away");
   // Along the CT's own axes, which are not those of its frame.
   grid.directions = Eigen::AngleAxisd(M_PI / 4, Eigen::Vector3d::UnitZ()).toRotationMatrix();
   EXPECT_NE(outside(7.1), "") << "in the box about the CT, beside the CT";

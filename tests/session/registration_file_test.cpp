@@ -165,7 +165,7 @@ TEST_F(RegistrationFileTest, BelongsToOneReadingOfItsRecording) {
   for (const auto& change : std::vector<std::function<void(RecordingRead&)>>{
            [](RecordingRead& r) { r.name = "fan.igs.mha"; },
            [](RecordingRead& r) { r.frames = 47; }, [](RecordingRead& r) { r.first_s += 0.01; },
-           [](RecordingRead& r) { r.last_s += 0.01; }}) {
+           [](RecordingRead& r) { *r.last_s += 0.01; }}) {
     RecordingRead another = other;
     change(another);
     EXPECT_TRUE(test::has_value(read(json, false, another)));

@@ -12,7 +12,7 @@ namespace {
 using std::chrono::milliseconds;
 
 /// Delivers a pose every 20 ms, received 5 ms later. Its x translation counts the poses.
-class CountingSource final : public PoseSource {
+class CountingSource final : public PoseStream {
  public:
   explicit CountingSource(int count) : count_(count) {}
   Result<RawPose> next(Deadline deadline) override {

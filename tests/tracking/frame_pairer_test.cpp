@@ -45,7 +45,7 @@ UltrasoundFrame picture(std::uint64_t sequence, int acquired_ms, int received_ms
 class FramePairerTest : public ::testing::Test {
  protected:
   FramePairer make(PairingOptions options = {}) {
-    return FramePairer(kProbeFromImage, std::nullopt, options, diagnostics_);
+    return FramePairer({kProbeFromImage}, std::nullopt, options, diagnostics_);
   }
   static void feed_poses(FramePairer& pairer, int from_ms, int to_ms) {
     for (int t = from_ms; t <= to_ms; t += 20) {
@@ -160,14 +160,14 @@ TEST_F(FramePairerTest, DoesNotInterpolateAcrossAnInvalidPose) {
   const auto out = pairer.take_ready(Timestamp(milliseconds(50)));
   ASSERT_EQ(out.size(), 1u);
   EXPECT_EQ(out[0].cause, "Probe.not_tracked");
-  EXPECT_EQ(pairer.rejected_poses().at("Probe.not_rigid"), 1u);
+  EXPECT_EQ(pairer.probe().ledger().rejected().at("not_rigid"), 1u);
   ASSERT_EQ(diagnostics_.entries().size(), 1u);
   EXPECT_NE(diagnostics_.entries()[0].message.find("nan"), std::string::npos);
 }
 
 TEST_F(FramePairerTest, AcceptsADeclaredFixedReferencePose) {
   FramePairer pairer(
-      kProbeFromImage,
+      {kProbeFromImage},
       Transform<Reference, Tracker>(Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), {},
       diagnostics_);
   pairer.add_probe_pose(raw(true_tracker_from_probe(0).matrix(), 0, 0));

@@ -20,7 +20,7 @@ constexpr std::array kAxes = {"reference_sigma_x_mm", "reference_sigma_y_mm",
                               "ct_sigma_y_mm",        "ct_sigma_z_mm"};
 constexpr std::size_t kAllNumbers = kRequired.size() - 1 + kAxes.size();
 
-/// The header that a file with these cells was meant to have.
+/// Column names that a file with this number of cells should have.
 std::vector<std::string> expected_columns(const std::vector<std::string>& cells) {
   std::vector<std::string> columns(kRequired.begin(), kRequired.end());
   if (cells.size() <= kRequired.size()) return columns;
@@ -32,7 +32,7 @@ std::vector<std::string> expected_columns(const std::vector<std::string>& cells)
   return columns;
 }
 
-/// Fills one line's numbers into the list.
+/// Adds a pair with the numbers of one line to the list.
 void add(const std::string& name, const std::array<double, kAllNumbers>& v, std::size_t columns,
          LandmarkList& list) {
   registration::LandmarkPair pair{name, {{v[0], v[1], v[2]}}, {{v[3], v[4], v[5]}}, 1.0};

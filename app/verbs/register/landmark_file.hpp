@@ -11,11 +11,11 @@
 
 namespace nav::app {
 
-/// What a landmark file holds.
+/// Contents of a landmark file.
 struct LandmarkList {
   std::vector<registration::LandmarkPair> pairs;
-  std::vector<registration::AnisotropicLandmark> shaped;  ///< The same pairs; empty without axes.
-  bool sigmas_given = false;  ///< False: the sigma of every pair is the default of 1 mm.
+  std::vector<registration::AnisotropicLandmark> shaped;  ///< All pairs again; empty without axes.
+  bool sigmas_given = false;  ///< False: every pair has the default sigma of 1 mm.
 };
 
 /// Reads landmark pairs from a comma-separated file with the header line

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kLandmarkMapStepMm = 20;
 
-/// The pairs with the axes of their errors that agree.
+/// Fits the pairs that were not rejected, with the axes of their errors.
 Result<registration::LandmarkRegistration> refine(const LandmarkList& list,
                                                   const std::vector<std::string>& rejected) {
   std::vector<registration::AnisotropicLandmark> kept;
@@ -26,7 +26,7 @@ Result<registration::LandmarkRegistration> refine(const LandmarkList& list,
   return registration::register_anisotropic_landmarks(kept);
 }
 
-/// Pairs whose CT points may be swapped without a residual that anybody would see.
+/// Finds pairs whose CT points can be swapped while the residual stays within its limit.
 std::vector<SwappedLandmarks> swapped(std::vector<registration::LandmarkPair> pairs) {
   std::vector<SwappedLandmarks> out;
   if (pairs.size() > kMostSwapped) return out;
@@ -42,7 +42,7 @@ std::vector<SwappedLandmarks> swapped(std::vector<registration::LandmarkPair> pa
   return out;
 }
 
-/// LandmarkOutcome::mirrored_fre_rms_mm.
+/// Computes LandmarkOutcome::mirrored_fre_rms_mm.
 std::optional<double> mirrored(std::vector<registration::LandmarkPair> pairs) {
   for (auto& pair : pairs) pair.reference.mm.x() = -pair.reference.mm.x();
   const auto fit = registration::register_landmarks(pairs);
@@ -74,7 +74,7 @@ Result<LandmarkOutcome> fit_list(const LandmarkList& list) {
     const double off = (outcome.fit.ct_from_reference * pair.reference - pair.ct).v.norm();
     outcome.rejected.push_back({pair.name, off});
   }
-  if (!robust) return outcome;  // It is refused anyway.
+  if (!robust) return outcome;  // Refused in any case.
   outcome.mirrored_fre_rms_mm = mirrored(kept);
   outcome.swapped = swapped(std::move(kept));
   return outcome;
@@ -95,7 +95,7 @@ Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path
                        path.string() + ": landmark '" + one.name + "' is not used: expected it " +
                            "within " + quantity(outcome->gate_sigmas, 2, "sigmas") +
                            " of the fit of the others, found it " +
-                           quantity(one.distance_mm, 1, "mm") + " off");
+                           quantity(one.distance_mm, 1, "mm") + " away");
   }
   if (!outcome->no_majority.empty()) {
     diagnostics.report(Severity::kWarning, "landmarks",
@@ -113,13 +113,11 @@ registration::Decision decide(const LandmarkOutcome& outcome, const Point<frames
   constexpr std::size_t kNoneToSpare = 3;
   if (outcome.fit.residuals.size() <= kNoneToSpare) {
     decision.warnings.push_back(
-        "landmarks used: expected at least 4, so that a wrong one is seen, found 3");
+        "landmarks used: expected at least 4, so that a wrong one can be detected, found 3");
   } else if (outcome.mirrored_fre_rms_mm) {
     decision.warnings.push_back(
-        "landmarks: expected some off the plane of the others, found all so near it that they fit "
-        "mirrored within " +
-        quantity(*outcome.mirrored_fre_rms_mm, 2, "mm") +
-        " too: left and right are not told apart");
+        "landmarks: all lie so near one plane that they also fit mirrored, within " +
+        quantity(*outcome.mirrored_fre_rms_mm, 2, "mm") + ": they cannot tell left from right");
   }
   constexpr double kSameTurnDeg = 5;
   constexpr double kDegrees = 180 / std::numbers::pi;
@@ -132,10 +130,10 @@ registration::Decision decide(const LandmarkOutcome& outcome, const Point<frames
       continue;
     }
     decision.warnings.push_back("landmarks '" + pair.one + "' and '" + pair.other +
-                                "' may be swapped: then they fit within " +
-                                quantity(pair.fre_rms_mm, 2, "mm") + ", turned by " +
-                                quantity(turned_deg, 0, "degrees") + ", the target " +
-                                quantity(moved_mm, 1, "mm") + " away");
+                                "' may be swapped: after a swap all fit within " +
+                                quantity(pair.fre_rms_mm, 2, "mm") + ", the pose is turned by " +
+                                quantity(turned_deg, 0, "degrees") + " and the target moves by " +
+                                quantity(moved_mm, 1, "mm"));
   }
   return decision;
 }

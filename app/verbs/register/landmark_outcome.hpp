@@ -14,48 +14,51 @@
 
 namespace nav::app {
 
-/// A pair that does not belong to the fit.
+/// Pair that is not used in the fit.
 struct RejectedLandmark {
   std::string name;
-  double distance_mm;  ///< From the fit of the others.
+  double distance_mm;  ///< Distance from the fit of the other pairs.
 };
 
-/// Two pairs whose points may have been taken for each other: swapped, they fit as well.
+/// Two pairs whose points may have been confused: swapped, they also fit within the limit.
 struct SwappedLandmarks {
   std::string one, other;
-  double fre_rms_mm;  ///< Of all pairs when these are swapped, within the limit of the residual.
-  Transform<frames::Ct, frames::Reference> ct_from_reference;  ///< Then.
+  double fre_rms_mm;  ///< Residual of all pairs after the swap, within the limit.
+  Transform<frames::Ct, frames::Reference> ct_from_reference;  ///< Pose after the swap.
 };
 
-/// What 'sonde register --landmarks' found.
+/// Result of 'sonde register --landmarks'.
 struct LandmarkOutcome {
-  registration::LandmarkRegistration fit;  ///< Of the pairs that agree.
+  registration::LandmarkRegistration fit;  ///< Fit of the pairs that agree.
   std::vector<RejectedLandmark> rejected;
-  double gate_sigmas;       ///< A pair farther from the fit is rejected, in its sigmas.
-  bool shaped;              ///< The errors' axes were given and used.
-  std::string no_majority;  ///< Why no pairs were singled out although they disagree; else empty:
-                            ///< the fit is then that of all pairs and never accepted.
-  std::vector<SwappedLandmarks> swapped = {};  ///< Of up to kMostSwapped pairs with a majority.
-  /// Residual of the pairs with one frame mirrored, RMS, where it is within the limit: they lie
-  /// nearly in one plane, and do not tell left from right.
+  double gate_sigmas;  ///< Pairs farther than this from the fit, in their sigmas, are rejected.
+  bool shaped;         ///< The file has the axes of the errors, and they were used.
+  /// Reason why no majority of pairs agrees; empty when there is one. Without a majority the fit
+  /// uses all pairs and is never accepted.
+  std::string no_majority;
+  std::vector<SwappedLandmarks> swapped = {};  ///< Empty without a majority, or above kMostSwapped.
+  /// RMS residual of the pairs with one frame mirrored; present when it is within the limit. The
+  /// pairs then lie nearly in one plane and cannot tell left from right.
   std::optional<double> mirrored_fre_rms_mm = {};
 };
 
-/// Longer lists have too many others to fit when two are swapped.
+/// Largest number of pairs for which swaps are tested. In longer lists the other pairs outweigh two
+/// that are swapped.
 inline constexpr std::size_t kMostSwapped = 60;
 
-/// Fits the pairs of a file that agree with each other (robust_landmarks.hpp), refined with the
-/// axes of their errors where the file has them; warns of every rejected pair. Without sigmas in
-/// the file a pair may be 5 mm off, the limit of the residual. Errors name the file.
+/// Fits the pairs of a file that agree with each other (robust_landmarks.hpp). If the file has the
+/// axes of the errors, the fit is refined with them. Warns of every rejected pair. If the file has
+/// no sigmas, a pair may be off by 5 mm, the limit of the residual. Errors name the file.
 Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path,
                                                Diagnostics& diagnostics);
 
-/// Whether the outcome may be used at a target. Warns where three pairs alone are used, which fit
-/// any wrong point somehow, where more fit as well mirrored, and where two that are swapped move
-/// the target beyond the limit of its error.
+/// Decides if the outcome may be used at a target. Warns when only three pairs are used, because
+/// three pairs fit even a wrong point; when the pairs also fit mirrored; and when a swap of two
+/// pairs moves the target beyond the limit of its error.
 registration::Decision decide(const LandmarkOutcome& outcome, const Point<frames::Ct>& target);
 
-/// docs/json.md, registration by landmarks. ct: adds the error over it; null: there is none.
+/// JSON of a registration by landmarks (docs/json.md). ct: adds the predicted error over the CT;
+/// may be null.
 io::Json json_of(const LandmarkOutcome& outcome, const registration::Decision& decision,
                  const Point<frames::Ct>& target, const Volume* ct);
 

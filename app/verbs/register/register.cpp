@@ -31,7 +31,7 @@ std::string joined(const std::vector<std::string>& reasons) {
 
 io::Json as_json(const Point<frames::Ct>& p) { return {p.mm.x(), p.mm.y(), p.mm.z()}; }
 
-/// What was refined beside the pose; null when nothing was.
+/// JSON of the scales that were refined together with the pose; null when there are none.
 io::Json as_json(const registration::Stretch& stretch, const std::string& model) {
   if (model == "none") return nullptr;
   io::Json json = {{"model", model}, {"depth_scale", stretch.depth_scale}};
@@ -54,7 +54,7 @@ Result<void> deliver(const io::Json& json, const SessionConfig& config,
 }
 
 struct Ground {
-  std::shared_ptr<const Volume> ct;  ///< Absent for landmarks alone.
+  std::shared_ptr<const Volume> ct;  ///< Absent for registration by landmarks alone.
   std::optional<LandmarkOutcome> landmarks;
 };
 
@@ -108,21 +108,21 @@ Result<Transform<frames::Ct, frames::Reference>> shape_start(const SessionConfig
     return rigid_from_matrix<frames::Ct, frames::Reference>(*config.placement.ct_from_reference);
   }
   return Error{ErrorCode::kUsage,
-               "--points: expected a start by --landmarks or --ct-from-reference, found neither"};
+               "--points requires a start pose by --landmarks or --ct-from-reference"};
 }
 
-/// What landmarks say of a pose by shape: an offset that all points share (of the pointer, or of
-/// the segmentation) goes into that pose unseen, and landmarks are what can show it. Adds a reason
-/// where the two poses are farther apart at the target than their predicted errors explain, a
-/// warning where there are none.
+/// Compares a pose by shape with landmarks. An offset that all points share (of the pointer or of
+/// the segmentation) shifts the pose by shape without a residual; only landmarks can show it. Adds
+/// a reason against the pose when the two poses are farther apart at the target than their
+/// predicted errors explain, and a warning when there are no landmarks.
 io::Json second_opinion(const Ground& ground, const registration::ShapeRegistration& result,
                         const Point<frames::Ct>& target, registration::Decision& decision) {
   constexpr double kSigmas = 3;
   if (!ground.landmarks) {
     if (decision.accepted) {
       decision.warnings.emplace_back(
-          "points: expected --landmarks beside them, which show an offset that all points share, "
-          "found none: it is not in the predicted error");
+          "points: an offset that all points share is not in the predicted error; --landmarks "
+          "would show it");
     }
     return nullptr;
   }
@@ -135,7 +135,7 @@ io::Json second_opinion(const Ground& ground, const registration::ShapeRegistrat
   if (!(apart_mm <= limit_mm)) {
     std::ostringstream text;
     text << std::setprecision(3) << "landmarks and shape: expected poses at most " << limit_mm
-         << " mm apart at the target, as their predicted errors say, found " << apart_mm << " mm";
+         << " mm apart at the target (from their predicted errors), found " << apart_mm << " mm";
     decision.refuse(text.str());
   }
   return {{"apart_mm", json_number(apart_mm)}, {"limit_mm", json_number(limit_mm)}};
@@ -177,7 +177,7 @@ Result<void> register_by_shape(const SessionConfig& config, const RegisterOption
   return {};
 }
 
-/// The value of an option whose name, by to_string(), was given.
+/// Value of an option whose to_string() is the given name.
 template <class T>
 Result<T> one_of(const std::string& option, const std::string& found,
                  std::initializer_list<T> values) {
@@ -196,7 +196,6 @@ struct Solver {
 };
 
 Result<Solver> choose_solver(const RegisterOptions& options) {
-  using enum registration::Similarity;
   using registration::Effort;
   using registration::PatchLoss;
   using registration::StretchModel;
@@ -204,12 +203,8 @@ Result<Solver> choose_solver(const RegisterOptions& options) {
   if (!effort) return effort.error();
   const bool moves = options.motion.breath_period_s || options.motion.deformable;
   if (*effort == Effort::kQuick && moves) {
-    return Error{ErrorCode::kUsage,
-                 "--effort quick: expected no --breath-period and no --deformable, found one"};
+    return Error{ErrorCode::kUsage, "--effort quick excludes --breath-period and --deformable"};
   }
-  const auto similarity =
-      one_of("--similarity", options.similarity, {kLc2, kNcc, kMutualInformation});
-  if (!similarity) return similarity.error();
   const auto loss = one_of("--loss", options.loss,
                            {PatchLoss::kNone, PatchLoss::kCauchy, PatchLoss::kGemanMcClure});
   if (!loss) return loss.error();
@@ -219,7 +214,6 @@ Result<Solver> choose_solver(const RegisterOptions& options) {
   if (!stretch) return stretch.error();
   registration::ImageRegistrationOptions solver = registration::with_effort(*effort);
   if (options.time_limit_s) solver.time_limit_s = *options.time_limit_s;
-  solver.similarity = *similarity;
   solver.loss.kind = *loss;
   solver.stretch = *stretch;
   solver.calibration_sigma_mm = options.calibration_sigma_mm;
@@ -227,8 +221,10 @@ Result<Solver> choose_solver(const RegisterOptions& options) {
   return Solver{solver, registration::limits_for(*effort)};
 }
 
-/// A needle that is tracked by itself is off by what the pose took up of a wrong calibration, which
-/// pictures do not show: a warning where that may be a lot and is not predicted; else empty.
+/// Warning about an error of the needle that ultrasound images cannot show; empty for none. A wrong
+/// probe calibration may be hidden in the registered pose; a separately tracked needle is then
+/// displaced by this error. The warning is given when the hidden error may be large and is not part
+/// of the predicted error.
 std::string hidden_from_needle(const SessionConfig& config, const RegisterOptions& options,
                                const registration::ImageRegistrationResult& result) {
   constexpr double kMostUnnoticedMm = 2;
@@ -237,7 +233,7 @@ std::string hidden_from_needle(const SessionConfig& config, const RegisterOption
     const bool calibration = misfit.cause == registration::MisfitCause::kCalibration;
     if (!calibration || !(misfit.unnoticed > kMostUnnoticedMm)) continue;
     return "needle: " + registration::unnoticed_in_words({misfit}) +
-           ": turn the probe about another axis too, or say how well it is calibrated "
+           ": turn the probe around another axis too, or give the accuracy of its calibration "
            "(--calibration-sigma-mm)";
   }
   return "";
@@ -252,7 +248,8 @@ Result<Sweep> read_sweep(session::RecordedSession& session, const std::string& c
   return Sweep::create(std::move(frames), calibration_id);
 }
 
-/// How the probe was held, where that is declared. Directions of the patient, Ct (LPS).
+/// Options of the search over the skin, with the declared direction of the probe's marker, if any.
+/// Directions are in Ct (LPS).
 Result<registration::SkinSearchOptions> choose_search(const SessionConfig& config,
                                                       const RegisterOptions& options) {
   const std::map<std::string, Eigen::Vector3d> directions = {
@@ -270,15 +267,16 @@ Result<registration::SkinSearchOptions> choose_search(const SessionConfig& confi
   if (config.placement.ct_from_reference || !config.placement.registration.empty() ||
       !options.landmarks.empty()) {
     return Error{ErrorCode::kUsage,
-                 "--marker-towards: expected no start pose, which says how the probe was held, "
-                 "found one"};
+                 "--marker-towards: expected no start pose, because a start pose already says how "
+                 "the probe was held, found one"};
   }
   search.marker_towards = found->second;
   return search;
 }
 
-/// From the start that was given; without one all over the body, which is then what the start's
-/// kind says, or from the centre rule where the CT shows no skin that the sweep fits on.
+/// Registers a sweep from its start pose. Without a start pose it searches over the skin of the
+/// whole body and sets start.kind to "skin". If the CT shows no skin that the sweep fits, it starts
+/// from the centre rule.
 Result<registration::ImageRegistrationResult> register_from(
     session::Placement& start, const Volume& ct, const Sweep& sweep,
     const registration::ImageRegistrationOptions& solver,
@@ -292,21 +290,21 @@ Result<registration::ImageRegistrationResult> register_from(
     const auto begin = std::chrono::steady_clock::now();
     auto found = registration::register_on_skin(ct, sweep, solver, search, console, progress);
     if (found) start.kind = "skin";
-    // The one who set the limit is told, rather than one who maintains a device.
+    // Refused, not a timeout: the user set this limit, and no device failed.
     if (!found && found.error().code == ErrorCode::kTimeout) {
       return Error{ErrorCode::kRefused, found.error().message};
     }
-    // Nowhere held as declared: no other pose is an answer.
+    // If no pose agrees with the declared marker, no other pose may be the answer.
     if (found || search.marker_towards || found.error().code != ErrorCode::kRefused) return found;
     from_start.time_limit_s = std::max(solver.time_limit_s - seconds_since(begin), 1e-9);
     console.report(Severity::kWarning, "register",
-                   found.error().message + "; the search begins from: " + start.statement);
+                   found.error().message + "; the search starts from: " + start.statement);
   }
   return registration::register_sweep(ct, sweep, start.placement.ct_from_reference, from_start,
                                       console, progress);
 }
 
-/// A sweep, and where its registration begins.
+/// Sweep with the start of its registration.
 struct OpenedSweep {
   session::RecordedSession session;
   session::SweepSurvey survey;
@@ -324,7 +322,7 @@ Result<OpenedSweep> open_sweep(const SessionConfig& config, const Ground& ground
     console.report(Severity::kWarning, "recording", surveyed->warning);
   }
   auto start =
-      session::place_ct(config.placement, *ground.ct, *surveyed, session->reference_frame());
+      session::place_ct(config.placement, *ground.ct, *surveyed, surveyed->recording, session->reference_frame());
   if (!start) return start.error();
   if (start->kind == "declared" && !start->outside.empty()) {
     console.report(Severity::kWarning, "start", start->outside);
@@ -339,7 +337,7 @@ Result<OpenedSweep> open_sweep(const SessionConfig& config, const Ground& ground
                      std::move(*sweep)};
 }
 
-/// report.json of a sweep, without what its motion adds.
+/// Contents of report.json for a sweep, without the results.
 io::Json report_of(const SessionConfig& config, const RegisterOptions& options, const Volume& ct,
                    const OpenedSweep& opened, const Point<frames::Ct>& target) {
   io::Json json;
@@ -359,13 +357,13 @@ io::Json report_of(const SessionConfig& config, const RegisterOptions& options, 
                                          : json_of(start.placement.ct_from_reference.matrix())}};
   json["target_ct_mm"] = as_json(target);
   json["effort"] = options.effort;
-  json["similarity"] = options.similarity;
+  json["similarity"] = registration::to_string(registration::Similarity::kLc2);
   json["loss"] = options.loss;
   json["calibration_sigma_mm"] = options.calibration_sigma_mm;
   return json;
 }
 
-/// The picture of the sweep's middle before and after.
+/// Writes the image with the middle of the sweep before and after registration.
 Result<void> write_registration_picture(const SessionConfig& config, const Volume& ct,
                                         const OpenedSweep& opened,
                                         const Transform<frames::Ct, frames::Reference>& answer,
@@ -416,7 +414,7 @@ Result<void> register_by_pictures(const SessionConfig& config, const RegisterOpt
     decision.warnings.push_back(hidden);
   }
   report_warnings(decision.warnings, console);
-  // Told already, before the registration; what is accepted keeps it.
+  // This warning was reported before the registration; an accepted registration keeps it.
   const std::string& moved = opened->survey.warning;
   if (decision.accepted && !moved.empty()) decision.warnings.push_back(moved);
   if (const auto blind = registration::unnoticed_in_words(answer.misfits); !blind.empty()) {
@@ -441,7 +439,7 @@ Result<void> register_by_pictures(const SessionConfig& config, const RegisterOpt
   return {};
 }
 
-/// Options that contradict, or lack what they are of.
+/// Rejects options that contradict each other or lack the input that they need.
 Result<void> refuse_contradictions(const SessionConfig& config, const RegisterOptions& options,
                                    const Ground& ground) {
   const auto refuse = [](const std::string& text) { return Error{ErrorCode::kUsage, text}; };
@@ -449,22 +447,22 @@ Result<void> refuse_contradictions(const SessionConfig& config, const RegisterOp
   const bool by_pictures = !config.source.recording.empty();
   const bool moves = options.motion.breath_period_s || options.motion.deformable;
   if (by_shape && moves) {
-    return refuse(std::string("--points: expected no ") +
+    return refuse(std::string("--points excludes ") +
                   (options.motion.breath_period_s ? "--breath-period" : "--deformable") +
-                  ", which is of a sweep, found both");
+                  ", which requires a sweep");
   }
   if (!options.marker_towards.empty() && (by_shape || !by_pictures)) {
-    return refuse("--marker-towards: expected a sweep, found none");
+    return refuse("--marker-towards requires a sweep");
   }
   if (by_shape && !by_pictures) return {};
   if (by_shape || !options.shape.surface.empty() || !options.shape.centre_lines.empty()) {
-    return refuse("--surface, --centre-lines: expected --points and no sweep, found otherwise");
+    return refuse("--surface and --centre-lines require --points and exclude a sweep");
   }
   if (!by_pictures && moves) {
-    return refuse("--breath-period, --deformable: expected a sweep, found none");
+    return refuse("--breath-period and --deformable require a sweep");
   }
   if (!by_pictures && !ground.landmarks) {
-    return refuse("register: expected a sweep or --landmarks, found neither");
+    return refuse("register requires a sweep, --points or --landmarks");
   }
   return {};
 }
@@ -477,7 +475,7 @@ std::vector<std::string> register_outputs() {
 
 Result<void> run_register(const SessionConfig& config, const RegisterOptions& options,
                           const std::optional<std::string>& json_file, Console& console) {
-  // A run that stops must not leave the answer of an earlier one behind.
+  // Remove the results of an earlier run, so that they do not seem to be of this run if it stops.
   std::error_code ignored;
   if (json_file && std::filesystem::is_regular_file(*json_file, ignored)) {
     std::filesystem::remove(*json_file, ignored);

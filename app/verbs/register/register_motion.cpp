@@ -15,7 +15,7 @@ constexpr double kShortestBreathS = 1;
 constexpr double kLongestBreathS = 20;
 constexpr int kReportedPhases = 8;
 
-/// A refinement that the data could not even be tried on.
+/// JSON of a refinement that could not be tried with these data.
 io::Json not_tried(const std::string& reason) { return {{"supported", false}, {"reason", reason}}; }
 
 void say(const std::string& model, const io::Json& outcome, Console& console) {
@@ -46,7 +46,7 @@ io::Json as_json(const registration::PhaseResult& found, double period_s) {
           {"gain_sigmas", found.gain_sigmas}};
 }
 
-/// Enough to evaluate it anywhere; null where there is none.
+/// JSON with all values needed to evaluate the field at any point; null when it is not supported.
 io::Json as_json(const registration::SplineField& field, bool supported) {
   if (!supported) return nullptr;
   const auto& c = field.coefficients();
@@ -103,15 +103,15 @@ std::vector<double> phases_by_period(const Sweep& sweep, double period_s) {
 
 namespace {
 
-/// What became of the common pose.
+/// JSON of the decision about the common pose.
 io::Json json_of_common(const MotionOutcome& outcome) {
   return {{"accepted", outcome.decision.accepted},
           {"reasons", outcome.decision.reasons},
           {pose_key(outcome.decision), json_of(outcome.result.ct_from_reference.matrix())}};
 }
 
-/// The motion takes the place of the common pose; what became of that one is said. Nothing is
-/// claimed of a motion that is refused.
+/// Replaces the common pose by the motion, and keeps the decision about the common pose in the
+/// JSON. A refused motion gets no amplitude and no phases.
 void take(const registration::MovingRegistration& moving, const Point<frames::Ct>& target,
           MotionOutcome& outcome) {
   io::Json& json = outcome.json["breath"];
@@ -130,7 +130,8 @@ void take(const registration::MovingRegistration& moving, const Point<frames::Ct
   json["phases"] = phases_of(moving.motion);
 }
 
-/// The pictures held still, where a motion was accepted.
+/// Refines the motion with the breath. Returns the sweep with that motion removed; absent when no
+/// motion was accepted.
 std::optional<Sweep> refine_breath(const Volume& ct, const Sweep& sweep,
                                    const Point<frames::Ct>& target, double period_s,
                                    const registration::ImageRegistrationOptions& solver,
@@ -138,7 +139,8 @@ std::optional<Sweep> refine_breath(const Volume& ct, const Sweep& sweep,
   io::Json& json = outcome.json["breath"];
   std::optional<Sweep> still;
   if (!registration::may_be_moving(outcome.result, {})) {
-    json = not_tried("expected a common pose that lacks no overlap, which no breath explains");
+    json = not_tried(
+        "the common pose failed or lacks overlap with the CT, which breathing does not explain");
   } else {
     registration::PhaseOptions fit;
     fit.ridge = solver.ridge;
@@ -162,8 +164,8 @@ std::optional<Sweep> refine_breath(const Volume& ct, const Sweep& sweep,
   return still;
 }
 
-/// The answer becomes that in the bent CT where it is accepted; nothing is claimed of one that is
-/// refused.
+/// Replaces the result by the registration in the deformed CT, if that is accepted. A refused one
+/// only changes the JSON.
 void take(const registration::DeformedRegistration& deformed, const Point<frames::Ct>& target,
           MotionOutcome& outcome) {
   io::Json& json = outcome.json["deformable"];
@@ -175,7 +177,8 @@ void take(const registration::DeformedRegistration& deformed, const Point<frames
     json["supported"] = false;
     json["model"] = "rigid";
     json["field"] = nullptr;
-    json["reason"] = deformed.tissue.reason + ", but in the CT so bent the registration is refused";
+    json["reason"] =
+        deformed.tissue.reason + ", but the registration in the deformed CT is refused";
     json["refused"] = decision.reasons;
     return;
   }
@@ -188,7 +191,8 @@ void refine_tissue(const Volume& ct, const Sweep& sweep, const Point<frames::Ct>
                    MotionOutcome& outcome) {
   io::Json& json = outcome.json["deformable"];
   if (!registration::may_be_moving(outcome.result, {})) {
-    json = not_tried("expected a pose that lacks no overlap, which no deformation explains");
+    json = not_tried(
+        "the pose failed or lacks overlap with the CT, which deformation does not explain");
   } else {
     registration::DeformableOptions fit;
     fit.ridge = solver.ridge;

@@ -12,32 +12,33 @@
 
 namespace nav::app {
 
-/// What 'sonde register' refines after the common pose of all pictures.
+/// Refinements of 'sonde register' after the common pose of all images.
 struct MotionOptions {
-  std::optional<double> breath_period_s;  ///< [1, 20]; phases are the pictures' times by it.
-  bool deformable = false;                ///< A smooth displacement of the tissue.
+  std::optional<double> breath_period_s;  ///< [1, 20]; gives each image its phase of the breath.
+  bool deformable = false;                ///< Refine a smooth displacement of the tissue.
 };
 
-/// A refusal of a period out of its range.
+/// Rejects a period out of its range.
 Result<void> validate(const MotionOptions& options);
 
-/// Phase of each picture, [0, 1), 0 at the first. Precondition: period_s > 0.
+/// Phase of the breath at each image, [0, 1), 0 at the first. Precondition: period_s > 0.
 std::vector<double> phases_by_period(const Sweep& sweep, double period_s);
 
-/// What the motion options made of a registration. Members `breath` and `deformable` of json are
-/// null where not asked for (docs/json.md).
+/// Registration after the refinements of MotionOptions.
 struct MotionOutcome {
-  /// The answer: the common pose's, or the pose at rest where the pictures say that the patient
+  /// Result with the common pose, or with the pose at rest when the images show that the patient
   /// moves with the breath.
   registration::ImageRegistrationResult result;
-  registration::Decision decision;  ///< On it.
+  registration::Decision decision;  ///< Decision about result.
+  /// Members `breath` and `deformable` (docs/json.md); null for refinements that were not
+  /// requested.
   io::Json json;
 };
 
-/// Motion by phase and deformation about a registration, each with the choice of model and why.
-/// A motion that is supported takes the place of the common pose, accepted or not, and is judged by
-/// the same limits; limits are those of the common pose. What the data do not support, or cannot
-/// show, is said in json and reported, and is no error.
+/// Refines a registration by motion with the breath and by deformation, and says for each which
+/// model was chosen and why. A motion that the data support replaces the common pose, accepted or
+/// not, and the same limits judge it. A refinement that the data do not support or cannot show is
+/// reported in json and as a message; it is not an error. limits: of the common pose.
 Result<MotionOutcome> refine_motion(const Volume& ct, const Sweep& sweep,
                                     const registration::ImageRegistrationResult& common,
                                     const Point<frames::Ct>& target, const MotionOptions& options,

@@ -11,17 +11,17 @@ namespace nav::app {
 /// Files of 'sonde register --points'.
 struct ShapeFiles {
   std::filesystem::path points;        ///< Tracked, Reference, mm (io::read_point_groups).
-  std::filesystem::path surface;       ///< Mesh in CT coordinates; or:
-  std::filesystem::path centre_lines;  ///< Branches of vessels in CT coordinates; points hold
-                                       ///< branches then.
+  std::filesystem::path surface;       ///< Mesh in CT coordinates, or empty.
+  std::filesystem::path centre_lines;  ///< Branches of vessels in CT coordinates, or empty; the
+                                       ///< tracked points are then branches too.
 };
 
-/// Lays tracked points onto a surface, or vessels onto centre lines, from a start pose. Errors name
-/// the file.
+/// Registers tracked points to a surface, or tracked vessels to centre lines, from a start pose.
+/// Errors name the file.
 Result<registration::ShapeRegistration> register_shape_files(
     const ShapeFiles& files, const Transform<frames::Ct, frames::Reference>& start);
 
-/// docs/json.md, registration by surface or vessels.
+/// JSON of a registration by surface or vessels (docs/json.md).
 io::Json json_of(const registration::ShapeRegistration& result,
                  const registration::Decision& decision, const Point<frames::Ct>& target);
 

@@ -9,12 +9,12 @@
 
 namespace nav::app {
 
-/// What the picture of a registration is written as.
+/// File name of a registration's image.
 inline constexpr const char* kRegistrationPicture = "registration.png";
 
-/// One ultrasound picture of a sweep beside checkerboards of it with the CT, before and after
-/// registration: structures that run on across the squares are aligned. One that was not accepted
-/// is captioned as refused, in red.
+/// Draws an ultrasound image of a sweep beside checkerboards of it with the CT, before and after
+/// registration. Structures that continue across the squares are aligned. A registration that was
+/// not accepted has the caption "refused", in red.
 Image2d<Rgba8> registration_picture(const Volume& ct, const TrackedFrame& frame,
                                     const Transform<frames::Ct, frames::Reference>& before,
                                     const Transform<frames::Ct, frames::Reference>& after,

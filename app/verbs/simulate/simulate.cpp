@@ -33,8 +33,8 @@ Result<sim::ProbeModel> probe_of(const SimulateOptions& options, const sim::Pati
   return probe;
 }
 
-/// A convex probe is led over an organ, a linear one along a part of the neck or a limb, a sector
-/// probe within a craniotomy.
+/// Usual length of a slide: a convex probe moves over an organ, a linear probe along a part of the
+/// neck or a limb, a sector probe within a craniotomy.
 double usual_length_mm(sim::ProbeKind probe) {
   switch (probe) {
     case sim::ProbeKind::kConvex:
@@ -49,7 +49,8 @@ double usual_length_mm(sim::ProbeKind probe) {
 
 Duration milliseconds_of(double ms) { return from_seconds(1e-3 * ms); }
 
-/// A picture that is stamped late arrives no earlier than its stamp.
+/// Sets the timing of tracker and images. An image with a late stamp arrives no earlier than its
+/// stamp.
 void set_timing(const SimulateOptions& options, sim::SimulatedSessionOptions& out) {
   out.timing.rate_hz = options.tracker_rate_hz;
   out.timing.latency = milliseconds_of(options.latency_ms);
@@ -61,8 +62,8 @@ void set_timing(const SimulateOptions& options, sim::SimulatedSessionOptions& ou
   out.image_timing.latency = std::max(out.image_timing.latency, out.image_timing.stamp_offset);
 }
 
-/// The usual direction of the motion, scaled to the amplitude that was asked for; of a recorded CT,
-/// which may lie anywhere, reached in the middle of what is looked at.
+/// Breathing in the usual direction, scaled to the wanted amplitude. A recorded CT may lie
+/// anywhere, so its motion is centred on the targets.
 Result<sim::BreathingOptions> breathing_of(const SimulateOptions& options,
                                            const sim::Patient& patient) {
   sim::BreathingOptions breathing;
@@ -82,7 +83,7 @@ Result<sim::BreathingOptions> breathing_of(const SimulateOptions& options,
   return breathing;
 }
 
-/// Nothing where no needle is wanted.
+/// Options of the needle; absent when the user wants none.
 Result<std::optional<sim::NeedleInsertionOptions>> needle_of(const SimulateOptions& options) {
   if (options.needle == "none") return std::optional<sim::NeedleInsertionOptions>();
   const auto kind = sim::bending_kind_from(options.needle);
@@ -150,15 +151,15 @@ std::filesystem::path truth_file(const SimulateOptions& options) {
   return std::filesystem::path(options.out).replace_extension(".truth.json");
 }
 
-/// Nothing that is written may be written over by what follows.
+/// Rejects output files that would overwrite each other.
 Result<void> check_files(const SimulateOptions& options) {
   namespace fs = std::filesystem;
   const auto place = [](const fs::path& path) { return fs::absolute(path).lexically_normal(); };
   const auto apart = [&](const std::string& what, const fs::path& path, const std::string& from,
                          const fs::path& other) -> Result<void> {
     if (place(path) != place(other)) return {};
-    return Error{ErrorCode::kUsage, what + ": expected another file than that of " + from +
-                                        ", found " + path.string() + " for both"};
+    return Error{ErrorCode::kUsage, what + ": expected another file than " + from + ", found " +
+                                        path.string() + " for both"};
   };
   if (auto ok = apart("--truth", truth_file(options), "--out", options.out); !ok) return ok;
   if (options.ct.empty()) return {};
@@ -174,7 +175,7 @@ Result<void> write_ct(const sim::SimulatedSession& session, const SimulateOption
   sim::CtOptions ct;
   ct.seed = options.seed;
   ct.spacing_mm = Eigen::Vector3d::Constant(options.ct_spacing_mm);
-  // Wherever the recorded one lies; patients of a family lie about the origin.
+  // A recorded CT may lie anywhere; patients of a family lie around the origin.
   if (!options.patient_ct.empty()) ct.region = sim::region_of(session.patient());
   const auto volume = sim::scan_ct(session.patient(), ct);
   if (!volume) return Error{volume.error().code, "--ct-spacing-mm: " + volume.error().message};
@@ -193,11 +194,11 @@ Result<void> run_simulate(const SimulateOptions& options, Console& console) {
   if (!session_settings) return session_settings.error();
   const auto session = sim::SimulatedSession::create(*session_settings, *patient);
   if (!session) return session.error();
-  console.begin("pictures");
+  console.begin("images");
   const auto recording =
       record(*session, options.out, options.compress, [&](double f) { console.progress(f); });
   if (!recording) return recording.error();
-  console.end(std::to_string(recording->frames.size()) + " pictures");
+  console.end(std::to_string(recording->frames.size()) + " images");
   const std::filesystem::path truth = truth_file(options);
   if (auto written = write_json(truth_of(*session, *recording), truth.string()); !written) {
     return written;

@@ -13,13 +13,13 @@ namespace {
 
 constexpr Duration kLongestGap = std::chrono::milliseconds(200);
 
-/// All poses of one body, by their stamps.
+/// All poses of one body, in the order of their stamps.
 struct PoseTrack {
   std::vector<RawPose> poses;
   std::vector<sim::FaultRecord> faults;
 };
 
-PoseTrack collect(std::unique_ptr<PoseSource> source, const sim::FaultPlan& plan,
+PoseTrack collect(std::unique_ptr<sim::PoseStream> source, const sim::FaultPlan& plan,
                   std::uint64_t stream) {
   sim::FaultyPoseSource faulty(std::move(source), plan, stream);
   PoseTrack track;
@@ -37,7 +37,7 @@ std::optional<Transform<frames::Tracker, Body>> good(const RawPose& pose) {
   return *rigid;
 }
 
-/// The body's pose at a time, as a recorder makes it.
+/// Pose of a body at a time, computed as a recorder does.
 template <class Body>
 io::NamedTransform pose_at(const PoseTrack& track, Timestamp time, const char* name) {
   io::NamedTransform out{name, Eigen::Matrix4d::Constant(std::nan("")), TrackingStatus::kInvalid};
@@ -58,7 +58,7 @@ io::NamedTransform pose_at(const PoseTrack& track, Timestamp time, const char* n
   const bool later = after != track.poses.end() && after->acquired - time < time - before->acquired;
   const RawPose& nearest = later ? *after : *before;
   out.to_from_from = nearest.tracker_from_body;
-  // A file cannot claim numbers that are not there.
+  // A pose with numbers that are not finite cannot be OK.
   const bool finite = nearest.tracker_from_body.allFinite();
   out.status =
       finite || nearest.status != TrackingStatus::kOk ? nearest.status : TrackingStatus::kInvalid;

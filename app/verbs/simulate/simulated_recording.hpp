@@ -10,28 +10,29 @@
 
 namespace nav::app {
 
-/// What a recorder wrote for one picture.
+/// Record of one image as the recorder wrote it.
 struct RecordedFrame {
-  std::uint64_t sequence;  ///< Index of the picture in the session.
-  Timestamp stamped;       ///< As the device said.
+  std::uint64_t sequence;  ///< Index of the image in the session.
+  Timestamp stamped;       ///< Time stamp from the device.
 };
 
-/// A recording and what was done to its streams.
+/// Recording and the faults of its streams.
 struct SimulatedRecording {
-  std::vector<RecordedFrame> frames;  ///< In order of the file.
+  std::vector<RecordedFrame> frames;  ///< Images in the order of the file.
   std::vector<sim::FaultRecord> probe_faults, reference_faults, needle_faults, frame_faults;
 };
 
-/// Records a session as a PLUS server does: one frame of the file per picture, in order of arrival,
-/// with each body's pose interpolated at the picture's stamp between two good samples at most
-/// 200 ms apart, otherwise the nearest sample as it came. ImageToProbe comes with every frame; with
-/// a needle, NeedleToTracker (its hub) and NeedleTipToNeedle (its straight tip on the hub) as well.
-/// path ends in .mha or .nrrd. progress: fraction in [0, 1].
+/// Records a session as a PLUS server does. The file has one entry per image, in order of arrival.
+/// Each body's pose is interpolated at the image's stamp between two good samples at most 200 ms
+/// apart; otherwise it is the nearest sample, unchanged. Every entry has ImageToProbe; with a
+/// needle also NeedleToTracker (its hub) and NeedleTipToNeedle (its straight tip relative to the
+/// hub). path: ends in .mha or .nrrd. progress: fraction in [0, 1].
 Result<SimulatedRecording> record(const sim::SimulatedSession& session,
                                   const std::filesystem::path& path, bool compress,
                                   const std::function<void(double)>& progress);
 
-/// Where pixels (column, row, 0) lie in the Image frame, mm; the third column as long as the first.
+/// Transform from pixels (column, row, 0) to the Image frame, mm; its third column is as long as
+/// the first.
 Eigen::Matrix4d image_from_pixels(const PixelGrid& grid);
 
 }  // namespace nav::app

@@ -35,7 +35,7 @@ io::Json json_of_breathing(const sim::BreathingOptions& o) {
           {"stretch", o.stretch}};
 }
 
-/// Null where the tissue lies as in the CT.
+/// JSON of the deformation; null when there is none.
 io::Json json_of_deformation(const sim::SimulatedSession& session) {
   if (session.deformation() == nullptr) return nullptr;
   io::Json json = {{"largest_mm", session.options().deformation.largest_mm},
@@ -78,7 +78,7 @@ io::Json json_of_needle(const sim::NeedleInsertion& needle) {
           {"needle_from_tip_mm", json_of(needle.hub_from_needle().matrix())}};
 }
 
-/// Of one picture.
+/// JSON of the needle at one image.
 io::Json json_of_needle(const sim::NeedleTruth& needle, const sim::Warp& warp) {
   return {{"inserted_mm", needle.inserted_mm},
           {"ct_from_straight_tip_mm", json_of(needle.ct_from_needle.matrix())},

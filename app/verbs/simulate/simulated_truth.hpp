@@ -7,7 +7,7 @@
 
 namespace nav::app {
 
-/// Everything that was true of a simulated recording; the keys are documented in docs/simulate.md.
+/// JSON with the truth of a simulated recording; docs/simulate.md documents the keys.
 io::Json truth_of(const sim::SimulatedSession& session, const SimulatedRecording& recording);
 
 }  // namespace nav::app

@@ -6,7 +6,7 @@ namespace nav::render {
 
 const PredicateKind& confidence_predicate() {
   static const RangePredicate kind(
-      "confidence", "Share of the ultrasound that reaches the place within a range.",
+      "confidence", "Share of the ultrasound that reaches the voxel, within a range.",
       feature::kConfidence, {{"low", "1", 0, 1, 0.3}, {"high", "1", 0, 1, 1}});
   return kind;
 }

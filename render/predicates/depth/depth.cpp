@@ -8,7 +8,7 @@
 namespace nav::render {
 namespace {
 
-/// A half-space's depth as normal · position + offset, grid mm.
+/// The depth of a half-space is normal · position + offset, in grid mm.
 struct Slab {
   Eigen::Vector3d normal;
   double offset;
@@ -25,12 +25,13 @@ Segment ball_of(const FanScan& scan, const PredicatePlace& place) {
   return {apex, apex, scan.face_radius_mm};
 }
 
-/// Depth along the scan line: of a fan or parallel lines exactly, else from the feature volume.
+/// Depth along the scan line. It is exact for a fan or parallel lines; otherwise it comes from the
+/// feature volume.
 class Depth final : public PredicateKind {
  public:
   [[nodiscard]] std::string name() const override { return "depth"; }
   [[nodiscard]] std::string description() const override {
-    return "Distance from the probe's face along the scan line within a range.";
+    return "Distance from the probe's face along the scan line, within a range.";
   }
   [[nodiscard]] std::vector<PredicateParameter> parameters() const override {
     return {{"low_mm", "mm", -1e4, 1e4, 0}, {"high_mm", "mm", -1e4, 1e4, 30}};

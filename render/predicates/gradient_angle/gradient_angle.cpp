@@ -9,7 +9,7 @@
 namespace nav::render {
 namespace {
 
-/// The form a · along + b · across, a lower bound of which over ranges is exact.
+/// The linear form a · along + b · across. Its range over ranges of both values is exact.
 struct Linear {
   double along;
   double across;
@@ -22,15 +22,17 @@ struct Linear {
   }
 };
 
-/// sin(angle - low) and sin(high - angle), times the gradient: with all angles in [0, pi] both are
-/// >= 0 exactly within [low, high], without a division or an inverse cosine.
+/// Linear form of sin(angle - low) times the gradient. With it and below(), and with all angles in
+/// [0, pi], both forms are >= 0 exactly for angles within [low, high]. No division and no inverse
+/// cosine are needed.
 Linear above(double low) { return {-std::sin(low), std::cos(low)}; }
-/// [.., pi] means no upper end, although sin(pi) is not quite 0 in floating point.
+/// Linear form of sin(high - angle) times the gradient. A high of pi means no upper limit, although
+/// sin(pi) is not exactly 0 in floating point.
 Linear below(double high) {
   if (high >= M_PI) return {0, 1};
   return {std::sin(high), -std::cos(high)};
 }
-/// Tells 0 from pi, both of which have no part across: narrow ranges end before or behind a right
+/// Separates 0 from pi, whose across parts are both 0: a narrow range lies below or above a right
 /// angle.
 Linear side_of(double low, double high) {
   if (high < M_PI / 2) return {1, 0};
@@ -38,7 +40,7 @@ Linear side_of(double low, double high) {
   return {0, 0};
 }
 
-/// All three are >= 0 within [low, high].
+/// All three forms are >= 0 for angles within [low, high].
 std::array<Linear, 3> wedge_of(std::span<const double> p) {
   return {above(p[0]), below(p[1]), side_of(p[0], p[1])};
 }
@@ -57,13 +59,13 @@ Truth not_negative(const Range& r) {
   return r.low >= 0 ? Truth::kTrue : r.high < 0 ? Truth::kFalse : Truth::kUnknown;
 }
 
-/// Angle between the gradient and the scan line (§3.1); false where the gradient is too short to
-/// have a direction, or the scan line is unknown.
+/// Angle between the gradient and the scan line (§3.1). False if the gradient is too short to have
+/// a direction, or if the scan line is unknown.
 class GradientAngle final : public PredicateKind {
  public:
   [[nodiscard]] std::string name() const override { return "gradient_angle"; }
   [[nodiscard]] std::string description() const override {
-    return "Angle between the gradient and the scan line within a range; 0: brighter with depth.";
+    return "Angle between the gradient and the scan line, within a range; 0: brighter with depth.";
   }
   [[nodiscard]] std::vector<PredicateParameter> parameters() const override {
     return {{"low_rad", "rad", 0, M_PI, 0},

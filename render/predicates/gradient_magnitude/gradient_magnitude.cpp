@@ -6,7 +6,7 @@ namespace nav::render {
 
 const PredicateKind& gradient_magnitude_predicate() {
   static const RangePredicate kind(
-      "gradient_magnitude", "Steepness of the brightness within a range.",
+      "gradient_magnitude", "Magnitude of the brightness gradient, within a range.",
       feature::kGradientMagnitude,
       {{"low_per_mm", "1/mm", 0, 1e6, 0.05}, {"high_per_mm", "1/mm", 0, 1e6, 1e6}});
   return kind;

@@ -5,7 +5,7 @@
 namespace nav::render {
 
 const PredicateKind& intensity_predicate() {
-  static const RangePredicate kind("intensity", "Brightness within a range, as a share of white.",
+  static const RangePredicate kind("intensity", "Brightness as a share of white, within a range.",
                                    feature::kIntensity,
                                    {{"low", "1", -1e6, 1e6, 0.2}, {"high", "1", -1e6, 1e6, 1e6}});
   return kind;

@@ -10,12 +10,12 @@ namespace {
 
 std::uint32_t mask_of(std::span<const double> p) { return static_cast<std::uint32_t>(p[0]); }
 
-/// Some of the labels of a mask (§3.1, second version: a voxel grid of bit masks).
+/// True for at least one of the labels of a mask (§3.1, second version: a voxel grid of bit masks).
 class Label final : public PredicateKind {
  public:
   [[nodiscard]] std::string name() const override { return "label"; }
   [[nodiscard]] std::string description() const override {
-    return "Labelled with at least one bit of a mask, at the nearest voxel.";
+    return "The nearest voxel is labelled with at least one bit of a mask.";
   }
   [[nodiscard]] std::vector<PredicateParameter> parameters() const override {
     return {{"mask", "1", 1, 4294967295.0, 1}};

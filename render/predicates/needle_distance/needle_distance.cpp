@@ -5,12 +5,12 @@
 namespace nav::render {
 namespace {
 
-/// Distance from the needle's surface within a range; negative inside.
+/// Tests the distance from the needle's surface, which is negative inside.
 class NeedleDistance final : public PredicateKind {
  public:
   [[nodiscard]] std::string name() const override { return "needle_distance"; }
   [[nodiscard]] std::string description() const override {
-    return "Distance from the needle's surface within a range; negative inside.";
+    return "Distance from the needle's surface, within a range; negative inside.";
   }
   [[nodiscard]] std::vector<PredicateParameter> parameters() const override {
     return {{"low_mm", "mm", -1e4, 1e4, -1e4}, {"high_mm", "mm", -1e4, 1e4, 10}};

@@ -5,9 +5,9 @@
 namespace nav::render {
 
 const PredicateKind& snr_predicate() {
-  // Features end at 1000 (derived_features.hpp): from there on there is no upper end.
+  // Features end at 1000 (derived_features.hpp), so a greater upper limit has no effect.
   static const RangePredicate kind(
-      "snr", "Signal-to-noise ratio of the neighbourhood within a range.", feature::kSnr,
+      "snr", "Signal-to-noise ratio of the neighbourhood, within a range.", feature::kSnr,
       {{"low", "1", -1e6, 1e3, 2}, {"high", "1", -1e6, 1e6, 1e6}});
   return kind;
 }

@@ -5,7 +5,7 @@
 namespace nav::render {
 
 const PredicateKind& vesselness_predicate() {
-  static const RangePredicate kind("vesselness", "Frangi's measure of a tube within a range.",
+  static const RangePredicate kind("vesselness", "Frangi's measure of a tube, within a range.",
                                    feature::kVesselness,
                                    {{"low", "1", 0, 1, 0.1}, {"high", "1", 0, 1, 1}});
   return kind;

@@ -18,7 +18,7 @@ namespace {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kDeg = M_PI / 180;
 
-/// The public example of Slicer's developer guide.
+/// Example from Slicer's developer guide.
 const std::string kVp =
     "1\n1\n0.9\n0.1\n0.2\n10\n"
     "14 -3024 0 -86.9767 0 45.3791 0.169643 139.919 0.589286 347.907 0.607143 1224.16 0.607143 "
@@ -86,7 +86,7 @@ class LookFileTest : public ::testing::Test {
   std::filesystem::path path_;
 };
 
-TEST_F(LookFileTest, WhatIsWrittenIsRead) {
+TEST_F(LookFileTest, ReadsBackTheWrittenValues) {
   const LookFile look = full_look();
   ASSERT_TRUE(write_look_file(path_, look).has_value());
   const auto again = read_look_file(path_);
@@ -104,7 +104,7 @@ TEST_F(LookFileTest, WhatIsWrittenIsRead) {
   EXPECT_EQ(to_json_text(*again), to_json_text(look)) << "and written the same again";
 }
 
-TEST_F(LookFileTest, WhatTheFileDoesNotSayIsAbsent) {
+TEST_F(LookFileTest, PartsMissingInTheFileAreAbsent) {
   LookFile look = full_look();
   look.shading.reset();
   look.cutaway.reset();
@@ -112,14 +112,14 @@ TEST_F(LookFileTest, WhatTheFileDoesNotSayIsAbsent) {
   auto again = read(to_json_text(look));
   ASSERT_TRUE(test::has_value(again));
   EXPECT_FALSE(again->shading || again->cutaway || again->value_range);
-  look.cutaway.emplace();  // Said: no cutaway.
+  look.cutaway.emplace();  // Present, without a cutaway.
   again = read(to_json_text(look));
   ASSERT_TRUE(test::has_value(again));
   ASSERT_TRUE(again->cutaway.has_value());
   EXPECT_FALSE(again->cutaway->has_value());
 }
 
-TEST_F(LookFileTest, IsCarriedToAnotherDataSet) {
+TEST_F(LookFileTest, IsScaledToTheValueRangeOfAnotherVolume) {
   VoxelGrid grid;
   grid.size = {100, 10, 10};
   std::vector<std::int16_t> values(grid.voxel_count(), 0);
@@ -139,7 +139,7 @@ TEST_F(LookFileTest, IsCarriedToAnotherDataSet) {
   EXPECT_TRUE(render::same_classification(look_for(look, volume)->transfer, look.transfer));
 }
 
-TEST_F(LookFileTest, ReadsSlicersVp) {
+TEST_F(LookFileTest, ReadsVpFilesOfSlicer) {
   const auto look = read(kVp);
   ASSERT_TRUE(test::has_value(look));
   const auto opacity = [&](double hu) { return -std::expm1(-look->transfer.at(hu).tau_per_mm); };
@@ -154,7 +154,7 @@ TEST_F(LookFileTest, ReadsSlicersVp) {
   EXPECT_EQ(look->shading->shininess, 10);
 }
 
-TEST_F(LookFileTest, StepsOfSlicersCurvesStaySteps) {
+TEST_F(LookFileTest, KeepsStepsInCurvesOfSlicer) {
   const std::string opacities =
       "14 -3024 0 -86.9767 0 45.3791 0.169643 139.919 0.589286 347.907 0.607143 1224.16 0.607143 "
       "3071 0.616071";
@@ -175,7 +175,7 @@ TEST_F(LookFileTest, OpacitiesOfShortDistancesStayBelowOne) {
   EXPECT_NEAR(-std::expm1(-look->transfer.at(300, 100).tau_per_mm), 0.9999, 1e-9);
 }
 
-TEST_F(LookFileTest, ReadsSlicersJson) {
+TEST_F(LookFileTest, ReadsJsonFilesOfSlicer) {
   const auto look = read(kVpJson);
   ASSERT_TRUE(test::has_value(look));
   // 0.75 over 2 mm is 0.5 over 1 mm.
@@ -186,7 +186,7 @@ TEST_F(LookFileTest, ReadsSlicersJson) {
   EXPECT_EQ(look->shading->ambient, 0.15);
 }
 
-TEST_F(LookFileTest, AVolumePropertyThatDoesNotSayShadeIsNotShaded) {
+TEST_F(LookFileTest, AVolumePropertyWithoutShadeIsNotShaded) {
   EXPECT_TRUE(read(kVpJson)->shading->enabled);
   const auto silent = read(replaced(kVpJson, "\"shade\": true,", ""));
   ASSERT_TRUE(test::has_value(silent));
@@ -194,7 +194,7 @@ TEST_F(LookFileTest, AVolumePropertyThatDoesNotSayShadeIsNotShaded) {
   EXPECT_TRUE(read(replaced(kVpJson, "\"interpolationType\": \"linear\",", "")).has_value());
 }
 
-TEST_F(LookFileTest, TakesImportanceLikeAnyOther) {
+TEST_F(LookFileTest, AcceptsImportanceRules) {
   const auto look = read(kVp);
   ASSERT_TRUE(test::has_value(look));
   const auto f = render::with_importance(look->transfer, {{-3024, 100, 0.05}, {200, 3071, 1}});
@@ -205,7 +205,7 @@ TEST_F(LookFileTest, TakesImportanceLikeAnyOther) {
   EXPECT_NEAR(f->at(45).tau_per_mm, look->transfer.at(45).tau_per_mm, 1e-12);
 }
 
-TEST_F(LookFileTest, RefusesBrokenSlicerFiles) {
+TEST_F(LookFileTest, RejectsBrokenSlicerFiles) {
   const auto refused = [&](const std::string& text, std::initializer_list<std::string> pieces) {
     return test::refuses(read(text), ErrorCode::kMalformedData, pieces);
   };
@@ -242,7 +242,7 @@ TEST_F(LookFileTest, RefusesBrokenSlicerFiles) {
   EXPECT_TRUE(refused(R"({"volumeProperties": [{"components": 3}]})", {"one volume property"}));
 }
 
-TEST_F(LookFileTest, RefusesWhatSlicerHasAndSondeHasNot) {
+TEST_F(LookFileTest, RejectsFeaturesOfSlicerThatSondeLacks) {
   const auto refused = [&](const std::string& text, std::initializer_list<std::string> pieces) {
     return test::refuses(read(text), ErrorCode::kUnsupportedData, pieces);
   };
@@ -253,7 +253,7 @@ TEST_F(LookFileTest, RefusesWhatSlicerHasAndSondeHasNot) {
   EXPECT_TRUE(refused(R"({"volumeProperties": [{"components": [{}, {}]}]})", {"components", "2"}));
 }
 
-TEST_F(LookFileTest, RefusesNodesThatFallTogetherOnAVolume) {
+TEST_F(LookFileTest, RejectsNodesThatBecomeEqualOnAVolume) {
   LookFile look = full_look();
   look.value_range = render::ValueRange{-1e308, 1e308};
   VoxelGrid grid;
@@ -263,7 +263,7 @@ TEST_F(LookFileTest, RefusesNodesThatFallTogetherOnAVolume) {
       test::refuses(look_for(look, volume), ErrorCode::kMalformedData, {"value_range", "node"}));
 }
 
-TEST_F(LookFileTest, NamesAnglesAsTheFileDoes) {
+TEST_F(LookFileTest, NamesAnglesInTheUnitsOfTheFile) {
   const std::string good = to_json_text(full_look());
   const auto at = good.find("\"theta1_deg\": ");
   ASSERT_NE(at, std::string::npos);
@@ -279,7 +279,7 @@ TEST_F(LookFileTest, NamesAnglesAsTheFileDoes) {
   }
 }
 
-TEST_F(LookFileTest, IsToldByItsNameAndItsText) {
+TEST_F(LookFileTest, RecognisesFilesByTheirNameAndText) {
   const std::string mark = "\xef\xbb\xbf";
   for (const std::string& good : {to_json_text(full_look()), kVp, kVpJson}) {
     EXPECT_TRUE(test::has_value(read(mark + good)));
@@ -299,7 +299,7 @@ TEST_F(LookFileTest, IsToldByItsNameAndItsText) {
   std::filesystem::remove(json);
 }
 
-TEST_F(LookFileTest, RefusesNodesWithoutAValueOrAnOpacity) {
+TEST_F(LookFileTest, RejectsNodesWithoutAValueOrAnOpacity) {
   const auto node = [](const std::string& members) {
     return R"({"sonde_look": 1, "components": [{"name": "a", "nodes": [{"value": 0,)"
            R"("opacity_per_mm": 0}, {)" +
@@ -312,7 +312,7 @@ TEST_F(LookFileTest, RefusesNodesWithoutAValueOrAnOpacity) {
                             {"components[0].nodes[1].opacity_per_mm", "found nothing"}));
 }
 
-TEST_F(LookFileTest, RefusesBrokenLooks) {
+TEST_F(LookFileTest, RejectsBrokenAppearances) {
   const std::string good = to_json_text(full_look());
   const auto refused = [&](const std::string& text, std::initializer_list<std::string> pieces) {
     return test::refuses(read(text), ErrorCode::kMalformedData, pieces);
@@ -337,7 +337,7 @@ TEST_F(LookFileTest, RefusesBrokenLooks) {
   EXPECT_TRUE(test::refuses(read_look_file("/nowhere/look.json"), ErrorCode::kNotFound, {"look"}));
 }
 
-TEST_F(LookFileTest, NoMutationOfAFileDoesHarm) {
+TEST_F(LookFileTest, MutatedFilesCauseNoCrash) {
   std::mt19937 random(31);
   int read_well = 0;
   int refused = 0;

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Looks and galleries, as a user asks for them.
+// Appearances and galleries on the command line.
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
@@ -17,7 +17,7 @@
 namespace nav::app {
 namespace {
 
-TEST_F(CommandLineTest, OptionsOfTheCutawayWinOverALookThatHasNone) {
+TEST_F(CommandLineTest, OptionsOfTheCutawayOverrideAnAppearanceWithoutOne) {
   const std::string arguments = replay_arguments(write_sweep());
   const auto look = (folder_ / "look.json").string();
   ASSERT_EQ(sonde(arguments + " --no-cutaway --save-look " + look).code, 0);
@@ -27,11 +27,11 @@ TEST_F(CommandLineTest, OptionsOfTheCutawayWinOverALookThatHasNone) {
     const Outcome outcome =
         sonde(arguments + " --look " + look + " " + option + " --save-look " + saved);
     EXPECT_EQ(outcome.code, 0) << option << ": " << outcome.errors;
-    EXPECT_TRUE(io::read_json("cut.json")["cutaway"].is_object()) << option;
+    EXPECT_TRUE(read_json("cut.json")["cutaway"].is_object()) << option;
   }
 }
 
-TEST_F(CommandLineTest, LooksThatCannotBeAreUsageErrors) {
+TEST_F(CommandLineTest, InvalidAppearancesAreUsageErrors) {
   expect_refusal("demo --out x --shading flat", 2,
                  {"--shading: expected phong or gooch, found flat"});
   expect_refusal("demo --out x --emphasis 2", 2, {"--emphasis: expected 0 to 1, found 2"});
@@ -43,7 +43,7 @@ TEST_F(CommandLineTest, LooksThatCannotBeAreUsageErrors) {
   expect_refusal("demo --out x --importance a:b=c", 2, {"--importance", "'a:b=c'"});
 }
 
-TEST_F(CommandLineTest, OptionsOfTheLookAreResolvedIntoTheSession) {
+TEST_F(CommandLineTest, AppearanceOptionsEnterTheSession) {
   const auto session = folder_ / "session.toml";
   std::ofstream(session) << "[plan]\nentry_mm = [0,-9,0]\ntarget_mm = [0,0,0]\n"
                             "target_radius_mm = 4\n";
@@ -64,12 +64,12 @@ TEST_F(CommandLineTest, OptionsOfTheLookAreResolvedIntoTheSession) {
   EXPECT_NE(off.output.find("shading = false"), std::string::npos) << off.output;
 }
 
-TEST_F(CommandLineTest, TheWindowOfTheCtSuitsItOrIsAsOneSays) {
+TEST_F(CommandLineTest, TheWindowOfTheCtSuitsItUnlessItIsGiven) {
   const std::string arguments = replay_arguments(write_sweep(), "out", 400, 300) + " --frames 1";
   const auto window = [&](const std::string& options) {
     const Outcome outcome = sonde(arguments + options);
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
-    const io::Json json = io::read_json("replay.json")["ct_window"];
+    const io::Json json = read_json("replay.json")["ct_window"];
     return std::pair(json["level"], json["width"]);
   };
   // The middle of the CT's panel, right of the 3D view.
@@ -96,7 +96,7 @@ TEST_F(CommandLineTest, TheWindowOfTheCtSuitsItOrIsAsOneSays) {
   expect_refusal("replay x.mha --print-session --window-width -1", 2,
                  {"--window-width: expected 0.001 to 1000000 HU, found -1"});
 
-  // So do slices, for what they show.
+  // Slices choose their window too, for the values that they show.
   const auto said = [&](const std::string& options) {
     const Outcome outcome = sonde("slices " + (folder_ / "ct.mha").string() + " --out " +
                                   (folder_ / "slices").string() + options);
@@ -107,37 +107,15 @@ TEST_F(CommandLineTest, TheWindowOfTheCtSuitsItOrIsAsOneSays) {
   EXPECT_NE(said(with_session).find("window: level 1000, width 1200"), std::string::npos);
 }
 
-TEST_F(CommandLineTest, AGallerySaysWhichPicturesThereAre) {
-  expect_refusal("gallery --only nope --out " + (folder_ / "gallery").string(), 2,
-                 {"--only", "fig2a", "registration-sweep", "simulator-spine", "predicates-inside",
-                  "found nope"});
-}
-
-TEST_F(CommandLineTest, AGalleryOfNothingFails) {
-  const std::string out = " --out " + (folder_ / "gallery").string();
-  expect_refusal("gallery --engine foo --only simulator-vessel" + out, 2,
-                 {"cpu, gl or reference", "foo"});
-  const char* data = std::getenv("SONDE_DATA_DIR");
-  const std::string before = data == nullptr ? "" : data;
-  ::setenv("SONDE_DATA_DIR", (folder_ / "no-data").c_str(), 1);
-  expect_refusal("gallery --only fig2a" + out, 3,
-                 {"no-data", "expected the data of fig2a", "SONDE_DATA_DIR", "nothing was drawn"});
-  if (data == nullptr) {
-    ::unsetenv("SONDE_DATA_DIR");
-  } else {
-    ::setenv("SONDE_DATA_DIR", before.c_str(), 1);
-  }
-}
-
 TEST_F(CommandLineTest, AProjectionHasTheWindowOfWhatItShowsAndSaysWhich) {
   const std::string replay = replay_arguments(write_sweep(), "out", 480, 300) + " --frames 1 ";
   const auto report = [&](const std::string& options) {
     const Outcome outcome = sonde(replay + options);
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
-    return io::read_json("replay.json");
+    return read_json("replay.json");
   };
   EXPECT_TRUE(report("")["grey_window"].is_null());
-  // Air, and a block of 700 HU: air is left out, and what is half of each at its edge remains.
+  // Air and a block of 700 HU: air is left out; edge voxels, half air and half block, remain.
   const io::Json maximum = report("--projection maximum")["grey_window"];
   const double white = maximum["level"].get<double>() + maximum["width"].get<double>() / 2;
   EXPECT_NEAR(white, 700, 100) << maximum;
@@ -146,17 +124,17 @@ TEST_F(CommandLineTest, AProjectionHasTheWindowOfWhatItShowsAndSaysWhich) {
   const io::Json half = report("--projection maximum --grey-level 40")["grey_window"];
   EXPECT_EQ(half["level"], 40.0);
   EXPECT_EQ(half["width"], maximum["width"]);
-  // The session that was written has no window, so that it may be laid over other data.
+  // The written session has no window, so that it suits other data too.
   EXPECT_EQ(text_of(folder_ / "out" / "session.toml").find("grey_width_hu"), std::string::npos);
   const io::Json minimum = report("--projection minimum");
   bool told = false;
   for (const io::Json& entry : minimum["diagnostics"]) {
-    told |= entry["message"].get<std::string>().find("nothing but air") != std::string::npos;
+    told |= entry["message"].get<std::string>().find("only air") != std::string::npos;
   }
   EXPECT_TRUE(told) << minimum["diagnostics"];
 }
 
-TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
+TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicImage) {
   const std::string sweep = write_sweep();
   const auto picture = [&](const std::string& options) -> std::optional<Image2d<Rgba8>> {
     const Outcome outcome =
@@ -168,7 +146,7 @@ TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
     EXPECT_TRUE(test::has_value(read));
     return *read;
   };
-  /// Greatest difference in the 3D view.
+  /// Largest difference of two images in the 3D view.
   const auto difference = [](const Image2d<Rgba8>& a, const Image2d<Rgba8>& b) {
     int most = 0;
     for (int y = 0; y < 64; ++y) {
@@ -186,7 +164,7 @@ TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
   ASSERT_TRUE(cpu && reference && perspective);
   constexpr int kEnginesApart = 4;  // Of 255.
   EXPECT_LE(difference(*cpu, *reference), kEnginesApart);
-  EXPECT_GT(difference(*cpu, *perspective), 40) << "another picture";
+  EXPECT_GT(difference(*cpu, *perspective), 40) << "another image";
   if (const auto gl = picture("--orthographic --engine gl")) {
     EXPECT_LE(difference(*cpu, *gl), kEnginesApart);
   }
@@ -194,29 +172,29 @@ TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicPicture) {
   EXPECT_NE(session.output.find("orthographic = true"), std::string::npos) << session.output;
 }
 
-TEST_F(CommandLineTest, ASavedLookDrawsTheSamePicture) {
+TEST_F(CommandLineTest, ASavedAppearanceGivesTheSameImage) {
   const std::string arguments = replay_arguments(write_sweep()) + " --frames 1 ";
   const std::string saved = (folder_ / "mine.json").string();
   const Outcome first =
       sonde(arguments + "--shading gooch --importance 500:900=0.9 --save-look " + saved);
   ASSERT_EQ(first.code, 0) << first.errors;
-  const auto digest = io::read_json("replay.json")["image_sha256"];
+  const auto digest = read_json("replay.json")["image_sha256"];
   const Outcome again = sonde(arguments + "--look " + saved);
   ASSERT_EQ(again.code, 0) << again.errors;
-  EXPECT_EQ(io::read_json("replay.json")["image_sha256"], digest);
+  EXPECT_EQ(read_json("replay.json")["image_sha256"], digest);
   expect_refusal(arguments + "--save-look " + (folder_ / "no" / "look.json").string(), 3,
                  {"look.json"});
   expect_refusal(arguments + "--projection mean --save-look " + saved, 2,
                  {"--save-look requires --projection composite"});
 }
 
-TEST_F(CommandLineTest, SamplingAndObjectsOfInterestChangeThePicture) {
+TEST_F(CommandLineTest, SamplingAndObjectsOfInterestChangeTheImage) {
   const std::string arguments =
       replay_arguments(write_sweep()) + " --frames 1 --azimuth -20 --elevation 10 ";
   const auto digest = [&](const std::string& options) {
     const Outcome outcome = sonde(arguments + options);
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
-    return io::read_json("replay.json")["image_sha256"].get<std::string>();
+    return read_json("replay.json")["image_sha256"].get<std::string>();
   };
   const std::string plain = digest("");
   EXPECT_NE(digest("--classification post-classified"), plain);
@@ -234,8 +212,6 @@ TEST_F(CommandLineTest, SamplingAndObjectsOfInterestChangeThePicture) {
   expect_refusal(arguments + "--no-cutaway --cutaway-mesh " + mesh.string(), 2,
                  {"--cutaway-mesh has no effect with --no-cutaway"});
   expect_refusal(arguments + "--classification none", 2, {"--classification", "none"});
-  expect_refusal(arguments + "--adaptive-error 0.1 --classification post-classified", 2,
-                 {"--adaptive-error", "post-classified"});
   expect_refusal(arguments + "--jitter --pixel-error 0.1", 2, {"--pixel-error", "jitter"});
 }
 

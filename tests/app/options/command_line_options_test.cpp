@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Options that would do nothing, contradict or are out of range.
+// Options that have no effect, contradict each other or are out of range.
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ struct Idle {
   std::string refusal;
 };
 
-TEST_F(CommandLineTest, EmptyValuesAreRefused) {
+TEST_F(CommandLineTest, EmptyValuesAreRejected) {
   for (const char* option : {"--look", "--session", "--json", "--save-look", "--us-volume",
                              "--config", "--registration", "--series"}) {
     expect_refusal("replay x.mha --print-session " + std::string(option) + " ''", 2,
@@ -29,7 +29,7 @@ TEST_F(CommandLineTest, EmptyValuesAreRefused) {
   EXPECT_EQ(sonde("replay x.mha --print-session --needle-frame ''").code, 0);
 }
 
-TEST_F(CommandLineTest, AnOptionReplacesWhatTheSessionSaysInAnotherWay) {
+TEST_F(CommandLineTest, AnOptionReplacesItsAlternativeInTheSession) {
   const auto session = folder_ / "session.toml";
   const auto printed = [&](const std::string& file, const std::string& options) {
     std::ofstream(session) << file;
@@ -54,7 +54,7 @@ TEST_F(CommandLineTest, AnOptionReplacesWhatTheSessionSaysInAnotherWay) {
   EXPECT_EQ(text.find("step_voxels"), std::string::npos) << text;
 }
 
-TEST_F(CommandLineTest, OptionsOfASimulationThatWouldDoNothingAreRefused) {
+TEST_F(CommandLineTest, SimulationOptionsWithoutEffectAreRejected) {
   const std::string out = (folder_ / "sweep.mha").string();
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"--ct-spacing-mm 2", "--ct-spacing-mm requires --ct"},
@@ -84,7 +84,7 @@ TEST_F(CommandLineTest, OptionsOfASimulationThatWouldDoNothingAreRefused) {
   EXPECT_EQ(all.code, 0) << all.errors;
 }
 
-TEST_F(CommandLineTest, OptionsOfALookThatWouldDoNothingAreRefused) {
+TEST_F(CommandLineTest, AppearanceOptionsWithoutEffectAreRejected) {
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"--grey-width 400",
             "--grey-width requires --projection maximum, minimum or mean (found composite)"},
@@ -116,6 +116,15 @@ TEST_F(CommandLineTest, OptionsOfALookThatWouldDoNothingAreRefused) {
   EXPECT_EQ(grey.code, 0) << grey.errors;
 }
 
+TEST_F(CommandLineTest, RetiredOptionsAreIgnoredWithAWarning) {
+  const Outcome plain = sonde("replay x.mha --print-session");
+  const Outcome outcome = sonde("replay x.mha --print-session --adaptive-error 0.1");
+  EXPECT_EQ(outcome.code, 0) << outcome.errors;
+  EXPECT_EQ(outcome.output, plain.output);
+  EXPECT_TRUE(outcome.errors.starts_with("sonde: warning: --adaptive-error")) << outcome.errors;
+  EXPECT_EQ(sonde("replay --help").output.find("--adaptive-error"), std::string::npos);
+}
+
 TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
   const std::string ct = write_ct();
   for (const auto& [arguments, refusal] : std::vector<Idle>{
@@ -131,8 +140,8 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
             "--ct-importance has no effect with --us-alone"},
            {"--us-volume u.mha --us-alone --rms-error 0.01",
             "--rms-error has no effect with --us-alone"},
-           {"--us-volume u.mha --us-alone --adaptive-error 0.1",
-            "--adaptive-error has no effect with --us-alone"},
+           {"--us-volume u.mha --us-alone --classification post-classified",
+            "--classification has no effect with --us-alone"},
            {"--us-volume u.mha --us-alone --transfer-function ct-bone",
             "--transfer-function has no effect with --us-alone"},
            {"--us-volume u.mha --us-alone --no-shading",
@@ -151,7 +160,7 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
             "--cutaway-around requires a session file with a plan for the targets"}}) {
     expect_refusal("replay x.mha --print-session " + arguments, 2, {refusal});
   }
-  // What a session file says is there.
+  // Inputs in a session file count as given.
   const auto session = folder_ / "session.toml";
   std::ofstream(session) << "[predicates]\nvolume = \"u.mha\"\n";
   const std::string with_session = "replay --print-session --session " + session.string();
@@ -167,7 +176,7 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
   expect_refusal(with_session + " --ct " + ct, 2, {"--ct requires a session of a recording"});
 }
 
-TEST_F(CommandLineTest, OptionsOfARegistrationThatWouldDoNothingAreRefused) {
+TEST_F(CommandLineTest, RegistrationOptionsWithoutEffectAreRejected) {
   const std::string ct = write_ct();
   const std::string matrix = "--ct-from-reference '1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'";
   for (const auto& [arguments, refusal] : std::vector<Idle>{
@@ -178,7 +187,6 @@ TEST_F(CommandLineTest, OptionsOfARegistrationThatWouldDoNothingAreRefused) {
            {"--landmarks p.csv --temporal-offset-ms 5", "--temporal-offset-ms requires a sweep"},
            {"--landmarks p.csv --effort quick", "--effort requires a sweep"},
            {"--landmarks p.csv --time-limit 5", "--time-limit requires a sweep"},
-           {"--points p --surface s.vtk --similarity mi", "--similarity requires a sweep"},
            {"--points p --surface s.vtk --threads 2", "--threads requires a sweep"},
            {"--landmarks p.csv --window-level 60", "--window-level requires a sweep"},
            {"x.mha --ct y.mha --window-width 9", "--window-width requires --out"},
@@ -187,12 +195,12 @@ TEST_F(CommandLineTest, OptionsOfARegistrationThatWouldDoNothingAreRefused) {
             "--ct-from-reference has no effect with --landmarks"}}) {
     expect_refusal("register " + arguments, 2, {refusal});
   }
-  // The files that are not there are what is wrong with these.
+  // Only the missing files are wrong here.
   expect_refusal("register x.mha --ct y.mha --effort quick --threads 1 --loss none", 3, {"y.mha"});
   expect_refusal("register --points p --surface s.vtk " + matrix, 3, {"s.vtk"});
 }
 
-TEST_F(CommandLineTest, AValueOutOfRangeIsNamedByItsOptionAndItsKey) {
+TEST_F(CommandLineTest, AValueOutOfRangeIsNamedByOptionAndKey) {
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"replay s.mha --ct c --out o --width 0",
             "--width: expected a whole number of 16 to 8192 pixels, found 0"},
@@ -218,38 +226,16 @@ TEST_F(CommandLineTest, AValueOutOfRangeInASessionFileIsNamedByItsKey) {
       {"session.toml: output.width_px: expected a whole number of 16 to 8192 pixels, found 0"});
 }
 
-TEST_F(CommandLineTest, OptionsOfPredicatesAndBenchesThatWouldDoNothingAreRefused) {
+TEST_F(CommandLineTest, OptionsOfPredicatesThatWouldDoNothingAreRefused) {
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"predicates u.mha --print-session --phantom neck",
-            "--phantom requires a phantom instead of a volume (found u.mha)"},
+            "--phantom has no effect with volume"},
            {"predicates u.mha --print-session --phantom-side 64",
-            "--phantom-side requires a phantom"},
+            "--phantom-side has no effect with volume"},
            {"predicates --print-session --scribble-share 0.5",
             "--scribble-share requires --scribbles, --show or --hide"},
            {"predicates --print-session --into 0 1 0 --face-radius-mm 9",
             "--face-radius-mm requires --apex"},
-           {"bench render --part live --scene x",
-            "--scene: expected --part compare, skipping or costs beside it, found live"},
-           {"bench render --part live --ct x", "--ct: expected --part compare, skipping or costs"},
-           {"bench render --part skipping --costs", "--costs: expected --part live"},
-           {"bench render --part skipping --width 64",
-            "--width: expected --part compare, live or costs"},
-           {"bench render --quick --height 64", "--height: expected no --quick"},
-           {"bench predicates --quick --side 64", "--side: expected no --quick"},
-           {"bench predicates --volume prostate --side 64",
-            "--side: expected a simulated --volume beside it, found prostate"},
-           {"bench predicates --engine gl --threads 1", "--threads: expected --engine cpu or both"},
-           {"bench predicates --volume two --threads 1", "--threads: expected a --volume"},
-           {"bench predicates --volume features --width 300", "--width: expected a --volume that"},
-           {"bench predicates --volume features --look vessel", "--look: expected a --volume that"},
-           {"bench predicates --look vessel",
-            "--look: expected a --volume that has some beside it"},
-           {"bench predicates --volume features --engine gl", "--engine: expected --volume of"},
-           {"bench registration --part skin --trials t.csv", "--trials: expected --part cohort"},
-           {"bench registration --part skin --effort quick",
-            "--effort: expected --part cohort, faults"},
-           {"bench registration --part skin --no-evaluation", "--no-evaluation: expected --part"},
-           {"bench registration --part curve --patients 2", "--patients: expected a --part other"},
            {"slices c.mha --out o --mode mean", "--mode requires --slab"},
            {"derive u.mha --out o --feature depth --unknown 60",
             "--unknown requires a --feature of the values of the voxels (found depth)"},
@@ -259,9 +245,7 @@ TEST_F(CommandLineTest, OptionsOfPredicatesAndBenchesThatWouldDoNothingAreRefuse
            {"derive u.mha --out o --feature snr --bright",
             "--bright requires --feature vesselness"},
            {"derive u.mha --out o --feature snr vesselness --apex 0 0 0",
-            "--apex requires --feature confidence, gradient-angle, gradient-along, "},
-           {"bench derived --quick --side 64",
-            "--side: expected no --quick, which has a side of its own, beside it, found both"}}) {
+            "--apex requires --feature confidence, gradient-angle, gradient-along, "}}) {
     expect_refusal(arguments, 2, {refusal});
   }
   const Outcome strokes = sonde(
@@ -270,7 +254,7 @@ TEST_F(CommandLineTest, OptionsOfPredicatesAndBenchesThatWouldDoNothingAreRefuse
   EXPECT_EQ(strokes.code, 0) << strokes.errors;
 }
 
-TEST_F(CommandLineTest, OptionsOfAnUltrasoundVolumeAreThoseOfPredicatesInAReplayToo) {
+TEST_F(CommandLineTest, AReplayTakesTheOptionsOfPredicatesForItsVolume) {
   const Outcome outcome = sonde(
       "replay x.mha --print-session --us-volume u.mha --predicates tendon-fibres --into 0 1 0 "
       "--labels a.mha --white 200");
@@ -278,20 +262,6 @@ TEST_F(CommandLineTest, OptionsOfAnUltrasoundVolumeAreThoseOfPredicatesInAReplay
   for (const char* piece : {"u.mha'", "a.mha'", "into = [ 0.0, 1.0, 0.0 ]", "white = 200.0"}) {
     EXPECT_NE(outcome.output.find(piece), std::string::npos) << piece << "\n" << outcome.output;
   }
-}
-
-TEST_F(CommandLineTest, SkippingIsMeasuredAboutACubicPatientAlone) {
-  const auto json = folder_ / "bench.json";
-  const Outcome outcome =
-      sonde("bench render --quick --part skipping --scene patient-64/vessels-only --json " +
-            json.string());
-  ASSERT_EQ(outcome.code, 0) << outcome.errors;
-  const io::Json report = io::read_json("bench.json");
-  ASSERT_EQ(report["skip_bounds"].size(), 1U);
-  EXPECT_EQ(report["skip_bounds"][0]["scene"], "patient-64/vessels-only/perspective/shaded");
-  EXPECT_EQ(report["skip_bounds"][0]["bit_identical"], true);
-  EXPECT_TRUE(report["ratios"]["samples_skip_off_over_on"]["bit_identical"].is_null());
-  expect_refusal("bench render --part skipping --scene patient-257", 2, {"--scene", "patient-257"});
 }
 
 }  // namespace

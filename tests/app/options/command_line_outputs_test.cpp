@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// What the program writes, and what it never writes over.
+// Files that the program writes, and files that it never overwrites.
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -13,21 +13,17 @@
 namespace nav::app {
 namespace {
 
-// A report, picture or set-up that cannot be written is no reason to compute for a minute.
-TEST_F(CommandLineTest, WhatCannotBeWrittenIsRefusedAtOnce) {
+// The program rejects outputs that it cannot write before it computes for a minute.
+TEST_F(CommandLineTest, UnwritableOutputsAreRejectedAtOnce) {
   const std::string nowhere = (folder_ / "none" / "x").string();
   const std::string ultrasound = write_ultrasound(folder_ / "us.mha");
   for (const auto& [arguments, option] : std::vector<std::pair<std::string, std::string>>{
-           {"bench render --quick --json " + nowhere, "--json: "},
-           {"bench predicates --quick --json " + nowhere, "--json: "},
-           {"bench derived --json " + nowhere, "--json: "},
-           {"bench registration --json " + nowhere, "--json: "},
            {"predicates --phantom-side 512 --out " + nowhere + ".png", "--out: "},
            {"predicates --phantom-side 512 --out x.png --save " + nowhere, "--save: "}}) {
     expect_refusal(arguments, 3, {option, "none/x"});
   }
   EXPECT_FALSE(std::filesystem::exists("x.png"));
-  // Where the verb makes the folder, a report may lie in it.
+  // A report may be written into a folder that the verb creates.
   const std::string sweep = write_sweep();
   const std::string arguments = "replay " + sweep + " --ct " + write_ct() + " --config " +
                                 write_config() + " --width 96 --height 64 --step 2 --out " +
@@ -38,7 +34,7 @@ TEST_F(CommandLineTest, WhatCannotBeWrittenIsRefusedAtOnce) {
   EXPECT_TRUE(std::filesystem::exists(folder_ / "new" / "report2.json"));
 }
 
-TEST_F(CommandLineTest, ARegistrationThatStopsLeavesNothingOfAnEarlierOne) {
+TEST_F(CommandLineTest, AStoppedRegistrationLeavesNoResultsOfAnEarlierOne) {
   std::filesystem::create_directories(folder_ / "out");
   for (const char* name : {"report.json", "registration.png", "mine.png"}) {
     std::ofstream(folder_ / "out" / name) << "{}";
@@ -71,12 +67,10 @@ TEST_F(CommandLineTest, NoOutputReplacesAnInputOrAnother) {
   expect_refusal("register " + sweep + " --json " + sweep, 2, {"--json", "that of sweep"});
   expect_refusal("simulate --out a.mha --ct a.mha", 2, {"--ct", "that of --out"});
   expect_refusal("info " + sweep + " --json " + sweep, 2, {"--json", "that of file"});
-  const std::string ct = write_ct();
-  expect_refusal("bench render --ct " + ct + " --json " + ct, 2, {"--json", "that of --ct"});
 }
 
-/// Files that are read late, or only where a look or predicates ask for them.
-TEST_F(CommandLineTest, NoOutputReplacesWhatALookOrASessionReads) {
+/// Covers files that are read late, or only for an appearance or predicates.
+TEST_F(CommandLineTest, NoOutputReplacesAnInputOfAnAppearanceOrSession) {
   const auto write = [&](const char* name) {
     std::ofstream(folder_ / name) << "mine";
     return (folder_ / name).string();
@@ -112,11 +106,10 @@ TEST_F(CommandLineTest, NoOutputReplacesWhatALookOrASessionReads) {
   expect_refusal("replay --session " + session + " --look " + look + " --json " + look, 2,
                  {"--json", "that of --look"});
   expect_refusal("register --landmarks o/report.json --out o", 2, {"--out", "that of --landmarks"});
-  expect_refusal("bench registration --trials x --json x", 2, {"--trials", "that of --json"});
   for (const std::string& file : {look, mesh, other}) EXPECT_EQ(text_of(file), "mine") << file;
 }
 
-TEST_F(CommandLineTest, NoOutputReplacesAPictureOfAFolder) {
+TEST_F(CommandLineTest, NoOutputReplacesAnImageInAFolder) {
   std::filesystem::create_directories(folder_ / "ct/deeper");
   const std::string slice = (folder_ / "ct/deeper/1.dcm").string();
   const std::string dicom = std::string(128, '\0') + "DICM";
@@ -128,13 +121,13 @@ TEST_F(CommandLineTest, NoOutputReplacesAPictureOfAFolder) {
                    {"--json: expected a file of its own", slice, "a picture of that of"});
   }
   EXPECT_EQ(*io::read_file(slice, 1000), dicom);
-  // Without the preamble, as read_ct takes it; one that begins alike is no picture.
+  // read_ct accepts DICOM without the preamble; a file that only begins like it is not DICOM.
   const std::string old = (folder_ / "ct/old.dcm").string();
   std::ofstream(old, std::ios::binary) << std::string("\x08\0\x60\0CS\x02\0CT", 10);
   expect_refusal("info " + ct + " --json " + old, 2, {old, "a picture of that of file"});
   const std::string alike = (folder_ / "ct/alike.json").string();
   std::ofstream(alike, std::ios::binary) << std::string("\x08\0\x60\0nothing of DICOM", 20);
-  expect_refusal("info " + ct + " --json " + alike, 3, {"expected DICOM pictures, found none"});
+  expect_refusal("info " + ct + " --json " + alike, 3, {"expected DICOM images, found none"});
   // Behind a link of the folder.
   const std::string linked = (folder_ / "elsewhere.dcm").string();
   std::ofstream(linked, std::ios::binary) << dicom;
@@ -175,7 +168,7 @@ TEST_F(CommandLineTest, NoOutputReplacesThePixelsOfAHeader) {
             0);
 }
 
-TEST_F(CommandLineTest, AnOutputThatCannotBeWrittenLeavesNothing) {
+TEST_F(CommandLineTest, AnUnwritableOutputLeavesNoFile) {
   const std::string sweep = write_sweep();
   const auto file = folder_ / "file";
   std::ofstream(file) << "x";
@@ -192,7 +185,7 @@ TEST_F(CommandLineTest, NoColourOutsideATerminal) {
   EXPECT_EQ(outcome.errors.find('\r'), std::string::npos);
 }
 
-TEST_F(CommandLineTest, StandardOutputThatCannotBeWrittenIsAnError) {
+TEST_F(CommandLineTest, UnwritableStandardOutputIsAnError) {
   const std::string sweep = write_sweep();
   for (const std::string& arguments : {"info " + sweep + " >/dev/full", "info " + sweep + " >&-",
                                        replay_arguments(sweep) + " --print-session >/dev/full"}) {
@@ -203,13 +196,13 @@ TEST_F(CommandLineTest, StandardOutputThatCannotBeWrittenIsAnError) {
 TEST_F(CommandLineTest, AFailedReplayLeavesNoReportOfAnEarlierOne) {
   const std::string sweep = write_sweep();
   ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
-  // A folder in the place of a picture stops the run in the middle.
+  // A folder with the name of an image stops the run in the middle.
   std::filesystem::remove(folder_ / "out/replay_00002.png");
   std::filesystem::create_directory(folder_ / "out/replay_00002.png");
   expect_refusal(replay_arguments(sweep), 3, {"replay_00002.png"});
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html"));
-  // Nor one that stops before it draws.
+  // A run that stops before it draws leaves no report either.
   std::filesystem::remove(folder_ / "out/replay_00002.png");
   ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
   expect_refusal(replay_arguments(sweep) + " --registration no.json", 3, {"no.json"});
@@ -220,7 +213,7 @@ TEST_F(CommandLineTest, AFailedReplayLeavesNoReportOfAnEarlierOne) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
 }
 
-TEST_F(CommandLineTest, WhatAReplayLeavesIsItsOwn) {
+TEST_F(CommandLineTest, AReplayRemovesFilesOfAnEarlierReplay) {
   const std::string sweep = write_sweep();
   ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
   const auto there = [&](const char* name) {
@@ -234,10 +227,10 @@ TEST_F(CommandLineTest, WhatAReplayLeavesIsItsOwn) {
     for (const char* name : names) std::ofstream(folder_ / "out" / name, std::ios::app);
   }
   std::filesystem::create_symlink("replay_notes.png", folder_ / "out/replay_00009.png");
-  // One that stops before it draws takes nothing but the report away.
+  // A run that stops before it draws removes only the report.
   expect_refusal(replay_arguments(sweep) + " --registration no.json", 3, {"no.json"});
   for (const char* name : earlier) EXPECT_TRUE(there(name)) << name;
-  // A folder in the place of a picture stops the run in the middle.
+  // A folder with the name of an image stops the run in the middle.
   std::filesystem::remove(folder_ / "out/replay_00002.png");
   std::filesystem::create_directory(folder_ / "out/replay_00002.png");
   expect_refusal(replay_arguments(sweep), 3, {"replay_00002.png"});
@@ -247,7 +240,7 @@ TEST_F(CommandLineTest, WhatAReplayLeavesIsItsOwn) {
   EXPECT_TRUE(std::filesystem::is_symlink(folder_ / "out/replay_00009.png"));
 }
 
-TEST_F(CommandLineTest, AReplayReplacesNothingThatItReads) {
+TEST_F(CommandLineTest, AReplayReplacesNoInput) {
   const std::string sweep = write_sweep();
   std::filesystem::create_directory(folder_ / "out");
   const std::string report = (folder_ / "out/report.json").string();

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Ultrasound by predicates and derived features, as a user asks for them.
+// Ultrasound by predicates and derived features on the command line.
 #include <array>
 #include <filesystem>
 #include <fstream>
@@ -20,7 +20,7 @@
 namespace nav::app {
 namespace {
 
-/// The same of 16 bits: half of the voxels above 255, three above what is kept of them.
+/// Ultrasound volume of 16 bits: half of the voxels above 255, three above the range that is kept.
 std::string write_wide_ultrasound(const std::filesystem::path& file) {
   std::vector<std::uint16_t> voxels(20 * 24 * 18);
   for (std::size_t i = 0; i < voxels.size(); ++i) {
@@ -43,7 +43,7 @@ std::ptrdiff_t count_of(const std::string& piece, const std::string& text) {
   return count;
 }
 
-TEST_F(CommandLineTest, PredicatesAreDrawnBesideTheStandardByEveryEngine) {
+TEST_F(CommandLineTest, EveryEngineDrawsPredicatesBesideTheStandardRendering) {
   const auto out = (folder_ / "both.png").string();
   const std::string arguments = "predicates " + write_ultrasound(folder_ / "us.mha") +
                                 " --width 200 --height 200 --out " + out +
@@ -56,11 +56,11 @@ TEST_F(CommandLineTest, PredicatesAreDrawnBesideTheStandardByEveryEngine) {
   const Outcome moved = sonde(arguments + " --into 0 1 0 --importance skin=0.9 --save " +
                               (folder_ / "mine.json").string());
   EXPECT_EQ(moved.code, 0) << moved.errors;
-  EXPECT_NEAR(io::read_json("mine.json")["predicates"][2]["importance"].get<double>(), 0.9, 1e-12);
+  EXPECT_NEAR(read_json("mine.json")["predicates"][2]["importance"].get<double>(), 0.9, 1e-12);
   expect_refusal(arguments + " --into 0 1 0 --engine vulkan", 2, {"engine", "vulkan"});
 }
 
-TEST_F(CommandLineTest, TheFeaturesOfThePhantomAreDerivedAsOneSays) {
+TEST_F(CommandLineTest, TheFeaturesOfThePhantomDependOnTheOptions) {
   const auto set = folder_ / "steep.json";
   std::ofstream(set) << R"({"sonde_predicates": 1, "name": "steep", "predicates": [)"
                      << R"({"name": "steep", "importance": 1, "hue_deg": 30, "saturation": 1,)"
@@ -80,7 +80,7 @@ TEST_F(CommandLineTest, TheFeaturesOfThePhantomAreDerivedAsOneSays) {
   EXPECT_EQ(pictures.size(), 3U);
 }
 
-TEST_F(CommandLineTest, LabelsOnOtherAxesAreRefusedByTheirAxes) {
+TEST_F(CommandLineTest, LabelsOnOtherAxesAreRejectedByTheirAxes) {
   const auto labels = folder_ / "labels.mha";
   std::ofstream out(labels, std::ios::binary);
   out << "ObjectType = Image\nNDims = 3\nBinaryData = True\n"
@@ -94,7 +94,7 @@ TEST_F(CommandLineTest, LabelsOnOtherAxesAreRefusedByTheirAxes) {
                  3, {"labels.mha", "along (1 0 0), (0 1 0)", "along (-1"});
 }
 
-TEST_F(CommandLineTest, PredicatesSayOnceWhatAPictureCannotShow) {
+TEST_F(CommandLineTest, PredicatesWarnOnceOfWhatAnImageCannotShow) {
   const std::string arguments = "predicates " + write_wide_ultrasound(folder_ / "us.mha") +
                                 " --width 200 --height 200 --out " + (folder_ / "x.png").string() +
                                 " --predicates " + (folder_ / "set.json").string();
@@ -118,7 +118,7 @@ TEST_F(CommandLineTest, PredicatesSayOnceWhatAPictureCannotShow) {
   EXPECT_EQ(count_of("drawn as", plain.errors), 0) << plain.errors;
 }
 
-TEST_F(CommandLineTest, PredicatesNameTheOptionOrTheKeyThatIsWrong) {
+TEST_F(CommandLineTest, PredicatesNameTheWrongOptionOrKey) {
   expect_refusal("predicates --out x.png --phantom-side 32 --predicates nope.json", 2,
                  {"--predicates (predicates.set_up): expected a file, or a predicate preset"});
   const auto session = folder_ / "session.toml";
@@ -134,7 +134,7 @@ TEST_F(CommandLineTest, PredicatesNameTheOptionOrTheKeyThatIsWrong) {
   EXPECT_EQ(sonde(painted + "vessel=400:0.5").code, 0);
 }
 
-TEST_F(CommandLineTest, TheOpacityOfASetUpIsDrawnAndSaved) {
+TEST_F(CommandLineTest, TheOpacityOfAPredicateSetIsDrawnAndSaved) {
   const auto set = [&](const std::string& length) {
     std::ofstream(folder_ / "set.json")
         << R"({"sonde_predicates": 1, "predicates": [{"name": "a", "where": {"intensity": {}}}],
@@ -152,9 +152,9 @@ TEST_F(CommandLineTest, TheOpacityOfASetUpIsDrawnAndSaved) {
   };
   set("0.5");
   const std::string dense = draw("dense", "");
-  EXPECT_EQ(io::read_json("dense.json")["opacity_length_mm"], 0.5);
+  EXPECT_EQ(read_json("dense.json")["opacity_length_mm"], 0.5);
   const std::string thin = draw("thin", " --opacity-length-mm 50");
-  EXPECT_EQ(io::read_json("thin.json")["opacity_length_mm"], 50);
+  EXPECT_EQ(read_json("thin.json")["opacity_length_mm"], 50);
   EXPECT_NE(dense, thin);
   EXPECT_NE(draw("densest", " --opacity-length-mm 0.001"), dense);
   set("50");
@@ -167,7 +167,7 @@ TEST_F(CommandLineTest, TheOpacityOfASetUpIsDrawnAndSaved) {
   }
 }
 
-TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRefusedByName) {
+TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRejectedByName) {
   const std::string volume = write_ultrasound(folder_ / "us.mha");
   std::ofstream(folder_ / "set.json")
       << R"({"sonde_predicates": 1, "predicates": [{"name": "a", "where": {"any": [
@@ -236,7 +236,6 @@ TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRefusedByName) {
                  {"--apex: expected 3 numbers within 1e7 mm", "1e+300"});
   for (const char* threads : {"100000", "-3"}) {
     expect_refusal(derive + "--threads " + threads, 2, {"--threads", "0 to 1024", threads});
-    expect_refusal("bench derived --threads " + std::string(threads), 2, {"--threads", "1024"});
     expect_refusal(deep + " --into 0 1 0 --threads " + threads, 2, {"--threads", "1024"});
   }
   for (const char* value : {"65536", "-40000"}) {
@@ -245,7 +244,7 @@ TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRefusedByName) {
   }
 }
 
-// The first known voxel along the lines, or where the user says.
+// The face is at the first known voxel along the lines, or at the user's point.
 TEST_F(CommandLineTest, ParallelLinesBeginAtTheFace) {
   constexpr int kEmptyRows = 25;
   const auto write = [&](const char* name, int empty_rows) {
@@ -283,20 +282,20 @@ TEST_F(CommandLineTest, ParallelLinesBeginAtTheFace) {
   EXPECT_GT(lit(write("whole.mha", 0), "").first, 1000);
   EXPECT_GT(lit(padded, "--unknown 0").first, 500);
   EXPECT_GT(lit(padded, "--face 5 0 7").first, 500);
-  // From the box's own face those depths hold nothing, which is said.
+  // Measured from the box's own face those depths are empty; a warning says so.
   const auto [count, errors] = lit(padded, "");
   EXPECT_EQ(count, 0);
-  EXPECT_NE(errors.find("the picture by predicates is empty"), std::string::npos) << errors;
+  EXPECT_NE(errors.find("the image by predicates is empty"), std::string::npos) << errors;
   expect_refusal("predicates --print-session --predicates " + (folder_ / "shallow.json").string() +
                      " --face 0 0 0",
-                 2, {"--face", "expected into beside it, found none"});
+                 2, {"--face", "requires predicates.into"});
   const std::string derive =
       "derive " + padded + " --feature depth --out " + (folder_ / "d").string();
   EXPECT_NE(sonde(derive + " --into 0 1 0 --face 0 0 0").output.find("-10"), std::string::npos);
   expect_refusal(derive + " --face 0 0 0 --apex 0 0 0", 2, {"--face requires --into"});
 }
 
-TEST_F(CommandLineTest, FeaturesAreDerivedAsPredicatesReadThem) {
+TEST_F(CommandLineTest, DeriveComputesTheFeaturesThatPredicatesRead) {
   const std::string derive = "derive " + write_ultrasound(folder_ / "us.mha") + " --out " +
                              (folder_ / "d").string() + " --feature ";
   const auto greatest = [&](const std::string& options) {
@@ -329,8 +328,8 @@ TEST_F(CommandLineTest, FeaturesAreDerivedAsPredicatesReadThem) {
            {"confidence --into 0 1 0 --confidence-gamma 2",
             "--confidence-gamma: expected 0 to 1, found 2"},
            {"gradient-magnitude --white -1", "--white: expected more than --black, 0, found -1"},
-           {"confidence", "--feature confidence: expected scan lines (--into, --apex or "},
-           {"snr depth", "--feature depth: expected scan lines"},
+           {"confidence", "--feature confidence requires scan lines (--into, --apex or "},
+           {"snr depth", "--feature depth requires scan lines"},
            {"snr --white 9", "--white requires --feature gradient-magnitude"},
            {"snr --confidence-beta 9", "--confidence-beta requires --feature confidence"},
            {"depth --snr-window 3", "--snr-window requires --feature snr"}}) {
@@ -338,7 +337,7 @@ TEST_F(CommandLineTest, FeaturesAreDerivedAsPredicatesReadThem) {
   }
 }
 
-TEST_F(CommandLineTest, WhatASavedSetUpDrawsIsWhatWasDrawn) {
+TEST_F(CommandLineTest, ASavedPredicateSetGivesTheSameImage) {
   std::ofstream(folder_ / "edges.json") << R"({"sonde_predicates": 1, "predicates": [
       {"name": "edge", "where": {"gradient_magnitude": {"low_per_mm": 0.02}}}]})";
   const auto draw = [&](const std::string& set_up, const std::string& more) {
@@ -357,7 +356,7 @@ TEST_F(CommandLineTest, WhatASavedSetUpDrawsIsWhatWasDrawn) {
   EXPECT_EQ(draw("smooth.json", "--smoothing-mm 0.4"), usual);
 }
 
-TEST_F(CommandLineTest, OptionsThatNoPredicateOfTheSetUsesAreRefused) {
+TEST_F(CommandLineTest, OptionsThatNoPredicateUsesAreRejected) {
   std::ofstream(folder_ / "bright.json") << R"({"sonde_predicates": 1, "predicates": [
       {"name": "bright", "where": {"intensity": {"low": 0.5}}}]})";
   const std::string arguments =
@@ -375,7 +374,7 @@ TEST_F(CommandLineTest, OptionsThatNoPredicateOfTheSetUsesAreRefused) {
                  {"smallest_radius_mm", "largest radius", "4.5"});
   expect_refusal("predicates --out x.png --phantom-side 32 --predicates " +
                      (folder_ / "bright.json").string() + " --importance bright=0.2",
-                 2, {"--importance", "1 of the only predicate", "0.2"});
+                 2, {"--importance", "only one predicate", "0.2"});
   const Outcome linear = sonde(arguments + "--hue-mean linear");
   EXPECT_NE(linear.output.find("hue_mean = 'linear'"), std::string::npos) << linear.output;
   expect_refusal(arguments + "--hue-mean square", 2, {"--hue-mean", "circular or linear"});
@@ -396,23 +395,22 @@ TEST_F(CommandLineTest, StrokesChangeTheHistogram) {
             (folder_ / "strokes.json").string() + " --save " + (folder_ / "after.json").string());
   EXPECT_EQ(outcome.code, 0) << outcome.errors;
   EXPECT_TRUE(std::filesystem::exists(folder_ / "strokes.png"));
-  EXPECT_NEAR(io::read_json("after.json")["predicates"][0]["importance"].get<double>(), 0.625,
-              0.01);
+  EXPECT_NEAR(read_json("after.json")["predicates"][0]["importance"].get<double>(), 0.625, 0.01);
   expect_refusal(arguments + " --show 1,2", 2, {"--show", "'1,2'"});
   expect_refusal(arguments + " --show 900,0,0", 2, {"stroke 1", "found none"});
   expect_refusal("predicates nowhere.mha --out x.png --show '9,9,9 radius=-1'", 2,
                  {"--show", "radius_mm", "-1"});
   expect_refusal(arguments + " --hide '15,2,9 15,20,12 normal=0,0,1'", 2,
-                 {"stroke 1", "point 2", "3 mm off"});
+                 {"stroke 1", "point 2", "3 mm away"});
   std::ofstream(folder_ / "strokes.json") << R"({"sonde_scribbles": 1, "strokes": [
       {"points_mm": [[4, 2, 9], [4, 20, 9], [9, 20, 9], [9, 2, 14]]}]})";
   expect_refusal(arguments + " --scribbles " + (folder_ / "strokes.json").string(), 2,
-                 {"stroke 1", "point 2", "mm off"});
+                 {"stroke 1", "point 2", "mm away"});
   // Twice the same voxels is no mistake.
   EXPECT_NE(sonde(arguments + " --show '9,9,9 radius=3' --show '9,9,9 radius=2'")
                 .errors.find("123 voxels to show, 0 to hide"),
             std::string::npos);
-  // The last one that covers a voxel counts.
+  // The last stroke that covers a voxel counts.
   const std::string hide = " --hide '9,9,9 radius=3'";
   const std::string show = " --show '9,9,9 radius=3'";
   EXPECT_NE(sonde(arguments + show + hide).errors.find("0 voxels to show, 123 to hide"),
@@ -421,7 +419,7 @@ TEST_F(CommandLineTest, StrokesChangeTheHistogram) {
             std::string::npos);
 }
 
-TEST_F(CommandLineTest, APresetKeepsItsNameBesideAFileOfThatName) {
+TEST_F(CommandLineTest, TheNameOfAPresetNeverMeansAFile) {
   const auto session = folder_ / "session.toml";
   std::ofstream(session) << "[predicates]\nset_up = \"carotid-context\"\n";
   const auto there = std::filesystem::current_path();
@@ -436,7 +434,7 @@ TEST_F(CommandLineTest, APresetKeepsItsNameBesideAFileOfThatName) {
   std::filesystem::current_path(there);
 }
 
-TEST_F(CommandLineTest, OneSliceOfUltrasoundIsAVolumeWhateverItsAxis) {
+TEST_F(CommandLineTest, OneSliceOfUltrasoundIsAVolumeForAnyAxis) {
   for (const std::array<int, 3>& size : {std::array{20, 24, 1}, {20, 1, 24}, {1, 20, 24}}) {
     VoxelGrid grid;
     grid.size = size;
@@ -458,14 +456,14 @@ TEST_F(CommandLineTest, OneSliceOfUltrasoundIsAVolumeWhateverItsAxis) {
   }
 }
 
-TEST_F(CommandLineTest, WhatNoPictureReachedIsDarkAndKeepsItsValue) {
+TEST_F(CommandLineTest, UnknownVoxelsAreDarkAndKeepTheirValue) {
   VoxelGrid grid;
   grid.size = {24, 24, 24};
   std::vector<std::int16_t> voxels(grid.voxel_count());
   std::ofstream(folder_ / "bright.json") << R"({"sonde_predicates": 1, "predicates": [
       {"name": "bright", "where": {"intensity": {}}}]})";
   const auto lit = [&](std::int16_t unknown, const std::string& more) {
-    // Known and black but for the outer half, which nobody has seen.
+    // One half is known and black, the outer half is unknown.
     for (std::size_t i = 0; i < voxels.size(); ++i) voxels[i] = i % 24 < 12 ? unknown : 0;
     const auto file = (folder_ / "u.mha").string();
     EXPECT_TRUE(test::has_value(io::write_ct_mha(*Volume::create(grid, voxels, "u"), file)));
@@ -490,7 +488,7 @@ TEST_F(CommandLineTest, WhatNoPictureReachedIsDarkAndKeepsItsValue) {
             std::string::npos);
 }
 
-TEST_F(CommandLineTest, PredicatesThatCannotBeDrawnSayWhyInOneSentence) {
+TEST_F(CommandLineTest, ErrorsOfPredicatesAreOneSentence) {
   const std::string volume = write_ultrasound(folder_ / "us.mha");
   const std::string arguments =
       "predicates " + volume + " --out " + (folder_ / "x.png").string() + " --predicates ";
@@ -499,7 +497,7 @@ TEST_F(CommandLineTest, PredicatesThatCannotBeDrawnSayWhyInOneSentence) {
         << R"({"sonde_predicates": 1, "predicates": [{"name": "a", "where": )" << where << "}]}";
     return arguments + (folder_ / "set.json").string();
   };
-  // What the command line asks for and cannot have.
+  // Errors on the command line.
   expect_refusal("predicates " + volume, 2, {"--out"});
   expect_refusal(arguments + "kidney", 2, {"--predicates", "carotid-context", "kidney"});
   expect_refusal(arguments + "carotid-vessel", 2, {"depth", "scan-line directions", "--into"});
@@ -512,7 +510,7 @@ TEST_F(CommandLineTest, PredicatesThatCannotBeDrawnSayWhyInOneSentence) {
   expect_refusal(arguments + "layers --importance liver=1", 2, {"skin, muscle, target", "liver"});
   expect_refusal(arguments + "layers --largest-radius -1", 2, {"--largest-radius", "-1"});
   expect_refusal("predicates --phantom liver --out x.png", 2, {"--phantom", "carotid", "liver"});
-  // What a file holds.
+  // Errors in a file.
   expect_refusal(file(R"({"sharpness": {}})"), 3, {"where", "sharpness"});
   expect_refusal(file(R"({"intensity": {"low": 0.8, "high": 0.2}})"), 3, {"low <= high"});
   expect_refusal(file(R"({"entry": "a"})"), 3, {"cycle"});
@@ -533,7 +531,7 @@ TEST_F(CommandLineTest, PredicatesThatCannotBeDrawnSayWhyInOneSentence) {
                  {"labels.mha", "20 x 24 x 18", "20 x 24 x 17"});
 }
 
-TEST_F(CommandLineTest, DerivedFeaturesAreKeptWhereAsked) {
+TEST_F(CommandLineTest, DerivedFeaturesAreCachedOnRequest) {
   const std::string ct = write_ct();
   const std::string derive = "derive " + ct + " --into 0 1 0 --feature snr confidence --out " +
                              (folder_ / "slices").string() + " --cache " +
@@ -546,7 +544,7 @@ TEST_F(CommandLineTest, DerivedFeaturesAreKeptWhereAsked) {
   ASSERT_EQ(again.code, 0) << again.errors;
   EXPECT_NE(again.errors.find("snr: from the cache"), std::string::npos) << again.errors;
   EXPECT_NE(again.errors.find("relative residual"), std::string::npos) << again.errors;
-  // Predicates read what derive kept: the same voxels, scan lines and parameters.
+  // Predicates read the cache of derive: same voxels, scan lines and parameters.
   const auto set = folder_ / "confident.json";
   std::ofstream(set) << R"({"sonde_predicates": 1, "name": "c", "predicates": [{"name": "c",)"
                      << R"( "importance": 1, "hue_deg": 0, "saturation": 1,)"

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Registrations by landmarks and surfaces, as a user asks for them.
+// Registrations by landmarks and surfaces on the command line.
 #include <algorithm>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace nav::app {
 namespace {
 
-TEST_F(CommandLineTest, ARegistrationNeverSpeaksOfAReplay) {
+TEST_F(CommandLineTest, ARegistrationNeverMentionsAReplay) {
   const std::string arguments =
       "register " + write_sweep() + " --ct " + write_ct() + " --config " + write_config();
   const Outcome refused = sonde(arguments + " --probe-frame Stylus --image-frame Sono");
@@ -20,7 +20,7 @@ TEST_F(CommandLineTest, ARegistrationNeverSpeaksOfAReplay) {
   EXPECT_NE(refused.errors.find("mha: expected frames that place Stylus in Tracker"),
             std::string::npos)
       << refused.errors;
-  // Nothing tracks the patient, which is said.
+  // A warning says that nothing tracks the patient.
   const Outcome flat = sonde(arguments);
   EXPECT_NE(flat.errors.find("recording: nothing tracks the patient"), std::string::npos);
   EXPECT_EQ((refused.errors + flat.errors).find("replay"), std::string::npos) << flat.errors;
@@ -37,12 +37,12 @@ TEST_F(CommandLineTest, RegistersByLandmarksAndReplayUsesTheResult) {
   const Outcome outcome = sonde("register --landmarks " + points.string() + " --ct " + ct +
                                 " --json " + result.string());
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
-  const io::Json report = io::read_json("registration.json");
+  const io::Json report = read_json("registration.json");
   EXPECT_NEAR(report["registration"]["fre_rms_mm"].get<double>(), 0, 1e-9);
   EXPECT_NEAR(report["registration"]["ct_from_reference_mm"][3].get<double>(), 10, 1e-9);
   const Outcome replay = sonde(replay_arguments(sweep) + " --registration " + result.string());
   ASSERT_EQ(replay.code, 0) << replay.errors;
-  EXPECT_EQ(io::read_json("replay.json")["placement"]["kind"], "registered");
+  EXPECT_EQ(read_json("replay.json")["placement"]["kind"], "registered");
   // One that holds at a phase of the breath is not shown at all times.
   io::Json moving = report;
   moving["breath"] = {{"supported", true}, {"accepted", true}};
@@ -51,7 +51,7 @@ TEST_F(CommandLineTest, RegistersByLandmarksAndReplayUsesTheResult) {
                  {"registration.json", "breath"});
 }
 
-TEST_F(CommandLineTest, RegistersByTheLandmarksThatAgreeAndNamesTheOthers) {
+TEST_F(CommandLineTest, RegistersByAgreeingLandmarksAndNamesTheOthers) {
   const auto points = folder_ / "points.csv";
   std::ofstream(points) << "name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,"
                            "ct_z_mm,reference_sigma_x_mm,reference_sigma_y_mm,"
@@ -75,7 +75,7 @@ TEST_F(CommandLineTest, RegistersByTheLandmarksThatAgreeAndNamesTheOthers) {
 }
 
 TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
-  // A hip roof of 80 x 60 mm, and the same without its ends: that slides along the ridge.
+  // A hip roof of 80 x 60 mm, and the roof without its ends, which slides along the ridge.
   const auto points = folder_ / "points.txt";
   std::ofstream touched(points);
   for (int i = -9; i <= 9; ++i) {
@@ -102,7 +102,7 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   const io::Json found = io::Json::parse(outcome.output);
   EXPECT_EQ(found["method"], "surface");
   EXPECT_NEAR(found["registration"]["ct_from_reference_mm"][3].get<double>(), -5, 0.2);
-  // Cells of 4 mm round the ridges.
+  // Cells of 4 mm make the ridges round.
   EXPECT_LT(found["registration"]["distance"]["mean_mm"].get<double>(), 0.5);
   const std::string tent =
       "register --surface " + mesh("tent.vtk", "2 10\n4 0 1 5 4\n4 3 4 5 2") + tail;
@@ -111,11 +111,11 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   EXPECT_FALSE(slides.contains("ct_from_reference_mm"));
   EXPECT_EQ(slides["refused_ct_from_reference_mm"].size(), 16U);
   expect_refusal("register --points " + points.string(), 2, {"--landmarks"});
-  // Points do not breathe: an option that would do nothing is refused.
+  // Points have no breath, so the option has no effect and is rejected.
   const std::string by_points = "register --surface x.vtk --points " + points.string();
   expect_refusal(by_points + " --breath-period 4", 2, {"--points", "--breath-period"});
   expect_refusal(by_points + " --deformable", 2, {"--points", "--deformable"});
-  // What all points share goes into the pose by the surface; landmarks show it.
+  // An offset that all points share goes into the pose by the surface; landmarks show it.
   const auto landmarks = [&](double shared_mm) {
     const auto path = folder_ / "second.csv";
     std::ofstream file(path);
@@ -139,13 +139,11 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   expect_refusal(by_both + " --landmarks " + landmarks(8), 5, {"landmarks and shape", "apart"});
   expect_refusal("register --surface x.vtk", 2, {"--points"});
   const std::string by_image = "register " + write_sweep() + " --ct " + write_ct();
-  expect_refusal(by_image + " --similarity ssd", 2, {"--similarity", "ssd"});
   expect_refusal(by_image + " --effort lazy", 2, {"--effort", "quick", "usual", "lazy"});
   expect_refusal(by_image + " --effort quick --deformable", 2, {"--effort quick", "--deformable"});
   expect_refusal(by_image + " --time-limit 0", 2, {"time_limit_s", "0"});
   expect_refusal(by_image + " --loss huber", 2, {"--loss", "cauchy", "huber"});
   expect_refusal(by_image + " --stretch wide", 2, {"--stretch", "wide"});
-  expect_refusal(by_image + " --stretch affine --similarity mi", 2, {"stretch"});
   expect_refusal(by_image + " --breath-period 0.5", 2, {"--breath-period", "1 to 20", "0.5"});
   expect_refusal("register --deformable --ct " + write_ct(), 2, {"--deformable", "sweep"});
   expect_refusal(by_image + " --marker-towards up", 2, {"--marker-towards", "anterior", "up"});
@@ -155,7 +153,7 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   expect_refusal(by_points + " --marker-towards left", 2, {"--marker-towards", "sweep"});
 }
 
-TEST_F(CommandLineTest, LandmarksThatDoNotFitAreRefusedAndNeverShownAsRegistered) {
+TEST_F(CommandLineTest, LandmarksThatDoNotFitAreNeverShownAsRegistered) {
   const auto points = folder_ / "points.csv";
   std::ofstream(points) << "name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,"
                            "ct_z_mm\nA,0,0,0,50,0,0\nB,50,0,0,0,0,0\nC,0,40,0,0,0,30\nD,0,0,30,"
@@ -164,7 +162,7 @@ TEST_F(CommandLineTest, LandmarksThatDoNotFitAreRefusedAndNeverShownAsRegistered
   expect_refusal("register --landmarks " + points.string() + " --ct " + write_ct() + " --json " +
                      result.string(),
                  5, {"residual of the landmarks"});
-  const io::Json refused = io::read_json("registration.json")["registration"];
+  const io::Json refused = read_json("registration.json")["registration"];
   EXPECT_EQ(refused["accepted"], false);
   EXPECT_FALSE(refused.contains("ct_from_reference_mm"));
   EXPECT_EQ(refused["refused_ct_from_reference_mm"].size(), 16U);

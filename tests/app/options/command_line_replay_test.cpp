@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Replays, as a user asks for them.
+// Replays on the command line.
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -30,12 +30,12 @@ TEST_F(CommandLineTest, AReplayMeasuresDistancesFromItsNeedleAndItsTarget) {
   };
   const std::string base = replay_arguments(sweep) + " --us-volume " + ct + " --white 700";
   const std::string needle = base + " --predicates " + set("needle_distance");
-  expect_refusal(needle, 2, {"needle_distance", "needle of the recording (--needle-frame NAME)"});
+  expect_refusal(needle, 2, {"needle_distance", "requires a needle", "--needle-frame"});
   const Outcome live = sonde(needle +
                              " --needle-frame NeedleTip --ct-from-reference "
                              "'1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'");
   EXPECT_EQ(live.code, 0) << live.errors;
-  EXPECT_EQ(io::read_json("replay.json")["frames"].size(), 7U) << "6 pictures and the animation";
+  EXPECT_EQ(read_json("replay.json")["frames"].size(), 7U) << "6 pictures and the animation";
   const std::string target = base + " --predicates " + set("target_distance");
   expect_refusal(target, 2, {"target_distance", "predicates.target_mm"});
   const auto session = folder_ / "target.toml";
@@ -44,7 +44,7 @@ TEST_F(CommandLineTest, AReplayMeasuresDistancesFromItsNeedleAndItsTarget) {
   EXPECT_EQ(aimed.code, 0) << aimed.errors;
 }
 
-TEST_F(CommandLineTest, AReplayWarnsOfAMostImportantPredicateThatOthersLower) {
+TEST_F(CommandLineTest, AReplayWarnsWhenOthersLowerTheMostImportantPredicate) {
   const auto set = folder_ / "set.json";
   std::ofstream(set) << R"({"sonde_predicates": 1, "name": "set", "predicates": [)"
                      << R"({"name": "bright", "importance": 0.8, "hue_deg": 120, "saturation": 1,)"
@@ -65,14 +65,14 @@ TEST_F(CommandLineTest, AReplayWarnsOfAMostImportantPredicateThatOthersLower) {
   EXPECT_NE(warning_of(" --predicate-importance bright=1").find("counts for 0.5 of"),
             std::string::npos);
   EXPECT_EQ(warning_of(" --no-cutaway"), "");
-  const io::Json report = io::read_json("replay.json");
+  const io::Json report = read_json("replay.json");
   EXPECT_NEAR(report["predicates"][0]["importance"].get<double>(), 0.8, 1e-12);
 }
 
-TEST_F(CommandLineTest, ReplaysASweepAndSaysThatItIsNotRegistered) {
+TEST_F(CommandLineTest, ReplaysASweepAndReportsThatItIsNotRegistered) {
   const Outcome outcome = sonde(replay_arguments(write_sweep()));
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
-  const io::Json report = io::read_json("replay.json");
+  const io::Json report = read_json("replay.json");
   EXPECT_EQ(report["ledger"]["received"], 6);
   EXPECT_EQ(report["ledger"]["shown"], 6);
   EXPECT_EQ(report["placement"]["kind"], "centred");
@@ -86,13 +86,13 @@ TEST_F(CommandLineTest, ReplaysASweepAndSaysThatItIsNotRegistered) {
   }
 }
 
-TEST_F(CommandLineTest, AReplayWarnsOfASweepThatTheCtIsFarFrom) {
+TEST_F(CommandLineTest, AReplayWarnsOfASweepFarFromTheCt) {
   const std::string arguments = replay_arguments(write_sweep());
   const auto warnings = [&](const std::string& x_mm) {
     const Outcome outcome =
         sonde(arguments + " --ct-from-reference \"1 0 0 " + x_mm + " 0 1 0 0 0 0 1 0 0 0 0 1\"");
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
-    const io::Json report = io::read_json("replay.json");
+    const io::Json report = read_json("replay.json");
     const bool said = outcome.errors.find("the sweep lies outside of the CT") != std::string::npos;
     EXPECT_EQ(said, !report["placement"]["warnings"].empty()) << outcome.errors;
     return report["placement"]["warnings"].dump();
@@ -103,7 +103,7 @@ TEST_F(CommandLineTest, AReplayWarnsOfASweepThatTheCtIsFarFrom) {
   EXPECT_NE(text_of(folder_ / "out/report.html").find("the sweep lies outside"), std::string::npos);
 }
 
-TEST_F(CommandLineTest, AReplayWarnsOfAPlanThatLiesFarFromTheCt) {
+TEST_F(CommandLineTest, AReplayWarnsOfAPlanFarFromTheCt) {
   const std::string arguments = replay_arguments(write_sweep());
   const auto session = folder_ / "plan.toml";
   const auto said = [&](const std::string& entry, const std::string& target) {
@@ -113,7 +113,7 @@ TEST_F(CommandLineTest, AReplayWarnsOfAPlanThatLiesFarFromTheCt) {
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
     return outcome.errors;
   };
-  // The CT is 120 mm wide; the skin may lie a little beside it.
+  // The CT is 120 mm wide; the skin may lie slightly outside it.
   EXPECT_EQ(said("[0, -90, 0]", "[0, 0, 0]").find("plan."), std::string::npos);
   const std::string far_target = said("[0, -90, 0]", "[1500, 0, 0]");
   EXPECT_NE(far_target.find("plan.target_mm: it lies 1442 mm outside of the CT"), std::string::npos)
@@ -124,7 +124,7 @@ TEST_F(CommandLineTest, AReplayWarnsOfAPlanThatLiesFarFromTheCt) {
       << far_entry;
 }
 
-TEST_F(CommandLineTest, WordsThatHaveNoRoomStopNoPicture) {
+TEST_F(CommandLineTest, TextThatDoesNotFitStopsNoImage) {
   const Outcome outcome = sonde("replay " + write_sweep() + " --ct " + write_ct() + " --config " +
                                 write_config() + " --out " + (folder_ / "out").string() +
                                 " --frames 1 --step 4 --width 16 --height 1024");
@@ -135,15 +135,15 @@ TEST_F(CommandLineTest, ReplayIsTheSameForOneAndTwoThreadsAndFromItsSessionFile)
   const std::string sweep = write_sweep();
   const std::string arguments = replay_arguments(sweep);
   ASSERT_EQ(sonde(arguments + " --threads 1").code, 0);
-  const io::Json one = io::read_json("replay.json");
+  const io::Json one = read_json("replay.json");
   ASSERT_EQ(sonde(arguments + " --threads 2").code, 0);
-  const io::Json two = io::read_json("replay.json");
+  const io::Json two = read_json("replay.json");
   EXPECT_EQ(one["image_sha256"], two["image_sha256"]);
   EXPECT_EQ(one["pose_log_sha256"], two["pose_log_sha256"]);
   const Outcome again = sonde("replay --session " + (folder_ / "out/session.toml").string() +
                               " --json " + (folder_ / "again.json").string());
   ASSERT_EQ(again.code, 0) << again.errors;
-  EXPECT_EQ(io::read_json("again.json")["image_sha256"], one["image_sha256"]);
+  EXPECT_EQ(read_json("again.json")["image_sha256"], one["image_sha256"]);
 }
 
 TEST_F(CommandLineTest, AccountsForBadPosesAndTimes) {
@@ -163,7 +163,7 @@ TEST_F(CommandLineTest, AccountsForBadPosesAndTimes) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
   const Outcome outcome = sonde(replay_arguments(sweep) + " --skip-bad-frames");
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
-  const io::Json report = io::read_json("replay.json");
+  const io::Json report = read_json("replay.json");
   EXPECT_EQ(report["ledger"]["received"], 6);
   EXPECT_EQ(report["ledger"]["shown"], 3);
   EXPECT_TRUE(report["ledger"]["balanced"]);
@@ -172,7 +172,7 @@ TEST_F(CommandLineTest, AccountsForBadPosesAndTimes) {
   EXPECT_EQ(report["rejected_poses"]["Probe.status_not_ok"], 1);
 }
 
-TEST_F(CommandLineTest, APictureWhoseCalibrationCannotBeIsNotShown) {
+TEST_F(CommandLineTest, AnImageWithAnInvalidCalibrationIsNotShown) {
   const auto sweep_with = [&](const Eigen::Matrix4d& second, TrackingStatus status) {
     return write_sweep({}, [&](io::SequenceFrame& frame) {
       const Eigen::Matrix4d usual = Eigen::Matrix4d::Identity();
@@ -189,7 +189,7 @@ TEST_F(CommandLineTest, APictureWhoseCalibrationCannotBeIsNotShown) {
     const Outcome outcome = sonde(arguments);
     ASSERT_EQ(outcome.code, 0) << outcome.errors;
     EXPECT_NE(outcome.errors.find("frame 2: ImageToProbe"), std::string::npos) << outcome.errors;
-    const io::Json report = io::read_json("replay.json");
+    const io::Json report = read_json("replay.json");
     EXPECT_EQ(report["ledger"]["shown"], 5);
     EXPECT_EQ(report["ledger"]["rejected"]["unusable_picture"], 1);
   };
@@ -219,7 +219,7 @@ TEST_F(CommandLineTest, SaysThatAMissingStatusDegrades) {
   EXPECT_NE(outcome.errors.find("expected a status"), std::string::npos) << outcome.errors;
 }
 
-TEST_F(CommandLineTest, RefusesRecordingsThatHoldNoUsablePicture) {
+TEST_F(CommandLineTest, RejectsRecordingsWithoutAUsableImage) {
   const auto refuse = [&](const std::string& sweep, std::initializer_list<std::string> pieces) {
     expect_refusal(replay_arguments(sweep), 3, pieces);
     EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
@@ -241,13 +241,13 @@ TEST_F(CommandLineTest, RefusesRecordingsThatHoldNoUsablePicture) {
   refuse(write_sweep({}, [](auto& f) { f.timestamp_s.reset(); }), {"Timestamp"});
 }
 
-TEST_F(CommandLineTest, PicturesWaitForThePosesThatAnOffsetNames) {
-  // Six pictures and poses, 100 ms apart.
+TEST_F(CommandLineTest, ImagesWaitForThePosesOfTheirOffset) {
+  // Six images and poses, 100 ms apart.
   const std::string replay = replay_arguments(write_sweep());
   ASSERT_EQ(sonde(replay + " --temporal-offset-ms=-450").code, 0);
-  EXPECT_EQ(io::read_json("replay.json")["ledger"]["rejected"]["Probe.no_pose_yet"], 5);
+  EXPECT_EQ(read_json("replay.json")["ledger"]["rejected"]["Probe.no_pose_yet"], 5);
   ASSERT_EQ(sonde(replay + " --temporal-offset-ms=450").code, 0);
-  EXPECT_EQ(io::read_json("replay.json")["ledger"]["rejected"]["Probe.before_first_pose"], 5);
+  EXPECT_EQ(read_json("replay.json")["ledger"]["rejected"]["Probe.before_first_pose"], 5);
   expect_refusal(replay + " --temporal-offset-ms=-2000", 3,
                  {"none of 6 frames usable: by --temporal-offset-ms -2000, 6 of 6 pictures lie "
                   "after the last pose, by 1500 to 2000 ms"});
@@ -256,7 +256,7 @@ TEST_F(CommandLineTest, PicturesWaitForThePosesThatAnOffsetNames) {
                   "to 600 ms"});
 }
 
-TEST_F(CommandLineTest, RefusesACalibrationThatCannotBe) {
+TEST_F(CommandLineTest, RejectsAnInvalidCalibration) {
   const std::string sweep = write_sweep();
   const std::string base = "replay " + sweep + " --ct " + write_ct() + " --out " +
                            (folder_ / "o").string() + " --config ";
@@ -265,7 +265,7 @@ TEST_F(CommandLineTest, RefusesACalibrationThatCannotBe) {
   expect_refusal(base + write_config("1 2 3"), 3, {"16"});
 }
 
-TEST_F(CommandLineTest, RefusesRecordingsThatAreCutShort) {
+TEST_F(CommandLineTest, RejectsRecordingsThatAreCutShort) {
   for (const bool compressed : {false, true}) {
     const std::string sweep = write_sweep([&](auto& h) { h.compressed = compressed; });
     ASSERT_EQ(sonde("info " + sweep).code, 0);
@@ -276,7 +276,7 @@ TEST_F(CommandLineTest, RefusesRecordingsThatAreCutShort) {
   }
 }
 
-TEST_F(CommandLineTest, ThePlacementOnTheCommandLineWinsOverTheFile) {
+TEST_F(CommandLineTest, ThePlacementOnTheCommandLineOverridesTheFile) {
   const std::string arguments = replay_arguments(write_sweep());
   const std::string matrix = "'1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 1'";
   expect_refusal(arguments + " --registration r.json --ct-from-reference " + matrix, 2,
@@ -287,19 +287,19 @@ TEST_F(CommandLineTest, ThePlacementOnTheCommandLineWinsOverTheFile) {
   expect_refusal(with_session, 3, {"missing.json"});
   const Outcome declared = sonde(with_session + " --ct-from-reference " + matrix);
   ASSERT_EQ(declared.code, 0) << declared.errors;
-  EXPECT_EQ(io::read_json("replay.json")["placement"]["kind"], "declared");
+  EXPECT_EQ(read_json("replay.json")["placement"]["kind"], "declared");
   std::ofstream(session) << "[placement]\nregistration = \"missing.json\"\n"
                             "ct_from_reference_mm = [1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]\n";
   expect_refusal(with_session, 3, {"placement.registration", "both"});
 }
 
-TEST_F(CommandLineTest, StampsMayBeginBeforeTheOriginOfTheClock) {
+TEST_F(CommandLineTest, TimeStampsMayBeginBeforeTheOriginOfTheClock) {
   const auto played = [&](double shift_s) {
     const std::string sweep =
         write_sweep({}, [&](io::SequenceFrame& frame) { *frame.timestamp_s += shift_s; });
     const Outcome outcome = sonde(replay_arguments(sweep));
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
-    return io::read_json("replay.json");
+    return read_json("replay.json");
   };
   const io::Json usual = played(0);
   const io::Json early = played(-1000);
@@ -307,8 +307,8 @@ TEST_F(CommandLineTest, StampsMayBeginBeforeTheOriginOfTheClock) {
   EXPECT_EQ(early["image_sha256"], usual["image_sha256"]);
 }
 
-/// TOML is UTF-8, names of files need not be: the session would name another file.
-TEST_F(CommandLineTest, ASessionNamesNoOtherFileThanTheOneThatWasGiven) {
+/// TOML is UTF-8, but file names may have other bytes: the session would name another file.
+TEST_F(CommandLineTest, ASessionNeverNamesAnotherFileThanTheGivenOne) {
   const std::string latin = "c\xe9t.mha";
   for (const char* verb : {"replay s.mha --ct ", "slices ", "predicates "}) {
     expect_refusal(verb + latin + " --print-session", 2, {"UTF-8", latin});
@@ -323,7 +323,7 @@ TEST_F(CommandLineTest, ASessionNamesNoOtherFileThanTheOneThatWasGiven) {
   EXPECT_EQ(sonde("replay c\xc3\xa9t.mha --print-session").code, 0);
 }
 
-TEST_F(CommandLineTest, MoreThreadsThanCoresMakeNoNoise) {
+TEST_F(CommandLineTest, MoreThreadsThanCoresCauseNoMessages) {
   const Outcome outcome = sonde(replay_arguments(write_sweep()) + " --threads 1000");
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
   EXPECT_EQ(outcome.errors.find("TBB"), std::string::npos) << outcome.errors;

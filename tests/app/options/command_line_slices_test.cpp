@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// Slices, as a user asks for them.
+// Slices on the command line.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -42,8 +42,8 @@ TEST_F(CommandLineTest, WritesSlicesThroughAPoint) {
   expect_refusal("slices missing.mha --out " + out.string(), 3, {"missing.mha"});
 }
 
-TEST_F(CommandLineTest, SlicesShowASecondVolumeInItsOwnWindowAndSayWhich) {
-  // As MR has them: background, a dark body, and a few bright voxels.
+TEST_F(CommandLineTest, SlicesShowASecondVolumeInItsReportedWindow) {
+  // Values like in MR: background, a dark body and a few bright voxels.
   VoxelGrid grid;
   grid.size = {30, 30, 30};
   grid.spacing_mm = {4, 4, 4};
@@ -62,7 +62,7 @@ TEST_F(CommandLineTest, SlicesShowASecondVolumeInItsOwnWindowAndSayWhich) {
   const Outcome outcome = sonde(arguments);
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
   const std::string said = outcome.output + outcome.errors;
-  EXPECT_NE(said.find("; of the second volume: level 500, width 1000"), std::string::npos) << said;
+  EXPECT_NE(said.find("second volume: level 500, width 1000"), std::string::npos) << said;
   const auto picture = io::read_png(out / "axial.png");
   ASSERT_TRUE(test::has_value(picture));
   EXPECT_EQ(picture->at(72, 80).r, 51) << "the body: a fifth of white";
@@ -101,7 +101,7 @@ TEST_F(CommandLineTest, SlicesOf64PixelsHaveTheLettersOfTheirEdges) {
                  {"--size: expected a whole number of 64 to 8192 pixels"});
 }
 
-TEST_F(CommandLineTest, WritesObliqueSlicesAndThoseAlongANeedle) {
+TEST_F(CommandLineTest, WritesObliqueSlicesAndSlicesAlongANeedle) {
   const auto out = folder_ / "slices";
   const std::string arguments =
       "slices " + write_ct() + " --out " + out.string() + " --size 192 --at 0 0 0";
@@ -113,10 +113,10 @@ TEST_F(CommandLineTest, WritesObliqueSlicesAndThoseAlongANeedle) {
   }
   const std::string oblique = bytes("oblique.png");
   for (const char* name : {"my-needle.png", "report.json"}) std::ofstream(out / name) << "mine";
-  // The same plane by two directions of it: seen from the feet, the patient's left to the right.
+  // Two directions give the same plane: seen from the feet, the patient's left is at the right.
   ASSERT_EQ(sonde(arguments + " --right 2 0 0 --down 1 3 -3 --slab 8").code, 0);
   EXPECT_EQ(bytes("oblique.png"), oblique);
-  // This run knows of no needle; that of the one before must not seem to be its own.
+  // This run has no needle; the needle slices of the earlier run must be gone.
   EXPECT_FALSE(std::filesystem::exists(out / "needle-1.png"));
   EXPECT_FALSE(std::filesystem::exists(out / "needle-2.png"));
   EXPECT_EQ(bytes("my-needle.png"), "mine");
@@ -134,14 +134,14 @@ TEST_F(CommandLineTest, WritesObliqueSlicesAndThoseAlongANeedle) {
   expect_refusal(arguments + " --share 1", 2, {"--share requires --recording or --second"});
 }
 
-TEST_F(CommandLineTest, WritesTheSliceAlongAPictureAndFusesBoth) {
+TEST_F(CommandLineTest, WritesAndFusesTheSliceAlongAnImage) {
   const auto out = folder_ / "slices";
   const std::string ct = write_ct();
   const std::string arguments = "slices " + ct + " --out " + out.string() + " --size 192";
   const std::string recording = arguments + " --recording " + write_sweep() + " --config " +
                                 write_config() +
                                 " --ct-from-reference \"1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\"";
-  // Pictures are of 40 + 30 i, the CT is air about (0, 0, 2 i), at the face of the probe.
+  // Image i has the value 40 + 30 i; the CT is air around (0, 0, 2 i), at the face of the probe.
   const auto grey = [&](const std::string& options) {
     const Outcome outcome = sonde(options);
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
@@ -167,7 +167,7 @@ TEST_F(CommandLineTest, WritesTheSliceAlongAPictureAndFusesBoth) {
   expect_refusal(arguments + " --second no.mha", 3, {"no.mha"});
 }
 
-TEST_F(CommandLineTest, SlicesOfASessionAreThoseOfItsFilesAndItsPath) {
+TEST_F(CommandLineTest, SlicesOfASessionUseItsFilesAndItsPath) {
   const auto session = folder_ / "session.toml";
   const auto out = folder_ / "slices";
   const auto bytes = [&](const std::string& name) { return text_of(out / name); };
@@ -185,12 +185,12 @@ TEST_F(CommandLineTest, SlicesOfASessionAreThoseOfItsFilesAndItsPath) {
   const std::string arguments = "slices --size 192 --session " + session.string();
   const std::vector<std::string> whole{"axial.png", "coronal.png", "sagittal.png"};
 
-  // The path is drawn as a needle at the same place is, whose tip is the point of all slices too.
+  // The path is drawn like a needle at the same position; its target is the point of all slices.
   const auto on_line = [&](const std::string& name) {
     const auto picture = io::read_png(out / name);
     if (!picture) return std::ptrdiff_t{-1};
     return std::ranges::count_if(picture->pixels(), [](const Rgba8& p) {
-      return p.b > p.r + 30;  // The CT is grey, the words are yellow.
+      return p.b > p.r + 30;  // The CT is grey, the text is yellow.
     });
   };
   std::ofstream(session) << files << plan;
@@ -207,7 +207,7 @@ TEST_F(CommandLineTest, SlicesOfASessionAreThoseOfItsFilesAndItsPath) {
   EXPECT_EQ(std::pair(on_line("needle-1.png"), on_line("needle-2.png")), along_path);
   EXPECT_FALSE(std::filesystem::exists(out / "path-1.png"));
 
-  // Its recording is laid over the CT, unless an option says what is.
+  // The slices show the session's recording over the CT, unless an option replaces it.
   std::ofstream(session) << files << recording << plan;
   const Outcome along = sonde(arguments + " --frame 3 --share 1");
   ASSERT_EQ(along.code, 0) << along.errors;

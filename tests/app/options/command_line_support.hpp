@@ -43,7 +43,7 @@ inline std::ptrdiff_t threads_here() {
   return std::distance(std::filesystem::directory_iterator("/proc/self/task"), {});
 }
 
-/// Standard input, output and errors of this process from now on.
+/// Redirects standard output and errors of this process to files, and closes its standard input.
 inline bool redirect(const std::filesystem::path& output, const std::filesystem::path& errors) {
   return std::freopen("/dev/null", "r", stdin) && std::freopen(output.c_str(), "w", stdout) &&
          std::freopen(errors.c_str(), "w", stderr);
@@ -51,13 +51,13 @@ inline bool redirect(const std::filesystem::path& output, const std::filesystem:
 
 class CommandLineTest : public ::testing::Test {
  protected:
-  /// The program in a process of its own, which is a copy of this one: to load its hundred
-  /// libraries takes longer than most of what is asked of it. arguments: as for a shell.
+  /// Runs the program in a copy of this process, because loading its hundred libraries takes longer
+  /// than most tests. arguments: as for a shell.
   Outcome sonde(const std::string& arguments) {
     wordexp_t words{};
-    EXPECT_EQ(::wordexp(("sonde " + arguments).c_str(), &words, WRDE_NOCMD | WRDE_UNDEF), 0)
+    EXPECT_EQ(::wordexp((program_ + " " + arguments).c_str(), &words, WRDE_NOCMD | WRDE_UNDEF), 0)
         << arguments;
-    // A copy has none of the other threads, but waits for their locks.
+    // A copy does not have the other threads, but would wait for their locks.
     EXPECT_EQ(threads_here(), 1);
     const auto output = folder_ / "stdout.txt";
     const auto errors = folder_ / "stderr.txt";
@@ -65,16 +65,16 @@ class CommandLineTest : public ::testing::Test {
     const pid_t child = ::fork();
     if (child == 0) {
       if (!redirect(output, errors)) std::_Exit(127);
-      const int code = run_command_line(static_cast<int>(words.we_wordc), words.we_wordv);
+      const int code = run_(static_cast<int>(words.we_wordc), words.we_wordv);
       std::fflush(nullptr);
-      std::_Exit(code);  // std::exit() would take for leaks what the test still holds.
+      std::_Exit(code);  // std::exit() would report the test's own memory as leaks.
     }
     ::wordfree(&words);
     int status = 0;
     EXPECT_EQ(::waitpid(child, &status, 0), child);
     return {exit_code_of(status), text_of(output), text_of(errors)};
   }
-  /// The program as it is built, by a shell.
+  /// Runs the built program in a shell.
   Outcome built_sonde(const std::string& arguments) {
     const auto output = folder_ / "stdout.txt";
     const auto errors = folder_ / "stderr.txt";
@@ -83,23 +83,23 @@ class CommandLineTest : public ::testing::Test {
     const int status = std::system(command.c_str());
     return {exit_code_of(status), text_of(output), text_of(errors)};
   }
-  /// The program stops with a code and one line of error that holds every piece.
+  /// Expects the program to stop with a code and one line of error that contains every piece.
   void expect_refusal(const std::string& arguments, int code,
                       std::initializer_list<std::string> pieces) {
     expect_refusal(sonde(arguments), arguments, code, pieces);
   }
-  static void expect_refusal(const Outcome& outcome, const std::string& arguments, int code,
-                             std::initializer_list<std::string> pieces) {
+  void expect_refusal(const Outcome& outcome, const std::string& arguments, int code,
+                      std::initializer_list<std::string> pieces) const {
     EXPECT_EQ(outcome.code, code) << arguments << "\n" << outcome.errors;
     std::istringstream lines(outcome.errors);
     int errors = 0;
     std::string error;
     for (std::string line; std::getline(lines, line);) {
-      if (line.starts_with("sonde: error: ")) {
+      if (line.starts_with(program_ + ": error: ")) {
         ++errors;
         error = line;
       }
-      EXPECT_FALSE(line.starts_with("sonde: bug: ")) << line;
+      EXPECT_FALSE(line.starts_with(program_ + ": bug: ")) << line;
     }
     EXPECT_EQ(errors, 1) << arguments << "\n" << outcome.errors;
     for (const std::string& piece : pieces) {
@@ -122,7 +122,7 @@ class CommandLineTest : public ::testing::Test {
     return path.string();
   }
 
-  /// A small tracked sweep; change makes it wrong.
+  /// Writes a small tracked sweep; the change functions may add errors.
   std::string write_sweep(const std::function<void(io::SequenceHeader&)>& change_header = {},
                           const std::function<void(io::SequenceFrame&)>& change_frame = {},
                           int frames = 6) {
@@ -163,14 +163,16 @@ class CommandLineTest : public ::testing::Test {
            (folder_ / out).string() + " --width " + std::to_string(width) + " --height " +
            std::to_string(height) + " --step 2 --json " + (folder_ / "replay.json").string();
   }
-  io::Json io::read_json(const std::string& name) {
+  io::Json read_json(const std::string& name) {
     std::ifstream file(folder_ / name);
     return io::Json::parse(file, nullptr, false);
   }
   test::TemporaryFolder folder_;
+  std::string program_ = "sonde";  ///< Its name in messages.
+  int (*run_)(int argc, const char* const* argv) = &run_command_line;
 };
 
-/// A small ultrasound volume of 20 x 24 x 18 voxels of 1 mm.
+/// Writes a small ultrasound volume of 20 x 24 x 18 voxels of 1 mm.
 inline std::string write_ultrasound(const std::filesystem::path& file) {
   VoxelGrid grid;
   grid.size = {20, 24, 18};

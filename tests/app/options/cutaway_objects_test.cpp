@@ -26,7 +26,7 @@ class Reports final : public Diagnostics {
   std::string text;
 };
 
-/// A tetrahedron of four facets at a place, as ASCII STL.
+/// ASCII STL of a tetrahedron at a position.
 std::string tetrahedron(const V& at, double edge = 10) {
   std::ostringstream stl;
   const V p[4] = {at, at + edge * V::UnitX(), at + edge * V::UnitY(), at + edge * V::UnitZ()};
@@ -101,7 +101,7 @@ file = "lesion.stl"
   EXPECT_EQ(*to_toml(*again), *to_toml(*config));
 }
 
-TEST_F(CutawayObjectsTest, SessionsSayWhichObjectCannotBe) {
+TEST_F(CutawayObjectsTest, SessionsNameTheInvalidObject) {
   const auto refused = [&](const std::string& keys, std::vector<std::string> pieces) {
     return test::refuses(
         read_session_config(write("bad.toml", "[[cutaway_objects]]\n" + keys + "\n")),
@@ -120,7 +120,7 @@ TEST_F(CutawayObjectsTest, SessionsSayWhichObjectCannotBe) {
                       {"vertices_mm", "3 finite"}));
 }
 
-TEST_F(CutawayObjectsTest, PolygonsAndBoxesThatCannotBeAreRefused) {
+TEST_F(CutawayObjectsTest, InvalidPolygonsAndBoxesAreRejected) {
   const auto refused = [](const CutawayObject& object, const std::string& piece) {
     return test::refuses(validate({object}), ErrorCode::kUsage, {"cutaway_objects[0]", piece});
   };
@@ -145,7 +145,7 @@ TEST_F(CutawayObjectsTest, PolygonsAndBoxesThatCannotBeAreRefused) {
   EXPECT_TRUE(refused(box, "centre_mm"));
 }
 
-TEST_F(CutawayObjectsTest, SurfacesThatCannotBeReadAreRefusedByFile) {
+TEST_F(CutawayObjectsTest, UnreadableSurfacesAreRejectedByFile) {
   const auto refused = [&](const std::string& name, const std::string& contents,
                            const std::string& piece = "") {
     return test::refuses(read_mesh(write(name, contents)), ErrorCode::kMalformedData,
@@ -164,7 +164,7 @@ TEST_F(CutawayObjectsTest, SurfacesThatCannotBeReadAreRefusedByFile) {
                             {"lesion.obj"}));
 }
 
-TEST_F(CutawayObjectsTest, ReadsBinaryStlAndRefusesItCutShort) {
+TEST_F(CutawayObjectsTest, ReadsBinaryStlAndRejectsItCutShort) {
   std::string stl(80, ' ');
   const auto put = [&](const auto& value) {
     stl.append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -182,7 +182,7 @@ TEST_F(CutawayObjectsTest, ReadsBinaryStlAndRefusesItCutShort) {
                             ErrorCode::kMalformedData, {"short.stl"}));
 }
 
-TEST_F(CutawayObjectsTest, WarnsOfASurfaceBesideTheCt) {
+TEST_F(CutawayObjectsTest, WarnsOfASurfaceOutsideTheCt) {
   const auto shapes = read_mesh(write("ras.stl", tetrahedron({-25, -25, 5})));
   ASSERT_TRUE(test::has_value(shapes));
   EXPECT_NE(reports_.text.find("ras.stl: it lies 21 mm outside of the CT"), std::string::npos);

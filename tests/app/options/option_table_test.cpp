@@ -83,7 +83,7 @@ TEST(OptionTableTest, ConditionsAndExclusionsNameOptionsOfSomeCommonVerb) {
   for (const Option& option : option_table()) {
     std::vector<std::string> named = option.excludes;
     std::vector<Condition> conditions = option.idle_with;
-    for (const Need& need : option.needs) {
+    for (const Requirement& need : option.needs) {
       EXPECT_TRUE(need.met == nullptr || !need.text.empty()) << name_of(option);
       conditions.insert(conditions.end(), need.any_of.begin(), need.any_of.end());
     }

@@ -99,7 +99,7 @@ TEST_F(SessionConfigTest, ReadsThePlanAndTheKindOfView) {
               "1 mm apart"));
 }
 
-TEST_F(SessionConfigTest, ReadsTheWindowOfFlatPicturesAndKeepsThatNoneWasSaid) {
+TEST_F(SessionConfigTest, ReadsTheWindowOfFlatImagesAndKeepsItsAbsence) {
   const auto config = read("[view]\nwindow_level = -500\nwindow_width = 1500\n");
   ASSERT_TRUE(test::has_value(config));
   EXPECT_EQ(config->view.window_level, -500);
@@ -114,7 +114,7 @@ TEST_F(SessionConfigTest, ReadsTheWindowOfFlatPicturesAndKeepsThatNoneWasSaid) {
                             {"view.window_level"}));
 }
 
-TEST_F(SessionConfigTest, ReadsTheQualityAndRefusesWhatContradicts) {
+TEST_F(SessionConfigTest, ReadsTheQualityAndRejectsContradictions) {
   const auto config = read("[quality]\nclassification = \"post-classified\"\njitter = true\n");
   ASSERT_TRUE(test::has_value(config));
   EXPECT_EQ(config->quality.classification, "post-classified");
@@ -122,20 +122,17 @@ TEST_F(SessionConfigTest, ReadsTheQualityAndRefusesWhatContradicts) {
   const auto again = read(*to_toml(*config));
   ASSERT_TRUE(test::has_value(again));
   EXPECT_EQ(*to_toml(*again), *to_toml(*config));
-  EXPECT_EQ(read("[quality]\nadaptive_error = 0.01\n")->quality.adaptive_error, 0.01);
+  EXPECT_TRUE(test::has_value(read("[quality]\nadaptive_error = 0.01\n"))) << "retired";
   const auto refused = [&](const std::string& text, const std::string& key) {
     return test::refuses(read(text), Code::kMalformedData, {key});
   };
   EXPECT_TRUE(refused("[quality]\nclassification = \"none\"\n", "quality.classification"));
-  EXPECT_TRUE(refused("[quality]\nadaptive_error = 2\n", "quality.adaptive_error"));
-  EXPECT_TRUE(refused("[quality]\nadaptive_error = 0.1\nclassification = \"post-classified\"\n",
-                      "quality.adaptive_error: expected 0 beside post-classified"));
   EXPECT_TRUE(refused("[quality]\njitter = true\n[output]\npixel_error = 0.1\n",
                       "output.pixel_error: expected 0 beside quality.jitter"));
   EXPECT_TRUE(refused("[quality]\nstep = 1\n", "quality.step"));
 }
 
-TEST_F(SessionConfigTest, ReadsTheLook) {
+TEST_F(SessionConfigTest, ReadsTheAppearance) {
   const auto config = read(R"(
 [look]
 file = "liver.vp"
@@ -176,7 +173,7 @@ around_targets = false
                             {"look.cutaway.enabled", "true or false"}));
 }
 
-TEST_F(SessionConfigTest, RefusesUnknownKeysAndSectionsByLine) {
+TEST_F(SessionConfigTest, RejectsUnknownKeysAndSectionsByLine) {
   EXPECT_TRUE(test::refuses(read("[ct]\n\npth = \"a\"\n"), Code::kMalformedData,
                             {"session.toml:3", "ct.pth", "path"}));
   EXPECT_TRUE(test::refuses(read("[cutaway]\nangle_deg = 1\n"), Code::kMalformedData, {"cutaway"}));
@@ -186,7 +183,7 @@ TEST_F(SessionConfigTest, RefusesUnknownKeysAndSectionsByLine) {
                             {"look.nodes.alpha"}));
 }
 
-TEST_F(SessionConfigTest, RefusesALookWithMissingNumbersByLine) {
+TEST_F(SessionConfigTest, RejectsAnAppearanceWithMissingNumbersByLine) {
   EXPECT_TRUE(test::refuses(read("[look]\nnodes = [{rgb = [1,1,1]}]\n"), Code::kMalformedData,
                             {"session.toml:2", "look.nodes.hu", "found nothing"}));
   EXPECT_TRUE(test::refuses(read("[look]\nnodes = [{hu = 1}]\n"), Code::kMalformedData,
@@ -196,7 +193,7 @@ TEST_F(SessionConfigTest, RefusesALookWithMissingNumbersByLine) {
   EXPECT_TRUE(test::has_value(read("[look]\nimportance = [{importance = 1}]\n")));
 }
 
-TEST_F(SessionConfigTest, RefusesWrongTypesAndRanges) {
+TEST_F(SessionConfigTest, RejectsWrongTypesAndRanges) {
   EXPECT_TRUE(test::refuses(read("[output]\nwidth_px = \"wide\"\n"), Code::kMalformedData,
                             {":2", "output.width_px", "whole number", "wide"}));
   EXPECT_TRUE(test::refuses(read("[output]\nwidth_px = -3\n"), Code::kMalformedData, {"-3"}));
@@ -216,7 +213,7 @@ TEST_F(SessionConfigTest, RefusesWrongTypesAndRanges) {
                             {"source.kind", "device"}));
 }
 
-TEST_F(SessionConfigTest, RefusesWhatIsNotToml) {
+TEST_F(SessionConfigTest, RejectsTextThatIsNotToml) {
   EXPECT_TRUE(test::refuses(read("[ct\npath"), Code::kMalformedData, {"session.toml:1"}));
   EXPECT_TRUE(
       test::refuses(read_session_config(folder_ / "none.toml"), Code::kNotFound, {"none.toml"}));

@@ -19,7 +19,7 @@ std::string refusal(const SimulateOptions& options) {
   return ok.error().message;
 }
 
-TEST(SimulateOptionsTest, EveryNumberIsRefusedByNameRangeAndWhatWasFound) {
+TEST(SimulateOptionsTest, ErrorsOfNumbersGiveNameRangeAndFoundValue) {
   struct Case {
     const char* name;
     double SimulateOptions::*number;
@@ -65,7 +65,7 @@ TEST(SimulateOptionsTest, EveryNumberIsRefusedByNameRangeAndWhatWasFound) {
   }
 }
 
-TEST(SimulateOptionsTest, APictureHasTheProbesOwnPixelsOrAFewThousandAtMost) {
+TEST(SimulateOptionsTest, AnImageHasTheSizeOfTheProbeOrAtMostAFewThousandPixels) {
   for (int SimulateOptions::*side : {&SimulateOptions::columns, &SimulateOptions::rows}) {
     SimulateOptions options;
     for (const int accepted : {0, 16, 4096}) {
@@ -80,7 +80,7 @@ TEST(SimulateOptionsTest, APictureHasTheProbesOwnPixelsOrAFewThousandAtMost) {
   }
 }
 
-TEST(SimulateOptionsTest, ABreathIsOfAPatientWhoBreathes) {
+TEST(SimulateOptionsTest, RejectsBreathingNumbersWithoutBreathing) {
   SimulateOptions options;
   options.breathing_mm = 5;
   EXPECT_THAT(refusal(options), StartsWith("--breathing-mm requires --breathing rigid"));
@@ -108,13 +108,13 @@ TEST(SimulateOptionsTest, AStraightNeedleDoesNotBend) {
   EXPECT_EQ(refusal(options), "--needle-bending-mm: expected 0 to 200 mm, found -3");
 }
 
-TEST(SimulateOptionsTest, APointToLookAtIsFinite) {
+TEST(SimulateOptionsTest, RejectsAPointThatIsNotFinite) {
   SimulateOptions options;
   options.look_at_mm = {1, 2, std::numeric_limits<double>::infinity()};
   EXPECT_EQ(refusal(options), "--look-at: expected 3 finite numbers, mm, found inf");
 }
 
-TEST(SimulateOptionsTest, ARecordingHasTwoPictures) {
+TEST(SimulateOptionsTest, ARecordingHasAtLeastTwoImages) {
   SimulateOptions options;
   options.frame_rate_hz = 5;
   options.duration_s = 0.2;

@@ -46,7 +46,7 @@ ScalarVolume block(int side, std::int16_t first = 0) {
       std::make_shared<const Volume>(*Volume::create(grid, std::move(voxels), "block")));
 }
 
-/// Set where the program was started to write into a cache.
+/// Environment variable that makes this program write into the cache of that folder.
 constexpr const char* kWriteInto = "SONDE_TEST_WRITE_INTO";
 
 ScanLines along(const Eigen::Vector3d& away) { return *ScanLines::parallel({away}, {{0, 0, 0}}); }
@@ -58,7 +58,7 @@ DerivedRequest request(const DerivedOptions& options = SnrOptions{}) {
 class FeatureCacheTest : public ::testing::Test {
  protected:
   bool hits(const DerivedRequest& wanted) { return cache_.find(wanted, *diagnostics_).has_value(); }
-  /// Warnings about the file since the last time.
+  /// Warnings about the file since the last call.
   std::string warnings() {
     std::string all;
     for (const auto& entry : diagnostics_->entries()) all += entry.message;
@@ -70,7 +70,7 @@ class FeatureCacheTest : public ::testing::Test {
   std::optional<CollectingDiagnostics> diagnostics_{std::in_place};
 };
 
-TEST_F(FeatureCacheTest, GivesBackTheSameBytesAndTheNote) {
+TEST_F(FeatureCacheTest, ReturnsTheSameBytesAndTheNote) {
   EXPECT_FALSE(hits(request()));
   DerivedVolume made = *compute(request(), {});
   made.note = "7 iterations";
@@ -84,7 +84,7 @@ TEST_F(FeatureCacheTest, GivesBackTheSameBytesAndTheNote) {
   EXPECT_EQ(warnings(), "");
 }
 
-TEST_F(FeatureCacheTest, AnotherVoxelParameterGridOrScanLineIsAnotherFeature) {
+TEST_F(FeatureCacheTest, EveryInputOfAFeatureChangesItsKey) {
   const DerivedRequest kept = request(ConfidenceOptions{});
   cache_.keep(kept, *compute(kept, {}), *diagnostics_);
   ASSERT_TRUE(hits(kept));
@@ -106,7 +106,7 @@ TEST_F(FeatureCacheTest, AnotherVoxelParameterGridOrScanLineIsAnotherFeature) {
   EXPECT_EQ(warnings(), "");
 }
 
-TEST_F(FeatureCacheTest, WhatIsNotWholeIsReportedAndNeverUsed) {
+TEST_F(FeatureCacheTest, DamagedFilesAreReportedAndNeverUsed) {
   cache_.keep(request(), *compute(request(), {}), *diagnostics_);
   const auto path = cache_.path_of(request());
   const std::string whole = *io::read_file(path, 1 << 20);
@@ -128,21 +128,22 @@ TEST_F(FeatureCacheTest, WhatIsNotWholeIsReportedAndNeverUsed) {
     if (piece != "snr") {
       EXPECT_NE(said.find(piece), std::string::npos) << said;
     }
-    EXPECT_NE(said.find("computed anew"), std::string::npos) << said;
+    EXPECT_NE(said.find("computed again"), std::string::npos) << said;
   }
   // A file under the name of another feature is not that feature.
   std::ofstream(cache_.path_of(request(wider)), std::ios::binary) << whole;
   EXPECT_FALSE(hits(request(wider)));
 }
 
-/// Starts this test program anew with one test. Not a fork: a fork beside running threads copies
-/// the locks that these hold, an allocator's among them.
+/// Starts this test program again with a single test. Not a fork alone: a fork while other threads
+/// run would copy locks that they hold, such as the allocator's.
 pid_t start_writer(const std::string& test, const std::filesystem::path& folder) {
   const std::string filter = "--gtest_filter=" + test;
   const std::string cache = std::string(kWriteInto) + "=" + folder.string();
   std::vector<char*> environment{const_cast<char*>(cache.c_str())};  // NOLINT
   for (char** variable = environ; *variable != nullptr; ++variable) {
-    const bool of_this_run = std::string_view(*variable).starts_with("GTEST_");  // Its shard.
+    const bool of_this_run = std::string_view(*variable).starts_with(
+        "GTEST_");  // Settings of this run, such as its shard.
     if (!of_this_run) environment.push_back(*variable);
   }
   environment.push_back(nullptr);
@@ -156,7 +157,7 @@ pid_t start_writer(const std::string& test, const std::filesystem::path& folder)
   return failed == 0 ? writer : -1;
 }
 
-TEST_F(FeatureCacheTest, TwoProcessesMayWriteAtOnce) {
+TEST_F(FeatureCacheTest, ProcessesMayWriteAtTheSameTime) {
   const DerivedVolume made = *compute(request(), {});
   if (const char* folder = std::getenv(kWriteInto)) {
     const FeatureCache shared{folder};
@@ -167,11 +168,11 @@ TEST_F(FeatureCacheTest, TwoProcessesMayWriteAtOnce) {
   std::set<pid_t> writers;
   for (int n = 0; n < 2; ++n) {
     const pid_t writer =
-        start_writer("FeatureCacheTest.TwoProcessesMayWriteAtOnce", folder_ / "features");
+        start_writer("FeatureCacheTest.ProcessesMayWriteAtTheSameTime", folder_ / "features");
     ASSERT_GT(writer, 0);
     writers.insert(writer);
   }
-  // Whoever reads meanwhile finds nothing or all of it.
+  // A reader finds no file or a complete one at any time.
   int found = 0;
   while (!writers.empty()) {
     found += hits(request()) ? 1 : 0;
@@ -193,19 +194,19 @@ TEST_F(FeatureCacheTest, TwoProcessesMayWriteAtOnce) {
   EXPECT_EQ(files, 1);
 }
 
-TEST_F(FeatureCacheTest, AFolderThatCannotBeMadeIsReported) {
+TEST_F(FeatureCacheTest, ReportsAFolderThatCannotBeCreated) {
   std::ofstream(folder_ / "file") << "x";
   const FeatureCache none(folder_ / "file");
   none.keep(request(), *compute(request(), {}), *diagnostics_);
-  EXPECT_NE(warnings().find("nothing is kept"), std::string::npos);
+  EXPECT_NE(warnings().find("not cached"), std::string::npos);
 }
 
-TEST_F(FeatureCacheTest, APipeOfItsNameIsNeitherReadNorWaitedFor) {
+TEST_F(FeatureCacheTest, DoesNotWaitForAPipeOfThatName) {
   std::filesystem::create_directories(folder_ / "features");
   ASSERT_EQ(::mkfifo(cache_.path_of(request()).c_str(), 0600), 0);
   EXPECT_FALSE(hits(request()));
   cache_.keep(request(), *compute(request(), {}), *diagnostics_);
-  EXPECT_NE(warnings().find("found a special one; nothing is kept"), std::string::npos);
+  EXPECT_NE(warnings().find("special file"), std::string::npos);
   EXPECT_TRUE(std::filesystem::is_fifo(cache_.path_of(request())));
 }
 
@@ -214,11 +215,11 @@ class FeatureMakerTest : public FeatureCacheTest {
   Console console_{false};
 };
 
-TEST_F(FeatureMakerTest, ComputesOnceAndFindsItTheNextTime) {
+TEST_F(FeatureMakerTest, ComputesOnceAndThenReadsTheCache) {
   FeatureMaker first(1, folder_ / "features", console_);
   ASSERT_TRUE(test::has_value(first.make("snr", request())));
   ASSERT_TRUE(hits(request()));
-  // Proof that it is read: a file of other values that is whole.
+  // A complete file with other values shows that the cache is read.
   DerivedVolume other = *compute(request(), {});
   other.volume.values = std::make_shared<const std::vector<float>>(12 * 12 * 12, 42.0F);
   cache_.keep(request(), other, *diagnostics_);
@@ -228,7 +229,7 @@ TEST_F(FeatureMakerTest, ComputesOnceAndFindsItTheNextTime) {
   EXPECT_NE(without.make("snr", request())->volume.at(3, 4, 5), 42.0F);
 }
 
-TEST_F(FeatureMakerTest, CtrlCEndsTheComputationInOneSentenceAndKeepsNothing) {
+TEST_F(FeatureMakerTest, CtrlCEndsTheComputationWithOneSentenceAndCachesNothing) {
   const DerivedRequest slow{block(128), ConfidenceOptions{}, along({0, 1, 0})};
   {
     FeatureMaker maker(1, folder_ / "features", console_);
@@ -238,7 +239,7 @@ TEST_F(FeatureMakerTest, CtrlCEndsTheComputationInOneSentenceAndKeepsNothing) {
     });
     const auto made = maker.make("confidence", slow);
     user.join();
-    EXPECT_TRUE(test::refuses(made, ErrorCode::kCancelled, {"confidence", "request to stop"}));
+    EXPECT_TRUE(test::refuses(made, ErrorCode::kCancelled, {"confidence", "cancelled"}));
     EXPECT_TRUE(test::refuses(maker.make("snr", request()), ErrorCode::kCancelled, {"snr"}));
   }
   EXPECT_FALSE(std::filesystem::exists(folder_ / "features"));
@@ -246,7 +247,7 @@ TEST_F(FeatureMakerTest, CtrlCEndsTheComputationInOneSentenceAndKeepsNothing) {
   EXPECT_TRUE(test::has_value(next.make("snr", request()))) << "a new one knows nothing of it";
 }
 
-TEST_F(FeatureMakerTest, ARefusedFeatureIsNotKept) {
+TEST_F(FeatureMakerTest, ARejectedFeatureIsNotCached) {
   FeatureMaker maker(1, folder_ / "features", console_);
   SnrOptions even;
   even.window_voxels = 4;

@@ -35,7 +35,7 @@ std::string layers_text(const std::string& surfaces, const std::string& more = "
          ", \"surfaces\": [" + surfaces + "]}";
 }
 
-TEST(PredicateLayersTest, FlatSurfacesLieAtTheirMillimetres) {
+TEST(PredicateLayersTest, FlatSurfacesLieAtTheirDepthInMillimetres) {
   const auto path =
       written("layers.json", layers_text(flat_surface(2.2) + "," + flat_surface(4.2)));
   const auto labels = read_layers(path, grid_of({6, 12, 5}));
@@ -47,7 +47,7 @@ TEST(PredicateLayersTest, FlatSurfacesLieAtTheirMillimetres) {
   }
 }
 
-TEST(PredicateLayersTest, RefusesByName) {
+TEST(PredicateLayersTest, RejectsErrorsByName) {
   const VoxelGrid grid = grid_of({6, 12, 5});
   const auto refused = [&](const std::string& text, std::initializer_list<std::string> parts) {
     return test::refuses(read_layers(written("bad_layers.json", text), grid),
@@ -64,14 +64,14 @@ TEST(PredicateLayersTest, RefusesByName) {
   EXPECT_FALSE(read_layers(written("none.json", layers_text("")), grid)) << "no surface";
 }
 
-/// Two pictures that look along +y of the volume, depth 0 at its first row.
+/// Scan lines of two images along +y of the volume, with depth 0 at its first row.
 std::string sweep_text(const std::string& pose) {
   const std::string plane =
       "{\"ct_from_image\": " + pose + ", \"low_mm\": [-10, 0], \"high_mm\": [10, 20]}";
   return "{\"sonde_scan_lines\": 1, \"reach_mm\": 3, \"planes\": [" + plane + "]}";
 }
 
-TEST(PredicateScanLinesTest, OfAPlaneRunAlongItAndCountFromItsFace) {
+TEST(PredicateScanLinesTest, RunAlongTheirPlaneWithDepthFromItsFace) {
   Console console(false);
   const VoxelGrid grid = grid_of({6, 12, 5});
   render::PredicateScene predicates;
@@ -82,13 +82,13 @@ TEST(PredicateScanLinesTest, OfAPlaneRunAlongItAndCountFromItsFace) {
   const std::size_t voxel = 6 * 7 + 2;  // i 2, j 7, k 0.
   EXPECT_LT(((*scan.into_ct)[voxel] - Eigen::Vector3f(0, 1, 0)).norm(), 1e-3F);
   EXPECT_NEAR(depth.offset() + depth.scale() * depth.codes()->hu()[voxel], 0.5 * 7 + 1, 0.01);
-  // Further than reach_mm from the only picture nothing is known.
+  // Nothing is known further than reach_mm from the only image.
   const std::size_t far = 12 * 6 * 4 + voxel;
   EXPECT_TRUE((*scan.into_ct)[far].hasNaN() || (*scan.into_ct)[far].isZero());
   EXPECT_EQ(depth.codes()->hu()[far], render::FeatureVolume::kUndefined);
 }
 
-TEST(PredicateScanLinesTest, RefusesByName) {
+TEST(PredicateScanLinesTest, RejectsErrorsByName) {
   Console console(false);
   const VoxelGrid grid = grid_of({6, 12, 5});
   render::PredicateScene predicates;

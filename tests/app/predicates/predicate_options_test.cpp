@@ -24,7 +24,7 @@ namespace {
 using render::features::Paint;
 using E = render::PredicateExpression;
 
-/// Bright above black in one half, dark in the other.
+/// Volume with a dark half and a bright half.
 std::shared_ptr<const Volume> halves() {
   VoxelGrid grid;
   grid.size = {12, 10, 8};
@@ -51,7 +51,7 @@ render::Scene scene_of_halves() {
   return scene;
 }
 
-TEST(PredicateOptionsTest, EditsOfTheHistogramKeepItsSum) {
+TEST(PredicateOptionsTest, EditsKeepTheSumOfTheHistogram) {
   auto model = *render::preset_predicates("carotid-vessel");
   const auto drag = parse_importance("vessel=0.9");
   const auto paint = parse_colour("vessel=200:0.5");
@@ -72,7 +72,7 @@ TEST(PredicateOptionsTest, EditsOfTheHistogramKeepItsSum) {
   EXPECT_TRUE(test::refuses(parse_colour("a=1"), ErrorCode::kUsage, {"NAME=HUE:SATURATION"}));
 }
 
-TEST(PredicateOptionsTest, RefusesNumbersThatCannotBeByKey) {
+TEST(PredicateOptionsTest, RejectsInvalidNumbersByKey) {
   const auto refused = [](auto change, std::initializer_list<std::string> pieces) {
     PredicateOptions options;
     change(options);
@@ -84,7 +84,7 @@ TEST(PredicateOptionsTest, RefusesNumbersThatCannotBeByKey) {
   EXPECT_TRUE(refused([](auto& o) { o.black = std::nan(""); }, {"black", "nan"}));
   EXPECT_TRUE(refused([](auto& o) { o.into_ct = Eigen::Vector3d::Zero(); }, {"into", "not all 0"}));
   EXPECT_TRUE(refused([](auto& o) { o.into_ct = o.apex_ct = Eigen::Vector3d::UnitX(); },
-                      {"apex_mm", "both"}));
+                      {"apex_mm", "into"}));
   EXPECT_TRUE(refused([](auto& o) { o.target = Eigen::Vector4d::Zero(); }, {"target", "radius"}));
   EXPECT_TRUE(refused([](auto& o) { o.needle.emplace().setZero(); }, {"needle", "apart"}));
   EXPECT_TRUE(refused([](auto& o) { o.apex_ct = Eigen::Vector3d(1e300, 0, 0); },
@@ -123,7 +123,7 @@ TEST(PredicateOptionsTest, HuesAreTakenModulo360) {
                             {"predicates.histogram.saturation", "0 to 1", "1.5"}));
 }
 
-TEST(PredicateOptionsTest, ASetUpThatIsNeitherFileNorPresetIsRefusedByKey) {
+TEST(PredicateOptionsTest, RejectsASetThatIsNeitherFileNorPresetByKey) {
   PredicateOptions options;
   options.set_up = "nope.json";
   EXPECT_TRUE(test::refuses(set_up_of(options), ErrorCode::kUsage,
@@ -131,7 +131,7 @@ TEST(PredicateOptionsTest, ASetUpThatIsNeitherFileNorPresetIsRefusedByKey) {
                              "carotid-vessel", "nope.json"}));
 }
 
-/// What is said of a volume's voxels: one warning or nothing.
+/// Warning about a volume's voxels above white; empty for none.
 std::string said_of_white(const std::vector<std::int16_t>& voxels,
                           const PredicateOptions& options) {
   CollectingDiagnostics diagnostics;
@@ -144,7 +144,7 @@ std::string said_of_white(const std::vector<std::int16_t>& voxels,
   return entries[0].message;
 }
 
-TEST(PredicateWhiteTest, MuchAboveWhiteIsSaidWithAWhiteThatFits) {
+TEST(PredicateWhiteTest, WarnsOfManyVoxelsAboveWhiteAndProposesAWhite) {
   PredicateOptions options;  // White 255.
   std::vector<std::int16_t> voxels(1000, 255);
   EXPECT_EQ(said_of_white(voxels, options), "");
@@ -156,10 +156,10 @@ TEST(PredicateWhiteTest, MuchAboveWhiteIsSaidWithAWhiteThatFits) {
     voxels[static_cast<std::size_t>(n)] = static_cast<std::int16_t>(1000 + n);
   voxels[0] = 14600;
   // Above 1290 are 1291 to 1299 and 14600: 1 % of all.
-  EXPECT_EQ(
-      said_of_white(voxels, options),
-      "expected at most 5 % of the known voxels above white, 255, found 30 %, up to 14600, all "
-      "drawn alike; --white 1290 (predicates.white) leaves 1 % above it");
+  const std::string said = said_of_white(voxels, options);
+  for (const char* piece : {"(255)", "found 30 %", "up to 14600", "--white 1290"}) {
+    EXPECT_NE(said.find(piece), std::string::npos) << said;
+  }
   options.white = 1290;
   EXPECT_EQ(said_of_white(voxels, options), "");
 }
@@ -174,7 +174,7 @@ TEST(PredicateWhiteTest, UnknownVoxelsDoNotCount) {
   EXPECT_NE(said_of_white(voxels, options).find("found 100 %, up to 32000"), std::string::npos);
 }
 
-TEST(PredicateOptionsTest, WhatIsSaidWinsOverTheSetUpAndWhatCannotBeIsRefused) {
+TEST(PredicateOptionsTest, OptionsOverrideThePredicateSetAndContradictionsAreRejected) {
   PredicateOptions options;  // carotid-vessel: dark vessels of 2 to 4.5 mm.
   options.bright_vessels = true;
   options.hue_mean = "linear";
@@ -202,16 +202,16 @@ TEST(PredicateOptionsTest, WhatIsSaidWinsOverTheSetUpAndWhatCannotBeIsRefused) {
   std::filesystem::remove(path);
 }
 
-TEST(PredicateOptionsTest, TheOnlyBarKeepsAllImportance) {
+TEST(PredicateOptionsTest, ASingleBarKeepsAllImportance) {
   render::PredicateModel one;
   one.entries.push_back({"vessel", render::PredicateExpression::kind("intensity")});
   one.histogram = *render::PredicateHistogram::create({{1, 0, 0}});
   EXPECT_TRUE(test::refuses(apply_edits({{"vessel", 0.2}}, one), ErrorCode::kUsage,
-                            {"1 of the only predicate", "0.2"}));
+                            {"histogram.importance", "only one predicate", "0.2"}));
   EXPECT_TRUE(test::has_value(apply_edits({{"vessel", 1.0}}, one)));
 }
 
-TEST(PredicateScribblesTest, StrokesOfTheCommandLineFindTheirSlice) {
+TEST(PredicateScribblesTest, ParsesStrokesAndFindsTheirSlice) {
   const auto stroke = parse_stroke("--show", Paint::kShow, "0,0,0 4,0,0 4,3,3 radius=0.7");
   ASSERT_TRUE(test::has_value(stroke));
   EXPECT_EQ(stroke->points.size(), 3U);
@@ -243,7 +243,7 @@ TEST(PredicateScribblesTest, StrokesOfTheCommandLineFindTheirSlice) {
   }
 }
 
-TEST(PredicateScribblesTest, WhatIsPaintedDecidesTheHistogram) {
+TEST(PredicateScribblesTest, StrokesChangeTheHistogram) {
   const auto scene = scene_of_halves();
   const auto show = parse_stroke("--show", Paint::kShow, "8,1,3 8,8,3 radius=0.4 normal=0,0,1");
   const auto hide = parse_stroke("--hide", Paint::kHide, "2,1,3 2,8,3 radius=0.4 normal=0,0,1");
@@ -255,13 +255,13 @@ TEST(PredicateScribblesTest, WhatIsPaintedDecidesTheHistogram) {
   // m = 0.25 · (8, -8) / 16, whose mean is 0.
   EXPECT_NEAR(outcome->histogram.bars()[0].importance, 0.625, 1e-12);
   EXPECT_NEAR(outcome->histogram.bars()[1].importance, 0.375, 1e-12);
-  // Both in the bright half: nothing tells them apart.
+  // Both strokes are in the bright half, so no predicate tells them apart.
   const auto there = parse_stroke("--hide", Paint::kHide, "10,1,3 10,8,3 radius=0.4 normal=0,0,1");
   const auto alike = scribble(scene, {*show, *there}, 0.25);
   ASSERT_TRUE(test::has_value(alike));
   EXPECT_FALSE(alike->decisive);
   EXPECT_TRUE(alike->histogram.bars() == scene.predicates->model.histogram.bars());
-  // Other voxels, of whom the only predicate says nothing else.
+  // A single predicate keeps all importance.
   auto one = scene;
   one.predicates->model.entries.pop_back();
   one.predicates->model.histogram = *render::PredicateHistogram::create({{1, 0, 0.5}});
@@ -272,7 +272,7 @@ TEST(PredicateScribblesTest, WhatIsPaintedDecidesTheHistogram) {
   for (const auto& refused : {scribble(scene, {*show, *off}, 0.25).error(),
                               check_strokes({*show, *off}, scene.ct->grid()).error()}) {
     EXPECT_EQ(refused.code, ErrorCode::kUsage);
-    for (const char* piece : {"stroke 2", "point 2 at (8 8 4)", "1 mm off"}) {
+    for (const char* piece : {"stroke 2", "point 2 at (8 8 4)", "1 mm away"}) {
       EXPECT_NE(refused.message.find(piece), std::string::npos) << refused.message;
     }
   }
@@ -281,7 +281,7 @@ TEST(PredicateScribblesTest, WhatIsPaintedDecidesTheHistogram) {
                             {"stroke 2", "found none"}));
 }
 
-TEST(PredicateScribblesTest, FilesAreReadAndRefusedByPlace) {
+TEST(PredicateScribblesTest, ReadsFilesAndNamesThePositionOfErrors) {
   const test::TemporaryFolder folder;
   const auto path = folder / "strokes.json";
   const auto read = [&](const std::string& text) {
@@ -311,7 +311,7 @@ TEST(PredicateScribblesTest, FilesAreReadAndRefusedByPlace) {
                       {"strokes[0].points_mm", "at least one point"}));
 }
 
-TEST(PredicateLabelsTest, OneFileHoldsMasksSeveralABitEach) {
+TEST(PredicateLabelsTest, OneFileHasMasksSeveralHaveOneBitEach) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics diagnostics;
   VoxelGrid grid;
@@ -346,7 +346,7 @@ TEST(PredicateLabelsTest, OneFileHoldsMasksSeveralABitEach) {
                             {"0 to 4294967295", "-5"}));
 }
 
-TEST(PredicateSessionTest, EveryKeySurvivesTheWayThroughAFile) {
+TEST(PredicateSessionTest, EveryKeySurvivesARoundTripThroughAFile) {
   const test::TemporaryFolder folder;
   const auto path = folder / "session.toml";
   std::ofstream(path) << R"(

@@ -61,10 +61,10 @@ TEST(PredicatePictureTest, NamesOfAnyLengthFit) {
   EXPECT_GT(drawn(200, model_of(32, "ö")).height(), 40);
 }
 
-/// Where the legend of a picture with views of 40 rows begins.
+/// First row of the legend in an image with panels of 40 rows.
 constexpr int kLegend = 28 + 40 + 120;
 
-/// Whether a picture shows a number whole somewhere in its legend.
+/// True when the legend of an image shows the whole number.
 bool says_number(const Image2d<Rgba8>& picture, const std::string& number) {
   render::Canvas measure(1, 1, render::rgb8(0));
   const int width = measure.text_width(15, number);
@@ -88,9 +88,9 @@ bool says_number(const Image2d<Rgba8>& picture, const std::string& number) {
   return false;
 }
 
-TEST(PredicatePictureTest, TheImportanceIsThereWholeBehindAnyName) {
+TEST(PredicatePictureTest, TheImportanceIsShownWholeAfterAnyName) {
   std::vector<std::size_t> lengths{1, 60, 3000};
-  for (std::size_t n = 8; n < 24; ++n) lengths.push_back(n);  // Some of these fill a line.
+  for (std::size_t n = 8; n < 24; ++n) lengths.push_back(n);  // Some of these lengths fill a line.
   for (const std::size_t length : lengths) {
     auto model = model_of(2, std::string(length, 'n'));
     model.histogram.drag(0, 0.164);
@@ -107,7 +107,7 @@ TEST(PredicatePictureTest, NamesOutsideAsciiAreDrawn) {
   EXPECT_TRUE(same(drawn(400, model_of(1, "血管")), drawn(400, model_of(1, "??"))));
 }
 
-TEST(PredicatePictureTest, TheHighestBarIsAsHighAsThereIsRoom) {
+TEST(PredicatePictureTest, TheHighestBarFillsTheHeight) {
   const auto picture = drawn(800, model_of(32));
   int coloured = 0;
   for (int y = 68; y < 68 + 120; ++y) {
@@ -131,7 +131,7 @@ class StrokePictureTest : public ::testing::Test {
     made.plane_normal = {{0, 0, 1}};
     return made;
   }
-  /// Pixels that say "show".
+  /// Number of pixels in the colour of "show".
   int green(const std::vector<Stroke>& strokes, int side = 200) {
     const auto picture = stroke_picture(*volume_, {0, 255}, strokes, side, side);
     int count = 0;
@@ -154,8 +154,8 @@ TEST_F(StrokePictureTest, EverySliceIsShown) {
   EXPECT_GT(before, 0);
 }
 
-// Slices may lie nearer to each other than half a millimetre, and cross.
-TEST_F(StrokePictureTest, StrokesOfNeighbouringVoxelsAndOtherDirectionsAreShownToo) {
+// Slices may be nearer to each other than half a millimetre, and may cross.
+TEST_F(StrokePictureTest, CloseAndCrossingSlicesAreAllShown) {
   VoxelGrid fine;
   fine.size = {40, 40, 40};
   fine.spacing_mm = {0.4, 0.4, 0.4};
@@ -166,14 +166,14 @@ TEST_F(StrokePictureTest, StrokesOfNeighbouringVoxelsAndOtherDirectionsAreShownT
   Stroke hidden = first;
   hidden.paint = Paint::kHide;
   EXPECT_GT(green({hidden, beside}), 50);
-  // Its points lie in the first slice, most of its voxels do not.
+  // Its points lie in the first slice, but most of its voxels do not.
   Stroke across = stroke({3, 6, 4.8}, {10, 6, 4.8});
   across.plane_normal = {{0, 1, 0}};
   across.radius_mm = 2;
   EXPECT_GT(green({hidden, across}), 400);
 }
 
-TEST_F(StrokePictureTest, WhatThereIsNoRoomForIsCounted) {
+TEST_F(StrokePictureTest, CountsTheSlicesThatDoNotFit) {
   std::vector<Stroke> strokes;
   for (int n = 0; n < 12; ++n) strokes.push_back(stroke({5, 20, 3.0 * n}, {35, 20, 3.0 * n}));
   const auto yellow = [&](int side) {
@@ -186,7 +186,7 @@ TEST_F(StrokePictureTest, WhatThereIsNoRoomForIsCounted) {
   EXPECT_EQ(yellow(400), 0);
 }
 
-TEST_F(StrokePictureTest, OnlyWhatWasMarkedIsDrawn) {
+TEST_F(StrokePictureTest, OnlyMarkedVoxelsAreColoured) {
   const int inside = green({stroke({5, 20, 20}, {35, 20, 20})});
   const int a_fifth = green({stroke({5, 20, 20}, {11, 20, 20})});
   EXPECT_GT(inside, 1000);

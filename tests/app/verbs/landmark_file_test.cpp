@@ -56,7 +56,7 @@ TEST_F(LandmarkFileTest, ReadsTheAxesOfTheErrorsInBothFrames) {
                             ErrorCode::kMalformedData, {"column 8", "reference_sigma_x_mm"}));
 }
 
-TEST_F(LandmarkFileTest, RefusesByLineAndColumn) {
+TEST_F(LandmarkFileTest, RejectsErrorsByLineAndColumn) {
   using Code = ErrorCode;
   const std::string header = std::string(kHeader) + "\n";
   EXPECT_TRUE(test::refuses(read("x,y,z\n1,2,3\n"), Code::kMalformedData, {":1:", "name", "x"}));
@@ -71,7 +71,7 @@ TEST_F(LandmarkFileTest, RefusesByLineAndColumn) {
       test::refuses(read_landmarks(folder_ / "missing.csv"), Code::kNotFound, {"missing.csv"}));
 }
 
-/// The lines of pairs that lie in the CT where they lie in the reference, but for an offset.
+/// Lines of a landmark file for pairs of points.
 std::string lines_of(const std::vector<Eigen::Vector3d>& reference,
                      const std::vector<Eigen::Vector3d>& ct) {
   std::ostringstream text;
@@ -86,7 +86,7 @@ std::string lines_of(const std::vector<Eigen::Vector3d>& reference,
   return text.str();
 }
 
-TEST_F(LandmarkFileTest, PairsThatNothingChecksAreWarnedOf) {
+TEST_F(LandmarkFileTest, WarnsOfPairsThatNoOtherPairChecks) {
   const Point<frames::Ct> target{{10, 10, 10}};
   CollectingDiagnostics diagnostics;
   const auto warnings_of = [&](const std::vector<Eigen::Vector3d>& reference,
@@ -99,7 +99,7 @@ TEST_F(LandmarkFileTest, PairsThatNothingChecksAreWarnedOf) {
     EXPECT_TRUE(decision.accepted);
     return decision.warnings;
   };
-  // A triangle of two equal sides: the same points the other way round fit as well.
+  // A triangle with two equal sides: with two points swapped it fits as well.
   const std::vector<Eigen::Vector3d> equal{{0, 150, 0}, {-30, 0, 0}, {30, 0, 0}};
   for (const auto& warnings :
        {warnings_of(equal, equal), warnings_of(equal, {equal[0], equal[2], equal[1]})}) {
@@ -112,14 +112,14 @@ TEST_F(LandmarkFileTest, PairsThatNothingChecksAreWarnedOf) {
   EXPECT_EQ(warnings_of(unlike, unlike).size(), 1u);
   const std::vector<Eigen::Vector3d> four{{0, 150, 0}, {-90, 0, 0}, {30, 0, 0}, {0, 10, 90}};
   EXPECT_TRUE(warnings_of(four, four).empty());
-  // All in one plane: a mirrored list fits as well, so that either is warned of.
+  // Nearly in one plane: a mirrored list fits as well, so both lists get a warning.
   const std::vector<Eigen::Vector3d> flat{{0, 150, 0}, {-90, 0, 0}, {30, 0, 1}, {70, 90, 0}};
   std::vector<Eigen::Vector3d> mirrored = flat;
   for (Eigen::Vector3d& p : mirrored) p.x() = -p.x();
   for (const auto& ct : {flat, mirrored}) {
     const auto warnings = warnings_of(flat, ct);
     ASSERT_EQ(warnings.size(), 1u);
-    EXPECT_NE(warnings[0].find("left and right are not told apart"), std::string::npos);
+    EXPECT_NE(warnings[0].find("left from right"), std::string::npos);
   }
 }
 

@@ -8,9 +8,9 @@
 namespace nav::app {
 namespace {
 
-constexpr int kPanel = 400;       // Three of them in a row,
-constexpr int kCaption = 24;      // below captions.
-constexpr int kClearlyRed = 100;  // Of red over green; greys have none.
+constexpr int kPanel = 400;       // Width of each of the three panels, pixels.
+constexpr int kCaption = 24;      // Height of the captions above them, pixels.
+constexpr int kClearlyRed = 100;  // Excess of red over green; greys have none.
 
 Volume soft_ct() {
   VoxelGrid grid;
@@ -32,7 +32,7 @@ Image2d<Rgba8> picture(bool accepted) {
   return registration_picture(soft_ct(), tracked, pose, pose, accepted, {});
 }
 
-/// Pixels of a caption that are red.
+/// Number of red pixels in a caption.
 int red(const Image2d<Rgba8>& picture, int panel) {
   int count = 0;
   for (int y = 0; y < kCaption; ++y) {
@@ -44,7 +44,7 @@ int red(const Image2d<Rgba8>& picture, int panel) {
   return count;
 }
 
-TEST(RegistrationPictureTest, ARefusedOneSaysSoInRed) {
+TEST(RegistrationPictureTest, ARefusedRegistrationHasARedCaption) {
   const auto refused = picture(false);
   EXPECT_GT(red(refused, 2), 50);
   EXPECT_EQ(red(refused, 0) + red(refused, 1), 0);

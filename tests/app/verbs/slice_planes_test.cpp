@@ -12,7 +12,7 @@ namespace {
 using Vec = Eigen::Vector3d;
 constexpr double kRoundingPx = 1e-9;
 
-/// 60 x 40 x 90 mm about the origin.
+/// CT of 60 x 40 x 90 mm around the origin.
 Volume ct() {
   VoxelGrid grid;
   grid.size = {30, 20, 30};
@@ -21,7 +21,7 @@ Volume ct() {
   return *Volume::create(grid, std::vector<std::int16_t>(grid.voxel_count()), "box");
 }
 
-/// How far the corners of the CT lie from the middle of the picture, pixels.
+/// Largest distance of a corner of the CT from the middle of the image, pixels.
 double reach_px(const Volume& volume, const NamedPlane& slice) {
   const Vec half = 0.5 * volume.grid().extent_mm();
   double most = 0;
@@ -35,7 +35,7 @@ double reach_px(const Volume& volume, const NamedPlane& slice) {
   return most;
 }
 
-TEST(SlicePlanesTest, TheCtFitsAboutAnyPointInOneScale) {
+TEST(SlicePlanesTest, TheCtFitsAroundAnyPointAtOneScale) {
   const Volume volume = ct();
   SlicesOptions options;
   options.size_px = 200;

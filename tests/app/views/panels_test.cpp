@@ -26,7 +26,7 @@ Image2d<Rgba8> composed(const std::string& note, const std::string& warning = ""
   return compose_panels(view, {epoch, *ct, {}, {}, banner, {}, note, warning});
 }
 
-TEST(PanelsTest, SayWhatTheEngineGaveUpOverThe3dViewAlone) {
+TEST(PanelsTest, ShowTheEnginesNoteOverThe3dViewOnly) {
   const auto silent = composed("");
   const auto spoken = composed("CT down-sampled to 2 mm");
   ASSERT_EQ(silent.width(), spoken.width());
@@ -41,9 +41,9 @@ TEST(PanelsTest, SayWhatTheEngineGaveUpOverThe3dViewAlone) {
   EXPECT_GT(changed, 500);
 }
 
-TEST(PanelsTest, SayWhatTheRegistrationIsWarnedOfBelowTheNote) {
+TEST(PanelsTest, ShowTheRegistrationWarningBelowTheNote) {
   const auto silent = composed("");
-  const auto warned = composed("", "registration warned: cost of the match: 0.3");
+  const auto warned = composed("", "registration warning: cost of the match: 0.3");
   int changed = 0;
   for (int y = 0; y < silent.height(); ++y) {
     for (int x = 0; x < silent.width(); ++x) {
@@ -55,7 +55,8 @@ TEST(PanelsTest, SayWhatTheRegistrationIsWarnedOfBelowTheNote) {
   EXPECT_GT(changed, 500);
 }
 
-/// A live black picture of 40 mm in the plane z = 0 of the CT, with a needle along +z of its frame.
+/// Epoch with a live black image of 40 mm in the plane z = 0 of the CT, and a needle whose +z
+/// points along a direction.
 session::Epoch with_needle(const Eigen::Vector3d& tip, const Eigen::Vector3d& along) {
   UltrasoundFrame frame;
   constexpr int kSide = 80;
@@ -68,7 +69,7 @@ session::Epoch with_needle(const Eigen::Vector3d& tip, const Eigen::Vector3d& al
   epoch.frame = TrackedFrame{frame, Transform<frames::Reference, frames::Image>(still, zero),
                              Duration::zero(), false};
   epoch.ultrasound = epoch.placement = epoch.plane = epoch.needle = {valid, ""};
-  // The picture's middle column lies at x = 20 of the CT.
+  // The image's middle column lies at x = 20 of the CT.
   epoch.ct_from_image = Transform<frames::Ct, frames::Image>(still, {20, 0, 0});
   const auto turn = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), along);
   epoch.ct_from_needle = Transform<frames::Ct, frames::Needle>(turn, tip);
@@ -89,7 +90,7 @@ Image2d<Rgba8> composed(const session::Epoch& epoch, int width = kWidth, int hei
   return compose_panels(view, context);
 }
 
-/// Pixels of the flat panels in which two pictures differ.
+/// Number of pixels of the flat panels in which two images differ.
 int changed_in_panels(const Image2d<Rgba8>& a, const Image2d<Rgba8>& b) {
   int changed = 0;
   for (int y = 0; y < kHeight; ++y) {
@@ -98,7 +99,7 @@ int changed_in_panels(const Image2d<Rgba8>& a, const Image2d<Rgba8>& b) {
   return changed;
 }
 
-TEST(PanelsTest, ANeedleIsDrawnOnlyWhereItMeetsThePlane) {
+TEST(PanelsTest, TheNeedleIsDrawnOnlyWhereItMeetsThePlane) {
   const auto none = [] {
     session::Epoch epoch = with_needle({0, 0, 0}, {0, 1, 0});
     epoch.needle = {SafetyState::kLost, ""};
@@ -124,7 +125,7 @@ TEST(PanelsTest, ANeedleIsDrawnOnlyWhereItMeetsThePlane) {
   EXPECT_NE(ring, dot);
 }
 
-TEST(PanelsTest, TheMarginIsARingAboutTheTargetWhereItMeetsThePlane) {
+TEST(PanelsTest, TheMarginIsARingAroundTheTargetInThePlane) {
   session::Epoch epoch = with_needle({0, 0, 0}, {0, 1, 0});
   epoch.needle = {SafetyState::kLost, ""};
   VoxelGrid grid;
@@ -146,7 +147,7 @@ TEST(PanelsTest, TheMarginIsARingAboutTheTargetWhereItMeetsThePlane) {
   EXPECT_EQ(changed_in_panels(drawn(0, 10), drawn(5, 10)), 0);
 }
 
-TEST(PanelsTest, ANeedleThatIsExpectedHasALampAlsoWhileItIsLost) {
+TEST(PanelsTest, AnExpectedNeedleHasALampEvenWhileLost) {
   session::Epoch epoch = with_needle({20, 20, 0}, {0, 1, 0});
   epoch.needle = {SafetyState::kLost, "no needle pose"};
   const auto without = composed(epoch);
@@ -158,7 +159,7 @@ TEST(PanelsTest, ANeedleThatIsExpectedHasALampAlsoWhileItIsLost) {
   EXPECT_GT(changed, 200);
 }
 
-TEST(PanelsTest, ALongNoteIsToldToItsEnd) {
+TEST(PanelsTest, ALongNoteIsShownToItsEnd) {
   const std::string start =
       "the volume of 4096 x 4 x 4 voxels exceeds the device: it is drawn from means of 2 x 1 x 1 "
       "voxels; values differ by ";
@@ -171,7 +172,7 @@ TEST(PanelsTest, ALongNoteIsToldToItsEnd) {
   EXPECT_TRUE(differ);
 }
 
-TEST(WindowWordsTest, SayStatesCausesBannerAndThatARecordingHasEnded) {
+TEST(WindowWordsTest, ShowStatesCausesBannerAndTheEndOfARecording) {
   session::Epoch epoch = with_needle({20, 20, 0}, {0, 1, 0});
   epoch.placement = {SafetyState::kDegraded, "placed by declaration"};
   epoch.needle = {SafetyState::kLost, "no needle pose"};
@@ -205,7 +206,7 @@ TEST(WindowWordsTest, SayStatesCausesBannerAndThatARecordingHasEnded) {
   }
 }
 
-TEST(PanelsTest, SmallPicturesSayTheirBannerToo) {
+TEST(PanelsTest, SmallImagesShowTheBanner) {
   const session::Epoch epoch;
   const auto without = composed(epoch, 300, 200);
   const auto with = composed(epoch, 300, 200, "CT NOT REGISTERED");
@@ -216,7 +217,7 @@ TEST(PanelsTest, SmallPicturesSayTheirBannerToo) {
   EXPECT_GT(changed, 100);
 }
 
-TEST(PanelsTest, SmallPicturesSayWhatTheyLeaveOut) {
+TEST(PanelsTest, SmallImagesShowTheNotes) {
   VoxelGrid grid;
   grid.size = {1, 1, 1};
   const auto ct = Volume::create(grid, {0}, "one voxel");
@@ -228,7 +229,7 @@ TEST(PanelsTest, SmallPicturesSayWhatTheyLeaveOut) {
   };
   const auto silent = said("", "");
   for (const auto& picture : {said("distance from the needle withdrawn: lost", ""),
-                              said("", "registration warned: few pictures")}) {
+                              said("", "registration warning: few images")}) {
     int changed = 0;
     for (int y = 0; y < 60; ++y) {
       for (int x = 0; x < 300; ++x) changed += picture.at(x, y) == silent.at(x, y) ? 0 : 1;

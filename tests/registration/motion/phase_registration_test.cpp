@@ -190,14 +190,14 @@ TEST(PhaseRegistrationTest, RejectsImagesThatDoNotCoverTheBreath) {
   EXPECT_THAT(refine().error().message, HasSubstr("whole breath"));
   for (std::size_t i = 8; i < known.size(); ++i) still.phases[i] = kNan;
   ASSERT_FALSE(refine());
-  EXPECT_THAT(refine().error().message, HasSubstr("at least 12 pictures"));
+  EXPECT_THAT(refine().error().message, HasSubstr("at least 12 images"));
   still.phases = known;
   still.phases[3] = 1.5;
   ASSERT_FALSE(refine());
-  EXPECT_THAT(refine().error().message, HasSubstr("phase of picture 3"));
+  EXPECT_THAT(refine().error().message, HasSubstr("phase of image 3"));
   still.phases.assign(2, 0.1);
   ASSERT_FALSE(refine());
-  EXPECT_THAT(refine().error().message, HasSubstr("one for each picture"));
+  EXPECT_THAT(refine().error().message, HasSubstr("one for each image"));
   still.phases = known;
   for (auto& texel : still.ct.texels) texel[0] = std::nanf("");
   EXPECT_FALSE(refine());

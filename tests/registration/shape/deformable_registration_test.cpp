@@ -226,7 +226,7 @@ TEST(DeformableRegistrationTest, HandlesNanAConstantCtAndTooFewImages) {
   PatchSet few = subset(rigid.patches, [](const Patch& p) { return p.frame < 3; });
   const auto refused = refine_deformable(rigid.ct, few, test::true_pose(), {});
   ASSERT_FALSE(refused);
-  EXPECT_THAT(refused.error().message, HasSubstr("4 pictures"));
+  EXPECT_THAT(refused.error().message, HasSubstr("4 images"));
 
   CtChannels constant = rigid.ct;
   for (auto& texel : constant.texels) texel = {0, 0, 0, 0};

@@ -347,7 +347,7 @@ TEST(ShapeRegistrationTest, RejectsInvalidInput) {
   points = touched(landscape, 19, 0, 1);
   EXPECT_TRUE(test::refuses(solve(), code, {"20 points", "19"}));
   points.assign(50, points[0]);
-  EXPECT_TRUE(test::refuses(solve(), ErrorCode::kRefused, {"one place"}));
+  EXPECT_TRUE(test::refuses(solve(), ErrorCode::kRefused, {"one position"}));
   EXPECT_TRUE(test::refuses(register_points(touched(landscape, 50, 0, 1), landscape_field(),
                                             test::true_pose(), {.keep_fraction = 0}),
                             ErrorCode::kUsage, {"keep_fraction"}));

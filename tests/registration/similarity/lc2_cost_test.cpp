@@ -221,7 +221,7 @@ TEST(SandwichTest, DistinguishesADirectionThatFallsFromAFlatOne) {
   hessian(5, 5) = -0.01;
   EXPECT_EQ(curvature_fault(hessian),
             "the sweep does not determine the translation along Ct (0.00, 0.00, 1.00): the pose is "
-            "no minimum of the cost along it");
+            "not a minimum of the cost along it");
 }
 
 /// Patches of several images, whose gradients pull alternately in opposite directions along x.
@@ -256,7 +256,7 @@ TEST(DisagreementTest, IsTheDistanceBetweenThePosesOfTheHalves) {
 TEST(DisagreementTest, ReportsWhyTheHalvesCannotBeCompared) {
   EXPECT_TRUE(std::isinf(Pulls(1, 100).of(Halves::kOddEven).rms_mm));
   EXPECT_EQ(Pulls(1, 100).of(Halves::kOddEven).fault,
-            "expected pictures with patches at two places or more, found one place");
+            "expected images with patches at two or more positions, found one position");
   EXPECT_EQ(Pulls(3, 12).of(Halves::kFirstSecond).fault,
             "expected at least 20 patches in each half, found 12");
   Pulls falling(4, 10);

@@ -156,18 +156,18 @@ TEST(ShadowMaskTest, RejectsInvalidOptionsAndGeometry) {
   const SectorOutline inverted{{0, -60}, 150, 60, 0.5};
   EXPECT_TRUE(test::refuses(
       shadow_masks(painted([](int, const Eigen::Vector2d&) { return 100; }, inverted), {}),
-      ErrorCode::kMalformedData, {"frame 0", "radius"}));
+      ErrorCode::kMalformedData, {"image 0", "radius"}));
   // Depth bins and lines are one millimetre apart. These outlines would need 10^10 of them.
   for (const SectorOutline& far :
        {SectorOutline{{0, -60}, 60, 1e10, 0.5}, SectorOutline{{0, -1e10}, 1e10, 1e10 + 100, 1.0}}) {
     EXPECT_TRUE(test::refuses(
         shadow_masks(painted([](int, const Eigen::Vector2d&) { return 100; }, far), {}),
-        ErrorCode::kMalformedData, {"frame 0", "1000 mm deep", "radii in mm"}));
+        ErrorCode::kMalformedData, {"image 0", "1000 mm deep", "radii in mm"}));
   }
   std::vector<TrackedFrame> frames = sweep.frames();
   for (TrackedFrame& tracked : frames) tracked.frame.grid.mm_per_pixel *= 100;
   EXPECT_TRUE(test::refuses(shadow_masks(*Sweep::create(std::move(frames), "metres"), {}),
-                            ErrorCode::kMalformedData, {"frame 0", "at most 1000 mm", "pixels"}));
+                            ErrorCode::kMalformedData, {"image 0", "at most 1000 mm", "pixels"}));
 }
 
 TEST(PictureOutlineTest, FindsTheSectorOfARecordingWithoutOutline) {

@@ -124,7 +124,7 @@ TEST(FrameBootstrapTest, ImagesAtTooFewPositionsAreReported) {
     EXPECT_EQ(found.places, places);
     EXPECT_EQ(found.valid, places >= kLeastPlaces);
     if (found.valid) continue;
-    EXPECT_EQ(found.fault, "expected at least 3 places that pictures were taken at, found " +
+    EXPECT_EQ(found.fault, "expected at least 3 positions at which images were acquired, found " +
                                std::to_string(places));
     EXPECT_TRUE(std::isinf(found.tre_rms_mm({{0, 0, 0}})));
   }

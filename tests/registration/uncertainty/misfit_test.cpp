@@ -135,7 +135,7 @@ TEST(MisfitTest, FindsAWrongPixelSizeAlongEachAxis) {
     const auto off = [&](std::size_t i) { return size.values[i] - right.values[i]; };
     EXPECT_NEAR(off(depth_first), -0.04, 0.02) << axis;
     EXPECT_NEAR(off(1 - depth_first), 0, 0.012) << axis;
-    expect_refused(result, "pixels of another size");
+    expect_refused(result, "pixel size");
   }
 }
 
@@ -147,7 +147,7 @@ TEST(MisfitTest, FindsAWrongCalibrationOfTheProbe) {
     tracked.reference_from_image = tracked.reference_from_image * error;
   });
   const auto result = fitted(sweep);
-  expect_refused(result, "elsewhere on the probe");
+  expect_refused(result, "probe calibration error");
 }
 
 TEST(MisfitTest, FindsThatThePatientMoved) {
@@ -156,7 +156,7 @@ TEST(MisfitTest, FindsThatThePatientMoved) {
   });
   const auto result = fitted(sweep);
   EXPECT_GT(by_cause(result.misfits).at(MisfitCause::kMotion).excess_mm(), 1.0);
-  expect_refused(result, "who moved");
+  expect_refused(result, "motion of the patient");
 }
 
 TEST(MisfitTest, FindsDeformedTissue) {
@@ -165,7 +165,7 @@ TEST(MisfitTest, FindsDeformedTissue) {
     return {now - 3 * Vec(z * z, x * x, x * z), beam};
   });
   const auto result = fitted(sweep);
-  expect_refused(result, "otherwise than in the CT");
+  expect_refused(result, "deformed relative to the CT");
   const Misfit bend = by_cause(result.misfits).at(MisfitCause::kBend);
   EXPECT_GT(bend.excess_mm(), 0.9);
   EXPECT_TRUE(bend.values.empty());
@@ -208,22 +208,22 @@ TEST(MisfitTest, DescribesTheErrorsThatItWouldNotNotice) {
   Misfit calibration{MisfitCause::kCalibration};
   calibration.unnoticed = std::numeric_limits<double>::infinity();
   calibration.unnoticed_along = {-0.99, 0.1, 0.1};
-  const std::string tracked = " (which a needle that is tracked by itself would be off by)";
+  const std::string tracked = " (a needle with its own tracker would be wrong by as much)";
   Misfit motion{MisfitCause::kMotion};
   motion.unnoticed = std::numeric_limits<double>::infinity();
   Misfit bend{MisfitCause::kBend};
   bend.unnoticed = 1.12;
-  EXPECT_EQ(unnoticed_in_words({delay, size, calibration, motion, bend}),
-            "this sweep would not show a delay between pictures and poses below 34 ms, pixels less "
-            "than 0.9 % off, a calibration of the probe off by any amount across the pictures" +
-                tracked +
-                ", a patient who moves, tissue that lies otherwise than in the CT by less than 1.1 "
-                "mm RMS");
+  EXPECT_EQ(
+      unnoticed_in_words({delay, size, calibration, motion, bend}),
+      "this sweep cannot show a delay between images and poses below 34 ms, an error of the pixel "
+      "size below 0.9 %, a probe calibration error of any size across the images" +
+          tracked +
+          ", any motion of the patient, tissue deformation below 1.1 mm RMS relative to the CT");
   calibration.unnoticed = 12;
   calibration.unnoticed_along = {0, 0.6, -0.8};
   EXPECT_EQ(unnoticed_in_words({calibration}),
-            "this sweep would not show a calibration of the probe off by less than 12 mm along "
-            "(0.00, 0.60, -0.80) of the pictures' axes" +
+            "this sweep cannot show a probe calibration error below 12 mm along (0.00, 0.60, "
+            "-0.80) of the image axes" +
                 tracked);
   EXPECT_EQ(unnoticed_in_words({}), "");
 }
@@ -258,7 +258,7 @@ TEST(MisfitTest, ReportsAShiftAlongTheTurningAxisAsHidden) {
   ASSERT_EQ(known.unnoticed_along.size(), 3U);
   EXPECT_GT(std::abs(known.unnoticed_along[0]), 0.99);
   EXPECT_GT(known.unnoticed, 20);
-  EXPECT_THAT(unnoticed_in_words(right.misfits), HasSubstr("across the pictures"));
+  EXPECT_THAT(unnoticed_in_words(right.misfits), HasSubstr("across the images"));
   // The shift is hidden: the pose compensates for it.
   const auto across = fitted(fan_off_by({8, 0, 0}));
   EXPECT_TRUE(decide(across, {}, {{0, 0, 0}}).accepted);
@@ -327,7 +327,7 @@ TEST(MisfitTest, AProbeThatHardlyMovesShowsNoDelay) {
   EXPECT_EQ(delay.noise_mm, 0);
   EXPECT_EQ(delay.excess_mm(), 0);
   EXPECT_EQ(delay.unnoticed, std::numeric_limits<double>::infinity());
-  EXPECT_THAT(in_words(delay), HasSubstr("different moments"));
+  EXPECT_THAT(in_words(delay), HasSubstr("delay"));
 }
 
 TEST(MisfitTest, ADistantReferenceChangesNothing) {

@@ -8,8 +8,8 @@
 #include <random>
 #include <sstream>
 
-#include "bench/support/synthetic_ct.hpp"
 #include "render/cpu/cpu_inputs.hpp"
+#include "sim/synthetic_ct.hpp"
 #include "tests/render/scene_support.hpp"
 #include "tests/support/trials.hpp"
 
@@ -468,16 +468,13 @@ TEST(CpuEngineTest, VectorAndPortablePathsAgree) {
 TEST(CpuEngineTest, AllVectorInstructionsGiveEqualBytes) {
   const auto eight = make_cpu_engine({0, CpuLanes::kAvx2});
   const auto sixteen = make_cpu_engine({0, CpuLanes::kAvx512});
-  const auto gathers = make_cpu_engine({0, CpuLanes::kAvx512Gathers});
   if (sixteen->device().substr(0, 7) != "AVX-512") GTEST_SKIP() << "this processor has no AVX-512";
   EXPECT_EQ(eight->device().substr(0, 4), "AVX2");
-  EXPECT_EQ(gathers->device().substr(0, 20), "AVX-512 with gathers");
   std::mt19937 random(14);
   for (int i = 0; i < 120; ++i) {
     const Scene scene = random_scene(random, random_volume(random, random_grid(i)));
     const RenderedImage image = test::draw(*sixteen, scene);
     EXPECT_TRUE(test::same_bytes(test::draw(*eight, scene), image)) << i << description(scene);
-    EXPECT_TRUE(test::same_bytes(test::draw(*gathers, scene), image)) << i << description(scene);
   }
 }
 
@@ -512,8 +509,7 @@ TEST(CpuEngineTest, PrefetchingDoesNotChangeTheImage) {
       scene.quality.step_voxels = step;
       const RenderedImage expected = test::draw(*reference, scene);
       ASSERT_GT(std::abs(expected.pixels.at(20, 15).r - scene.background_rgb[0]), 0.05);
-      for (const CpuLanes lanes :
-           {CpuLanes::kPortable, CpuLanes::kAvx2, CpuLanes::kAvx512, CpuLanes::kAvx512Gathers}) {
+      for (const CpuLanes lanes : {CpuLanes::kPortable, CpuLanes::kAvx2, CpuLanes::kAvx512}) {
         const auto engine = make_cpu_engine({0, lanes});
         EXPECT_LT(test::max_difference(test::draw(*engine, scene), expected), 1e-3F)
             << engine->device() << ' ' << orthographic << ' ' << step;
@@ -602,7 +598,7 @@ TEST(CpuEngineTest, ShadesNoisyTissueAtSeveralPointsOfACell) {
 TEST(CpuEngineTest, AgreesWithTheReferenceOnAnAbdomen) {
   constexpr float kTwoGreyLevels = 2.0F / 255;
   constexpr double kShare = 0.001;
-  const auto ct = test::SyntheticAbdomen::volume(96);
+  const auto ct = sim::SyntheticAbdomen::volume(96);
   const auto cpu = make_cpu_engine();
   const auto reference = make_reference_engine();
   for (const char* preset : test::trials({"ct-bone", "ct-soft-tissue", "cta-vessels"})) {

@@ -387,7 +387,7 @@ TEST(ConfidenceTest, RejectsInvalidInputByNameAndStopsOnRequest) {
   options.solve.error = 1e-9;
   options.solve.max_iterations = 1;
   EXPECT_TRUE(test::refuses(confidence(volume, down(), options), ErrorCode::kNumerical,
-                            {"estimated error", "found none known after 1"}));
+                            {"estimated error", "found an unknown one after 1"}));
   options.solve.error = 0.02;
   EXPECT_TRUE(test::refuses(confidence(volume, down(), options), ErrorCode::kUsage,
                             {"error", "0.01", "0.02"}));

@@ -212,9 +212,10 @@ TEST(ScribbleTest, RejectsPointsThatLeaveTheirSlice) {
     return test::refuses(mask.add(one), ErrorCode::kUsage, pieces) &&
            test::refuses(check(one, grid), ErrorCode::kUsage, pieces);
   };
-  EXPECT_TRUE(refused(stroke, {"within 0.25 mm", "point 3", "(    3     0 -0.75)", "0.75 mm off"}));
+  EXPECT_TRUE(
+      refused(stroke, {"within 0.25 mm", "point 3", "(    3     0 -0.75)", "0.75 mm away"}));
   stroke.half_thickness_mm = 0.7;
-  EXPECT_TRUE(refused(stroke, {"within 0.7 mm", "0.75 mm off"}));
+  EXPECT_TRUE(refused(stroke, {"within 0.7 mm", "0.75 mm away"}));
   stroke.half_thickness_mm = 0.75;
   EXPECT_TRUE(test::has_value(mask.add(stroke)));
 }

@@ -82,29 +82,6 @@ TEST_F(GlLiveTest, AnUnchangedSceneIsNotDrawnAgain) {
   EXPECT_TRUE(test::same_bits(before, after));
 }
 
-TEST_F(GlLiveTest, AdaptiveCellsFollowTheVolumeAndTheTransferFunction) {
-  Scene scene = test::ball_scene(test::cube_grid(48, 1.0));
-  const TransferFunction materials = scene.transfer;
-  const auto ball = scene.ct;
-  scene.quality.adaptive_error = 0.01;
-  const auto expect_anew = [&] {
-    const auto kept = draw(scene);
-    EXPECT_TRUE(test::same_bits(kept, draw_anew(scene)));
-  };
-  const auto flat = test::make_volume(ball->grid(), [](int, int, int) { return -200; });
-  scene.ct = flat;
-  (void)draw(scene);  // Here whole bricks are one cell.
-  scene.ct = ball;
-  expect_anew();
-  scene.ct = flat;
-  scene.transfer = test::fog(1e-6);
-  (void)draw(scene);
-  scene.ct = ball;
-  (void)draw(scene);  // Whole bricks are one cell here too.
-  scene.transfer = materials;
-  expect_anew();
-}
-
 TEST_F(GlLiveTest, EveryOtherChangeCastsRaysAgain) {
   Scene scene = test::ball_scene(test::cube_grid(24, 1.0));
   scene.plane = test::test_plane(scene.ct->grid(), SafetyState::kValid);

@@ -58,8 +58,8 @@ TEST(GlVolumeFitTest, AConstantVolumeHasNoError) {
   EXPECT_EQ(small.max_error_hu, 0);
   EXPECT_EQ(small.rms_error_hu, 0);
   EXPECT_EQ(note_of(small, full),
-            "flat: 7 x 7 x 7 voxels are more than this OpenGL device holds, drawn from means of 2 "
-            "x 2 x 2 voxels; values differ by at most 0 HU, rms 0 HU");
+            "flat: 7 x 7 x 7 voxels do not fit into this OpenGL device, drawn from means of 2 x 2 "
+            "x 2 voxels; values differ by at most 0 HU, rms 0 HU");
 }
 
 }  // namespace

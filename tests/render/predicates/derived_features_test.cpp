@@ -233,7 +233,7 @@ TEST(DerivedFeaturesTest, ConfidenceIsEqualForOneDirectionAndForDirectionsPerVox
       grid.voxel_count(), Eigen::Vector3f(0, 2, 0))};
   const auto refused = add_derived_features(volume, {}, service, each);
   ASSERT_FALSE(refused.has_value());
-  EXPECT_THAT(refused.error().message, testing::HasSubstr("no feature depth"));
+  EXPECT_THAT(refused.error().message, testing::HasSubstr("feature depth"));
   std::vector<float> depth_mm;
   for (int k = 0; k < 32; ++k) {
     for (int j = 0; j < 32; ++j) depth_mm.insert(depth_mm.end(), 40, 0.5F * static_cast<float>(j));

@@ -202,7 +202,6 @@ TEST_P(PredicateEngineTest, WhiteAndNearlyWhiteAreAsOpaqueAsInTheReference) {
 TEST(PredicateCpuEngineTest, AllVectorInstructionsGiveEqualBytes) {
   const auto eight = make_cpu_engine({0, CpuLanes::kAvx2});
   const auto sixteen = make_cpu_engine({0, CpuLanes::kAvx512});
-  const auto gathers = make_cpu_engine({0, CpuLanes::kAvx512Gathers});
   if (sixteen->device().substr(0, 7) != "AVX-512") GTEST_SKIP() << "this processor has no AVX-512";
   std::mt19937 random(24);
   for (int i = 0; i < 60; ++i) {
@@ -214,7 +213,6 @@ TEST(PredicateCpuEngineTest, AllVectorInstructionsGiveEqualBytes) {
     if (i % 2 != 0) scene.cutaway.reset();
     const RenderedImage image = test::draw(*sixteen, scene);
     EXPECT_TRUE(test::same_bytes(test::draw(*eight, scene), image)) << i;
-    EXPECT_TRUE(test::same_bytes(test::draw(*gathers, scene), image)) << i;
   }
 }
 
@@ -232,8 +230,7 @@ TEST(PredicateCpuEngineTest, PrefetchingDoesNotChangeTheImage) {
   scene.height = 30;
   const RenderedImage expected = test::draw(*make_reference_engine(), scene);
   ASSERT_GT(std::abs(expected.pixels.at(20, 15).r - scene.background_rgb[0]), 0.05);
-  for (const CpuLanes lanes :
-       {CpuLanes::kPortable, CpuLanes::kAvx2, CpuLanes::kAvx512, CpuLanes::kAvx512Gathers}) {
+  for (const CpuLanes lanes : {CpuLanes::kPortable, CpuLanes::kAvx2, CpuLanes::kAvx512}) {
     const auto engine = make_cpu_engine({0, lanes});
     EXPECT_LE(share_beyond(test::draw(*engine, scene), expected, kTwoGreyLevels), kShare)
         << engine->device();

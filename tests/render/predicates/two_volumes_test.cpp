@@ -215,7 +215,8 @@ TEST(TwoVolumes, RejectsInvalidScenes) {
   EXPECT_EQ(message(bad), "ultrasound.ct_importance: expected a number in [0, 1024], found nan");
   bad = good;
   bad.predicates = good.ultrasound->predicates;
-  EXPECT_EQ(message(bad), "ultrasound: expected no predicates of the CT beside it, found both");
+  EXPECT_EQ(message(bad),
+            "ultrasound: expected no predicates of the CT together with it, found both");
   bad = good;
   VoxelGrid far = good.ct->grid();
   far.origin_mm.x() = 2e7;

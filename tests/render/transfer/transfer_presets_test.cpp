@@ -145,8 +145,8 @@ TEST(WithImportanceTest, RejectsInvalidRules) {
   const auto refused = [&](const ImportanceRule& rule, const std::string& piece) {
     return test::refuses(with_importance(f, {rule}), ErrorCode::kUsage, {"importance of", piece});
   };
-  EXPECT_TRUE(refused({100, 50, 0.5}, "not below"));
-  EXPECT_TRUE(refused({std::nan(""), 50, 0.5}, "not below"));
+  EXPECT_TRUE(refused({100, 50, 0.5}, "range"));
+  EXPECT_TRUE(refused({std::nan(""), 50, 0.5}, "range"));
   EXPECT_TRUE(refused({0, 50, 1.5}, "[0, 1]"));
   EXPECT_TRUE(refused({0, 50, std::nan("")}, "[0, 1]"));
   EXPECT_TRUE(refused({0, 50, 0.5, "liver"}, "one of the components bone"));

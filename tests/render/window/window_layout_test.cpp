@@ -21,9 +21,8 @@ std::vector<WindowWords> much() {
                                  {"L", kInk, 0.99, 0.5, Align::kRight, 17},
                                  {"S", kInk, 0.5, 0.025, Align::kCentre, 17},
                                  {"I", kInk, 0.5, 0.975, Align::kCentre, 17}};
-  for (const char* line :
-       {"CT NOT REGISTERED", "the recording has ended: the last picture, not live",
-        "registration warned (2): predicted error at the target: 4.8 mm"}) {
+  for (const char* line : {"CT NOT REGISTERED", "the recording has ended: last image, not live",
+                           "warning 1 of 2: predicted error at the target: 4.8 mm"}) {
     words.push_back({line, kInk, 0.01, 0.07, Align::kLeft, 14, Stack::kDown});
   }
   for (const char* line : {"needle lost: the patient reference is not tracked",

@@ -104,7 +104,7 @@ TEST(NeedleInsertionTest, RejectsInvalidOptionsByName) {
   EXPECT_THAT(refusal(o), HasSubstr("straight"));
   o = with(BendingKind::kTipLoad);
   o.aside_at_target_mm = -2;
-  EXPECT_THAT(refusal(o), HasSubstr("bending"));
+  EXPECT_THAT(refusal(o), HasSubstr("-2.00 mm"));
   o.aside_at_target_mm = 20;
   EXPECT_THAT(refusal(o), HasSubstr("0 to 12 mm (a fifth of the path), found 20 mm"));
   o.aside_at_target_mm.reset();

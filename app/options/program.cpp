@@ -1,0 +1,35 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/options/program.hpp"
+
+#include <cstdio>
+#include <exception>
+#include <new>
+
+#include "app/console.hpp"
+#include "app/options/exit_code.hpp"
+
+namespace nav::app {
+
+int print_error(const std::string& program, const Error& error) {
+  std::fprintf(stderr, "%s: error: %s\n", program.c_str(), without_controls(error.message).c_str());
+  return exit_code(error);
+}
+
+int run_guarded(const std::string& program, const std::function<int()>& body) {
+  try {
+    return body();
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr,
+                 "%s: error: out of memory: expected room for what was asked for, found none\n",
+                 program.c_str());
+    return kExitDevice;
+  } catch (const std::exception& bug) {
+    std::string what = bug.what();
+    for (char& c : what) c = c == '\n' ? ' ' : c;
+    std::fprintf(stderr, "%s: bug: %s\n", program.c_str(), what.c_str());
+    return kExitBug;
+  }
+}
+
+}  // namespace nav::app

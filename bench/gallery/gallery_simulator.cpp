@@ -1,0 +1,189 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "bench/gallery/gallery_simulator.hpp"
+
+#include <fstream>
+#include <iterator>
+
+#include "app/views/plane_view.hpp"
+#include "bench/scene_set.hpp"
+#include "io/sequence.hpp"
+#include "render/canvas.hpp"
+#include "sim/anatomy/patient.hpp"
+#include "sim/ultrasound.hpp"
+
+namespace nav::bench {
+namespace {
+
+constexpr int kPanel = 400;
+constexpr int kHeight = 500;
+constexpr int kCaption = 28;
+
+/// Where the ultrasound lies in a recorded picture, and its scale.
+struct Crop {
+  int x, y, width, height;  ///< Pixels.
+  double mm_x, mm_y;        ///< Per pixel.
+};
+
+/// A recorded picture and the simulated view that comes nearest to it.
+struct Comparison {
+  std::string name, title;
+  std::filesystem::path recording;  ///< Below the data folder.
+  int frame;                        ///< Of a sequence; of a raw file 0.
+  Crop crop;
+  std::string family;
+  std::size_t view;
+  double frequency_mhz;
+};
+
+/// Scales from ImageToProbe of the recordings' configurations; of the vessel none is known, it is
+/// shown as 45 mm deep.
+std::vector<Comparison> comparisons() {
+  const std::filesystem::path sequences = "plus-sequences/sequences";
+  return {{"simulator-spine",
+           "spine phantom",
+           sequences / "SpinePhantomFreehand.igs.mha",
+           10,
+           {187, 14, 445, 586, 0.0855, 0.0790},
+           "spine",
+           0,
+           6},
+          {"simulator-bone",
+           "bone under muscle",
+           sequences / "BoneUltrasound_L14.igs.mha",
+           10,
+           {176, 2, 466, 612, 0.0854, 0.0854},
+           "shoulder",
+           1,
+           10},
+          {"simulator-vessel",
+           "vessel, scale unknown",
+           "us-predicate/us.raw",
+           0,
+           {220, 4, 496, 496, 0.0907, 0.0907},
+           "neck",
+           0,
+           9}};
+}
+
+Result<Image2d<std::uint8_t>> sequence_picture(const std::filesystem::path& file, int frame) {
+  auto reader = io::SequenceReader::open(file);
+  if (!reader) return reader.error();
+  const auto read = reader->read(frame);
+  if (!read) return read.error();
+  return io::brightness_image(reader->header(), *read);
+}
+
+/// 720 x 500 bytes, last row first.
+Result<Image2d<std::uint8_t>> raw_picture(const std::filesystem::path& file) {
+  constexpr int kColumns = 720, kRows = 500;
+  std::ifstream in(file, std::ios::binary);
+  const std::vector<char> bytes(std::istreambuf_iterator<char>(in), {});
+  if (bytes.size() != std::size_t{kColumns} * kRows) {
+    return Error{ErrorCode::kMalformedData,
+                 file.string() + ": expected 360000 bytes, found " + std::to_string(bytes.size())};
+  }
+  std::vector<std::uint8_t> pixels(bytes.size());
+  for (std::size_t row = 0; row < kRows; ++row) {
+    std::copy_n(bytes.begin() + static_cast<std::ptrdiff_t>((kRows - 1 - row) * kColumns), kColumns,
+                pixels.begin() + static_cast<std::ptrdiff_t>(row * kColumns));
+  }
+  return Image2d<std::uint8_t>(kColumns, kRows, std::move(pixels));
+}
+
+/// The part of a picture that shows ultrasound, with its scale.
+Result<UltrasoundFrame> cropped(const Image2d<std::uint8_t>& picture, const Crop& crop) {
+  if (crop.x + crop.width > picture.width() || crop.y + crop.height > picture.height()) {
+    return Error{ErrorCode::kMalformedData,
+                 "recorded picture: expected 820 x 616 or 720 x 500, "
+                 "found " +
+                     std::to_string(picture.width()) + " x " + std::to_string(picture.height())};
+  }
+  std::vector<std::uint8_t> pixels;
+  for (int y = 0; y < crop.height; ++y) {
+    for (int x = 0; x < crop.width; ++x) pixels.push_back(picture.at(crop.x + x, crop.y + y));
+  }
+  UltrasoundFrame frame;
+  frame.pixels = {crop.width, crop.height, std::move(pixels)};
+  frame.grid = PixelGrid::centred(crop.width, crop.mm_x, crop.mm_y);
+  return frame;
+}
+
+Result<std::optional<UltrasoundFrame>> recorded(const Comparison& c, app::Console& console) {
+  const auto file = bench_data_dir() / c.recording;
+  if (!std::filesystem::exists(file)) {
+    console.report(Severity::kWarning, "gallery",
+                   c.name + ": expected " + file.string() + ", found nothing (set SONDE_DATA_DIR)");
+    return std::optional<UltrasoundFrame>{};
+  }
+  const auto picture =
+      file.extension() == ".raw" ? raw_picture(file) : sequence_picture(file, c.frame);
+  if (!picture) return picture.error();
+  auto frame = cropped(*picture, c.crop);
+  if (!frame) return frame.error();
+  return std::optional(std::move(*frame));
+}
+
+/// The recording's width, depth and number of pixels.
+sim::ProbeModel probe_like(const Comparison& c, sim::AcousticModel model) {
+  sim::ProbeModel probe = sim::linear_l14();
+  probe.width_mm = c.crop.width * c.crop.mm_x;
+  probe.depth_mm = c.crop.height * c.crop.mm_y;
+  probe.focus_mm = 0.45 * probe.depth_mm;
+  probe.frequency_mhz = c.frequency_mhz;
+  probe.columns = c.crop.width;
+  probe.rows = c.crop.height;
+  probe.model = model;
+  return probe;
+}
+
+Result<UltrasoundFrame> simulated(const Comparison& c, sim::AcousticModel model) {
+  const auto patient = sim::make_patient(c.family, {1, sim::Contrast::kNative});
+  if (!patient) return patient.error();
+  const sim::UltrasoundSimulator simulator(patient->anatomy, probe_like(c, model), 1);
+  return simulator.simulate(patient->views.at(c.view).ct_from_image, Timestamp{}, 0);
+}
+
+void draw_panel(render::Canvas& canvas, int column, const std::string& words,
+                const std::optional<UltrasoundFrame>& frame) {
+  const Rgba8 ink = render::rgb8(0xd8dee4);
+  canvas.text(column * kPanel + 8, 20, 15, words, ink);
+  if (!frame) {
+    canvas.text(column * kPanel + 8, 60, 15, "no recording here", ink);
+    return;
+  }
+  app::draw_ultrasound(canvas, app::fit(*frame, column * kPanel, kCaption, kPanel, kHeight), *frame);
+}
+
+}  // namespace
+
+std::vector<std::string> simulator_gallery_names() {
+  std::vector<std::string> names;
+  for (const Comparison& c : comparisons()) names.push_back(c.name);
+  return names;
+}
+
+Result<void> draw_simulator_gallery(const GalleryOptions& options, app::OutputFolder& folder,
+                                    app::Console& console) {
+  for (const Comparison& c : comparisons()) {
+    if (c.name.find(options.only) == std::string::npos) continue;
+    console.begin(c.name);
+    const auto real = recorded(c, console);
+    if (!real) return real.error();
+    render::Canvas canvas(3 * kPanel, kHeight + kCaption, render::rgb8(0x101418));
+    draw_panel(canvas, 0, "Recorded: " + c.title, *real);
+    int column = 1;
+    for (const auto model : {sim::AcousticModel::kRays, sim::AcousticModel::kScatterers}) {
+      const auto picture = simulated(c, model);
+      if (!picture) return picture.error();
+      const bool rays = model == sim::AcousticModel::kRays;
+      draw_panel(canvas, column++, std::string("Simulated, ") + (rays ? "rays" : "scatterers"),
+                 *picture);
+    }
+    if (auto ok = folder.write_picture(c.name + ".png", canvas.picture()); !ok) return ok;
+    console.end();
+  }
+  return {};
+}
+
+}  // namespace nav::bench

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/console.hpp"
+#include "nav/result.hpp"
+
+namespace nav::bench {
+
+/// Whether a part of a bench is asked for; none named: all are.
+bool asks_for(const std::vector<std::string>& parts, const std::string& part);
+/// Whether a part is named, of those that are not drawn unless they are.
+bool names_part(const std::vector<std::string>& parts, const std::string& part);
+
+struct BenchRenderOptions {
+  std::filesystem::path ct;          ///< Instead of the scene set; empty: the set.
+  std::string scene;                 ///< Only scenes whose name contains it; empty: all.
+  std::vector<std::string> parts{};  ///< compare, live, skipping, costs; empty: the first two.
+  bool quick = false;  ///< A few scenes, small pictures: about two minutes on two cores.
+  bool costs = false;  ///< Also the cost of every element of a picture.
+  int width = 832;     ///< Of the timed pictures, pixels, an odd multiple of 64.
+  int height = 624;    ///< The same multiple of 48.
+  std::optional<std::string> json;
+};
+
+/// Run time against error of Sonde's engines beside VTK's volume mappers over the scene set, in one
+/// run, then what the CPU engine skips, what cutaway, new images and edits cost, how fast it is
+/// when the camera moves, and the agreement of the engines with the reference on the demo's scene.
+/// Prints tables; JSON keys are in docs/bench-json.md. The parts skipping and costs draw no
+/// VTK: what is skipped in every scene, beside what could be; what each element of a picture costs
+/// in every scene, with plane, needle and the like in it.
+Result<void> run_bench_render(const BenchRenderOptions& options, app::Console& console);
+
+struct BenchScalingOptions {
+  int largest = 768;  ///< Side of the largest volume, voxels, [64, 768]: 0.9 GB and more of memory.
+  std::optional<std::string> json;
+};
+
+/// Time and memory of the CPU engine against volume size, pixels, threads and occupancy.
+Result<void> run_bench_scaling(const BenchScalingOptions& options, app::Console& console);
+
+struct BenchPredicatesOptions {
+  bool quick = false;  ///< A phantom of 96 voxels a side, small pictures: some seconds.
+  int side = 256;      ///< Of the phantom, voxels, [32, 768].
+  int width = 800;     ///< Of pictures, pixels, [32, 4096]; half of it where OpenGL is software.
+  int height = 600;    ///< As width.
+  int threads = 0;     ///< 0: all cores.
+  std::string volume;  ///< Only volumes whose name begins so.
+  std::string look;    ///< Only set-ups whose name begins so.
+  std::string engine = "both";  ///< cpu, gl or both.
+  std::optional<std::string> json;
+};
+
+/// Predicates beside a standard transfer function and beside brute force on the CPU engine, the
+/// error of early termination, and the theorem on random rays. Prints a table; JSON keys are in
+/// docs/bench-json.md.
+Result<void> run_bench_predicates(const BenchPredicatesOptions& options, app::Console& console);
+
+}  // namespace nav::bench

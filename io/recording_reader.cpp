@@ -1,0 +1,283 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "io/recording_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "io/recorded_calibration.hpp"
+#include "io/sequence.hpp"
+
+namespace nav::io {
+namespace {
+
+/// Share by which the rounding of text to six digits may change a spacing between frames.
+constexpr double kGridTolerance = 1e-3;
+
+bool is_claimed(TrackingStatus status) {
+  return status == TrackingStatus::kOk || status == TrackingStatus::kUnknown;
+}
+
+bool uses_frames(const Chain& chain) {
+  return std::ranges::any_of(chain.links, [](const ChainLink& l) { return l.from_frame; });
+}
+
+std::string describe(const Chain& chain) {
+  std::string text = chain.from + "→" + chain.to + ":";
+  for (const ChainLink& link : chain.links) {
+    text += " " + link.name + (link.inverted ? " inverted" : "") +
+            (link.from_frame ? " (frames)" : " (configuration)");
+  }
+  return text;
+}
+
+struct Chains {
+  RecordingForm form;
+  Chain probe;                     ///< Image to reference in kImageInReference.
+  std::optional<Chain> reference;  ///< Reference to tracker.
+  /// Needle to tracker, or to the frame that is used as the tracker.
+  std::optional<Chain> needle;
+};
+
+/// Finds a chain that contains transforms of the recording's frames.
+std::optional<Chain> moving(const TransformTree& tree, const std::string& from,
+                            const std::string& to) {
+  auto chain = tree.find(from, to);
+  if (!chain || !uses_frames(*chain)) return std::nullopt;
+  return std::move(*chain);
+}
+
+Result<Chains> choose_chains(const TransformTree& tree, const RecordingOptions& o) {
+  const bool no_reference = o.reference_frame == o.tracker_frame;
+  const auto probe = moving(tree, o.probe_frame, o.tracker_frame);
+  if (probe) {
+    if (no_reference) return Chains{RecordingForm::kTracked, *probe, {}, {}};
+    const auto reference = tree.find(o.reference_frame, o.tracker_frame);
+    if (reference) return Chains{RecordingForm::kTracked, *probe, *reference, {}};
+    return Error{reference.error().code,
+                 reference.error().message +
+                     "; without a reference body, name the tracker frame as the reference"};
+  }
+  if (const auto direct = moving(tree, o.probe_frame, o.reference_frame)) {
+    return Chains{RecordingForm::kProbeInReference, *direct, {}, {}};
+  }
+  if (const auto image = moving(tree, o.image_frame, o.reference_frame)) {
+    return Chains{RecordingForm::kImageInReference, *image, {}, {}};
+  }
+  return Error{ErrorCode::kNotFound, "expected frames that place " + o.probe_frame + " in " +
+                                         o.tracker_frame + " or " + o.reference_frame + ", or " +
+                                         o.image_frame + " in " + o.reference_frame + ", found " +
+                                         tree.describe()};
+}
+
+/// Adds the chain of the needle, if one is named.
+Result<void> choose_needle(const TransformTree& tree, const RecordingOptions& o, Chains& chains) {
+  if (o.needle_frame.empty()) return {};
+  const bool tracked = chains.form == RecordingForm::kTracked;
+  const std::string& into = tracked ? o.tracker_frame : o.reference_frame;
+  chains.needle = moving(tree, o.needle_frame, into);
+  if (chains.needle) return {};
+  return Error{ErrorCode::kUsage, "expected frames that place the needle " + o.needle_frame +
+                                      " in " + into + ", found " + tree.describe()};
+}
+
+bool same_grid(const PixelGrid& a, const PixelGrid& b) {
+  const double scale = b.mm_per_pixel.cwiseAbs().maxCoeff();
+  return (a.mm_per_pixel - b.mm_per_pixel).cwiseAbs().maxCoeff() <= kGridTolerance * scale;
+}
+
+/// The image is used as the probe, so the transform between them is the identity.
+ImageCalibration without_step(const ImageCalibration& calibration) {
+  return {{Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()}, calibration.grid};
+}
+
+/// Calibration of the first frame that has one, or the last error.
+Result<ImageCalibration> first_of(const SequenceReader& reader, const Chain& chain) {
+  Error reason{ErrorCode::kNotFound, describe(chain) + ": expected frames, found none"};
+  for (std::int64_t i = 0; i < reader.header().frame_count; ++i) {
+    const auto frame = reader.frame_fields(i);
+    const auto found = frame ? calibration_of(chain, *frame, reader.header()) : frame.error();
+    if (found) return found;
+    reason = found.error();
+  }
+  return reason;
+}
+
+}  // namespace
+
+struct RecordingReader::State {
+  State(SequenceReader r, Chains c, Diagnostics& d)
+      : reader(std::move(r)), chains(std::move(c)), diagnostics(d) {}
+
+  /// Pose of a frame; NaN, with the reason reported, when it is unreadable.
+  RawPose pose(const Chain& chain, const SequenceFrame& frame, Timestamp time) const {
+    RawPose out;
+    out.acquired = time;
+    out.received = time;
+    out.status = TrackingStatus::kInvalid;
+    const auto value = chain.evaluate(frame);
+    if (!value) {
+      diagnostics.report(Severity::kWarning, "recording", value.error().message);
+      return out;
+    }
+    out.status = value->status;
+    out.tracker_from_body = value->to_from_from;
+    if (&chain == &chains.probe && chains.form == RecordingForm::kImageInReference) {
+      take_scale_out(frame.index, out);
+    }
+    return out;
+  }
+
+  /// Removes the pixel grid: ImageToReference maps pixels; the rest is rigid.
+  void take_scale_out(std::int64_t index, RawPose& pose) const {
+    const Eigen::Matrix4d m = pose.tracker_from_body;
+    pose.tracker_from_body.setConstant(std::nan(""));
+    if (!is_claimed(pose.status) || !calibration) return;
+    const auto placed = calibration_from_matrix(m, reader.header().width, reader.header().height);
+    if (placed && same_grid(placed->grid, calibration->grid)) {
+      pose.tracker_from_body = placed->probe_from_image.matrix();
+      return;
+    }
+    pose.status = TrackingStatus::kInvalid;
+    diagnostics.report(
+        Severity::kWarning, "recording",
+        "frame " + std::to_string(index) + ": " +
+            (placed ? std::string("expected the pixel size of the first frame, found another")
+                    : placed.error().message));
+  }
+
+  /// Takes the calibration of the recording, or of the configuration when the frames have none.
+  Result<void> calibrate(const TransformTree& tree, const RecordingOptions& options) {
+    if (chains.form == RecordingForm::kImageInReference) {
+      const auto found = first_of(reader, chains.probe);
+      if (!found) return found.error();
+      calibration = without_step(*found);
+      return {};
+    }
+    const auto chain = tree.find(options.image_frame, options.probe_frame);
+    if (!chain) return chain.error();
+    if (uses_frames(*chain)) {
+      recorded = *chain;
+      const auto found = recorded_calibration(*chain, reader);
+      if (!found) return found.error();
+      calibration = *found;
+      return {};
+    }
+    const auto value = chain->evaluate(SequenceFrame{});
+    if (!value) return value.error();
+    const auto found =
+        calibration_from_matrix(value->to_from_from, reader.header().width, reader.header().height);
+    if (!found) return found.error();
+    calibration = *found;
+    return {};
+  }
+
+  Result<UltrasoundFrame> picture(const SequenceFrame& frame, Timestamp time) const {
+    if (recorded) {
+      // Without a valid calibration of its own, this image cannot be placed on the probe, whatever
+      // its pose.
+      const auto own = calibration_of(*recorded, frame, reader.header());
+      if (!own) return own.error();
+    }
+    auto pixels = brightness_image(reader.header(), frame);
+    if (!pixels) return pixels.error();
+    UltrasoundFrame out;
+    out.acquired = time;
+    out.received = time;
+    out.sequence = static_cast<std::uint64_t>(frame.index);
+    out.pixels = std::move(*pixels);
+    out.grid = calibration->grid;
+    return out;
+  }
+
+  SequenceReader reader;
+  Chains chains;
+  Diagnostics& diagnostics;
+  std::optional<ImageCalibration> calibration;
+  std::optional<Chain> recorded;  ///< Image to Probe, when it is in the frames.
+  std::string description;
+  std::int64_t position = 0;
+};
+
+RecordingReader::RecordingReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
+RecordingReader::RecordingReader(RecordingReader&&) noexcept = default;
+RecordingReader& RecordingReader::operator=(RecordingReader&&) noexcept = default;
+RecordingReader::~RecordingReader() = default;
+
+Result<RecordingReader> RecordingReader::open(const std::filesystem::path& sequence,
+                                              const PlusConfig* config,
+                                              const RecordingOptions& options,
+                                              Diagnostics& diagnostics) {
+  auto reader = SequenceReader::open(sequence);
+  if (!reader) return reader.error();
+  const auto blame = [&](const Error& error) {
+    return Error{error.code, sequence.string() + ": " + error.message};
+  };
+  // The names of all frames: the first frames may lack some that later frames have.
+  std::set<std::string> names;
+  std::optional<Error> unreadable;
+  for (std::int64_t i = 0; i < reader->header().frame_count; ++i) {
+    const auto frame = reader->frame_fields(i);
+    // The error is reported when the frame itself is replayed, unless no other frame is readable.
+    if (!frame) {
+      unreadable = unreadable.value_or(frame.error());
+      continue;
+    }
+    for (auto& name : transform_names(*frame)) names.insert(std::move(name));
+  }
+  if (names.empty() && unreadable) return *unreadable;
+  const auto tree = TransformTree::create(
+      {names.begin(), names.end()},
+      config != nullptr ? config->transforms : std::vector<CoordinateDefinition>{});
+  if (!tree) return blame(tree.error());
+  auto chains = choose_chains(*tree, options);
+  if (!chains) return blame(chains.error());
+  if (const auto ok = choose_needle(*tree, options, *chains); !ok) return blame(ok.error());
+  auto state = std::make_unique<State>(std::move(*reader), std::move(*chains), diagnostics);
+  if (state->reader.header().width > 0) {
+    if (const auto ok = state->calibrate(*tree, options); !ok) return blame(ok.error());
+  }
+  state->description = describe(state->chains.probe);
+  if (state->chains.reference) state->description += "; " + describe(*state->chains.reference);
+  if (state->chains.needle) state->description += "; " + describe(*state->chains.needle);
+  return RecordingReader(std::move(state));
+}
+
+Result<RecordingFrame> RecordingReader::next() {
+  State& s = *state_;
+  if (s.position >= total_frames()) {
+    return Error{ErrorCode::kEndOfStream, s.reader.header().path.string() + ": no more frames"};
+  }
+  const std::int64_t index = s.position++;
+  const auto frame = s.reader.read(index);
+  if (!frame && frame.error().code != ErrorCode::kMalformedData) return frame.error();
+  const auto refuse = [&](const Error& error) {
+    RecordingFrame event{index, {}, error, {}, {}, {}};
+    event.probe.status = TrackingStatus::kInvalid;
+    if (s.chains.reference) event.reference = event.probe;
+    if (s.chains.needle) event.needle = event.probe;
+    return event;
+  };
+  if (!frame) return refuse(frame.error());
+  if (!frame->timestamp_s || !is_representable_seconds(*frame->timestamp_s)) {
+    return refuse({ErrorCode::kMalformedData,
+                   "frame " + std::to_string(index) + ": expected a Timestamp, found none usable"});
+  }
+  const Timestamp time(from_seconds(*frame->timestamp_s));
+  RecordingFrame event{index, time, s.picture(*frame, time), s.pose(s.chains.probe, *frame, time),
+                       {},    {}};
+  if (s.chains.reference) event.reference = s.pose(*s.chains.reference, *frame, time);
+  if (s.chains.needle) event.needle = s.pose(*s.chains.needle, *frame, time);
+  return event;
+}
+
+void RecordingReader::rewind() { state_->position = 0; }
+const std::optional<ImageCalibration>& RecordingReader::calibration() const {
+  return state_->calibration;
+}
+RecordingForm RecordingReader::form() const { return state_->chains.form; }
+std::int64_t RecordingReader::total_frames() const { return state_->reader.header().frame_count; }
+const std::string& RecordingReader::description() const { return state_->description; }
+
+}  // namespace nav::io

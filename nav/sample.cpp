@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "nav/sample.hpp"
+
+namespace nav {
+
+const char* to_string(ToolRole role) {
+  switch (role) {
+    case ToolRole::kProbe:
+      return "Probe";
+    case ToolRole::kReference:
+      return "Reference";
+    case ToolRole::kNeedle:
+      return "Needle";
+    case ToolRole::kStylus:
+      return "Stylus";
+    case ToolRole::kPhantom:
+      return "Phantom";
+    case ToolRole::kOther:
+      break;
+  }
+  return "Other";
+}
+
+}  // namespace nav

@@ -1,0 +1,250 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "session/session.hpp"
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+namespace nav::session {
+namespace {
+
+/// How long a source may wait before its thread looks whether it is to stop.
+constexpr Duration kPatience = std::chrono::milliseconds(50);
+
+bool is_tool_of_navigator(ToolRole role) {
+  return role == ToolRole::kProbe || role == ToolRole::kReference || role == ToolRole::kNeedle;
+}
+
+}  // namespace
+
+Session::Session(const SessionSetup& setup, Diagnostics& diagnostics)
+    : setup_(setup),
+      diagnostics_(diagnostics),
+      navigator_(setup.calibration, setup.fixed_reference, setup.navigator, diagnostics) {}
+
+Session::~Session() { stop(); }
+
+void Session::add(std::shared_ptr<Source> source) {
+  auto feed = std::make_unique<Feed>();
+  feed->first_stream = streams_.size();
+  for (const StreamInfo& info : source->streams()) {
+    const bool images = info.kind == StreamKind::kImages;
+    const auto same = [&](const Stream& other) {
+      return other.used && other.info.kind == info.kind && (images || other.info.role == info.role);
+    };
+    Stream stream;
+    stream.info = info;
+    stream.queue = std::make_unique<StreamQueue>(images ? setup_.images : QueuePolicy::kLossless,
+                                                 setup_.queue_capacity);
+    stream.used = (images || is_tool_of_navigator(info.role)) &&
+                  std::none_of(streams_.begin(), streams_.end(), same);
+    streams_.push_back(std::move(stream));
+  }
+  feed->source = std::move(source);
+  feeds_.push_back(std::move(feed));
+}
+
+/// Fills the head of a source.
+Result<void> Session::look(Feed& feed) {
+  if (feed.head || feed.ended) return {};
+  auto sample = feed.source->next(Timestamp::max());
+  if (sample) {
+    feed.head = *std::move(sample);
+  } else if (sample.error().code == ErrorCode::kEndOfStream) {
+    feed.ended = true;
+  } else {
+    return sample.error();
+  }
+  return {};
+}
+
+Result<std::optional<Timestamp>> Session::next_arrival() {
+  std::optional<Timestamp> next;
+  for (const auto& feed : feeds_) {
+    if (auto ok = look(*feed); !ok) return ok.error();
+    if (feed->head && (!next || feed->head->received < *next)) next = feed->head->received;
+  }
+  return next;
+}
+
+Result<void> Session::advance_to(Timestamp time, const Listener& listener) {
+  now_ = time;
+  for (;;) {
+    const auto next = next_arrival();
+    if (!next) return next.error();
+    if (!*next || **next > time) break;
+    for (const auto& feed : feeds_) {
+      if (!feed->head || feed->head->received != **next) continue;
+      const std::size_t stream = feed->first_stream + feed->head->stream;
+      streams_[stream].queue->push(*std::exchange(feed->head, std::nullopt));
+      break;
+    }
+    drain(listener);
+  }
+  settle(false, listener);
+  return {};
+}
+
+void Session::start(const Clock& clock) {
+  clock_ = &clock;
+  for (const auto& feed : feeds_) {
+    Feed* one = feed.get();
+    one->thread = std::jthread([this, one](const std::stop_token& stop) { run(*one, stop); });
+  }
+}
+
+/// The root of a source's thread: nothing leaves it but through queues and the failure.
+void Session::run(Feed& feed, const std::stop_token& stop) {
+  std::string failure;
+  try {
+    while (!stop.stop_requested()) {
+      auto sample = feed.source->next(clock_->now() + kPatience);
+      if (sample) {
+        const std::size_t stream = feed.first_stream + sample->stream;
+        NAV_CHECK(sample->stream < feed.source->streams().size(), sample->stream);
+        streams_[stream].queue->push(*std::move(sample));
+        continue;
+      }
+      const ErrorCode code = sample.error().code;
+      if (code == ErrorCode::kTimeout) continue;
+      if (code != ErrorCode::kEndOfStream && code != ErrorCode::kCancelled) {
+        failure = sample.error().message;
+      }
+      break;
+    }
+  } catch (const std::exception& error) {
+    failure = std::string("internal error: ") + error.what();
+  } catch (...) {
+    failure = "internal error of an unknown kind";
+  }
+  {
+    const std::lock_guard lock(feed.mutex);
+    feed.failure = std::move(failure);
+  }
+  feed.ended = true;
+}
+
+void Session::stop() noexcept {
+  for (const auto& feed : feeds_) {
+    if (!feed->thread.joinable()) continue;
+    feed->thread.request_stop();
+    feed->source->stop();
+    feed->thread.join();
+  }
+}
+
+void Session::take_in(const Listener& listener) {
+  drain(listener);
+  note_failures();
+  settle(false, listener);
+}
+
+/// A failed source takes its streams with it.
+void Session::note_failures() {
+  for (const auto& feed : feeds_) {
+    if (feed->failure_known || !feed->ended) continue;
+    {
+      const std::lock_guard lock(feed->mutex);
+      if (feed->failure.empty()) continue;
+      feed->failure_known = true;
+      failures_.push_back(feed->failure);
+    }
+    const std::string& cause = failures_.back();
+    diagnostics_.report(Severity::kError, "session", cause);
+    for (std::size_t i = 0; i < feed->source->streams().size(); ++i) {
+      const Stream& stream = streams_[feed->first_stream + i];
+      if (!stream.used) continue;
+      if (stream.info.kind == StreamKind::kImages) {
+        navigator_.lose_images(cause);
+      } else {
+        navigator_.lose_poses(stream.info.role, cause);
+      }
+    }
+  }
+}
+
+/// Hands over what is queued, in order of arrival; of samples that arrived together, by stream.
+void Session::drain(const Listener& listener) {
+  struct Taken {
+    std::size_t stream;
+    Sample sample;
+  };
+  std::vector<Taken> all;
+  for (std::size_t i = 0; i < streams_.size(); ++i) {
+    taken_.clear();
+    streams_[i].queue->drain(taken_);
+    for (Sample& sample : taken_) all.push_back({i, std::move(sample)});
+  }
+  std::stable_sort(all.begin(), all.end(), [](const Taken& a, const Taken& b) {
+    return a.sample.received < b.sample.received;
+  });
+  for (Taken& one : all) deliver(one.stream, std::move(one.sample), listener);
+}
+
+void Session::deliver(std::size_t index, Sample sample, const Listener& listener) {
+  Stream& stream = streams_[index];
+  if (!stream.used) {
+    stream.unused.receive();
+    stream.unused.drop("not_used");
+    return;
+  }
+  if (auto* image = std::get_if<UltrasoundFrame>(&sample.what)) {
+    NAV_CHECK(stream.info.kind == StreamKind::kImages);
+    if (setup_.learn_outline && !set_outline_ && !image->outline) learned_.add(*image);
+    if (!image->outline) image->outline = outline();
+    navigator_.add_image(std::move(*image));
+  } else if (const auto* missing = std::get_if<MissingImage>(&sample.what)) {
+    NAV_CHECK(stream.info.kind == StreamKind::kImages);
+    if (first_rejection_.empty()) first_rejection_ = missing->message;
+    log_.add_missing(sample.sequence, missing->cause);
+    navigator_.add_missing(*missing);
+    if (listener.missing) listener.missing(sample.sequence, *missing);
+  } else {
+    NAV_CHECK(stream.info.kind == StreamKind::kPoses);
+    navigator_.add_pose(stream.info.role, std::get<PoseSample>(sample.what).pose);
+  }
+}
+
+void Session::settle(bool end, const Listener& listener) {
+  navigator_.settle(now(), end, [&](const tracking::PairedFrame& paired) {
+    if (!paired.tracked && first_rejection_.empty()) {
+      first_rejection_ = "frame " + std::to_string(paired.sequence) + ": " + paired.cause;
+    }
+    log_.add(paired);
+    if (listener.settled) listener.settled(paired);
+  });
+}
+
+bool Session::ended() const {
+  return std::all_of(feeds_.begin(), feeds_.end(),
+                     [](const auto& feed) { return feed->ended && !feed->head; });
+}
+
+void Session::finish(const Listener& listener) {
+  stop();
+  drain(listener);
+  note_failures();
+  settle(true, listener);
+}
+
+void Session::set_outline(const std::optional<SectorOutline>& outline) { set_outline_ = outline; }
+
+const std::optional<SectorOutline>& Session::outline() const {
+  return set_outline_ ? *set_outline_ : learned_.outline();
+}
+
+std::vector<StreamAccount> Session::accounts() const {
+  std::vector<StreamAccount> all;
+  for (const Stream& stream : streams_) {
+    const tracking::StreamLedger queued = stream.queue->ledger();
+    const tracking::StreamLedger& next = !stream.used ? stream.unused
+                                         : stream.info.kind == StreamKind::kImages
+                                             ? navigator_.ledger()
+                                             : navigator_.ledger(stream.info.role);
+    all.push_back({stream.info, queued.followed_by(next)});
+  }
+  return all;
+}
+
+}  // namespace nav::session

@@ -1,0 +1,150 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "nav/diagnostics.hpp"
+#include "nav/source.hpp"
+#include "session/navigator.hpp"
+#include "session/outline_estimator.hpp"
+#include "session/pose_log.hpp"
+#include "session/stream_queue.hpp"
+
+namespace nav::session {
+
+/// Fixed facts of a session.
+struct SessionSetup {
+  ProbeCalibration calibration;
+  /// Given when nothing tracks the patient: the tracker plays the reference.
+  std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference = std::nullopt;
+  NavigatorOptions navigator = {};
+  /// Queue of the images of a live session; poses always use a lossless queue.
+  QueuePolicy images = QueuePolicy::kNewestOnly;
+  std::size_t queue_capacity = 1024;  ///< Samples of one lossless queue.
+  /// Learns the sector of images that come without an outline.
+  bool learn_outline = true;
+};
+
+/// Account of one stream of a session.
+struct StreamAccount {
+  StreamInfo info;
+  tracking::StreamLedger ledger;
+};
+
+/// Takes samples from sources through queues to the navigator, on one clock. The same code serves a
+/// recording, a simulation and live devices:
+///   - virtual: advance_to() pulls what arrives by a time, on the caller's thread. The same samples
+///     give the same bits.
+///   - live: start() gives each source a thread; take_in() hands over what has been queued.
+/// A source whose thread fails is lost with its sentence; the others go on. Not thread-safe: one
+/// thread calls the session.
+class Session {
+ public:
+  /// Hears of every image once, in order; either part may be empty.
+  struct Listener {
+    Listener() = default;
+    template <std::invocable<const tracking::PairedFrame&> F>
+    Listener(F hears) : settled(std::move(hears)) {}  // NOLINT: a function is a listener.
+
+    std::function<void(const tracking::PairedFrame&)> settled;
+    std::function<void(std::uint64_t sequence, const MissingImage&)> missing;
+  };
+
+  /// \p diagnostics must outlive the session.
+  Session(const SessionSetup& setup, Diagnostics& diagnostics);
+  ~Session();
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+
+  /// Before the first sample. Sources are asked in the order in which they were added.
+  void add(std::shared_ptr<Source> source);
+
+  /// Virtual: arrival of the next sample of all sources; absent at their end. Errors of a source
+  /// end the session.
+  Result<std::optional<Timestamp>> next_arrival();
+  /// Virtual: takes in every sample that arrives by \p time, then pairs what can be paired.
+  Result<void> advance_to(Timestamp time, const Listener& listener = {});
+
+  /// Live: starts one thread for each source. \p clock must outlive the session.
+  void start(const Clock& clock);
+  [[nodiscard]] bool live() const { return clock_ != nullptr; }
+  /// Live: takes in what the threads have queued until now, then pairs what can be paired.
+  void take_in(const Listener& listener = {});
+  /// Live: stops and joins the threads. Idempotent.
+  void stop() noexcept;
+
+  /// True when no source has anything more.
+  [[nodiscard]] bool ended() const;
+  /// Ends the session: images that still wait are settled or superseded.
+  void finish(const Listener& listener = {});
+
+  /// Session time: of the newest advance_to(), or of the clock.
+  [[nodiscard]] Timestamp now() const { return clock_ != nullptr ? clock_->now() : now_; }
+  [[nodiscard]] Epoch refresh() { return navigator_.refresh(now()); }
+  [[nodiscard]] Navigator& navigator() { return navigator_; }
+  [[nodiscard]] const Navigator& navigator() const { return navigator_; }
+  /// One line for every image, in order.
+  [[nodiscard]] const PoseLog& log() const { return log_; }
+
+  /// Outline of the images that come without one; replaces the learned outline.
+  void set_outline(const std::optional<SectorOutline>& outline);
+  [[nodiscard]] const std::optional<SectorOutline>& outline() const;
+
+  /// Accounts of all streams, sources and streams in order. Balanced when the session has ended.
+  [[nodiscard]] std::vector<StreamAccount> accounts() const;
+  /// One sentence for each source that failed.
+  [[nodiscard]] const std::vector<std::string>& failures() const { return failures_; }
+  /// Cause of the first image that could not be used; empty while there is none.
+  [[nodiscard]] const std::string& first_rejection() const { return first_rejection_; }
+
+ private:
+  struct Stream {
+    StreamInfo info;
+    std::unique_ptr<StreamQueue> queue;
+    bool used = false;
+    tracking::StreamLedger unused;  ///< Of a stream that the navigator has no use for.
+  };
+  struct Feed {
+    std::shared_ptr<Source> source;
+    std::size_t first_stream = 0;
+    std::optional<Sample> head;      ///< Virtual only.
+    std::atomic<bool> ended{false};  ///< The rest is live only.
+    std::mutex mutex;
+    std::string failure;  ///< Guarded by the mutex.
+    bool failure_known = false;
+    std::jthread thread;
+  };
+  Result<void> look(Feed& feed);
+  void run(Feed& feed, const std::stop_token& stop);
+  void deliver(std::size_t stream, Sample sample, const Listener& listener);
+  void drain(const Listener& listener);
+  void settle(bool end, const Listener& listener);
+  void note_failures();
+
+  SessionSetup setup_;
+  Diagnostics& diagnostics_;
+  Navigator navigator_;
+  OutlineEstimator learned_;
+  std::optional<std::optional<SectorOutline>> set_outline_;
+  std::vector<Stream> streams_;
+  std::vector<std::unique_ptr<Feed>> feeds_;
+  std::vector<Sample> taken_;
+  const Clock* clock_ = nullptr;
+  Timestamp now_{};
+  PoseLog log_;
+  std::vector<std::string> failures_;
+  std::string first_rejection_;
+};
+
+}  // namespace nav::session

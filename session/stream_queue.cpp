@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "session/stream_queue.hpp"
+
+#include <iterator>
+
+#include "nav/check.hpp"
+
+namespace nav::session {
+
+StreamQueue::StreamQueue(QueuePolicy policy, std::size_t capacity)
+    : policy_(policy), capacity_(policy == QueuePolicy::kNewestOnly ? 1 : capacity) {
+  NAV_CHECK(capacity >= 1, capacity);
+}
+
+void StreamQueue::push(Sample sample) {
+  const std::lock_guard lock(mutex_);
+  ledger_.receive();
+  if (samples_.size() >= capacity_) {
+    if (policy_ == QueuePolicy::kLossless) {
+      ledger_.drop("queue_full");
+      return;
+    }
+    ledger_.supersede();
+    samples_.pop_front();
+  }
+  samples_.push_back(std::move(sample));
+}
+
+void StreamQueue::drain(std::vector<Sample>& into) {
+  const std::lock_guard lock(mutex_);
+  for (std::size_t i = 0; i < samples_.size(); ++i) ledger_.deliver();
+  into.insert(into.end(), std::move_iterator(samples_.begin()), std::move_iterator(samples_.end()));
+  samples_.clear();
+}
+
+tracking::StreamLedger StreamQueue::ledger() const {
+  const std::lock_guard lock(mutex_);
+  return ledger_;
+}
+
+}  // namespace nav::session

@@ -1,0 +1,144 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Runs the program sonde-bench as a user does.
+#include "bench/verbs/bench_command_line.hpp"
+
+#include <cstdlib>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/app/options/command_line_support.hpp"
+
+namespace nav::bench {
+namespace {
+
+using app::Outcome;
+
+class BenchCommandLineTest : public app::CommandLineTest {
+ protected:
+  BenchCommandLineTest() {
+    program_ = "sonde-bench";
+    run_ = &run_command_line;
+  }
+};
+
+/// `sonde bench …` prints the output of sonde-bench, and names the command as the user typed it.
+TEST_F(BenchCommandLineTest, SondeRunsTheProgramBesideIt) {
+  for (const char* arguments : {"--help", "render --help", "gallery --help", "--version"}) {
+    const Outcome here = sonde(arguments);
+    const Outcome there = built_sonde(std::string("bench ") + arguments);
+    EXPECT_EQ(here.code, 0) << here.errors;
+    EXPECT_EQ(there.code, 0) << there.errors;
+    EXPECT_EQ(here.output.substr(here.output.find('\n')),
+              there.output.substr(there.output.find('\n')));
+  }
+  const Outcome help = built_sonde("-v gallery --help");
+  EXPECT_EQ(help.code, 0);
+  EXPECT_NE(help.output.find("sonde gallery"), std::string::npos) << help.output;
+  for (const auto& [arguments, sentence] : std::vector<std::pair<std::string, std::string>>{
+           {"bench render foo",
+            "sonde bench render: expected no further argument than 'sonde bench render --help' "
+            "lists, found foo"},
+           {"bench foo",
+            "sonde bench: expected one of render, predicates, scaling, registration, derived or "
+            "gallery, found 'foo'"},
+           {"gallery", "--out: expected a value (folder to write to), found none"}}) {
+    expect_refusal(built_sonde(arguments), arguments, 2, {"sonde-bench: error: " + sentence});
+  }
+}
+
+TEST_F(BenchCommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
+  for (const auto& [arguments, sentence] : std::vector<std::pair<std::string, std::string>>{
+           {"render --width five", "--width: expected 16 to 8192 pixels, found five"},
+           {"scaling --largest 9999", "--largest: expected 64 to 768 voxels, found 9999"},
+           {"registration --patients 0", "--patients: expected 1 to 100 patients, found 0"},
+           {"render --part x", "--part: expected compare, live, skipping or costs, found x"},
+           {"registration --model x", "--model: expected rays or scatterers, found x"},
+           {"registration --effort x", "--effort: expected quick or usual, found x"},
+           {"derived --threads 100000", "--threads: expected 0 to 1024 threads, found 100000"},
+           {"render foo",
+            "sonde-bench render: expected no further argument than 'sonde-bench render --help' "
+            "lists, found foo"},
+           {"foo",
+            "verb: expected one of render, predicates, scaling, registration, derived or gallery, "
+            "found 'foo'"}}) {
+    expect_refusal(arguments, 2, {"sonde-bench: error: " + sentence});
+  }
+}
+
+TEST_F(BenchCommandLineTest, OptionsThatWouldDoNothingAreRefused) {
+  for (const auto& [arguments, refusal] : std::vector<std::pair<std::string, std::string>>{
+           {"render --part live --scene x",
+            "--scene: expected --part compare, skipping or costs beside it, found live"},
+           {"render --part live --ct x", "--ct: expected --part compare, skipping or costs"},
+           {"render --part skipping --costs", "--costs: expected --part live"},
+           {"render --part skipping --width 64", "--width: expected --part compare, live or costs"},
+           {"render --quick --height 64", "--height: expected no --quick"},
+           {"predicates --quick --side 64", "--side: expected no --quick"},
+           {"predicates --volume prostate --side 64",
+            "--side: expected a simulated --volume beside it, found prostate"},
+           {"predicates --engine gl --threads 1", "--threads: expected --engine cpu or both"},
+           {"predicates --volume two --threads 1", "--threads: expected a --volume"},
+           {"predicates --volume features --width 300", "--width: expected a --volume that"},
+           {"predicates --volume features --look vessel", "--look: expected a --volume that"},
+           {"predicates --look vessel", "--look: expected a --volume that has some beside it"},
+           {"predicates --volume features --engine gl", "--engine: expected --volume of"},
+           {"registration --part skin --trials t.csv", "--trials: expected --part cohort"},
+           {"registration --part skin --effort quick", "--effort: expected --part cohort, faults"},
+           {"registration --part skin --no-evaluation", "--no-evaluation: expected --part"},
+           {"registration --part curve --patients 2", "--patients: expected a --part other"},
+           {"derived --quick --side 64",
+            "--side: expected no --quick, which has a side of its own, beside it, found both"}}) {
+    expect_refusal(arguments, 2, {refusal});
+  }
+}
+
+TEST_F(BenchCommandLineTest, OutputsAreCheckedBeforeAnythingIsMeasured) {
+  const std::string nowhere = (folder_ / "none" / "x").string();
+  for (const char* arguments : {"render --quick --json ", "predicates --quick --json ",
+                                "derived --json ", "registration --json "}) {
+    expect_refusal(arguments + nowhere, 3, {"--json: ", "none/x"});
+  }
+  const std::string ct = write_ct();
+  expect_refusal("render --ct " + ct + " --json " + ct, 2, {"--json", "that of --ct"});
+  expect_refusal("registration --trials x --json x", 2, {"--trials", "that of --json"});
+}
+
+TEST_F(BenchCommandLineTest, AGallerySaysWhichPicturesThereAre) {
+  expect_refusal("gallery --only nope --out " + (folder_ / "gallery").string(), 2,
+                 {"--only", "fig2a", "registration-sweep", "simulator-spine", "predicates-inside",
+                  "found nope"});
+}
+
+TEST_F(BenchCommandLineTest, AGalleryOfNothingFails) {
+  const std::string out = " --out " + (folder_ / "gallery").string();
+  expect_refusal("gallery --engine foo --only simulator-vessel" + out, 2,
+                 {"cpu, gl or reference", "foo"});
+  const char* data = std::getenv("SONDE_DATA_DIR");
+  const std::string before = data == nullptr ? "" : data;
+  ::setenv("SONDE_DATA_DIR", (folder_ / "no-data").c_str(), 1);
+  expect_refusal("gallery --only fig2a" + out, 3,
+                 {"no-data", "expected the data of fig2a", "SONDE_DATA_DIR", "nothing was drawn"});
+  if (data == nullptr) {
+    ::unsetenv("SONDE_DATA_DIR");
+  } else {
+    ::setenv("SONDE_DATA_DIR", before.c_str(), 1);
+  }
+}
+
+TEST_F(BenchCommandLineTest, SkippingIsMeasuredAboutACubicPatientAlone) {
+  const auto json = folder_ / "bench.json";
+  const Outcome outcome = sonde(
+      "render --quick --part skipping --scene patient-64/vessels-only --json " + json.string());
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  const io::Json report = read_json("bench.json");
+  ASSERT_EQ(report["skip_bounds"].size(), 1U);
+  EXPECT_EQ(report["skip_bounds"][0]["scene"], "patient-64/vessels-only/perspective/shaded");
+  EXPECT_EQ(report["skip_bounds"][0]["bit_identical"], true);
+  EXPECT_TRUE(report["ratios"]["samples_skip_off_over_on"]["bit_identical"].is_null());
+  expect_refusal("render --part skipping --scene patient-257", 2, {"--scene", "patient-257"});
+}
+
+}  // namespace
+}  // namespace nav::bench

@@ -1,0 +1,355 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "io/recording_reader.hpp"
+
+#include <fstream>
+#include <gtest/gtest.h>
+#include <iomanip>
+#include <limits>
+#include <map>
+
+#include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
+
+namespace nav::io {
+namespace {
+
+using frames::Ct;
+using frames::Image;
+using frames::Probe;
+using frames::Tracker;
+
+constexpr int kWidth = 4;
+constexpr int kHeight = 3;
+constexpr double kTextMm = 1e-9;  // The file has 17 digits.
+
+struct Frame {
+  std::map<std::string, std::string> fields;
+};
+
+std::string text_of(const Eigen::Matrix4d& m) {
+  std::ostringstream text;
+  text.precision(17);
+  for (int i = 0; i < 16; ++i) text << (i > 0 ? " " : "") << m(i / 4, i % 4);
+  return text.str();
+}
+
+Eigen::Matrix4d rigid(double angle, const Eigen::Vector3d& axis, const Eigen::Vector3d& mm) {
+  Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
+  m.topLeftCorner<3, 3>() = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+  m.topRightCorner<3, 1>() = mm;
+  return m;
+}
+
+Eigen::Matrix4d probe_pose(int index) {
+  return rigid(0.4 + 0.05 * index, {1, 2, 3}, {10.0 * index, 20, -1500});
+}
+Eigen::Matrix4d reference_pose(int index) {
+  return rigid(-0.9, {0, 1, 1}, {5, -7.0 - index, -1400});
+}
+/// Calibration with pixels of 0.2 x 0.3 mm, a rotation and a translation.
+Eigen::Matrix4d image_to_probe() {
+  Eigen::Matrix4d m = rigid(1.1, {2, -1, 1}, {8, -30, 80});
+  m.col(0) *= 0.2;
+  m.col(1) *= 0.3;
+  m.col(2) *= 0.25;
+  return m;
+}
+
+/// Writes a raw MetaImage. A pixel has the value 10 * frame + its offset in the image.
+std::filesystem::path write(const test::TemporaryFolder& folder, const std::vector<Frame>& frames) {
+  const auto path = folder / "recording.igs.mha";
+  std::ofstream out(path, std::ios::binary);
+  out << "ObjectType = Image\nNDims = 3\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
+      << "CompressedData = False\nDimSize = " << kWidth << ' ' << kHeight << ' ' << frames.size()
+      << "\nElementType = MET_UCHAR\nUltrasoundImageOrientation = MF\n"
+      << "UltrasoundImageType = BRIGHTNESS\n";
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    for (const auto& [key, value] : frames[i].fields) {
+      out << "Seq_Frame" << std::setw(4) << std::setfill('0') << i << '_' << key << " = " << value
+          << '\n';
+    }
+  }
+  out << "ElementDataFile = LOCAL\n";
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    for (int p = 0; p < kWidth * kHeight; ++p) {
+      out.put(static_cast<char>(10 * static_cast<int>(i) + p));
+    }
+  }
+  return path;
+}
+
+void put(Frame& frame, const std::string& name, const Eigen::Matrix4d& m,
+         const std::string& status = "OK") {
+  frame.fields[name + "Transform"] = text_of(m);
+  if (!status.empty()) frame.fields[name + "TransformStatus"] = status;
+}
+
+std::vector<Frame> tracked_frames(int count) {
+  std::vector<Frame> frames(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i) {
+    Frame& f = frames[static_cast<std::size_t>(i)];
+    put(f, "ProbeToTracker", probe_pose(i));
+    put(f, "ReferenceToTracker", reference_pose(i));
+    f.fields["Timestamp"] = std::to_string(100 + i) + ".25";
+    f.fields["ImageStatus"] = "OK";
+  }
+  return frames;
+}
+
+io::PlusConfig calibration_config() {
+  io::PlusConfig config;
+  config.transforms.push_back({"Image", "Probe", image_to_probe(), std::nullopt, ""});
+  return config;
+}
+
+std::vector<RecordingFrame> drain(RecordingReader& session) {
+  std::vector<RecordingFrame> events;
+  while (auto event = session.next()) events.push_back(std::move(*event));
+  return events;
+}
+
+TEST(RecordingReaderTest, StreamsImagesAndPosesAsRecorded) {
+  const test::TemporaryFolder folder;
+  CollectingDiagnostics said;
+  const auto config = calibration_config();
+  auto session = RecordingReader::open(write(folder, tracked_frames(3)), &config, {}, said);
+  ASSERT_TRUE(test::has_value(session));
+  EXPECT_EQ(session->form(), RecordingForm::kTracked);
+  EXPECT_EQ(session->total_frames(), 3);
+  ASSERT_TRUE(session->calibration().has_value());
+  for (int round = 0; round < 2; ++round) {
+    const auto events = drain(*session);
+    ASSERT_EQ(events.size(), 3U);
+    for (int i = 0; i < 3; ++i) {
+      const RecordingFrame& e = events[static_cast<std::size_t>(i)];
+      ASSERT_TRUE(test::has_value(e.picture));
+      EXPECT_EQ(e.acquired, Timestamp(from_seconds(100.25 + i)));
+      EXPECT_EQ(e.picture->acquired, *e.acquired);
+      EXPECT_EQ(e.picture->pixels.at(1, 2), 10 * i + 2 * kWidth + 1);
+      EXPECT_EQ(e.probe.status, TrackingStatus::kOk);
+      EXPECT_EQ(e.probe.acquired, *e.acquired);
+      EXPECT_LT((e.probe.tracker_from_body - probe_pose(i)).norm(), kTextMm);
+      ASSERT_TRUE(e.reference.has_value());
+      EXPECT_LT((e.reference->tracker_from_body - reference_pose(i)).norm(), kTextMm);
+    }
+    EXPECT_TRUE(test::refuses(session->next(), ErrorCode::kEndOfStream, {"recording.igs.mha"}));
+    session->rewind();
+  }
+  EXPECT_TRUE(said.entries().empty());
+}
+
+/// Returns the position of a pixel of an event, in the target frame of the pose.
+Eigen::Vector3d place(const RecordingReader& session, const RecordingFrame& event, double column,
+                      double row) {
+  const auto pose = rigid_from_matrix<Tracker, Probe>(event.probe.tracker_from_body);
+  EXPECT_TRUE(test::has_value(pose));
+  const auto& calibration = *session.calibration();
+  return (*pose * calibration.probe_from_image * event.picture->grid.at(column, row)).mm;
+}
+
+Eigen::Vector3d place(const Eigen::Matrix4d& to_from_pixels, double column, double row) {
+  return (to_from_pixels * Eigen::Vector4d(column, row, 0, 1)).head<3>();
+}
+
+TEST(RecordingReaderTest, AllThreeFormsPositionAPixelEqually) {
+  const Eigen::Matrix4d in_reference =
+      reference_pose(1).inverse() * probe_pose(1) * image_to_probe();
+  std::vector<Frame> probe_frames = tracked_frames(2);
+  std::vector<Frame> image_frames = tracked_frames(2);
+  for (int i = 0; i < 2; ++i) {
+    const Eigen::Matrix4d m = reference_pose(i).inverse() * probe_pose(i);
+    for (auto* frames : {&probe_frames, &image_frames}) {
+      auto& fields = (*frames)[static_cast<std::size_t>(i)].fields;
+      std::erase_if(fields, [](const auto& f) { return f.first.find("Tracker") < 30; });
+    }
+    put(probe_frames[static_cast<std::size_t>(i)], "ProbeToReference", m);
+    put(image_frames[static_cast<std::size_t>(i)], "ImageToReference", m * image_to_probe());
+  }
+  const test::TemporaryFolder folder;
+  CollectingDiagnostics said;
+  const auto config = calibration_config();
+  const auto check = [&](const std::vector<Frame>& frames, const io::PlusConfig* calibration,
+                         RecordingForm form) {
+    auto session = RecordingReader::open(write(folder, frames), calibration, {}, said);
+    ASSERT_TRUE(test::has_value(session));
+    EXPECT_EQ(session->form(), form);
+    const auto events = drain(*session);
+    EXPECT_FALSE(events[1].reference.has_value());
+    for (const auto& [column, row] : {std::pair{0.0, 0.0}, {3.0, 0.0}, {1.0, 2.0}}) {
+      EXPECT_LT((place(*session, events[1], column, row) - place(in_reference, column, row)).norm(),
+                1e-6);
+    }
+  };
+  check(probe_frames, &config, RecordingForm::kProbeInReference);
+  check(image_frames, nullptr, RecordingForm::kImageInReference);
+}
+
+TEST(RecordingReaderTest, ReplaysWithoutAReferenceOnlyIfRequested) {
+  const test::TemporaryFolder folder;
+  CollectingDiagnostics said;
+  auto frames = tracked_frames(2);
+  for (Frame& f : frames) f.fields.erase("ReferenceToTrackerTransform");
+  const auto path = write(folder, frames);
+  const auto config = calibration_config();
+  EXPECT_TRUE(test::refuses(RecordingReader::open(path, &config, {}, said), ErrorCode::kNotFound,
+                            {"Reference", "Tracker", "name the tracker frame"}));
+  RecordingOptions options;
+  options.reference_frame = "Tracker";
+  auto session = RecordingReader::open(path, &config, options, said);
+  ASSERT_TRUE(test::has_value(session));
+  const auto event = session->next();
+  ASSERT_TRUE(test::has_value(event));
+  EXPECT_FALSE(event->reference.has_value());
+  EXPECT_LT((event->probe.tracker_from_body - probe_pose(0)).norm(), kTextMm);
+}
+
+TEST(RecordingReaderTest, KeepsTheStatusOfLostPosesAndNamesUnreadableOnes) {
+  const test::TemporaryFolder folder;
+  CollectingDiagnostics said;
+  auto frames = tracked_frames(5);
+  frames[0].fields["ProbeToTrackerTransform"] =
+      "nan nan nan nan nan nan nan nan nan nan nan nan nan nan nan nan";
+  frames[0].fields["ProbeToTrackerTransformStatus"] = "OUT_OF_VIEW";
+  frames[1].fields.erase("ProbeToTrackerTransformStatus");
+  frames[2].fields["ProbeToTrackerTransform"] = "1 2 3";
+  frames[3].fields.erase("Timestamp");
+  frames[4].fields["ImageStatus"] = "INVALID";
+  const auto config = calibration_config();
+  auto session = RecordingReader::open(write(folder, frames), &config, {}, said);
+  ASSERT_TRUE(test::has_value(session));
+  const auto events = drain(*session);
+  ASSERT_EQ(events.size(), 5U);
+  EXPECT_EQ(events[0].probe.status, TrackingStatus::kOccluded);
+  EXPECT_TRUE(events[0].probe.tracker_from_body.hasNaN());
+  EXPECT_EQ(events[0].reference->status, TrackingStatus::kOk);
+  EXPECT_EQ(events[1].probe.status, TrackingStatus::kUnknown);  // An unknown status never becomes
+                                                                // kOk.
+  EXPECT_EQ(events[2].probe.status, TrackingStatus::kInvalid);
+  EXPECT_TRUE(events[2].probe.tracker_from_body.array().isNaN().all());
+  EXPECT_FALSE(events[3].acquired.has_value());
+  EXPECT_TRUE(
+      test::refuses(events[3].picture, ErrorCode::kMalformedData, {"frame 3", "Timestamp"}));
+  EXPECT_EQ(events[3].probe.status, TrackingStatus::kInvalid);
+  EXPECT_TRUE(test::refuses(events[4].picture, ErrorCode::kUnsupportedData, {"frame 4"}));
+  EXPECT_EQ(events[4].probe.status, TrackingStatus::kOk);
+  ASSERT_EQ(said.entries().size(), 1U);
+  EXPECT_NE(said.entries()[0].message.find("frame 2: ProbeToTracker"), std::string::npos);
+}
+
+TEST(RecordingReaderTest, FindsANeedleThatAppearsLateInTheRecording) {
+  const test::TemporaryFolder folder;
+  CollectingDiagnostics said;
+  auto frames = tracked_frames(101);
+  put(frames.back(), "NeedleToTracker", probe_pose(7));
+  const auto config = calibration_config();
+  RecordingOptions options;
+  options.needle_frame = "Needle";
+  auto session = RecordingReader::open(write(folder, frames), &config, options, said);
+  ASSERT_TRUE(test::has_value(session));
+  const auto events = drain(*session);
+  ASSERT_EQ(events.size(), 101U);
+  ASSERT_TRUE(events.back().needle.has_value());
+  EXPECT_LT((events.back().needle->tracker_from_body - probe_pose(7)).norm(), kTextMm);
+  EXPECT_NE(events.front().needle->status, TrackingStatus::kOk);
+}
+
+std::vector<Frame> frames_with_calibration(int count) {
+  auto frames = tracked_frames(count);
+  for (Frame& f : frames) put(f, "ImageToProbe", image_to_probe());
+  return frames;
+}
+
+TEST(RecordingReaderTest, AFrameWithoutAValidCalibrationHasNoImage) {
+  const test::TemporaryFolder folder;
+  CollectingDiagnostics said;
+  auto frames = frames_with_calibration(6);
+  put(frames[0], "ImageToProbe", image_to_probe(), "INVALID");
+  frames[2].fields["ImageToProbeTransform"] = "nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
+  Eigen::Matrix4d sheared = image_to_probe();
+  sheared.col(1) += sheared.col(0);
+  put(frames[3], "ImageToProbe", sheared);
+  frames[4].fields.erase("ImageToProbeTransform");
+  const auto config = calibration_config();
+  auto session = RecordingReader::open(write(folder, frames), &config, {}, said);
+  ASSERT_TRUE(test::has_value(session));
+  const auto events = drain(*session);
+  ASSERT_EQ(events.size(), 6U);
+  EXPECT_TRUE(test::refuses(events[0].picture, ErrorCode::kUnsupportedData,
+                            {"frame 0: ImageToProbe", "invalid"}));
+  EXPECT_TRUE(test::has_value(events[1].picture));
+  EXPECT_TRUE(test::refuses(events[2].picture, ErrorCode::kMalformedData,
+                            {"frame 2: ImageToProbe", "finite", "nan"}));
+  EXPECT_TRUE(
+      test::refuses(events[3].picture, ErrorCode::kMalformedData, {"frame 3: ImageToProbe"}));
+  EXPECT_TRUE(
+      test::refuses(events[4].picture, ErrorCode::kMalformedData, {"frame 4: ImageToProbe"}));
+  ASSERT_TRUE(test::has_value(events[5].picture));
+  const Eigen::Matrix4d truth = probe_pose(5) * image_to_probe();
+  EXPECT_LT((place(*session, events[5], 3, 2) - place(truth, 3, 2)).norm(), 1e-6);
+}
+
+TEST(RecordingReaderTest, RejectsARecordingWithTwoCalibrations) {
+  const test::TemporaryFolder folder;
+  CollectingDiagnostics said;
+  const auto config = calibration_config();
+  auto frames = frames_with_calibration(4);
+  const auto refused = [&](const Eigen::Matrix4d& other) {
+    put(frames[2], "ImageToProbe", other);
+    const auto session = RecordingReader::open(write(folder, frames), &config, {}, said);
+    return test::refuses(session, ErrorCode::kMalformedData,
+                         {"recording.igs.mha", "frame 2: ImageToProbe", "frame 0", "mm away"});
+  };
+  EXPECT_TRUE(refused(rigid(0, {0, 0, 1}, {0, 0.1, 0}) * image_to_probe()));
+  EXPECT_TRUE(refused(rigid(0.5, {1, 0, 0}, {0, 0, 0}) * image_to_probe()));
+  Eigen::Matrix4d larger = image_to_probe();
+  larger.leftCols<2>() *= 1.5;
+  EXPECT_TRUE(refused(larger));
+  // A calibration that is rounded like decimal text counts as equal.
+  put(frames[2], "ImageToProbe", (image_to_probe() * 1e5).array().round().matrix() / 1e5);
+  EXPECT_TRUE(test::has_value(RecordingReader::open(write(folder, frames), &config, {}, said)));
+}
+
+TEST(RecordingReaderTest, RejectsRecordingsWithoutAPathOfTransforms) {
+  const test::TemporaryFolder folder;
+  CollectingDiagnostics said;
+  const auto config = calibration_config();
+  RecordingOptions options;
+  options.probe_frame = "Transducer";
+  options.image_frame = "Picture";
+  const auto path = write(folder, tracked_frames(2));
+  EXPECT_TRUE(test::refuses(RecordingReader::open(path, &config, options, said), ErrorCode::kNotFound,
+                            {"recording.igs.mha", "Transducer", "Probe→Tracker"}));
+  EXPECT_TRUE(test::refuses(RecordingReader::open(path, nullptr, {}, said), ErrorCode::kNotFound,
+                            {"Image", "Probe"}));
+  EXPECT_FALSE(RecordingReader::open(folder / "absent.mha", nullptr, {}, said));
+}
+
+TEST(RecordingReaderTest, ReplaysARealRecording) {
+  SONDE_REQUIRE_DATA(path, "plus-sequences/sequences/NwirePhantomFreehand.igs.mha");
+  SONDE_REQUIRE_DATA(xml,
+                     "plus-sequences/config/"
+                     "PlusDeviceSet_NwirePhantomFreehand_vtkVolumeReconstructorTest2.xml");
+  const auto config = io::read_plus_config(xml);
+  ASSERT_TRUE(test::has_value(config));
+  CollectingDiagnostics said;
+  auto session = RecordingReader::open(path, &*config, {}, said);
+  ASSERT_TRUE(test::has_value(session));
+  EXPECT_EQ(session->total_frames(), 97);
+  const auto events = drain(*session);
+  ASSERT_EQ(events.size(), 97U);
+  for (const RecordingFrame& e : events) {
+    ASSERT_TRUE(test::has_value(e.picture));
+    EXPECT_EQ(e.picture->pixels.width(), 820);
+    ASSERT_TRUE(e.acquired.has_value());
+    ASSERT_TRUE(e.reference.has_value());
+  }
+  // An image of 820 columns of a scanner covers some centimetres.
+  EXPECT_LT(*events.front().acquired, *events.back().acquired);
+  const double spacing_mm = session->calibration()->grid.mm_per_pixel.col(0).norm();
+  EXPECT_GT(spacing_mm, 0.05);
+  EXPECT_LT(spacing_mm, 0.5);
+}
+
+}  // namespace
+}  // namespace nav::io
