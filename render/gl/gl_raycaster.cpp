@@ -225,7 +225,7 @@ GlPredicateForm GlRaycaster::form_now(GlFeatures features) {
     settled = settled || pictures_wanted_ >= settled_after_;
   }
   // Beside a CT, devices compile the generic program for longer than the set's own program:
-  // docs/adr/0047.
+  // docs/rendering-performance.md
   const bool too_long = features.beside_ct && !*in_software_;
   const auto generic = source_->predicates.generic_form();
   if (!generic || settled || too_long) return own;
