@@ -16,7 +16,8 @@ target_compile_options(nav_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow 
 add_library(nav_common INTERFACE)
 add_library(nav::common ALIAS nav_common)
 target_compile_features(nav_common INTERFACE cxx_std_20)
-target_include_directories(nav_common INTERFACE ${PROJECT_SOURCE_DIR})
+target_include_directories(nav_common INTERFACE $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+                                                $<INSTALL_INTERFACE:include/sonde>)
 option(SONDE_NAN_INIT "Fill fresh Eigen matrices with NaN" OFF)
 if(SONDE_NAN_INIT)
   target_compile_definitions(nav_common INTERFACE EIGEN_INITIALIZE_MATRICES_BY_NAN)
@@ -75,7 +76,7 @@ endfunction()
 # in the libraries. It is also used for the set of precompiled headers, which must have the same level as
 # its users.
 function(nav_optimise_as_test target)
-  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O1>)
 endfunction()
 # nav_precompile(<target> <set>): the target's files include that set of precompiled headers, which
 # is created at its first use.
@@ -98,6 +99,14 @@ function(nav_precompile target from)
   endif()
   target_precompile_headers(${target} REUSE_FROM ${from})
 endfunction()
+
+# ccache, where it is installed. Precompiled headers need its leave to ignore their time stamps.
+option(SONDE_CCACHE "Compile through ccache if it is installed" ON)
+find_program(nav_ccache ccache)
+if(SONDE_CCACHE AND nav_ccache AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env
+                                  CCACHE_SLOPPINESS=pch_defines,time_macros ${nav_ccache})
+endif()
 
 option(SONDE_BATCHES "Compile several files at a time" ${SONDE_PRECOMPILE})
 # nav_in_batches(<target>): the target's files are compiled several at a time.
@@ -167,6 +176,15 @@ function(nav_add_test name)
     return()
   endif()
   if(SONDE_SANITIZER)
+    # The part that every change runs: folders that read what comes from outside, and threads.
+    cmake_path(GET CMAKE_CURRENT_SOURCE_DIR FILENAME folder)
+    if(folder MATCHES "^(nav|io|tracking|devices|sim|session|threads)$")
+      list(APPEND arg_LABELS change)
+      if(NOT TARGET change_tests)
+        add_custom_target(change_tests)
+      endif()
+      add_dependencies(change_tests ${name})
+    endif()
     # Under a sanitizer, the start of a program takes longer than most tests.
     set(parts 4)
     math(EXPR last "${parts} - 1")

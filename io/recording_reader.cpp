@@ -197,6 +197,7 @@ struct RecordingReader::State {
   std::optional<ImageCalibration> calibration;
   std::optional<Chain> recorded;  ///< Image to Probe, when it is in the frames.
   std::string description;
+  std::string reference_frame;
   std::int64_t position = 0;
 };
 
@@ -231,13 +232,21 @@ Result<RecordingReader> RecordingReader::open(const std::filesystem::path& seque
       {names.begin(), names.end()},
       config != nullptr ? config->transforms : std::vector<CoordinateDefinition>{});
   if (!tree) return blame(tree.error());
-  auto chains = choose_chains(*tree, options);
+  RecordingOptions chosen = options;
+  const bool choose = options.reference_frame.empty();
+  if (choose) chosen.reference_frame = "Reference";
+  auto chains = choose_chains(*tree, chosen);
+  if (!chains && choose && chains.error().code == ErrorCode::kNotFound) {
+    chosen.reference_frame = options.tracker_frame;
+    chains = choose_chains(*tree, chosen);
+  }
   if (!chains) return blame(chains.error());
-  if (const auto ok = choose_needle(*tree, options, *chains); !ok) return blame(ok.error());
+  if (const auto ok = choose_needle(*tree, chosen, *chains); !ok) return blame(ok.error());
   auto state = std::make_unique<State>(std::move(*reader), std::move(*chains), diagnostics);
   if (state->reader.header().width > 0) {
-    if (const auto ok = state->calibrate(*tree, options); !ok) return blame(ok.error());
+    if (const auto ok = state->calibrate(*tree, chosen); !ok) return blame(ok.error());
   }
+  state->reference_frame = chosen.reference_frame;
   state->description = describe(state->chains.probe);
   if (state->chains.reference) state->description += "; " + describe(*state->chains.reference);
   if (state->chains.needle) state->description += "; " + describe(*state->chains.needle);
@@ -277,6 +286,7 @@ const std::optional<ImageCalibration>& RecordingReader::calibration() const {
   return state_->calibration;
 }
 RecordingForm RecordingReader::form() const { return state_->chains.form; }
+const std::string& RecordingReader::reference_frame() const { return state_->reference_frame; }
 std::int64_t RecordingReader::total_frames() const { return state_->reader.header().frame_count; }
 const std::string& RecordingReader::description() const { return state_->description; }
 

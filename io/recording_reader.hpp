@@ -21,7 +21,8 @@ struct RecordingOptions {
   std::string image_frame = "Image";
   std::string probe_frame = "Probe";
   std::string tracker_frame = "Tracker";
-  /// Patient-fixed frame. The name of the tracker frame declares that there is none.
+  /// Patient-fixed frame. The name of the tracker frame declares that there is none. Empty:
+  /// "Reference" if the recording has it, otherwise the tracker frame.
   std::string reference_frame = "Reference";
   /// Needle tip, with +z from the hub towards it ("NeedleTip"); empty: no needle. kUsage when no
   /// chain of transforms of the recording gives its pose.
@@ -80,6 +81,8 @@ class RecordingReader {
   /// Absent in recordings without images.
   [[nodiscard]] const std::optional<ImageCalibration>& calibration() const;
   [[nodiscard]] RecordingForm form() const;
+  /// Name of the patient-fixed frame, as given or chosen.
+  [[nodiscard]] const std::string& reference_frame() const;
   [[nodiscard]] std::int64_t total_frames() const;
   /// Chains in use, for reports: "Probe→Tracker: ProbeToTracker (frames)".
   [[nodiscard]] const std::string& description() const;

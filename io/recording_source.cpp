@@ -37,8 +37,8 @@ Result<std::unique_ptr<RecordingSource>> RecordingSource::open(
       new RecordingSource(*std::move(reader), std::move(newest), sequence.string()));
 }
 
-RecordingSource::RecordingSource(RecordingReader reader,
-                                 std::unique_ptr<NewestWarning> diagnostics, std::string name)
+RecordingSource::RecordingSource(RecordingReader reader, std::unique_ptr<NewestWarning> diagnostics,
+                                 std::string name)
     : diagnostics_(std::move(diagnostics)), reader_(std::move(reader)), name_(std::move(name)) {
   for (const ToolRole role : {ToolRole::kProbe, ToolRole::kReference, ToolRole::kNeedle}) {
     streams_.push_back({to_string(role), StreamKind::kPoses, role});

@@ -38,6 +38,7 @@ class RecordingSource final : public Source {
   /// Where the images lie on the probe, and their pixel grid.
   [[nodiscard]] const ImageCalibration& calibration() const { return *reader_.calibration(); }
   [[nodiscard]] RecordingForm form() const { return reader_.form(); }
+  [[nodiscard]] const std::string& reference_frame() const { return reader_.reference_frame(); }
   /// Frames that the header declares.
   [[nodiscard]] std::int64_t total_frames() const { return reader_.total_frames(); }
   /// The transforms in use, for reports: "Probe→Tracker: ProbeToTracker (frames)".

@@ -201,13 +201,13 @@ SequenceReader& SequenceReader::operator=(SequenceReader&&) noexcept = default;
 SequenceReader::~SequenceReader() = default;
 
 Result<SequenceReader> SequenceReader::open(const std::filesystem::path& path) {
-  auto file = detail::read_image_file(path);
+  auto file = detail::read_image_file(path, true);
   if (!file) return file.error();
   auto header = interpret(*file);
   if (!header) return header.error();
   auto fields = collect_frame_fields(*file, *header);
   if (!fields) return fields.error();
-  auto pixels = detail::PixelStream::open(file->data, file->encoding);
+  auto pixels = detail::PixelStream::open(file->data, file->encoding, file->pipe);
   if (!pixels) return pixels.error();
   return SequenceReader(std::make_unique<State>(
       State{std::move(*file), std::move(*header), std::move(*fields), std::move(*pixels)}));

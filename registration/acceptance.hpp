@@ -58,7 +58,7 @@ AcceptanceLimits limits_for(Effort effort);
 /// its limit. A warning value beyond its limit has no effect. The values of cost, score,
 /// disagreements and predicted error were chosen on the development seeds, which are all simulated
 /// patients; there, 4 to 8 % of the accepted results get a warning
-/// (docs/experiments/registration.md). The other values are ones that no result there came near.
+/// (docs/registration-experiments.md). The other values are ones that no result there came near.
 inline constexpr AcceptanceLimits kWarningLimits{.min_overlap = 0.8,
                                                  .min_z_score = 5,
                                                  .max_cost = 0.28,

@@ -15,7 +15,7 @@ namespace nav::session {
 /// The CT of a procedure.
 struct CtOptions {
   std::filesystem::path path;
-  std::string series_uid;  ///< Series of a DICOM folder with several; empty: the largest.
+  std::string series_uid{};  ///< Series of a DICOM folder with several; empty: the largest.
   bool accept_unknown_orientation = false;
 };
 

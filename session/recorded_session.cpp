@@ -35,32 +35,23 @@ Result<RecordedSession> RecordedSession::open(const SourceOptions& source,
   }
   io::RecordingOptions options{source.image_frame, source.probe_frame, source.tracker_frame,
                                source.reference_frame, source.needle_frame};
-  const bool choose = source.reference_frame.empty();
-  if (choose) options.reference_frame = "Reference";
   RecordedSession session;
   session.diagnostics_ = std::make_unique<FirstWarning>(diagnostics);
-  const auto open_with = [&] {
-    return io::RecordingSource::open(source.recording, plus ? &*plus : nullptr, options,
-                                     *session.diagnostics_);
-  };
-  auto opened = open_with();
-  session.reference_statement_ = options.reference_frame + " is the patient's frame";
-  if (!opened && choose && opened.error().code == ErrorCode::kNotFound) {
-    options.reference_frame = source.tracker_frame;
+  auto opened = io::RecordingSource::open(source.recording, plus ? &*plus : nullptr, options,
+                                          *session.diagnostics_);
+  if (!opened) return opened.error();
+  session.reference_frame_ = (*opened)->reference_frame();
+  session.reference_statement_ = session.reference_frame_ + " is the patient's frame";
+  if (source.reference_frame.empty() && session.reference_frame_ == source.tracker_frame) {
     session.reference_statement_ = "nothing tracks the patient: the tracker itself (" +
                                    source.tracker_frame + ") is taken as the patient's frame";
-    opened = open_with();
-    if (opened) {
-      diagnostics.report(Severity::kWarning, "recording", session.reference_statement_);
-    }
+    diagnostics.report(Severity::kWarning, "recording", session.reference_statement_);
   }
-  if (!opened) return opened.error();
   session.source_ = *std::move(opened);
   session.fixed_reference_ = session.source_->form() != io::RecordingForm::kTracked ||
-                             options.reference_frame == source.tracker_frame;
+                             session.reference_frame_ == source.tracker_frame;
   session.options_ = options_for(source);
   session.name_ = source.recording.string();
-  session.reference_frame_ = options.reference_frame;
   session.rewind();
   return session;
 }

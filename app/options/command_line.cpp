@@ -7,6 +7,7 @@
 
 #include "app/options/exit_code.hpp"
 #include "app/options/option_checks.hpp"
+#include "app/options/option_parser.hpp"
 #include "app/options/overwriting.hpp"
 #include "app/options/program.hpp"
 #include "app/options/verbs.hpp"
@@ -24,16 +25,13 @@ Result<void> print_session(const SessionConfig& config) {
 }
 
 void CommandLine::add_info() {
-  CLI::App* info =
-      app_.add_subcommand("info", "Say what a file is: sequence, CT or PLUS configuration");
-  info->add_option("file", path_, "file, or DICOM folder")->required();
-  info->add_flag("--accept-unknown-orientation", accept_unknown_orientation_,
-                 "take a CT without orientation as LPS");
-  add_json(*info);
-  info->callback([this] {
+  CLI::App& verb = add_verb("info", settings_);
+  verb.callback([this] {
     verb_ = [this](Console& console) -> Result<void> {
-      if (auto ok = refuse_overwriting({{"--json", json_}}, {{"file", path_}}); !ok) return ok;
-      return run_info(path_, json(), accept_unknown_orientation_, console);
+      const std::vector<NamedFile> inputs{{"file", settings_.file}};
+      if (auto ok = refuse_overwriting({{"--json", settings_.json}}, inputs); !ok) return ok;
+      return run_info(settings_.file, json(), settings_.config.ct.accept_unknown_orientation,
+                      console);
     };
   });
 }
@@ -53,18 +51,16 @@ void CommandLine::add_bench_program() {
 }
 
 void CommandLine::add_devices() {
-  CLI::App* list =
-      app_.add_subcommand("devices", "List USB devices, CAN interfaces and simulated devices");
-  add_json(*list);
-  list->callback(
-      [this] { verb_ = [this](Console& console) { return run_devices(json(), console); }; });
+  add_verb("devices", settings_).callback([this] {
+    verb_ = [this](Console& console) { return run_devices(json(), console); };
+  });
 }
 
 int CommandLine::fail(const Error& error) const { return print_error("sonde", error); }
 
 int CommandLine::run(int argc, const char* const* argv) {
   if (const auto words = bench_words(argc, argv)) return fail(run_bench_program(*words));
-  // The session file is the ground that the options stand on: it must be read before they are.
+  // Options win over the session file, so it is read before they are.
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     std::string file;
@@ -73,7 +69,7 @@ int CommandLine::run(int argc, const char* const* argv) {
     if (file.empty()) continue;
     auto config = read_session_config(file);
     if (!config) return fail(config.error());
-    config_ = std::move(*config);
+    settings_.config = std::move(*config);
   }
   try {
     app_.parse(argc, argv);
@@ -84,9 +80,16 @@ int CommandLine::run(int argc, const char* const* argv) {
   }
   if (const auto ok = refuse_empty(app_); !ok) return fail(ok.error());
   const auto json =
-      refuse_unwritable({{"--json", json_}}, {config_.output.folder, demo_.output.folder});
+      refuse_unwritable({{"--json", settings_.json}, {"--json", demo_settings_.json}},
+                        {settings_.config.output.folder, demo_settings_.config.output.folder});
   if (!json) return fail(json.error());
   Console console(verbose_);
+  const std::vector<std::string> arguments(argv, argv + argc);
+  for (const CLI::App* verb : app_.get_subcommands()) {
+    for (const auto& line : renamed_options(options_of(verb->get_name()), arguments)) {
+      console.report(Severity::kWarning, "command line", line);
+    }
+  }
   const auto outcome = verb_(console);
   if (outcome) {
     std::cout << std::flush;

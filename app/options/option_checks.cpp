@@ -9,6 +9,8 @@
 #include <limits>
 #include <sstream>
 
+#include "app/options/option.hpp"
+
 namespace nav::app {
 namespace {
 
@@ -38,8 +40,13 @@ const CLI::Option* find_option(const CLI::App& app, const std::string& name) {
 std::string kind_of(const CLI::Option& option) {
   const std::string described = option.get_type_name();
   const std::string type = described.substr(0, described.find(':'));
-  const auto holds = [&](const char* name) { return type.find(name) != std::string::npos; };
-  const std::string noun = holds("INT") ? "whole number" : holds("FLOAT") ? "number" : "value";
+  const auto among = [&](std::initializer_list<const char*> types) {
+    return std::ranges::any_of(types, [&](const char* one) { return type == one; });
+  };
+  const bool whole = type.find("INT") != std::string::npos || type == "N";
+  const bool number = type.find("FLOAT") != std::string::npos ||
+                      among({"X", "MM", "DEG", "HU", "MS", "S", "HZ", "PPM", "MM/S"});
+  const std::string noun = whole ? "whole number" : number ? "number" : "value";
   const int count = option.get_items_expected_min();
   if (count == 0) return "true or false";
   return count == 1 ? "a " + noun : std::to_string(count) + " " + noun + "s";
@@ -100,26 +107,6 @@ std::string wrong_argument(const CLI::App& app) {
 
 }  // namespace
 
-CLI::Validator whole_number() {
-  const auto refuse = [](const std::string& text) -> std::string {
-    const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-    std::uint64_t number = 0;
-    const auto end = text.data() + text.size();
-    if (digits && std::from_chars(text.data(), end, number).ec == std::errc()) return "";
-    return "expected a whole number of 0 to 18446744073709551615, found " + text;
-  };
-  return {refuse, "", "whole number"};
-}
-
-CLI::Validator number_of(const std::string& expected) {
-  const auto refuse = [expected](const std::string& text) -> std::string {
-    double number = 0;
-    const bool read = CLI::detail::lexical_cast(text, number);
-    return read ? "" : "expected " + expected + ", found " + text;
-  };
-  return {refuse, expected};
-}
-
 CLI::Validator in_range(double low, double high, const std::string& unit) {
   std::ostringstream range;
   range.precision(12);
@@ -139,14 +126,6 @@ CLI::Validator among(const std::vector<std::string>& names) {
     return known ? "" : "expected " + listed(names) + ", found " + text;
   };
   return {refuse, listed(names)};
-}
-
-std::string as_of_option(const std::string& refusal, const std::string& or_else) {
-  const std::string expected = "expected ";
-  const auto at = refusal.find(expected);
-  if (at == std::string::npos) return refusal;
-  const std::string choices = refusal.substr(at + expected.size());
-  return expected + (or_else.empty() ? "" : or_else + ", ") + choices;
 }
 
 std::string listed(const std::vector<std::string>& names) {
@@ -178,8 +157,7 @@ std::string in_words(const CLI::App& app, const CLI::ParseError& problem) {
   if (dynamic_cast<const CLI::ExcludesError*>(&problem) != nullptr) {
     const std::string excludes = " excludes ";
     const auto at = said.find(excludes);
-    return said.substr(0, at) + ": expected it or " + said.substr(at + excludes.size()) +
-           ", found both";
+    return said.substr(0, at) + " cannot be combined with " + said.substr(at + excludes.size());
   }
   if (dynamic_cast<const CLI::ExtrasError*>(&problem) != nullptr) return wrong_argument(app);
   return said;
@@ -189,7 +167,9 @@ Result<void> refuse_empty(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     const auto& given = option->results();
     const std::string name = option->get_name();
-    if (name == "--needle-frame" || std::ranges::find(given, "") == given.end()) continue;
+    const Option* row = find_option_of(app.get_name(), name);
+    const bool may_be = row != nullptr && row->may_be_empty;
+    if (may_be || std::ranges::find(given, "") == given.end()) continue;
     return Error{ErrorCode::kUsage, name + ": expected " + kind_of(*option) + ", found ''"};
   }
   for (const CLI::App* verb : app.get_subcommands()) {

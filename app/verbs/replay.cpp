@@ -532,7 +532,14 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   const std::shared_ptr<const Volume> shared_ct = *ct;
   console.end(std::to_string(shared_ct->grid().voxel_count()) + " voxels");
   std::optional<session::SweepSurvey> sweep;
-  if (config.source.survey) {
+  // What comes out of a pipe comes once.
+  const bool pipe = std::filesystem::is_fifo(config.source.recording);
+  if (config.source.survey && pipe) {
+    console.report(Severity::kInfo, "recording",
+                   config.source.recording.string() +
+                       " is a pipe: the first image decides camera and grey window");
+  }
+  if (config.source.survey && !pipe) {
     console.begin("surveying the sweep");
     auto surveyed = session::survey(*session, config.source.skip_bad_frames);
     if (!surveyed) return surveyed.error();

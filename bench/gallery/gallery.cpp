@@ -68,10 +68,10 @@ render::Camera looking(const Vec& at, const Vec& from, double distance_mm) {
 }
 
 /// One patient, scanned and insonified.
-class Patient {
+class GalleryPatient {
  public:
-  static Result<Patient> create(sim::Contrast contrast) {
-    Patient patient(sim::AbdomenPhantom({1, contrast}));
+  static Result<GalleryPatient> create(sim::Contrast contrast) {
+    GalleryPatient patient(sim::AbdomenPhantom({1, contrast}));
     sim::CtOptions options;
     options.spacing_mm = {1.2, 1.2, 1.5};
     options.noise_hu = 6;
@@ -95,7 +95,7 @@ class Patient {
   }
 
  private:
-  explicit Patient(sim::AbdomenPhantom phantom) : phantom_(std::move(phantom)) {}
+  explicit GalleryPatient(sim::AbdomenPhantom phantom) : phantom_(std::move(phantom)) {}
   sim::AbdomenPhantom phantom_;
   std::shared_ptr<const Volume> ct_;
 };
@@ -187,7 +187,7 @@ Result<void> Gallery::add_angiography() {
 /// Figure 5: the four settings of the cutaway about a plane textured with the CT.
 Result<void> Gallery::add_cutaways() {
   if (!any_wanted({"fig5a", "fig5b", "fig5c", "fig5d"})) return {};
-  const auto patient = Patient::create(sim::Contrast::kPortal);
+  const auto patient = GalleryPatient::create(sim::Contrast::kPortal);
   if (!patient) return patient.error();
   const Vec centre = patient->liver() + Vec(15, 0, 0);
   AbdomenImportance importance;
@@ -214,7 +214,7 @@ Result<void> Gallery::add_cutaways() {
 /// Figure 6: live ultrasound in the liver, vessels of importance 1 before it.
 Result<void> Gallery::add_fusion() {
   if (!any_wanted({"fig6a", "fig6b"})) return {};
-  const auto patient = Patient::create(sim::Contrast::kPortal);
+  const auto patient = GalleryPatient::create(sim::Contrast::kPortal);
   if (!patient) return patient.error();
   const Vec liver = patient->liver();
   Scene scene = scene_of(patient->ct(), abdomen_look({}), looking(liver, {-0.9, -0.9, 0.2}, 470));
@@ -237,7 +237,7 @@ Result<void> Gallery::add_fusion() {
 /// Figure 7: without contrast agent, bone may stand before the plane.
 Result<void> Gallery::add_plain_ct() {
   if (!wanted("fig7")) return {};
-  const auto patient = Patient::create(sim::Contrast::kNative);
+  const auto patient = GalleryPatient::create(sim::Contrast::kNative);
   if (!patient) return patient.error();
   const Vec liver = patient->liver();
   Scene scene = scene_of(patient->ct(), plain_ct_look({}), looking(liver, {-0.6, -0.6, 0.75}, 470));
@@ -253,7 +253,7 @@ Result<void> Gallery::add_plain_ct() {
 /// Figure 8: MR, simple cutaway against transition and overlay.
 Result<void> Gallery::add_mr() {
   if (!any_wanted({"fig8a", "fig8b"})) return {};
-  const auto patient = Patient::create(sim::Contrast::kPortal);
+  const auto patient = GalleryPatient::create(sim::Contrast::kPortal);
   if (!patient) return patient.error();
   auto mr = simulated_mr(patient->phantom());
   if (!mr) return mr.error();

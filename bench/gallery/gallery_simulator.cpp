@@ -16,7 +16,7 @@ namespace nav::bench {
 namespace {
 
 constexpr int kPanel = 400;
-constexpr int kHeight = 500;
+constexpr int kPanelHeight = 500;
 constexpr int kCaption = 28;
 
 /// Where the ultrasound lies in a recorded picture, and its scale.
@@ -152,7 +152,8 @@ void draw_panel(render::Canvas& canvas, int column, const std::string& words,
     canvas.text(column * kPanel + 8, 60, 15, "no recording here", ink);
     return;
   }
-  app::draw_ultrasound(canvas, app::fit(*frame, column * kPanel, kCaption, kPanel, kHeight), *frame);
+  app::draw_ultrasound(canvas, app::fit(*frame, column * kPanel, kCaption, kPanel, kPanelHeight),
+                       *frame);
 }
 
 }  // namespace
@@ -170,7 +171,7 @@ Result<void> draw_simulator_gallery(const GalleryOptions& options, app::OutputFo
     console.begin(c.name);
     const auto real = recorded(c, console);
     if (!real) return real.error();
-    render::Canvas canvas(3 * kPanel, kHeight + kCaption, render::rgb8(0x101418));
+    render::Canvas canvas(3 * kPanel, kPanelHeight + kCaption, render::rgb8(0x101418));
     draw_panel(canvas, 0, "Recorded: " + c.title, *real);
     int column = 1;
     for (const auto model : {sim::AcousticModel::kRays, sim::AcousticModel::kScatterers}) {

@@ -82,8 +82,8 @@ class HeaderReader {
                    file_.path().string() + ": expected a header of at most 512 MiB, found no end"};
     }
     out_.text->resize(have + kChunk);
-    const auto got = file_.read_at(static_cast<std::int64_t>(have),
-                                   std::as_writable_bytes(std::span(*out_.text)).subspan(have));
+    const auto got = file_.read_some(static_cast<std::int64_t>(have),
+                                     std::as_writable_bytes(std::span(*out_.text)).subspan(have));
     if (!got) return got.error();
     out_.text->resize(have + *got);
     return *got > 0;
@@ -241,9 +241,10 @@ Error bad_field(const ImageFile& file, std::string_view key, const std::string& 
                                          expected + ", found '" + excerpt(found) + "'"};
 }
 
-Result<ImageFile> read_image_file(const std::filesystem::path& path) {
-  const auto input = InputFile::open(path);
-  if (!input) return input.error();
+Result<ImageFile> read_image_file(const std::filesystem::path& path, bool pipes) {
+  auto opened = pipes ? InputFile::open_or_pipe(path) : InputFile::open(path);
+  if (!opened) return opened.error();
+  const auto input = std::make_shared<const InputFile>(*std::move(opened));
   ImageFile file;
   file.path = path;
   HeaderReader reader(*input, file);
@@ -255,6 +256,7 @@ Result<ImageFile> read_image_file(const std::filesystem::path& path) {
   if (!interpreted) return interpreted.error();
   const auto possible = check_claims(file);
   if (!possible) return possible.error();
+  if (input->is_pipe()) file.pipe = input;
   return file;
 }
 

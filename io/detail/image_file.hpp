@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/detail/input_file.hpp"
 #include "io/pixel_type.hpp"
 #include "nav/result.hpp"
 
@@ -45,8 +46,9 @@ struct ImageFile {
   bool big_endian = false;
   Encoding encoding = Encoding::kRaw;
   std::vector<DataPart> data;
-  std::int64_t sample_bytes = 0;     ///< Size of all samples, decoded.
-  std::int64_t available_bytes = 0;  ///< Size of data, encoded.
+  std::shared_ptr<const InputFile> pipe;  ///< Null unless the file is a pipe.
+  std::int64_t sample_bytes = 0;          ///< Size of all samples, decoded.
+  std::int64_t available_bytes = 0;       ///< Size of data, encoded.
 
   /// Value of a key outside frames, or empty.
   [[nodiscard]] std::string_view value(std::string_view key) const;
@@ -59,7 +61,8 @@ bool is_frame_key(std::string_view key);
 /// Reads a MetaImage or NRRD header, recognised by the first bytes of the file, and checks it:
 /// sizes that overflow, compressed data that cannot expand to these sizes, and missing data files.
 /// Raw data may be shorter than declared: the caller decides.
-Result<ImageFile> read_image_file(const std::filesystem::path& path);
+/// A pipe is accepted only with \p pipes.
+Result<ImageFile> read_image_file(const std::filesystem::path& path, bool pipes = false);
 
 Result<void> interpret_meta_image(ImageFile& file, std::int64_t data_offset,
                                   std::int64_t file_size);

@@ -5,32 +5,45 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <span>
 
 #include "nav/result.hpp"
 
 namespace nav::io::detail {
 
-/// Regular file open for reading at any 64-bit offset. Reading is thread-safe.
+/// File open for reading at any 64-bit offset. Reading is thread-safe.
 class InputFile {
  public:
-  /// Opens a file. Rejects paths that are missing, unreadable, or not regular files.
+  /// Opens a regular file. Rejects paths that are missing, unreadable, or not regular files, and
+  /// does not touch a pipe.
   static Result<InputFile> open(const std::filesystem::path& path);
+  /// The same, but accepts a pipe too and waits for its writer. The bytes of a pipe are kept in a
+  /// file without a name, so that they can be read at any offset as they come.
+  static Result<InputFile> open_or_pipe(const std::filesystem::path& path);
   InputFile(InputFile&& other) noexcept;
   InputFile& operator=(InputFile&& other) noexcept;
   ~InputFile();
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  /// Length of the file when it was opened, bytes.
+  /// Length of the file when it was opened, bytes; of a pipe, which has none, 2^62.
   [[nodiscard]] std::int64_t size() const { return size_; }
+  [[nodiscard]] bool is_pipe() const { return pipe_ != nullptr; }
   /// Fills \p out from \p offset. Returns the number of bytes read (fewer only at the end).
   [[nodiscard]] Result<std::size_t> read_at(std::int64_t offset, std::span<std::byte> out) const;
+  /// Reads what is there from \p offset, at least one byte: waits only for the first byte of a
+  /// pipe. Returns 0 at the end.
+  [[nodiscard]] Result<std::size_t> read_some(std::int64_t offset, std::span<std::byte> out) const;
 
  private:
-  InputFile() = default;
+  struct Pipe;
+  InputFile();
+  [[nodiscard]] Result<std::size_t> read_stored(std::int64_t offset,
+                                                std::span<std::byte> out) const;
   std::filesystem::path path_;
   int descriptor_ = -1;
   std::int64_t size_ = 0;
+  std::unique_ptr<Pipe> pipe_;  ///< Null for a regular file.
 };
 
 }  // namespace nav::io::detail

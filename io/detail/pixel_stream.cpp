@@ -32,12 +32,17 @@ PixelStream::PixelStream(PixelStream&&) noexcept = default;
 PixelStream& PixelStream::operator=(PixelStream&&) noexcept = default;
 PixelStream::~PixelStream() = default;
 
-Result<PixelStream> PixelStream::open(const std::vector<DataPart>& parts, Encoding encoding) {
+Result<PixelStream> PixelStream::open(const std::vector<DataPart>& parts, Encoding encoding,
+                                      std::shared_ptr<const InputFile> pipe) {
   PixelStream out;
   for (const DataPart& part : parts) {
+    if (pipe && part.path == pipe->path()) {
+      out.parts_.push_back({pipe, part});
+      continue;
+    }
     auto file = InputFile::open(part.path);
     if (!file) return file.error();
-    out.parts_.push_back({std::move(*file), part});
+    out.parts_.push_back({std::make_shared<const InputFile>(*std::move(file)), part});
   }
   if (encoding == Encoding::kDeflate) {
     out.inflater_ = std::make_unique<Inflater>();
@@ -59,7 +64,8 @@ Result<void> PixelStream::rewind() {
   return {};
 }
 
-Result<std::size_t> PixelStream::read_raw(std::int64_t offset, std::span<std::byte> out) const {
+Result<std::size_t> PixelStream::read_raw(std::int64_t offset, std::span<std::byte> out,
+                                          bool some) const {
   std::size_t done = 0;
   for (const Part& part : parts_) {
     if (done == out.size()) break;
@@ -69,7 +75,9 @@ Result<std::size_t> PixelStream::read_raw(std::int64_t offset, std::span<std::by
     }
     const auto here = static_cast<std::size_t>(std::min<std::int64_t>(
         part.place.size - offset, static_cast<std::int64_t>(out.size() - done)));
-    const auto got = part.file.read_at(part.place.offset + offset, out.subspan(done, here));
+    const auto piece = out.subspan(done, here);
+    const auto got = some ? part.file->read_some(part.place.offset + offset, piece)
+                          : part.file->read_at(part.place.offset + offset, piece);
     if (!got) return got.error();
     done += *got;
     if (*got < here) break;
@@ -83,7 +91,7 @@ Result<std::size_t> PixelStream::inflate(std::span<std::byte> out) {
   std::size_t done = 0;
   while (done < out.size()) {
     if (z.stream.avail_in == 0) {
-      const auto got = read_raw(z.encoded_offset, z.input);
+      const auto got = read_raw(z.encoded_offset, z.input, true);
       if (!got) return got.error();
       z.encoded_offset += static_cast<std::int64_t>(*got);
       z.stream.next_in = reinterpret_cast<Bytef*>(z.input.data());

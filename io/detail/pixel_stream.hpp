@@ -19,7 +19,9 @@ namespace nav::io::detail {
 /// again. Messages do not name the file: the caller knows it.
 class PixelStream {
  public:
-  static Result<PixelStream> open(const std::vector<DataPart>& parts, Encoding encoding);
+  /// \p pipe: the pipe that is a part, already open; null if no part is a pipe.
+  static Result<PixelStream> open(const std::vector<DataPart>& parts, Encoding encoding,
+                                  std::shared_ptr<const InputFile> pipe = nullptr);
   PixelStream(PixelStream&&) noexcept;
   PixelStream& operator=(PixelStream&&) noexcept;
   ~PixelStream();
@@ -35,13 +37,15 @@ class PixelStream {
  private:
   struct Inflater;
   PixelStream();
-  Result<std::size_t> read_raw(std::int64_t offset, std::span<std::byte> out) const;
+  /// \p some: may return fewer bytes than asked for, but none only at the end.
+  Result<std::size_t> read_raw(std::int64_t offset, std::span<std::byte> out,
+                               bool some = false) const;
   Result<std::size_t> inflate(std::span<std::byte> out);
   Result<void> rewind();
   [[nodiscard]] Result<void> check_ended() const;
 
   struct Part {
-    InputFile file;
+    std::shared_ptr<const InputFile> file;
     DataPart place;
   };
   std::vector<Part> parts_;

@@ -45,7 +45,7 @@ struct LiveOptions {
   /// the least cost of these poses. Another patient's CT matches elsewhere nearly as well, whatever
   /// its cost, which depends on the patient and the anatomy. If the mean distinctness over
   /// evidence_pictures is below min_distinctness, the registration is withdrawn until another is
-  /// accepted (docs/experiments/registration.md explains how the limit was chosen).
+  /// accepted (docs/registration-experiments.md explains how the limit was chosen).
   double elsewhere_mm = 24;        ///< > 0, < jump_mm.
   int evidence_pictures = 60;      ///< [1, 10000].
   double min_distinctness = 0.25;  ///< [0, 1).

@@ -15,7 +15,7 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
-// Right results have 0.43 to 1.02 on the development seeds (docs/experiments/registration.md).
+// Right results have 0.43 to 1.02 on the development seeds (docs/registration-experiments.md).
 constexpr double kMaxHalvesMm = 1.5;
 // A field explains a part of any CT, so this limit is stricter than the cost of a pose alone. On
 // the development seeds right results cost 0.15 to 0.28, those with another patient's CT at least
@@ -62,7 +62,7 @@ Result<DeformedRegistration> register_deformed(
   auto found = register_sweep(*bent, sweep, common, solver, diagnostics, progress);
   if (!found) return found.error();
   // The unknown part of the field is about as large as the known part: on the development seeds the
-  // error at the targets was 0.8 to 1.7 times the displacement (docs/experiments/registration.md).
+  // error at the targets was 0.8 to 1.7 times the displacement (docs/registration-experiments.md).
   found->uncertainty.widen(deformed.tissue.displacement_mm);
   deformed.settled_mm = apart_mm(sweep, common, found->ct_from_reference);
   deformed.in_bent_ct = std::move(*found);

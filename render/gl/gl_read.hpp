@@ -10,7 +10,7 @@
 namespace nav::render {
 
 /// Reads images back from the device through memory to which the device copies them. Reading video
-/// memory itself can take 350 ms for 832 × 624 pixels (docs/adr/0047). Needs the context current,
+/// memory itself can take 350 ms for 832 × 624 pixels (docs/rendering-performance.md). Needs the context current,
 /// also for release(). Internal to render/.
 class GlReadBuffer {
  public:

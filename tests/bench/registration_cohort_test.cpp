@@ -175,7 +175,7 @@ TEST(BootstrapCurveTest, OneStepIsCloseToAFullSolveOfEachDraw) {
   const BootstrapCurve curve = measure_bootstrap(options, store);
   ASSERT_EQ(curve.references.size(), 1u);
   const BootstrapReference& one = curve.references.front();
-  // The largest values of six sweeps are 14 % and 0.3 (docs/experiments/registration.md).
+  // The largest values of six sweeps are 14 % and 0.3 (docs/registration-experiments.md).
   EXPECT_NEAR(one.step_mm / one.solved_mm, 1, 0.2);
   EXPECT_LT(one.apart, 0.4);
   ASSERT_EQ(curve.points.size(), 2u);

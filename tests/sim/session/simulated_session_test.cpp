@@ -4,7 +4,7 @@
 
 #include <gmock/gmock.h>
 
-#include "sim/session/paced_source.hpp"
+#include "sim/simulated_source.hpp"
 #include "sim/session/simulated_devices.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -210,18 +210,40 @@ TEST(SimulatedSessionTest, RejectsInvalidOptions) {
   EXPECT_FALSE(tracker_kind_from("sonar"));
 }
 
-TEST(PacedSourceTest, DeliversAPoseAtItsTimeOfArrival) {
+TEST(SimulatedSourceTest, DeliversASampleAtItsTimeOfArrival) {
   const auto session = make(small());
   Timestamp now{};
   const auto wait = [&now](Timestamp until) { now = std::max(now, until); };
-  PacedPoseSource source(session.probe_poses(), wait);
-  EXPECT_EQ(source.next(Timestamp(milliseconds(100))).error().code, ErrorCode::kTimeout);
+  const auto source = source_of(session, wait);
+  EXPECT_EQ(source->next(Timestamp(milliseconds(100))).error().code, ErrorCode::kTimeout);
   EXPECT_EQ(now, Timestamp(milliseconds(100)));
   for (int i = 0; i < 20; ++i) {
-    const auto pose = source.next(Timestamp(std::chrono::seconds(10)));
-    ASSERT_TRUE(pose);
-    EXPECT_EQ(now, pose->received);
+    const auto sample = source->next(Timestamp(std::chrono::seconds(10)));
+    ASSERT_TRUE(sample);
+    EXPECT_EQ(now, sample->received);
   }
+  source->stop();
+  EXPECT_EQ(source->next(Timestamp::max()).error().code, ErrorCode::kCancelled);
+}
+
+TEST(SimulatedSourceTest, MergesItsStreamsInOrderOfArrivalAndEnds) {
+  const auto session = make(small());
+  const auto source = source_of(session);
+  std::vector<int> counts(source->streams().size());
+  Timestamp newest = Timestamp::min();
+  for (;;) {
+    const auto sample = source->next(Timestamp::max());
+    if (!sample) {
+      EXPECT_EQ(sample.error().code, ErrorCode::kEndOfStream);
+      break;
+    }
+    EXPECT_GE(sample->received, newest);
+    newest = sample->received;
+    ++counts[sample->stream];
+  }
+  ASSERT_EQ(counts.size(), 3u) << "probe, reference, images";
+  EXPECT_EQ(counts[2], session.frame_count());
+  EXPECT_GT(counts[0], session.frame_count()) << "poses come more often than images";
 }
 
 }  // namespace

@@ -1,0 +1,234 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "session/session.hpp"
+
+#include <gtest/gtest.h>
+
+#include "session/driver.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/scripted_source.hpp"
+
+namespace nav::session {
+namespace {
+
+using std::chrono::milliseconds;
+using test::at_ms;
+using test::image_at;
+using test::pose_at;
+using test::ScriptedSource;
+
+constexpr std::size_t kProbe = 0, kReference = 1, kImage = 2;
+
+SessionSetup usual_setup() {
+  SessionSetup setup{{Transform<frames::Probe, frames::Image>(Eigen::Quaterniond::Identity(),
+                                                              Eigen::Vector3d::Zero())}};
+  setup.images = QueuePolicy::kLossless;
+  setup.learn_outline = false;
+  return setup;
+}
+
+/// Poses every 10 ms and an image every 20 ms.
+ScriptedSource steady(int until_ms) {
+  auto source = ScriptedSource::usual();
+  std::uint64_t sequence = 0;
+  for (int t = 0; t <= until_ms; t += 10) {
+    source.add(kProbe, t, PoseSample{pose_at(t)});
+    source.add(kReference, t, PoseSample{pose_at(t)});
+    if (t % 20 == 0) source.add(kImage, t, image_at(sequence++, t));
+  }
+  return source;
+}
+
+void expect_identity(const Session& session) {
+  for (const auto& [info, ledger] : session.accounts()) {
+    EXPECT_EQ(ledger.received(), ledger.delivered() + ledger.superseded() +
+                                     ledger.rejected_total() + ledger.dropped_total() +
+                                     ledger.waiting())
+        << info.name;
+  }
+}
+
+TEST(SessionTest, AccountsForEverySampleAtEveryMoment) {
+  auto source = steady(200);
+  source.add(kProbe, 201, PoseSample{pose_at(150)});  // Backwards in time.
+  source.add(kImage, 202, MissingImage{"no_image", "0 x 0"});
+  source.add(kImage, 203, image_at(90, 100));  // Backwards in time.
+  source.add(kImage, 204, image_at(91, 203));  // No pose will come.
+  CollectingDiagnostics diagnostics;
+  Session session(usual_setup(), diagnostics);
+  session.add(std::make_shared<ScriptedSource>(std::move(source)));
+  for (int now = 0; now <= 210; now += 35) {
+    ASSERT_TRUE(test::has_value(session.advance_to(at_ms(now))));
+    expect_identity(session);
+    (void)session.refresh();
+    expect_identity(session);
+  }
+  session.finish();
+  session.navigator().finish();
+  const auto accounts = session.accounts();
+  ASSERT_EQ(accounts.size(), 3u);
+  for (const auto& account : accounts) EXPECT_TRUE(account.ledger.balanced()) << account.info.name;
+  EXPECT_EQ(accounts[kProbe].ledger.received(), 22u);
+  EXPECT_EQ(accounts[kProbe].ledger.delivered(), 21u);
+  EXPECT_EQ(accounts[kProbe].ledger.rejected().at("time_not_increasing"), 1u);
+  EXPECT_EQ(accounts[kReference].ledger.delivered(), 21u);
+  const auto& images = accounts[kImage].ledger;
+  EXPECT_EQ(images.received(), 14u);
+  EXPECT_EQ(images.rejected().at("no_image"), 1u);
+  EXPECT_EQ(images.rejected().at("time_not_increasing"), 1u);
+  EXPECT_EQ(images.rejected().at("Probe.no_pose_yet"), 1u);
+  EXPECT_EQ(images.delivered() + images.superseded(), 11u);
+  EXPECT_GT(images.superseded(), 0u) << "refreshes every 35 ms, images every 20 ms";
+}
+
+TEST(SessionTest, DropsStreamsThatNothingUsesAndCountsThem) {
+  ScriptedSource source({{"Stylus", StreamKind::kPoses, ToolRole::kStylus},
+                         {"Image", StreamKind::kImages, ToolRole::kOther},
+                         {"Endoscope", StreamKind::kImages, ToolRole::kOther}});
+  source.add(0, 1, PoseSample{pose_at(1)});
+  source.add(2, 1, image_at(0, 1));
+  source.add(2, 2, image_at(1, 2));
+  CollectingDiagnostics diagnostics;
+  Session session(usual_setup(), diagnostics);
+  session.add(std::make_shared<ScriptedSource>(std::move(source)));
+  ASSERT_TRUE(test::has_value(session.advance_to(at_ms(10))));
+  const auto accounts = session.accounts();
+  EXPECT_EQ(accounts[0].ledger.dropped().at("not_used"), 1u);
+  EXPECT_EQ(accounts[1].ledger.received(), 0u);
+  EXPECT_EQ(accounts[2].ledger.dropped().at("not_used"), 2u);
+}
+
+TEST(SessionTest, MergesSourcesInOrderOfArrival) {
+  ScriptedSource tracker({{"Probe", StreamKind::kPoses, ToolRole::kProbe},
+                          {"Reference", StreamKind::kPoses, ToolRole::kReference}});
+  ScriptedSource scanner({{"Image", StreamKind::kImages, ToolRole::kOther}});
+  for (int t = 0; t <= 100; t += 10) {
+    tracker.add(0, t, PoseSample{pose_at(t)});
+    tracker.add(1, t, PoseSample{pose_at(t)});
+    scanner.add(0, t, image_at(static_cast<std::uint64_t>(t), t));
+  }
+  CollectingDiagnostics diagnostics;
+  Session session(usual_setup(), diagnostics);
+  session.add(std::make_shared<ScriptedSource>(std::move(scanner)));
+  session.add(std::make_shared<ScriptedSource>(std::move(tracker)));
+  int paired = 0;
+  ASSERT_TRUE(test::has_value(session.advance_to(
+      at_ms(100), [&](const tracking::PairedFrame& one) { paired += one.tracked ? 1 : 0; })));
+  EXPECT_EQ(paired, 11);
+  const auto next = session.next_arrival();
+  ASSERT_TRUE(test::has_value(next));
+  EXPECT_FALSE(*next);
+  EXPECT_TRUE(session.ended());
+}
+
+TEST(SessionTest, AChangedGeometryIsLostUntilACalibrationFits) {
+  auto setup = usual_setup();
+  setup.calibration.geometry = geometry_of(image_at(0, 0));
+  auto source = ScriptedSource::usual();
+  const auto deeper = [](std::uint64_t sequence, int ms) {
+    UltrasoundFrame image = image_at(sequence, ms);
+    image.grid = PixelGrid::centred(2, 1, 2);  // The user has doubled the depth.
+    return image;
+  };
+  for (int t = 0; t <= 200; t += 10) {
+    source.add(kProbe, t, PoseSample{pose_at(t)});
+    source.add(kReference, t, PoseSample{pose_at(t)});
+    const auto sequence = static_cast<std::uint64_t>(t);
+    if (t >= 50) {
+      source.add(kImage, t, deeper(sequence, t));
+    } else {
+      source.add(kImage, t, image_at(sequence, t));
+    }
+  }
+  CollectingDiagnostics diagnostics;
+  Session session(setup, diagnostics);
+  session.add(std::make_shared<ScriptedSource>(std::move(source)));
+  ASSERT_TRUE(test::has_value(session.advance_to(at_ms(40))));
+  EXPECT_EQ(session.refresh().ultrasound.state, SafetyState::kValid);
+  ASSERT_TRUE(test::has_value(session.advance_to(at_ms(60))));
+  const Epoch lost = session.refresh();
+  EXPECT_EQ(lost.ultrasound.state, SafetyState::kLost);
+  EXPECT_NE(lost.ultrasound.cause.find("calibration"), std::string::npos);
+  EXPECT_NE(lost.ultrasound.cause.find("2.000 mm"), std::string::npos) << lost.ultrasound.cause;
+  ProbeCalibration other = setup.calibration;
+  other.geometry = geometry_of(deeper(0, 0));
+  session.navigator().add_calibration(other);
+  ASSERT_TRUE(test::has_value(session.advance_to(at_ms(90))));
+  EXPECT_EQ(session.refresh().ultrasound.state, SafetyState::kValid);
+  expect_identity(session);
+}
+
+TEST(StreamQueueTest, NewestOnlySupersedesAndLosslessDropsWhatDoesNotFit) {
+  StreamQueue newest(QueuePolicy::kNewestOnly, 8);
+  StreamQueue lossless(QueuePolicy::kLossless, 2);
+  for (std::uint64_t i = 0; i < 3; ++i) {
+    newest.push({0, i, at_ms(1), std::nullopt, MissingImage{}});
+    lossless.push({0, i, at_ms(1), std::nullopt, MissingImage{}});
+  }
+  EXPECT_EQ(newest.ledger().superseded(), 2u);
+  EXPECT_EQ(newest.ledger().waiting(), 1u);
+  EXPECT_EQ(lossless.ledger().dropped().at("queue_full"), 1u);
+  EXPECT_EQ(lossless.ledger().waiting(), 2u);
+  std::vector<Sample> taken;
+  newest.drain(taken);
+  lossless.drain(taken);
+  ASSERT_EQ(taken.size(), 3u);
+  EXPECT_EQ(taken[0].sequence, 2u);
+  EXPECT_EQ(taken[1].sequence, 0u);
+  EXPECT_TRUE(newest.ledger().balanced());
+  EXPECT_TRUE(lossless.ledger().balanced());
+}
+
+TEST(DriverTest, RefreshesWithEveryNthPairedImage) {
+  CollectingDiagnostics diagnostics;
+  Session session(usual_setup(), diagnostics);
+  session.add(std::make_shared<ScriptedSource>(steady(200)));  // 11 images.
+  Driver driver(session, {std::nullopt, 3});
+  std::vector<std::uint64_t> shown;
+  for (;;) {
+    const auto epoch = driver.next();
+    ASSERT_TRUE(test::has_value(epoch));
+    if (!*epoch) break;
+    shown.push_back((*epoch)->frame->frame.sequence);
+  }
+  EXPECT_EQ(shown, (std::vector<std::uint64_t>{0, 3, 6, 9}));
+  EXPECT_TRUE(driver.over());
+}
+
+TEST(DriverTest, RefreshesWithAFixedPeriodUpToALimit) {
+  CollectingDiagnostics diagnostics;
+  Session session(usual_setup(), diagnostics);
+  session.add(std::make_shared<ScriptedSource>(steady(400)));
+  Driver driver(session, {milliseconds(40)});
+  int refreshes = 0;
+  for (;; ++refreshes) {
+    const auto epoch = driver.next(at_ms(100));
+    ASSERT_TRUE(test::has_value(epoch));
+    if (!*epoch) break;
+  }
+  EXPECT_EQ(refreshes, 3) << "at 40, 80 and 100 ms";
+  EXPECT_EQ(session.now(), at_ms(100));
+  ASSERT_TRUE(test::has_value(driver.pass(at_ms(200))));
+  EXPECT_EQ(session.now(), at_ms(200));
+}
+
+TEST(DriverTest, KeepsThePaceOfAClockAndLeavesLateRefreshesOut) {
+  CollectingDiagnostics diagnostics;
+  Session session(usual_setup(), diagnostics);
+  session.add(std::make_shared<ScriptedSource>(steady(400)));
+  Driver driver(session, {});
+  const auto at = [&](int ms) { return driver.next_at_pace(at_ms(ms), false); };
+  auto epoch = at(1000);
+  ASSERT_TRUE(epoch && *epoch) << "the first refresh starts the pace";
+  EXPECT_EQ((*epoch)->frame->frame.sequence, 0u);
+  epoch = at(1010);
+  ASSERT_TRUE(epoch);
+  EXPECT_FALSE(*epoch) << "the next image is due at 1020 ms";
+  epoch = at(1300);
+  ASSERT_TRUE(epoch && *epoch);
+  EXPECT_EQ((*epoch)->frame->frame.acquired, at_ms(200)) << "100 ms late at most";
+  EXPECT_FALSE(driver.over());
+}
+
+}  // namespace
+}  // namespace nav::session
