@@ -147,7 +147,7 @@ Result<ScalarVolume> ScalarVolume::create(const VoxelGrid& grid, std::vector<flo
   return volume;
 }
 
-ScalarVolume ScalarVolume::of(std::shared_ptr<const Volume> volume,
+ScalarVolume ScalarVolume::of(std::shared_ptr<const StoredVolume> volume,
                               std::optional<std::int16_t> unknown) {
   NAV_CHECK(volume != nullptr);
   ScalarVolume scalar;
@@ -165,7 +165,7 @@ void ScalarVolume::read_row(int j, int k, float* out) const {
     std::copy_n(floats_->data() + first, count, out);
     return;
   }
-  const std::int16_t* in = volume_->hu().data() + first;
+  const std::int16_t* in = volume_->values().data() + first;
   for (std::size_t i = 0; i < count; ++i) out[i] = in[i];
   if (!unknown_) return;
   for (std::size_t i = 0; i < count; ++i) out[i] = in[i] == *unknown_ ? kUnknown : out[i];
@@ -174,7 +174,7 @@ void ScalarVolume::read_row(int j, int k, float* out) const {
 float ScalarVolume::at(int i, int j, int k) const {
   const std::size_t at = offset_of(grid_, i, j, k);
   if (floats_) return (*floats_)[at];
-  const std::int16_t value = volume_->hu()[at];
+  const std::int16_t value = volume_->values()[at];
   return unknown_ && value == *unknown_ ? kUnknown : static_cast<float>(value);
 }
 
@@ -191,7 +191,7 @@ std::string ScalarVolume::digest() const {
     digest.add(grid_);
     digest.add(unknown_ ? static_cast<double>(*unknown_) : std::nan(""));
     if (floats_) digest.add(std::as_bytes(std::span(*floats_)));
-    if (volume_) digest.add(std::as_bytes(volume_->hu()));
+    if (volume_) digest.add(std::as_bytes(volume_->values()));
     digest_->hex = digest.hex();
   });
   return digest_->hex;

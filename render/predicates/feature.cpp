@@ -51,9 +51,9 @@ Result<FeatureVolume> FeatureVolume::create(const VoxelGrid& grid, std::span<con
     codes[i] =
         defined ? static_cast<std::int16_t>(std::clamp(code, -kMostCode, kMostCode)) : kUndefined;
   }
-  auto volume = Volume::create(grid, std::move(codes), std::move(name));
+  auto volume = StoredVolume::create(grid, std::move(codes), std::move(name));
   if (!volume) return volume.error();
-  out.codes_ = std::make_shared<const Volume>(*std::move(volume));
+  out.codes_ = std::make_shared<const StoredVolume>(*std::move(volume));
   return out;
 }
 

@@ -35,7 +35,7 @@ class FeatureVolume {
   [[nodiscard]] const std::string& name() const { return codes_->name(); }
   [[nodiscard]] const VoxelGrid& grid() const { return codes_->grid(); }
   /// Codes: value = offset + scale · code, except for kUndefined.
-  [[nodiscard]] const std::shared_ptr<const Volume>& codes() const { return codes_; }
+  [[nodiscard]] const std::shared_ptr<const StoredVolume>& codes() const { return codes_; }
   [[nodiscard]] double offset() const { return offset_; }
   /// Value step per code, > 0.
   [[nodiscard]] double scale() const { return scale_; }
@@ -44,7 +44,7 @@ class FeatureVolume {
   [[nodiscard]] double quantum() const { return quantum_; }
   [[nodiscard]] bool has_undefined() const { return has_undefined_; }
   /// Returns this feature with other codes; offset, scale, quantum and has_undefined() stay.
-  [[nodiscard]] FeatureVolume with_codes(std::shared_ptr<const Volume> codes) const {
+  [[nodiscard]] FeatureVolume with_codes(std::shared_ptr<const StoredVolume> codes) const {
     FeatureVolume other = *this;
     other.codes_ = std::move(codes);
     return other;
@@ -52,7 +52,7 @@ class FeatureVolume {
 
  private:
   FeatureVolume() = default;
-  std::shared_ptr<const Volume> codes_;
+  std::shared_ptr<const StoredVolume> codes_;
   double offset_ = 0;
   double scale_ = 1;
   double quantum_ = 1;
