@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/options/command_line.hpp"
 
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <utility>
@@ -127,10 +128,13 @@ int CommandLine::fail(const Error& error) const { return print_error("sonde", er
 int CommandLine::run(int argc, const char* const* argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
   const std::string first = words.empty() ? "" : words.front();
-  if (first == "help" && words.size() <= 2 && !words.back().starts_with('-')) {
+  const bool known =
+      words.size() == 2 &&
+      std::ranges::any_of(verbs_of(app_), [&](const auto& verb) { return verb.first == words[1]; });
+  if (first == "help" && (known || words.size() == 1)) {
     // "help VERB" is "VERB --help", "help" alone "--help".
-    const char* const asked[] = {argv[0], words.size() == 2 ? argv[2] : "--help", "--help"};
-    return run(words.size() == 2 ? 3 : 2, asked);
+    const char* const asked[] = {argv[0], known ? argv[2] : "--help", "--help"};
+    return run(known ? 3 : 2, asked);
   }
   const bool asks_help = !words.empty() && words.back().starts_with("--help");
   if ((first == "help" || first == "completion") && !asks_help) {

@@ -122,7 +122,7 @@ std::string troff(const std::string& text) {
   return escaped;
 }
 
-Result<std::string> table_of(const std::string& marker) {
+Result<std::string> generated_table(const std::string& marker) {
   const auto after = [&](const std::string& begin) {
     const std::string end = " -->";
     return marker.starts_with(begin) && marker.ends_with(end)
@@ -224,7 +224,7 @@ Result<std::string> with_tables(const std::string& page) {
   for (std::string line; std::getline(lines, line);) {
     text += line + "\n";
     if (!line.starts_with("<!-- options") && !line.starts_with("<!-- keys of")) continue;
-    const auto table = table_of(line);
+    const auto table = generated_table(line);
     if (!table) return table.error();
     const std::string marker = line;
     while (std::getline(lines, line) && line != "<!-- end -->") {

@@ -40,7 +40,8 @@ TEST(OptionTableTest, EveryRowHasAVerbOrAKeyAPlaceForItsValueATextAndAGroup) {
   for (const Option& option : option_table()) {
     EXPECT_TRUE(!option.verbs.empty() || !option.key.empty()) << name_of(option);
     EXPECT_EQ(option.name.empty(), option.verbs.empty()) << name_of(option);
-    EXPECT_TRUE(option.slot != nullptr || option.take != nullptr || option.read != nullptr)
+    EXPECT_TRUE(option.slot != nullptr || option.take != nullptr || option.read != nullptr ||
+                !option.retired.empty())
         << name_of(option);
     EXPECT_FALSE(option.group.empty()) << name_of(option);
     ASSERT_FALSE(option.text.empty()) << name_of(option);
