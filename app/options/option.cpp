@@ -77,10 +77,10 @@ std::string numbers_text(const Vector& numbers) {
 }
 
 template <class T>
-std::string text_of(const T& value) {
+std::string as_text(const T& value) {
   using Type = typename Held<T>::Type;
   if constexpr (Held<T>::kOptional) {
-    return value ? text_of(*value) : "";
+    return value ? as_text(*value) : "";
   } else if constexpr (std::is_same_v<T, std::monostate>) {
     return "";
   } else if constexpr (std::is_same_v<T, bool>) {
@@ -95,7 +95,7 @@ std::string text_of(const T& value) {
     return value.string();
   } else if constexpr (kIsList<T>) {
     std::string text;
-    for (const auto& one : value) text += (text.empty() ? "" : ",") + text_of(one);
+    for (const auto& one : value) text += (text.empty() ? "" : ",") + as_text(one);
     return text;
   } else {
     static_assert(kRowsOf<Type> > 0);
@@ -243,7 +243,7 @@ Result<void> take(const Option& option, const std::vector<std::string>& values,
 }
 
 std::string value_text(const Option& option, const Settings& settings) {
-  return with_value(option, settings, [](const auto& value) { return text_of(value); });
+  return with_value(option, settings, [](const auto& value) { return as_text(value); });
 }
 
 bool is_set(const Option& option, const Settings& settings) {
@@ -318,11 +318,11 @@ Result<void> check_value(const Option& option, const Settings& settings) {
         number = value;
       }
       if (option.range && !is_in(*option.range, static_cast<double>(number))) {
-        return wrong(option, text_of(number));
+        return wrong(option, as_text(number));
       }
     }
     if constexpr (std::is_same_v<Type, std::string>) {
-      const std::string text = text_of(value);
+      const std::string text = as_text(value);
       if (!option.choices.empty() && std::ranges::count(option.choices, text) == 0) {
         return wrong(option, text);
       }
