@@ -54,21 +54,22 @@ std::string default_cell(const Option& option, const std::vector<std::string_vie
   return text;
 }
 
-std::string meaning_cell(const Option& option) {
-  const bool choices_shown = !option.choices.empty() && option.choices.size() <= 4;
+/// The unit has a column of its own, and a few choices stand in the first.
+std::string range_cell(const Option& option) {
+  const bool choices_shown =
+      !option.name.empty() && !option.choices.empty() && option.choices.size() <= 4;
   std::string range = choices_shown ? "" : range_text(option);
-  // The unit has a column of its own.
   if (!option.unit.empty() && range.ends_with(" " + option.unit)) {
     range.resize(range.size() - option.unit.size() - 1);
   }
-  return in_cell(option.text + (range.empty() ? "" : ": " + range));
+  return in_cell(range);
 }
 
-const char* kOptionHead = "| option | unit | default | meaning |\n|---|---|---|---|\n";
+const char* kOptionHead = "| option | unit | range | default | meaning |\n|---|---|---|---|---|\n";
 
 std::string option_row(const Option& option, const std::vector<std::string_view>& verbs) {
-  return "| " + option_cell(option) + " | " + in_cell(option.unit) + " | " +
-         default_cell(option, verbs) + " | " + meaning_cell(option) + " |\n";
+  return "| " + option_cell(option) + " | " + in_cell(option.unit) + " | " + range_cell(option) +
+         " | " + default_cell(option, verbs) + " | " + in_cell(option.text) + " |\n";
 }
 
 std::string verb_table_of(const Verb& verb) {
@@ -93,7 +94,8 @@ std::string group_table_of(const std::string& name) {
 }
 
 std::string key_table() {
-  std::string text = "| key | unit | default | meaning | option |\n|---|---|---|---|---|\n";
+  std::string text =
+      "| key | unit | range | default | meaning | option |\n|---|---|---|---|---|---|\n";
   std::vector<const Option*> rows;
   std::set<std::string> seen;
   for (const Option& option : option_table()) {
@@ -106,11 +108,12 @@ std::string key_table() {
     std::string standard = default_cell(*option, {});
     if (option->negates) standard = "true";
     if (is_flag(*option) && standard == "off") standard = "false";
-    std::string text_of = meaning_cell(*option);
-    if (option->negates) text_of = "false: " + text_of;
-    const std::string option_name = option->name.empty() ? "–" : "`" + option->name + "`";
-    text += "| `" + option->key + "` | " + in_cell(option->unit) + " | " + standard + " | " +
-            text_of + " | " + option_name + " |\n";
+    if (standard == "from the session file") standard = "–";
+    Option nameless = *option;  // A key takes all choices, which no first column shows.
+    nameless.name.clear();
+    text += "| `" + option->key + "` | " + in_cell(option->unit) + " | " + range_cell(nameless) +
+            " | " + standard + " | " + (option->negates ? "false: " : "") + in_cell(option->text) +
+            " | " + (option->name.empty() ? "–" : "`" + option->name + "`") + " |\n";
   }
   return text;
 }

@@ -320,9 +320,11 @@ void add_appearance_rows(std::vector<Option>& rows) {
              s.config.look.nodes.clear();
              s.config.look.file.clear();
            }},
-      {.text = "nodes of the transfer function instead of a preset, a list of tables: hu and "
+      {.type = "LIST",
+       .text = "nodes of the transfer function instead of a preset, a list of tables: hu and "
                "opacity_per_mm, and optionally rgb (white) and importance (0.5)",
        .group = group::kAppearance,
+       .absent = "none",
        .key = "look.nodes",
        .read = read_look_nodes,
        .write = write_look_nodes},
