@@ -2,11 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/options/command_line.hpp"
 
+#include <algorithm>
 #include <iostream>
+#include <memory>
 #include <utility>
 
 #include "app/options/exit_code.hpp"
 #include "app/options/option_checks.hpp"
+#include "app/options/option_help.hpp"
 #include "app/options/option_parser.hpp"
 #include "app/options/overwriting.hpp"
 #include "app/options/program.hpp"
@@ -14,8 +17,32 @@
 #include "app/verbs/bench_program.hpp"
 #include "app/verbs/devices.hpp"
 #include "app/verbs/info.hpp"
+#include "io/atomic_file.hpp"
 
 namespace nav::app {
+namespace {
+
+std::vector<std::pair<std::string, std::string>> verbs_of(const CLI::App& app) {
+  std::vector<std::pair<std::string, std::string>> verbs;
+  for (const CLI::App* verb : app.get_subcommands([](const CLI::App*) { return true; })) {
+    verbs.emplace_back(verb->get_name(), verb->get_description());
+  }
+  return verbs;
+}
+
+/// Help from the tables; the parser's own for verbs that are not in them.
+class TableFormatter final : public CLI::Formatter {
+ public:
+  std::string make_help(const CLI::App* app, std::string name,
+                        CLI::AppFormatMode mode) const override {
+    if (app->get_parent() == nullptr) return program_help(verbs_of(*app));
+    const Verb* verb = find_verb(app->get_name());
+    if (verb != nullptr) return verb_help(*verb, mode == CLI::AppFormatMode::All);
+    return CLI::Formatter::make_help(app, std::move(name), mode);
+  }
+};
+
+}  // namespace
 
 Result<void> print_session(const SessionConfig& config) {
   const auto text = to_toml(config);
@@ -56,10 +83,67 @@ void CommandLine::add_devices() {
   });
 }
 
+void CommandLine::prepare_help() {
+  app_.set_help_all_flag("--help-all", "print all options");
+  app_.formatter(std::make_shared<TableFormatter>());
+}
+
+void CommandLine::add_help() {
+  // run() answers both before the command line is parsed.
+  for (const auto& [name, description] :
+       {std::pair{"help", "Print the help of a verb; --man: its manual page"},
+        {"completion", "Print the completion of a shell: bash"}}) {
+    app_.add_subcommand(name, description)->callback([this, name = std::string(name)] {
+      verb_ = [name](Console&) -> Result<void> {
+        return Error{ErrorCode::kUsage, name + ": expected it as the first word, found others"};
+      };
+    });
+  }
+}
+
+Result<std::string> CommandLine::generated(const std::vector<std::string>& words) const {
+  std::vector<std::string> names;
+  for (const auto& [name, summary] : verbs_of(app_)) names.push_back(name);
+  if (words.at(0) == "completion") {
+    if (words.size() == 2 && words[1] == "bash") return bash_completion(names);
+    return Error{ErrorCode::kUsage, "completion: expected bash, found " +
+                                        (words.size() < 2 ? "none" : "'" + words[1] + "'")};
+  }
+  if (words.size() == 3 && words[1] == "--tables") {
+    const auto page = io::read_file(words[2], 1 << 24);
+    if (!page) return page.error();
+    auto text = with_tables(*page);
+    if (!text) return Error{text.error().code, words[2] + ": " + text.error().message};
+    return text;
+  }
+  if (words.size() == 3 && words[1] == "--man") {
+    if (const Verb* verb = find_verb(words[2])) return man_page(*verb);
+  }
+  return Error{ErrorCode::kUsage,
+               "help: expected a verb, or --man and a verb, found '" + words.back() + "'"};
+}
+
 int CommandLine::fail(const Error& error) const { return print_error("sonde", error); }
 
 int CommandLine::run(int argc, const char* const* argv) {
-  if (const auto words = bench_words(argc, argv)) return fail(run_bench_program(*words));
+  std::vector<std::string> words(argv + 1, argv + argc);
+  const std::string first = words.empty() ? "" : words.front();
+  const bool known =
+      words.size() == 2 &&
+      std::ranges::any_of(verbs_of(app_), [&](const auto& verb) { return verb.first == words[1]; });
+  if (first == "help" && (known || words.size() == 1)) {
+    // "help VERB" is "VERB --help", "help" alone "--help".
+    const char* const asked[] = {argv[0], known ? argv[2] : "--help", "--help"};
+    return run(known ? 3 : 2, asked);
+  }
+  const bool asks_help = !words.empty() && words.back().starts_with("--help");
+  if ((first == "help" || first == "completion") && !asks_help) {
+    const auto text = generated(words);
+    if (!text) return fail(text.error());
+    std::cout << *text << std::flush;
+    return std::cout ? kExitOk : fail({ErrorCode::kIo, "standard output: could not be written"});
+  }
+  if (const auto bench = bench_words(argc, argv)) return fail(run_bench_program(*bench));
   // Options win over the session file, so it is read before they are.
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];

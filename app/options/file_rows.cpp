@@ -274,7 +274,8 @@ void add_recording_rows(std::vector<Option>& rows) {
        .slot = NAV_SLOT(config.ct.accept_unknown_orientation),
        .key = "ct.accept_unknown_orientation",
        .needs = {recording_session(), ct_to_register()}},
-      {.text = "kind of the source: recording or simulated",
+      {.type = "NAME",
+       .text = "kind of the source: recording or simulated",
        .group = group::kRecording,
        .absent = "recording",
        .key = "source.kind",
@@ -353,7 +354,8 @@ void add_recording_rows(std::vector<Option>& rows) {
        .slot = NAV_SLOT(config.source.skip_bad_frames),
        .key = "source.skip_bad_frames",
        .needs = {recording_session(), sweep_to_register(), recording_to_slice()}},
-      {.text = "seed of the simulated procedure",
+      {.type = "N",
+       .text = "seed of the simulated procedure",
        .group = group::kRecording,
        .slot = NAV_SLOT(config.source.seed),
        .key = "source.seed"},
@@ -403,7 +405,8 @@ void add_plan_rows(std::vector<Option>& rows) {
     writer.table.insert(key, toml::array{p.x(), p.y(), p.z()});
   };
   const std::vector<Option> plan{
-      {.unit = "mm",
+      {.type = "MM",
+       .unit = "mm",
        .text = "entry of the planned path on the skin, LPS",
        .group = group::kPlan,
        .absent = "required in a plan",
@@ -416,7 +419,8 @@ void add_plan_rows(std::vector<Option>& rows) {
            [](KeyWriter& writer, const char* key, const Settings& s) {
              if (s.config.plan) kWritePoint(writer, key, s.config.plan->entry_ct.mm);
            }},
-      {.unit = "mm",
+      {.type = "MM",
+       .unit = "mm",
        .text = "centre of the lesion, LPS",
        .group = group::kPlan,
        .absent = "required in a plan",
@@ -429,7 +433,8 @@ void add_plan_rows(std::vector<Option>& rows) {
            [](KeyWriter& writer, const char* key, const Settings& s) {
              if (s.config.plan) kWritePoint(writer, key, s.config.plan->target_ct.mm);
            }},
-      {.unit = "mm",
+      {.type = "MM",
+       .unit = "mm",
        .text = "radius of the lesion, a sphere, 0.1 to 500",
        .group = group::kPlan,
        .absent = "required in a plan",
@@ -442,7 +447,8 @@ void add_plan_rows(std::vector<Option>& rows) {
            [](KeyWriter& writer, const char* key, const Settings& s) {
              if (s.config.plan) writer.table.insert(key, s.config.plan->target_radius_mm);
            }},
-      {.unit = "mm",
+      {.type = "MM",
+       .unit = "mm",
        .text = "safety margin beyond the radius, drawn as a faint sphere, 0 to 500",
        .group = group::kPlan,
        .absent = "0",

@@ -26,19 +26,19 @@ struct Held<std::optional<T>> {
 
 /// Numbers that one value holds; 0: it is no vector of a fixed size.
 template <class T>
-constexpr int kRows = 0;
+constexpr int kRowsOf = 0;
 template <int Rows>
-constexpr int kRows<Eigen::Matrix<double, Rows, 1>> = Rows;
+constexpr int kRowsOf<Eigen::Matrix<double, Rows, 1>> = Rows;
 template <>
-constexpr int kRows<std::array<double, 3>> = 3;
+constexpr int kRowsOf<std::array<double, 3>> = 3;
 template <>
-constexpr int kRows<std::vector<double>> = 3;
+constexpr int kRowsOf<std::vector<double>> = 3;
 
 template <class T>
-constexpr bool kWhole = std::is_integral_v<T> && !std::is_same_v<T, bool>;
+constexpr bool kIsWhole = std::is_integral_v<T> && !std::is_same_v<T, bool>;
 template <class T>
-constexpr bool kList = std::is_same_v<T, std::vector<std::string>> ||
-                       std::is_same_v<T, std::vector<std::filesystem::path>>;
+constexpr bool kIsList = std::is_same_v<T, std::vector<std::string>> ||
+                         std::is_same_v<T, std::vector<std::filesystem::path>>;
 
 /// Calls use with the value that the option stores, or with std::monostate.
 template <class Use>
@@ -77,15 +77,15 @@ std::string numbers_text(const Vector& numbers) {
 }
 
 template <class T>
-std::string text_of(const T& value) {
+std::string as_text(const T& value) {
   using Type = typename Held<T>::Type;
   if constexpr (Held<T>::kOptional) {
-    return value ? text_of(*value) : "";
+    return value ? as_text(*value) : "";
   } else if constexpr (std::is_same_v<T, std::monostate>) {
     return "";
   } else if constexpr (std::is_same_v<T, bool>) {
     return value ? "on" : "off";
-  } else if constexpr (kWhole<T>) {
+  } else if constexpr (kIsWhole<T>) {
     return std::to_string(value);
   } else if constexpr (std::is_same_v<T, double>) {
     return number_text(value);
@@ -93,12 +93,12 @@ std::string text_of(const T& value) {
     return value;
   } else if constexpr (std::is_same_v<T, std::filesystem::path>) {
     return value.string();
-  } else if constexpr (kList<T>) {
+  } else if constexpr (kIsList<T>) {
     std::string text;
-    for (const auto& one : value) text += (text.empty() ? "" : ",") + text_of(one);
+    for (const auto& one : value) text += (text.empty() ? "" : ",") + as_text(one);
     return text;
   } else {
-    static_assert(kRows<Type> > 0);
+    static_assert(kRowsOf<Type> > 0);
     return numbers_text(value);
   }
 }
@@ -141,11 +141,11 @@ Result<T> parsed(const Option& option, const std::vector<std::string>& values) {
     bool given = false;
     if (!CLI::detail::lexical_cast(text, given)) return wrong(option, text);
     return given != option.negates;
-  } else if constexpr (kWhole<T>) {
+  } else if constexpr (kIsWhole<T>) {
     return parsed_whole<T>(option, text);
   } else if constexpr (std::is_same_v<T, double>) {
     return parsed_number(option, text);
-  } else if constexpr (kRows<T> > 0) {
+  } else if constexpr (kRowsOf<T> > 0) {
     T numbers{};
     if constexpr (std::is_same_v<T, std::vector<double>>) numbers.resize(values.size());
     std::string all;
@@ -158,7 +158,7 @@ Result<T> parsed(const Option& option, const std::vector<std::string>& values) {
       numbers[static_cast<Index>(n)] = *number;
     }
     return numbers;
-  } else if constexpr (kList<T>) {
+  } else if constexpr (kIsList<T>) {
     for (const std::string& value : values) {
       const bool known = option.choices.empty() || std::ranges::count(option.choices, value) > 0;
       if (!known) return wrong(option, value);
@@ -226,7 +226,7 @@ Count count_of(const Option& option) {
   if (is_flag(option)) return {0, 0};
   if (option.repeats) return {1, -1};
   return with_value(option, any_settings(), [](const auto& value) -> Count {
-    constexpr int rows = kRows<typename Held<std::remove_cvref_t<decltype(value)>>::Type>;
+    constexpr int rows = kRowsOf<typename Held<std::remove_cvref_t<decltype(value)>>::Type>;
     return rows > 0 ? Count{rows, rows} : Count{1, 1};
   });
 }
@@ -243,7 +243,7 @@ Result<void> take(const Option& option, const std::vector<std::string>& values,
 }
 
 std::string value_text(const Option& option, const Settings& settings) {
-  return with_value(option, settings, [](const auto& value) { return text_of(value); });
+  return with_value(option, settings, [](const auto& value) { return as_text(value); });
 }
 
 bool is_set(const Option& option, const Settings& settings) {
@@ -288,15 +288,15 @@ std::string expected_text(const Option& option) {
       return "true or false";
     } else if constexpr (std::is_same_v<T, std::uint64_t>) {
       return "a whole number of 0 to 18446744073709551615";
-    } else if constexpr (kWhole<T>) {
+    } else if constexpr (kIsWhole<T>) {
       if (option.range && !option.range->zero.empty()) return range;
       if (option.range) return "a whole number of " + range;
       return "a whole number of " + std::to_string(std::numeric_limits<T>::min()) + " to " +
              std::to_string(std::numeric_limits<T>::max());
     } else if constexpr (std::is_same_v<T, double>) {
       return range.empty() ? "a number" : range;
-    } else if constexpr (kRows<T> > 0) {
-      return std::to_string(kRows<T>) + " finite numbers";
+    } else if constexpr (kRowsOf<T> > 0) {
+      return std::to_string(kRowsOf<T>) + " finite numbers";
     } else {
       return range.empty() ? "a value" : range;
     }
@@ -318,11 +318,11 @@ Result<void> check_value(const Option& option, const Settings& settings) {
         number = value;
       }
       if (option.range && !is_in(*option.range, static_cast<double>(number))) {
-        return wrong(option, text_of(number));
+        return wrong(option, as_text(number));
       }
     }
     if constexpr (std::is_same_v<Type, std::string>) {
-      const std::string text = text_of(value);
+      const std::string text = as_text(value);
       if (!option.choices.empty() && std::ranges::count(option.choices, text) == 0) {
         return wrong(option, text);
       }

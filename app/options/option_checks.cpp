@@ -83,6 +83,38 @@ std::string wrong_count(const CLI::Option& option) {
          std::to_string(given) + " values";
 }
 
+/// Fewest letters to insert, leave out, replace or swap with the next, to make one word the other.
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  std::vector<std::vector<std::size_t>> steps(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) {
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      if (i == 0 || j == 0) {
+        steps[i][j] = i + j;
+        continue;
+      }
+      const std::size_t replaced = steps[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      steps[i][j] = std::min({replaced, steps[i - 1][j] + 1, steps[i][j - 1] + 1});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        steps[i][j] = std::min(steps[i][j], steps[i - 2][j - 2] + 1);
+      }
+    }
+  }
+  return steps[a.size()][b.size()];
+}
+
+/// "; did you mean --width?", or nothing where no name is close.
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& names) {
+  const std::size_t most = word.size() < 6 ? 1 : 2;
+  std::string closest;
+  std::size_t least = most + 1;
+  for (const std::string& name : names) {
+    const std::size_t distance = edit_distance(word, name);
+    if (distance < least) closest = name;
+    least = std::min(least, distance);
+  }
+  return closest.empty() ? "" : "; did you mean " + closest + "?";
+}
+
 std::string wrong_verb(const CLI::App& app) {
   const CLI::App& verb = meant_verb(app);
   std::vector<std::string> names;
@@ -93,7 +125,7 @@ std::string wrong_verb(const CLI::App& app) {
   const std::string name = full_name(verb);
   const bool first = name.find(' ') == std::string::npos;
   return (first ? "verb" : name) + ": expected one of " + listed(names) + ", found " +
-         (rest.empty() ? "none" : "'" + rest.front() + "'");
+         (rest.empty() ? "none" : "'" + rest.front() + "'" + did_you_mean(rest.front(), names));
 }
 
 std::string wrong_argument(const CLI::App& app) {
@@ -101,8 +133,13 @@ std::string wrong_argument(const CLI::App& app) {
   const auto rest = app.remaining(true);
   const std::string found = rest.empty() ? "others" : rest.front();
   const bool option = found.starts_with('-');
+  const bool all = option && meant_verb(app).get_help_all_ptr() != nullptr;
+  const std::string word = found.substr(0, found.find('='));
+  std::vector<std::string> names;
+  for (const CLI::Option* one : meant_verb(app).get_options()) names.push_back(one->get_name());
   return name + ": expected " + (option ? "an option that" : "no further argument than") + " '" +
-         name + " --help' lists, found " + found;
+         name + (all ? " --help-all" : " --help") + "' lists, found " + found +
+         (option ? did_you_mean(word, names) : "");
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ namespace nav::app {
 namespace group {
 inline constexpr const char* kFiles = "Files";
 inline constexpr const char* kView = "3D view";
+inline constexpr const char* kWindow = "2D images of the CT";
 inline constexpr const char* kAppearance = "Appearance";
 inline constexpr const char* kRecording = "CT and recording";
 inline constexpr const char* kScanLines = "Scan lines and labels of 3D ultrasound";

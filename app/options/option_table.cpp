@@ -14,10 +14,11 @@ const std::vector<Option>& option_table() {
     add_slices_rows(rows);
     add_derive_rows(rows);
     add_recording_rows(rows);
-    add_volume_rows(rows);
-    add_predicate_rows(rows);
+    // The first row with a key says what a session file may hold.
     add_view_rows(rows);
     add_appearance_rows(rows);
+    add_volume_rows(rows);
+    add_predicate_rows(rows);
     add_plan_rows(rows);
     return rows;
   }();

@@ -218,7 +218,6 @@ void add_register_rows(std::vector<Option>& rows) {
        .verbs = here,
        .slot = NAV_SLOT(config.output.threads),
        .range = within(0, 1024),
-       .key = "output.threads",
        .needs = {sweep_to_register()}},
       {.name = "--breath-period",
        .type = "S",

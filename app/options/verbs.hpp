@@ -26,6 +26,7 @@ class CommandLine {
     app_.require_subcommand(1);
     app_.add_flag("-v,--verbose", verbose_, "also show information of the libraries");
     app_.fallthrough();
+    prepare_help();
     add_demo();
     add_replay();
     add_register();
@@ -36,6 +37,7 @@ class CommandLine {
     add_bench_program();
     add_devices();
     add_simulate();
+    add_help();
   }
 
   /// The exit code.
@@ -44,6 +46,11 @@ class CommandLine {
  private:
   /// A verb with its options of the table, which store into \p settings.
   CLI::App& add_verb(const char* name, Settings& settings);
+  /// Help from the tables. Verbs inherit it, so it comes before them.
+  void prepare_help();
+  void add_help();
+  /// Text that "help --man VERB", "help --tables PAGE" or "completion bash" asks for.
+  [[nodiscard]] Result<std::string> generated(const std::vector<std::string>& words) const;
   void add_demo();
   void add_replay();
   void add_register();

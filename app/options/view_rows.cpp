@@ -275,7 +275,7 @@ void add_view_rows(std::vector<Option>& rows) {
        .type = "HU",
        .unit = "HU",
        .text = "middle of the grey window of the 2D images of the CT",
-       .group = group::kView,
+       .group = group::kWindow,
        .verbs = kAll,
        .slot = NAV_SLOT(config.view.window_level),
        .range = within(-1e6, 1e6),
@@ -289,7 +289,7 @@ void add_view_rows(std::vector<Option>& rows) {
        .type = "HU",
        .unit = "HU",
        .text = "extent of the grey window of the 2D images of the CT, from black to white",
-       .group = group::kView,
+       .group = group::kWindow,
        .verbs = kAll,
        .slot = NAV_SLOT(config.view.window_width),
        .range = within(1e-3, 1e6),
@@ -320,9 +320,11 @@ void add_appearance_rows(std::vector<Option>& rows) {
              s.config.look.nodes.clear();
              s.config.look.file.clear();
            }},
-      {.text = "nodes of the transfer function instead of a preset, a list of tables: hu and "
+      {.type = "LIST",
+       .text = "nodes of the transfer function instead of a preset, a list of tables: hu and "
                "opacity_per_mm, and optionally rgb (white) and importance (0.5)",
        .group = group::kAppearance,
+       .absent = "none",
        .key = "look.nodes",
        .read = read_look_nodes,
        .write = write_look_nodes},

@@ -55,6 +55,42 @@ TEST_F(CommandLineTest, BenchAndGalleryNeedTheProgramBesideIt) {
   ::setenv("PATH", before.c_str(), 1);
 }
 
+TEST_F(CommandLineTest, HelpOfAVerbHasExamplesAndItsUsualOptionsAndHelpAllHasAll) {
+  const std::string help = sonde("replay --help").output;
+  EXPECT_EQ(sonde("help replay").output, help);
+  EXPECT_EQ(sonde("help").output, sonde("--help").output);
+  for (const char* piece :
+       {"Examples:\n  sonde replay ", "\n3D view:\n", "  --width N",
+        "height of the 3D view (16 to 8192 pixels; default: 600)", "more options: sonde replay "}) {
+    EXPECT_NE(help.find(piece), std::string::npos) << piece << "\n" << help;
+  }
+  EXPECT_EQ(help.find("--skip-bad-frames"), std::string::npos) << help;
+  const std::string all = sonde("replay --help-all").output;
+  EXPECT_NE(all.find("--skip-bad-frames"), std::string::npos) << all;
+  EXPECT_EQ(all.find("--adaptive-error"), std::string::npos) << "retired";
+  EXPECT_NE(sonde("--help").output.find("  slices"), std::string::npos);
+}
+
+TEST_F(CommandLineTest, ManualPagesAndCompletionKnowEveryOption) {
+  const std::string page = sonde("help --man slices").output;
+  EXPECT_TRUE(page.starts_with(".TH SONDE\\-slices 1")) << page;
+  for (const char* piece :
+       {".SH EXAMPLES", "\\-\\-mm\\-per\\-pixel MM", "0 to 100 mm; default: 0"}) {
+    EXPECT_NE(page.find(piece), std::string::npos) << piece << "\n" << page;
+  }
+  const auto script = folder_ / "completion.bash";
+  std::ofstream(script) << sonde("completion bash").output
+                        << "COMP_WORDS=(sonde replay --engine g) COMP_CWORD=3; _sonde\n"
+                           "echo \"${COMPREPLY[*]}\"\n"
+                           "COMP_WORDS=(sonde slices --mm) COMP_CWORD=2; _sonde\n"
+                           "echo \"${COMPREPLY[*]}\"\n"
+                           "COMP_WORDS=(sonde regi) COMP_CWORD=1; _sonde\n"
+                           "echo \"${COMPREPLY[*]}\"\n";
+  const auto out = folder_ / "completed.txt";
+  ASSERT_EQ(std::system(("bash " + script.string() + " > " + out.string()).c_str()), 0);
+  EXPECT_EQ(text_of(out), "gl\n--mm-per-pixel\nregister\n");
+}
+
 TEST_F(CommandLineTest, UsageErrorsExitWithTwo) {
   expect_refusal("", 2, {});
   expect_refusal("levitate", 2, {"levitate"});
@@ -79,8 +115,8 @@ TEST_F(CommandLineTest, ParseErrorsHaveTheFormOfOtherErrors) {
     std::string sentence;
   };
   const std::string verbs =
-      "demo, replay, register, info, slices, predicates, derive, bench, gallery, devices or "
-      "simulate";
+      "demo, replay, register, info, slices, predicates, derive, bench, gallery, devices, "
+      "simulate, help or completion";
   for (const auto& [arguments, sentence] : std::vector<Wrong>{
            // Numbers.
            {"demo --out x --threads many",
@@ -129,7 +165,13 @@ TEST_F(CommandLineTest, ParseErrorsHaveTheFormOfOtherErrors) {
            // Contradicting or unknown options.
            {"predicates --apex 1 2 3 --into 0 1 0", "--into cannot be combined with --apex"},
            {"demo --out x --foo",
-            "sonde demo: expected an option that 'sonde demo --help' lists, found --foo"},
+            "sonde demo: expected an option that 'sonde demo --help-all' lists, found --foo"},
+           {"demo --out x --widht 3", "lists, found --widht; did you mean --width?"},
+           {"demo --out x --rms_error=3", "lists, found --rms_error=3; did you mean --rms-error?"},
+           {"reply", "found 'reply'; did you mean replay?"},
+           {"help levitate", "found 'levitate'"},
+           {"help --man levitate", "help: expected a verb, or --man and a verb, found 'levitate'"},
+           {"completion fish", "completion: expected bash, found 'fish'"},
            {"", "verb: expected one of " + verbs + ", found none"},
            {"levitate", "verb: expected one of " + verbs + ", found 'levitate'"}}) {
     expect_refusal(arguments, 2, {"sonde: error: " + sentence});

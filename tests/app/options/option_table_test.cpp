@@ -4,8 +4,11 @@
 #include <cctype>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <iterator>
 #include <set>
+#include <sstream>
 
+#include "app/options/option_help.hpp"
 #include "app/options/option_parser.hpp"
 #include "app/options/verb_table.hpp"
 #include "tests/support/matchers.hpp"
@@ -37,7 +40,8 @@ TEST(OptionTableTest, EveryRowHasAVerbOrAKeyAPlaceForItsValueATextAndAGroup) {
   for (const Option& option : option_table()) {
     EXPECT_TRUE(!option.verbs.empty() || !option.key.empty()) << name_of(option);
     EXPECT_EQ(option.name.empty(), option.verbs.empty()) << name_of(option);
-    EXPECT_TRUE(option.slot != nullptr || option.take != nullptr || option.read != nullptr)
+    EXPECT_TRUE(option.slot != nullptr || option.take != nullptr || option.read != nullptr ||
+                !option.retired.empty())
         << name_of(option);
     EXPECT_FALSE(option.group.empty()) << name_of(option);
     ASSERT_FALSE(option.text.empty()) << name_of(option);
@@ -104,7 +108,57 @@ TEST(OptionTableTest, ConditionsAndExclusionsNameOptionsOfSomeCommonVerb) {
   }
 }
 
-/// Every message of the parser that names an option.
+TEST(OptionTableTest, EveryVerbHasTwoExamplesThatItTakes) {
+  for (const Verb& verb : verb_table()) {
+    EXPECT_EQ(verb.examples.size(), 2U) << verb.name;
+    for (const std::string& example : verb.examples) {
+      std::istringstream stream(example);
+      std::vector<std::string> words{std::istream_iterator<std::string>(stream), {}};
+      ASSERT_GE(words.size(), 2U);
+      EXPECT_EQ(words[0], "sonde");
+      EXPECT_EQ(words[1], verb.name);
+      std::vector<std::string> reversed(words.rbegin(), words.rend() - 2);
+      CLI::App parser;
+      Settings settings = default_settings(verb.name);
+      add_options(parser, verb.name, settings);
+      EXPECT_NO_THROW(parser.parse(reversed)) << example;
+      EXPECT_TRUE(test::has_value(refuse_idle(parser, verb.name, settings))) << example;
+      EXPECT_TRUE(test::has_value(validate(settings.config))) << example;
+    }
+  }
+}
+
+TEST(OptionTableTest, HelpIsShortEnoughForATerminalAndShowsTheRequiredOptions) {
+  for (const Verb& verb : verb_table()) {
+    const std::string usual = verb_help(verb, false);
+    EXPECT_LT(std::ranges::count(usual, '\n'), 75) << usual;
+    const std::string all = verb_help(verb, true);
+    for (const Option* option : options_of(verb.name)) {
+      if (!option->retired.empty()) continue;
+      const std::string line = "\n  " + usage_text(*option);
+      EXPECT_NE(all.find(line), std::string::npos) << verb.name << line;
+      if (option->required) {
+        EXPECT_NE(usual.find(line), std::string::npos) << line;
+      }
+    }
+  }
+}
+
+/// Repeat: sonde help --tables docs/PAGE, written over the page.
+TEST(OptionTableTest, TablesOfTheDocumentsAreThoseOfTheTable) {
+  for (const char* page : {"command-line.md", "session-file.md"}) {
+    const std::string path = std::string(SONDE_SOURCE_DIR) + "/docs/" + page;
+    std::ifstream file(path);
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    ASSERT_NE(text.find("<!-- end -->"), std::string::npos) << path;
+    const auto generated = with_tables(text);
+    ASSERT_TRUE(test::has_value(generated));
+    EXPECT_TRUE(*generated == text) << "run 'sonde help --tables docs/" << page << "'";
+  }
+  EXPECT_FALSE(with_tables("<!-- options of nothing -->\n<!-- end -->\n"));
+  EXPECT_FALSE(with_tables("<!-- options of demo -->\n"));
+}
+
 TEST(OptionTableTest, AnErrorOfAKeyNamesTheOptionThatWasGiven) {
   CLI::App verb;
   Settings settings;
