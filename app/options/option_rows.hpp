@@ -13,30 +13,30 @@
 namespace nav::app {
 
 namespace group {
-inline constexpr const char* kFiles = "Files";
-inline constexpr const char* kView = "3D view";
-inline constexpr const char* kWindow = "2D images of the CT";
-inline constexpr const char* kAppearance = "Appearance";
-inline constexpr const char* kRecording = "CT and recording";
-inline constexpr const char* kScanLines = "Scan lines and labels of 3D ultrasound";
-inline constexpr const char* kReplay = "Replay";
-inline constexpr const char* kVolume = "3D ultrasound";
-inline constexpr const char* kPredicateSet = "Predicate set";
-inline constexpr const char* kStrokes = "Strokes";
-inline constexpr const char* kImage = "Image";
-inline constexpr const char* kRegistration = "Registration";
-inline constexpr const char* kStart = "Start pose";
-inline constexpr const char* kMotion = "Motion of tissue";
-inline constexpr const char* kPlanes = "Planes";
-inline constexpr const char* kFusion = "Fusion";
-inline constexpr const char* kProcedure = "Simulated procedure";
-inline constexpr const char* kFeatures = "Features";
-inline constexpr const char* kPatient = "Patient";
-inline constexpr const char* kProbe = "Probe and motion";
-inline constexpr const char* kTissueMotion = "Breathing and deformation";
-inline constexpr const char* kNeedle = "Needle";
-inline constexpr const char* kTracker = "Tracker and time";
-inline constexpr const char* kPlan = "Plan";
+inline constexpr const char* kGroupFiles = "Files";
+inline constexpr const char* kGroupView = "3D view";
+inline constexpr const char* kGroupWindow = "2D images of the CT";
+inline constexpr const char* kGroupAppearance = "Appearance";
+inline constexpr const char* kGroupRecording = "CT and recording";
+inline constexpr const char* kGroupScanLines = "Scan lines and labels of 3D ultrasound";
+inline constexpr const char* kGroupReplay = "Replay";
+inline constexpr const char* kGroupVolume = "3D ultrasound";
+inline constexpr const char* kGroupPredicateSet = "Predicate set";
+inline constexpr const char* kGroupStrokes = "Strokes";
+inline constexpr const char* kGroupImage = "Image";
+inline constexpr const char* kGroupRegistration = "Registration";
+inline constexpr const char* kGroupStart = "Start pose";
+inline constexpr const char* kGroupMotion = "Motion of tissue";
+inline constexpr const char* kGroupPlanes = "Planes";
+inline constexpr const char* kGroupFusion = "Fusion";
+inline constexpr const char* kGroupProcedure = "Simulated procedure";
+inline constexpr const char* kGroupFeatures = "Features";
+inline constexpr const char* kGroupPatient = "Patient";
+inline constexpr const char* kGroupProbe = "Probe and motion";
+inline constexpr const char* kGroupTissueMotion = "Breathing and deformation";
+inline constexpr const char* kGroupNeedle = "Needle";
+inline constexpr const char* kGroupTracker = "Tracker and time";
+inline constexpr const char* kGroupPlan = "Plan";
 }  // namespace group
 
 /// 3D view and appearance: demo, replay.
