@@ -23,7 +23,7 @@ struct NamedScene {
 struct BenchVolume {
   std::string name;
   std::shared_ptr<const StoredVolume> ct;
-  std::vector<render::TransferFunction> looks;
+  std::vector<render::TransferFunction> appearances;
 };
 
 /// Third-party data: SONDE_DATA_DIR, or ../shared/data beside the current folder.

@@ -9,7 +9,7 @@
 
 #include "io/plus_config.hpp"
 #include "io/sequence.hpp"
-#include "registration/similarity/picture_outline.hpp"
+#include "registration/similarity/image_outline.hpp"
 
 namespace nav::session {
 namespace {
@@ -196,7 +196,7 @@ void add_to(SweepSurvey& sweep, const TrackedFrame& image, std::size_t stride) {
   sweep.centroid.mm += (image.reference_from_image * centre).mm;
   sweep.lateral += axes.col(0);
   sweep.deep += axes.col(1);
-  sweep.picture_extent_mm = extent_mm(image.frame);
+  sweep.image_extent_mm = extent_mm(image.frame);
   if (sweep.paired++ % stride == 0) sweep.spread.push_back(image);
   for (const double column : {0.0, pixels.width() - 1.0}) {
     for (const double row : {0.0, pixels.height() - 1.0}) {

@@ -123,7 +123,7 @@ struct SweepSurvey {
   Point<frames::Reference> centroid{{0, 0, 0}};
   Eigen::Vector3d lateral = Eigen::Vector3d::Zero();  ///< Sum of the images' x axes, Reference.
   Eigen::Vector3d deep = Eigen::Vector3d::Zero();     ///< Sum of their y axes, Reference.
-  double picture_extent_mm = 0;                       ///< Diagonal of the last image.
+  double image_extent_mm = 0;                         ///< Diagonal of the last image.
   std::vector<TrackedFrame> spread;                   ///< About 60 images, evenly over the sweep.
   std::vector<Point<frames::Reference>> corners;      ///< Corners of all images, four each.
   /// One sentence if the temporal offset left more than a tenth of the images without a pose; else

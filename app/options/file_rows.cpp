@@ -48,7 +48,7 @@ void write_matrix(KeyWriter& writer, const char* key, const Settings& s) {
 void read_registration(Section& section, const char* key, Settings& s) {
   section.path(key, s.config.placement.registration);
   if (s.config.placement.ct_from_reference && !s.config.placement.registration.empty()) {
-    section.refuse(key, "it or placement.ct_from_reference_mm", "both");
+    section.reject(key, "it or placement.ct_from_reference_mm", "both");
   }
 }
 
@@ -66,7 +66,7 @@ void read_kind(Section& section, const char* key, Settings& s) {
                  "source.kind: expected recording or simulated, found device, for which this build "
                  "has no adapter");
   } else if (kind != "recording") {
-    section.refuse(key, "recording or simulated", kind);
+    section.reject(key, "recording or simulated", kind);
   }
 }
 
@@ -201,7 +201,7 @@ void add_file_rows(std::vector<Option>& rows) {
        .text = "image to write",
        .group = group::kGroupFiles,
        .verbs = {"predicates"},
-       .slot = NAV_SLOT(config.predicates.picture),
+       .slot = NAV_SLOT(config.predicates.image),
        .absent = "from the session file",
        .usual = true,
        .key = "predicates.picture",

@@ -315,7 +315,7 @@ void add_simulate_rows(std::vector<Option>& table) {
        .text = "offset of the time stamps of the images",
        .group = group::kGroupTracker,
        .verbs = kSimulate,
-       .slot = NAV_SLOT(simulate.picture_offset_ms),
+       .slot = NAV_SLOT(simulate.image_offset_ms),
        .range = within(-10000, 10000)},
       {.name = "--faults",
        .type = "P",

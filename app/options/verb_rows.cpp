@@ -36,7 +36,7 @@ void add_replay_rows(std::vector<Option>& rows) {
        .text = "also draw what lies outside the sector of the images",
        .group = group::kGroupReplay,
        .verbs = {"replay", "slices"},
-       .slot = NAV_SLOT(config.source.whole_picture),
+       .slot = NAV_SLOT(config.source.whole_image),
        .key = "source.whole_picture",
        .needs = {recording_session(), recording_to_slice()}},
       {.name = "--needle-length-mm",

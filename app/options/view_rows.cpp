@@ -6,7 +6,7 @@
 #include "app/options/option_checks.hpp"
 #include "app/options/option_rows.hpp"
 #include "app/options/retired.hpp"
-#include "app/options/session_look.hpp"
+#include "app/options/session_appearance.hpp"
 #include "app/options/session_objects.hpp"
 #include "app/views/panels.hpp"
 
@@ -32,12 +32,12 @@ std::vector<Condition> ultrasound_alone() { return {{"--us-alone"}}; }
 
 std::vector<Condition> no_cutaway() { return {{"--no-cutaway"}}; }
 
-void want_cutaway(Settings& s) { s.config.look.cutaway.enabled = true; }
+void want_cutaway(Settings& s) { s.config.appearance.cutaway.enabled = true; }
 
 Requirement needle_to_cut() {
   return {.met =
               [](const Settings& s) {
-                return has_needle(s) || !s.config.look.cutaway.around_needle.value_or(false);
+                return has_needle(s) || !s.config.appearance.cutaway.around_needle.value_or(false);
               },
           .text = "--needle-frame for the needle",
           .verb = "replay"};
@@ -47,7 +47,7 @@ Requirement targets_to_cut() {
   return {.met =
               [](const Settings& s) {
                 return is_simulated(s) || s.config.plan.has_value() ||
-                       !s.config.look.cutaway.around_targets.value_or(false);
+                       !s.config.appearance.cutaway.around_targets.value_or(false);
               },
           .text = "a session file with a plan for the targets",
           .verb = "replay"};
@@ -89,11 +89,11 @@ Result<render::ImportanceRule> importance_rule(const std::string& text) {
 }
 
 Result<void> take_importance(Settings& s, const std::vector<std::string>& rules) {
-  s.config.look.importance.clear();
+  s.config.appearance.importance.clear();
   for (const std::string& text : rules) {
     const auto rule = importance_rule(text);
     if (!rule) return rule.error();
-    s.config.look.importance.push_back(*rule);
+    s.config.appearance.importance.push_back(*rule);
   }
   return {};
 }
@@ -106,7 +106,7 @@ Result<void> take_cut_objects(Settings& s, const std::vector<std::string>& kinds
     }
   }
   const auto has = [&](const char* kind) { return std::ranges::count(kinds, kind) > 0; };
-  auto& cutaway = s.config.look.cutaway;
+  auto& cutaway = s.config.appearance.cutaway;
   cutaway.around_plane = has("plane");
   cutaway.around_needle = has("needle");
   cutaway.around_targets = has("targets");
@@ -308,7 +308,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .text = "preset of colours and opacities",
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.preset),
+       .slot = NAV_SLOT(config.appearance.preset),
        .choices = render::preset_names(),
        .usual = true,
        .key = "look.transfer_function",
@@ -317,8 +317,8 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .excludes = {"--look"},
        .before =
            [](Settings& s) {
-             s.config.look.nodes.clear();
-             s.config.look.file.clear();
+             s.config.appearance.nodes.clear();
+             s.config.appearance.file.clear();
            }},
       {.type = "LIST",
        .text = "nodes of the transfer function instead of a preset, a list of tables: hu and "
@@ -326,15 +326,15 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .group = group::kGroupAppearance,
        .absent = "none",
        .key = "look.nodes",
-       .read = read_look_nodes,
-       .write = write_look_nodes},
+       .read = read_appearance_nodes,
+       .write = write_appearance_nodes},
       {.name = "--look",
        .type = "FILE",
        .text = "appearance file, or a volume property of 3D Slicer (.vp, .vp.json), instead of a "
                "preset",
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.file),
+       .slot = NAV_SLOT(config.appearance.file),
        .absent = "none",
        .usual = true,
        .key = "look.file",
@@ -345,7 +345,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .text = "store the appearance as it is drawn, for --look on other data",
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.save),
+       .slot = NAV_SLOT(config.appearance.save),
        .absent = "none",
        .key = "look.save",
        .written_when_set = true,
@@ -363,13 +363,13 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .needs = {composite()},
        .idle_with = ultrasound_alone(),
        .take = take_importance,
-       .read = read_look_importance,
-       .write = write_look_importance},
+       .read = read_appearance_importance,
+       .write = write_appearance_importance},
       {.name = "--no-shading",
        .text = "draw without shading",
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.shading),
+       .slot = NAV_SLOT(config.appearance.shading),
        .negates = true,
        .key = "look.shading",
        .needs = {composite()},
@@ -379,7 +379,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .text = "style of the shading",
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.style),
+       .slot = NAV_SLOT(config.appearance.style),
        .choices = {"phong", "gooch"},
        .absent = "from the appearance, or phong",
        .key = "look.style",
@@ -390,7 +390,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .text = "shade in proportion to importance; 0: shade everything",
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.emphasis),
+       .slot = NAV_SLOT(config.appearance.emphasis),
        .range = within(0, 1),
        .absent = "from the appearance, or 0",
        .key = "look.emphasis",
@@ -401,7 +401,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .text = "opacity of the ultrasound image in the 3D view",
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.plane_opacity),
+       .slot = NAV_SLOT(config.appearance.plane_opacity),
        .range = within(0.01, 1),
        .key = "look.plane_opacity"},
       {.name = "--projection",
@@ -409,7 +409,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .text = "draw colours, or a grey projection",
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.projection),
+       .slot = NAV_SLOT(config.appearance.projection),
        .choices = {"composite", "maximum", "minimum", "mean"},
        .usual = true,
        .key = "look.projection"},
@@ -419,7 +419,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .text = "middle of the grey window of a projection",
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.grey_level_hu),
+       .slot = NAV_SLOT(config.appearance.grey_level_hu),
        .range = within(-1e6, 1e6),
        .absent = "automatic",
        .key = "look.grey_level_hu",
@@ -430,7 +430,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .text = "extent of the grey window of a projection, from black to white",
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.grey_width_hu),
+       .slot = NAV_SLOT(config.appearance.grey_width_hu),
        .range = above(0, 1e6),
        .absent = "automatic",
        .key = "look.grey_width_hu",
@@ -442,7 +442,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .text = "angle of the inner surface of the cutaway about the line of sight",
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.cutaway.theta1_deg),
+       .slot = NAV_SLOT(config.appearance.cutaway.theta1_deg),
        .range = within(0.1, 89.9),
        .absent = "from the appearance, or 30",
        .key = "look.cutaway.theta1_deg",
@@ -455,7 +455,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .text = "angle of the outer surface of the cutaway, at least the inner one",
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.cutaway.theta2_deg),
+       .slot = NAV_SLOT(config.appearance.cutaway.theta2_deg),
        .range = within(0.1, 89.9),
        .absent = "from the appearance, or 50",
        .key = "look.cutaway.theta2_deg",
@@ -469,7 +469,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .text = "depth in front of the plane in which important structures stay; inf: all of it",
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.cutaway.overlay_mm),
+       .slot = NAV_SLOT(config.appearance.cutaway.overlay_mm),
        .range = Range{.low = 0},
        .absent = "from the appearance, or 15",
        .key = "look.cutaway.overlay_mm",
@@ -492,17 +492,17 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .before = want_cutaway},
       {.text = "cut the ultrasound plane free",
        .group = group::kGroupAppearance,
-       .slot = NAV_SLOT(config.look.cutaway.around_plane),
+       .slot = NAV_SLOT(config.appearance.cutaway.around_plane),
        .absent = "from the appearance, or true",
        .key = "look.cutaway.around_plane"},
       {.text = "cut the needle free",
        .group = group::kGroupAppearance,
-       .slot = NAV_SLOT(config.look.cutaway.around_needle),
+       .slot = NAV_SLOT(config.appearance.cutaway.around_needle),
        .absent = "from the appearance, or false",
        .key = "look.cutaway.around_needle"},
       {.text = "cut the targets of the plan free",
        .group = group::kGroupAppearance,
-       .slot = NAV_SLOT(config.look.cutaway.around_targets),
+       .slot = NAV_SLOT(config.appearance.cutaway.around_targets),
        .absent = "from the appearance, or false",
        .key = "look.cutaway.around_targets"},
       {.name = "--cutaway-mesh",
@@ -526,7 +526,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .text = "cut nothing; without it, each of the five options above turns the cutaway on",
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.cutaway.enabled),
+       .slot = NAV_SLOT(config.appearance.cutaway.enabled),
        .negates = true,
        .key = "look.cutaway.enabled",
        .needs = {composite()}}};

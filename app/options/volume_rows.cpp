@@ -340,10 +340,11 @@ void add_volume_rows(std::vector<Option>& rows) {
        .needs = {recording_session(),
                  {.met =
                       [](const Settings& s) {
-                        return s.config.predicates.alone || s.config.look.projection == "composite";
+                        return s.config.predicates.alone ||
+                               s.config.appearance.projection == "composite";
                       },
                   .text = "--us-alone or --projection composite",
-                  .found = [](const Settings& s) { return s.config.look.projection; }}}},
+                  .found = [](const Settings& s) { return s.config.appearance.projection; }}}},
       {.name = "--us-alone",
        .text = "draw that volume instead of the CT",
        .group = group::kGroupVolume,
