@@ -61,6 +61,7 @@ void RecordedSession::rewind() {
   SessionSetup setup{{source_->calibration().probe_from_image}};
   setup.navigator = options_;
   setup.images = QueuePolicy::kLossless;
+  setup.learn_outline = learns_outline_;
   if (fixed_reference_) {
     setup.fixed_reference.emplace(Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero());
   }
@@ -73,6 +74,11 @@ void RecordedSession::rewind() {
 void RecordedSession::set_placement(const CtPlacement& placement) {
   placement_ = placement;
   navigator().set_placement(placement);
+}
+
+void RecordedSession::learn_outline() {
+  learns_outline_ = true;
+  rewind();
 }
 
 void RecordedSession::set_outline(const std::optional<SectorOutline>& outline) {

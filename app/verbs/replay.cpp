@@ -547,7 +547,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
     console.end(std::to_string(sweep->paired) + " images with a pose");
     if (!sweep->warning.empty()) console.report(Severity::kWarning, "recording", sweep->warning);
   }
-  if (config.source.whole_image) session->set_outline(std::nullopt);
+  if (!config.source.whole_image) session->learn_outline();
 
   auto engine = make_engine(config.output.engine, config.output.threads, console);
   if (!engine) return engine.error();

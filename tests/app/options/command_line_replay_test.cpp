@@ -249,11 +249,11 @@ TEST_F(CommandLineTest, ImagesWaitForThePosesOfTheirOffset) {
   ASSERT_EQ(sonde(replay + " --temporal-offset-ms=450").code, 0);
   EXPECT_EQ(read_json("replay.json")["ledger"]["rejected"]["Probe.before_first_pose"], 5);
   expect_rejection(replay + " --temporal-offset-ms=-2000", 3,
-                   {"none of 6 frames usable: by --temporal-offset-ms -2000, 6 of 6 pictures lie "
+                   {"none of 6 frames usable: by --temporal-offset-ms -2000, 6 of 6 images lie "
                     "after the last pose, by 1500 to 2000 ms"});
   expect_rejection(
       replay + " --temporal-offset-ms=600", 3,
-      {"by --temporal-offset-ms 600, 6 of 6 pictures lie before the first pose, by 100 "
+      {"by --temporal-offset-ms 600, 6 of 6 images lie before the first pose, by 100 "
        "to 600 ms"});
 }
 
