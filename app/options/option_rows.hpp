@@ -12,32 +12,30 @@
 
 namespace nav::app {
 
-namespace group {
-inline constexpr const char* kFiles = "Files";
-inline constexpr const char* kView = "3D view";
-inline constexpr const char* kWindow = "2D images of the CT";
-inline constexpr const char* kAppearance = "Appearance";
-inline constexpr const char* kRecording = "CT and recording";
-inline constexpr const char* kScanLines = "Scan lines and labels of 3D ultrasound";
-inline constexpr const char* kReplay = "Replay";
-inline constexpr const char* kVolume = "3D ultrasound";
-inline constexpr const char* kPredicateSet = "Predicate set";
-inline constexpr const char* kStrokes = "Strokes";
-inline constexpr const char* kImage = "Image";
-inline constexpr const char* kRegistration = "Registration";
-inline constexpr const char* kStart = "Start pose";
-inline constexpr const char* kMotion = "Motion of tissue";
-inline constexpr const char* kPlanes = "Planes";
-inline constexpr const char* kFusion = "Fusion";
-inline constexpr const char* kProcedure = "Simulated procedure";
-inline constexpr const char* kFeatures = "Features";
-inline constexpr const char* kPatient = "Patient";
-inline constexpr const char* kProbe = "Probe and motion";
-inline constexpr const char* kTissueMotion = "Breathing and deformation";
-inline constexpr const char* kNeedle = "Needle";
-inline constexpr const char* kTracker = "Tracker and time";
-inline constexpr const char* kPlan = "Plan";
-}  // namespace group
+inline constexpr const char* kFilesGroup = "Files";
+inline constexpr const char* kViewGroup = "3D view";
+inline constexpr const char* kWindowGroup = "2D images of the CT";
+inline constexpr const char* kAppearanceGroup = "Appearance";
+inline constexpr const char* kRecordingGroup = "CT and recording";
+inline constexpr const char* kScanLinesGroup = "Scan lines and labels of 3D ultrasound";
+inline constexpr const char* kReplayGroup = "Replay";
+inline constexpr const char* kVolumeGroup = "3D ultrasound";
+inline constexpr const char* kPredicateSetGroup = "Predicate set";
+inline constexpr const char* kStrokesGroup = "Strokes";
+inline constexpr const char* kImageGroup = "Image";
+inline constexpr const char* kRegistrationGroup = "Registration";
+inline constexpr const char* kStartGroup = "Start pose";
+inline constexpr const char* kMotionGroup = "Motion of tissue";
+inline constexpr const char* kPlanesGroup = "Planes";
+inline constexpr const char* kFusionGroup = "Fusion";
+inline constexpr const char* kProcedureGroup = "Simulated procedure";
+inline constexpr const char* kFeaturesGroup = "Features";
+inline constexpr const char* kPatientGroup = "Patient";
+inline constexpr const char* kProbeGroup = "Probe and motion";
+inline constexpr const char* kTissueMotionGroup = "Breathing and deformation";
+inline constexpr const char* kNeedleGroup = "Needle";
+inline constexpr const char* kTrackerGroup = "Tracker and time";
+inline constexpr const char* kPlanGroup = "Plan";
 
 /// 3D view and appearance: demo, replay.
 void add_view_rows(std::vector<Option>& rows);
