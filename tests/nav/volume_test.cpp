@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <limits>
 #include <random>
+#include <type_traits>
 
 #include "tests/support/matchers.hpp"
 
@@ -98,6 +99,31 @@ TEST(VolumeTest, RejectsEachInvalidGridAndNamesTheDefect) {
                               g.size = {3, 2, 2};
                             }),
                             Code::kMalformedData, {"12 voxels", "found 8"}));
+}
+
+/// A volume of another frame and scalar type than the CT's.
+TEST(VolumeOfTest, HoldsRealValuesInAnyFrame) {
+  VoxelGridIn<frames::Image> grid;
+  grid.size = {2, 1, 1};
+  grid.spacing_mm = {2, 1, 1};
+  using RealVolume = VolumeOf<frames::Image, float>;
+  const auto volume = RealVolume::create(grid, {0.25F, 0.75F}, "real");
+  ASSERT_TRUE(test::has_value(volume));
+  EXPECT_EQ(volume->at(1, 0, 0), 0.75F);
+  const auto value = volume->sample(Point<frames::Image>{{1, 0, 0}});
+  ASSERT_TRUE(value);
+  EXPECT_NEAR(*value, 0.5, kIndexRounding);
+  EXPECT_FALSE(RealVolume::create(grid, {1}, "short"));
+}
+
+TEST(VolumeOfTest, AStoredVolumeBecomesACtOnlyExplicitly) {
+  static_assert(!std::is_convertible_v<StoredVolume, Volume>);
+  static_assert(std::is_convertible_v<Volume, StoredVolume>);
+  const auto stored = StoredVolume::create(VoxelGrid{{2, 1, 1}}, {7, 9}, "stored");
+  ASSERT_TRUE(test::has_value(stored));
+  const Volume ct(*stored);
+  EXPECT_EQ(ct.hu().data(), stored->values().data());
+  EXPECT_EQ(ct.name(), "stored");
 }
 
 }  // namespace
