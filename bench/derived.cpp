@@ -318,8 +318,8 @@ ScalarVolume derived_phantom(int side) {
       }
     }
   }
-  return ScalarVolume::of(
-      std::make_shared<Volume>(*Volume::create(grid, std::move(voxels), "speckle phantom")));
+  return ScalarVolume::of(std::make_shared<const StoredVolume>(
+      *StoredVolume::create(grid, std::move(voxels), "speckle phantom")));
 }
 
 Result<DerivedBenchReport> measure_derived(const DerivedBenchOptions& options,

@@ -156,7 +156,7 @@ class PaperShader final : public render::Engine {
   }
 
   Result<void> send(const PredicateSet& set) {
-    std::vector<std::shared_ptr<const Volume>> volumes;
+    std::vector<std::shared_ptr<const StoredVolume>> volumes;
     for (const auto& channel : set.channels()) {
       if (channel.has_undefined) {
         return Error{
@@ -174,7 +174,7 @@ class PaperShader final : public render::Engine {
       const auto& n = volume->grid().size;
       start_texture(volumes_kind(), GL_LINEAR);
       glTexImage3D(volumes_kind(), 0, GL_R16_SNORM, n[0], n[1], n[2], 0, GL_RED, GL_SHORT,
-                   volume->hu().data());
+                   volume->values().data());
     }
     volumes_ = std::move(volumes);
     labels_of_ = nullptr;
@@ -252,7 +252,7 @@ class PaperShader final : public render::Engine {
   std::unique_ptr<GlProgram> program_;
   std::string text_;
   std::vector<std::unique_ptr<render::GlTexture>> textures_;  ///< Volume, features, labels.
-  std::vector<std::shared_ptr<const Volume>> volumes_;
+  std::vector<std::shared_ptr<const StoredVolume>> volumes_;
   const std::uint32_t* labels_of_ = nullptr;
   render::GlTarget target_;
   render::GlReadBuffer read_buffer_;

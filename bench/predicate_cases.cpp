@@ -111,10 +111,12 @@ Result<PredicateVolume> patient_volume(const std::string& name, int side) {
 }
 
 Result<PredicateVolume> prostate_volume(Diagnostics& diagnostics) {
-  auto read = io::read_ct(bench_data_dir() / "us-predicate" / "prostatePhantom.mha", diagnostics);
+  auto read = io::read_stored_volume(bench_data_dir() / "us-predicate" / "prostatePhantom.mha",
+                                     diagnostics);
   if (!read) return read.error();
-  PredicateVolume out{{"prostate phantom", std::make_shared<const Volume>(*std::move(read)), {}},
-                      general_looks()};
+  PredicateVolume out{
+      {"prostate phantom", std::make_shared<const StoredVolume>(*std::move(read)), {}},
+      general_looks()};
   const VoxelGrid& grid = out.ultrasound->grid();
   // The fan opens along +j, with its apex in front of the first row.
   const Eigen::Vector3d middle(0.5 * (grid.size[0] - 1), 0, 0.5 * (grid.size[2] - 1));

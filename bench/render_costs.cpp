@@ -196,10 +196,11 @@ std::vector<SceneChange> scene_changes() {
              s.transfer = *edited;
            }},
           {"another CT of the same size", [](render::Scene& s, int) {
-             const auto hu = s.ct->hu();
-             auto copy = Volume::create(s.ct->grid(), {hu.begin(), hu.end()}, s.ct->name());
+             const auto values = s.ct->values();
+             auto copy =
+                 StoredVolume::create(s.ct->grid(), {values.begin(), values.end()}, s.ct->name());
              NAV_CHECK(copy.has_value());
-             s.ct = std::make_shared<const Volume>(*copy);
+             s.ct = std::make_shared<const StoredVolume>(*copy);
            }}};
 }
 

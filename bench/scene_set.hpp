@@ -22,7 +22,7 @@ struct NamedScene {
 /// A volume of the set and its two transfer functions.
 struct BenchVolume {
   std::string name;
-  std::shared_ptr<const Volume> ct;
+  std::shared_ptr<const StoredVolume> ct;
   std::vector<render::TransferFunction> looks;
 };
 

@@ -22,12 +22,13 @@ using render::spec::Ray;
 /// Tells which bricks of one edge length may show something.
 class OracleBricks {
  public:
-  OracleBricks(const Volume& volume, const render::TransferTable& table, int edge, int threads)
+  OracleBricks(const StoredVolume& volume, const render::TransferTable& table, int edge,
+               int threads)
       : edge_(edge) {
     using Limits = std::numeric_limits<std::int16_t>;
     std::vector<std::int16_t> low;
     std::vector<std::int16_t> high;
-    count_ = render::fold_bricks(volume.hu().data(), volume.grid().size, edge, threads,
+    count_ = render::fold_bricks(volume.values().data(), volume.grid().size, edge, threads,
                                  render::BrickFold{Limits::max(), render::kLeast, low},
                                  render::BrickFold{Limits::min(), render::kGreatest, high});
     shows_.resize(low.size());

@@ -79,7 +79,7 @@ double step_mm(const render::Scene& scene) {
 }  // namespace
 
 struct VtkBaseline::Impl {
-  std::shared_ptr<const Volume> ct;
+  std::shared_ptr<const StoredVolume> ct;
   std::unique_ptr<render::OffscreenWindow> window;
   vtkNew<vtkRenderer> renderer;
   vtkNew<vtkVolume> volume;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <limits>
 #include <sstream>
 
 #include "io/atomic_file.hpp"
@@ -72,7 +73,8 @@ std::string lower_name(const std::filesystem::path& path) {
 namespace detail {
 
 std::optional<Result<VoxelGrid>> read_voxels(const std::filesystem::path& path, VoxelSink& sink,
-                                             Diagnostics& diagnostics, const CtOptions& options) {
+                                             Diagnostics& diagnostics,
+                                             const VolumeReading& options) {
   const std::string name = lower_name(path);
   const auto ends = [&](std::initializer_list<const char*> endings) {
     return std::any_of(endings.begin(), endings.end(),
@@ -89,8 +91,8 @@ std::optional<Result<VoxelGrid>> read_voxels(const std::filesystem::path& path, 
 
 namespace {
 
-Result<Volume> read_anywhere(const std::filesystem::path& path, Diagnostics& diagnostics,
-                             const CtOptions& options) {
+Result<StoredVolume> read_files(const std::filesystem::path& path, Diagnostics& diagnostics,
+                                const detail::VolumeReading& options) {
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored)) {
     const auto files = files_below(path, diagnostics);
@@ -113,11 +115,9 @@ Result<Volume> read_anywhere(const std::filesystem::path& path, Diagnostics& dia
                    "kind of file"};
 }
 
-}  // namespace
-
-Result<Volume> read_ct(const std::filesystem::path& path, Diagnostics& diagnostics,
-                       const CtOptions& options) {
-  auto volume = read_anywhere(path, diagnostics, options);
+Result<StoredVolume> read_anywhere(const std::filesystem::path& path, Diagnostics& diagnostics,
+                                   const detail::VolumeReading& options) {
+  auto volume = read_files(path, diagnostics, options);
   if (!volume) return volume;
   const VoxelGrid& grid = volume->grid();
   const Eigen::Vector3d last(grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1);
@@ -129,6 +129,24 @@ Result<Volume> read_ct(const std::filesystem::path& path, Diagnostics& diagnosti
     return Error{ErrorCode::kMalformedData, text.str()};
   }
   return volume;
+}
+
+}  // namespace
+
+Result<Volume> read_ct(const std::filesystem::path& path, Diagnostics& diagnostics,
+                       const CtOptions& options) {
+  auto volume = read_anywhere(path, diagnostics, detail::VolumeReading{options});
+  if (!volume) return volume.error();
+  return Volume(*std::move(volume));
+}
+
+Result<StoredVolume> read_stored_volume(const std::filesystem::path& path,
+                                        Diagnostics& diagnostics) {
+  detail::VolumeReading reading;
+  reading.least_slices = 1;
+  reading.unit = "";
+  reading.least = std::numeric_limits<std::int16_t>::min();
+  return read_anywhere(path, diagnostics, reading);
 }
 
 bool is_dicom(const std::filesystem::path& path) {
@@ -175,10 +193,11 @@ Result<std::vector<std::byte>> deflate_all(std::span<const std::byte> bytes) {
 
 }  // namespace
 
-Result<void> write_ct_mha(const Volume& volume, const std::filesystem::path& path, bool compress) {
+Result<void> write_ct_mha(const StoredVolume& volume, const std::filesystem::path& path,
+                          bool compress) {
   auto file = AtomicFile::create(path);
   if (!file) return file.error();
-  std::span<const std::byte> bytes = std::as_bytes(volume.hu());
+  std::span<const std::byte> bytes = std::as_bytes(volume.values());
   std::vector<std::byte> compressed;
   if (compress) {
     auto deflated = deflate_all(bytes);

@@ -44,7 +44,7 @@ class LabelSink final : public detail::VoxelSink {
 
 Result<LabelFile> read_labels(const std::filesystem::path& path, Diagnostics& diagnostics) {
   LabelSink sink;
-  CtOptions reading;
+  detail::VolumeReading reading;
   reading.least_slices = 1;  // Ultrasound may have a single slice.
   const auto grid = detail::read_voxels(path, sink, diagnostics, reading);
   if (!grid) {

@@ -15,9 +15,9 @@ constexpr HuWindow kSoftTissueWindow{60, 400};
 
 /// A window from the darkest to the brightest value. Tissue below the lower end of value_range() is
 /// not black.
-HuWindow window_of_values(const Volume& volume) {
+HuWindow window_of_values(const StoredVolume& volume) {
   constexpr std::size_t kHundredth = 100;
-  std::vector<std::int16_t> voxels(volume.hu().begin(), volume.hu().end());
+  std::vector<std::int16_t> voxels(volume.values().begin(), volume.values().end());
   const auto darkest = voxels.begin() + static_cast<std::ptrdiff_t>(voxels.size() / kHundredth);
   std::ranges::nth_element(voxels, darkest);
   const double high = std::max(value_range(volume).high, *darkest + 1.0);
@@ -30,14 +30,14 @@ HuWindow window_of_values(const Volume& volume) {
 
 }  // namespace
 
-bool is_hounsfield(const Volume& volume) {
+bool is_hounsfield(const StoredVolume& volume) {
   constexpr double kLeastShare = 0.01;
-  const auto voxels = volume.hu();
+  const auto voxels = volume.values();
   const auto below = std::ranges::count_if(voxels, [](int v) { return v < kLeastTissueHu; });
   return static_cast<double>(below) >= kLeastShare * static_cast<double>(voxels.size());
 }
 
-HuWindow default_window(const Volume& volume, std::span<const float> shown) {
+HuWindow default_window(const StoredVolume& volume, std::span<const float> shown) {
   if (!is_hounsfield(volume)) return window_of_values(volume);
   constexpr float kLungBelowHu = -500;
   constexpr double kWhiteHu = kSoftTissueWindow.level + kSoftTissueWindow.width / 2;

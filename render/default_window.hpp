@@ -17,7 +17,7 @@ inline constexpr HuWindow kLungWindow{-500, 1500};
 
 /// True if the values are Hounsfield units. CT has air, lung or gas in every body; MR and
 /// ultrasound have no such values.
-bool is_hounsfield(const Volume& volume);
+bool is_hounsfield(const StoredVolume& volume);
 
 /// The grey window for a flat image that shows some values of a volume (ADR 51). For Hounsfield
 /// units it is a customary window:
@@ -25,6 +25,6 @@ bool is_hounsfield(const Volume& volume);
 /// - vessels and bone (200, 700) if a fifth of the tissue would be white in the soft tissue window;
 /// - else soft tissue (60, 400).
 /// Other values (MR) have one window for the whole volume, without outliers. \p shown: HU, finite.
-HuWindow default_window(const Volume& volume, std::span<const float> shown);
+HuWindow default_window(const StoredVolume& volume, std::span<const float> shown);
 
 }  // namespace nav::render

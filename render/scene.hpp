@@ -163,7 +163,7 @@ struct Quality {
 
 /// A 3D ultrasound volume inside the CT, drawn by predicates: ray_spec.hpp, "Two volumes".
 struct UltrasoundVolume {
-  std::shared_ptr<const Volume> volume;  ///< Required. Its grid lies in the CT frame.
+  std::shared_ptr<const StoredVolume> volume;  ///< Required. Its grid lies in the CT frame.
   PredicateScene predicates;
   /// Importance of the CT beside it: an impact, [0, 1024], limited to the greatest impact of the
   /// model. 1: as much as a predicate of average importance; what is more important shines through
@@ -174,7 +174,8 @@ struct UltrasoundVolume {
 
 /// Everything that an image shows, without how it is drawn. A plain value.
 struct Scene {
-  std::shared_ptr<const Volume> ct;  ///< Required.
+  /// Required: the CT, or 3D ultrasound that is drawn alone by its predicates.
+  std::shared_ptr<const StoredVolume> ct;
   TransferFunction transfer;
   Shading shading;
   std::optional<UltrasoundPlane> plane;

@@ -46,12 +46,13 @@ Result<PredicatePhantom> acquire(const Recipe& recipe, int side) {
   if (!scanned) return scanned.error();
   auto labels = label_bits(*patient->anatomy, scanned->volume.grid(),
                            {{Tissue::kSkin, Tissue::kFat}, {Tissue::kMuscle}, recipe.target});
-  return PredicatePhantom{.name = recipe.name,
-                          .ultrasound = std::make_shared<const Volume>(std::move(scanned->volume)),
-                          .face_ct = scanned->face_ct,
-                          .into_ct = scanned->into_ct,
-                          .labels = std::move(labels),
-                          .labels_name = std::string(recipe.name) + ": truth"};
+  return PredicatePhantom{
+      .name = recipe.name,
+      .ultrasound = std::make_shared<const StoredVolume>(std::move(scanned->volume)),
+      .face_ct = scanned->face_ct,
+      .into_ct = scanned->into_ct,
+      .labels = std::move(labels),
+      .labels_name = std::string(recipe.name) + ": truth"};
 }
 
 }  // namespace

@@ -81,13 +81,13 @@ Result<PredicatePhantom> neck_volume(int n) {
       }
     }
   }
-  auto made = Volume::create(grid, std::move(voxels), "neck phantom");
+  auto made = StoredVolume::create(grid, std::move(voxels), "neck phantom");
   if (!made) return made.error();
   auto labels = of_positions<std::uint32_t>(grid, [](const Eigen::Vector3d& p) {
     return p.y() < 3 ? 1U : off_vessel(p) < 0.8 ? 4U : 2U;
   });
   return PredicatePhantom{.name = "neck-" + std::to_string(n),
-                          .ultrasound = std::make_shared<const Volume>(*std::move(made)),
+                          .ultrasound = std::make_shared<const StoredVolume>(*std::move(made)),
                           .face_ct = {{0, 0, 0}},
                           .into_ct = {{0, 1, 0}},
                           .labels = std::move(labels),

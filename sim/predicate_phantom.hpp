@@ -16,9 +16,9 @@ namespace nav::sim {
 /// A simulated 3D ultrasound volume, and what is known about it because it is simulated.
 struct PredicatePhantom {
   std::string name;
-  std::shared_ptr<const Volume> ultrasound;  ///< Stored values 0 to 255.
-  Point<frames::Ct> face_ct;                 ///< A point of the plane with depth 0.
-  Direction<frames::Ct> into_ct;             ///< Parallel scan lines, away from the probe; unit.
+  std::shared_ptr<const StoredVolume> ultrasound;  ///< Values 0 to 255.
+  Point<frames::Ct> face_ct;                       ///< A point of the plane with depth 0.
+  Direction<frames::Ct> into_ct;  ///< Parallel scan lines, away from the probe; unit.
   /// Layers of tissue, one bit each, i fastest, on the volume's grid.
   std::vector<std::uint32_t> labels;
   std::string labels_name;

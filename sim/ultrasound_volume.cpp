@@ -319,9 +319,9 @@ Result<UltrasoundVolume> scan_ultrasound_volume(
     const UltrasoundVolumeOptions& options) {
   if (const auto ok = validate(options); !ok) return ok.error();
   const Scanner scanner(patient, ct_from_image, options);
-  auto volume = Volume::create(scanner.lines().voxels(),
-                               convert(scanner.grey(), scanner.lines(), options.size),
-                               "ultrasound of " + patient.name());
+  auto volume = StoredVolume::create(scanner.lines().voxels(),
+                                     convert(scanner.grey(), scanner.lines(), options.size),
+                                     "ultrasound of " + patient.name());
   if (!volume) return volume.error();
   return UltrasoundVolume{*std::move(volume), ct_from_image * Point<frames::Image>{Vec3d::Zero()},
                           ct_from_image * Direction<frames::Image>{Vec3d::UnitY()},

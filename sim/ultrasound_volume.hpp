@@ -29,7 +29,7 @@ struct UltrasoundVolumeOptions {
 /// Log-compressed ultrasound with speckle on a grid, 0 (black) to 255 (white), and the origin of
 /// its scan lines. Voxels that no scan line reaches are 0.
 struct UltrasoundVolume {
-  Volume volume;  ///< Axes: across (image +x), depth (+y), along (+z).
+  StoredVolume volume;  ///< Axes: across (image +x), depth (+y), along (+z).
   Point<frames::Ct> face_ct;
   Direction<frames::Ct> into_ct;  ///< Unit direction of the middle scan line.
   double apex_mm;                 ///< Value of the options: the apex is face - apex_mm · into.

@@ -9,6 +9,8 @@
 #include <limits>
 #include <sstream>
 
+#include "app/options/option.hpp"
+
 namespace nav::app {
 namespace {
 
@@ -38,8 +40,13 @@ const CLI::Option* find_option(const CLI::App& app, const std::string& name) {
 std::string kind_of(const CLI::Option& option) {
   const std::string described = option.get_type_name();
   const std::string type = described.substr(0, described.find(':'));
-  const auto holds = [&](const char* name) { return type.find(name) != std::string::npos; };
-  const std::string noun = holds("INT") ? "whole number" : holds("FLOAT") ? "number" : "value";
+  const auto among = [&](std::initializer_list<const char*> types) {
+    return std::ranges::any_of(types, [&](const char* one) { return type == one; });
+  };
+  const bool whole = type.find("INT") != std::string::npos || type == "N";
+  const bool number = type.find("FLOAT") != std::string::npos ||
+                      among({"X", "MM", "DEG", "HU", "MS", "S", "HZ", "PPM", "MM/S"});
+  const std::string noun = whole ? "whole number" : number ? "number" : "value";
   const int count = option.get_items_expected_min();
   if (count == 0) return "true or false";
   return count == 1 ? "a " + noun : std::to_string(count) + " " + noun + "s";
@@ -76,6 +83,38 @@ std::string wrong_count(const CLI::Option& option) {
          std::to_string(given) + " values";
 }
 
+/// Fewest letters to insert, leave out, replace or swap with the next, to make one word the other.
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  std::vector<std::vector<std::size_t>> steps(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t i = 0; i <= a.size(); ++i) {
+    for (std::size_t j = 0; j <= b.size(); ++j) {
+      if (i == 0 || j == 0) {
+        steps[i][j] = i + j;
+        continue;
+      }
+      const std::size_t replaced = steps[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1);
+      steps[i][j] = std::min({replaced, steps[i - 1][j] + 1, steps[i][j - 1] + 1});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        steps[i][j] = std::min(steps[i][j], steps[i - 2][j - 2] + 1);
+      }
+    }
+  }
+  return steps[a.size()][b.size()];
+}
+
+/// "; did you mean --width?", or nothing where no name is close.
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& names) {
+  const std::size_t most = word.size() < 6 ? 1 : 2;
+  std::string closest;
+  std::size_t least = most + 1;
+  for (const std::string& name : names) {
+    const std::size_t distance = edit_distance(word, name);
+    if (distance < least) closest = name;
+    least = std::min(least, distance);
+  }
+  return closest.empty() ? "" : "; did you mean " + closest + "?";
+}
+
 std::string wrong_verb(const CLI::App& app) {
   const CLI::App& verb = meant_verb(app);
   std::vector<std::string> names;
@@ -86,7 +125,7 @@ std::string wrong_verb(const CLI::App& app) {
   const std::string name = full_name(verb);
   const bool first = name.find(' ') == std::string::npos;
   return (first ? "verb" : name) + ": expected one of " + listed(names) + ", found " +
-         (rest.empty() ? "none" : "'" + rest.front() + "'");
+         (rest.empty() ? "none" : "'" + rest.front() + "'" + did_you_mean(rest.front(), names));
 }
 
 std::string wrong_argument(const CLI::App& app) {
@@ -94,31 +133,16 @@ std::string wrong_argument(const CLI::App& app) {
   const auto rest = app.remaining(true);
   const std::string found = rest.empty() ? "others" : rest.front();
   const bool option = found.starts_with('-');
+  const bool all = option && meant_verb(app).get_help_all_ptr() != nullptr;
+  const std::string word = found.substr(0, found.find('='));
+  std::vector<std::string> names;
+  for (const CLI::Option* one : meant_verb(app).get_options()) names.push_back(one->get_name());
   return name + ": expected " + (option ? "an option that" : "no further argument than") + " '" +
-         name + " --help' lists, found " + found;
+         name + (all ? " --help-all" : " --help") + "' lists, found " + found +
+         (option ? did_you_mean(word, names) : "");
 }
 
 }  // namespace
-
-CLI::Validator whole_number() {
-  const auto refuse = [](const std::string& text) -> std::string {
-    const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
-    std::uint64_t number = 0;
-    const auto end = text.data() + text.size();
-    if (digits && std::from_chars(text.data(), end, number).ec == std::errc()) return "";
-    return "expected a whole number of 0 to 18446744073709551615, found " + text;
-  };
-  return {refuse, "", "whole number"};
-}
-
-CLI::Validator number_of(const std::string& expected) {
-  const auto refuse = [expected](const std::string& text) -> std::string {
-    double number = 0;
-    const bool read = CLI::detail::lexical_cast(text, number);
-    return read ? "" : "expected " + expected + ", found " + text;
-  };
-  return {refuse, expected};
-}
 
 CLI::Validator in_range(double low, double high, const std::string& unit) {
   std::ostringstream range;
@@ -139,14 +163,6 @@ CLI::Validator among(const std::vector<std::string>& names) {
     return known ? "" : "expected " + listed(names) + ", found " + text;
   };
   return {refuse, listed(names)};
-}
-
-std::string as_of_option(const std::string& refusal, const std::string& or_else) {
-  const std::string expected = "expected ";
-  const auto at = refusal.find(expected);
-  if (at == std::string::npos) return refusal;
-  const std::string choices = refusal.substr(at + expected.size());
-  return expected + (or_else.empty() ? "" : or_else + ", ") + choices;
 }
 
 std::string listed(const std::vector<std::string>& names) {
@@ -178,8 +194,7 @@ std::string in_words(const CLI::App& app, const CLI::ParseError& problem) {
   if (dynamic_cast<const CLI::ExcludesError*>(&problem) != nullptr) {
     const std::string excludes = " excludes ";
     const auto at = said.find(excludes);
-    return said.substr(0, at) + ": expected it or " + said.substr(at + excludes.size()) +
-           ", found both";
+    return said.substr(0, at) + " cannot be combined with " + said.substr(at + excludes.size());
   }
   if (dynamic_cast<const CLI::ExtrasError*>(&problem) != nullptr) return wrong_argument(app);
   return said;
@@ -189,7 +204,9 @@ Result<void> refuse_empty(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     const auto& given = option->results();
     const std::string name = option->get_name();
-    if (name == "--needle-frame" || std::ranges::find(given, "") == given.end()) continue;
+    const Option* row = find_option_of(app.get_name(), name);
+    const bool may_be = row != nullptr && row->may_be_empty;
+    if (may_be || std::ranges::find(given, "") == given.end()) continue;
     return Error{ErrorCode::kUsage, name + ": expected " + kind_of(*option) + ", found ''"};
   }
   for (const CLI::App* verb : app.get_subcommands()) {

@@ -2,14 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "app/options/session_config.hpp"
 #include "app/options/session_section.hpp"
+#include "app/options/settings.hpp"
 
 namespace nav::app {
 
-/// The section look of a session file, unknown keys refused.
-void read_look(Section& section, const std::string& file, std::optional<Error>& error,
-               SessionConfig::Look& look);
-toml::table look_to_toml(const SessionConfig::Look& look);
+/// look.nodes and look.importance of a session file, lists of tables.
+void read_look_nodes(Section& section, const char* key, Settings& settings);
+void write_look_nodes(KeyWriter& writer, const char* key, const Settings& settings);
+void read_look_importance(Section& section, const char* key, Settings& settings);
+void write_look_importance(KeyWriter& writer, const char* key, const Settings& settings);
 
 }  // namespace nav::app

@@ -22,13 +22,13 @@ void read_box(Section& one, CutawayObject& box) {
 
 }  // namespace
 
-void read_cutaway_objects(Section& root, const std::string& file, std::optional<Error>& error,
-                          std::vector<CutawayObject>& objects) {
-  const toml::array* list = root.tables("cutaway_objects");
+void read_cutaway_list(Section& root, const char* key, Settings& settings) {
+  const toml::array* list = root.tables(key);
   if (list == nullptr) return;
+  auto& objects = settings.config.cutaway_objects;
   for (const toml::node& element : *list) {
     const std::string name = "cutaway_objects[" + std::to_string(objects.size()) + "]";
-    Section one(file, name, element.as_table(), error);
+    Section one = root.inside(name, element.as_table());
     CutawayObject object;
     std::string type = "none";
     one.text("type", type);
@@ -40,19 +40,17 @@ void read_cutaway_objects(Section& root, const std::string& file, std::optional<
     } else if (type == "mesh") {
       object.type = Type::kMesh;
       one.path("file", object.file);
-    } else if (!error) {
-      error = Error{ErrorCode::kMalformedData,
-                    file + ":" + std::to_string(element.source().begin.line) + ": " + name +
-                        ".type: expected box, polygon or mesh, found " + type};
+    } else {
+      root.stop_at(element, name + ".type: expected box, polygon or mesh, found " + type);
     }
     one.finish();
     objects.push_back(std::move(object));
   }
 }
 
-toml::array cutaway_objects_to_toml(const std::vector<CutawayObject>& objects) {
+void write_cutaway_list(KeyWriter& writer, const char* key, const Settings& settings) {
   toml::array list;
-  for (const CutawayObject& object : objects) {
+  for (const CutawayObject& object : settings.config.cutaway_objects) {
     toml::table table;
     if (object.type == Type::kBox) {
       toml::array edges;
@@ -71,7 +69,7 @@ toml::array cutaway_objects_to_toml(const std::vector<CutawayObject>& objects) {
     }
     list.push_back(std::move(table));
   }
-  return list;
+  if (!list.empty()) writer.table.insert(key, std::move(list));
 }
 
 }  // namespace nav::app

@@ -2,14 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "app/options/session_config.hpp"
 #include "app/options/session_section.hpp"
+#include "app/options/settings.hpp"
 
 namespace nav::app {
 
-/// The list [[cutaway_objects]] of a session file, unknown keys and types refused.
-void read_cutaway_objects(Section& root, const std::string& file, std::optional<Error>& error,
-                          std::vector<CutawayObject>& objects);
-toml::array cutaway_objects_to_toml(const std::vector<CutawayObject>& objects);
+/// cutaway_objects of a session file, a list of tables.
+void read_cutaway_list(Section& root, const char* key, Settings& settings);
+void write_cutaway_list(KeyWriter& writer, const char* key, const Settings& settings);
 
 }  // namespace nav::app

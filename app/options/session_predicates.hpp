@@ -2,14 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "app/options/session_config.hpp"
 #include "app/options/session_section.hpp"
+#include "app/options/settings.hpp"
 
 namespace nav::app {
 
-/// The section predicates of a session file, unknown keys refused.
-void read_predicates(Section& section, const std::string& file, std::optional<Error>& error,
-                     PredicateOptions& options);
-toml::table predicates_to_toml(const PredicateOptions& options);
+/// predicates.histogram of a session file, a list of tables.
+void read_histogram(Section& section, const char* key, Settings& settings);
+void write_histogram(KeyWriter& writer, const char* key, const Settings& settings);
+
+/// predicates.set_up: a preset keeps its name; anything else is a file beside the session file.
+void read_predicate_set(Section& section, const char* key, Settings& settings);
+void write_predicate_set(KeyWriter& writer, const char* key, const Settings& settings);
 
 }  // namespace nav::app

@@ -24,6 +24,11 @@ inline std::string absolute_text(const std::filesystem::path& path) {
   return path.empty() ? "" : std::filesystem::absolute(path).lexically_normal().string();
 }
 
+/// The table of a session file that is being written.
+struct KeyWriter {
+  toml::table& table;
+};
+
 /// One table of the file: hands out its values by type and, at the end, refuses what nobody asked
 /// for. The first problem is kept; later calls do nothing.
 class Section {
@@ -31,6 +36,25 @@ class Section {
   Section(const std::string& file, const std::string& name, const toml::table* table,
           std::optional<Error>& error)
       : file_(file), name_(name), table_(table), error_(error) {}
+
+  /// False where the file has no such table.
+  [[nodiscard]] bool is_there() const { return table_ != nullptr; }
+  /// A table inside of this one. name: in full.
+  [[nodiscard]] Section inside(const std::string& name, const toml::table* table) const {
+    return {file_, name, table, error_};
+  }
+  /// A path of the file is relative to its folder.
+  [[nodiscard]] std::filesystem::path beside_file(const std::string& path) const {
+    return std::filesystem::path(file_).parent_path() / path;
+  }
+  /// Keeps a problem of its own kind.
+  void stop(ErrorCode code, const std::string& message) {
+    if (!error_) error_ = Error{code, file_ + ": " + message};
+  }
+  /// Keeps a problem with the line of a value.
+  void stop_at(const toml::node& node, const std::string& message) {
+    if (!error_) fail(node, message);
+  }
 
   void text(const char* key, std::string& value) {
     take<std::string>(key, "text", [&](const toml::node& node) {
@@ -42,7 +66,7 @@ class Section {
   void path(const char* key, std::filesystem::path& value) {
     std::string text_value;
     text(key, text_value);
-    if (!text_value.empty()) value = std::filesystem::path(file_).parent_path() / text_value;
+    if (!text_value.empty()) value = beside_file(text_value);
   }
   void number(const char* key, std::optional<double>& value) {
     double found = std::numeric_limits<double>::quiet_NaN();

@@ -9,17 +9,13 @@
 #include <vector>
 
 #include "app/console.hpp"
-#include "app/options/session_config.hpp"
-#include "app/verbs/demo.hpp"
-#include "app/verbs/derive.hpp"
-#include "app/verbs/replay.hpp"
-#include "app/verbs/simulate/simulate.hpp"
-#include "app/verbs/slices.hpp"
+#include "app/options/settings.hpp"
+#include "app/options/verb_table.hpp"
 
 namespace nav::app {
 
-/// The session file first, then what the command line says on top: parsing twice keeps one list of
-/// options.
+/// The program's verbs and their options. The session file is read before the command line is
+/// parsed, so that options win over it.
 class CommandLine {
  public:
   CommandLine()
@@ -30,6 +26,7 @@ class CommandLine {
     app_.require_subcommand(1);
     app_.add_flag("-v,--verbose", verbose_, "also show information of the libraries");
     app_.fallthrough();
+    prepare_help();
     add_demo();
     add_replay();
     add_register();
@@ -40,12 +37,20 @@ class CommandLine {
     add_bench_program();
     add_devices();
     add_simulate();
+    add_help();
   }
 
   /// The exit code.
   int run(int argc, const char* const* argv);
 
  private:
+  /// A verb with its options of the table, which store into \p settings.
+  CLI::App& add_verb(const char* name, Settings& settings);
+  /// Help from the tables. Verbs inherit it, so it comes before them.
+  void prepare_help();
+  void add_help();
+  /// Text that "help --man VERB", "help --tables PAGE" or "completion bash" asks for.
+  [[nodiscard]] Result<std::string> generated(const std::vector<std::string>& words) const;
   void add_demo();
   void add_replay();
   void add_register();
@@ -56,30 +61,16 @@ class CommandLine {
   void add_bench_program();
   void add_devices();
   void add_simulate();
-  void add_json(CLI::App& verb) {
-    verb.add_option("--json", json_, "write the report as JSON here too; -: standard output");
+  static std::optional<std::string> json_of(const Settings& settings) {
+    return settings.json.empty() ? std::nullopt : std::optional(settings.json);
   }
-  [[nodiscard]] std::optional<std::string> json() const {
-    return json_.empty() ? std::nullopt : std::optional(json_);
-  }
+  [[nodiscard]] std::optional<std::string> json() const { return json_of(settings_); }
   int fail(const Error& error) const;
 
   CLI::App app_;
   bool verbose_ = false;
-  std::string json_;
-  std::string session_;
-  std::string matrix_;
-  std::string path_;
-  SessionConfig config_;
-  SessionConfig demo_config_;
-  DemoOptions demo_;
-  RegisterOptions register_;
-  SlicesOptions slices_;
-  DeriveOptions derive_;
-  std::vector<double> target_;
-  SimulateOptions simulate_;
-  bool accept_unknown_orientation_ = false;
-  bool print_session_ = false;
+  Settings settings_;
+  Settings demo_settings_ = default_settings("demo");
   std::function<Result<void>(Console&)> verb_;
 };
 

@@ -161,7 +161,7 @@ render::features::ScribbleMask marked(const std::vector<Stroke>& strokes, const 
 }
 
 /// Draws a slice with its marked voxels in colour.
-Image2d<Rgba8> slice_picture(const Volume& volume, const render::HuWindow& window,
+Image2d<Rgba8> slice_picture(const StoredVolume& volume, const render::HuWindow& window,
                              const render::SlicePlane& plane,
                              const render::features::ScribbleMask& mask, int width, int height) {
   const VoxelGrid& grid = volume.grid();
@@ -234,7 +234,7 @@ Image2d<Rgba8> predicate_picture(const std::vector<PredicatePanel>& panels) {
   return canvas.picture();
 }
 
-Image2d<Rgba8> stroke_picture(const Volume& volume,
+Image2d<Rgba8> stroke_picture(const StoredVolume& volume,
                               const render::PredicateScene::IntensityWindow& intensity,
                               const std::vector<Stroke>& strokes, int width, int height) {
   constexpr int kSmallest = 64;  // Least size of a slice, pixels.

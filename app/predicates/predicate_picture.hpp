@@ -28,7 +28,7 @@ Image2d<Rgba8> predicate_picture(const std::vector<PredicatePanel>& panels);
 /// a grid. Slices smaller than 64 pixels are left out, and a text gives their number. Voxels that
 /// are marked to be shown are green, voxels to be hidden are red (Fig. 5 b). Precondition: at least
 /// one stroke, all accepted by ScribbleMask.
-Image2d<Rgba8> stroke_picture(const Volume& volume,
+Image2d<Rgba8> stroke_picture(const StoredVolume& volume,
                               const render::PredicateScene::IntensityWindow& intensity,
                               const std::vector<render::features::Stroke>& strokes, int width,
                               int height);

@@ -153,7 +153,7 @@ Result<render::features::ScanLines> compounded(const VoxelGrid& grid, const Scan
 
 }  // namespace
 
-Point<frames::Ct> nearest_voxel(const Volume& volume, const Eigen::Vector3d& away,
+Point<frames::Ct> nearest_voxel(const StoredVolume& volume, const Eigen::Vector3d& away,
                                 std::optional<std::int16_t> unknown) {
   const VoxelGrid& grid = volume.grid();
   if (!unknown) return nearest_corner(grid, away);
@@ -165,7 +165,7 @@ Point<frames::Ct> nearest_voxel(const Volume& volume, const Eigen::Vector3d& awa
   for (int k = 0; k < grid.size[2]; ++k) {
     for (int j = 0; j < grid.size[1]; ++j) {
       for (int i = 0; i < grid.size[0]; ++i) {
-        if (volume.hu()[at++] == *unknown) continue;
+        if (volume.values()[at++] == *unknown) continue;
         const double depth = depth_step.dot(Eigen::Vector3d(i, j, k));
         if (depth >= least) continue;
         least = depth;

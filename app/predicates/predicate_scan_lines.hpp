@@ -16,7 +16,7 @@ namespace nav::app {
 /// probe, or the nearest corner when all or no voxels are known. away: direction away from the
 /// probe, of any finite length > 0. unknown: value of voxels that no image reached; absent: all
 /// voxels are known.
-Point<frames::Ct> nearest_voxel(const Volume& volume, const Eigen::Vector3d& away,
+Point<frames::Ct> nearest_voxel(const StoredVolume& volume, const Eigen::Vector3d& away,
                                 std::optional<std::int16_t> unknown);
 
 /// Reads the scan lines of a volume that was compounded from the images of a sweep

@@ -38,7 +38,8 @@ Error refuse_radii(const PredicateOptions& options, const VesselScales& vessels)
 
 /// Scan lines of the options; absent when the options give none, because scan lines are never
 /// guessed.
-std::optional<render::ScanGeometry> scan_of(const PredicateOptions& options, const Volume& volume) {
+std::optional<render::ScanGeometry> scan_of(const PredicateOptions& options,
+                                            const StoredVolume& volume) {
   if (options.apex_ct) return render::FanScan{{*options.apex_ct}, options.face_radius_mm};
   if (!options.into_ct) return {};
   // Scaled, because products of very long directions may not be finite.
@@ -57,10 +58,10 @@ Result<render::PredicateVolume> volume_of(const PredicateOptions& options, int t
                                           Console& console) {
   auto out = [&]() -> Result<render::PredicateVolume> {
     if (options.volume.empty()) return phantom_of(options);
-    auto read = read_ultrasound(options.volume, console);
+    auto read = io::read_stored_volume(options.volume, console);
     if (!read) return read.error();
     return render::PredicateVolume{
-        options.volume.stem().string(), std::make_shared<const Volume>(*std::move(read)), {}};
+        options.volume.stem().string(), std::make_shared<const StoredVolume>(*std::move(read)), {}};
   }();
   if (!out) return out;
   const VoxelGrid& grid = out->ultrasound->grid();
@@ -144,14 +145,6 @@ std::optional<std::int16_t> stored_value(const std::optional<int>& option) {
   return static_cast<std::int16_t>(*option);
 }
 
-Result<Volume> read_ultrasound(const std::filesystem::path& path, Diagnostics& diagnostics) {
-  io::CtOptions reading;
-  reading.least_slices = 1;
-  reading.unit = "";
-  reading.least = std::numeric_limits<std::int16_t>::min();
-  return io::read_ct(path, diagnostics, reading);
-}
-
 Result<PredicateFile> set_up_of(const PredicateOptions& options) {
   Result<PredicateFile> file = [&]() -> Result<PredicateFile> {
     // The name of a preset always means the preset; ./NAME means a file of that name.
@@ -184,12 +177,12 @@ Result<PredicateFile> set_up_of(const PredicateOptions& options) {
 namespace {
 
 /// Volume with unknown voxels set to black, because nothing is known about tissue there.
-Result<std::shared_ptr<const Volume>> without_unknown(const std::shared_ptr<const Volume>& volume,
-                                                      const PredicateOptions& options,
-                                                      Console& console) {
+Result<std::shared_ptr<const StoredVolume>> without_unknown(
+    const std::shared_ptr<const StoredVolume>& volume, const PredicateOptions& options,
+    Console& console) {
   if (!options.unknown) return volume;
   const std::int16_t unknown = *stored_value(options.unknown);
-  if (std::ranges::find(volume->hu(), unknown) == volume->hu().end()) {
+  if (std::ranges::find(volume->values(), unknown) == volume->values().end()) {
     console.report(
         Severity::kWarning, volume->name(),
         "predicates.unknown (--unknown): no voxel has the value " + std::to_string(unknown));
@@ -199,11 +192,11 @@ Result<std::shared_ptr<const Volume>> without_unknown(const std::shared_ptr<cons
   using Stored = std::numeric_limits<std::int16_t>;
   const auto dark = static_cast<std::int16_t>(
       std::clamp<double>(std::floor(options.black), Stored::min(), Stored::max()));
-  std::vector<std::int16_t> voxels(volume->hu().begin(), volume->hu().end());
+  std::vector<std::int16_t> voxels(volume->values().begin(), volume->values().end());
   std::ranges::replace(voxels, unknown, dark);
-  auto shown = Volume::create(volume->grid(), std::move(voxels), volume->name());
+  auto shown = StoredVolume::create(volume->grid(), std::move(voxels), volume->name());
   if (!shown) return shown.error();
-  return std::make_shared<const Volume>(*std::move(shown));
+  return std::make_shared<const StoredVolume>(*std::move(shown));
 }
 
 }  // namespace
@@ -224,8 +217,8 @@ Result<PreparedPredicates> prepare_predicates(
   if (const auto ok = check_needs(options, *volume, file->model, from); !ok) return ok.error();
   if (const auto ok = check_strokes(strokes, volume->ultrasound->grid()); !ok) return ok.error();
   if (!options.volume.empty()) {
-    warn_of_white(options.volume.string(), volume->ultrasound->hu(), options.white, options.unknown,
-                  console);
+    warn_of_white(options.volume.string(), volume->ultrasound->values(), options.white,
+                  options.unknown, console);
   }
   render::PredicateScene& predicates = volume->predicates;
   predicates.model = file->model;

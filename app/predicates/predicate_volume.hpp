@@ -22,9 +22,6 @@ struct PreparedPredicates {
 /// Option as a stored value of 16 bits. Precondition: its range was checked.
 std::optional<std::int16_t> stored_value(const std::optional<int>& option);
 
-/// Reads a 3D ultrasound volume as io::read_ct() reads a CT, but accepts a single slice too.
-Result<Volume> read_ultrasound(const std::filesystem::path& path, Diagnostics& diagnostics);
-
 /// Predicate set of the options, a preset or a file, with the options' edits and values. Rejects
 /// (kUsage) names that are neither preset nor file, and values that contradict others of the
 /// predicate set.

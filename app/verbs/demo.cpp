@@ -58,7 +58,8 @@ Transform<frames::Ct, frames::Reference> with_error(
 class Demo {
  public:
   Demo(const DemoOptions& options, Console& console, OutputFolder out,
-       const sim::Procedure& procedure, std::shared_ptr<const Volume> ct, Presenter presenter)
+       const sim::Procedure& procedure, std::shared_ptr<const Volume> ct, Presenter presenter,
+       const render::HuWindow& window)
       : options_(options),
         console_(console),
         out_(std::move(out)),
@@ -70,11 +71,13 @@ class Demo {
           if (paired.tracked && sweeping_) sweep_.push_back(*paired.tracked);
         }) {
     session_.add(sim::source_of(procedure));
-    presenter_.set_plan(procedure.plan());
-    presenter_.set_focus(procedure.plan().target_ct);
-    presenter_.set_typical_plane(procedure.ct_from_image(procedure.end()),
-                                 procedure.options().probe.depth_mm);
-    presenter_.set_banner("simulated patient " + std::to_string(options.seed));
+    presenter_.set_facts(
+        {.plan = procedure.plan(),
+         .focus_ct = procedure.plan().target_ct,
+         .typical_plane = SessionFacts::TypicalPlane{procedure.ct_from_image(procedure.end()),
+                                                     procedure.options().probe.depth_mm},
+         .window = window,
+         .banner = "simulated patient " + std::to_string(options.seed)});
     session_.navigator().set_plan(procedure.plan());
   }
 
@@ -167,7 +170,7 @@ Result<void> Demo::register_ct() {
     return written;
   }
   report_warnings(decision_.warnings, console_);
-  presenter_.set_registration_warnings(decision_.warnings);
+  presenter_.set_warning(registration_warning(decision_.warnings));
   if (decision_.accepted) {
     session_.navigator().set_placement(
         {registration_->ct_from_reference, {SafetyState::kValid, ""}});
@@ -342,15 +345,14 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   const auto window =
       ct_window(options.view, *shared_ct,
                 values_along(*shared_ct, procedure.ct_from_image(procedure.end()), picture_mm));
-  PresenterOptions look{options.look,
-                        options.view,
-                        options.output.width,
-                        options.output.height,
-                        options.output.step_voxels,
-                        options.output.rms_error,
-                        options.output.pixel_error,
-                        window,
-                        options.quality};
+  const PresenterOptions look{.look = options.look,
+                              .view = options.view,
+                              .width = options.output.width,
+                              .height = options.output.height,
+                              .step_voxels = options.output.step_voxels,
+                              .rms_error = options.output.rms_error,
+                              .pixel_error = options.output.pixel_error,
+                              .quality = options.quality};
   auto presenter = Presenter::create(look, shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();
   if (auto ok = save_look(options.look.save, presenter->look()); !ok) return ok;
@@ -363,7 +365,7 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
       out->forget_earlier_run({kDemoPoseLogFile, kRegistrationPicture, kDemoAnimationFile},
                               {kSweepSeries, kApproachSeries});
   if (!fresh) return fresh;
-  Demo demo(options, console, std::move(*out), procedure, shared_ct, std::move(*presenter));
+  Demo demo(options, console, std::move(*out), procedure, shared_ct, std::move(*presenter), window);
   return demo.run();
 }
 

@@ -13,6 +13,7 @@
 #include "app/predicates/predicate_scan_lines.hpp"
 #include "app/predicates/predicate_volume.hpp"
 #include "app/predicates/predicate_white.hpp"
+#include "io/ct.hpp"
 #include "io/picture.hpp"
 #include "nav/places.hpp"
 #include "nav/threads.hpp"
@@ -81,7 +82,7 @@ Result<Point<frames::Ct>> given_place(const std::string& option, const Eigen::Ve
 }
 
 /// Scan lines of the options; absent when no option gives them.
-Result<std::optional<ScanLines>> lines_of(const DeriveOptions& options, const Volume& volume,
+Result<std::optional<ScanLines>> lines_of(const DeriveOptions& options, const StoredVolume& volume,
                                           Console& console) {
   const VoxelGrid& grid = volume.grid();
   const auto vector = [](const std::vector<double>& v) {
@@ -203,9 +204,9 @@ Result<void> run_derive(const DeriveOptions& options, Console& console) {
          << " mm, found " << options.smallest_radius_mm;
     return Error{ErrorCode::kUsage, text.str()};
   }
-  auto read = read_ultrasound(options.volume, console);
+  auto read = io::read_stored_volume(options.volume, console);
   if (!read) return read.error();
-  const auto stored = std::make_shared<const Volume>(std::move(*read));
+  const auto stored = std::make_shared<const StoredVolume>(std::move(*read));
   const auto volume = ScalarVolume::of(stored, stored_value(options.unknown));
   const auto lines = lines_of(options, *stored, console);
   if (!lines) return lines.error();
@@ -226,7 +227,8 @@ Result<void> run_derive(const DeriveOptions& options, Console& console) {
   std::printf("%-20s %-9s %10s %10s %10s %10s %10s\n", "feature", "unit", "least", "1 %", "99 %",
               "greatest", "seconds");
   if (std::ranges::any_of(*features, [](const Feature& f) { return f.unit == "white/mm"; })) {
-    warn_of_white(options.volume.string(), stored->hu(), options.white, options.unknown, console);
+    warn_of_white(options.volume.string(), stored->values(), options.white, options.unknown,
+                  console);
   }
   FeatureMaker maker(options.threads, options.cache, console);
   for (const Feature& feature : *features) {

@@ -14,6 +14,7 @@
 #include "app/predicates/predicate_volume.hpp"
 #include "app/report.hpp"
 #include "app/views/ct_window.hpp"
+#include "app/views/live_view.hpp"
 #include "app/views/presenter.hpp"
 #include "io/picture.hpp"
 #include "render/predicates/predicate_sampler.hpp"
@@ -180,11 +181,8 @@ class Replay {
       if (auto followed = follow(image); !followed) failure_ = followed.error();
       outside_.add(*ct_, placement_->placement, image);
       const std::string outside = outside_.warning();
-      if (outside.empty()) {
-        presenter_.set_registration_warnings(placement_->warnings);
-      } else {
-        presenter_.set_warning(outside);
-      }
+      presenter_.set_warning(outside.empty() ? registration_warning(placement_->warnings)
+                                             : outside);
     };
   }
 
@@ -197,16 +195,19 @@ class Replay {
     if (!placement) return placement.error();
     const auto& ct_from_reference = placement->placement.ct_from_reference;
     const session::SweepSurvey& seen = survey_ ? *survey_ : first;
-    presenter_.set_window(
-        ct_window(config_.view, *ct_, values_along(*ct_, ct_from_reference, seen.spread)));
-    presenter_.set_focus(ct_from_reference * seen.centroid);
+    SessionFacts facts{
+        .plan = config_.plan,
+        .needle_expected = !config_.source.needle_frame.empty(),
+        .focus_ct = ct_from_reference * seen.centroid,
+        .window = ct_window(config_.view, *ct_, values_along(*ct_, ct_from_reference, seen.spread)),
+        .banner = banner_of(*placement, config_.placement.follow)};
     if (const auto axes = session::mean_axes(seen)) {
-      presenter_.set_typical_plane(
+      facts.typical_plane = SessionFacts::TypicalPlane{
           ct_from_reference * Transform<frames::Reference, frames::Image>(
                                   Eigen::Quaterniond(*axes).normalized(), seen.centroid.mm),
-          seen.picture_extent_mm);
+          seen.picture_extent_mm};
     }
-    presenter_.set_banner(banner_of(*placement, config_.placement.follow));
+    presenter_.set_facts(std::move(facts));
     report_warnings(placement->warnings, console_);
     session_.set_placement(placement->placement);
     placement_ = std::move(*placement);
@@ -276,14 +277,18 @@ class Replay {
     return {};
   }
 
+  /// Reports the engine's note about the last image, once.
+  void say_note() {
+    if (presenter_.note() == note_) return;
+    note_ = presenter_.note();
+    if (!note_.empty()) console_.report(Severity::kWarning, "render", note_);
+  }
+
   Result<void> show(const session::Epoch& epoch) {
     if (auto ok = check_ultrasound(epoch); !ok) return ok;
     auto picture = presenter_.present(epoch);
     if (!picture) return picture.error();
-    if (presenter_.note() != note_) {
-      note_ = presenter_.note();
-      if (!note_.empty()) console_.report(Severity::kWarning, "render", note_);
-    }
+    say_note();
     char name[64];
     std::snprintf(name, sizeof name, "%s_%05d.png", kPictureSeries, shown_++);
     if (auto written = out_->write_picture(name, *picture); !written) return written;
@@ -304,46 +309,59 @@ class Replay {
 
   Result<void> play_in_window() {
     const MonotonicClock clock;
+    LiveView view(presenter_);
     std::optional<Error> failure;
     std::optional<session::Epoch> seen;
-    const auto show_next = [&](const session::Epoch& epoch) -> Result<void> {
-      if (out_) return show(epoch);
-      ++shown_;
-      if (auto ok = check_ultrasound(epoch); !ok) return ok;
-      return presenter_.choose_step(epoch);
-    };
     bool last = false;  // Nothing more comes.
-    const auto source = [&]() -> std::shared_ptr<const render::Scene> {
-      if (last) return nullptr;
-      auto epoch = driver_.next_at_pace(clock.now(), out_.has_value());
+    const auto take = [&](session::Epoch epoch) -> Result<void> {
+      seen = std::move(epoch);
+      if (out_) return show(*seen);
+      ++shown_;
+      return check_ultrasound(*seen);
+    };
+    // Takes what has come by now. True if the window has to show something else.
+    const auto advance = [&](Timestamp now) {
+      auto epoch = driver_.next_at_pace(now, out_.has_value());
       if (failure_) epoch = *failure_;
       if (epoch && *epoch) {
-        if (const auto shown = show_next(**epoch); !shown) epoch = shown.error();
-        // The search for the step of the first image takes seconds.
-        if (!seen) driver_.restart_pace(clock.now());
+        const auto taken = take(*std::move(*epoch));
+        if (taken) return true;
+        epoch = taken.error();
       }
-      last = !epoch || (!*epoch && driver_.over());
+      last = !epoch || driver_.over();
       if (!epoch) failure = epoch.error();
-      if (last && !seen) return nullptr;
-      if (last) {
-        // Once more, as no longer live, with the cause.
-        seen = session::ended(*std::move(seen), failure ? failure->message : kEnded);
-        if (!failure) console_.say(std::string(kEnded) + ": close the window, or press Ctrl-C");
-      } else if (*epoch) {
-        seen = *std::move(*epoch);
-      } else if (!seen || !has_aged(*seen, clock.now())) {
-        return nullptr;
-      }
-      return std::make_shared<const render::Scene>(presenter_.scene(*seen));
+      if (!last) return seen && has_aged(*seen, now);
+      if (!seen) return false;
+      // Once more, as no longer live, with the cause.
+      seen = session::ended(*std::move(seen), failure ? failure->message : kEnded);
+      if (!failure) console_.say(std::string(kEnded) + ": close the window, or press Ctrl-C");
+      return true;
     };
-    render::WindowOptions options;
+    const auto source = [&](render::WindowInput input) -> Result<Image2d<Rgba8>> {
+      const bool first = !seen;
+      // Nothing is to be seen yet that could be moved.
+      if (first) input = render::WindowInput{.width = input.width, .height = input.height};
+      bool changed = view.apply(input);
+      const int written = shown_;
+      if (!last) changed |= advance(clock.now());
+      if (!seen || !(changed || view.wants_refinement(clock.now()))) return Image2d<Rgba8>();
+      auto image = out_ && shown_ > written ? view.draw_presented(*seen, clock.now())
+                                            : view.draw(*seen, clock.now(), last && !failure);
+      if (!image) return image;
+      say_note();
+      // The search for the step of the first image takes seconds.
+      if (first) driver_.restart_pace(clock.now());
+      return image;
+    };
+    const PixelSize size = composed_size(presenter_.view_size());
+    const PixelSize least = composed_size(view_size_within({}));
     const Interrupt interrupt;
-    options.close_when = [&] { return interrupt.asked(); };
-    options.words = [&](const render::Camera& camera) {
-      return seen ? presenter_.words(*seen, camera, driver_.over())
-                  : std::vector<render::WindowWords>{};
-    };
-    auto window = render::show_window(source, options);
+    const auto window = render::show_window(
+        source, {.width = size.width,
+                 .height = size.height,
+                 .least_width = least.width,
+                 .least_height = least.height,
+                 .close_when = [&] { return interrupt.asked() || (last && !seen); }});
     if (failure) return *failure;
     if (!window || !out_) return window;
     // The rest of the recording, if the window was closed before its end.
@@ -533,16 +551,15 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
 
   auto engine = make_engine(config.output.engine, config.output.threads, console);
   if (!engine) return engine.error();
-  auto presenter = Presenter::create({config.look,
-                                      config.view,
-                                      config.output.width,
-                                      config.output.height,
-                                      config.output.step_voxels,
-                                      config.output.rms_error,
-                                      config.output.pixel_error,
-                                      {},
-                                      config.quality,
-                                      config.source.needle_size},
+  auto presenter = Presenter::create({.look = config.look,
+                                      .view = config.view,
+                                      .width = config.output.width,
+                                      .height = config.output.height,
+                                      .step_voxels = config.output.step_voxels,
+                                      .rms_error = config.output.rms_error,
+                                      .pixel_error = config.output.pixel_error,
+                                      .quality = config.quality,
+                                      .needle = config.source.needle_size},
                                      shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();
   if (auto ok = save_look(config.look.save, presenter->look()); !ok) return ok;
@@ -553,11 +570,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   const auto shapes = read_cutaway_objects(config.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
   if (const auto ok = presenter->cut_free(*shapes); !ok) return ok;
-  if (config.plan) {
-    session::warn_outside(*config.plan, *shared_ct, console);
-    presenter->set_plan(*config.plan);
-  }
-  if (!config.source.needle_frame.empty()) presenter->expect_needle();
+  if (config.plan) session::warn_outside(*config.plan, *shared_ct, console);
   if (!config.predicates.volume.empty()) {
     if (auto ok = draw_by_predicates(config, *shared_ct, *presenter, console); !ok) return ok;
   }

@@ -200,7 +200,8 @@ int draw_lamp(Canvas& canvas, int x, int y, const std::string& input, const Safe
   return canvas.text(x, y, 15, to_string(safety.state), colour) + 18;
 }
 
-void draw_status(Canvas& canvas, int y, int height, const PanelContext& context) {
+/// Returns whether there was space for the banner.
+bool draw_status(Canvas& canvas, int y, int height, const PanelContext& context) {
   const session::Epoch& epoch = context.epoch;
   canvas.fill(0, y, canvas.width(), height, rgb8(0x1b2229));
   const int base = y + height / 2 + 6;
@@ -218,11 +219,20 @@ void draw_status(Canvas& canvas, int y, int height, const PanelContext& context)
         has_needle && epoch.plane.cause.empty() ? epoch.needle.cause : epoch.plane.cause;
     if (end - x > 40) canvas.text(x, base, 15, shorten(canvas, 15, cause, end - x), kWords);
   }
-  if (end > x && !context.banner.empty()) canvas.text(end, base, 15, context.banner, kFaint);
+  if (context.banner.empty()) return true;
+  if (end > x) canvas.text(end, base, 15, context.banner, kFaint);
+  return end > x;
 }
 
 /// Width of the flat panels beside a 3D view.
 constexpr int side_of(int height) { return height * 2 / 3; }
+/// Height of the status bar.
+constexpr int kBar = 40;
+/// Least size with panels: height of the 3D view, width of the whole image.
+constexpr int kSmallestHeight = 300;
+constexpr int kSmallestWidth = 400;
+
+constexpr const char* kEndedWords = "the recording has ended: last image, not live";
 
 /// Draws the letters of the patient's directions at the edges of the 3D view.
 void draw_orientation(Canvas& canvas, int width, int height, const render::Camera& camera) {
@@ -290,34 +300,48 @@ ViewLetters view_letters(const render::Camera& camera) {
           patient_direction(-up)};
 }
 
+PixelSize composed_size(PixelSize view_3d) {
+  return {view_3d.width + side_of(view_3d.height), view_3d.height + kBar};
+}
+
+PixelSize view_size_within(PixelSize window) {
+  const int width = std::max(window.width, kSmallestWidth);
+  // The panels then have at most half of the width.
+  const int height = std::max(std::min(window.height - kBar, width * 3 / 4), kSmallestHeight);
+  return {width - side_of(height), height};
+}
+
 bool has_panels(int width, int height) {
-  constexpr int kSmallestHeight = 300;
-  constexpr int kSmallestWidth = 400;
   return height >= kSmallestHeight && width + side_of(height) >= kSmallestWidth;
 }
 
 Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext& context) {
-  constexpr int kBar = 40;
-  const int side = side_of(view_3d.height());
-  Canvas canvas(view_3d.width() + side, view_3d.height() + kBar, kBackground);
+  const int view_width = view_3d.width();
+  const int view_height = view_3d.height();
+  const PixelSize size = composed_size({view_width, view_height});
+  const std::string ended = context.ended ? kEndedWords : "";
+  Canvas canvas(size.width, size.height, kBackground);
   canvas.copy(view_3d, 0, 0);
-  if (has_panels(view_3d.width(), view_3d.height())) {
-    draw_orientation(canvas, view_3d.width(), view_3d.height(), context.camera);
+  if (has_panels(view_width, view_height)) {
+    draw_orientation(canvas, view_width, view_height, context.camera);
     if (context.grey) {
-      draw_label(canvas, 0, 20, view_3d.width() / 3,
+      draw_label(canvas, 0, 20, view_width / 3,
                  words_of_window(context.grey->level_hu, context.grey->width_hu), kFaint, 13);
     }
-    const int next = draw_note(canvas, 44, view_3d.width(), context.note);
-    draw_note(canvas, std::max(next, 68), view_3d.width(), context.warning);
-    draw_legend(canvas, view_3d.width(), view_3d.height(), context.legend);
-    draw_panels(canvas, view_3d.width(), side, view_3d.height(), context);
-    draw_status(canvas, view_3d.height(), kBar, context);
+    int next = draw_note(canvas, 44, view_width, context.note);
+    next = draw_note(canvas, std::max(next, 68), view_width, context.warning);
+    next = draw_note(canvas, std::max(next, 92), view_width, ended);
+    draw_legend(canvas, view_width, view_height, context.legend);
+    draw_panels(canvas, view_width, size.width - view_width, view_height, context);
+    const bool has_banner = draw_status(canvas, view_height, kBar, context);
+    if (context.in_window && !has_banner) draw_note(canvas, next, view_width, context.banner);
   } else {
     // Even the smallest view says whose image it is, what it leaves out, and whether it is not
     // registered.
-    draw_note(canvas, view_3d.height() + 16, canvas.width(), context.banner);
-    const int next = draw_note(canvas, 16, canvas.width(), context.note);
-    draw_note(canvas, next, canvas.width(), context.warning);
+    draw_note(canvas, view_height + 16, canvas.width(), context.banner);
+    int next = draw_note(canvas, 16, canvas.width(), context.note);
+    next = draw_note(canvas, next, canvas.width(), context.warning);
+    draw_note(canvas, next, canvas.width(), ended);
   }
   return canvas.picture();
 }

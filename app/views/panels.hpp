@@ -29,6 +29,10 @@ struct PanelContext {
   double needle_length_mm = session::NeedleSize{}.length_mm;
   std::vector<LegendEntry> legend = {};         ///< Predicates in the 3D view.
   std::optional<render::GreyWindow> grey = {};  ///< Grey window of a projection in the 3D view.
+  /// True for a window, whose user may make it narrow: a banner without space in the status bar is
+  /// drawn over the 3D view. In files it is left out.
+  bool in_window = false;
+  bool ended = false;  ///< True: no new data will come; a line says that the image is not live.
 };
 
 /// Colour of overlay text that is not a warning.
@@ -53,6 +57,18 @@ struct ViewLetters {
   std::string left, right, up, down;
 };
 ViewLetters view_letters(const render::Camera& camera);
+
+/// Width and height, pixels.
+struct PixelSize {
+  int width, height;
+  bool operator==(const PixelSize&) const = default;
+};
+/// Size of the whole image around a 3D view of that size.
+PixelSize composed_size(PixelSize view_3d);
+/// Size of the largest 3D view whose whole image fits into a window of that size, with at least
+/// half of the width for the 3D view. Never smaller than the flat panels need (has_panels()), so
+/// the image is larger than a window of less than 400 x 340 pixels.
+PixelSize view_size_within(PixelSize window);
 
 /// True when a 3D view of that size, in pixels, is large enough for the flat panels and their text.
 /// compose_panels() leaves them out otherwise.

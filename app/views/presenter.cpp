@@ -9,7 +9,6 @@
 
 #include "app/views/orthographic.hpp"
 #include "app/views/panels.hpp"
-#include "app/views/window_words.hpp"
 #include "render/predicates/registry.hpp"
 #include "render/projection_window.hpp"
 
@@ -33,11 +32,7 @@ Result<Presenter> Presenter::create(const PresenterOptions& options,
 
 Presenter::Presenter(const PresenterOptions& options, ResolvedLook look,
                      std::shared_ptr<const Volume> ct, std::unique_ptr<render::Engine> engine)
-    : options_(options),
-      look_(std::move(look)),
-      ct_(std::move(ct)),
-      engine_(std::move(engine)),
-      focus_ct_(ct_->grid().centre()) {}
+    : options_(options), look_(std::move(look)), ct_(std::move(ct)), engine_(std::move(engine)) {}
 
 Result<void> Presenter::cut_free(const CutawayShapes& shapes) {
   const bool any = !shapes.polygons.empty() || !shapes.boxes.empty() || !shapes.meshes.empty();
@@ -56,12 +51,13 @@ Result<void> Presenter::cut_free(const CutawayShapes& shapes) {
 Eigen::Vector3d Presenter::direction_to_eye() const {
   // LPS: anterior is -y, the patient's left +x, superior +z.
   const auto& view = options_.view;
-  if (typical_plane_ && !view.azimuth_deg && !view.elevation_deg) {
+  if (facts_.typical_plane && !view.azimuth_deg && !view.elevation_deg) {
     constexpr double kOffNormalRad = 0.6;
+    const auto& ct_from_image = facts_.typical_plane->ct_from_image;
     const Eigen::Vector3d front_and_feet(0, -0.8, -0.6);
-    Eigen::Vector3d normal = (*typical_plane_ * Direction<frames::Image>{{0, 0, 1}}).v;
+    Eigen::Vector3d normal = (ct_from_image * Direction<frames::Image>{{0, 0, 1}}).v;
     if (normal.dot(front_and_feet) < 0) normal = -normal;
-    const Eigen::Vector3d deep = (*typical_plane_ * Direction<frames::Image>{{0, 1, 0}}).v;
+    const Eigen::Vector3d deep = (ct_from_image * Direction<frames::Image>{{0, 1, 0}}).v;
     return std::cos(kOffNormalRad) * normal - std::sin(kOffNormalRad) * deep;
   }
   const double azimuth = view.azimuth_deg.value_or(-35) * M_PI / 180;
@@ -81,16 +77,16 @@ render::Camera Presenter::camera() const {
     // A small ultrasound image in a large CT would hardly be visible: go nearer, but keep its
     // surroundings.
     constexpr double kSurroundings = 3.2;
-    if (typical_plane_) {
+    if (facts_.typical_plane) {
       constexpr double kLeastMm = 20;
-      const double extent_mm = std::max(typical_extent_mm_, kLeastMm);
+      const double extent_mm = std::max(facts_.typical_plane->extent_mm, kLeastMm);
       distance_mm = std::min(distance_mm, kSurroundings * extent_mm / (2 * std::tan(half)));
     }
   }
   const Eigen::Vector3d towards_eye = direction_to_eye();
   render::Camera camera;
-  camera.look_at_ct = focus_ct_;
-  camera.eye_ct = {focus_ct_.mm + distance_mm * towards_eye};
+  camera.look_at_ct = facts_.focus_ct.value_or(ct_->grid().centre());
+  camera.eye_ct = {camera.look_at_ct.mm + distance_mm * towards_eye};
   // Superior is up; anterior is up when the camera looks along the body.
   constexpr double kAlongBody = 0.8;
   const bool along_body = std::abs(towards_eye.z()) > kAlongBody;
@@ -160,15 +156,15 @@ render::Scene Presenter::scene(const session::Epoch& epoch) const {
   // Predicates take the first sphere as the target.
   if (target_) scene.spheres.push_back(*target_);
   // The plan lies in the CT, so it does not depend on the tracker.
-  if (plan_) {
-    scene.spheres.push_back({plan_->target_ct, plan_->target_radius_mm, {1.0, 0.85, 0.1}, 0.45});
-    scene.spheres.push_back({plan_->entry_ct, 2.5, {0.2, 0.7, 1.0}, 1.0});
-    scene.lines.push_back({plan_->entry_ct, plan_->target_ct, 0.5, {0.2, 0.7, 1.0}, 1.0});
-    if (plan_->margin_mm > 0) {
+  if (const auto& plan = facts_.plan) {
+    scene.spheres.push_back({plan->target_ct, plan->target_radius_mm, {1.0, 0.85, 0.1}, 0.45});
+    scene.spheres.push_back({plan->entry_ct, 2.5, {0.2, 0.7, 1.0}, 1.0});
+    scene.lines.push_back({plan->entry_ct, plan->target_ct, 0.5, {0.2, 0.7, 1.0}, 1.0});
+    if (plan->margin_mm > 0) {
       // Faint, so that its contents and the plane behind it stay visible.
       constexpr double kMarginOpacity = 0.25;
-      scene.spheres.push_back({plan_->target_ct,
-                               plan_->target_radius_mm + plan_->margin_mm,
+      scene.spheres.push_back({plan->target_ct,
+                               plan->target_radius_mm + plan->margin_mm,
                                {1.0, 0.45, 0.2},
                                kMarginOpacity});
     }
@@ -195,12 +191,11 @@ void say_sampling(const std::optional<render::StepChoice>& step, double wanted_r
   diagnostics.report(Severity::kWarning, "sampling", text.str());
 }
 
-void Presenter::set_registration_warnings(const std::vector<std::string>& warnings) {
-  warning_.clear();
-  if (warnings.empty()) return;
+std::string registration_warning(const std::vector<std::string>& warnings) {
+  if (warnings.empty()) return {};
   const std::string head = warnings.size() > 1 ? "warning 1 of " + std::to_string(warnings.size())
                                                : std::string("registration warning");
-  warning_ = head + ": " + most_telling(warnings);
+  return head + ": " + most_telling(warnings);
 }
 
 Result<void> Presenter::choose_grey(const render::Scene& first) {
@@ -258,32 +253,48 @@ Result<Image2d<Rgba8>> Presenter::present(const session::Epoch& epoch) {
   if (auto ok = choose_step(epoch); !ok) return ok.error();
   const render::Scene wanted = scene(epoch);
   const bool empty = !wanted.plane && !wanted.needle;
-  Image2d<Rgba8> view;
   if (empty && empty_view_) {
-    view = *empty_view_;
+    view_ = *empty_view_;
     ++views_reused_;
   } else {
     const auto rendered = engine_->render(wanted);
     if (!rendered) return rendered.error();
-    view = render::to_8bit(rendered->pixels);
-    ++views_cast_;
-    cast_seconds_ += rendered->statistics.cast_s;
-    const std::string& note = rendered->statistics.note;
-    note_ = grey_note_ + (grey_note_.empty() || note.empty() ? "" : "; ") + note;
-    if (empty) empty_view_ = view;
+    view_ = render::to_8bit(rendered->pixels);
+    count(rendered->statistics);
+    if (empty) empty_view_ = view_;
   }
-  return compose_panels(view, context(epoch, wanted.camera));
+  return compose_panels(view_, context(epoch, wanted.camera));
+}
+
+void Presenter::count(const render::RenderStatistics& statistics) {
+  ++views_cast_;
+  cast_seconds_ += statistics.cast_s;
+  const std::string& note = statistics.note;
+  note_ = grey_note_ + (grey_note_.empty() || note.empty() ? "" : "; ") + note;
+}
+
+Image2d<Rgba8> Presenter::compose_for_window(const Image2d<Rgba8>& view,
+                                             const session::Epoch& epoch,
+                                             const render::Camera& camera, bool ended) const {
+  PanelContext shown = context(epoch, camera);
+  shown.in_window = true;
+  shown.ended = ended;
+  return compose_panels(view, shown);
 }
 
 PanelContext Presenter::context(const session::Epoch& epoch, const render::Camera& camera) const {
-  return {epoch,   *ct_,           plan_,    options_.window,  banner_,
-          camera,  note_of(epoch), warning_, needle_expected_, options_.needle.length_mm,
-          legend_, grey_};
-}
-
-std::vector<render::WindowWords> Presenter::words(const session::Epoch& epoch,
-                                                  const render::Camera& camera, bool ended) const {
-  return window_words(context(epoch, camera), ended);
+  return {.epoch = epoch,
+          .ct = *ct_,
+          .plan = facts_.plan,
+          .window = facts_.window,
+          .banner = facts_.banner,
+          .camera = camera,
+          .note = note_of(epoch),
+          .warning = warning_,
+          .needle_expected = facts_.needle_expected,
+          .needle_length_mm = options_.needle.length_mm,
+          .legend = legend_,
+          .grey = grey_};
 }
 
 }  // namespace nav::app

@@ -14,7 +14,6 @@
 #include "render/engine.hpp"
 #include "render/quality/step_search.hpp"
 #include "render/slices/slice.hpp"
-#include "render/window/window.hpp"
 #include "session/navigator.hpp"
 #include "session/needle_size.hpp"
 
@@ -29,14 +28,35 @@ struct PresenterOptions {
   std::optional<double> step_voxels = std::nullopt;  ///< Absent: chosen for rms_error.
   double rms_error = render::kDefaultRms;            ///< Estimated error of the CT's image.
   double pixel_error = 0;                            ///< Least value for render::Quality.
-  render::HuWindow window;                           ///< Grey window of the CT slice.
   SessionConfig::Quality quality{};
   session::NeedleSize needle{};
+};
+
+/// Facts about a session that its first image completes. They do not change afterwards.
+struct SessionFacts {
+  std::optional<NeedlePlan> plan = {};
+  /// A needle is tracked; its state is then shown even while it is lost.
+  bool needle_expected = false;
+  /// Point that the 3D view looks at; absent: the centre of the CT.
+  std::optional<Point<frames::Ct>> focus_ct = {};
+  /// Typical ultrasound plane. If the user chose no view, the camera looks at this plane from the
+  /// side that is nearer to the patient's front and feet, at an angle to its normal, and from near
+  /// enough to show the image well.
+  struct TypicalPlane {
+    Transform<frames::Ct, frames::Image> ct_from_image;
+    double extent_mm;  ///< Diagonal of the image.
+  };
+  std::optional<TypicalPlane> typical_plane = {};
+  render::HuWindow window = {};  ///< Grey window of the CT slice.
+  std::string banner = {};       ///< Text that every image shows ("SIMULATED PATIENT").
 };
 
 /// Most important of the warnings with which a registration was accepted, because the display has
 /// space for one: the predicted error, else the needle, else the first. Empty without warnings.
 std::string most_telling(const std::vector<std::string>& warnings);
+
+/// Text of most_telling() for the 3D view, with the number of warnings. Empty without warnings.
+std::string registration_warning(const std::vector<std::string>& warnings);
 
 /// Warns when no step reaches the wanted error.
 void say_sampling(const std::optional<render::StepChoice>& step, double wanted_rms,
@@ -51,25 +71,14 @@ class Presenter {
   static Result<Presenter> create(const PresenterOptions& options, std::shared_ptr<const Volume> ct,
                                   std::unique_ptr<render::Engine> engine);
 
-  void set_plan(const NeedlePlan& plan) { plan_ = plan; }
-  /// Sets the point that the 3D view looks at; the default is the centre of the CT.
-  void set_focus(const Point<frames::Ct>& focus_ct) { focus_ct_ = focus_ct; }
-  /// Sets a typical ultrasound plane. If the user chose no view, the camera looks at this plane
-  /// from the side that is nearer to the patient's front and feet, at an angle to its normal, and
-  /// from near enough to show the image well. extent_mm: diagonal of the image.
-  void set_typical_plane(const Transform<frames::Ct, frames::Image>& ct_from_image,
-                         double extent_mm) {
-    typical_plane_ = ct_from_image;
-    typical_extent_mm_ = extent_mm;
-  }
+  /// Sets the facts; before the first image.
+  void set_facts(SessionFacts facts) { facts_ = std::move(facts); }
   /// Makes the 3D view show an ultrasound volume by predicates, inside the CT or instead of it
   /// (alone). The volume lies in the CT's frame. The slice still shows the CT. Predicates measure
   /// distances from the live needle and from the target, if there is one; the target is drawn.
   /// While the needle is stale or lost, no voxel has a distance from it, and every image says so.
   void draw_by_predicates(render::UltrasoundVolume ultrasound, bool alone,
                           const std::optional<render::SphereShape>& target = {});
-  /// Says that a needle is tracked; its state is then shown even while it is lost.
-  void expect_needle() { needle_expected_ = true; }
   /// Sets the objects that the cutaway exposes, in addition to the plane, the needle and the
   /// targets. Rejects objects when the appearance has no cutaway because its file turns it off.
   Result<void> cut_free(const CutawayShapes& shapes);
@@ -77,30 +86,33 @@ class Presenter {
   [[nodiscard]] const std::vector<LegendEntry>& legend() const { return legend_; }
   /// Appearance of the 3D view.
   [[nodiscard]] const ResolvedLook& look() const { return look_; }
-  /// Sets a text that every image shows ("SIMULATED PATIENT").
-  void set_banner(std::string banner) { banner_ = std::move(banner); }
-
-  /// Sets the warnings with which a registration was accepted; every image shows the most important
-  /// one. May be empty.
-  void set_registration_warnings(const std::vector<std::string>& warnings);
-  /// Shows another warning instead: one sentence about the position of the CT.
+  /// Sets the warning that every image shows from now on: one sentence about the registration or
+  /// the position of the CT. May be empty.
   void set_warning(std::string warning) { warning_ = std::move(warning); }
 
   /// Draws the whole image of an epoch: 3D view, panels and status bar.
   Result<Image2d<Rgba8>> present(const session::Epoch& epoch);
-  /// Overlay text of a window for an epoch: window_words(). ended: no new data will come.
-  [[nodiscard]] std::vector<render::WindowWords> words(const session::Epoch& epoch,
-                                                       const render::Camera& camera,
-                                                       bool ended) const;
+  /// 3D view of the last present().
+  [[nodiscard]] const Image2d<Rgba8>& view() const { return view_; }
+  /// Draws the whole image of an epoch around a 3D view of it, by any camera and in any size.
+  /// ended: no new data will come.
+  [[nodiscard]] Image2d<Rgba8> compose_for_window(const Image2d<Rgba8>& view,
+                                                  const session::Epoch& epoch,
+                                                  const render::Camera& camera, bool ended) const;
+  /// Counts a 3D view that engine() has cast elsewhere, and keeps the engine's note about it.
+  void count(const render::RenderStatistics& statistics);
+  /// Size of the 3D view of present(), pixels.
+  [[nodiscard]] PixelSize view_size() const { return {options_.width, options_.height}; }
   /// Finds the step for the wanted error: once, again when the first ultrasound image can be cut
   /// free, and again when the CT is first registered. Also finds the grey window of a projection,
   /// once. present() calls it.
   Result<void> choose_step(const session::Epoch& epoch);
-  /// Grey window of the CT slice; set before the first image.
-  void set_window(const render::HuWindow& window) { options_.window = window; }
-  [[nodiscard]] const render::HuWindow& window() const { return options_.window; }
+  /// Grey window of the CT slice.
+  [[nodiscard]] const render::HuWindow& window() const { return facts_.window; }
   /// Grey window of a projection, after the first 3D view was cast; absent for views in colours.
   [[nodiscard]] const std::optional<render::GreyWindow>& grey() const { return grey_; }
+  /// Camera of scene(); it depends on the options and the facts only.
+  [[nodiscard]] render::Camera camera() const;
   /// 3D scene of an epoch; the same for every engine.
   [[nodiscard]] render::Scene scene(const session::Epoch& epoch) const;
   [[nodiscard]] render::Engine& engine() { return *engine_; }
@@ -120,7 +132,6 @@ class Presenter {
  private:
   Presenter(const PresenterOptions& options, ResolvedLook look, std::shared_ptr<const Volume> ct,
             std::unique_ptr<render::Engine> engine);
-  [[nodiscard]] render::Camera camera() const;
   [[nodiscard]] PanelContext context(const session::Epoch& epoch,
                                      const render::Camera& camera) const;
   [[nodiscard]] Eigen::Vector3d direction_to_eye() const;
@@ -137,13 +148,9 @@ class Presenter {
   bool asks_needle_ = false;                   ///< A predicate needs the distance from the needle.
   std::optional<render::SphereShape> target_;  ///< Target from which predicates measure distances.
   std::unique_ptr<render::Engine> engine_;
-  std::optional<NeedlePlan> plan_;
-  bool needle_expected_ = false;
-  Point<frames::Ct> focus_ct_;
-  std::optional<Transform<frames::Ct, frames::Image>> typical_plane_;
-  double typical_extent_mm_ = 0;
-  std::string banner_;
+  SessionFacts facts_;
   std::string warning_;                       ///< Warning about registration or placement.
+  Image2d<Rgba8> view_;                       ///< The last 3D view of present().
   std::optional<Image2d<Rgba8>> empty_view_;  ///< The 3D view without plane and needle.
   std::string note_;       ///< grey_note_, then the engine's note about its last image.
   std::string grey_note_;  ///< Note about a projection that shows nothing.

@@ -219,10 +219,10 @@ Result<std::optional<render::PredicateVolume>> PredicateGallery::recorded(
                     "skipped: expected " + path.string() + ", found nothing (set SONDE_DATA_DIR)");
     return std::optional<render::PredicateVolume>();
   }
-  auto read = app::read_ultrasound(path, console_);
+  auto read = io::read_stored_volume(path, console_);
   if (!read) return read.error();
   return std::optional(render::PredicateVolume{
-      path.stem().string(), std::make_shared<const Volume>(*std::move(read)), {}});
+      path.stem().string(), std::make_shared<const StoredVolume>(*std::move(read)), {}});
 }
 
 Result<void> PredicateGallery::prostate() {

@@ -54,10 +54,11 @@ Result<render::Scene> demo_scene(std::shared_ptr<const Volume> ct, const sim::Pr
   options.height = height;
   auto presenter = app::Presenter::create(options, std::move(ct), render::make_cpu_engine());
   if (!presenter) return presenter.error();
-  presenter->set_plan(procedure.plan());
-  presenter->set_focus(procedure.plan().target_ct);
-  presenter->set_typical_plane(procedure.ct_from_image(procedure.end()),
-                               procedure.options().probe.depth_mm);
+  presenter->set_facts(
+      {.plan = procedure.plan(),
+       .focus_ct = procedure.plan().target_ct,
+       .typical_plane = app::SessionFacts::TypicalPlane{procedure.ct_from_image(procedure.end()),
+                                                        procedure.options().probe.depth_mm}});
   const auto& approach = procedure.phases().back();
   const Timestamp middle = procedure.frame_time(approach.first_frame + approach.frame_count / 2);
   const sim::UltrasoundSimulator simulator(procedure.phantom(), procedure.options().probe, 1);

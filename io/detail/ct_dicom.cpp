@@ -138,9 +138,9 @@ Result<HuBuilder> decode_slices(const DicomStack& stack, const std::string& name
   return builder;
 }
 
-Result<Volume> read_ct_dicom(const std::vector<std::filesystem::path>& files,
-                             const std::string& name, Diagnostics& diagnostics,
-                             const CtOptions& options) {
+Result<StoredVolume> read_ct_dicom(const std::vector<std::filesystem::path>& files,
+                                   const std::string& name, Diagnostics& diagnostics,
+                                   const VolumeReading& options) {
   auto all = scan_dicom(files, name);
   if (!all) return all.error();
   auto series = choose_series(std::move(*all), name, options, diagnostics);
@@ -159,8 +159,8 @@ Result<Volume> read_ct_dicom(const std::vector<std::filesystem::path>& files,
   if (series->modality == "CT") builder->set_ct();
   const auto reported = builder->report(name, stack->grid().size, options.unit, diagnostics);
   if (!reported) return reported.error();
-  if (stack->regular) return Volume::create(grid, builder->take(), name);
-  return Volume::create(grid, resample(*stack, builder->hu(), grid), name);
+  if (stack->regular) return StoredVolume::create(grid, builder->take(), name);
+  return StoredVolume::create(grid, resample(*stack, builder->hu(), grid), name);
 }
 
 }  // namespace nav::io::detail

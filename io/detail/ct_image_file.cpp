@@ -297,7 +297,7 @@ Result<std::array<int, 3>> volume_size(ImageFile& file, int least_slices) {
 }  // namespace
 
 Result<VoxelGrid> read_image_file_voxels(const std::filesystem::path& path, VoxelSink& sink,
-                                         Diagnostics& diagnostics, const CtOptions& options) {
+                                         Diagnostics& diagnostics, const VolumeReading& options) {
   auto file = read_image_file(path);
   if (!file) return file.error();
   const auto size = volume_size(*file, options.least_slices);

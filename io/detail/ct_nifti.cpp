@@ -211,7 +211,7 @@ Result<std::array<int, 3>> nifti_size(const Nifti& n, const std::filesystem::pat
 }
 
 Result<VoxelGrid> nifti_grid(const Nifti& n, const std::filesystem::path& path,
-                             Diagnostics& diagnostics, const CtOptions& options) {
+                             Diagnostics& diagnostics, const VolumeReading& options) {
   const auto size = nifti_size(n, path, options.least_slices);
   if (!size) return size.error();
   auto affine = ras_affine(n, path, diagnostics, options);
@@ -250,7 +250,7 @@ Result<void> check_length(const Nifti& n, const VoxelGrid& grid, std::size_t sam
 }  // namespace
 
 Result<VoxelGrid> read_nifti_voxels(const std::filesystem::path& path, VoxelSink& sink,
-                                    Diagnostics& diagnostics, const CtOptions& options) {
+                                    Diagnostics& diagnostics, const VolumeReading& options) {
   const auto file = InputFile::open(path);
   if (!file) return file.error();
   const auto fail = [&](ErrorCode code, const std::string& message) {

@@ -148,10 +148,10 @@ Result<void> HuBuilder::report(const std::string& name, const std::array<int, 3>
   return {};
 }
 
-Result<Volume> HuBuilder::finish(const VoxelGrid& grid, const std::string& name,
-                                 const std::string& unit, Diagnostics& diagnostics) && {
+Result<StoredVolume> HuBuilder::finish(const VoxelGrid& grid, const std::string& name,
+                                       const std::string& unit, Diagnostics& diagnostics) && {
   if (const auto ok = report(name, grid.size, unit, diagnostics); !ok) return ok.error();
-  return Volume::create(grid, std::move(hu_), name);
+  return StoredVolume::create(grid, std::move(hu_), name);
 }
 
 Result<VoxelGrid> grid_from_affine(const std::array<int, 3>& size,

@@ -41,11 +41,11 @@ class HuBuilder final : public VoxelSink {
   /// Reports the counts, and warns when many different values were lost. Rejects voxels that are
   /// not finite, with their number and the first index, and values that rounding would destroy
   /// (some not whole, all within less than kLeastSpan of each other), with their range. \p size:
-  /// size of the appended stack, for the index. \p unit: see CtOptions.
+  /// size of the appended stack, for the index. \p unit: see VolumeReading.
   Result<void> report(const std::string& name, const std::array<int, 3>& size,
                       const std::string& unit, Diagnostics& diagnostics) const;
-  [[nodiscard]] Result<Volume> finish(const VoxelGrid& grid, const std::string& name,
-                                      const std::string& unit, Diagnostics& diagnostics) &&;
+  [[nodiscard]] Result<StoredVolume> finish(const VoxelGrid& grid, const std::string& name,
+                                            const std::string& unit, Diagnostics& diagnostics) &&;
 
  private:
   template <class T>

@@ -58,7 +58,7 @@ class CpuCache {
   void take_volume(const Scene& scene, int threads);
   void take_transfer(const Scene& scene);
 
-  std::shared_ptr<const Volume> ct_;  ///< Held so that no other volume gets its address.
+  std::shared_ptr<const StoredVolume> ct_;  ///< Held so that no other volume gets its address.
   std::optional<CpuVolume> volume_;
   std::optional<TransferFunction> transfer_;
   std::optional<TransferTable> table_;

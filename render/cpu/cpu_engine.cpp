@@ -27,7 +27,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-Result<void> check_size(const Volume& volume) {
+Result<void> check_size(const StoredVolume& volume) {
   if (CpuVolume::fits(volume.grid())) return {};
   return Error{ErrorCode::kUnsupportedData,
                volume.name() + ": expected fewer than 2^31 voxels including a border, found " +

@@ -80,7 +80,7 @@ void CpuPredicates::prepare_some(const PredicateSet& set, std::size_t bytes, int
 }
 
 void CpuPredicates::prepare(const PredicateSet::Channel& channel, int threads,
-                            std::map<const Volume*, Prepared>& into) {
+                            std::map<const StoredVolume*, Prepared>& into) {
   auto volume = std::make_unique<CpuVolume>(*channel.codes, threads);
   into.emplace(channel.codes.get(), Prepared{channel.codes, std::move(volume)});
 }
@@ -97,9 +97,9 @@ void CpuPredicates::make_opacities(const Scene& scene) {
 }
 
 void CpuPredicates::take_channels(int threads) {
-  std::map<const Volume*, Prepared> kept;
+  std::map<const StoredVolume*, Prepared> kept;
   for (const auto& channel : set_->channels()) {
-    const Volume* key = channel.codes.get();
+    const StoredVolume* key = channel.codes.get();
     if (kept.count(key) != 0) continue;
     if (auto before = prepared_.extract(key); !before.empty()) {
       kept.insert(std::move(before));

@@ -26,7 +26,7 @@ class CpuPredicates {
   /// other samples that are composited with it, except surfaces.
   void update(const Scene& scene, int threads, std::optional<double> beside = {});
   /// True when the voxels of a volume are ready.
-  [[nodiscard]] bool has(const Volume* codes) const { return prepared_.count(codes) != 0; }
+  [[nodiscard]] bool has(const StoredVolume* codes) const { return prepared_.count(codes) != 0; }
   /// Approximate number of bytes that update() would have to copy or to read for a set.
   [[nodiscard]] std::size_t missing_bytes(const PredicateSet& set) const;
   /// Does about this many bytes of that work, > 0. An image needs update() in any case.
@@ -54,12 +54,12 @@ class CpuPredicates {
     std::int32_t of[8] = {};
   };
   struct Prepared {
-    std::shared_ptr<const Volume> codes;  ///< Held so that no other volume gets its address.
+    std::shared_ptr<const StoredVolume> codes;  ///< Held so that no other volume gets its address.
     std::unique_ptr<CpuVolume> volume;
   };
 
   static void prepare(const PredicateSet::Channel& channel, int threads,
-                      std::map<const Volume*, Prepared>& into);
+                      std::map<const StoredVolume*, Prepared>& into);
   void take_channels(int threads);
   void make_atoms();
   void make_looks();
@@ -76,7 +76,7 @@ class CpuPredicates {
 
   std::optional<PredicateSet> set_;
   PredicateBlend blend_ = PredicateBlend::kOver;
-  std::map<const Volume*, Prepared> prepared_;
+  std::map<const StoredVolume*, Prepared> prepared_;
   PredicateBrickCache known_;
   std::vector<float> importance_;
   std::vector<std::int8_t> leaps_;

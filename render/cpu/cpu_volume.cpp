@@ -47,7 +47,7 @@ bool CpuVolume::fits(const VoxelGrid& grid) {
   return voxels < static_cast<double>(std::numeric_limits<std::int32_t>::max());
 }
 
-CpuVolume::CpuVolume(const Volume& ct, int threads) {
+CpuVolume::CpuVolume(const StoredVolume& ct, int threads) {
   const auto& size = ct.grid().size;
   row_stride_ = size[0] + kBorder;
   slice_stride_ = row_stride_ * (size[1] + kBorder);
@@ -55,7 +55,7 @@ CpuVolume::CpuVolume(const Volume& ct, int threads) {
   copy_voxels(ct, threads);
 }
 
-void CpuVolume::copy_voxels(const Volume& ct, int threads) {
+void CpuVolume::copy_voxels(const StoredVolume& ct, int threads) {
   const auto& size = ct.grid().size;
   voxels_ =
       ZeroedArray<std::int32_t>(as_size(slice_stride_) * as_size(size[2] + kBorder) + kFetchTail);
@@ -67,18 +67,18 @@ void CpuVolume::copy_voxels(const Volume& ct, int threads) {
     if (k < 0 || k >= size[2]) return;
     const std::size_t slice = as_size(size[0]) * as_size(size[1]);
     std::tie(low[as_size(k)], high[as_size(k)]) =
-        range_of(ct.hu().subspan(as_size(k) * slice, slice));
+        range_of(ct.values().subspan(as_size(k) * slice, slice));
   });
   low_hu_ = *std::min_element(low.begin(), low.end());
   high_hu_ = *std::max_element(high.begin(), high.end());
 }
 
-void CpuVolume::copy_slice(const Volume& ct, int padded_k) {
+void CpuVolume::copy_slice(const StoredVolume& ct, int padded_k) {
   const auto& size = ct.grid().size;
   const int k = std::clamp(padded_k - kBelow, 0, size[2] - 1);
   const auto row_of = [&](int padded_j) {
     const int j = std::clamp(padded_j - kBelow, 0, size[1] - 1);
-    return ct.hu().data() + (as_size(k) * as_size(size[1]) + as_size(j)) * as_size(size[0]);
+    return ct.values().data() + (as_size(k) * as_size(size[1]) + as_size(j)) * as_size(size[0]);
   };
   for (int padded_j = 0; padded_j < size[1] + kBorder; ++padded_j) {
     const std::int16_t* row = row_of(padded_j);

@@ -16,7 +16,7 @@ namespace nav::render {
 class CpuVolume {
  public:
   /// Uses at most \p threads threads; 0: all cores.
-  CpuVolume(const Volume& ct, int threads);
+  CpuVolume(const StoredVolume& ct, int threads);
   /// True when 32-bit voxel offsets suffice; a larger volume is rejected.
   static bool fits(const VoxelGrid& grid);
 
@@ -29,8 +29,8 @@ class CpuVolume {
   [[nodiscard]] int high_hu() const { return high_hu_; }
 
  private:
-  void copy_voxels(const Volume& ct, int threads);
-  void copy_slice(const Volume& ct, int padded_k);
+  void copy_voxels(const StoredVolume& ct, int threads);
+  void copy_slice(const StoredVolume& ct, int padded_k);
 
   /// Rays cross a slice with every sample, and each slice has its own memory pages. With large
   /// pages, the processor has all of them in its page table.

@@ -27,7 +27,7 @@ Result<features::ScanLines> lines_per_voxel(const VoxelScan& scan, const VoxelGr
     for (std::size_t i = as_size(k) * slice; i < (as_size(k) + 1) * slice; ++i) {
       const Eigen::Vector3d into = (*scan.into_ct)[i].cast<double>();
       if (into.norm() > 0) away[i] = features::PackedDirection::pack(into.stableNormalized());
-      const std::int16_t code = depth != nullptr ? depth->codes()->hu()[i] : std::int16_t{0};
+      const std::int16_t code = depth != nullptr ? depth->codes()->values()[i] : std::int16_t{0};
       if (depth == nullptr || code == FeatureVolume::kUndefined) continue;
       depth_mm[i] = static_cast<float>(depth->offset() + depth->scale() * code);
     }
@@ -118,9 +118,9 @@ Result<std::set<std::string>> channels_of(const PredicateScene& predicates, cons
 }
 
 /// Features that the model uses and the scene does not have yet.
-Result<std::vector<WantedFeature>> wanted_features(const std::shared_ptr<const Volume>& volume,
-                                                   const DerivedFeatureOptions& options,
-                                                   const PredicateScene& predicates) {
+Result<std::vector<WantedFeature>> wanted_features(
+    const std::shared_ptr<const StoredVolume>& volume, const DerivedFeatureOptions& options,
+    const PredicateScene& predicates) {
   const auto channels = channels_of(predicates, volume->grid());
   if (!channels) return channels.error();
   const features::ScalarVolume scalar = features::ScalarVolume::of(volume, options.unknown);
@@ -173,7 +173,7 @@ bool reads_scan_lines(const PredicateNeeds& needs) {
          });
 }
 
-Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
+Result<void> add_derived_features(const std::shared_ptr<const StoredVolume>& volume,
                                   const DerivedFeatureOptions& options,
                                   features::DerivedVolumes& service, PredicateScene& predicates) {
   const auto wanted = wanted_features(volume, options, predicates);
@@ -190,7 +190,7 @@ Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
   return {};
 }
 
-Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
+Result<void> add_derived_features(const std::shared_ptr<const StoredVolume>& volume,
                                   const DerivedFeatureOptions& options, const MakeFeature& make,
                                   PredicateScene& predicates) {
   const auto wanted = wanted_features(volume, options, predicates);

@@ -50,7 +50,7 @@ struct ChannelSource {
 /// scan line, because angles cannot be interpolated. The signal counts from the black of
 /// PredicateScene::intensity. Rejects angles and confidence without scan lines, confidence with a
 /// direction per voxel but no feature depth, and all that the features reject.
-Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
+Result<void> add_derived_features(const std::shared_ptr<const StoredVolume>& volume,
                                   const DerivedFeatureOptions& options,
                                   features::DerivedVolumes& service, PredicateScene& predicates);
 
@@ -58,7 +58,7 @@ Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
 using MakeFeature = std::function<Result<features::DerivedVolume>(const std::string& name,
                                                                   const features::DerivedRequest&)>;
 /// Adds the same features, one after the other, with \p make.
-Result<void> add_derived_features(const std::shared_ptr<const Volume>& volume,
+Result<void> add_derived_features(const std::shared_ptr<const StoredVolume>& volume,
                                   const DerivedFeatureOptions& options, const MakeFeature& make,
                                   PredicateScene& predicates);
 

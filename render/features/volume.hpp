@@ -34,7 +34,7 @@ class ScalarVolume {
   static Result<ScalarVolume> create(const VoxelGrid& grid, std::vector<float> values,
                                      std::string name);
   /// Shares the voxels of a volume. Voxels with the value \p unknown, if given, become NaN.
-  static ScalarVolume of(std::shared_ptr<const Volume> volume,
+  static ScalarVolume of(std::shared_ptr<const StoredVolume> volume,
                          std::optional<std::int16_t> unknown = {});
 
   [[nodiscard]] const VoxelGrid& grid() const { return grid_; }
@@ -51,8 +51,8 @@ class ScalarVolume {
   ScalarVolume();
   VoxelGrid grid_;
   std::string name_;
-  std::shared_ptr<const Volume> volume_;              ///< Either this,
-  std::shared_ptr<const std::vector<float>> floats_;  ///< or this.
+  std::shared_ptr<const StoredVolume> volume_;         ///< Either this,
+  std::optional<VolumeOf<frames::Ct, float>> floats_;  ///< or this.
   std::optional<std::int16_t> unknown_;
   struct KnownDigest;
   std::shared_ptr<KnownDigest> digest_;  ///< Shared by copies.

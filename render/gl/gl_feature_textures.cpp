@@ -14,8 +14,8 @@ namespace {
 /// Interleaves a slice of the codes of up to four volumes, voxel by voxel. Undefined codes and
 /// missing volumes become 0. as_they_are: keeps the codes of the first volume, because it is no
 /// feature.
-void interleave(const std::vector<std::shared_ptr<const Volume>>& members, bool as_they_are, int k,
-                std::int16_t* to) {
+void interleave(const std::vector<std::shared_ptr<const StoredVolume>>& members, bool as_they_are,
+                int k, std::int16_t* to) {
   static_assert(GlFeatureTextures::kChannels == 4);
   const auto& size = members[0]->grid().size;
   const std::size_t row = as_size(size[0]);
@@ -25,7 +25,7 @@ void interleave(const std::vector<std::shared_ptr<const Volume>>& members, bool 
     const std::size_t first = (as_size(k) * as_size(size[1]) + as_size(j)) * row;
     std::array<const std::int16_t*, 4> from{};
     for (std::size_t c = 0; c < from.size(); ++c) {
-      from[c] = c < members.size() ? members[c]->hu().data() + first : missing.data();
+      from[c] = c < members.size() ? members[c]->values().data() + first : missing.data();
     }
     for (std::size_t i = 0; i < row; ++i, to += 4) {
       to[0] = static_cast<std::int16_t>(as_they_are ? from[0][i] : defined(from[0][i]));
@@ -38,7 +38,7 @@ void interleave(const std::vector<std::shared_ptr<const Volume>>& members, bool 
 
 /// A volume that has undefined voxels, and its bit.
 struct Holes {
-  const Volume* codes;
+  const StoredVolume* codes;
   std::uint16_t bit;
 };
 
@@ -51,7 +51,7 @@ void mark_undefined(const std::vector<Holes>& holes, int k, std::uint16_t* cells
   std::fill_n(cells, slice, std::uint16_t{0});
   std::vector<std::uint8_t> here(row + 1);  // 1: undefined in one of the four rows.
   for (const Holes& of : holes) {
-    const std::int16_t* voxels = of.codes->hu().data();
+    const std::int16_t* voxels = of.codes->values().data();
     for (int j = 0; j < n[1]; ++j) {
       const std::size_t first = as_size(k) * slice + as_size(j) * row;
       const std::size_t up = j + 1 < n[1] ? row : 0;
@@ -80,7 +80,7 @@ Result<void> accepted(const std::string& what) {
 
 }  // namespace
 
-const GlFeatureTextures::Place* GlFeatureTextures::find(const Volume* codes) const {
+const GlFeatureTextures::Place* GlFeatureTextures::find(const StoredVolume* codes) const {
   const auto found = std::find_if(places_.begin(), places_.end(),
                                   [&](const auto& place) { return place.first == codes; });
   return found == places_.end() ? nullptr : &found->second;
@@ -212,23 +212,23 @@ Result<void> GlFeatureTextures::send(Group& group, gl::SendLimit& limit) {
   return ok;
 }
 
-std::vector<const Volume*> GlFeatureTextures::unmarked(const PredicateSet& set) const {
-  std::vector<const Volume*> holes;
+std::vector<const StoredVolume*> GlFeatureTextures::unmarked(const PredicateSet& set) const {
+  std::vector<const StoredVolume*> holes;
   for (std::size_t c = 1; c < set.channels().size(); ++c) {
     if (set.channels()[c].has_undefined) holes.push_back(set.channels()[c].codes.get());
   }
   if (holes.empty()) return holes;
-  const bool known = std::all_of(holes.begin(), holes.end(), [&](const Volume* codes) {
+  const bool known = std::all_of(holes.begin(), holes.end(), [&](const StoredVolume* codes) {
     return std::find(undefined_of_.begin(), undefined_of_.end(), codes) != undefined_of_.end();
   });
   const bool whole = undefined_slices_ == set.channels()[0].codes->grid().size[2];
-  return known && whole ? std::vector<const Volume*>() : holes;
+  return known && whole ? std::vector<const StoredVolume*>() : holes;
 }
 
 Result<void> GlFeatureTextures::send_undefined(const PredicateSet& set, gl::SendLimit& limit) {
   has_undefined_ = std::any_of(set.channels().begin() + 1, set.channels().end(),
                                [](const auto& channel) { return channel.has_undefined; });
-  std::vector<const Volume*> holes = unmarked(set);
+  std::vector<const StoredVolume*> holes = unmarked(set);
   if (holes.empty()) return {};
   if (holes != undefined_of_) undefined_slices_ = 0;
   const auto& size = set.channels()[0].codes->grid().size;
@@ -236,7 +236,7 @@ Result<void> GlFeatureTextures::send_undefined(const PredicateSet& set, gl::Send
   const int count = limit.take(size[2] - undefined_slices_, slice);
   if (count == 0) return {};
   std::vector<Holes> marked;
-  for (const Volume* codes : holes) {
+  for (const StoredVolume* codes : holes) {
     const Place place = *find(codes);
     marked.push_back(
         {codes, static_cast<std::uint16_t>(1U << (place.group * kChannels + place.component))});

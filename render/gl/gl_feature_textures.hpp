@@ -70,7 +70,7 @@ class GlFeatureTextures {
   struct Group {
     GlTexture texture;
     GlTable pairs;  ///< Used instead of texture; member after member.
-    std::vector<std::shared_ptr<const Volume>> members;
+    std::vector<std::shared_ptr<const StoredVolume>> members;
     std::size_t sent = 0;  ///< Number of members that were sent.
     int slices = 0;        ///< Slices sent of the next member, or of the texture.
   };
@@ -80,22 +80,22 @@ class GlFeatureTextures {
   };
   /// True if a placed feature is no longer offered.
   [[nodiscard]] bool is_stale(const PredicateSet& set, const Features& offered) const;
-  [[nodiscard]] const Place* find(const Volume* codes) const;
+  [[nodiscard]] const Place* find(const StoredVolume* codes) const;
   Result<void> place(const PredicateSet& set);
   Result<void> send(Group& group, gl::SendLimit& limit);
   [[nodiscard]] bool send_pairs(Group& group, gl::SendLimit& limit) const;
   bool send_texture(Group& group, gl::SendLimit& limit) const;
   Result<void> send_undefined(const PredicateSet& set, gl::SendLimit& limit);
   /// The channels that have undefined voxels, unless they are marked already.
-  [[nodiscard]] std::vector<const Volume*> unmarked(const PredicateSet& set) const;
+  [[nodiscard]] std::vector<const StoredVolume*> unmarked(const PredicateSet& set) const;
 
   std::array<Group, kMostTextures> groups_;
-  std::vector<std::pair<const Volume*, Place>> places_;
+  std::vector<std::pair<const StoredVolume*, Place>> places_;
   std::vector<std::size_t> used_;
   std::vector<Place> channels_;  ///< Places of the last set's channels except the first.
   GlTexture undefined_;
-  std::vector<const Volume*> undefined_of_;  ///< Volumes whose bits are sent or being sent.
-  int undefined_slices_ = 0;                 ///< Number of slices that were sent.
+  std::vector<const StoredVolume*> undefined_of_;  ///< Volumes whose bits are sent or being sent.
+  int undefined_slices_ = 0;                       ///< Number of slices that were sent.
   bool has_undefined_ = false;
   bool wants_pairs_ = false;
   bool pairs_ = false;

@@ -10,9 +10,9 @@
 
 namespace nav::render {
 
-std::vector<std::int16_t> neighbour_differences(const Volume& volume) {
+std::vector<std::int16_t> neighbour_differences(const StoredVolume& volume) {
   const auto& n = volume.grid().size;
-  const std::int16_t* hu = volume.hu().data();
+  const std::int16_t* hu = volume.values().data();
   const auto nx = static_cast<std::ptrdiff_t>(n[0]);
   const std::ptrdiff_t nxy = nx * n[1];
   std::vector<std::int16_t> out(4 * volume.grid().voxel_count());

@@ -58,7 +58,7 @@ Result<void> prepare(std::unique_ptr<GlProgram>& program, const char* fragment) 
 
 /// Rejects a reduced volume. Features belong to the volume's own grid; means of either would give
 /// other predicates.
-Result<void> whole(const Volume& volume, const Volume& fitted) {
+Result<void> whole(const StoredVolume& volume, const StoredVolume& fitted) {
   if (&fitted == &volume) return {};
   const auto& size = volume.grid().size;
   return Error{
@@ -252,7 +252,7 @@ void GlRaycaster::begin_keeping(GlProgram& program, bool keep) {
 
 Result<void> GlRaycaster::update(const Scene& scene) {
   auto& [textures, predicates] = *source_;
-  const auto fits = [&](const Volume& volume) {
+  const auto fits = [&](const StoredVolume& volume) {
     return gl::fits_slices(volume.grid().size) && volume.grid().size[2] <= most_slices_;
   };
   const bool slices = *manual_filter_ && gathers_ && fits(*scene.ct) &&

@@ -146,7 +146,8 @@ bool GlTextures::accepts(const std::array<int, 3>& size) const {
   return accepted != 0;
 }
 
-std::shared_ptr<const Volume> GlTextures::fitting(const std::shared_ptr<const Volume>& volume) {
+std::shared_ptr<const StoredVolume> GlTextures::fitting(
+    const std::shared_ptr<const StoredVolume>& volume) {
   if (volume == full_) return fitted_;
   note_.clear();
   full_ = fitted_ = volume;
@@ -180,7 +181,7 @@ bool GlTextures::ask_for_less() {
   return most_voxels_ > 0;
 }
 
-Result<void> GlTextures::update_volume(const std::shared_ptr<const Volume>& volume) {
+Result<void> GlTextures::update_volume(const std::shared_ptr<const StoredVolume>& volume) {
   if (volume == volume_) return {};
   volume_ = nullptr;
   bricks_valid_ = false;
@@ -210,7 +211,7 @@ void GlTextures::set_voxel_pairs(bool wanted) {
   wants_pairs_ = wanted;
 }
 
-bool GlTextures::send_volume(const Volume& volume) {
+bool GlTextures::send_volume(const StoredVolume& volume) {
   const auto& size = volume.grid().size;
   pairs_ = wants_pairs_ && gl::has_room_for_pairs(size, 1);
   if (pairs_) {
@@ -223,7 +224,7 @@ bool GlTextures::send_volume(const Volume& volume) {
   glBindTexture(kind, ct.id());
   gl::set_sampling(kind, GL_LINEAR);
   glTexImage3D(kind, 0, GL_R16_SNORM, size[0], size[1], size[2], 0, GL_RED, GL_SHORT,
-               volume.hu().data());
+               volume.values().data());
   return glGetError() == GL_NO_ERROR;
 }
 

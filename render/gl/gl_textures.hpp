@@ -76,9 +76,9 @@ class GlTextures {
   /// not fit on the device. Leaves the bindings of the active texture unit changed.
   Result<void> update(const Scene& scene);
   /// Sends only a volume.
-  Result<void> update_volume(const std::shared_ptr<const Volume>& volume);
+  Result<void> update_volume(const std::shared_ptr<const StoredVolume>& volume);
   /// True if the volume is on the device.
-  [[nodiscard]] bool has(const std::shared_ptr<const Volume>& volume) const {
+  [[nodiscard]] bool has(const std::shared_ptr<const StoredVolume>& volume) const {
     return volume_ == volume;
   }
   void release();
@@ -93,7 +93,7 @@ class GlTextures {
 
   /// The volume to draw in place of one that the device may not hold: the same volume, or one with
   /// fewer voxels, made once. Leaves the bindings of the active texture unit changed.
-  std::shared_ptr<const Volume> fitting(const std::shared_ptr<const Volume>& volume);
+  std::shared_ptr<const StoredVolume> fitting(const std::shared_ptr<const StoredVolume>& volume);
   /// Says how the last fitting() reduced the volume; empty: not reduced.
   [[nodiscard]] const std::string& note() const { return note_; }
   /// Call it after update() failed. True if fitting() should be called again, for fewer voxels.
@@ -131,34 +131,35 @@ class GlTextures {
   void update_brick_ranges();
   void update_picture(const Image2d<std::uint8_t>& pixels);
 
-  [[nodiscard]] bool send_volume(const Volume& volume);
+  [[nodiscard]] bool send_volume(const StoredVolume& volume);
   [[nodiscard]] bool accepts(const std::array<int, 3>& size) const;
 
   int largest_edge_ = std::numeric_limits<int>::max();
-  std::shared_ptr<const Volume> full_;  ///< The volume of the last fitting().
-  std::shared_ptr<const Volume> fitted_;
+  std::shared_ptr<const StoredVolume> full_;  ///< The volume of the last fitting().
+  std::shared_ptr<const StoredVolume> fitted_;
   std::string note_;
-  std::shared_ptr<const Volume> limited_;  ///< The volume to which most_voxels_ applies.
+  std::shared_ptr<const StoredVolume> limited_;  ///< The volume to which most_voxels_ applies.
   std::size_t most_voxels_ = std::numeric_limits<std::size_t>::max();
   std::size_t memory_voxels_ = std::numeric_limits<std::size_t>::max();
   bool out_of_memory_ = false;
   GlUploads uploads_;
-  std::shared_ptr<const Volume> volume_;
+  std::shared_ptr<const StoredVolume> volume_;
   bool wants_pairs_ = false;
   bool pairs_ = false;  ///< true: volume_ is on the device as pairs.
   bool slices_ = false;
   bool gradient_texture_ = true;
-  std::shared_ptr<const Volume> gradients_of_;  ///< Volume of the gradient texture; absent: not
-                                                ///< worth one.
-  std::shared_ptr<const Volume> gradients_tried_;
+  std::shared_ptr<const StoredVolume> gradients_of_;  ///< Volume of the gradient texture; absent:
+                                                      ///< not worth one.
+  std::shared_ptr<const StoredVolume> gradients_tried_;
   std::optional<TransferFunction> function_;
   std::optional<TransferTable> table_;
-  std::shared_ptr<const Volume> ranges_volume_;
+  std::shared_ptr<const StoredVolume> ranges_volume_;
   BrickGrid ranges_;
-  std::shared_ptr<const Volume> part_ranges_of_;
+  std::shared_ptr<const StoredVolume> part_ranges_of_;
   BrickGrid part_ranges_;
   bool bricks_valid_ = false;
-  std::shared_ptr<const Volume> brick_ranges_of_;  ///< The volume whose ranges are on the device.
+  /// The volume whose ranges are on the device.
+  std::shared_ptr<const StoredVolume> brick_ranges_of_;
   std::uint64_t bricks_occupied_ = 0;
   std::vector<std::uint8_t> hidden_;  ///< hidden_bricks() of the bricks on the device.
   std::optional<BrickShell> shell_;

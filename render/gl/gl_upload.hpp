@@ -156,7 +156,7 @@ inline bool start_pairs(GlTable& table, const std::array<int, 3>& size, std::siz
 /// holds the next voxel of the row: VOXEL_PAIRS of shaders/include/ct.glsl. value_of: maps a voxel
 /// to its value.
 template <class Value>
-bool fill_pairs(GlTable& table, std::size_t which, const Volume& volume, SliceRange slices,
+bool fill_pairs(GlTable& table, std::size_t which, const StoredVolume& volume, SliceRange slices,
                 const Value& value_of) {
   const auto& size = volume.grid().size;
   const auto row = static_cast<std::size_t>(size[0]);
@@ -178,7 +178,7 @@ bool fill_pairs(GlTable& table, std::size_t which, const Volume& volume, SliceRa
     for_each_index(slices.end - slices.begin, 0, [&](int k) {
       const std::size_t first = static_cast<std::size_t>(k) * slice;
       for (std::size_t at = first; at < first + slice; at += row) {
-        const std::int16_t* voxels = volume.hu().data() + from + at;
+        const std::int16_t* voxels = volume.values().data() + from + at;
         std::uint32_t* to = words + at;
         for (std::size_t i = 0; i + 1 < row; ++i) {
           to[i] = pair_of(value_of(voxels[i]), value_of(voxels[i + 1]));

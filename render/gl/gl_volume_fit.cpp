@@ -16,7 +16,7 @@ namespace {
 int parts(int n, int factor) { return (n + factor - 1) / factor; }
 
 /// Mean of the existing voxels of a box.
-std::int16_t box_mean(const Volume& full, const std::array<int, 3>& first,
+std::int16_t box_mean(const StoredVolume& full, const std::array<int, 3>& first,
                       const std::array<int, 3>& factors) {
   const auto& size = full.grid().size;
   double sum = 0;
@@ -25,7 +25,7 @@ std::int16_t box_mean(const Volume& full, const std::array<int, 3>& first,
     for (int j = first[1]; j < std::min(first[1] + factors[1], size[1]); ++j) {
       const std::size_t row = (as_size(k) * as_size(size[1]) + as_size(j)) * as_size(size[0]);
       for (int i = first[0]; i < std::min(first[0] + factors[0], size[0]); ++i, ++count) {
-        sum += full.hu()[row + as_size(i)];
+        sum += full.values()[row + as_size(i)];
       }
     }
   }
@@ -49,7 +49,8 @@ struct ErrorSum {
 };
 
 /// Error over one slice of the full volume.
-ErrorSum slice_error(const Volume& full, const Volume& small, const std::array<int, 3>& f, int k) {
+ErrorSum slice_error(const StoredVolume& full, const StoredVolume& small,
+                     const std::array<int, 3>& f, int k) {
   const auto& n = full.grid().size;
   const auto& m = small.grid().size;
   const auto place = [&](int i, std::size_t axis) {
@@ -66,13 +67,13 @@ ErrorSum slice_error(const Volume& full, const Volume& small, const std::array<i
       const Between x = place(i, 0);
       const auto line = [&](std::size_t b, std::size_t c) {
         const std::size_t start = (c * my + b) * mx;
-        return (1 - x.w) * small.hu()[start + x.low] + x.w * small.hu()[start + x.high];
+        return (1 - x.w) * small.values()[start + x.low] + x.w * small.values()[start + x.high];
       };
       const auto sheet = [&](std::size_t c) {
         return (1 - y.w) * line(y.low, c) + y.w * line(y.high, c);
       };
       const double found = (1 - z.w) * sheet(z.low) + z.w * sheet(z.high);
-      const double error = std::abs(found - full.hu()[row + as_size(i)]);
+      const double error = std::abs(found - full.values()[row + as_size(i)]);
       sum.max = std::max(sum.max, error);
       sum.squares += error * error;
     }
@@ -95,7 +96,7 @@ VoxelGrid reduced_grid(const VoxelGrid& full, const std::array<int, 3>& factors)
 
 }  // namespace
 
-ReducedVolume reduced(const Volume& full, const std::array<int, 3>& factors) {
+ReducedVolume reduced(const StoredVolume& full, const std::array<int, 3>& factors) {
   const VoxelGrid grid = reduced_grid(full.grid(), factors);
   std::vector<std::int16_t> hu(grid.voxel_count());
   for_each_index(grid.size[2], 0, [&](int k) {
@@ -106,9 +107,9 @@ ReducedVolume reduced(const Volume& full, const std::array<int, 3>& factors) {
       }
     }
   });
-  auto volume = Volume::create(grid, std::move(hu), full.name());
+  auto volume = StoredVolume::create(grid, std::move(hu), full.name());
   NAV_CHECK(volume.has_value(), full.name());
-  ReducedVolume out{std::make_shared<const Volume>(std::move(volume).value()), factors, 0, 0};
+  ReducedVolume out{std::make_shared<const StoredVolume>(std::move(volume).value()), factors, 0, 0};
   std::vector<ErrorSum> errors(as_size(full.grid().size[2]));
   for_each_index(full.grid().size[2], 0,
                  [&](int k) { errors[as_size(k)] = slice_error(full, *out.volume, factors, k); });
@@ -137,7 +138,7 @@ std::array<int, 3> factors_to_fit(const std::array<int, 3>& size, int largest_ed
   return factors;
 }
 
-std::string note_of(const ReducedVolume& reduced, const Volume& full) {
+std::string note_of(const ReducedVolume& reduced, const StoredVolume& full) {
   std::ostringstream text;
   const auto size = [&](const std::array<int, 3>& n) {
     text << n[0] << " x " << n[1] << " x " << n[2];

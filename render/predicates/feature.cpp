@@ -51,20 +51,17 @@ Result<FeatureVolume> FeatureVolume::create(const VoxelGrid& grid, std::span<con
     codes[i] =
         defined ? static_cast<std::int16_t>(std::clamp(code, -kMostCode, kMostCode)) : kUndefined;
   }
-  auto volume = Volume::create(grid, std::move(codes), std::move(name));
+  auto volume = StoredVolume::create(grid, std::move(codes), std::move(name));
   if (!volume) return volume.error();
-  out.codes_ = std::make_shared<const Volume>(*std::move(volume));
+  out.codes_ = std::make_shared<const StoredVolume>(*std::move(volume));
   return out;
 }
 
 Result<LabelVolume> LabelVolume::create(const VoxelGrid& grid, std::vector<std::uint32_t> bits,
                                         std::string name) {
-  if (const auto ok = check_count(grid, bits.size(), name); !ok) return ok.error();
-  LabelVolume out;
-  out.grid_ = grid;
-  out.bits_ = std::make_shared<const std::vector<std::uint32_t>>(std::move(bits));
-  out.name_ = std::move(name);
-  return out;
+  auto voxels = Voxels::create(grid, std::move(bits), std::move(name));
+  if (!voxels) return voxels.error();
+  return LabelVolume(*std::move(voxels));
 }
 
 }  // namespace nav::render

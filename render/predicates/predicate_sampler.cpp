@@ -28,7 +28,7 @@ double PredicateSampler::value(std::size_t channel, const Eigen::Vector3d& index
   const PredicateSet::Channel& c = set_.channels()[channel];
   const VoxelGrid& grid = c.codes->grid();
   const Eigen::Vector3d at = clamped(grid, index);
-  const std::span<const std::int16_t> codes = c.codes->hu();
+  const std::span<const std::int16_t> codes = c.codes->values();
   std::array<std::array<std::size_t, 2>, 3> near{};
   Eigen::Vector3d w;
   std::size_t stride = 1;

@@ -35,8 +35,8 @@ Result<void> check_grid(const std::string& name, const VoxelGrid& found, const V
 /// Collects leaves and channels while it visits a model.
 class PredicateSetBuilder {
  public:
-  PredicateSetBuilder(const PredicateScene& predicates, const std::shared_ptr<const Volume>& ct,
-                      PredicatePlace place)
+  PredicateSetBuilder(const PredicateScene& predicates,
+                      const std::shared_ptr<const StoredVolume>& ct, PredicatePlace place)
       : predicates_(predicates), ct_(ct) {
     const auto& window = predicates.intensity;
     const double scale = 1 / (window.white - window.black);
@@ -195,13 +195,13 @@ class PredicateSetBuilder {
   }
 
   const PredicateScene& predicates_;
-  const std::shared_ptr<const Volume>& ct_;
+  const std::shared_ptr<const StoredVolume>& ct_;
   PredicateSet set_;
   std::vector<bool> done_;
 };
 
 Result<PredicateSet> PredicateSet::create(const PredicateScene& predicates,
-                                          const std::shared_ptr<const Volume>& ct,
+                                          const std::shared_ptr<const StoredVolume>& ct,
                                           PredicatePlace place) {
   if (const auto ok = nav::render::validate(predicates.model); !ok) return ok.error();
   return PredicateSetBuilder(predicates, ct, std::move(place)).build();

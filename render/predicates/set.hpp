@@ -26,7 +26,7 @@ class PredicateSet {
  public:
   struct Channel {
     std::string name;
-    std::shared_ptr<const Volume> codes;
+    std::shared_ptr<const StoredVolume> codes;
     double offset;  ///< value = offset + scale · code.
     double scale;
     double quantum;
@@ -42,7 +42,8 @@ class PredicateSet {
 
   /// Rejects what validate(PredicateScene) lists.
   static Result<PredicateSet> create(const PredicateScene& predicates,
-                                     const std::shared_ptr<const Volume>& ct, PredicatePlace place);
+                                     const std::shared_ptr<const StoredVolume>& ct,
+                                     PredicatePlace place);
 
   /// The channels that leaves read. The first is the volume itself.
   [[nodiscard]] const std::vector<Channel>& channels() const { return channels_; }

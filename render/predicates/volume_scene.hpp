@@ -13,7 +13,7 @@ namespace nav::render {
 /// An ultrasound volume that predicates can draw.
 struct PredicateVolume {
   std::string name;
-  std::shared_ptr<const Volume> ultrasound;
+  std::shared_ptr<const StoredVolume> ultrasound;
   PredicateScene predicates;  ///< Features, scan and window. Its model is for the caller to set.
 };
 

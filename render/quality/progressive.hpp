@@ -26,6 +26,10 @@ class ProgressiveRenderer {
   /// True if the last image was coarse and no other event makes the next call draw: call draw()
   /// again.
   [[nodiscard]] bool wants_refinement() const { return refinement_.wants_refinement(); }
+  /// True if, in addition, it would now be drawn in full.
+  [[nodiscard]] bool wants_refinement(Timestamp now) const {
+    return refinement_.wants_refinement(now);
+  }
 
  private:
   Engine& engine_;

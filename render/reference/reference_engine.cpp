@@ -22,7 +22,7 @@ namespace {
 using Vec3 = spec::Vec3<double>;
 
 /// Gradient of the CT, HU/mm along the CT axes.
-Vec3 gradient_at(const Volume& ct, const Vec3& index) {
+Vec3 gradient_at(const StoredVolume& ct, const Vec3& index) {
   const VoxelGrid& grid = ct.grid();
   Vec3 g;
   for (int axis = 0; axis < 3; ++axis) {

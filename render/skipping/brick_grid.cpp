@@ -147,11 +147,11 @@ void chebyshev(const Eigen::Vector3i& n, std::vector<std::uint8_t>& d) {
 }
 
 /// Ranges of HU of cubes with edge voxels along each side.
-BrickGrid make_ranges(const Volume& volume, int edge, int threads) {
+BrickGrid make_ranges(const StoredVolume& volume, int edge, int threads) {
   using Limits = std::numeric_limits<std::int16_t>;
   const auto& size = volume.grid().size;
   BrickGrid grid;
-  grid.count = fold_bricks(volume.hu().data(), size, edge, threads,
+  grid.count = fold_bricks(volume.values().data(), size, edge, threads,
                            BrickFold{Limits::max(), kLeast, grid.low},
                            BrickFold{Limits::min(), kGreatest, grid.high});
   return grid;
@@ -203,11 +203,11 @@ void add_parts(const std::uint8_t* shows, int parts, unsigned bit, std::uint8_t*
 
 }  // namespace
 
-BrickGrid make_brick_grid(const Volume& volume, int threads) {
+BrickGrid make_brick_grid(const StoredVolume& volume, int threads) {
   return make_ranges(volume, kBrickVoxels, threads);
 }
 
-BrickGrid make_part_grid(const Volume& volume, int threads) {
+BrickGrid make_part_grid(const StoredVolume& volume, int threads) {
   return make_ranges(volume, kPartVoxels, threads);
 }
 

@@ -32,9 +32,9 @@ struct BrickGrid {
   std::vector<std::int16_t> high;
 };
 /// Computes the ranges of the bricks on at most this many threads; 0: all cores.
-BrickGrid make_brick_grid(const Volume& volume, int threads);
+BrickGrid make_brick_grid(const StoredVolume& volume, int threads);
 /// Computes the ranges of the parts.
-BrickGrid make_part_grid(const Volume& volume, int threads);
+BrickGrid make_part_grid(const StoredVolume& volume, int threads);
 
 /// The bricks [from, to) of a row.
 struct BrickSpan {

@@ -42,11 +42,12 @@ std::vector<T> every_nth(std::span<const T> voxels, const VoxelGrid& whole,
   return out;
 }
 
-std::shared_ptr<const Volume> every_nth(const Volume& whole) {
+std::shared_ptr<const StoredVolume> every_nth(const StoredVolume& whole) {
   const VoxelGrid coarse = coarse_grid(whole.grid());
-  auto made = Volume::create(coarse, every_nth(whole.hu(), whole.grid(), coarse), whole.name());
+  auto made =
+      StoredVolume::create(coarse, every_nth(whole.values(), whole.grid(), coarse), whole.name());
   NAV_CHECK(made, whole.name());
-  return std::make_shared<const Volume>(*std::move(made));
+  return std::make_shared<const StoredVolume>(*std::move(made));
 }
 
 }  // namespace
@@ -79,13 +80,13 @@ Scene CoarseVolumes::of(const Scene& scene, const PredicateSet& set) {
 
 /// Coarsens the features that the set reads, or has read before. Others are not offered.
 void CoarseVolumes::coarsen_features(const PredicateSet& set, Features& offered) {
-  const auto asks_for = [&](const Volume* codes) {
+  const auto asks_for = [&](const StoredVolume* codes) {
     return std::any_of(set.channels().begin(), set.channels().end(),
                        [&](const auto& channel) { return channel.codes.get() == codes; });
   };
-  std::map<const Volume*, CoarseFeature> kept;
+  std::map<const StoredVolume*, CoarseFeature> kept;
   for (const auto& [name, whole] : offered.volumes) {
-    const Volume* codes = whole.codes().get();
+    const StoredVolume* codes = whole.codes().get();
     if (auto known = features_.extract(codes); !known.empty()) {
       kept.insert(std::move(known));
     } else if (kept.count(codes) == 0 && asks_for(codes)) {

@@ -45,9 +45,9 @@ class CoarseVolumes {
   void coarsen_features(const PredicateSet& set, Features& offered);
   void coarsen_labels(const PredicateSet& set, Features& offered);
 
-  std::shared_ptr<const Volume> volume_;
-  std::shared_ptr<const Volume> coarse_;
-  std::map<const Volume*, CoarseFeature> features_;  ///< Keyed by their codes.
+  std::shared_ptr<const StoredVolume> volume_;
+  std::shared_ptr<const StoredVolume> coarse_;
+  std::map<const StoredVolume*, CoarseFeature> features_;  ///< Keyed by their codes.
   std::optional<CoarseLabels> labels_;
 };
 

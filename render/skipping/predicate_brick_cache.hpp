@@ -30,7 +30,7 @@ class PredicateBrickCache {
 
  private:
   struct Known {
-    std::weak_ptr<const Volume> codes;  ///< While they live, their address is unique.
+    std::weak_ptr<const StoredVolume> codes;  ///< While they live, their address is unique.
     ChannelBricks bricks;
   };
   void forget_channels_of_the_past();
@@ -38,8 +38,8 @@ class PredicateBrickCache {
   void take_labels(const PredicateSet& set, int threads);
 
   std::optional<PredicateSet> set_;
-  std::map<const Volume*, Known> channels_;
-  const Volume* volume_ = nullptr;
+  std::map<const StoredVolume*, Known> channels_;
+  const StoredVolume* volume_ = nullptr;
   std::optional<LabelVolume> labels_;
   std::optional<LabelBricks> label_bricks_;
   LeafBricks leaves_;

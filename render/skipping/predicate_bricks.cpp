@@ -89,7 +89,7 @@ ChannelBricks channel_bricks(const PredicateSet::Channel& channel, int threads) 
   const auto& size = channel.codes->grid().size;
   ChannelBricks out{};
   std::vector<std::int16_t> least;
-  out.range.count = fold_bricks(channel.codes->hu().data(), size, kBrickVoxels, threads,
+  out.range.count = fold_bricks(channel.codes->values().data(), size, kBrickVoxels, threads,
                                 BrickFold{Limits::max(), least_defined, out.range.low},
                                 BrickFold{Limits::min(), kGreatest, out.range.high},
                                 BrickFold{Limits::max(), kLeast, least});

@@ -39,7 +39,7 @@ std::vector<VisibleInterval> few_intervals(const TransferTable& table) {
 class CellRow {
  public:
   /// ct: gives the width of the rows.
-  CellRow(const Volume& ct, const std::vector<VisibleInterval>& intervals)
+  CellRow(const StoredVolume& ct, const std::vector<VisibleInterval>& intervals)
       : ct_(ct),
         intervals_(intervals),
         low_(as_size(ct.grid().size[0]) + 1),
@@ -119,7 +119,7 @@ class CellRow {
  private:
   [[nodiscard]] const std::int16_t* row(int j, int k) const {
     const auto& n = ct_.grid().size;
-    return ct_.hu().data() + (as_size(k) * as_size(n[1]) + as_size(j)) * as_size(n[0]);
+    return ct_.values().data() + (as_size(k) * as_size(n[1]) + as_size(j)) * as_size(n[0]);
   }
 
   /// One bit for each of eight cells; cells from `to` on are clear.
@@ -136,7 +136,7 @@ class CellRow {
     return to - i < kCellsAtOnce ? eight & ((1U << (to - i)) - 1) : eight;
   }
 
-  const Volume& ct_;
+  const StoredVolume& ct_;
   const std::vector<VisibleInterval>& intervals_;
   std::vector<std::int16_t> low_;  ///< Least of the four rows around a row of cells.
   std::vector<std::int16_t> high_;
@@ -145,7 +145,7 @@ class CellRow {
 
 }  // namespace
 
-VisibleCells::VisibleCells(const Volume& ct, const CpuVolume& layout,
+VisibleCells::VisibleCells(const StoredVolume& ct, const CpuVolume& layout,
                            const BrickDistances& distances, const TransferTable& table, int edge,
                            int threads) {
   const auto& n = ct.grid().size;

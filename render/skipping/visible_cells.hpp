@@ -26,7 +26,7 @@ class VisibleCells {
   /// invisible. Two samples less than edge voxels apart along every axis lie in blocks that share a
   /// voxel, so nothing is visible between two invisible samples. distances: of the same volume and
   /// table. Uses at most this many threads; 0: all cores.
-  VisibleCells(const Volume& ct, const CpuVolume& layout, const BrickDistances& distances,
+  VisibleCells(const StoredVolume& ct, const CpuVolume& layout, const BrickDistances& distances,
                const TransferTable& table, int edge, int threads);
 
   /// The bits. Bit (o mod 32) of word o / 32 is the cell whose lower voxel lies o from

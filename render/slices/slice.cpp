@@ -21,7 +21,7 @@ constexpr double kRounding = 5e-7;  // Rounding of positions, in pixels or voxel
 /// Trilinear values along a line of index space, for positions inside the box.
 class Sampler {
  public:
-  explicit Sampler(const Volume& ct) : hu_(ct.hu().data()) {
+  explicit Sampler(const StoredVolume& ct) : hu_(ct.values().data()) {
     const auto& size = ct.grid().size;
     for (std::size_t a = 0; a < 3; ++a) {
       last_[a] = static_cast<float>(size[a] - 1);
@@ -230,7 +230,7 @@ Result<void> validate(const SlicePlane& plane, const SliceOptions& options) {
   return {};
 }
 
-Result<Image2d<float>> slice_values(const Volume& ct, const SlicePlane& plane,
+Result<Image2d<float>> slice_values(const StoredVolume& ct, const SlicePlane& plane,
                                     const SliceOptions& options) {
   if (const auto ok = validate(plane, options); !ok) return ok.error();
   const VoxelGrid& grid = ct.grid();
@@ -266,7 +266,7 @@ Result<Image2d<float>> slice_values(const Volume& ct, const SlicePlane& plane,
   return Image2d<float>(options.width, options.height, std::move(values));
 }
 
-Image2d<Rgba8> slice_along_image(const Volume& ct,
+Image2d<Rgba8> slice_along_image(const StoredVolume& ct,
                                  const Transform<frames::Ct, frames::Image>& ct_from_image,
                                  const Eigen::Vector2d& origin_mm, double mm_per_pixel, int width,
                                  int height, const HuWindow& window) {

@@ -79,7 +79,7 @@ Result<void> validate(const SlicePlane& plane, const SliceOptions& options);
 /// maximum misses no voxel. An oblique thick slice combines layers at most half the smallest
 /// spacing apart. A mean weights a layer by its distance to the next ones; parts outside the CT do
 /// not count. Errors as in validate().
-Result<Image2d<float>> slice_values(const Volume& ct, const SlicePlane& plane,
+Result<Image2d<float>> slice_values(const StoredVolume& ct, const SlicePlane& plane,
                                     const SliceOptions& options);
 
 /// The colour outside the CT. No grey value has this colour.
@@ -92,7 +92,7 @@ Image2d<Rgba8> to_grey(const Image2d<float>& values, const HuWindow& window);
 /// A thin slice of the CT along the plane of an ultrasound image. Pixel (column, row) shows the
 /// point origin_mm + mm_per_pixel · (column, row) of the Image frame. Preconditions: those of
 /// validate(); otherwise a Bug.
-Image2d<Rgba8> slice_along_image(const Volume& ct,
+Image2d<Rgba8> slice_along_image(const StoredVolume& ct,
                                  const Transform<frames::Ct, frames::Image>& ct_from_image,
                                  const Eigen::Vector2d& origin_mm, double mm_per_pixel, int width,
                                  int height, const HuWindow& window);

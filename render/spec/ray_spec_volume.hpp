@@ -142,9 +142,9 @@ Interval<S> clip_to_box(const Ray<S>& index, const std::array<int, 3>& size) {
 }
 
 /// Trilinear HU at an index, clamped to the box of voxel centres.
-inline double value_at(const Volume& ct, const Eigen::Vector3d& index) {
+inline double value_at(const StoredVolume& ct, const Eigen::Vector3d& index) {
   const auto& size = ct.grid().size;
-  const std::span<const std::int16_t> hu = ct.hu();
+  const std::span<const std::int16_t> hu = ct.values();
   std::array<std::size_t, 3> low{};
   std::array<std::size_t, 3> high{};
   Eigen::Vector3d w;

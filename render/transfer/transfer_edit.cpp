@@ -100,11 +100,11 @@ double scale_of(const ValueRange& from, const ValueRange& to) {
 
 }  // namespace
 
-ValueRange value_range(const Volume& volume) {
+ValueRange value_range(const StoredVolume& volume) {
   Histogram histogram(65536, 0);
-  for (const std::int16_t value : volume.hu())
+  for (const std::int16_t value : volume.values())
     ++histogram[static_cast<std::size_t>(value - kLeastHu)];
-  const std::size_t border = otsu_bin(histogram, static_cast<double>(volume.hu().size()));
+  const std::size_t border = otsu_bin(histogram, static_cast<double>(volume.values().size()));
   double above = 0;
   for (std::size_t i = border + 1; i < histogram.size(); ++i) {
     above += static_cast<double>(histogram[i]);

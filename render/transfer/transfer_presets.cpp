@@ -175,7 +175,7 @@ std::vector<std::string> preset_names() {
   return names;
 }
 
-Result<TransferFunction> preset_for(const std::string& name, const Volume& volume) {
+Result<TransferFunction> preset_for(const std::string& name, const StoredVolume& volume) {
   for (const Preset& preset : kPresets) {
     // Only a relative preset reads the volume.
     if (preset.relative && name == preset.name) return preset_over(name, value_range(volume));

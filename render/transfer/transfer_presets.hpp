@@ -20,14 +20,14 @@ struct ValueRange {
   double low;   ///< Border of the background, by Otsu's threshold.
   double high;  ///< Above 99.5 % of the values above low; > low.
 };
-ValueRange value_range(const Volume& volume);
+ValueRange value_range(const StoredVolume& volume);
 /// The value range for which the default gradients of Shading, and "mr-default" without a volume,
 /// are made.
 inline constexpr ValueRange kNominalRange{0, 1000};
 
 /// A built-in function for a volume. CT presets are absolute, in HU; "mr-default" is mapped to the
 /// volume's value_range(). kNotFound lists the names.
-Result<TransferFunction> preset_for(const std::string& name, const Volume& volume);
+Result<TransferFunction> preset_for(const std::string& name, const StoredVolume& volume);
 
 /// Moves an appearance to other values: maps `from` linearly to `to`. Gradient windows scale by the
 /// same factor. Rejects nodes that coincide or exceed the range of a double. Precondition:

@@ -27,20 +27,20 @@ void apply(const Camera& camera, vtkCamera& vtk) {
   vtk.SetParallelScale(0.5 * camera.orthographic_height_mm);
 }
 
-vtkSmartPointer<vtkImageData> vtk_image(const Volume& volume) {
+vtkSmartPointer<vtkImageData> vtk_image(const StoredVolume& volume) {
   const VoxelGrid& grid = volume.grid();
   auto image = vtkSmartPointer<vtkImageData>::New();
   image->SetDimensions(grid.size.data());
   image->SetSpacing(grid.spacing_mm.data());
   vtkNew<vtkShortArray> voxels;
   // VTK wants a mutable pointer but does not write through it; 1 keeps VTK from freeing it.
-  voxels->SetArray(const_cast<std::int16_t*>(volume.hu().data()),
-                   static_cast<vtkIdType>(volume.hu().size()), 1);
+  voxels->SetArray(const_cast<std::int16_t*>(volume.values().data()),
+                   static_cast<vtkIdType>(volume.values().size()), 1);
   image->GetPointData()->SetScalars(voxels);
   return image;
 }
 
-vtkSmartPointer<vtkMatrix4x4> ct_from_vtk_image(const Volume& volume) {
+vtkSmartPointer<vtkMatrix4x4> ct_from_vtk_image(const StoredVolume& volume) {
   auto matrix = vtkSmartPointer<vtkMatrix4x4>::New();
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {

@@ -22,9 +22,9 @@ void apply(const Camera& camera, vtkCamera& vtk);
 
 /// Voxels on a grid with unit directions and origin zero, because VTK's mappers ignore directions;
 /// place it with ct_from_vtk_image(). Shares the voxels of the volume, which must outlive it.
-vtkSmartPointer<vtkImageData> vtk_image(const Volume& volume);
+vtkSmartPointer<vtkImageData> vtk_image(const StoredVolume& volume);
 /// The rigid (or mirrored) matrix that places vtk_image() in Ct.
-vtkSmartPointer<vtkMatrix4x4> ct_from_vtk_image(const Volume& volume);
+vtkSmartPointer<vtkMatrix4x4> ct_from_vtk_image(const StoredVolume& volume);
 
 /// Colours and opacity per mm (unit distance 1 mm), sampled densely, because VTK interpolates
 /// opacity and we interpolate extinction. Voxels are interpolated linearly. Shading as given.

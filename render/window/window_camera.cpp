@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "nav/places.hpp"
-#include "render/window/window.hpp"
+#include "render/window/window_input.hpp"
 
 namespace nav::render {
 namespace {
@@ -74,6 +74,14 @@ Camera zoomed(const Camera& camera, double factor) {
         camera.look_at_ct.mm + zoomed_length(distance_mm, factor) / distance_mm * back;
   }
   return within_places(result, camera);
+}
+
+Camera moved(const Camera& camera, const WindowInput& input) {
+  // The eye moves against the drag, so that the scene moves with the mouse.
+  const Eigen::Vector2d turn = -M_PI * input.orbit;
+  Camera result = orbited(camera, turn.x(), turn.y());
+  result = panned(result, -input.pan.x(), -input.pan.y());
+  return zoomed(result, input.zoom);
 }
 
 }  // namespace nav::render

@@ -43,19 +43,24 @@ class ReplayWindowTest : public ::testing::Test {
   }
 };
 
-TEST_F(ReplayWindowTest, ShowsTheRecordingAndWritesNothingButTheReport) {
-  const auto report = folder_ / "report.json";
-  EXPECT_EQ(run_until("the recording has ended",
-                      "replay " + recording() + " --ct " + ct() +
-                          " --window --width 160 --height 120 --step 4 --json " + report.string()),
-            0);
-  std::ifstream file(report);
-  ASSERT_TRUE(file.good());
-  const auto json = nlohmann::json::parse(file);
-  EXPECT_TRUE(json["frames"].empty());
-  EXPECT_TRUE(json["image_sha256"].is_null());
-  EXPECT_TRUE(json["ledger"]["balanced"].get<bool>());
-  EXPECT_GE(json["ledger"]["shown"].get<int>(), 1);
+TEST_F(ReplayWindowTest, ShowsTheRecordingByAnyEngineAndWritesNothingButTheReport) {
+  for (const std::string engine : {"cpu", "gl"}) {
+    const auto report = folder_ / (engine + ".json");
+    EXPECT_EQ(
+        run_until("the recording has ended",
+                  "replay " + recording() + " --ct " + ct() + " --engine " + engine +
+                      " --window --width 160 --height 120 --step 4 --json " + report.string()),
+        0);
+    std::ifstream file(report);
+    ASSERT_TRUE(file.good());
+    const auto json = nlohmann::json::parse(file);
+    EXPECT_EQ(json["engine"], engine);
+    EXPECT_GE(json["views_cast"].get<int>(), 1);
+    EXPECT_TRUE(json["frames"].empty());
+    EXPECT_TRUE(json["image_sha256"].is_null());
+    EXPECT_TRUE(json["ledger"]["balanced"].get<bool>());
+    EXPECT_GE(json["ledger"]["shown"].get<int>(), 1);
+  }
   int pictures = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_.path())) {
     pictures += entry.path().extension() == ".png" ? 1 : 0;

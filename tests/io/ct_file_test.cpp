@@ -109,12 +109,21 @@ TEST_F(CtFileTest, RoundsAndClampsAndReportsTheCounts) {
   EXPECT_TRUE(
       says(diagnostics_, Severity::kWarning, {"a.mha", "1 voxels above 32767 HU set to 32767 HU"}));
   EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"a.mha", "1 voxels below -1024 HU"}));
-  CtOptions of_ultrasound;
-  of_ultrasound.unit = "";
-  ASSERT_TRUE(test::has_value(
-      read("b.mha", meta(kTurn, "MET_FLOAT") + test::bytes_of(values), of_ultrasound)));
+}
+
+TEST_F(CtFileTest, ReadsStoredValuesWithoutAUnitAndWithoutTheLimitOfAir) {
+  auto values = voxels<float>();
+  values[2] = 40000.0F;
+  values[3] = -3024.0F;
+  values[4] = -40000.0F;
+  test::put(folder_ / "b.mha", meta(kTurn, "MET_FLOAT") + test::bytes_of(values));
+  const auto v = read_stored_volume(folder_ / "b.mha", diagnostics_);
+  ASSERT_TRUE(test::has_value(v));
+  EXPECT_EQ(v->at(2, 0, 0), 32767);
+  EXPECT_EQ(v->at(0, 1, 0), -3024);
+  EXPECT_EQ(v->at(1, 1, 0), -32768);
   EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"b.mha", "above 32767 set to 32767"}));
-  EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"b.mha", "below -1024 set to -1024"}));
+  EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"b.mha", "below -32768 set to -32768"}));
 }
 
 TEST_F(CtFileTest, RejectsNanVoxelsAndReportsTheirCountAndIndex) {

@@ -64,8 +64,8 @@ inline double best_of(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const 
 /// Returns a polygon as make_cutaway() prepares it.
 inline render::spec::CutawayPolygon<double> polygon_of(std::vector<Eigen::Vector3d> vertices) {
   const VoxelGrid grid{{1, 1, 1}};
-  static const auto ct =
-      std::make_shared<const Volume>(*Volume::create(grid, std::vector<std::int16_t>(1), "voxel"));
+  static const auto ct = std::make_shared<const StoredVolume>(
+      *StoredVolume::create(grid, std::vector<std::int16_t>(1), "voxel"));
   render::Scene scene{
       ct, *render::TransferFunction::create("none", {{0, {1, 1, 1}, 0, 0}, {1, {1, 1, 1}, 0, 0}}),
       {}, {},

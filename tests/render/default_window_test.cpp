@@ -19,7 +19,7 @@ struct Shown {
   int contrast = 0;
 };
 
-HuWindow window_for(const Volume& volume, const Shown& shown) {
+HuWindow window_for(const StoredVolume& volume, const Shown& shown) {
   std::vector<float> values;
   const auto add = [&](int count, float hu) {
     values.insert(values.end(), static_cast<std::size_t>(count), hu);
@@ -38,7 +38,7 @@ bool is_window(const HuWindow& window, double level, double width) {
 class DefaultWindowTest : public ::testing::Test {
  protected:
   /// Mostly soft tissue, with a layer of air.
-  std::shared_ptr<const Volume> ct_ =
+  std::shared_ptr<const StoredVolume> ct_ =
       test::make_volume(test::centred_grid({10, 10, 20}, {1, 1, 1}),
                         [](int, int, int k) { return k == 0 ? -1000 : 50; });
 };

@@ -18,7 +18,7 @@ Eigen::Matrix3d oblique() {
 Eigen::Matrix3d left_handed() { return oblique() * Eigen::Vector3d(1, 1, -1).asDiagonal(); }
 
 /// One bright voxel in an asymmetric position. Everything else is air.
-std::shared_ptr<const Volume> marker(const VoxelGrid& grid, const std::array<int, 3>& at) {
+std::shared_ptr<const StoredVolume> marker(const VoxelGrid& grid, const std::array<int, 3>& at) {
   return test::make_volume(grid, [&](int i, int j, int k) {
     return i == at[0] && j == at[1] && k == at[2] ? 2000 : -1000;
   });

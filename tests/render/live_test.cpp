@@ -15,7 +15,7 @@ constexpr int kWidth = 97;
 constexpr int kHeight = 71;
 
 /// Blobs in air, so that there are empty bricks, and rays pass through faint and dense tissue.
-std::shared_ptr<const Volume> blobs() {
+std::shared_ptr<const StoredVolume> blobs() {
   return test::make_volume(
       test::centred_grid({40, 36, 33}, {1.0, 1.2, 1.5}), [](int i, int j, int k) {
         return 300 * std::sin(0.35 * i) * std::cos(0.3 * j) * std::sin(0.4 * k + 1) - 50;

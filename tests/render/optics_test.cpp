@@ -11,7 +11,7 @@ INSTANTIATE_TEST_SUITE_P(Engines, OpticsTest, ::testing::ValuesIn(test::verified
                          [](const auto& c) { return c.param.name; });
 
 /// A volume of 9 × n × 9 voxels with one value, seen along j.
-std::shared_ptr<const Volume> slab(int n, double spacing_mm) {
+std::shared_ptr<const StoredVolume> slab(int n, double spacing_mm) {
   return test::make_volume(test::centred_grid({9, n, 9}, {4, spacing_mm, 4}),
                            [](int, int, int) { return 0; });
 }

@@ -129,7 +129,7 @@ TEST(SceneChangeTest, EachFieldOfASurfaceOrObjectChangesTheGeometry) {
 
 TEST(SceneChangeTest, EachFieldOfViewVolumeAndAppearanceChangesTheView) {
   expect_each(full_scene(), SceneChange::kView,
-              {[](Scene& s) { s.ct = std::make_shared<Volume>(*s.ct); },
+              {[](Scene& s) { s.ct = std::make_shared<StoredVolume>(*s.ct); },
                [](Scene& s) { s.width += 1; },
                [](Scene& s) { s.height += 1; },
                [](Scene& s) { s.background_rgb.z() = 1; },

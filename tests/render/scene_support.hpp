@@ -18,8 +18,8 @@
 namespace nav::test {
 
 /// A volume with voxels from a function of their indices.
-inline std::shared_ptr<const Volume> make_volume(const VoxelGrid& grid,
-                                                 const std::function<double(int, int, int)>& hu) {
+inline std::shared_ptr<const StoredVolume> make_volume(
+    const VoxelGrid& grid, const std::function<double(int, int, int)>& hu) {
   std::vector<std::int16_t> voxels;
   for (int k = 0; k < grid.size[2]; ++k) {
     for (int j = 0; j < grid.size[1]; ++j) {
@@ -28,7 +28,8 @@ inline std::shared_ptr<const Volume> make_volume(const VoxelGrid& grid,
       }
     }
   }
-  return std::make_shared<Volume>(*Volume::create(grid, std::move(voxels), "test volume"));
+  return std::make_shared<StoredVolume>(
+      *StoredVolume::create(grid, std::move(voxels), "test volume"));
 }
 
 /// A grid with its centre at the origin.
@@ -67,7 +68,7 @@ inline render::Camera frontal(double distance_mm, double height_mm, bool orthogr
 }
 
 /// A scene without shading and early termination, on black.
-inline render::Scene plain_scene(std::shared_ptr<const Volume> ct,
+inline render::Scene plain_scene(std::shared_ptr<const StoredVolume> ct,
                                  render::TransferFunction transfer, render::Camera camera) {
   render::Scene scene{std::move(ct), std::move(transfer), {}, {}, {}, {}, camera, {}};
   scene.shading.enabled = false;

@@ -27,7 +27,7 @@ constexpr double kHuPerMm = 40;
 constexpr double kLastHu = kLengthMm * kHuPerMm;
 
 /// The value grows along the ray by exactly 40 HU/mm from 0.
-std::shared_ptr<const Volume> ramp_volume() {
+std::shared_ptr<const StoredVolume> ramp_volume() {
   return test::make_volume(test::centred_grid({9, 65, 9}, {4, 1, 4}),
                            [](int, int j, int) { return kHuPerMm * j; });
 }

@@ -43,8 +43,8 @@ TEST(UltrasoundVolumeTest, BloodIsDarkerThanThyroid) {
   double blood = 0, solid = 0;
   int bloods = 0, solids = 0;
   for (std::size_t v = 0; v < labels.size(); ++v) {
-    if (labels[v] == 1) blood += scanned->volume.hu()[v], ++bloods;
-    if (labels[v] == 2) solid += scanned->volume.hu()[v], ++solids;
+    if (labels[v] == 1) blood += scanned->volume.values()[v], ++bloods;
+    if (labels[v] == 2) solid += scanned->volume.values()[v], ++solids;
   }
   ASSERT_GT(bloods, 1000);
   ASSERT_GT(solids, 1000);
@@ -67,7 +67,7 @@ TEST(UltrasoundVolumeTest, VoxelsLieInFrontOfTheProbeFace) {
 TEST(UltrasoundVolumeTest, AFanLeavesTheCornersAtTheFaceBlack) {
   const auto scanned = scan(small(20));
   ASSERT_TRUE(test::has_value(scanned));
-  const Volume& v = scanned->volume;
+  const StoredVolume& v = scanned->volume;
   EXPECT_EQ(v.at(0, 2, 0), 0);
   EXPECT_EQ(v.at(47, 2, 24), 0);
   double middle = 0;
@@ -82,7 +82,7 @@ TEST(UltrasoundVolumeTest, OneAndTwoThreadsGiveEqualBytes) {
   };
   const auto one = with(1);
   const auto two = with(2);
-  EXPECT_TRUE(std::ranges::equal(one->volume.hu(), two->volume.hu()));
+  EXPECT_TRUE(std::ranges::equal(one->volume.values(), two->volume.values()));
 }
 
 TEST(UltrasoundVolumeTest, RejectsInvalidOptions) {

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "app/console.hpp"
@@ -59,9 +58,6 @@ struct SimulateOptions {
   double ct_spacing_mm = 1.5;
   bool compress = false;
 };
-
-/// Numeric options, each with a text of the range that validate() accepts.
-std::vector<std::pair<std::string, std::string>> simulate_ranges();
 
 /// Rejects the first number out of its range, a bend of a straight needle, and numbers of a breath
 /// for a patient who does not breathe.

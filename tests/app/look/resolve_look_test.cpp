@@ -184,7 +184,7 @@ TEST_F(ResolveLookTest, AScaledAppearanceIsShadedLikeTheOriginal) {
       return shift + scale * std::lround(100 * std::exp(-r * r / 60));
     });
   };
-  const auto picture = [](const std::shared_ptr<const Volume>& ct, const ResolvedLook& look) {
+  const auto picture = [](const std::shared_ptr<const StoredVolume>& ct, const ResolvedLook& look) {
     auto scene = test::plain_scene(ct, look.transfer, test::frontal(100, 30, false));
     scene.shading = look.shading;
     return test::draw(*render::make_cpu_engine(), scene);
@@ -193,13 +193,13 @@ TEST_F(ResolveLookTest, AScaledAppearanceIsShadedLikeTheOriginal) {
   const auto other = blob(2, 30);
   SessionConfig::Look preset;
   preset.preset = "mr-default";
-  const auto look = *resolve_look(preset, *original);
+  const auto look = *resolve_look(preset, Volume(*original));
   const auto drawn = picture(original, look);
   SessionConfig::Look saved;
   saved.file = folder_ / "saved.json";
   ASSERT_TRUE(test::has_value(save_look(saved.file, look)));
   for (const auto& said : {preset, saved}) {
-    const auto carried = *resolve_look(said, *other);
+    const auto carried = *resolve_look(said, Volume(*other));
     EXPECT_NEAR(carried.shading.full_gradient_per_mm, 2 * look.shading.full_gradient_per_mm, 1e-9);
     EXPECT_LT(test::max_difference(picture(other, carried), drawn), kByte);
   }

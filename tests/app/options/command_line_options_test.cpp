@@ -57,28 +57,22 @@ TEST_F(CommandLineTest, AnOptionReplacesItsAlternativeInTheSession) {
 TEST_F(CommandLineTest, SimulationOptionsWithoutEffectAreRejected) {
   const std::string out = (folder_ / "sweep.mha").string();
   for (const auto& [arguments, refusal] : std::vector<Idle>{
-           {"--ct-spacing-mm 2", "--ct-spacing-mm: expected --ct beside it, found none"},
-           {"--contrast native", "--contrast: expected --ct beside it, found none"},
-           {"--look-at 1 2 3", "--look-at: expected --patient-ct beside it, found none"},
-           {"--patient-ct x --family neck",
-            "--family: expected no --patient-ct, of which the patient is made, beside it, found "
-            "both"},
-           {"--patient-ct x --ct y.mha --contrast native", "--contrast: expected no --patient-ct"},
+           {"--ct-spacing-mm 2", "--ct-spacing-mm requires --ct"},
+           {"--contrast native", "--contrast requires --ct"},
+           {"--look-at 1 2 3", "--look-at requires --patient-ct"},
+           {"--patient-ct x --family neck", "--family has no effect with --patient-ct"},
+           {"--patient-ct x --ct y.mha --contrast native",
+            "--contrast has no effect with --patient-ct"},
            {"--needle-speed-mm-s 4",
-            "--needle-speed-mm-s: expected --needle straight, bevel or tip-load beside it, found "
-            "none"},
-           {"--needle none --needle-bending-mm 4", "--needle-bending-mm: expected --needle"},
-           {"--needle none --needle-length-mm 90", "--needle-length-mm: expected --needle"},
-           {"--needle-bevel-deg 9", "--needle-bevel-deg: expected --needle"},
+            "--needle-speed-mm-s requires --needle straight, bevel or tip-load (found none)"},
+           {"--needle none --needle-bending-mm 4", "--needle-bending-mm requires --needle"},
+           {"--needle none --needle-length-mm 90", "--needle-length-mm requires --needle"},
+           {"--needle-bevel-deg 9", "--needle-bevel-deg requires --needle"},
            {"--needle straight --needle-bevel-deg 9",
-            "--needle-bevel-deg: expected --needle bevel or tip-load, which bend, beside it, found "
-            "straight"},
-           {"--path rock --length-mm 30",
-            "--length-mm: expected --path sweep or tilt, which slide, beside it, found rock"},
-           {"--path fan --length-mm 30", "--length-mm: expected --path sweep or tilt"},
-           {"--angle-deg 30",
-            "--angle-deg: expected --path fan, rock or tilt, which swing, beside it, found "
-            "sweep"}}) {
+            "--needle-bevel-deg requires --needle bevel or tip-load (found straight)"},
+           {"--path rock --length-mm 30", "--length-mm requires --path sweep or tilt (found rock)"},
+           {"--path fan --length-mm 30", "--length-mm requires --path sweep or tilt"},
+           {"--angle-deg 30", "--angle-deg requires --path fan, rock or tilt (found sweep)"}}) {
     expect_refusal("simulate --columns 16 --rows 16 --out " + out + " " + arguments, 2, {refusal});
     EXPECT_FALSE(std::filesystem::exists(out)) << arguments;
   }
@@ -93,31 +87,28 @@ TEST_F(CommandLineTest, SimulationOptionsWithoutEffectAreRejected) {
 TEST_F(CommandLineTest, AppearanceOptionsWithoutEffectAreRejected) {
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"--grey-width 400",
-            "--grey-width: expected --projection maximum, minimum or mean beside it, found "
-            "composite"},
-           {"--projection mean --look a.vp",
-            "--look: expected --projection composite beside it, found mean"},
-           {"--projection mean --importance 1:2=1", "--importance: expected --projection"},
-           {"--projection mean --emphasis 1", "--emphasis: expected --projection"},
-           {"--projection mean --cutaway-outer 40", "--cutaway-outer: expected --projection"},
+            "--grey-width requires --projection maximum, minimum or mean (found composite)"},
+           {"--projection mean --look a.vp", "--look requires --projection composite (found mean)"},
+           {"--projection mean --importance 1:2=1", "--importance requires --projection"},
+           {"--projection mean --emphasis 1", "--emphasis requires --projection"},
+           {"--projection mean --cutaway-outer 40", "--cutaway-outer requires --projection"},
            {"--look a.vp --transfer-function ct-bone",
-            "--transfer-function: expected it or --look, found both"},
-           {"--projection mean --no-shading", "--no-shading: expected --projection composite"},
-           {"--projection mean --no-cutaway", "--no-cutaway: expected --projection composite"},
+            "--transfer-function cannot be combined with --look"},
+           {"--projection mean --no-shading", "--no-shading requires --projection composite"},
+           {"--projection mean --no-cutaway", "--no-cutaway requires --projection composite"},
            {"--rms-error 0.01 --pixel-error 0.1",
-            "--rms-error: expected no --pixel-error, which it would choose, beside it, found both"},
+            "--rms-error cannot be combined with --pixel-error"},
            {"--engine reference --pixel-error 0.1",
-            "--pixel-error: expected --engine cpu or gl, which may spare rays, beside it, found "
-            "reference"},
+            "--pixel-error requires --engine cpu or gl (found reference)"},
            {"--transfer-function nope", "--transfer-function: expected ct-bone, "},
-           {"--no-shading --shading gooch",
-            "--shading: expected shading that is on beside it, found it off"},
-           {"--no-shading --emphasis 1", "--emphasis: expected shading"},
-           {"--no-cutaway --cutaway-inner 20",
-            "--cutaway-inner: expected a cutaway that is on beside it, found it off"},
-           {"--no-cutaway --cutaway-around needle", "--cutaway-around: expected a cutaway"},
-           {"--no-cutaway --cutaway-overlay 5", "--cutaway-overlay: expected a cutaway"},
-           {"--step 1 --rms-error 0.01", "--step: expected it or --rms-error, found both"}}) {
+           {"--no-shading --shading gooch", "--shading has no effect with --no-shading"},
+           {"--no-shading --emphasis 1", "--emphasis has no effect with --no-shading"},
+           {"--no-cutaway --cutaway-inner 20", "--cutaway-inner has no effect with --no-cutaway"},
+           {"--no-cutaway --cutaway-around needle",
+            "--cutaway-around has no effect with --no-cutaway"},
+           {"--no-cutaway --cutaway-overlay 5",
+            "--cutaway-overlay has no effect with --no-cutaway"},
+           {"--step 1 --rms-error 0.01", "--rms-error cannot be combined with --step"}}) {
     expect_refusal("demo --out x " + arguments, 2, {refusal});
     expect_refusal("replay x.mha --print-session " + arguments, 2, {refusal});
   }
@@ -137,44 +128,36 @@ TEST_F(CommandLineTest, RetiredOptionsAreIgnoredWithAWarning) {
 TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
   const std::string ct = write_ct();
   for (const auto& [arguments, refusal] : std::vector<Idle>{
-           {"--ct " + ct + " --series 1.2.3",
-            "--series: expected a DICOM folder beside it, found "},
-           {"--us-alone", "--us-alone: expected --us-volume beside it, found none"},
+           {"--ct " + ct + " --series 1.2.3", "--series requires a DICOM folder (found "},
+           {"--us-alone", "--us-alone requires --us-volume"},
            {"--height 200 --window-level 60",
-            "--window-level: expected a 3D view that has room for the CT's panel beside it, found "
-            "800 x 200"},
-           {"--ct-importance 1", "--ct-importance: expected --us-volume"},
-           {"--predicates layers", "--predicates: expected --us-volume"},
-           {"--labels a.mha", "--labels: expected --us-volume"},
-           {"--into 0 1 0", "--into: expected --us-volume"},
+            "--window-level requires a larger 3D view, beside which the CT fits (found 800 x 200)"},
+           {"--ct-importance 1", "--ct-importance requires --us-volume"},
+           {"--predicates layers", "--predicates requires --us-volume"},
+           {"--labels a.mha", "--labels requires --us-volume"},
+           {"--into 0 1 0", "--into requires --us-volume"},
            {"--us-volume u.mha --us-alone --ct-importance 1",
-            "--ct-importance: expected a CT, which --us-alone leaves out"},
+            "--ct-importance has no effect with --us-alone"},
            {"--us-volume u.mha --us-alone --rms-error 0.01",
-            "--rms-error: expected a CT, whose step it chooses, beside it, found "
-            "--us-alone"},
+            "--rms-error has no effect with --us-alone"},
            {"--us-volume u.mha --us-alone --classification post-classified",
-            "--classification: expected a CT, whose values they sample, beside it, found "
-            "--us-alone"},
+            "--classification has no effect with --us-alone"},
            {"--us-volume u.mha --us-alone --transfer-function ct-bone",
-            "--transfer-function: expected a CT, which they show, beside it, found --us-alone"},
-           {"--us-volume u.mha --us-alone --no-shading", "--no-shading: expected a CT"},
-           {"--us-volume u.mha --pixel-error 0.1",
-            "--pixel-error: expected a CT alone, whose rays may be spared, beside it, found "
-            "--us-volume"},
+            "--transfer-function has no effect with --us-alone"},
+           {"--us-volume u.mha --us-alone --no-shading",
+            "--no-shading has no effect with --us-alone"},
+           {"--us-volume u.mha --pixel-error 0.1", "--pixel-error has no effect with --us-volume"},
            {"--us-volume u.mha --predicates carotid-vessel --labels a.mha",
-            "--labels: expected a predicate label beside it, found none in carotid-vessel"},
+            "--labels requires a predicate label (carotid-vessel has none)"},
            {"--us-volume u.mha --predicates layers --cache c",
-            "--cache: expected a predicate of a derived feature beside it, found none in layers"},
-           {"--us-volume u.mha --face-radius-mm 9",
-            "--face-radius-mm: expected --apex beside it, found none"},
+            "--cache requires a predicate of a derived feature (layers has none)"},
+           {"--us-volume u.mha --face-radius-mm 9", "--face-radius-mm requires --apex"},
            {"--us-volume u.mha --projection mean",
-            "--us-volume: expected --us-alone or --projection composite beside it, found mean"},
+            "--us-volume requires --us-alone or --projection composite (found mean)"},
            {"--cutaway-around plane,needle",
-            "--cutaway-around: expected --needle-frame, the needle that it names, beside it, found "
-            "none"},
+            "--cutaway-around requires --needle-frame for the needle"},
            {"--needle-frame Needle --cutaway-around needle,targets",
-            "--cutaway-around: expected a session file with a plan, whose targets it names, beside "
-            "it, found none"}}) {
+            "--cutaway-around requires a session file with a plan for the targets"}}) {
     expect_refusal("replay x.mha --print-session " + arguments, 2, {refusal});
   }
   // Inputs in a session file count as given.
@@ -189,29 +172,27 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
   EXPECT_EQ(sonde(with_session + " --out x --cutaway-around needle,targets").code, 0);
   EXPECT_EQ(sonde(with_session + " --out x --frames 2").code, 0);
   expect_refusal(with_session + " x.mha", 2,
-                 {"sweep: expected a session of a recording beside it, found one of the simulated "
-                  "procedure"});
-  expect_refusal(with_session + " --ct " + ct, 2, {"--ct: expected a session of a recording"});
+                 {"sweep requires a session of a recording (found the simulated procedure)"});
+  expect_refusal(with_session + " --ct " + ct, 2, {"--ct requires a session of a recording"});
 }
 
 TEST_F(CommandLineTest, RegistrationOptionsWithoutEffectAreRejected) {
   const std::string ct = write_ct();
   const std::string matrix = "--ct-from-reference '1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'";
   for (const auto& [arguments, refusal] : std::vector<Idle>{
-           {"--landmarks p.csv --series 1.2", "--series: expected --ct beside it, found none"},
-           {"--landmarks p.csv --accept-unknown-orientation", "-orientation: expected --ct"},
-           {"--landmarks p.csv --ct " + ct + " --series 1.2", "--series: expected a DICOM folder"},
-           {"--landmarks p.csv --config c.xml", "--config: expected a sweep beside it, found none"},
-           {"--landmarks p.csv --temporal-offset-ms 5", "--temporal-offset-ms: expected a sweep"},
-           {"--landmarks p.csv --effort quick", "--effort: expected a sweep"},
-           {"--landmarks p.csv --time-limit 5", "--time-limit: expected a sweep"},
-           {"--points p --surface s.vtk --threads 2", "--threads: expected a sweep"},
-           {"--landmarks p.csv --window-level 60", "--window-level: expected a sweep"},
-           {"x.mha --ct y.mha --window-width 9", "--window-width: expected --out beside it"},
-           {"--landmarks p.csv " + matrix,
-            "--ct-from-reference: expected no --landmarks, which are the start, beside it, found "
-            "both"},
-           {"x.mha --landmarks p.csv " + matrix, "--ct-from-reference: expected no --landmarks"}}) {
+           {"--landmarks p.csv --series 1.2", "--series requires --ct"},
+           {"--landmarks p.csv --accept-unknown-orientation", "-orientation requires --ct"},
+           {"--landmarks p.csv --ct " + ct + " --series 1.2", "--series requires a DICOM folder"},
+           {"--landmarks p.csv --config c.xml", "--config requires a sweep"},
+           {"--landmarks p.csv --temporal-offset-ms 5", "--temporal-offset-ms requires a sweep"},
+           {"--landmarks p.csv --effort quick", "--effort requires a sweep"},
+           {"--landmarks p.csv --time-limit 5", "--time-limit requires a sweep"},
+           {"--points p --surface s.vtk --threads 2", "--threads requires a sweep"},
+           {"--landmarks p.csv --window-level 60", "--window-level requires a sweep"},
+           {"x.mha --ct y.mha --window-width 9", "--window-width requires --out"},
+           {"--landmarks p.csv " + matrix, "--ct-from-reference has no effect with --landmarks"},
+           {"x.mha --landmarks p.csv " + matrix,
+            "--ct-from-reference has no effect with --landmarks"}}) {
     expect_refusal("register " + arguments, 2, {refusal});
   }
   // Only the missing files are wrong here.
@@ -222,14 +203,14 @@ TEST_F(CommandLineTest, RegistrationOptionsWithoutEffectAreRejected) {
 TEST_F(CommandLineTest, AValueOutOfRangeIsNamedByOptionAndKey) {
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"replay s.mha --ct c --out o --width 0",
-            "--width (output.width_px): expected 16 to 8192, found 0"},
+            "--width: expected a whole number of 16 to 8192 pixels, found 0"},
            {"replay s.mha --ct c --out o --cutaway-inner 60 --cutaway-outer 50",
             "--cutaway-inner (look.cutaway.theta1_deg): expected at most theta2_deg, found 60"},
            {"replay s.mha --ct c --out o --temporal-offset-ms nan",
-            "--temporal-offset-ms (source.temporal_offset_ms): expected -10000 to 10000"},
-           {"register s.mha --ct c --threads 9999", "--threads (output.threads): expected 0"},
-           {"demo --out o --grey-width 0 --projection mean",
-            "--grey-width (look.grey_width_hu): expected more than 0"},
+            "--temporal-offset-ms: expected -10000 to 10000 ms, found nan"},
+           {"register s.mha --ct c --threads 9999",
+            "--threads: expected a whole number of 0 to 1024, found 9999"},
+           {"demo --out o --grey-width 0 --projection mean", "--grey-width: expected more than 0"},
            {"predicates --print-session --phantom neck --black 9 --white 5",
             "--white (predicates.white): expected more than black, found 5"}}) {
     expect_refusal(arguments, 2, {refusal});
@@ -240,31 +221,31 @@ TEST_F(CommandLineTest, AValueOutOfRangeInASessionFileIsNamedByItsKey) {
   const test::TemporaryFolder folder;
   const auto file = folder / "session.toml";
   std::ofstream(file) << "[output]\nwidth_px = 0\n";
-  expect_refusal("replay s.mha --ct c --out o --session " + file.string(), 3,
-                 {"session.toml: output.width_px: expected 16 to 8192, found 0"});
+  expect_refusal(
+      "replay s.mha --ct c --out o --session " + file.string(), 3,
+      {"session.toml: output.width_px: expected a whole number of 16 to 8192 pixels, found 0"});
 }
 
 TEST_F(CommandLineTest, OptionsOfPredicatesThatWouldDoNothingAreRefused) {
   for (const auto& [arguments, refusal] : std::vector<Idle>{
            {"predicates u.mha --print-session --phantom neck",
-            "--phantom: expected no volume, which is drawn instead, beside it, found u.mha"},
+            "--phantom has no effect with volume"},
            {"predicates u.mha --print-session --phantom-side 64",
-            "--phantom-side: expected no vol"},
+            "--phantom-side has no effect with volume"},
            {"predicates --print-session --scribble-share 0.5",
-            "--scribble-share: expected --scribbles, --show or --hide beside it, found none"},
+            "--scribble-share requires --scribbles, --show or --hide"},
            {"predicates --print-session --into 0 1 0 --face-radius-mm 9",
-            "--face-radius-mm: expected --apex"},
-           {"slices c.mha --out o --mode mean", "--mode: expected --slab beside it, found thin"},
+            "--face-radius-mm requires --apex"},
+           {"slices c.mha --out o --mode mean", "--mode requires --slab"},
            {"derive u.mha --out o --feature depth --unknown 60",
-            "--unknown: expected a --feature of what the voxels hold beside it, found depth"},
+            "--unknown requires a --feature of the values of the voxels (found depth)"},
            {"derive u.mha --out o --feature snr --smoothing-mm 1",
-            "--smoothing-mm: expected --feature gradient-magnitude, -angle, -along or -across"},
-           {"derive u.mha --out o --face-radius-mm 9", "--face-radius-mm: expected --apex"},
+            "--smoothing-mm requires --feature gradient-magnitude, gradient-angle, "},
+           {"derive u.mha --out o --face-radius-mm 9", "--face-radius-mm requires --apex"},
            {"derive u.mha --out o --feature snr --bright",
-            "--bright: expected --feature vesselness beside it, found others"},
+            "--bright requires --feature vesselness"},
            {"derive u.mha --out o --feature snr vesselness --apex 0 0 0",
-            "--apex: expected --feature confidence, gradient-angle, -along, -across or depth "
-            "beside it"}}) {
+            "--apex requires --feature confidence, gradient-angle, gradient-along, "}}) {
     expect_refusal(arguments, 2, {refusal});
   }
   const Outcome strokes = sonde(

@@ -97,7 +97,8 @@ TEST_F(CommandLineTest, SlicesOf64PixelsHaveTheLettersOfTheirEdges) {
       EXPECT_GT(yellow(left, top), 10) << name << ' ' << left << ' ' << top;
     }
   }
-  expect_refusal(arguments + " --size 63", 2, {"--size: expected 64 to 8192"});
+  expect_refusal(arguments + " --size 63", 2,
+                 {"--size: expected a whole number of 64 to 8192 pixels"});
 }
 
 TEST_F(CommandLineTest, WritesObliqueSlicesAndSlicesAlongANeedle) {
@@ -123,13 +124,14 @@ TEST_F(CommandLineTest, WritesObliqueSlicesAndSlicesAlongANeedle) {
 
   expect_refusal(arguments + " --normal 0 0 0", 2, {"--normal", "not zero"});
   expect_refusal(arguments + " --normal nan 0 1", 2, {"--normal", "nan"});
-  expect_refusal(arguments + " --right 1 0 0", 2, {"--right: expected --down beside it"});
+  expect_refusal(arguments + " --right 1 0 0", 2, {"--right requires --down"});
   expect_refusal(arguments + " --right 1 0 0 --down 2 0 0", 2, {"--down", "other than --right"});
-  expect_refusal(arguments + " --right 1 0 0 --normal 0 0 1", 2, {"--right", "--normal", "both"});
+  expect_refusal(arguments + " --right 1 0 0 --normal 0 0 1", 2,
+                 {"--normal cannot be combined with --right"});
   expect_refusal(arguments + " --needle 1 1 1 1 1 1", 2, {"--needle", "apart from it"});
   expect_refusal(arguments + " --needle 900 0 0 0 0 0", 2, {"--needle", "inside the CT"});
-  expect_refusal(arguments + " --frame 1", 2, {"--frame: expected --recording beside it"});
-  expect_refusal(arguments + " --share 1", 2, {"--share: expected --recording or --second"});
+  expect_refusal(arguments + " --frame 1", 2, {"--frame requires --recording"});
+  expect_refusal(arguments + " --share 1", 2, {"--share requires --recording or --second"});
 }
 
 TEST_F(CommandLineTest, WritesAndFusesTheSliceAlongAnImage) {
@@ -156,8 +158,9 @@ TEST_F(CommandLineTest, WritesAndFusesTheSliceAlongAnImage) {
   expect_refusal(recording + " --frame 6", 2, {"--frame: expected 0 to 5, found 6"});
   expect_refusal(recording + " --frame -1", 2, {"--frame: expected 0 to 5, found -1"});
   expect_refusal(recording + " --needle-frame NeedleTip", 2, {"NeedleTip"});
-  expect_refusal(recording + " --second " + ct, 2, {"--second", "--recording", "both"});
-  expect_refusal(recording + " --wipe 0.5", 2, {"--wipe: expected --fusion wipe beside it"});
+  expect_refusal(recording + " --second " + ct, 2,
+                 {"--recording cannot be combined with --second"});
+  expect_refusal(recording + " --wipe 0.5", 2, {"--wipe requires --fusion wipe"});
 
   const Outcome second = sonde(arguments + " --second " + ct + " --second-level 0 --share 1");
   EXPECT_EQ(second.code, 0) << second.errors;
@@ -214,8 +217,7 @@ TEST_F(CommandLineTest, SlicesOfASessionUseItsFilesAndItsPath) {
   ASSERT_EQ(second.code, 0) << second.errors;
   EXPECT_FALSE(std::filesystem::exists(out / "ultrasound.png"));
   EXPECT_TRUE(std::filesystem::exists(out / "path-1.png"));
-  expect_refusal(arguments + " --second " + ct + " --frame 3", 2,
-                 {"--frame: expected --recording beside it"});
+  expect_refusal(arguments + " --second " + ct + " --frame 3", 2, {"--frame requires --recording"});
   EXPECT_NE(sonde(arguments + " --print-session").output.find(sweep), std::string::npos);
 
   std::ofstream(session) << files

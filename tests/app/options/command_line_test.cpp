@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "app/options/exit_code.hpp"
-#include "app/options/option_keys.hpp"
 #include "app/report.hpp"
 #include "io/atomic_file.hpp"
 #include "io/ct.hpp"
@@ -23,21 +22,6 @@
 
 namespace nav::app {
 namespace {
-
-TEST_F(CommandLineTest, EveryKeyHasAnOptionOfAVerb) {
-  std::string help;
-  for (const char* verb : {"demo", "replay", "slices", "predicates"}) {
-    const Outcome outcome = sonde(std::string(verb) + " --help");
-    ASSERT_EQ(outcome.code, kExitOk) << outcome.errors;
-    help += outcome.output;
-  }
-  std::istringstream words(help);
-  const std::set<std::string> known{std::istream_iterator<std::string>(words), {}};
-  for (const auto& [key, option] : options_of_keys()) {
-    const std::string name(option);
-    EXPECT_TRUE(known.contains(name) || known.contains(name + ",")) << name << " for " << key;
-  }
-}
 
 TEST_F(CommandLineTest, TheBuiltProgramIsTheTestedOne) {
   for (const char* arguments : {"--version", "levitate"}) {
@@ -71,12 +55,48 @@ TEST_F(CommandLineTest, BenchAndGalleryNeedTheProgramBesideIt) {
   ::setenv("PATH", before.c_str(), 1);
 }
 
+TEST_F(CommandLineTest, HelpOfAVerbHasExamplesAndItsUsualOptionsAndHelpAllHasAll) {
+  const std::string help = sonde("replay --help").output;
+  EXPECT_EQ(sonde("help replay").output, help);
+  EXPECT_EQ(sonde("help").output, sonde("--help").output);
+  for (const char* piece :
+       {"Examples:\n  sonde replay ", "\n3D view:\n", "  --width N",
+        "height of the 3D view (16 to 8192 pixels; default: 600)", "more options: sonde replay "}) {
+    EXPECT_NE(help.find(piece), std::string::npos) << piece << "\n" << help;
+  }
+  EXPECT_EQ(help.find("--skip-bad-frames"), std::string::npos) << help;
+  const std::string all = sonde("replay --help-all").output;
+  EXPECT_NE(all.find("--skip-bad-frames"), std::string::npos) << all;
+  EXPECT_EQ(all.find("--adaptive-error"), std::string::npos) << "retired";
+  EXPECT_NE(sonde("--help").output.find("  slices"), std::string::npos);
+}
+
+TEST_F(CommandLineTest, ManualPagesAndCompletionKnowEveryOption) {
+  const std::string page = sonde("help --man slices").output;
+  EXPECT_TRUE(page.starts_with(".TH SONDE\\-slices 1")) << page;
+  for (const char* piece :
+       {".SH EXAMPLES", "\\-\\-mm\\-per\\-pixel MM", "0 to 100 mm; default: 0"}) {
+    EXPECT_NE(page.find(piece), std::string::npos) << piece << "\n" << page;
+  }
+  const auto script = folder_ / "completion.bash";
+  std::ofstream(script) << sonde("completion bash").output
+                        << "COMP_WORDS=(sonde replay --engine g) COMP_CWORD=3; _sonde\n"
+                           "echo \"${COMPREPLY[*]}\"\n"
+                           "COMP_WORDS=(sonde slices --mm) COMP_CWORD=2; _sonde\n"
+                           "echo \"${COMPREPLY[*]}\"\n"
+                           "COMP_WORDS=(sonde regi) COMP_CWORD=1; _sonde\n"
+                           "echo \"${COMPREPLY[*]}\"\n";
+  const auto out = folder_ / "completed.txt";
+  ASSERT_EQ(std::system(("bash " + script.string() + " > " + out.string()).c_str()), 0);
+  EXPECT_EQ(text_of(out), "gl\n--mm-per-pixel\nregister\n");
+}
+
 TEST_F(CommandLineTest, UsageErrorsExitWithTwo) {
   expect_refusal("", 2, {});
   expect_refusal("levitate", 2, {"levitate"});
   expect_refusal("demo", 2, {"--out"});
   expect_refusal("demo --out x --engine vulkan", 2, {"engine", "vulkan"});
-  expect_refusal("demo --out x --width 1", 2, {"width_px", "1"});
+  expect_refusal("demo --out x --width 1", 2, {"--width", "1"});
   expect_refusal("demo --out x --threads many", 2, {"threads", "many"});
   expect_refusal("demo --out x --start-error-mm nan", 2, {"--start-error-mm", "nan"});
   expect_refusal("demo --out x --start-error-deg -1", 2, {"--start-error-deg", "-1"});
@@ -95,31 +115,35 @@ TEST_F(CommandLineTest, ParseErrorsHaveTheFormOfOtherErrors) {
     std::string sentence;
   };
   const std::string verbs =
-      "demo, replay, register, info, slices, predicates, derive, bench, gallery, devices or "
-      "simulate";
+      "demo, replay, register, info, slices, predicates, derive, bench, gallery, devices, "
+      "simulate, help or completion";
   for (const auto& [arguments, sentence] : std::vector<Wrong>{
            // Numbers.
-           {"demo --out x --threads many", "--threads: expected a whole number, found many"},
-           {"demo --out x --threads 1.5", "--threads: expected a whole number, found 1.5"},
+           {"demo --out x --threads many",
+            "--threads: expected a whole number of 0 to 1024, found many"},
+           {"demo --out x --threads 1.5",
+            "--threads: expected a whole number of 0 to 1024, found 1.5"},
            {"demo --out x --width 99999999999",
-            "--width: expected a whole number of -2147483648 to 2147483647, found 99999999999"},
-           {"demo --out x --step fine", "--step: expected a number, found fine"},
+            "--width: expected a whole number of 16 to 8192 pixels, found 99999999999"},
+           {"demo --out x --step fine", "--step: expected 0.015625 to 16 voxels, found fine"},
            {"demo --out x --rms-error 7", "--rms-error: expected 1e-05 to 1, found 7"},
-           {"register --target 1 2 x", "--target: expected 3 numbers, found 1 2 x"},
+           {"register --target 1 2 x", "--target: expected 3 finite numbers, found 1 2 x"},
            {"simulate --out x.mha --rows many",
             "--rows: expected 0 (the probe's own) or 16 to 4096 pixels, found many"},
            {"simulate --out x.mha --frame-rate-hz fast",
             "--frame-rate-hz: expected more than 0 and at most 1000 Hz, found fast"},
            // Numbers of values.
            {"register --target 1 2",
-            "--target: expected 3 numbers (x y z in the CT, LPS mm: where the error is judged), "
-            "found 2"},
+            "--target: expected 3 numbers (point at which the error is judged, LPS), found 2"},
            {"simulate --out x.mha --look-at 1 2",
-            "--look-at: expected 3 numbers (point of that CT, LPS mm), found 2"},
+            "--look-at: expected 3 numbers (point that the probe looks at in that CT, LPS), found "
+            "2"},
            {"replay --json", "--json: expected a value (write the report as JSON"},
            {"demo --out x --out y", "--out: expected it once, with a value, found 2 values"},
            {"demo", "--out: expected a value (folder to write to), found none"},
-           {"info", "file: expected a value (file, or DICOM folder), found none"},
+           {"info",
+            "file: expected a value (sequence, CT (file or DICOM folder) or PLUS configuration), "
+            "found "},
            // Names.
            {"demo --out x --cutaway-around liver",
             "--cutaway-around: expected plane, needle or targets, found liver"},
@@ -139,9 +163,15 @@ TEST_F(CommandLineTest, ParseErrorsHaveTheFormOfOtherErrors) {
             "--family: expected abdomen, neck, shoulder, tendon, head or spine, found x"},
            {"demo --out x --no-shading=maybe", "--no-shading: expected true or false, found maybe"},
            // Contradicting or unknown options.
-           {"predicates --apex 1 2 3 --into 0 1 0", "--into: expected it or --apex, found both"},
+           {"predicates --apex 1 2 3 --into 0 1 0", "--into cannot be combined with --apex"},
            {"demo --out x --foo",
-            "sonde demo: expected an option that 'sonde demo --help' lists, found --foo"},
+            "sonde demo: expected an option that 'sonde demo --help-all' lists, found --foo"},
+           {"demo --out x --widht 3", "lists, found --widht; did you mean --width?"},
+           {"demo --out x --rms_error=3", "lists, found --rms_error=3; did you mean --rms-error?"},
+           {"reply", "found 'reply'; did you mean replay?"},
+           {"help levitate", "found 'levitate'"},
+           {"help --man levitate", "help: expected a verb, or --man and a verb, found 'levitate'"},
+           {"completion fish", "completion: expected bash, found 'fish'"},
            {"", "verb: expected one of " + verbs + ", found none"},
            {"levitate", "verb: expected one of " + verbs + ", found 'levitate'"}}) {
     expect_refusal(arguments, 2, {"sonde: error: " + sentence});
@@ -157,7 +187,7 @@ TEST_F(CommandLineTest, SimulateNamesTheInvalidOption) {
   const std::string simulate = "simulate --columns 16 --rows 16 --out " + out + " ";
   expect_refusal(simulate + "--frame-rate-hz 0", 2,
                  {"--frame-rate-hz: expected more than 0 and at most 1000 Hz, found 0"});
-  expect_refusal(simulate + "--breathing-mm 5", 2, {"--breathing-mm: expected --breathing"});
+  expect_refusal(simulate + "--breathing-mm 5", 2, {"--breathing-mm requires --breathing"});
   expect_refusal(simulate + "--seed -1", 2, {"--seed: expected a whole number", "found -1"});
   expect_refusal(simulate + "--seed 18446744073709551616", 2, {"found 18446744073709551616"});
   expect_refusal(simulate + "--needle bevel --needle-bending-mm 100", 2,

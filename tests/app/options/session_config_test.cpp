@@ -109,7 +109,7 @@ TEST_F(SessionConfigTest, ReadsTheWindowOfFlatImagesAndKeepsItsAbsence) {
   EXPECT_EQ(*to_toml(*again), *to_toml(*config));
   EXPECT_EQ(to_toml(*read(""))->find("window_"), std::string::npos);
   EXPECT_TRUE(test::refuses(read("[view]\nwindow_width = 0\n"), Code::kMalformedData,
-                            {"view.window_width: expected 0.001 to 10^6, found 0"}));
+                            {"view.window_width: expected 0.001 to 1000000 HU, found 0"}));
   EXPECT_TRUE(test::refuses(read("[view]\nwindow_level = 2e6\n"), Code::kMalformedData,
                             {"view.window_level"}));
 }

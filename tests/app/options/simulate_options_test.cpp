@@ -83,14 +83,14 @@ TEST(SimulateOptionsTest, AnImageHasTheSizeOfTheProbeOrAtMostAFewThousandPixels)
 TEST(SimulateOptionsTest, RejectsBreathingNumbersWithoutBreathing) {
   SimulateOptions options;
   options.breathing_mm = 5;
-  EXPECT_THAT(refusal(options), StartsWith("--breathing-mm: expected --breathing rigid"));
+  EXPECT_THAT(refusal(options), StartsWith("--breathing-mm requires --breathing rigid"));
   options.breathing = "smooth";
   EXPECT_EQ(refusal(options), "accepted");
   options.breathing_mm = -5;
   EXPECT_EQ(refusal(options), "--breathing-mm: expected 0 to 60 mm, found -5");
   options = SimulateOptions();
   options.breathing_period_s = 5;
-  EXPECT_THAT(refusal(options), StartsWith("--breathing-period-s: expected --breathing rigid"));
+  EXPECT_THAT(refusal(options), StartsWith("--breathing-period-s requires --breathing rigid"));
   options.breathing = "rigid";
   EXPECT_EQ(refusal(options), "accepted");
   options.breathing_period_s = 0;

@@ -42,8 +42,8 @@ ScalarVolume block(int side, std::int16_t first = 0) {
     voxels[i] = static_cast<std::int16_t>(i * 7919 % 200);
   }
   voxels[0] = first;
-  return ScalarVolume::of(
-      std::make_shared<const Volume>(*Volume::create(grid, std::move(voxels), "block")));
+  return ScalarVolume::of(std::make_shared<const StoredVolume>(
+      *StoredVolume::create(grid, std::move(voxels), "block")));
 }
 
 /// Environment variable that makes this program write into the cache of that folder.

@@ -81,11 +81,11 @@ TEST(PredicateScanLinesTest, RunAlongTheirPlaneWithDepthFromItsFace) {
   const auto& depth = predicates.features.volumes.at(render::feature::kDepth);
   const std::size_t voxel = 6 * 7 + 2;  // i 2, j 7, k 0.
   EXPECT_LT(((*scan.into_ct)[voxel] - Eigen::Vector3f(0, 1, 0)).norm(), 1e-3F);
-  EXPECT_NEAR(depth.offset() + depth.scale() * depth.codes()->hu()[voxel], 0.5 * 7 + 1, 0.01);
+  EXPECT_NEAR(depth.offset() + depth.scale() * depth.codes()->values()[voxel], 0.5 * 7 + 1, 0.01);
   // Nothing is known further than reach_mm from the only image.
   const std::size_t far = 12 * 6 * 4 + voxel;
   EXPECT_TRUE((*scan.into_ct)[far].hasNaN() || (*scan.into_ct)[far].isZero());
-  EXPECT_EQ(depth.codes()->hu()[far], render::FeatureVolume::kUndefined);
+  EXPECT_EQ(depth.codes()->values()[far], render::FeatureVolume::kUndefined);
 }
 
 TEST(PredicateScanLinesTest, RejectsErrorsByName) {

@@ -25,12 +25,13 @@ using render::features::Paint;
 using E = render::PredicateExpression;
 
 /// Volume with a dark half and a bright half.
-std::shared_ptr<const Volume> halves() {
+std::shared_ptr<const StoredVolume> halves() {
   VoxelGrid grid;
   grid.size = {12, 10, 8};
   std::vector<std::int16_t> voxels(grid.voxel_count());
   for (std::size_t n = 0; n < voxels.size(); ++n) voxels[n] = n % 12 < 6 ? 40 : 200;
-  return std::make_shared<const Volume>(*Volume::create(grid, std::move(voxels), "halves"));
+  return std::make_shared<const StoredVolume>(
+      *StoredVolume::create(grid, std::move(voxels), "halves"));
 }
 
 render::Scene scene_of_halves() {
@@ -319,7 +320,7 @@ TEST(PredicateLabelsTest, OneFileHasMasksSeveralHaveOneBitEach) {
   grid.spacing_mm = {0.3, 0.2, 1};
   const auto write = [&](const char* name, std::vector<std::int16_t> values, const VoxelGrid& on) {
     EXPECT_TRUE(test::has_value(
-        io::write_ct_mha(*Volume::create(on, std::move(values), name), folder / name)));
+        io::write_ct_mha(*StoredVolume::create(on, std::move(values), name), folder / name)));
     return folder / name;
   };
   const auto masks = write("masks.mha", {0, 1, 2, 3, 4, 5, 0, 0, 0, 0, 0, 16384}, grid);

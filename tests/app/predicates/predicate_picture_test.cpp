@@ -122,7 +122,7 @@ class StrokePictureTest : public ::testing::Test {
   StrokePictureTest() {
     VoxelGrid grid;
     grid.size = {40, 40, 40};
-    volume_ = std::make_shared<const Volume>(*Volume::create(
+    volume_ = std::make_shared<const StoredVolume>(*StoredVolume::create(
         grid, std::vector<std::int16_t>(grid.voxel_count(), std::int16_t{60}), "block"));
   }
   static Stroke stroke(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
@@ -138,7 +138,7 @@ class StrokePictureTest : public ::testing::Test {
     for (const Rgba8& p : picture.pixels()) count += p.g > p.r + 60 && p.g > p.b + 40 ? 1 : 0;
     return count;
   }
-  std::shared_ptr<const Volume> volume_;
+  std::shared_ptr<const StoredVolume> volume_;
 };
 
 TEST_F(StrokePictureTest, EverySliceIsShown) {
@@ -159,7 +159,7 @@ TEST_F(StrokePictureTest, CloseAndCrossingSlicesAreAllShown) {
   VoxelGrid fine;
   fine.size = {40, 40, 40};
   fine.spacing_mm = {0.4, 0.4, 0.4};
-  volume_ = std::make_shared<const Volume>(*Volume::create(
+  volume_ = std::make_shared<const StoredVolume>(*StoredVolume::create(
       fine, std::vector<std::int16_t>(fine.voxel_count(), std::int16_t{60}), "block"));
   const Stroke first = stroke({3, 4, 4.8}, {10, 4, 4.8});
   const Stroke beside = stroke({3, 10, 5.2}, {10, 10, 5.2});

@@ -2,12 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/views/panels.hpp"
 
-#include <cmath>
 #include <gtest/gtest.h>
 #include <vector>
-
-#include "app/views/window_words.hpp"
-#include "render/window/window_layout.hpp"
 
 namespace nav::app {
 namespace {
@@ -172,38 +168,68 @@ TEST(PanelsTest, ALongNoteIsShownToItsEnd) {
   EXPECT_TRUE(differ);
 }
 
-TEST(WindowWordsTest, ShowStatesCausesBannerAndTheEndOfARecording) {
-  session::Epoch epoch = with_needle({20, 20, 0}, {0, 1, 0});
-  epoch.placement = {SafetyState::kDegraded, "placed by declaration"};
-  epoch.needle = {SafetyState::kLost, "no needle pose"};
-  epoch.guidance = NeedleGuidance{};
+/// Number of pixels in which two images of the same size differ, within columns and rows.
+int changed_within(const Image2d<Rgba8>& a, const Image2d<Rgba8>& b, int from_y, int to_y,
+                   int to_x) {
+  int changed = 0;
+  for (int y = from_y; y < to_y; ++y) {
+    for (int x = 0; x < to_x; ++x) changed += a.at(x, y) == b.at(x, y) ? 0 : 1;
+  }
+  return changed;
+}
+
+/// Image of an epoch without any input, as a window or a file shows it.
+Image2d<Rgba8> window_image(int width, int height, const std::string& banner, bool in_window,
+                            bool ended) {
   VoxelGrid grid;
   grid.size = {1, 1, 1};
   const auto ct = Volume::create(grid, {0}, "one voxel");
-  const std::string banner = "CT NOT REGISTERED";
-  const render::Camera camera{{{0, -100, 0}}, {{0, 0, 0}}, {{0, 0, 1}}};
-  const PanelContext context{epoch, *ct, {}, {}, banner, camera, "a note", "a warning", true};
-  const auto said = [&](bool ended) {
-    std::string all;
-    for (const auto& line : window_words(context, ended)) all += line.words + "|";
-    return all;
-  };
-  for (const char* words :
-       {"ultrasound valid|", "CT degraded: placed by declaration|", "needle lost: no needle pose|",
-        "CT NOT REGISTERED|", "a note|", "a warning|", "tip to target", "R|L|S|I|"}) {
-    EXPECT_NE(said(false).find(words), std::string::npos) << words << " in " << said(false);
+  const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  const Image2d<Rgba8> view(width, height, std::vector<Rgba8>(count, {40, 40, 40, 255}));
+  const session::Epoch epoch;
+  PanelContext context{epoch, *ct, {}, {}, banner, {}, "", ""};
+  context.needle_expected = true;
+  context.in_window = in_window;
+  context.ended = ended;
+  return compose_panels(view, context);
+}
+
+TEST(PanelsTest, SayThatTheRecordingHasEnded) {
+  for (const auto& [width, height] : {std::pair(kWidth, kHeight), {300, 200}}) {
+    const auto live = window_image(width, height, "", true, false);
+    const auto ended = window_image(width, height, "", true, true);
+    EXPECT_GT(changed_within(live, ended, 0, height, width), 500) << width;
+    EXPECT_EQ(changed_within(live, ended, height, live.height(), live.width()), 0) << width;
   }
-  EXPECT_EQ(said(false).find("ended"), std::string::npos);
-  EXPECT_NE(said(true).find("ended"), std::string::npos);
-  EXPECT_EQ(said(true).find("tip to target"), std::string::npos) << "numbers are withdrawn";
-  const auto small = render::placed_words(window_words(context, false), 300, 225);
-  EXPECT_GE(small.size(), window_words(context, false).size());
-  for (std::size_t i = 4; i < small.size(); ++i) {  // After the letters of the edges.
-    for (std::size_t j = 0; j < i; ++j) {
-      EXPECT_GE(std::abs(small[i].y_px - small[j].y_px), small[i].size_px)
-          << small[i].words << " and " << small[j].words;
-    }
+}
+
+TEST(PanelsTest, AWindowShowsABannerThatTheStatusBarHasNoSpaceFor) {
+  const std::string banner = "recording, CT NOT REGISTERED";
+  for (const bool in_window : {false, true}) {
+    const auto without = window_image(220, 300, "", in_window, false);
+    const auto with = window_image(220, 300, banner, in_window, false);
+    EXPECT_EQ(changed_within(without, with, 300, with.height(), with.width()), 0) << "no space";
+    const int over_view = changed_within(without, with, 0, 300, 220);
+    EXPECT_EQ(over_view > 500, in_window) << over_view;
   }
+  const auto wide = window_image(900, 300, banner, true, false);
+  EXPECT_EQ(changed_within(window_image(900, 300, "", true, false), wide, 0, 300, 900), 0);
+}
+
+TEST(PanelsTest, TheImageOfAWindowFillsIt) {
+  for (const PixelSize window : {PixelSize{1200, 640}, {640, 480}, {1600, 900}, {400, 340}}) {
+    const PixelSize view = view_size_within(window);
+    EXPECT_TRUE(composed_size(view) == window) << window.width;
+    EXPECT_TRUE(has_panels(view.width, view.height));
+    EXPECT_GE(2 * view.width, window.width);
+  }
+  EXPECT_TRUE((view_size_within(composed_size({800, 600})) == PixelSize{800, 600}))
+      << "as in files";
+  const PixelSize tall = composed_size(view_size_within({600, 2000}));
+  EXPECT_EQ(tall.width, 600);
+  EXPECT_LT(tall.height, 600) << "panels take no more than half of the width";
+  const PixelSize tiny = view_size_within({10, 10});
+  EXPECT_TRUE(has_panels(tiny.width, tiny.height)) << "states are never left out";
 }
 
 TEST(PanelsTest, SmallImagesShowTheBanner) {

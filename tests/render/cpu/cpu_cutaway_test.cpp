@@ -15,7 +15,7 @@ namespace {
 constexpr int kBlock = 8;
 constexpr int kTile = 32;
 
-std::shared_ptr<const Volume> any_volume() {
+std::shared_ptr<const StoredVolume> any_volume() {
   return test::make_volume(test::centred_grid({8, 8, 8}, {20, 20, 20}),
                            [](int, int, int) { return 0; });
 }

@@ -17,7 +17,7 @@ namespace nav::render {
 namespace {
 
 /// Blobs of tissue with single bright voxels. Half of these lie at the corners of bricks.
-std::shared_ptr<const Volume> random_volume(std::mt19937& random, const VoxelGrid& grid) {
+std::shared_ptr<const StoredVolume> random_volume(std::mt19937& random, const VoxelGrid& grid) {
   std::uniform_real_distribution<double> unit(0, 1);
   Eigen::Vector3d centre;
   for (int a = 0; a < 3; ++a) centre[a] = unit(random) * grid.size[static_cast<std::size_t>(a)];
@@ -127,7 +127,7 @@ void add_surfaces(std::mt19937& random, Scene& scene) {
 }
 
 /// A scene with all elements, from any view, sometimes from inside.
-Scene random_scene(std::mt19937& random, std::shared_ptr<const Volume> ct) {
+Scene random_scene(std::mt19937& random, std::shared_ptr<const StoredVolume> ct) {
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto vector = [&](double size) {
     return Eigen::Vector3d(size * unit(random), size * unit(random), size * unit(random));

@@ -119,9 +119,9 @@ TEST(DerivedVolumesTest, RemovesTheLeastRecentlyUsedResult) {
 TEST(DerivedVolumesTest, KeepsResultsButNotTheirInputs) {
   DerivedVolumes service;
   const auto grid = test::centred_grid({8, 8, 8}, {0.5, 0.5, 0.5});
-  auto voxels = std::make_shared<const Volume>(
-      *Volume::create(grid, std::vector<std::int16_t>(grid.voxel_count(), 7), "volume"));
-  const std::weak_ptr<const Volume> watched = voxels;
+  auto voxels = std::make_shared<const StoredVolume>(
+      *StoredVolume::create(grid, std::vector<std::int16_t>(grid.voxel_count(), 7), "volume"));
+  const std::weak_ptr<const StoredVolume> watched = voxels;
   {
     auto ticket = service.request({ScalarVolume::of(std::move(voxels)), SnrOptions{}, {}});
     ASSERT_TRUE(test::has_value(ticket));

@@ -44,7 +44,8 @@ Scene blocks(const std::array<int, 3>& size) {
     hu.push_back(static_cast<std::int16_t>((i / 2 + i / 7) % 2 == 0 ? 300 : -200));
   }
   Scene scene = test::ball_scene(grid);
-  scene.ct = std::make_shared<const Volume>(*Volume::create(grid, std::move(hu), "blocks"));
+  scene.ct =
+      std::make_shared<const StoredVolume>(*StoredVolume::create(grid, std::move(hu), "blocks"));
   return scene;
 }
 
@@ -244,8 +245,8 @@ TEST(GlEngineTest, DrawsAVolumeThatIsTooLargeAtReducedResolution) {
   Scene scene = plain();
   VoxelGrid grid = test::cube_grid(2, 0.001);
   grid.size = {40000, 2, 2};  // No current device has 3D textures of this length.
-  scene.ct = std::make_shared<const Volume>(
-      *Volume::create(grid, std::vector<std::int16_t>(160000, 300), "long.nrrd"));
+  scene.ct = std::make_shared<const StoredVolume>(
+      *StoredVolume::create(grid, std::vector<std::int16_t>(160000, 300), "long.nrrd"));
   const auto image = (*gl)->render(scene);
   ASSERT_TRUE(test::has_value(image));
   EXPECT_NE(image->statistics.note.find("long.nrrd: 40000 x 2 x 2"), std::string::npos)

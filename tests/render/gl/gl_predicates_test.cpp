@@ -338,7 +338,7 @@ TEST_F(GlPredicatesTest, ANewPredicateSetDoesNotWaitForTheCompiler) {
 }
 
 /// Labels with the bits of `used`, one after the other along the volume.
-LabelVolume labels_of(const Volume& ct, const std::vector<std::uint32_t>& used) {
+LabelVolume labels_of(const StoredVolume& ct, const std::vector<std::uint32_t>& used) {
   std::vector<std::uint32_t> bits(ct.grid().voxel_count());
   for (std::size_t i = 0; i < bits.size(); ++i) bits[i] = used[i * used.size() / bits.size()];
   return *LabelVolume::create(ct.grid(), std::move(bits), "labels");

@@ -65,7 +65,7 @@ class GlProvisionalTest : public test::GlPredicateViewTest,
   }
   int uploads() { return caster().predicates().features().uploads(); }
 
-  std::shared_ptr<const Volume> ct_;
+  std::shared_ptr<const StoredVolume> ct_;
   Features features_;
   RenderedImage last_{{1, 1, {RgbaF{}}}, {}};
 };
@@ -196,8 +196,8 @@ TEST_P(GlProvisionalTest, ANewVolumeIsCompleteAtOnce) {
 TEST_P(GlProvisionalTest, CoarseVolumesAreFreedWhenTheUploadEnds) {
   draw(intensity());
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(draw(features()).statistics.provisional);
-  const std::weak_ptr<const Volume> snr = features_.volumes.at(feature::kSnr).codes();
-  const std::weak_ptr<const Volume> volume = ct_;
+  const std::weak_ptr<const StoredVolume> snr = features_.volumes.at(feature::kSnr).codes();
+  const std::weak_ptr<const StoredVolume> volume = ct_;
   ct_ = test::small_ultrasound(ct_->grid(), 7);
   features_ = test::random_features(ct_, 8);
   draw(intensity());

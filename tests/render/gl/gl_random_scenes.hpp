@@ -101,12 +101,13 @@ class RandomScenes {
                       SafetyState::kLost}[index(4)];
   }
 
-  std::shared_ptr<const Volume> noise(const VoxelGrid& grid) {
+  std::shared_ptr<const StoredVolume> noise(const VoxelGrid& grid) {
     std::vector<std::int16_t> hu;
     for (std::size_t i = 0; i < grid.voxel_count(); ++i) {
       hu.push_back(static_cast<std::int16_t>(number(-1000, 500)));
     }
-    return std::make_shared<const Volume>(*Volume::create(grid, std::move(hu), "noise"));
+    return std::make_shared<const StoredVolume>(
+        *StoredVolume::create(grid, std::move(hu), "noise"));
   }
 
   render::TransferComponent component() {

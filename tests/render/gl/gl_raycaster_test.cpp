@@ -299,7 +299,7 @@ TEST_F(GlRaycasterTest, AVolumeThatFillsTheMemoryIsHalvedUntilItFits) {
       << caster().statistics().note;
   EXPECT_EQ(caster().uploads().volumes, 1);
   const Image2d<RgbaF> found(96, 72, caster().read());
-  const std::shared_ptr<const Volume> whole = scene_.ct;
+  const std::shared_ptr<const StoredVolume> whole = scene_.ct;
   scene_.ct = reduced(*whole, {2, 2, 2}).volume;
   const auto expected = make_reference_engine()->render(scene_);
   ASSERT_TRUE(test::has_value(expected));
@@ -446,8 +446,8 @@ vtkNew<vtkActor> green_ball(const Eigen::Vector3d& centre_mm, double radius_mm) 
 Scene block_scene(bool orthographic) {
   const VoxelGrid grid = test::cube_grid(41, 1.0);
   Scene scene = test::ball_scene(grid);
-  scene.ct = std::make_shared<const Volume>(
-      *Volume::create(grid, std::vector<std::int16_t>(grid.voxel_count(), 100), "block"));
+  scene.ct = std::make_shared<const StoredVolume>(
+      *StoredVolume::create(grid, std::vector<std::int16_t>(grid.voxel_count(), 100), "block"));
   scene.transfer =
       *TransferFunction::create("red", {{0, {1, 0, 0}, 0.05, 0}, {200, {1, 0, 0}, 0.05, 0}});
   scene.shading.enabled = false;

@@ -13,7 +13,7 @@ namespace nav::test {
 
 /// A ball of bone with a hollow, inside a ball of soft tissue, in air. The transitions are smooth
 /// and one voxel wide. A small dense sphere beside the centre makes mirroring visible.
-inline std::shared_ptr<const Volume> ball_phantom(VoxelGrid grid) {
+inline std::shared_ptr<const StoredVolume> ball_phantom(VoxelGrid grid) {
   std::vector<std::int16_t> hu;
   hu.reserve(grid.voxel_count());
   const Eigen::Vector3d centre = grid.centre().mm;
@@ -36,7 +36,8 @@ inline std::shared_ptr<const Volume> ball_phantom(VoxelGrid grid) {
       }
     }
   }
-  return std::make_shared<const Volume>(*Volume::create(grid, std::move(hu), "ball phantom"));
+  return std::make_shared<const StoredVolume>(
+      *StoredVolume::create(grid, std::move(hu), "ball phantom"));
 }
 
 inline VoxelGrid cube_grid(int n, double spacing_mm) {

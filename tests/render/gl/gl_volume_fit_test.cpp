@@ -20,7 +20,7 @@ TEST(GlVolumeFitTest, FactorsAreTheSmallestThatFit) {
 
 /// HU are linear in the position, so every mean and interpolation is exact, except where boxes are
 /// cut off.
-Volume ramp(const std::array<int, 3>& size) {
+StoredVolume ramp(const std::array<int, 3>& size) {
   VoxelGrid grid = test::oblique_grid();
   grid.size = size;
   std::vector<std::int16_t> hu;
@@ -31,11 +31,11 @@ Volume ramp(const std::array<int, 3>& size) {
       }
     }
   }
-  return *Volume::create(grid, std::move(hu), "ramp");
+  return *StoredVolume::create(grid, std::move(hu), "ramp");
 }
 
 TEST(GlVolumeFitTest, MeansLieInTheMiddleOfTheirBoxes) {
-  const Volume full = ramp({12, 8, 9});
+  const StoredVolume full = ramp({12, 8, 9});
   const ReducedVolume small = reduced(full, {2, 4, 3});
   EXPECT_EQ(small.volume->grid().size, (std::array<int, 3>{6, 2, 3}));
   for (int k = 0; k < 3; ++k) {
@@ -51,8 +51,8 @@ TEST(GlVolumeFitTest, MeansLieInTheMiddleOfTheirBoxes) {
 
 TEST(GlVolumeFitTest, AConstantVolumeHasNoError) {
   VoxelGrid grid = test::cube_grid(7, 1.0);
-  const Volume full =
-      *Volume::create(grid, std::vector<std::int16_t>(grid.voxel_count(), -77), "flat");
+  const StoredVolume full =
+      *StoredVolume::create(grid, std::vector<std::int16_t>(grid.voxel_count(), -77), "flat");
   const ReducedVolume small = reduced(full, {2, 2, 2});
   EXPECT_EQ(small.volume->grid().size, (std::array<int, 3>{4, 4, 4}));
   EXPECT_EQ(small.max_error_hu, 0);

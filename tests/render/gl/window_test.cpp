@@ -17,6 +17,9 @@
 #include "tests/render/gl/gl_scenes.hpp"
 #include "tests/render/predicates/two_volume_scenes.hpp"
 #include "tests/support/matchers.hpp"
+// Included last, because X11 defines macros with everyday names.
+#include <X11/Xlib.h>
+#include <X11/Xutil.h>
 
 namespace nav::render {
 namespace {
@@ -24,7 +27,7 @@ namespace {
 #define SONDE_REQUIRE_DISPLAY() \
   if (std::getenv("DISPLAY") == nullptr) GTEST_SKIP() << "no X display (run under xvfb-run)"
 
-TEST(WindowTest, ShowsTheSameImageAsTheHeadlessEngine) {
+TEST(SceneInAWindowTest, IsTheSameImageAsOfTheHeadlessEngine) {
   SONDE_REQUIRE_DISPLAY();
   Scene scene = test::ball_scene(test::oblique_grid(), 160, 120);
   scene.plane = test::test_plane(scene.ct->grid(), SafetyState::kValid);
@@ -35,39 +38,21 @@ TEST(WindowTest, ShowsTheSameImageAsTheHeadlessEngine) {
   ASSERT_TRUE(test::has_value(engine));
   const auto headless = (*engine)->render(scene);
   ASSERT_TRUE(test::has_value(headless));
-  const auto window = capture_window(scene);
-  ASSERT_TRUE(test::has_value(window));
-  test::keep_picture("window", *window);
+  vtkNew<vtkRenderWindow> window;
+  window->SetMultiSamples(0);
+  window->SetSize(scene.width, scene.height);
+  SceneView view(*window);
+  ASSERT_TRUE(test::has_value(view.draw(std::make_shared<const Scene>(scene))));
+  const Image2d<Rgba8> shown = read_pixels(*window);
+  test::keep_picture("window", shown);
   // The window blends in 8 bits and rounds colour and background separately. The engine rounds
   // once.
   constexpr int kTwoRoundings = 1;
-  const auto found = test::difference(*window, to_8bit(headless->pixels), kTwoRoundings);
+  const auto found = test::difference(shown, to_8bit(headless->pixels), kTwoRoundings);
   EXPECT_EQ(found.fraction_above, 0) << found.max;
 }
 
-TEST(WindowTest, OverlayTextChangesOnlyItsOwnPixels) {
-  SONDE_REQUIRE_DISPLAY();
-  const Scene scene = test::ball_scene(test::oblique_grid(), 320, 240);
-  const auto silent = capture_window(scene);
-  ASSERT_TRUE(test::has_value(silent));
-  using Align = WindowWords::Align;
-  const auto spoken = capture_window(
-      scene, {{"CT NOT REGISTERED", {255, 180, 0, 255}, 0.99, 0.9, Align::kRight, 15},
-              {"", {255, 255, 255, 255}, 0.5, 0.5, Align::kCentre, 15}});
-  ASSERT_TRUE(test::has_value(spoken));
-  test::keep_picture("window-words", *spoken);
-  int changed = 0;
-  for (int y = 0; y < 240; ++y) {
-    for (int x = 0; x < 320; ++x) {
-      if (silent->at(x, y) == spoken->at(x, y)) continue;
-      ++changed;
-      EXPECT_TRUE(y > 200 && y < 232 && x > 120) << x << ", " << y;
-    }
-  }
-  EXPECT_GT(changed, 500);
-}
-
-TEST(WindowTest, ShowsUltrasoundInACtLikeTheHeadlessEngine) {
+TEST(SceneInAWindowTest, ShowsUltrasoundInACtLikeTheHeadlessEngine) {
   SONDE_REQUIRE_DISPLAY();
   VoxelGrid where = test::centred_grid({15, 15, 15}, {1, 0.8, 0.9});
   where.origin_mm.y() += 9;
@@ -97,7 +82,7 @@ TEST(WindowTest, ShowsUltrasoundInACtLikeTheHeadlessEngine) {
   EXPECT_EQ(view.raycaster().compiled(), 1);
 }
 
-TEST(WindowTest, DrawsTheSameImageAfterItsContextIsLost) {
+TEST(SceneInAWindowTest, IsTheSameImageAfterItsContextIsLost) {
   SONDE_REQUIRE_DISPLAY();
   auto scene = std::make_shared<Scene>(test::ball_scene(test::cube_grid(24, 1.0), 96, 64));
   scene->plane = test::test_plane(scene->ct->grid(), SafetyState::kValid);
@@ -119,51 +104,209 @@ TEST(WindowTest, DrawsTheSameImageAfterItsContextIsLost) {
                           [&](const Rgba8& p) { return p.r != background.r; }));
 }
 
-TEST(WindowTest, RequestsScenesAndClosesByItself) {
-  SONDE_REQUIRE_DISPLAY();
-  const auto scene =
-      std::make_shared<const Scene>(test::ball_scene(test::cube_grid(16, 1.0), 64, 48));
-  int asked = 0;
-  const SceneSource source = [&]() -> std::shared_ptr<const Scene> {
-    return asked++ % 3 == 0 ? scene : nullptr;
-  };
-  EXPECT_TRUE(test::has_value(show_window(source, {.refresh_hz = 100, .close_after_s = 2})));
-  EXPECT_GT(asked, 3);  // The first image waits for the compiler.
+/// Image with a colour of its own in every pixel.
+Image2d<Rgba8> colours(int width, int height) {
+  std::vector<Rgba8> pixels;
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      pixels.push_back({static_cast<std::uint8_t>(x), static_cast<std::uint8_t>(y),
+                        static_cast<std::uint8_t>(x * y), 255});
+    }
+  }
+  return {width, height, std::move(pixels)};
 }
 
-TEST(WindowTest, TheHeadlessEngineWorksWhileAWindowIsOpen) {
+struct XConnection {
+  XConnection() : display(XOpenDisplay(nullptr)) {}
+  ~XConnection() { XCloseDisplay(display); }
+  XConnection(const XConnection&) = delete;
+  XConnection& operator=(const XConnection&) = delete;
+  Display* display;
+};
+
+/// The only window on the display. No window manager runs in the tests.
+Window only_window(Display* display) {
+  Window root = DefaultRootWindow(display);
+  Window parent = 0;
+  Window* children = nullptr;
+  unsigned count = 0;
+  XQueryTree(display, root, &root, &parent, &children, &count);
+  const Window found = count > 0 ? children[count - 1] : 0;
+  XFree(children);
+  return found;
+}
+
+/// Pixels of the upper left corner of the only window, as the display shows them.
+Image2d<Rgba8> shown_pixels(int width, int height) {
+  const XConnection x;
+  XImage* image = XGetImage(x.display, only_window(x.display), 0, 0, static_cast<unsigned>(width),
+                            static_cast<unsigned>(height), AllPlanes, ZPixmap);
+  std::vector<Rgba8> pixels;
+  for (int row = 0; row < height; ++row) {
+    for (int column = 0; column < width; ++column) {
+      const unsigned long p = XGetPixel(image, column, row);
+      pixels.push_back({static_cast<std::uint8_t>(p >> 16), static_cast<std::uint8_t>(p >> 8),
+                        static_cast<std::uint8_t>(p), 255});
+    }
+  }
+  XDestroyImage(image);
+  return {width, height, std::move(pixels)};
+}
+
+/// Sends an event of the mouse or the keyboard to the only window.
+void send(int type, int x_px, int y_px, unsigned button_or_key) {
+  const XConnection x;
+  XEvent event{};
+  event.type = type;
+  event.xbutton.display = x.display;
+  event.xbutton.window = only_window(x.display);
+  event.xbutton.root = DefaultRootWindow(x.display);
+  event.xbutton.x = x_px;
+  event.xbutton.y = y_px;
+  event.xbutton.same_screen = 1;
+  if (type == ButtonPress || type == ButtonRelease) event.xbutton.button = button_or_key;
+  if (type == KeyPress) {
+    event.xkey.keycode = XKeysymToKeycode(x.display, button_or_key);
+  }
+  XSendEvent(x.display, event.xbutton.window, 0, 0, &event);
+  XSync(x.display, 0);
+}
+
+TEST(WindowTest, ShowsTheImagesOfItsSource) {
   SONDE_REQUIRE_DISPLAY();
-  const auto scene =
-      std::make_shared<const Scene>(test::ball_scene(test::cube_grid(16, 1.0), 64, 48));
+  const auto image = colours(200, 120);
+  Image2d<Rgba8> seen;
+  int asked = 0;
+  const ImageSource source = [&](const WindowInput& input) {
+    EXPECT_EQ(input.width, 240);
+    EXPECT_EQ(input.height, 160);
+    ++asked;
+    if (asked == 1) return image;
+    seen = shown_pixels(240, 160);
+    return Image2d<Rgba8>();
+  };
+  ASSERT_TRUE(test::has_value(show_window(
+      source,
+      {.width = 240, .height = 160, .refresh_hz = 50, .close_when = [&] { return asked > 4; }})));
+  ASSERT_EQ(seen.width(), 240);
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 200; ++x) ASSERT_EQ(seen.at(x, y), image.at(x, y)) << x << ", " << y;
+  }
+  EXPECT_EQ(seen.at(239, 159), (Rgba8{0x10, 0x14, 0x18, 255})) << "outside of the image";
+}
+
+TEST(WindowTest, IsNoLargerThanTheScreen) {
+  SONDE_REQUIRE_DISPLAY();
+  int width = 0;
+  const ImageSource source = [&](const WindowInput& input) {
+    width = input.width;
+    return colours(20, 20);
+  };
+  ASSERT_TRUE(test::has_value(show_window(
+      source, {.width = 100000, .height = 100, .close_when = [&] { return width > 0; }})));
+  const XConnection x;
+  EXPECT_EQ(width, DisplayWidth(x.display, DefaultScreen(x.display)));
+}
+
+TEST(WindowTest, ReportsDragsWheelAndKeysAndClosesByQ) {
+  SONDE_REQUIRE_DISPLAY();
+  WindowInput sum;
+  int asked = 0;
+  const ImageSource source = [&](const WindowInput& input) {
+    sum.orbit += input.orbit;
+    sum.pan += input.pan;
+    sum.zoom *= input.zoom;
+    sum.keys += input.keys;
+    if (++asked == 3) {
+      send(MotionNotify, 90, 90, 0);  // Without a button: nothing.
+      send(ButtonPress, 10, 50, Button1);
+      send(MotionNotify, 20, 30, 0);
+      send(MotionNotify, 30, 30, 0);
+      send(ButtonRelease, 30, 30, Button1);
+      send(ButtonPress, 0, 0, Button2);
+      send(MotionNotify, 0, 50, 0);
+      send(ButtonRelease, 0, 50, Button2);
+      send(ButtonPress, 0, 0, Button4);
+      send(ButtonPress, 0, 0, Button4);
+      send(KeyPress, 0, 0, 'r');
+    }
+    if (asked == 6) send(KeyPress, 0, 0, 'q');
+    return Image2d<Rgba8>();
+  };
+  ASSERT_TRUE(test::has_value(
+      show_window(source, {.width = 200, .height = 100, .refresh_hz = 100, .close_after_s = 20})));
+  EXPECT_LT(asked, 1000) << "q closes";
+  EXPECT_NEAR((sum.orbit - Eigen::Vector2d(0.2, 0.2)).norm(), 0, 1e-12);
+  EXPECT_NEAR((sum.pan - Eigen::Vector2d(0, -0.5)).norm(), 0, 1e-12);
+  EXPECT_NEAR(sum.zoom, 1.21, 1e-12);
+  EXPECT_EQ(sum.keys.substr(0, 1), "r");
+}
+
+TEST(WindowTest, ReportsANewSize) {
+  SONDE_REQUIRE_DISPLAY();
+  int asked = 0;
+  int height = 0;
+  const ImageSource source = [&](const WindowInput& input) {
+    height = input.height;
+    if (++asked == 2) {
+      const XConnection x;
+      XResizeWindow(x.display, only_window(x.display), 150, 130);
+      XSync(x.display, 0);
+    }
+    return colours(input.width, input.height);
+  };
+  ASSERT_TRUE(test::has_value(show_window(
+      source,
+      {.width = 100, .height = 100, .refresh_hz = 50, .close_after_s = 20, .close_when = [&] {
+         return height == 130;
+       }})));
+  EXPECT_EQ(height, 130);
+}
+
+TEST(WindowTest, ClosesByItself) {
+  SONDE_REQUIRE_DISPLAY();
+  int asked = 0;
+  const ImageSource source = [&](const WindowInput&) {
+    ++asked;
+    return Image2d<Rgba8>();
+  };
+  EXPECT_TRUE(test::has_value(show_window(source, {.refresh_hz = 100, .close_after_s = 0.5})));
+  EXPECT_GT(asked, 3);
+}
+
+TEST(WindowTest, TheHeadlessEngineDrawsForAWindow) {
+  SONDE_REQUIRE_DISPLAY();
+  const Scene scene = test::ball_scene(test::cube_grid(16, 1.0), 64, 48);
   CollectingDiagnostics diagnostics;
   auto engine = make_gl_engine(diagnostics);
   ASSERT_TRUE(test::has_value(engine));
   int rendered = 0;
-  const SceneSource source = [&] {
-    if ((*engine)->render(*scene)) ++rendered;
-    return scene;
+  const ImageSource source = [&](const WindowInput&) -> Result<Image2d<Rgba8>> {
+    const auto image = (*engine)->render(scene);
+    if (!image) return image.error();
+    ++rendered;
+    return to_8bit(image->pixels);
   };
-  EXPECT_TRUE(test::has_value(show_window(source, {.refresh_hz = 50, .close_after_s = 0.5})));
-  EXPECT_GT(rendered, 1);
+  EXPECT_TRUE(test::has_value(
+      show_window(source, {.refresh_hz = 50, .close_when = [&] { return rendered > 2; }})));
 }
 
-TEST(WindowTest, AnInvalidSceneClosesTheWindowWithTheError) {
+TEST(WindowTest, AnErrorOfTheSourceClosesTheWindow) {
   SONDE_REQUIRE_DISPLAY();
-  Scene bad = test::ball_scene(test::cube_grid(16, 1.0), 64, 48);
-  const auto good = std::make_shared<const Scene>(bad);
-  bad.quality.step_voxels = 1000;
   int asked = 0;
-  const SceneSource source = [&] {
-    return ++asked < 3 ? good : std::make_shared<const Scene>(bad);
+  const ImageSource source = [&](const WindowInput&) -> Result<Image2d<Rgba8>> {
+    if (++asked < 3) return colours(20, 20);
+    return Error{ErrorCode::kNumerical, "no image"};
   };
-  EXPECT_FALSE(show_window(source, {.refresh_hz = 100, .close_after_s = 10}).has_value());
+  EXPECT_TRUE(test::refuses(show_window(source, {.refresh_hz = 100, .close_after_s = 10}),
+                            ErrorCode::kNumerical, {"no image"}));
   EXPECT_EQ(asked, 3);
 }
 
 TEST(WindowTest, RejectsAnInvalidRefreshRate) {
-  EXPECT_TRUE(test::refuses(
-      show_window(test::ball_scene(test::cube_grid(4, 1.0)), WindowOptions{.refresh_hz = 0}),
-      ErrorCode::kUsage, {"refresh_hz"}));
+  const ImageSource nothing = [](const WindowInput&) { return Image2d<Rgba8>(); };
+  EXPECT_TRUE(
+      test::refuses(show_window(nothing, {.refresh_hz = 0}), ErrorCode::kUsage, {"refresh_hz"}));
 }
 
 constexpr double kRoundingMm = 1e-9;
@@ -251,6 +394,24 @@ TEST(WindowCameraTest, DraggingNeverLosesTheCamera) {
     const Camera back = panned(camera, -1, 1);
     EXPECT_TRUE(is_seen_by(back)) << orthographic;
   }
+}
+
+TEST(WindowCameraTest, InputMovesTheSceneWithTheMouse) {
+  const Camera camera = test::ball_scene(test::cube_grid(16, 1.0)).camera;
+  const auto same = [](const Camera& a, const Camera& b) {
+    return (a.eye_ct.mm - b.eye_ct.mm).norm() + (a.look_at_ct.mm - b.look_at_ct.mm).norm() <
+           kRoundingMm;
+  };
+  WindowInput input;
+  EXPECT_TRUE(same(moved(camera, input), camera));
+  input.orbit = {0.1, 0.2};
+  EXPECT_TRUE(same(moved(camera, input), orbited(camera, -0.1 * M_PI, -0.2 * M_PI)));
+  input = {};
+  input.pan = {0.1, 0.2};
+  EXPECT_TRUE(same(moved(camera, input), panned(camera, -0.1, -0.2)));
+  input = {};
+  input.zoom = 2;
+  EXPECT_TRUE(same(moved(camera, input), zoomed(camera, 2)));
 }
 
 TEST(WindowCameraTest, AViewBeyondTheLimitsCanOnlyReturn) {

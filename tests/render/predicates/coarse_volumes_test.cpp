@@ -30,7 +30,7 @@ class CoarseVolumesTest : public ::testing::Test {
     EXPECT_TRUE(test::has_value(set));
     return coarse_volumes_.of(scene, *set);
   }
-  std::shared_ptr<const Volume> ct_ =
+  std::shared_ptr<const StoredVolume> ct_ =
       test::small_ultrasound(test::centred_grid(kEdges, {1, 0.8, 0.9}), 5);
   Features features_ = test::random_features(ct_, 3);
   CoarseVolumes coarse_volumes_;
@@ -42,8 +42,8 @@ TEST_F(CoarseVolumesTest, EveryKeptVoxelKeepsItsPosition) {
   EXPECT_TRUE(test::has_value(validate(coarse)));
   const VoxelGrid& grid = coarse.ct->grid();
   EXPECT_EQ(grid.size, (std::array<int, 3>{97, 17, 7}));
-  const Volume& codes = *coarse.predicates->features.volumes.at(feature::kSnr).codes();
-  const Volume& whole = *features_.volumes.at(feature::kSnr).codes();
+  const StoredVolume& codes = *coarse.predicates->features.volumes.at(feature::kSnr).codes();
+  const StoredVolume& whole = *features_.volumes.at(feature::kSnr).codes();
   for (int k = 0; k < grid.size[2]; ++k) {
     for (int j = 0; j < grid.size[1]; ++j) {
       for (int i = 0; i < grid.size[0]; ++i) {
@@ -52,8 +52,8 @@ TEST_F(CoarseVolumesTest, EveryKeptVoxelKeepsItsPosition) {
             as_size(4 * i);
         const std::size_t to =
             (as_size(k) * as_size(grid.size[1]) + as_size(j)) * as_size(grid.size[0]) + as_size(i);
-        ASSERT_EQ(coarse.ct->hu()[to], ct_->hu()[from]);
-        ASSERT_EQ(codes.hu()[to], whole.hu()[from]);
+        ASSERT_EQ(coarse.ct->values()[to], ct_->values()[from]);
+        ASSERT_EQ(codes.values()[to], whole.values()[from]);
         ASSERT_EQ(coarse.predicates->features.labels->bits()[to], features_.labels->bits()[from]);
         const Eigen::Vector3d here = grid.at(Eigen::Vector3d(i, j, k)).mm;
         const Eigen::Vector3d there = ct_->grid().at(Eigen::Vector3d(4 * i, 2 * j, k)).mm;
@@ -104,12 +104,12 @@ TEST_F(CoarseVolumesTest, ComputesOnlyWhatIsNeededAndOnlyOnce) {
 }
 
 TEST_F(CoarseVolumesTest, HoldsNothingThatTheSceneNoLongerOffers) {
-  std::weak_ptr<const Volume> snr = features_.volumes.at(feature::kSnr).codes();
+  std::weak_ptr<const StoredVolume> snr = features_.volumes.at(feature::kSnr).codes();
   coarse_of(scene_asking({{E::kind("snr", {0.1, 0.7}), 1}, {E::kind("label", {1}), 1}}));
   features_ = test::random_features(ct_, 8);
   coarse_of(scene_asking({{E::kind("confidence", {0.1, 0.7}), 1}}));
   EXPECT_TRUE(snr.expired());
-  std::weak_ptr<const Volume> volume = ct_;
+  std::weak_ptr<const StoredVolume> volume = ct_;
   coarse_volumes_.release();
   features_ = {};
   ct_.reset();

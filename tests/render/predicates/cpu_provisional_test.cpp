@@ -75,14 +75,14 @@ class CpuProvisionalTest : public ::testing::Test {
     return kMostPictures;
   }
 
-  static std::shared_ptr<const Volume> ct_;
-  static std::shared_ptr<const Volume> inside_;
+  static std::shared_ptr<const StoredVolume> ct_;
+  static std::shared_ptr<const StoredVolume> inside_;
   static Features features_;
   std::unique_ptr<Engine> engine_ = make_cpu_engine({2});
 };
 
-std::shared_ptr<const Volume> CpuProvisionalTest::ct_;
-std::shared_ptr<const Volume> CpuProvisionalTest::inside_;
+std::shared_ptr<const StoredVolume> CpuProvisionalTest::ct_;
+std::shared_ptr<const StoredVolume> CpuProvisionalTest::inside_;
 Features CpuProvisionalTest::features_;
 
 TEST_F(CpuProvisionalTest, TheCompleteImageFollowsWithEqualBytes) {

@@ -18,7 +18,7 @@ using E = PredicateExpression;
 
 /// A dark tube of 2 mm radius along x in bright tissue. The voxels are 0.5 mm, and sound travels
 /// along y.
-std::shared_ptr<const Volume> tube() {
+std::shared_ptr<const StoredVolume> tube() {
   const VoxelGrid grid =
       test::centred_grid({40, 32, 32}, {0.5, 0.5, 0.5}, Eigen::Matrix3d::Identity());
   std::vector<std::int16_t> voxels;
@@ -30,7 +30,8 @@ std::shared_ptr<const Volume> tube() {
       }
     }
   }
-  return std::make_shared<const Volume>(*Volume::create(grid, std::move(voxels), "tube"));
+  return std::make_shared<const StoredVolume>(
+      *StoredVolume::create(grid, std::move(voxels), "tube"));
 }
 
 PredicateScene asking_for(const std::vector<std::string>& kinds) {
@@ -66,7 +67,7 @@ TEST(DerivedFeaturesTest, ComputesEachNeededFeatureOnceAndFindsTheTube) {
   ASSERT_EQ(scene.features.volumes.size(), 2U);
   const FeatureVolume& vessel = scene.features.volumes.at(feature::kVesselness);
   const auto at = [&](int j, int k) {
-    const auto code = vessel.codes()->hu()[static_cast<std::size_t>((k * 32 + j) * 40 + 20)];
+    const auto code = vessel.codes()->values()[static_cast<std::size_t>((k * 32 + j) * 40 + 20)];
     return vessel.offset() + vessel.scale() * code;
   };
   EXPECT_GT(at(16, 16), 0.5);
@@ -78,14 +79,14 @@ TEST(DerivedFeaturesTest, AVolumeShiftedWithItsBlackLevelHasEqualFeatures) {
                                        "gradient_angle"};
   const auto derived = [&](int black) {
     const auto volume = tube();
-    std::vector<std::int16_t> voxels(volume->hu().begin(), volume->hu().end());
+    std::vector<std::int16_t> voxels(volume->values().begin(), volume->values().end());
     for (std::int16_t& v : voxels) v = static_cast<std::int16_t>(v + black);
     PredicateScene scene = asking_for(kinds);
     scene.intensity = {1.0 * black, 255.0 + black};
     scene.scan = ParallelScan{{{0, -10, 0}}, {{0, 1, 0}}};
     features::DerivedVolumes service;
-    const auto shifted =
-        std::make_shared<const Volume>(*Volume::create(volume->grid(), std::move(voxels), "tube"));
+    const auto shifted = std::make_shared<const StoredVolume>(
+        *StoredVolume::create(volume->grid(), std::move(voxels), "tube"));
     EXPECT_TRUE(test::has_value(add_derived_features(shifted, {}, service, scene)));
     return scene.features.volumes;
   };
@@ -97,8 +98,8 @@ TEST(DerivedFeaturesTest, AVolumeShiftedWithItsBlackLevelHasEqualFeatures) {
     EXPECT_NEAR(other.scale(), feature.scale(), 1e-4 * feature.scale()) << name;
     EXPECT_NEAR(other.offset(), feature.offset(), 2 * feature.scale()) << name;
     int apart = 0;
-    for (std::size_t n = 0; n < feature.codes()->hu().size(); ++n) {
-      apart += std::abs(feature.codes()->hu()[n] - other.codes()->hu()[n]) > 8 ? 1 : 0;
+    for (std::size_t n = 0; n < feature.codes()->values().size(); ++n) {
+      apart += std::abs(feature.codes()->values()[n] - other.codes()->values()[n]) > 8 ? 1 : 0;
     }
     EXPECT_EQ(apart, 0) << name;
   }
@@ -118,7 +119,7 @@ TEST(DerivedFeaturesTest, NamesTheSourceOfEachChannel) {
 }
 
 /// 16-bit speckle beside a saturated slab.
-std::shared_ptr<const Volume> saturated() {
+std::shared_ptr<const StoredVolume> saturated() {
   const VoxelGrid grid = test::centred_grid({40, 32, 32}, {0.5, 0.5, 0.5});
   std::mt19937 random(6);
   std::normal_distribution<double> noise(0, 1);
@@ -142,7 +143,7 @@ TEST(DerivedFeaturesTest, ASaturatedSlabDoesNotReduceTheResolutionOfTheSnr) {
     const double exact = static_cast<double>((*truth->values)[i]);
     above += exact > kMostSnr ? 1 : 0;
     const PredicateSample sample{
-        {snr.offset() + snr.scale() * snr.codes()->hu()[i]}, {snr.quantum()}, 0, {0, 0, 0}};
+        {snr.offset() + snr.scale() * snr.codes()->values()[i]}, {snr.quantum()}, 0, {0, 0, 0}};
     EXPECT_NEAR(sample.value[0], std::min(exact, kMostSnr), 0.5 * snr.quantum() + 1e-4);
     for (const double low : {10.0, 12.6, 20.0}) {
       if (std::abs(exact - low) <= snr.quantum()) continue;
@@ -177,14 +178,14 @@ TEST(DerivedFeaturesTest, UnknownVoxelsDoNotEnterFeatures) {
   for (const char* name : {feature::kSnr, feature::kGradientMagnitude}) {
     const FeatureVolume& found = scene.features.volumes.at(name);
     EXPECT_TRUE(found.has_undefined()) << name;
-    EXPECT_EQ(found.codes()->hu()[at(20, 12, 10)], FeatureVolume::kUndefined) << name;
-    EXPECT_NE(found.codes()->hu()[at(5, 12, 10)], FeatureVolume::kUndefined) << name;
+    EXPECT_EQ(found.codes()->values()[at(20, 12, 10)], FeatureVolume::kUndefined) << name;
+    EXPECT_NE(found.codes()->values()[at(5, 12, 10)], FeatureVolume::kUndefined) << name;
   }
   // Beside unknown voxels the slope continues, as the known neighbours show.
   const FeatureVolume& magnitude = scene.features.volumes.at(feature::kGradientMagnitude);
   for (const int i : {13, 14}) {
     const double slope =
-        magnitude.offset() + magnitude.scale() * magnitude.codes()->hu()[at(i, 14, 10)];
+        magnitude.offset() + magnitude.scale() * magnitude.codes()->values()[at(i, 14, 10)];
     constexpr double kSlope = 5 / 0.5 / 255;
     EXPECT_NEAR(slope, kSlope, 0.02 * kSlope) << i;
   }
@@ -203,7 +204,7 @@ TEST(DerivedFeaturesTest, GradientsAreSharesOfWhitePerMillimetre) {
   ASSERT_TRUE(test::has_value(add_derived_features(ramp, options, service, scene)));
   const auto middle = [&](const char* name) {
     const FeatureVolume& feature = scene.features.volumes.at(name);
-    return feature.offset() + feature.scale() * feature.codes()->hu()[(4 * 21 + 10) * 9 + 4];
+    return feature.offset() + feature.scale() * feature.codes()->values()[(4 * 21 + 10) * 9 + 4];
   };
   EXPECT_NEAR(middle(feature::kGradientMagnitude), 0.02, 1e-7);
   EXPECT_NEAR(middle(feature::kGradientAlong), 0.02 * std::cos(0.6), 1e-7);
@@ -245,8 +246,8 @@ TEST(DerivedFeaturesTest, ConfidenceIsEqualForOneDirectionAndForDirectionsPerVox
   const FeatureVolume& b = each.features.volumes.at(feature::kConfidence);
   double worst = 0;
   for (std::size_t i = 0; i < grid.voxel_count(); ++i) {
-    worst = std::max(worst, std::abs(a.offset() + a.scale() * a.codes()->hu()[i] - b.offset() -
-                                     b.scale() * b.codes()->hu()[i]));
+    worst = std::max(worst, std::abs(a.offset() + a.scale() * a.codes()->values()[i] - b.offset() -
+                                     b.scale() * b.codes()->values()[i]));
   }
   constexpr double kSolved = 2e-3;  // Twice the allowed error of a solve, plus the rounding of
                                     // 16-bit directions.

@@ -16,7 +16,7 @@ struct EdgeCase {
 };
 
 /// Scene seen along +y from far away, orthographic.
-inline render::Scene edge_scene(std::shared_ptr<const Volume> ct,
+inline render::Scene edge_scene(std::shared_ptr<const StoredVolume> ct,
                                 const render::PredicateExpression& expression) {
   render::Scene scene = plain_scene(std::move(ct), fog(0.1), frontal(80, 10, true));
   scene.predicates.emplace();

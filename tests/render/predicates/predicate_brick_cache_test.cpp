@@ -23,7 +23,7 @@ class PredicateBrickCacheTest : public ::testing::Test {
     return *std::move(set);
   }
 
-  std::shared_ptr<const Volume> ct_ =
+  std::shared_ptr<const StoredVolume> ct_ =
       test::small_ultrasound(test::centred_grid({29, 26, 17}, {1, 1, 1}), 5);
   Features features_ = test::random_features(ct_, 3);
   PredicateBrickCache cache_;
@@ -83,7 +83,7 @@ TEST_F(PredicateBrickCacheTest, LeavesOfAMovedObjectAreTestedAgain) {
 }
 
 TEST_F(PredicateBrickCacheTest, HoldsOnlyWhatTheLastPredicateSetReads) {
-  const std::weak_ptr<const Volume> snr = features_.volumes.at(feature::kSnr).codes();
+  const std::weak_ptr<const StoredVolume> snr = features_.volumes.at(feature::kSnr).codes();
   cache_.update(set_of("snr"), 1);
   features_.volumes.erase(feature::kSnr);
   EXPECT_FALSE(snr.expired());

@@ -66,7 +66,7 @@ TEST_P(PredicateBricks, HaveTheRangeOfTheirDefinedVoxels) {
       int high = std::numeric_limits<std::int16_t>::min();
       int undefined = 0;
       for (const std::size_t v : voxels) {
-        const int value = codes->hu()[v];
+        const int value = codes->values()[v];
         if (value == FeatureVolume::kUndefined) {
           undefined = 1;
           continue;

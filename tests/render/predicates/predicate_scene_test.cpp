@@ -15,7 +15,7 @@ using E = PredicateExpression;
 PredicateExpression everything() { return E::kind("intensity", {-1e6, 1e6}); }
 
 /// A scene from far away along +y with parallel rays and one predicate that is true everywhere.
-Scene frontal_scene(std::shared_ptr<const Volume> ct, PredicateModel model) {
+Scene frontal_scene(std::shared_ptr<const StoredVolume> ct, PredicateModel model) {
   Scene scene = test::plain_scene(std::move(ct), test::fog(0.1), test::frontal(80, 10, true));
   scene.predicates.emplace();
   scene.predicates->model = std::move(model);

@@ -42,7 +42,7 @@ inline render::FeatureVolume feature(const VoxelGrid& grid, const std::string& n
 }
 
 /// Adds the features that the predicates read and that the scene does not have.
-inline Result<void> add_features(const std::shared_ptr<const Volume>& ct, double smoothing_mm,
+inline Result<void> add_features(const std::shared_ptr<const StoredVolume>& ct, double smoothing_mm,
                                  render::PredicateScene& predicates) {
   render::DerivedFeatureOptions options;
   options.gradient.smoothing_mm = smoothing_mm;
@@ -51,7 +51,7 @@ inline Result<void> add_features(const std::shared_ptr<const Volume>& ct, double
 }
 
 /// A small model of ultrasound, 0 to 255: speckle, a bright layer, and a dark tube with a wall.
-inline std::shared_ptr<const Volume> small_ultrasound(const VoxelGrid& grid, unsigned seed) {
+inline std::shared_ptr<const StoredVolume> small_ultrasound(const VoxelGrid& grid, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
   const Eigen::Vector3d n(grid.size[0], grid.size[1], grid.size[2]);
@@ -68,7 +68,8 @@ inline std::shared_ptr<const Volume> small_ultrasound(const VoxelGrid& grid, uns
 }
 
 /// Features of all names, some with undefined voxels, and labels.
-inline render::Features random_features(const std::shared_ptr<const Volume>& ct, unsigned seed) {
+inline render::Features random_features(const std::shared_ptr<const StoredVolume>& ct,
+                                        unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
   const VoxelGrid& grid = ct->grid();
@@ -151,7 +152,7 @@ inline render::PredicateModel random_model(std::mt19937& random) {
 
 /// A scene with all data that predicates can read, from a random direction.
 inline render::Scene random_predicate_scene(std::mt19937& random,
-                                            const std::shared_ptr<const Volume>& ct,
+                                            const std::shared_ptr<const StoredVolume>& ct,
                                             const render::Features& features) {
   std::uniform_real_distribution<double> unit(-1, 1);
   const auto vector = [&](double size) {

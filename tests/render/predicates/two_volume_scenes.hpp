@@ -57,8 +57,9 @@ inline render::Scene random_two(std::mt19937& random, int i) {
 inline render::Scene moved_ct(render::Scene scene, const Eigen::Vector3d& by_mm) {
   VoxelGrid grid = scene.ct->grid();
   grid.origin_mm += by_mm;
-  const auto hu = scene.ct->hu();
-  scene.ct = std::make_shared<const Volume>(*Volume::create(grid, {hu.begin(), hu.end()}, "moved"));
+  const auto hu = scene.ct->values();
+  scene.ct = std::make_shared<const StoredVolume>(
+      *StoredVolume::create(grid, {hu.begin(), hu.end()}, "moved"));
   return scene;
 }
 

@@ -10,7 +10,7 @@ namespace nav::render {
 namespace {
 
 /// A CT with a bright slab, y from -6 to -4 mm. The rest is air.
-std::shared_ptr<const Volume> slab_in_front() {
+std::shared_ptr<const StoredVolume> slab_in_front() {
   return test::make_volume(test::centred_grid({31, 31, 31}, {1, 1, 1}),
                            [](int, int j, int) { return j >= 9 && j <= 11 ? 1000 : -1000; });
 }
@@ -184,7 +184,7 @@ TEST(TwoVolumes, ANewUltrasoundOrImportanceChangesTheView) {
   after.ultrasound->ct_importance = 0.5;
   EXPECT_EQ(change_between(before, after), SceneChange::kView);
   after = before;
-  after.ultrasound->volume = std::make_shared<Volume>(*before.ultrasound->volume);
+  after.ultrasound->volume = std::make_shared<StoredVolume>(*before.ultrasound->volume);
   EXPECT_EQ(change_between(before, after), SceneChange::kView);
   after.ultrasound.reset();
   EXPECT_EQ(change_between(before, after), SceneChange::kView);

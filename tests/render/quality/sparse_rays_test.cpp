@@ -14,7 +14,7 @@ namespace {
 
 /// Waves with a length of some voxels, so that means are close but not equal. A third of the volume
 /// is empty.
-std::shared_ptr<const Volume> waves(double spacing_mm) {
+std::shared_ptr<const StoredVolume> waves(double spacing_mm) {
   return test::make_volume(test::centred_grid({40, 36, 44}, Eigen::Vector3d::Constant(spacing_mm)),
                            [](int i, int j, int k) {
                              if (i > 26) return -1000.0;

@@ -32,7 +32,7 @@ TransferTable bone_table() {
       "bone", {{-1000, {1, 1, 1}, 0, 0}, {400, {1, 1, 1}, 0, 0}, {600, {1, 1, 1}, 0.5, 0}}));
 }
 
-std::shared_ptr<const Volume> noise(const VoxelGrid& grid, unsigned seed) {
+std::shared_ptr<const StoredVolume> noise(const VoxelGrid& grid, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_int_distribution<int> hu(-32768, 32767);
   return test::make_volume(grid, [&](int, int, int) { return hu(random); });

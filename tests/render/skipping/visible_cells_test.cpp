@@ -27,7 +27,7 @@ TransferTable table_of(const std::vector<int>& hus) {
 
 class Cells {
  public:
-  Cells(const Volume& ct, const TransferTable& table, int edge)
+  Cells(const StoredVolume& ct, const TransferTable& table, int edge)
       : ct_(ct), layout_(ct, 1), cells_(make(ct, layout_, table, edge)) {}
 
   [[nodiscard]] bool at(int i, int j, int k) const {
@@ -52,18 +52,18 @@ class Cells {
   }
 
  private:
-  static VisibleCells make(const Volume& ct, const CpuVolume& layout, const TransferTable& table,
-                           int edge) {
+  static VisibleCells make(const StoredVolume& ct, const CpuVolume& layout,
+                           const TransferTable& table, int edge) {
     return {ct, layout, brick_distances(make_brick_grid(ct, 1), table), table, edge, 2};
   }
 
-  const Volume& ct_;
+  const StoredVolume& ct_;
   CpuVolume layout_;
   VisibleCells cells_;
 };
 
 /// Smooth, so that many bricks are empty, with noise in some bricks.
-std::shared_ptr<const Volume> hills(std::array<int, 3> size, unsigned seed) {
+std::shared_ptr<const StoredVolume> hills(std::array<int, 3> size, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_int_distribution<int> noise(-300, 300);
   return test::make_volume(test::centred_grid(size, {1, 1, 1}), [&](int i, int j, int k) {

@@ -20,18 +20,18 @@ TransferFunction bone() {
 }
 
 /// A ball of bone with the given radius in voxels, in the middle of 65^3 voxels of 1 mm.
-std::shared_ptr<const Volume> ball(double radius) {
+std::shared_ptr<const StoredVolume> ball(double radius) {
   return test::make_volume(test::centred_grid({65, 65, 65}, {1, 1, 1}), [&](int i, int j, int k) {
     return Eigen::Vector3d(i - 32, j - 32, k - 32).norm() <= radius ? kBoneHu : kOutsideHu;
   });
 }
 
-BrickShell shell_of(const Volume& volume) {
+BrickShell shell_of(const StoredVolume& volume) {
   const BrickGrid bricks = make_brick_grid(volume, 1);
   return brick_shell(bricks, hidden_bricks(bricks, TransferTable(bone()), 1));
 }
 
-Scene scene_of(std::shared_ptr<const Volume> ct, double distance_mm, bool orthographic) {
+Scene scene_of(std::shared_ptr<const StoredVolume> ct, double distance_mm, bool orthographic) {
   Scene scene =
       test::plain_scene(std::move(ct), bone(), test::frontal(distance_mm, 120, orthographic));
   scene.width = 90;

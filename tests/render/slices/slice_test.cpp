@@ -18,7 +18,7 @@ constexpr double kSingle = 2e-3;  // The error of some thousand HU in single pre
 /// HU = 3 x - 2 y + 5 z + 10, CT mm. Trilinear interpolation of this is exact.
 double planted(const V& p) { return 3 * p.x() - 2 * p.y() + 5 * p.z() + 10; }
 
-std::shared_ptr<const Volume> ramp_volume(const Eigen::Matrix3d& directions) {
+std::shared_ptr<const StoredVolume> ramp_volume(const Eigen::Matrix3d& directions) {
   const VoxelGrid grid = test::centred_grid({41, 31, 21}, {1, 2, 3}, directions);
   std::vector<std::int16_t> voxels;
   for (int k = 0; k < 21; ++k) {
@@ -29,7 +29,8 @@ std::shared_ptr<const Volume> ramp_volume(const Eigen::Matrix3d& directions) {
       }
     }
   }
-  return std::make_shared<const Volume>(*Volume::create(grid, std::move(voxels), "ramp"));
+  return std::make_shared<const StoredVolume>(
+      *StoredVolume::create(grid, std::move(voxels), "ramp"));
 }
 
 V place(const SlicePlane& plane, const SliceOptions& o, int column, int row) {
@@ -43,7 +44,7 @@ SlicePlane oblique() {
   return {{{2, -3, 1}}, {turn.col(0)}, {turn.col(1)}};
 }
 
-void expect_planted(const Volume& ct, const SlicePlane& plane, double tolerance) {
+void expect_planted(const StoredVolume& ct, const SlicePlane& plane, double tolerance) {
   const SliceOptions o{91, 77, 0.7, 0, SlabMode::kMaximum, 2};
   const auto values = slice_values(ct, plane, o);
   ASSERT_TRUE(test::has_value(values));

@@ -33,7 +33,7 @@ TEST(ValueAtTest, IsTrilinearBetweenVoxelsAndTheNearestVoxelOutside) {
     for (int i = 0; i < 4; ++i)
       hu.push_back(static_cast<std::int16_t>(10 * i * i + 100 * j + i * j));
   }
-  const Volume ct = *Volume::create(grid, std::move(hu), "bowed");
+  const StoredVolume ct = *StoredVolume::create(grid, std::move(hu), "bowed");
   EXPECT_DOUBLE_EQ(value_at(ct, V(3, 2, 0)), 296);
   EXPECT_DOUBLE_EQ(value_at(ct, V(1.25, 1.5, 0)), 17.5 + 150 + 1.25 * 1.5);
   EXPECT_DOUBLE_EQ(value_at(ct, V(2.5, 1, 0)), 65 + 100 + 2.5);

@@ -11,7 +11,7 @@
 namespace nav::render {
 namespace {
 
-std::shared_ptr<const Volume> head_like(double scale) {
+std::shared_ptr<const StoredVolume> head_like(double scale) {
   // Background near 0, tissue near 400, bright values 1000, times a scale.
   return test::make_volume(test::centred_grid({40, 40, 40}, {1, 1, 1}), [=](int i, int j, int k) {
     const double r = std::hypot(i - 20, j - 20, k - 20);

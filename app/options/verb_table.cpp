@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/options/verb_table.hpp"
+
+namespace nav::app {
+
+const std::vector<Verb>& verb_table() {
+  static const std::vector<Verb> verbs{
+      {"demo",
+       "Show a simulated procedure: sweep, registration, needle approach with the live plane in CT",
+       "demo --out DIR",
+       {"sonde demo --out demo-output",
+        "sonde demo --out other-patient --seed 7 --frames 10 --width 640 --height 480"}},
+      {"replay",
+       "Replay a recorded sweep and show its plane inside the CT",
+       "replay SWEEP --ct CT --config PLUS.xml --registration FILE --out DIR",
+       {"sonde replay sweep.igs.mha --ct ct.mha --registration registration.json --out replay",
+        "sonde replay --session procedure.toml --window"}},
+      {"register",
+       "Register a CT to a recorded sweep, or by landmarks, a surface or vessels",
+       "register SWEEP --ct CT --config PLUS.xml --json FILE",
+       {"sonde register sweep.igs.mha --ct ct.mha --landmarks points.csv --json registration.json",
+        "sonde register --landmarks points.csv --json registration.json"}},
+      {"info",
+       "Print what a sequence, CT or PLUS configuration contains",
+       "info FILE",
+       {"sonde info sweep.igs.mha", "sonde info ct.mha --json -"}},
+      {"slices",
+       "Write CT slices: axial, coronal, sagittal, oblique, along a needle, along an image",
+       "slices CT --out DIR",
+       {"sonde slices ct.mha --out slices --at 10 -20 30",
+        "sonde slices ct.mha --out slices --recording sweep.igs.mha --registration "
+        "registration.json --fusion checkerboard"}},
+      {"predicates",
+       "Draw 3D ultrasound by predicates beside a standard transfer function",
+       "predicates [VOLUME] --out PNG",
+       {"sonde predicates --phantom carotid --out both.png",
+        "sonde predicates us.mha --predicates tendon-fibres --into 0 1 0 --labels labels.mha --out "
+        "both.png"}},
+      {"derive",
+       "Write slices of the features that predicates read from 3D ultrasound",
+       "derive VOLUME --out DIR",
+       {"sonde derive us.mha --out features --feature snr vesselness",
+        "sonde derive us.mha --out features --into 0 1 0"}},
+      {"devices",
+       "List USB devices, CAN interfaces and simulated devices",
+       "devices",
+       {"sonde devices", "sonde devices --json -"}},
+      {"simulate",
+       "Write a recording of a simulated patient, with its truth and its CT",
+       "simulate --out SWEEP --ct CT",
+       {"sonde simulate --out sweep.igs.mha --ct ct.mha",
+        "sonde simulate --out sweep.igs.mha --ct ct.mha --family neck --path fan --seed 3"}}};
+  return verbs;
+}
+
+const Verb* find_verb(std::string_view name) {
+  for (const Verb& verb : verb_table()) {
+    if (verb.name == name) return &verb;
+  }
+  return nullptr;
+}
+
+}  // namespace nav::app

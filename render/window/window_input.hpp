@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+
+#include "render/scene.hpp"
+
+namespace nav::render {
+
+/// Input of a window since its source was last called. Drags are fractions of the height of the
+/// window: x right, y up.
+struct WindowInput {
+  int width = 0;                                    ///< Size of the window now, pixels.
+  int height = 0;                                   ///< See width.
+  Eigen::Vector2d orbit = Eigen::Vector2d::Zero();  ///< Drag with the left button.
+  Eigen::Vector2d pan = Eigen::Vector2d::Zero();    ///< Drag with the middle button.
+  double zoom = 1;        ///< Drag with the right button, and wheel; > 0, above 1: nearer.
+  std::string keys = {};  ///< Typed characters, Latin-1; q is not among them, because it closes.
+};
+
+// The functions below turn a valid camera into a valid camera. A camera that would leave the
+// positions that scenes allow (nav/places.hpp) does not move. A zoom ends at 0.1 mm and at 100 m.
+
+/// Turns a camera about its look-at point: yaw about the view's up axis (positive: the eye moves
+/// right), then pitch about its right axis (positive: the eye moves up), rad.
+Camera orbited(const Camera& camera, double yaw_rad, double pitch_rad);
+/// Moves eye and look-at point by fractions of the image height (right, up).
+Camera panned(const Camera& camera, double right, double up);
+/// Divides the distance to the look-at point, or the orthographic height, by a factor > 0.
+Camera zoomed(const Camera& camera, double factor);
+/// Moves a camera so that the scene follows the mouse: orbit, pan and zoom of the input.
+Camera moved(const Camera& camera, const WindowInput& input);
+
+}  // namespace nav::render
