@@ -30,8 +30,11 @@ TEST_F(BenchCommandLineTest, SondeRunsTheProgramBesideIt) {
     const Outcome there = built_sonde(std::string("bench ") + arguments);
     EXPECT_EQ(here.code, 0) << here.errors;
     EXPECT_EQ(there.code, 0) << there.errors;
-    EXPECT_EQ(here.output.substr(here.output.find('\n')),
-              there.output.substr(there.output.find('\n')));
+    std::string expected = here.output;
+    const std::string usage = "Usage: sonde-bench";
+    const auto at = expected.find(usage);
+    if (at != std::string::npos) expected.replace(at, usage.size(), "Usage: sonde bench");
+    EXPECT_EQ(there.output, expected);
   }
   const Outcome help = built_sonde("-v gallery --help");
   EXPECT_EQ(help.code, 0);
