@@ -3,34 +3,34 @@
 #include "app/output_folder.hpp"
 
 #include "io/atomic_file.hpp"
-#include "io/picture.hpp"
+#include "io/image_output.hpp"
 
 namespace nav::app {
 
 Result<OutputFolder> OutputFolder::create(const std::filesystem::path& path) {
-  const auto refuse = [&](const std::string& found) {
+  const auto reject = [&](const std::string& found) {
     return Error{ErrorCode::kIo,
                  path.string() + ": expected a folder that can be written to, found " + found};
   };
   if (path.empty()) return Error{ErrorCode::kUsage, "--out: expected a folder, found nothing"};
   std::error_code status;
   if (std::filesystem::exists(path, status) && !std::filesystem::is_directory(path, status)) {
-    return refuse("a file");
+    return reject("a file");
   }
   std::filesystem::create_directories(path, status);
-  if (status) return refuse(status.message());
+  if (status) return reject(status.message());
   const std::filesystem::path probe = path / ".sonde-write-test";
   if (const auto written = io::write_file(probe, std::string_view("x")); !written) {
-    return refuse(written.error().message);
+    return reject(written.error().message);
   }
   std::filesystem::remove(probe, status);
   return OutputFolder(path);
 }
 
-Result<void> OutputFolder::write_picture(const std::string& name, const Image2d<Rgba8>& picture) {
-  if (const auto written = io::write_png(picture, path_ / name); !written) return written;
+Result<void> OutputFolder::write_image(const std::string& name, const Image2d<Rgba8>& image) {
+  if (const auto written = io::write_png(image, path_ / name); !written) return written;
   files_.push_back(name);
-  picture_digests_ += io::sha256_hex(std::as_bytes(picture.pixels()));
+  image_digests_ += io::sha256_hex(std::as_bytes(image.pixels()));
   return {};
 }
 
@@ -88,6 +88,6 @@ Result<void> OutputFolder::write_text(const std::string& name, const std::string
   return io::write_file(path_ / name, std::string_view(text));
 }
 
-std::string OutputFolder::image_digest() const { return io::sha256_hex(picture_digests_); }
+std::string OutputFolder::image_digest() const { return io::sha256_hex(image_digests_); }
 
 }  // namespace nav::app

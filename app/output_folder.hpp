@@ -20,7 +20,7 @@ class OutputFolder {
   static Result<OutputFolder> create(const std::filesystem::path& path);
 
   /// Writes an image and adds it to files(); its pixels enter the image digest.
-  Result<void> write_picture(const std::string& name, const Image2d<Rgba8>& picture);
+  Result<void> write_image(const std::string& name, const Image2d<Rgba8>& image);
   /// Removes the reports of an earlier run, so that they never stand beside the images of a later
   /// run that stopped.
   void forget_reports() const;
@@ -49,7 +49,7 @@ class OutputFolder {
   explicit OutputFolder(std::filesystem::path path) : path_(std::move(path)) {}
   std::filesystem::path path_;
   std::vector<std::string> files_;
-  std::string picture_digests_;
+  std::string image_digests_;
 };
 
 /// Removes the reports of an earlier run and the named files. Call it before anything can stop the

@@ -57,7 +57,7 @@ io::Json json_number(const std::optional<double>& value) {
 
 io::Json json_of(const session::TissueFollower::Summary& summary) {
   io::Json json;
-  json["pictures"] = summary.pictures;
+  json["pictures"] = summary.images;
   json["states"] = summary.states;
   json["alarms"] = io::Json::array();
   for (const auto& alarm : summary.alarms) {
@@ -143,7 +143,7 @@ io::Json bootstrap_json(const registration::FrameBootstrap& bootstrap,
           {"fault", bootstrap.fault},
           {"replicates", bootstrap.twists.size()},
           {"unsolved", bootstrap.unsolved},
-          {"pictures", bootstrap.pictures},
+          {"pictures", bootstrap.images},
           {"block_pictures", bootstrap.block},
           {"places", bootstrap.places},
           {"target_error_rms_mm", json_number(bootstrap.tre_rms_mm(target))},
@@ -252,7 +252,7 @@ std::string to_html(const HtmlReport& report) {
       escape(report.title) + "</title><style>" + kStyle + "</style></head><body>\n";
   html += "<h1>" + escape(report.title) + "</h1>\n<p class=\"summary" +
           std::string(report.warning ? " warning" : "") + "\">" + escape(report.summary) + "</p>\n";
-  for (const auto& [file, caption] : report.pictures) {
+  for (const auto& [file, caption] : report.images) {
     html += "<figure><img src=\"" + escape(file) + "\" alt=\"" + escape(caption) +
             "\"><figcaption>" + escape(caption) + "</figcaption></figure>\n";
   }

@@ -53,9 +53,9 @@ Result<void> write_json(const io::Json& json, const std::string& where);
 /// Contents of an HTML report.
 struct HtmlReport {
   std::string title;
-  std::string summary;                                        ///< One paragraph; plain text.
-  bool warning = false;                                       ///< The summary has a warning colour.
-  std::vector<std::pair<std::string, std::string>> pictures;  ///< File and caption.
+  std::string summary;                                      ///< One paragraph; plain text.
+  bool warning = false;                                     ///< The summary has a warning colour.
+  std::vector<std::pair<std::string, std::string>> images;  ///< File and caption.
   std::vector<std::pair<std::string, std::vector<std::pair<std::string, std::string>>>> tables;
 };
 

@@ -45,7 +45,7 @@ class GlFrames final : public render::Engine {
  private:
   std::unique_ptr<render::OffscreenWindow> window_;
   std::unique_ptr<render::SceneView> view_;
-  BlankPicture blank_;
+  BlankImage blank_;
 };
 
 }  // namespace

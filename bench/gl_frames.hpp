@@ -12,19 +12,19 @@
 namespace nav::bench {
 
 /// Placeholder of an image that is not read back.
-class BlankPicture {
+class BlankImage {
  public:
   /// A black image; shared between calls for one size.
   const Image2d<RgbaF>& of(int width, int height) {
-    if (picture_.width() != width || picture_.height() != height) {
+    if (image_.width() != width || image_.height() != height) {
       const std::size_t count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-      picture_ = {width, height, std::vector<RgbaF>(count, RgbaF{0, 0, 0, 1})};
+      image_ = {width, height, std::vector<RgbaF>(count, RgbaF{0, 0, 0, 1})};
     }
-    return picture_;
+    return image_;
   }
 
  private:
-  Image2d<RgbaF> picture_;
+  Image2d<RgbaF> image_;
 };
 
 /// The GL engine as an application window uses it: render() returns when the device has drawn, and

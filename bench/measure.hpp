@@ -22,13 +22,13 @@ std::size_t resident_bytes();
 /// The pixels in the middle of blocks of factor × factor pixels of an image. factor: odd, so that
 /// they are the pixels of an image at that lower resolution.
 template <class T>
-Image2d<T> middles(const Image2d<T>& picture, int factor) {
+Image2d<T> middles(const Image2d<T>& image, int factor) {
   NAV_CHECK(factor > 0 && factor % 2 == 1, factor);
   std::vector<T> pixels;
-  for (int y = factor / 2; y < picture.height(); y += factor) {
-    for (int x = factor / 2; x < picture.width(); x += factor) pixels.push_back(picture.at(x, y));
+  for (int y = factor / 2; y < image.height(); y += factor) {
+    for (int x = factor / 2; x < image.width(); x += factor) pixels.push_back(image.at(x, y));
   }
-  return {picture.width() / factor, picture.height() / factor, std::move(pixels)};
+  return {image.width() / factor, image.height() / factor, std::move(pixels)};
 }
 
 /// Time of one run, medians of several.

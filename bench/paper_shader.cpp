@@ -119,7 +119,7 @@ class PaperShader final : public render::Engine {
   void current() { window_->window().MakeCurrent(); }
 
   Result<RenderedImage> draw(const Scene& scene) {
-    auto set = PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+    auto set = PredicateSet::create(*scene.predicates, scene.ct, position_of(scene));
     if (!set) return set.error();
     if (auto ok = prepare(*set); !ok) return ok.error();
     if (auto ok = target_.bind(scene.width, scene.height); !ok) return ok.error();
@@ -248,7 +248,7 @@ class PaperShader final : public render::Engine {
   bool reads_;
   bool compute_;        ///< The faster choice on the device, like the GL engine.
   bool manual_filter_;  ///< True if the device's filter is coarse, like the GL engine.
-  BlankPicture blank_;
+  BlankImage blank_;
   std::unique_ptr<GlProgram> program_;
   std::string text_;
   std::vector<std::unique_ptr<render::GlTexture>> textures_;  ///< Volume, features, labels.

@@ -26,7 +26,7 @@ using render::Engine;
 using render::RenderedImage;
 using render::Scene;
 
-Result<void> check_pictures(Engine& engine, const Scene& scene, PredicateBenchRow& row) {
+Result<void> check_images(Engine& engine, const Scene& scene, PredicateBenchRow& row) {
   auto fast = engine.render(scene);
   if (!fast) return fast.error();
   Scene other = scene;
@@ -81,11 +81,11 @@ Result<void> time_edits(Engine& engine, const Scene& scene, const Scene& other_s
 }
 
 Result<PredicateBenchRow> measure_scene(const PredicateVolume& volume,
-                                        const PredicateVolume::Look& look,
+                                        const PredicateVolume::Appearance& appearance,
                                         const PredicateBenchOptions& options) {
   PredicateBenchRow row;
-  row.scene = volume.name + "/" + look.name;
-  const Scene scene = predicate_scene(volume, look.model, options.width, options.height);
+  row.scene = volume.name + "/" + appearance.name;
+  const Scene scene = predicate_scene(volume, appearance.model, options.width, options.height);
   const Scene standard = standard_scene(scene);
   const auto held = engine_bytes(scene, options.threads);
   if (!held) return held.error();
@@ -109,7 +109,7 @@ Result<PredicateBenchRow> measure_scene(const PredicateVolume& volume,
   const auto image = engines[0]->render(nudged(standard, ++frame));
   if (!image) return image.error();
   row.standard_samples = image->statistics.volume_samples;
-  if (auto ok = check_pictures(*engines[1], scene, row); !ok) return ok.error();
+  if (auto ok = check_images(*engines[1], scene, row); !ok) return ok.error();
   const Scene plain = plain_set(scene);
   if (auto ok = time_edits(*engines[1], scene, plain, row); !ok) return ok.error();
   const auto fresh = render::make_cpu_engine({options.threads});
@@ -159,9 +159,10 @@ bool wanted(const std::string& name, const PredicateBenchOptions& options) {
 /// Keeps the requested predicate sets, and adds the volume if any remain.
 void add_wanted(PredicateVolume volume, const PredicateBenchOptions& options,
                 std::vector<PredicateVolume>& volumes) {
-  std::erase_if(volume.looks,
-                [&](const auto& look) { return !look.name.starts_with(options.look); });
-  if (!volume.looks.empty()) volumes.push_back(std::move(volume));
+  std::erase_if(volume.appearances, [&](const auto& appearance) {
+    return !appearance.name.starts_with(options.appearance);
+  });
+  if (!volume.appearances.empty()) volumes.push_back(std::move(volume));
 }
 
 /// The paper's patients, simulated, with every feature that their predicate sets read. At most 256
@@ -173,9 +174,9 @@ Result<void> add_patients(const PredicateBenchOptions& options,
     if (!wanted(name, options)) continue;
     auto volume = patient_volume(name, std::min(options.side, 256));
     if (!volume) return volume.error();
-    for (const auto& look : volume->looks) {
-      if (!look.name.starts_with(options.look)) continue;
-      if (auto ok = add_features(look.model, *volume); !ok) return ok.error();
+    for (const auto& appearance : volume->appearances) {
+      if (!appearance.name.starts_with(options.appearance)) continue;
+      if (auto ok = add_features(appearance.model, *volume); !ok) return ok.error();
     }
     add_wanted(*std::move(volume), options, volumes);
   }
@@ -204,11 +205,11 @@ Result<std::vector<PredicateVolume>> volumes_of(const PredicateBenchOptions& opt
     }
   }
   if (!volumes.empty()) return volumes;
-  if (!options.look.empty()) {
+  if (!options.appearance.empty()) {
     return Error{ErrorCode::kUsage,
                  "--look: expected the beginning of the name of a predicate set (vessel, "
                  "interfaces, …), found " +
-                     options.look};
+                     options.appearance};
   }
   return Error{ErrorCode::kUsage,
                "--volume: expected the beginning of neck, carotid, shoulder, tendon, prostate, "
@@ -296,7 +297,7 @@ Result<PredicateBenchReport> measure_predicates(const PredicateBenchOptions& opt
   const std::vector<PredicateVolume>& volumes = *made;
   std::size_t total = 0;
   const std::size_t engines = std::size_t{options.cpu} + std::size_t{options.gl};
-  for (const auto& volume : volumes) total += engines * volume.looks.size();
+  for (const auto& volume : volumes) total += engines * volume.appearances.size();
   std::size_t done = 0;
   const auto one_done = [&] {
     ++done;
@@ -304,8 +305,8 @@ Result<PredicateBenchReport> measure_predicates(const PredicateBenchOptions& opt
   };
   for (const auto& volume : volumes) {
     if (!options.cpu) break;
-    for (const auto& look : volume.looks) {
-      auto row = measure_scene(volume, look, options);
+    for (const auto& appearance : volume.appearances) {
+      auto row = measure_scene(volume, appearance, options);
       if (!row) return row.error();
       report.megabytes = std::max(report.megabytes.value_or(0), 1e-6 * row->engine_bytes);
       report.rows.push_back(*std::move(row));

@@ -21,11 +21,11 @@ struct PredicateBenchOptions {
   int height = 600;
   int threads = 0;  ///< 0: all cores.
   Repeats repeats{5, 4};
-  std::string volume;    ///< Only volumes whose name begins with this; empty: all.
-  std::string look;      ///< Only predicate sets whose name begins with this; empty: all.
-  bool cpu = true;       ///< The CPU engine.
-  bool gl = true;        ///< The GL engine, if there is OpenGL.
-  bool patients = true;  ///< Also on simulated patients (sim/predicate_patient.hpp).
+  std::string volume;      ///< Only volumes whose name begins with this; empty: all.
+  std::string appearance;  ///< Only predicate sets whose name begins with this; empty: all.
+  bool cpu = true;         ///< The CPU engine.
+  bool gl = true;          ///< The GL engine, if there is OpenGL.
+  bool patients = true;    ///< Also on simulated patients (sim/predicate_patient.hpp).
 };
 
 /// One scene on the CPU engine. Predicates are compared with the standard transfer function of the

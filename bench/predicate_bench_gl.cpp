@@ -112,7 +112,7 @@ Result<void> time_frames(Engines& engines, const Scene& scene, int repeats, GlPr
   return {};
 }
 
-Result<void> check_pictures(Engines& engines, const Scene& scene, GlPredicateRow& row) {
+Result<void> check_images(Engines& engines, const Scene& scene, GlPredicateRow& row) {
   const auto fast = engines.read_predicates->render(scene);
   if (!fast) return fast.error();
   Scene other = scene;
@@ -217,7 +217,7 @@ double GlPredicateReport::predicate_over_standard() const {
 }
 
 std::optional<double> GlPredicateReport::vs_paper_shader() const {
-  const auto same = [](const GlPredicateRow& row) { return row.paper_rms <= kSamePictureRms; };
+  const auto same = [](const GlPredicateRow& row) { return row.paper_rms <= kSameImageRms; };
   if (!std::all_of(rows.begin(), rows.end(), same)) return std::nullopt;
   return median_of(rows, [](const auto& r) { return r.paper_ms / r.predicate_ms; });
 }
@@ -251,17 +251,17 @@ Result<GlPredicateReport> measure_gl_predicates(const std::vector<PredicateVolum
   GlPredicateReport report;
   CollectingDiagnostics unheard;
   for (const auto& volume : volumes) {
-    for (const auto& look : volume.looks) {
+    for (const auto& appearance : volume.appearances) {
       auto engines = make_engines(report.rows.empty() ? diagnostics : unheard, of_device);
       if (!engines) return engines.error();
       report.device = engines->standard->device();
       report.width = engines->software ? width / 2 : width;
       report.height = engines->software ? height / 2 : height;
-      const Scene scene = predicate_scene(volume, look.model, report.width, report.height);
+      const Scene scene = predicate_scene(volume, appearance.model, report.width, report.height);
       GlPredicateRow row;
-      row.scene = volume.name + "/" + look.name;
+      row.scene = volume.name + "/" + appearance.name;
       if (auto ok = time_frames(*engines, scene, repeats, row); !ok) return ok.error();
-      if (auto ok = check_pictures(*engines, scene, row); !ok) return ok.error();
+      if (auto ok = check_images(*engines, scene, row); !ok) return ok.error();
       const Scene plain = plain_set(scene);
       if (auto ok = time_edits(*engines, scene, plain, row); !ok) return ok.error();
       if (auto ok = time_waiting(scene, plain, engines->software, row); !ok) return ok.error();

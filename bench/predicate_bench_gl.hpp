@@ -47,7 +47,7 @@ struct GlPredicateRow {
 
 /// Largest difference of the paper's shader from the image that its time is compared with. Single
 /// pixels may differ more, where a feature is at the edge of a predicate.
-inline constexpr double kSamePictureRms = 1.0 / 255;
+inline constexpr double kSameImageRms = 1.0 / 255;
 
 struct GlPredicateReport {
   std::string device;
@@ -58,7 +58,7 @@ struct GlPredicateReport {
   /// Median over scenes of standard_ms / predicate_ms.
   [[nodiscard]] double predicate_over_standard() const;
   /// Median over scenes of paper_ms / predicate_ms; empty unless all images agree within
-  /// kSamePictureRms.
+  /// kSameImageRms.
   [[nodiscard]] std::optional<double> vs_paper_shader() const;
   /// Median over scenes of paper_own_filter_ms / predicate_ms, whatever the shader draws; empty if
   /// OpenGL runs in software.

@@ -17,8 +17,9 @@ namespace {
 using render::PredicateExpression;
 using E = PredicateExpression;
 
-PredicateVolume::Look look(std::string name, std::vector<render::PredicateEntry> entries,
-                           std::vector<render::PredicateHistogram::Bar> bars) {
+PredicateVolume::Appearance appearance(std::string name,
+                                       std::vector<render::PredicateEntry> entries,
+                                       std::vector<render::PredicateHistogram::Bar> bars) {
   return {std::move(name),
           {std::move(entries), *render::PredicateHistogram::create(std::move(bars))}};
 }
@@ -28,24 +29,24 @@ E steep(double low) { return E::kind("gradient_magnitude", {low, 1e6}); }
 E below(double mm) { return E::kind("depth", {mm, 1e4}); }
 
 /// Predicate sets that need only the volume and the position of its scan.
-std::vector<PredicateVolume::Look> general_looks() {
-  return {look("uniform", {{"tissue", bright(0.1)}, {"interfaces", steep(0.15)}},
-               {{1, 30, 0.3}, {1, 200, 0.5}}),
-          look("layers of depth",
-               {{"near", E::negation(below(8))}, {"far", E::all({below(8), bright(0.15)})}},
-               {{0.2, 20, 0.3}, {0.8, 40, 0.4}}),
-          look("interfaces",
-               {{"interfaces", E::all({steep(0.2), below(4)})},
-                {"across the scan", E::kind("gradient_angle", {0, 0.7, 0.1})},
-                {"tissue", bright(0.1)}},
-               {{0.6, 45, 0.6}, {0.3, 200, 0.5}, {0.1, 30, 0.1}})};
+std::vector<PredicateVolume::Appearance> general_looks() {
+  return {appearance("uniform", {{"tissue", bright(0.1)}, {"interfaces", steep(0.15)}},
+                     {{1, 30, 0.3}, {1, 200, 0.5}}),
+          appearance("layers of depth",
+                     {{"near", E::negation(below(8))}, {"far", E::all({below(8), bright(0.15)})}},
+                     {{0.2, 20, 0.3}, {0.8, 40, 0.4}}),
+          appearance("interfaces",
+                     {{"interfaces", E::all({steep(0.2), below(4)})},
+                      {"across the scan", E::kind("gradient_angle", {0, 0.7, 0.1})},
+                      {"tissue", bright(0.1)}},
+                     {{0.6, 45, 0.6}, {0.3, 200, 0.5}, {0.1, 30, 0.1}})};
 }
 
 Result<void> add_gradients(PredicateVolume& volume) {
   render::DerivedFeatureOptions options;
   options.gradient.smoothing_mm = render::features::kUsualSmoothingMm;
   render::features::DerivedVolumes service;
-  for (const auto& one : volume.looks) {
+  for (const auto& one : volume.appearances) {
     volume.predicates.model = one.model;
     if (auto ok =
             render::add_derived_features(volume.ultrasound, options, service, volume.predicates);
@@ -83,16 +84,16 @@ Result<PredicateVolume> neck_phantom(int n) {
   auto neck = app::phantom_volume("neck", n);
   if (!neck) return neck.error();
   PredicateVolume out{*std::move(neck), general_looks()};
-  out.looks.push_back(look("vessel",
-                           {{"vessel", E::kind("vesselness", {0.5, 1})},
-                            {"tissue", E::all({bright(0.15), below(3)})},
-                            {"skin", E::negation(below(3))}},
-                           {{0.75, 0, 0.8}, {0.2, 35, 0.25}, {0.05, 20, 0.2}}));
-  out.looks.push_back(look("labels",
-                           {{"skin", E::kind("label", {1})},
-                            {"muscle", E::kind("label", {2})},
-                            {"vessel", E::kind("label", {4})}},
-                           {{0.05, 20, 0.3}, {0.25, 5, 0.5}, {0.7, 50, 0.7}}));
+  out.appearances.push_back(appearance("vessel",
+                                       {{"vessel", E::kind("vesselness", {0.5, 1})},
+                                        {"tissue", E::all({bright(0.15), below(3)})},
+                                        {"skin", E::negation(below(3))}},
+                                       {{0.75, 0, 0.8}, {0.2, 35, 0.25}, {0.05, 20, 0.2}}));
+  out.appearances.push_back(appearance("labels",
+                                       {{"skin", E::kind("label", {1})},
+                                        {"muscle", E::kind("label", {2})},
+                                        {"vessel", E::kind("label", {4})}},
+                                       {{0.05, 20, 0.3}, {0.25, 5, 0.5}, {0.7, 50, 0.7}}));
   if (auto ok = add_vesselness(out); !ok) return ok.error();
   if (auto ok = add_gradients(out); !ok) return ok.error();
   return out;
@@ -105,7 +106,7 @@ Result<PredicateVolume> patient_volume(const std::string& name, int side) {
   for (const std::string& preset : presets_of(name)) {
     const auto model = render::preset_predicates(preset);
     if (!model) return model.error();
-    out.looks.push_back({preset, *model});
+    out.appearances.push_back({preset, *model});
   }
   return out;
 }

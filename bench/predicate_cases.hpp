@@ -12,11 +12,11 @@ namespace nav::bench {
 
 /// An ultrasound volume with its features and the predicate sets that it is measured with.
 struct PredicateVolume : render::PredicateVolume {
-  struct Look {
+  struct Appearance {
     std::string name;
     render::PredicateModel model;
   };
-  std::vector<Look> looks;
+  std::vector<Appearance> appearances;
 };
 
 /// The neck of sim/predicate_phantom.hpp, n voxels along each axis, with gradients, the exact

@@ -21,16 +21,16 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFineRms = 5e-3;
 constexpr const char* kGlFragments = "gl-fragment";
 
-using Picture = std::vector<Eigen::Vector3f>;
+using ProgressiveImage = std::vector<Eigen::Vector3f>;
 
-Picture colours(const Image2d<RgbaF>& image) {
-  Picture out;
+ProgressiveImage colours(const Image2d<RgbaF>& image) {
+  ProgressiveImage out;
   for (const RgbaF& p : image.pixels()) out.emplace_back(p.r, p.g, p.b);
   return out;
 }
 
-Picture colours(const Image2d<Rgba8>& image) {
-  Picture out;
+ProgressiveImage colours(const Image2d<Rgba8>& image) {
+  ProgressiveImage out;
   for (const Rgba8& p : image.pixels()) {
     out.emplace_back(static_cast<float>(p.r) / 255, static_cast<float>(p.g) / 255,
                      static_cast<float>(p.b) / 255);
@@ -48,7 +48,7 @@ struct Contestant {
   bool by_opengl;
   std::function<Result<void>(const render::Scene&)> draw;  ///< Operation that is timed.
   /// Image that is compared, 8 bits: middles() of an image.
-  std::function<Result<Picture>(const render::Scene&, int factor)> picture;
+  std::function<Result<ProgressiveImage>(const render::Scene&, int factor)> picture;
 };
 
 Contestant contestant(const std::shared_ptr<render::Engine>& engine) {
@@ -56,7 +56,8 @@ Contestant contestant(const std::shared_ptr<render::Engine>& engine) {
     if (auto image = engine->render(scene); !image) return image.error();
     return {};
   };
-  const auto picture = [engine](const render::Scene& scene, int factor) -> Result<Picture> {
+  const auto picture = [engine](const render::Scene& scene,
+                                int factor) -> Result<ProgressiveImage> {
     auto image = engine->render(scene);
     if (!image) return image.error();
     return colours(middles(render::to_8bit(image->pixels), factor));
@@ -72,7 +73,7 @@ Contestant contestant(VtkBaseline::Mapper mapper, const std::shared_ptr<VtkBasel
     return {};
   };
   const auto picture = [baseline](const render::Scene& scene, int factor) {
-    return Result<Picture>(colours(middles(baseline->render_unsmoothed(scene), factor)));
+    return Result<ProgressiveImage>(colours(middles(baseline->render_unsmoothed(scene), factor)));
   };
   return {to_string(mapper),
           false,
@@ -83,7 +84,7 @@ Contestant contestant(VtkBaseline::Mapper mapper, const std::shared_ptr<VtkBasel
 }
 
 /// Root mean square and largest difference over pixels and channels.
-std::pair<double, double> difference(const Picture& found, const Picture& truth) {
+std::pair<double, double> difference(const ProgressiveImage& found, const ProgressiveImage& truth) {
   double sum = 0;
   double max = 0;
   for (std::size_t i = 0; i < truth.size(); ++i) {
@@ -108,7 +109,7 @@ Result<void> check(const NamedScene& named, const RenderBenchOptions& options) {
     return refused(
         "expected a CT alone, because VTK's mappers draw nothing else, found a plane or shapes");
   }
-  if (const auto ok = check_picture(options, scene.width, scene.height); !ok) {
+  if (const auto ok = check_image(options, scene.width, scene.height); !ok) {
     return refused(ok.error().message);
   }
   if (options.repeats.times < 1) {
@@ -156,13 +157,13 @@ class Comparison {
     ours_.back().draw = contestant(std::shared_ptr<render::Engine>(*std::move(frames))).draw;
     return {};
   }
-  Result<Picture> truth_of(const render::Scene& scene, double step) const;
+  Result<ProgressiveImage> truth_of(const render::Scene& scene, double step) const;
   Result<std::vector<Contestant>> theirs(const render::Scene& scene);
   Result<void> run_step(const NamedScene& named, const std::vector<Contestant>& all,
-                        const SparsePoint& quality, const Picture& truth,
-                        const std::vector<Picture>& own_truths);
-  Result<void> run_chosen(const NamedScene& named, const Picture& truth,
-                          const std::vector<Picture>& own_truths);
+                        const SparsePoint& quality, const ProgressiveImage& truth,
+                        const std::vector<ProgressiveImage>& own_truths);
+  Result<void> run_chosen(const NamedScene& named, const ProgressiveImage& truth,
+                          const std::vector<ProgressiveImage>& own_truths);
   Result<std::vector<Taken>> time_on_device(const std::vector<Task>& tasks);
   void add_ratios(const NamedScene& named);
   void add_ratio(const NamedScene& named, const std::string& name, const RenderBenchCurve& ours,
@@ -174,7 +175,8 @@ class Comparison {
     return out;
   }
   /// Colours of a contestant at the positions of the reference's pixels.
-  [[nodiscard]] Result<Picture> seen(const Contestant& who, const render::Scene& scene) const;
+  [[nodiscard]] Result<ProgressiveImage> seen(const Contestant& who,
+                                              const render::Scene& scene) const;
 
   const RenderBenchOptions& options_;
   Diagnostics& diagnostics_;
@@ -182,13 +184,13 @@ class Comparison {
   RenderBenchReport report_;
 };
 
-Result<Picture> Comparison::truth_of(const render::Scene& scene, double step) const {
+Result<ProgressiveImage> Comparison::truth_of(const render::Scene& scene, double step) const {
   auto image = render::make_reference_engine()->render(at_step(small(scene), step));
   if (!image) return image.error();
   return colours(image->pixels);
 }
 
-Result<Picture> Comparison::seen(const Contestant& who, const render::Scene& scene) const {
+Result<ProgressiveImage> Comparison::seen(const Contestant& who, const render::Scene& scene) const {
   if (who.by_rays && scene.quality.pixel_error == 0) return who.picture(small(scene), 1);
   return who.picture(scene, scene.width / options_.reference_width);
 }
@@ -220,7 +222,7 @@ Result<void> Comparison::run(const NamedScene& named) {
   if (!vtk) return vtk.error();
   std::vector<Contestant> all = ours_;
   all.insert(all.end(), vtk->begin(), vtk->end());
-  std::vector<Picture> own_truths(all.size());
+  std::vector<ProgressiveImage> own_truths(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     // First image at full size, so that uploads, gradients and compilation are not timed.
     render::Scene first = named.scene;
@@ -265,8 +267,8 @@ Result<double> whole_error(render::Engine& engine, render::Scene scene,
   return difference(colours(render::to_8bit(image->pixels)), colours(truth->pixels)).first;
 }
 
-Result<void> Comparison::run_chosen(const NamedScene& named, const Picture& truth,
-                                    const std::vector<Picture>& own_truths) {
+Result<void> Comparison::run_chosen(const NamedScene& named, const ProgressiveImage& truth,
+                                    const std::vector<ProgressiveImage>& own_truths) {
   const auto engine = render::make_cpu_engine();
   // Prepares the volume first: every image needs this, so it is not part of the search time.
   if (auto warm = engine->render(small(named.scene)); !warm) return warm.error();
@@ -301,8 +303,8 @@ void Comparison::add_ratios(const NamedScene& named) {
 }
 
 Result<void> Comparison::run_step(const NamedScene& named, const std::vector<Contestant>& all,
-                                  const SparsePoint& quality, const Picture& truth,
-                                  const std::vector<Picture>& own_truths) {
+                                  const SparsePoint& quality, const ProgressiveImage& truth,
+                                  const std::vector<ProgressiveImage>& own_truths) {
   render::Scene scene = at_step(named.scene, quality.step_voxels);
   scene.quality.pixel_error = quality.pixel_error;
   std::vector<RenderBenchRow> rows;
@@ -382,7 +384,7 @@ ErrorCurve curve_of(const RenderBenchReport& report, const std::string& scene,
   return ErrorCurve(std::move(points));
 }
 
-Result<void> check_picture(const RenderBenchOptions& options, int width, int height) {
+Result<void> check_image(const RenderBenchOptions& options, int width, int height) {
   const int factor = width / options.reference_width;
   if (factor % 2 == 1 && width == factor * options.reference_width &&
       height == factor * options.reference_height) {

@@ -127,7 +127,7 @@ ErrorCurve curve_of(const RenderBenchReport& report, const std::string& scene,
                     const RenderBenchCurve& curve);
 
 /// Rejects an image size that is not an odd multiple of the reference's.
-Result<void> check_picture(const RenderBenchOptions& options, int width, int height);
+Result<void> check_image(const RenderBenchOptions& options, int width, int height);
 
 /// The row of an engine in a scene at a quality; null if there is none.
 const RenderBenchRow* find_row(const RenderBenchReport& report, const std::string& scene,

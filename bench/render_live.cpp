@@ -72,13 +72,13 @@ Result<ImageUpdate> measure_image_update(const render::Scene& scene, int updates
   const auto engine = render::make_cpu_engine();
   if (auto first = engine->render(scene); !first) return first.error();
   render::Scene next = scene;
-  const Image2d<std::uint8_t>& picture = scene.plane->frame.pixels;
+  const Image2d<std::uint8_t>& image = scene.plane->frame.pixels;
   ImageUpdate update;
   std::vector<double> cpu, wall;
   for (int i = 1; i <= updates; ++i) {
-    std::vector<std::uint8_t> pixels(picture.pixels().begin(), picture.pixels().end());
+    std::vector<std::uint8_t> pixels(image.pixels().begin(), image.pixels().end());
     for (auto& p : pixels) p = static_cast<std::uint8_t>(p + 7 * i);
-    next.plane->frame.pixels = {picture.width(), picture.height(), std::move(pixels)};
+    next.plane->frame.pixels = {image.width(), image.height(), std::move(pixels)};
     next.plane->frame.sequence = scene.plane->frame.sequence + static_cast<std::uint64_t>(i);
     Result<render::RenderedImage> drawn = Error{ErrorCode::kUnavailable, "not drawn"};
     const auto taken = time_in_turn({[&]() -> Result<void> {
@@ -192,17 +192,17 @@ Result<EditCost> measure_edit(const render::Scene& scene, int edits) {
 Result<void> move_and_stop(const render::Scene& scene, Interaction& found) {
   // The first images are complete, or measure the cost of coarse ones.
   constexpr int kLearning = 3;
-  constexpr int kPictures = 23;
+  constexpr int kImages = 23;
   const auto engine = render::make_cpu_engine();
   render::ProgressiveRenderer renderer(*engine);
   const MonotonicClock clock;
   std::vector<double> wall_ms;
   Timestamp moved{};
   render::Scene now = scene;
-  for (int i = 0; i < kPictures; ++i) {
+  for (int i = 0; i < kImages; ++i) {
     now = nudged(scene, i);
     moved = clock.now();
-    if (const auto picture = renderer.draw(now, moved); !picture) return picture.error();
+    if (const auto image = renderer.draw(now, moved); !image) return image.error();
     if (i >= kLearning) wall_ms.push_back(1e3 * to_seconds(clock.now() - moved));
   }
   if (auto ok = draw_until_whole(renderer, now, clock); !ok) return ok;

@@ -133,7 +133,7 @@ std::string to_text(const std::vector<ScalingPoint>& points) {
       << std::setw(14) << "bytes/voxel" << '\n'
       << std::fixed;
   for (const ScalingPoint& p : points) {
-    out << std::left << std::setw(10) << p.axis << std::setw(14) << p.look << std::right
+    out << std::left << std::setw(10) << p.axis << std::setw(14) << p.appearance << std::right
         << std::setprecision(p.axis == "occupied" ? 3 : 0) << std::setw(12) << p.x
         << std::setprecision(1) << std::setw(10) << p.cpu_ms << std::setw(10) << p.wall_ms
         << std::setw(12) << p.prepare_ms << std::setw(12) << p.samples << std::setprecision(3)

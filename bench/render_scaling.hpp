@@ -22,9 +22,9 @@ struct ScalingOptions {
 
 /// Time of one image of the cubic patient, CPU engine, shaded, half a voxel per step.
 struct ScalingPoint {
-  std::string axis;  ///< "side", "pixels", "threads", "occupied".
-  std::string look;  ///< Transfer function.
-  double x = 0;      ///< Voxels a side; pixels; threads; fraction of bricks occupied.
+  std::string axis;        ///< "side", "pixels", "threads", "occupied".
+  std::string appearance;  ///< Transfer function.
+  double x = 0;            ///< Voxels a side; pixels; threads; fraction of bricks occupied.
   double cpu_ms = 0;
   double wall_ms = 0;
   double prepare_ms = 0;  ///< Wall time to prepare a new volume, once.

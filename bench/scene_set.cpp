@@ -22,7 +22,7 @@ struct Source {
   const char* name;
   const char* path;
   const char* archive;  ///< Archive that holds path's folder; empty: path exists unpacked.
-  std::vector<const char*> looks;
+  std::vector<const char*> appearances;
 };
 
 const std::vector<Source>& sources() {
@@ -39,7 +39,8 @@ const std::vector<Source>& sources() {
 }
 
 /// A preset for values that are HU + 1024, as in the head's file, which does not state this.
-Result<render::TransferFunction> raw_look(const std::string& name, const std::string& preset) {
+Result<render::TransferFunction> raw_appearance(const std::string& name,
+                                                const std::string& preset) {
   auto transfer = render::preset_transfer_function(preset);
   if (!transfer) return transfer;
   std::vector<render::TransferComponent> components = transfer->components();
@@ -49,20 +50,20 @@ Result<render::TransferFunction> raw_look(const std::string& name, const std::st
   return render::TransferFunction::blend(name, std::move(components));
 }
 
-Result<render::TransferFunction> look(const std::string& name) {
+Result<render::TransferFunction> appearance(const std::string& name) {
   if (name == "vessels-only") return vessels_only();
-  if (name == "raw-bone") return raw_look(name, "ct-bone");
-  if (name == "raw-soft-tissue") return raw_look(name, "ct-soft-tissue");
+  if (name == "raw-bone") return raw_appearance(name, "ct-bone");
+  if (name == "raw-soft-tissue") return raw_appearance(name, "ct-soft-tissue");
   return render::preset_transfer_function(name);
 }
 
 Result<BenchVolume> with_looks(const std::string& name, std::shared_ptr<const Volume> ct,
-                               const std::vector<const char*>& looks) {
+                               const std::vector<const char*>& appearances) {
   BenchVolume volume{name, std::move(ct), {}};
-  for (const char* one : looks) {
-    auto transfer = look(one);
+  for (const char* one : appearances) {
+    auto transfer = appearance(one);
     if (!transfer) return transfer.error();
-    volume.looks.push_back(std::move(*transfer));
+    volume.appearances.push_back(std::move(*transfer));
   }
   return volume;
 }
@@ -157,9 +158,9 @@ const std::vector<View>& views() {
   return both;
 }
 
-std::string name_of(const std::string& volume, const std::string& look, const View& view,
+std::string name_of(const std::string& volume, const std::string& appearance, const View& view,
                     bool shaded) {
-  return volume + "/" + look + "/" + view.name + "/" + (shaded ? "shaded" : "unshaded");
+  return volume + "/" + appearance + "/" + view.name + "/" + (shaded ? "shaded" : "unshaded");
 }
 
 /// Sum of three uniform numbers of variance 1/3 each, from a voxel's number: mean 0, variance 1.
@@ -178,9 +179,9 @@ bool contains(const std::string& text, const std::string& part) {
 }
 
 /// True if some scene of a volume has a name that contains filter.
-bool wanted(const std::string& volume, const std::vector<const char*>& looks,
+bool wanted(const std::string& volume, const std::vector<const char*>& appearances,
             const std::string& filter) {
-  for (const char* one : looks) {
+  for (const char* one : appearances) {
     for (const View& view : views()) {
       for (const bool shaded : {false, true}) {
         if (contains(name_of(volume, one, view, shaded), filter)) return true;
@@ -259,19 +260,19 @@ Result<BenchVolume> bench_volume(const std::string& name, std::shared_ptr<const 
 Result<std::vector<BenchVolume>> bench_volumes(const std::string& filter, const fs::path& data,
                                                Diagnostics& diagnostics) {
   std::vector<BenchVolume> volumes;
-  const std::vector<const char*> simulated_looks{"cta-vessels", "ct-soft-tissue"};
-  if (wanted("simulated-patient", simulated_looks, filter)) {
+  const std::vector<const char*> simulated_appearances{"cta-vessels", "ct-soft-tissue"};
+  if (wanted("simulated-patient", simulated_appearances, filter)) {
     auto ct = simulated_ct();
     if (!ct) return ct.error();
-    auto volume = with_looks("simulated-patient", *ct, simulated_looks);
+    auto volume = with_looks("simulated-patient", *ct, simulated_appearances);
     if (!volume) return volume.error();
     volumes.push_back(std::move(*volume));
   }
   for (const Source& source : sources()) {
-    if (!wanted(source.name, source.looks, filter)) continue;
+    if (!wanted(source.name, source.appearances, filter)) continue;
     auto ct = read(source, data, diagnostics);
     if (!ct) continue;
-    auto volume = with_looks(source.name, std::move(ct), source.looks);
+    auto volume = with_looks(source.name, std::move(ct), source.appearances);
     if (!volume) return volume.error();
     volumes.push_back(std::move(*volume));
   }
@@ -282,7 +283,7 @@ std::vector<NamedScene> bench_scenes(const std::vector<BenchVolume>& volumes,
                                      const std::string& filter, int width, int height) {
   std::vector<NamedScene> scenes;
   for (const BenchVolume& volume : volumes) {
-    for (const auto& transfer : volume.looks) {
+    for (const auto& transfer : volume.appearances) {
       for (const View& view : views()) {
         for (const bool shaded : {false, true}) {
           const std::string name = name_of(volume.name, transfer.name(), view, shaded);

@@ -22,8 +22,8 @@ struct NamedScene {
 /// A volume of the set and its two transfer functions.
 struct BenchVolume {
   std::string name;
-  std::shared_ptr<const Volume> ct;
-  std::vector<render::TransferFunction> looks;
+  std::shared_ptr<const StoredVolume> ct;
+  std::vector<render::TransferFunction> appearances;
 };
 
 /// Third-party data: SONDE_DATA_DIR, or ../shared/data beside the current folder.

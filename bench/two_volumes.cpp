@@ -179,8 +179,8 @@ Result<render::Scene> two_volumes_scene(int side, int width, int height) {
   if (!volume) return volume.error();
   const auto ct = ct_of_the_patient();
   if (!ct) return ct.error();
-  const auto& look = volume->looks.back();
-  if (auto ok = add_features(look.model, *volume); !ok) return ok.error();
+  const auto& appearance = volume->appearances.back();
+  if (auto ok = add_features(appearance.model, *volume); !ok) return ok.error();
   const auto& into = std::get<render::ParallelScan>(*volume->predicates.scan).into_ct.v;
   render::Scene scene{*ct, *render::preset_transfer_function("ct-bone"),         {}, {}, {},
                       {},  camera_at(volume->ultrasound->grid().centre(), into), {}};

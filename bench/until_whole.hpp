@@ -15,8 +15,8 @@ inline Result<void> draw_until_whole(render::ProgressiveRenderer& renderer,
                                      const render::Scene& scene, const Clock& clock) {
   constexpr auto kRefresh = std::chrono::milliseconds(5);
   while (true) {
-    const auto picture = renderer.draw(scene, clock.now());
-    if (!picture) return picture.error();
+    const auto image = renderer.draw(scene, clock.now());
+    if (!image) return image.error();
     if (!renderer.wants_refinement()) return {};
     std::this_thread::sleep_for(kRefresh);
   }

@@ -44,7 +44,7 @@ vtkSmartPointer<vtkFixedPointVolumeRayCastMapper> fixed_point_mapper() {
 
 /// The mapper's own image: 15-bit colours, premultiplied, bottom row first, in the part that the
 /// volume covers.
-Image2d<Rgba8> picture_of(vtkFixedPointRayCastImage& image, const render::Scene& scene) {
+Image2d<Rgba8> image_of(vtkFixedPointRayCastImage& image, const render::Scene& scene) {
   const int* memory = image.GetImageMemorySize();
   const int* used = image.GetImageInUseSize();
   const int* origin = image.GetImageOrigin();
@@ -153,7 +153,7 @@ void VtkBaseline::draw_current(const render::Scene& scene) {
 Image2d<Rgba8> VtkBaseline::render_unsmoothed(const render::Scene& scene) {
   Image2d<Rgba8> drawn = render(scene);
   if (impl_->gpu) return drawn;
-  return picture_of(*impl_->fixed_point->GetRayCastImage(), scene);
+  return image_of(*impl_->fixed_point->GetRayCastImage(), scene);
 }
 
 std::string to_string(VtkBaseline::Mapper mapper) {

@@ -10,7 +10,7 @@ namespace nav::bench {
 namespace {
 
 /// An image of stripes across the beam that darken with depth.
-UltrasoundFrame picture(double side_mm) {
+UltrasoundFrame image(double side_mm) {
   constexpr int kPixels = 256;
   constexpr double kStripes = 24;
   std::vector<std::uint8_t> grey;
@@ -48,7 +48,7 @@ render::Scene with_everything(render::Scene scene) {
   axes.col(2) = axes.col(0).cross(axes.col(1));
   const Safety valid{SafetyState::kValid, ""};
   scene.plane = render::UltrasoundPlane{
-      picture(side_mm), {Eigen::Quaterniond(axes), centre + 0.5 * side_mm * up}, 1.0, valid};
+      image(side_mm), {Eigen::Quaterniond(axes), centre + 0.5 * side_mm * up}, 1.0, valid};
   const Eigen::Vector3d target = centre + 0.1 * side_mm * right;
   const Eigen::Vector3d entry = target + side_mm * (towards + 0.5 * up + 0.3 * right);
   const Eigen::Vector3d tip = target + 0.3 * (entry - target);

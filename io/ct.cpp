@@ -14,7 +14,7 @@
 #include "io/detail/input_file.hpp"
 #include "io/detail/scratch_file.hpp"
 #include "io/detail/text.hpp"
-#include "nav/places.hpp"
+#include "nav/positions.hpp"
 
 namespace nav::io {
 

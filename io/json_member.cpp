@@ -29,7 +29,7 @@ int depth_of(const std::string& text) {
 
 /// Keeps the name of a member that an object has twice: the parser takes the last one without a
 /// word.
-Json::parser_callback_t refuse_twice(std::string& twice) {
+Json::parser_callback_t reject_twice(std::string& twice) {
   using Event = Json::parse_event_t;
   auto open = std::make_shared<std::vector<std::set<std::string>>>();
   return [open, &twice](int, Event event, Json& found) {
@@ -52,7 +52,7 @@ Result<Json> parse_json(const std::string& name, const std::string& text) {
   }
   std::string twice;
   try {
-    Json found = Json::parse(text, refuse_twice(twice));
+    Json found = Json::parse(text, reject_twice(twice));
     if (twice.empty()) return found;
     return Error{ErrorCode::kMalformedData,
                  name + ": expected each member of an object once, found \"" + twice + "\" twice"};

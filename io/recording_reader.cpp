@@ -173,7 +173,7 @@ struct RecordingReader::State {
     return {};
   }
 
-  Result<UltrasoundFrame> picture(const SequenceFrame& frame, Timestamp time) const {
+  Result<UltrasoundFrame> image(const SequenceFrame& frame, Timestamp time) const {
     if (recorded) {
       // Without a valid calibration of its own, this image cannot be placed on the probe, whatever
       // its pose.
@@ -261,20 +261,20 @@ Result<RecordingFrame> RecordingReader::next() {
   const std::int64_t index = s.position++;
   const auto frame = s.reader.read(index);
   if (!frame && frame.error().code != ErrorCode::kMalformedData) return frame.error();
-  const auto refuse = [&](const Error& error) {
+  const auto reject = [&](const Error& error) {
     RecordingFrame event{index, {}, error, {}, {}, {}};
     event.probe.status = TrackingStatus::kInvalid;
     if (s.chains.reference) event.reference = event.probe;
     if (s.chains.needle) event.needle = event.probe;
     return event;
   };
-  if (!frame) return refuse(frame.error());
+  if (!frame) return reject(frame.error());
   if (!frame->timestamp_s || !is_representable_seconds(*frame->timestamp_s)) {
-    return refuse({ErrorCode::kMalformedData,
+    return reject({ErrorCode::kMalformedData,
                    "frame " + std::to_string(index) + ": expected a Timestamp, found none usable"});
   }
   const Timestamp time(from_seconds(*frame->timestamp_s));
-  RecordingFrame event{index, time, s.picture(*frame, time), s.pose(s.chains.probe, *frame, time),
+  RecordingFrame event{index, time, s.image(*frame, time), s.pose(s.chains.probe, *frame, time),
                        {},    {}};
   if (s.chains.reference) event.reference = s.pose(*s.chains.reference, *frame, time);
   if (s.chains.needle) event.needle = s.pose(*s.chains.needle, *frame, time);

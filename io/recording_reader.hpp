@@ -44,7 +44,7 @@ struct RecordingFrame {
   std::optional<Timestamp> acquired;  ///< Recorded time; absent when the frame has no timestamp.
   /// Ultrasound image, or the reason why there is none; kMalformedData also for an impossible
   /// calibration of the frame itself.
-  Result<UltrasoundFrame> picture;
+  Result<UltrasoundFrame> image;
   /// tracker_from_probe, status and numbers as recorded. An unreadable pose is kInvalid with NaN
   /// and is reported in the diagnostics.
   RawPose probe;

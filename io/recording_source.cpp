@@ -79,8 +79,8 @@ std::string RecordingSource::defect_of(const RecordingFrame& frame) const {
          << " s, found " << to_seconds(*frame.acquired) << " s";
     return text.str();
   }
-  if (!frame.picture && frame.picture.error().code == ErrorCode::kMalformedData) {
-    return frame.picture.error().message;
+  if (!frame.image && frame.image.error().code == ErrorCode::kMalformedData) {
+    return frame.image.error().message;
   }
   if (auto defect = rigid_defect<frames::Probe>(frame.probe); !defect.empty()) return defect;
   if (frame.reference) {
@@ -134,15 +134,15 @@ void RecordingSource::deliver(RecordingFrame frame) {
     add(images, MissingImage{cause, message});
   };
   if (!frame.acquired) {
-    return missing("no_timestamp", frame.picture ? "frame " + std::to_string(frame.index) +
-                                                       ": expected a Timestamp, found none"
-                                                 : frame.picture.error().message);
+    return missing("no_timestamp", frame.image ? "frame " + std::to_string(frame.index) +
+                                                     ": expected a Timestamp, found none"
+                                               : frame.image.error().message);
   }
   add(0, PoseSample{frame.probe});
   if (frame.reference) add(1, PoseSample{*frame.reference});
   if (frame.needle) add(2, PoseSample{*frame.needle});
-  if (!frame.picture) return missing("unusable_picture", frame.picture.error().message);
-  add(images, *std::move(frame.picture));
+  if (!frame.image) return missing("unusable_picture", frame.image.error().message);
+  add(images, *std::move(frame.image));
 }
 
 }  // namespace nav::io

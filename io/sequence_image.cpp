@@ -32,41 +32,41 @@ bool is_rf_orientation(std::string_view o) {
 
 Result<Flips> judge(const SequenceHeader& header, const SequenceFrame& frame) {
   const std::string where = header.path.string() + ": frame " + std::to_string(frame.index) + ": ";
-  const auto refuse = [&](const std::string& reason) {
+  const auto reject = [&](const std::string& reason) {
     return Error{ErrorCode::kUnsupportedData, where + reason};
   };
   if (header.width == 0 || header.height == 0) {
-    return refuse("expected an image, found 0 x 0 pixels");
+    return reject("expected an image, found 0 x 0 pixels");
   }
   if (header.components != 1 || header.image_type == "RGB_COLOR") {
-    return refuse("expected brightness, found colour with " + std::to_string(header.components) +
+    return reject("expected brightness, found colour with " + std::to_string(header.components) +
                   " components");
   }
   if (header.image_type.starts_with("RF_")) {
-    return refuse("expected brightness, found radio-frequency data (" + header.image_type + ")");
+    return reject("expected brightness, found radio-frequency data (" + header.image_type + ")");
   }
   if (header.pixel_type != PixelType::kUint8) {
-    return refuse(std::string("expected 8-bit samples (uint8), found ") +
+    return reject(std::string("expected 8-bit samples (uint8), found ") +
                   to_string(header.pixel_type));
   }
   if (header.depth != 1) {
-    return refuse("expected one slice per frame, found " + std::to_string(header.depth));
+    return reject("expected one slice per frame, found " + std::to_string(header.depth));
   }
   if (is_rf_orientation(header.orientation)) {
-    return refuse(
+    return reject(
         "expected a scan-converted image (MF, MN, UF or UN), found the beam-wise orientation " +
         header.orientation);
   }
   const auto flips = flips_to_mf(header.orientation);
   if (!flips) {
-    return refuse(
+    return reject(
         "expected the orientation MF, MN, UF or UN, found " +
         (header.orientation.empty() ? std::string("none") : "'" + header.orientation + "'"));
   }
   if (!header.image_type.empty() && header.image_type != "BRIGHTNESS") {
-    return refuse("expected the image type BRIGHTNESS, found '" + header.image_type + "'");
+    return reject("expected the image type BRIGHTNESS, found '" + header.image_type + "'");
   }
-  if (!frame.image_valid) return refuse("expected a valid image, found one declared invalid");
+  if (!frame.image_valid) return reject("expected a valid image, found one declared invalid");
   if (frame.pixels.size() != header.frame_bytes()) {
     return Error{ErrorCode::kUsage, where + "expected " + std::to_string(header.frame_bytes()) +
                                         " bytes of pixels, found " +

@@ -243,21 +243,21 @@ SequenceWriter::~SequenceWriter() = default;
 Result<SequenceWriter> SequenceWriter::create(const std::filesystem::path& path,
                                               const SequenceHeader& header) {
   const std::string name = path.filename().string();
-  const auto refuse = [&](const std::string& what) {
+  const auto reject = [&](const std::string& what) {
     return Error{ErrorCode::kUsage, path.string() + ": " + what};
   };
   const bool nrrd = name.ends_with(".nrrd");
-  if (!nrrd && !name.ends_with(".mha")) return refuse("expected a name ending in .mha or .nrrd");
+  if (!nrrd && !name.ends_with(".mha")) return reject("expected a name ending in .mha or .nrrd");
   if (header.width < 0 || header.height < 0 || header.depth < 1 || header.components < 1 ||
       header.components > 4) {
-    return refuse("expected sizes >= 0, depth >= 1 and 1 to 4 components, found " +
+    return reject("expected sizes >= 0, depth >= 1 and 1 to 4 components, found " +
                   std::to_string(header.width) + " x " + std::to_string(header.height) + " x " +
                   std::to_string(header.depth) + " of " + std::to_string(header.components));
   }
   for (const auto& [key, value] : header.fields) {
     if (is_structural(key)) continue;
     if (!is_key(key) || !is_one_line(value)) {
-      return refuse("expected a header field of one line, found '" + detail::excerpt(key) + "'");
+      return reject("expected a header field of one line, found '" + detail::excerpt(key) + "'");
     }
   }
   auto pixels = detail::ScratchFile::create(path);
@@ -267,7 +267,7 @@ Result<SequenceWriter> SequenceWriter::create(const std::filesystem::path& path,
   if (header.orientation.empty()) state->header.orientation = "MF";
   if (header.image_type.empty()) state->header.image_type = "BRIGHTNESS";
   if (!is_one_line(header.orientation) || !is_one_line(header.image_type)) {
-    return refuse("expected an orientation and image type of one line");
+    return reject("expected an orientation and image type of one line");
   }
   if (header.compressed) {
     auto deflater = detail::Deflater::create(nrrd ? detail::DeflateFormat::kGzip

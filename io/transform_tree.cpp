@@ -178,28 +178,28 @@ Result<NamedTransform> Chain::evaluate(const SequenceFrame& frame) const {
 
 Result<ImageCalibration> calibration_from_matrix(const Eigen::Matrix4d& probe_from_pixels,
                                                  int width, int height) {
-  const auto refuse = [](const std::string& expected, const auto& found) {
+  const auto reject = [](const std::string& expected, const auto& found) {
     std::ostringstream text;
     text << "ImageToProbe: expected " << expected << ", found " << found;
     return Error{ErrorCode::kMalformedData, text.str()};
   };
   if (width < 1 || height < 1) {
-    return refuse("an image with pixels", std::to_string(width) + " x " + std::to_string(height));
+    return reject("an image with pixels", std::to_string(width) + " x " + std::to_string(height));
   }
   // Columns, rows, origin. The third column does not describe the plane.
   Eigen::Matrix<double, 4, 3> used;
   used << probe_from_pixels.col(0), probe_from_pixels.col(1), probe_from_pixels.col(3);
-  if (!used.allFinite()) return refuse("finite numbers", used.reshaped().transpose());
+  if (!used.allFinite()) return reject("finite numbers", used.reshaped().transpose());
   constexpr double kLastRowTolerance = 1e-6;
   const Eigen::RowVector3d affine(0, 0, 1);
   if ((used.row(3) - affine).cwiseAbs().maxCoeff() > kLastRowTolerance) {
-    return refuse("the last row 0 0 0 1", probe_from_pixels.row(3));
+    return reject("the last row 0 0 0 1", probe_from_pixels.row(3));
   }
   const Eigen::Vector3d along_columns = used.col(0).head<3>();
   const Eigen::Vector3d along_rows = used.col(1).head<3>();
   constexpr double kMinSpacingMm = 1e-4;
   if (along_columns.norm() < kMinSpacingMm || along_rows.norm() < kMinSpacingMm) {
-    return refuse("pixels of at least 1e-4 mm",
+    return reject("pixels of at least 1e-4 mm",
                   Eigen::RowVector2d(along_columns.norm(), along_rows.norm()));
   }
   const Eigen::Vector3d x = along_columns.normalized();

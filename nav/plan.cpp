@@ -10,20 +10,20 @@
 namespace nav {
 
 Result<void> validate(const NeedlePlan& plan) {
-  const auto refuse = [](const std::string& what) {
+  const auto reject = [](const std::string& what) {
     return Error{ErrorCode::kMalformedData, "needle plan: " + what};
   };
   if (!plan.entry_ct.mm.allFinite() || !plan.target_ct.mm.allFinite()) {
-    return refuse("expected finite entry and target, found NaN or Inf");
+    return reject("expected finite entry and target, found NaN or Inf");
   }
   const double length = (plan.target_ct.mm - plan.entry_ct.mm).norm();
   if (length < 1.0) {
     std::ostringstream text;
     text << "expected entry and target at least 1 mm apart, found " << length << " mm";
-    return refuse(text.str());
+    return reject(text.str());
   }
   if (!(plan.target_radius_mm >= 0 && plan.margin_mm >= 0)) {
-    return refuse("expected radius and margin >= 0 mm");
+    return reject("expected radius and margin >= 0 mm");
   }
   return {};
 }

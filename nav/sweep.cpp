@@ -10,24 +10,24 @@ Result<Sweep> Sweep::create(std::vector<TrackedFrame> frames, std::string calibr
   if (frames.empty()) {
     return Error{ErrorCode::kMalformedData, "sweep: expected at least one tracked image, found 0"};
   }
-  const auto refuse = [](std::size_t index, const std::string& what) {
+  const auto reject = [](std::size_t index, const std::string& what) {
     return Error{ErrorCode::kMalformedData, "sweep image " + std::to_string(index) + ": " + what};
   };
   const auto& first = frames.front().frame.pixels;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const auto& pixels = frames[i].frame.pixels;
-    if (pixels.empty()) return refuse(i, "expected an image, found 0 pixels");
+    if (pixels.empty()) return reject(i, "expected an image, found 0 pixels");
     if (pixels.width() != first.width() || pixels.height() != first.height()) {
       std::ostringstream text;
       text << "expected " << first.width() << " x " << first.height() << " pixels, found "
            << pixels.width() << " x " << pixels.height();
-      return refuse(i, text.str());
+      return reject(i, text.str());
     }
     if (i > 0 && frames[i].frame.acquired <= frames[i - 1].frame.acquired) {
       std::ostringstream text;
       text << "expected a time after " << to_seconds(frames[i - 1].frame.acquired) << " s, found "
            << to_seconds(frames[i].frame.acquired) << " s";
-      return refuse(i, text.str());
+      return reject(i, text.str());
     }
   }
   return Sweep(std::move(frames), std::move(calibration_id));

@@ -10,7 +10,7 @@
 namespace nav::detail {
 namespace {
 
-Error refuse(const std::string& name, const std::string& defect) {
+Error reject(const std::string& name, const std::string& defect) {
   return Error{ErrorCode::kMalformedData,
                name + ": expected a rigid 4 x 4 matrix, found " + defect};
 }
@@ -24,7 +24,7 @@ Result<Eigen::Quaterniond> rotation_from_matrix(const Eigen::Matrix4d& m, const 
       if (!std::isfinite(m(row, column))) {
         std::ostringstream text;
         text << m(row, column) << " at row " << row + 1 << ", column " << column + 1;
-        return refuse(name, text.str());
+        return reject(name, text.str());
       }
     }
   }
@@ -32,7 +32,7 @@ Result<Eigen::Quaterniond> rotation_from_matrix(const Eigen::Matrix4d& m, const 
   if (last_row_error.cwiseAbs().maxCoeff() > tolerance.last_row) {
     std::ostringstream text;
     text << "last row " << m.row(3) << " instead of 0 0 0 1";
-    return refuse(name, text.str());
+    return reject(name, text.str());
   }
   const Eigen::Matrix3d r = m.topLeftCorner<3, 3>();
   const double defect = (r.transpose() * r - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
@@ -40,9 +40,9 @@ Result<Eigen::Quaterniond> rotation_from_matrix(const Eigen::Matrix4d& m, const 
     std::ostringstream text;
     text << "a scaled or sheared one (column lengths " << r.colwise().norm()
          << ", orthonormality defect " << defect << ")";
-    return refuse(name, text.str());
+    return reject(name, text.str());
   }
-  if (r.determinant() < 0) return refuse(name, "a reflection (determinant -1)");
+  if (r.determinant() < 0) return reject(name, "a reflection (determinant -1)");
   return Eigen::Quaterniond(nearest_orthogonal(r)).normalized();
 }
 

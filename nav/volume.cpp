@@ -12,7 +12,7 @@ namespace detail {
 Result<void> validate_grid(const std::array<int, 3>& size, const Eigen::Vector3d& spacing_mm,
                            const Eigen::Vector3d& origin_mm, const Eigen::Matrix3d& directions,
                            const std::string& name) {
-  const auto refuse = [&](const std::string& expected, const std::string& found) {
+  const auto reject = [&](const std::string& expected, const std::string& found) {
     return Error{ErrorCode::kMalformedData, name + ": expected " + expected + ", found " + found};
   };
   constexpr double kMaxVoxels = 2147483648.0;
@@ -20,7 +20,7 @@ Result<void> validate_grid(const std::array<int, 3>& size, const Eigen::Vector3d
   for (int axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
     if (size[a] < 1) {
-      return refuse("at least 1 voxel along axis " + std::to_string(axis), std::to_string(size[a]));
+      return reject("at least 1 voxel along axis " + std::to_string(axis), std::to_string(size[a]));
     }
     voxels *= size[a];
     const double spacing = spacing_mm[axis];
@@ -28,24 +28,24 @@ Result<void> validate_grid(const std::array<int, 3>& size, const Eigen::Vector3d
     if (!(spacing >= 1e-4 && spacing <= 1e3)) {
       std::ostringstream found;
       found << spacing;
-      return refuse("a spacing of 0.0001 to 1000 mm along axis " + std::to_string(axis),
+      return reject("a spacing of 0.0001 to 1000 mm along axis " + std::to_string(axis),
                     found.str());
     }
   }
   std::ostringstream found;
   if (voxels > kMaxVoxels) {
     found << size[0] << " x " << size[1] << " x " << size[2];
-    return refuse("at most 2^31 voxels", found.str());
+    return reject("at most 2^31 voxels", found.str());
   }
   if (!origin_mm.allFinite()) {
     found << origin_mm.transpose();
-    return refuse("a finite origin in mm", found.str());
+    return reject("a finite origin in mm", found.str());
   }
   const Eigen::Matrix3d& d = directions;
   if (!d.allFinite() ||
       (d.transpose() * d - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() > 1e-4) {
     found << "[" << d.row(0) << "; " << d.row(1) << "; " << d.row(2) << "]";
-    return refuse("orthonormal direction columns", found.str());
+    return reject("orthonormal direction columns", found.str());
   }
   return {};
 }

@@ -26,7 +26,7 @@ std::string sentence(const std::string& what, const std::string& relation, doubl
 }
 
 /// NaN if any component is NaN.
-double most_stretched(const Stretch& stretch) {
+double most_stretched(const ImageScale& stretch) {
   const double deep = std::abs(stretch.depth_scale - 1);
   const double strain = stretch.strain.norm();
   return std::isnan(strain) ? strain : std::max(deep, strain);
@@ -52,7 +52,7 @@ void judge_halves(const ImageRegistrationResult& result, const AcceptanceLimits&
     if (fault.empty()) {
       judge.at_most("disagreement of " + what, found_mm, limit_mm, warning_mm, " mm");
     } else if (result.covariance_valid || fault != result.covariance_fault) {
-      judge.refuse("disagreement of " + what + ": " + fault);
+      judge.reject("disagreement of " + what + ": " + fault);
     }
   };
   const double limit_mm = limits.max_split_disagreement_mm;
@@ -71,43 +71,43 @@ void judge_halves(const ImageRegistrationResult& result, const AcceptanceLimits&
 }  // namespace
 
 Result<void> validate(const AcceptanceLimits& limits) {
-  const auto refuse = [](const std::string& what, const std::string& expected, double found) {
+  const auto reject = [](const std::string& what, const std::string& expected, double found) {
     std::ostringstream text;
     text << "acceptance: " << what << ": expected " << expected << ", found " << found;
     return Error{ErrorCode::kUsage, text.str()};
   };
   if (!(limits.min_overlap >= 0 && limits.min_overlap <= 1)) {
-    return refuse("min_overlap", "0 to 1", limits.min_overlap);
+    return reject("min_overlap", "0 to 1", limits.min_overlap);
   }
   if (!std::isfinite(limits.min_z_score)) {
-    return refuse("min_z_score", "a finite number", limits.min_z_score);
+    return reject("min_z_score", "a finite number", limits.min_z_score);
   }
-  if (limits.min_places < 0) return refuse("min_places", "0 or more", limits.min_places);
+  if (limits.min_places < 0) return reject("min_places", "0 or more", limits.min_places);
   if (!(limits.max_cost > 0 && limits.max_cost <= 1)) {
-    return refuse("max_cost", "a value in (0, 1]", limits.max_cost);
+    return reject("max_cost", "a value in (0, 1]", limits.max_cost);
   }
   if (!std::isfinite(limits.min_margin)) {
-    return refuse("min_margin", "a finite number", limits.min_margin);
+    return reject("min_margin", "a finite number", limits.min_margin);
   }
   if (!(limits.max_tre_rms_mm > 0)) {
-    return refuse("max_tre_rms_mm", "a positive number", limits.max_tre_rms_mm);
+    return reject("max_tre_rms_mm", "a positive number", limits.max_tre_rms_mm);
   }
   if (!(limits.max_split_disagreement_mm > 0)) {
-    return refuse("max_split_disagreement_mm", "a positive number",
+    return reject("max_split_disagreement_mm", "a positive number",
                   limits.max_split_disagreement_mm);
   }
   if (!(limits.max_halves_disagreement_mm > 0)) {
-    return refuse("max_halves_disagreement_mm", "a positive number",
+    return reject("max_halves_disagreement_mm", "a positive number",
                   limits.max_halves_disagreement_mm);
   }
   if (!(limits.max_basin_shift_mm > 0)) {
-    return refuse("max_basin_shift_mm", "a positive number", limits.max_basin_shift_mm);
+    return reject("max_basin_shift_mm", "a positive number", limits.max_basin_shift_mm);
   }
-  if (!(limits.max_stretch > 0)) {
-    return refuse("max_stretch", "a positive number", limits.max_stretch);
+  if (!(limits.max_scale > 0)) {
+    return reject("max_stretch", "a positive number", limits.max_scale);
   }
   for (const double limit : limits.max_misfit_mm) {
-    if (!(limit > 0)) return refuse("max_misfit_mm", "positive numbers", limit);
+    if (!(limit > 0)) return reject("max_misfit_mm", "positive numbers", limit);
   }
   return {};
 }
@@ -130,7 +130,7 @@ const char* to_string(Verdict verdict) {
       return "accept";
     case Verdict::kWarn:
       return "warn";
-    case Verdict::kRefuse:
+    case Verdict::kReject:
       return "refuse";
   }
   return "refuse";
@@ -142,13 +142,13 @@ const char* in_words(Verdict verdict) {
       return "accepted";
     case Verdict::kWarn:
       return "accepted with warnings";
-    case Verdict::kRefuse:
+    case Verdict::kReject:
       return "refused";
   }
   return "refused";
 }
 
-void Decision::refuse(std::string reason) {
+void Decision::reject(std::string reason) {
   accepted = false;
   reasons.push_back(std::move(reason));
   warnings.clear();
@@ -195,10 +195,10 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
     judge.warn("the solver stopped at the iteration limit before it converged");
   }
   if (result.termination == Termination::kTimeLimit) {
-    judge.refuse("the solver stopped at the time limit before it converged");
+    judge.reject("the solver stopped at the time limit before it converged");
   }
   if (result.termination == Termination::kFailed) {
-    judge.refuse("the solver failed: " + result.message);
+    judge.reject("the solver failed: " + result.message);
   }
   judge.at_least("overlap of the sweep with the CT", result.overlap, limits.min_overlap,
                  warnings.min_overlap);
@@ -222,14 +222,14 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
                  result.bootstrap.fault);
     }
   } else {
-    judge.refuse("uncertainty: " + result.covariance_fault);
+    judge.reject("uncertainty: " + result.covariance_fault);
   }
   judge_halves(result, limits, warnings, judge);
   judge.at_most("distance to a lower cost nearby (the pose is not a local minimum)",
                 result.basin.shift_mm, limits.max_basin_shift_mm, warnings.max_basin_shift_mm,
                 " mm");
   judge.at_most("scale of the images (they are drawn unscaled)", most_stretched(result.stretch),
-                limits.max_stretch, warnings.max_stretch, "");
+                limits.max_scale, warnings.max_scale, "");
   judge_misfits(result, limits, warnings, judge);
   return std::move(judge).decision();
 }

@@ -35,7 +35,7 @@ struct AcceptanceLimits {
   double max_basin_shift_mm = 1.5;
   /// Strain, or depth factor minus 1, that was refined together with the pose, > 0. Ultrasound
   /// images are shown as they came, and 1 % of 100 mm is a millimetre.
-  double max_stretch = 0.01;
+  double max_scale = 0.01;
   /// Misfit beyond noise, by MisfitCause, mm, > 0. On the development seeds it is at most 0.35,
   /// 0.34, 0.5, 0.79 and 0.91 when nothing is wrong. It is at least 0.86 when pixels are 1.5 % off,
   /// at least 1.1 when ultrasound images are 100 ms late and the pose was accepted, and at least
@@ -67,10 +67,10 @@ inline constexpr AcceptanceLimits kWarningLimits{.min_overlap = 0.8,
                                                  .max_split_disagreement_mm = 0.5,
                                                  .max_halves_disagreement_mm = 1.25,
                                                  .max_basin_shift_mm = 0.5,
-                                                 .max_stretch = 0.008,
+                                                 .max_scale = 0.008,
                                                  .max_misfit_mm = kTellingMm};
 
-enum class Verdict { kAccept, kWarn, kRefuse };
+enum class Verdict { kAccept, kWarn, kReject };
 /// Stable lower-case name: `accept`, `warn`, `refuse`.
 const char* to_string(Verdict verdict);
 /// Text for the user: "accepted", "accepted with warnings", "refused".
@@ -86,9 +86,9 @@ struct Decision {
   std::vector<std::string> warnings = {};
 
   /// Adds a reason and rejects the result.
-  void refuse(std::string reason);
+  void reject(std::string reason);
   [[nodiscard]] Verdict verdict() const {
-    if (!accepted) return Verdict::kRefuse;
+    if (!accepted) return Verdict::kReject;
     return warnings.empty() ? Verdict::kAccept : Verdict::kWarn;
   }
 };
@@ -106,7 +106,7 @@ class Judge {
   /// \p unit includes its leading space.
   void at_most(const std::string& what, double found, double limit, double warning,
                const std::string& unit);
-  void refuse(std::string reason) { reasons_.push_back(std::move(reason)); }
+  void reject(std::string reason) { reasons_.push_back(std::move(reason)); }
   void warn(std::string warning) { warnings_.push_back(std::move(warning)); }
   [[nodiscard]] Decision decision() &&;
 

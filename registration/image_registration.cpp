@@ -12,6 +12,7 @@
 #include "nav/index.hpp"
 #include "nav/stopwatch.hpp"
 #include "registration/assessment.hpp"
+#include "registration/image_scale.hpp"
 #include "registration/pose_solver.hpp"
 #include "registration/prepared.hpp"
 #include "registration/regions.hpp"
@@ -20,7 +21,6 @@
 #include "registration/similarity/ct_structure.hpp"
 #include "registration/similarity/patch_channels.hpp"
 #include "registration/similarity/sweep_points.hpp"
-#include "registration/stretch.hpp"
 #include "registration/uncertainty/frame_bootstrap.hpp"
 #include "registration/uncertainty/sandwich.hpp"
 
@@ -169,7 +169,7 @@ class Registrar {
   std::vector<Candidate> candidates_;
   PatchSet judging_;  // Patches of the finest level.
   std::optional<double> lost_margin_;
-  Stretch stretch_;
+  ImageScale stretch_;
   double fraction_ = 0;
   bool cancelled_ = false;
   bool hurried_ = false;
@@ -319,9 +319,9 @@ void Registrar::stretch(Candidate& best) {
   const PatchSet patches = structured(level, best.solution.pose, level.patches());
   const SolveLimits until{.max_iterations = options_.max_iterations,
                           .late = [this] { return late(); }};
-  StretchSolution found =
-      solve_stretch(solved_cost(level, patches), best.solution.pose, points_.centroid,
-                    options_.stretch, until, [this] { return keep_going(); });
+  ScaleSolution found =
+      solve_scale(solved_cost(level, patches), best.solution.pose, points_.centroid,
+                  options_.stretch, until, [this] { return keep_going(); });
   non_finite_ = std::max(non_finite_, found.pose.non_finite);
   found.pose.iterations += iterations;
   found.pose.final_cost =
@@ -448,7 +448,7 @@ Result<ImageRegistrationResult> Registrar::run() {
                                      [](const Candidate& a, const Candidate& b) {
                                        return a.solution.final_cost < b.solution.final_cost;
                                      });
-  if (options_.stretch != StretchModel::kNone && !late()) stretch(*best);
+  if (options_.stretch != ScaleModel::kNone && !late()) stretch(*best);
   if (cancelled_) return cancelled();
   if (hurried_) best->solution.termination = Termination::kTimeLimit;
   if (non_finite_ > 0) {
@@ -510,7 +510,7 @@ Result<ImageRegistrationResult> register_prepared(
     const double sigma_mm = sigma_of(level.sample_step_mm);
     // Mutual information and the depth factor or strain read the channels of the level directly.
     const bool any_ct = options.similarity != Similarity::kMutualInformation &&
-                        options.stretch == StretchModel::kNone;
+                        options.stretch == ScaleModel::kNone;
     if (any_ct && !reach.poses.empty()) {
       auto near = few_texels(ct, reach);
       if (!near) return near.error();

@@ -56,17 +56,17 @@ enum class Similarity {
 const char* to_string(Similarity similarity);
 
 /// Parameters that are refined on the finest level besides the pose (stretch.hpp).
-enum class StretchModel {
+enum class ScaleModel {
   kNone,
   kSoundSpeed,  ///< One depth factor: the speed of sound of the tissue over that of the scanner.
   kAffine,      ///< Six strains about the sweep's centroid.
 };
 
 /// Stable lower-case name: "none", "sound-speed", "affine".
-const char* to_string(StretchModel model);
+const char* to_string(ScaleModel model);
 
-/// The depth factor or strain that a StretchModel found.
-struct Stretch {
+/// The depth factor or strain that a ScaleModel found.
+struct ImageScale {
   double depth_scale = 1;  ///< True depth over depth in the ultrasound image.
   Eigen::Matrix3d strain = Eigen::Matrix3d::Zero();  ///< Symmetric, Reference: p' = p + E(p − c).
   Eigen::Vector3d centre_mm = Eigen::Vector3d::Zero();  ///< c, Reference.
@@ -82,7 +82,7 @@ struct ImageRegistrationOptions {
   ShadowMaskOptions mask;
   /// The limits of acceptance are for LC²; the costs of the other measures are not comparable.
   Similarity similarity = Similarity::kLc2;
-  StretchModel stretch = StretchModel::kNone;
+  ScaleModel stretch = ScaleModel::kNone;
   /// Loss on the terms of the patches in the finest solve. The reported and judged costs are
   /// without it.
   RobustLoss loss{PatchLoss::kCauchy, 0.3};
@@ -94,7 +94,7 @@ struct ImageRegistrationOptions {
   /// many of them, 20 to 1000000.
   int least_judging = 200;
   /// Largest number of ultrasound images used, spread evenly along the path; 0: all, >= 0.
-  int most_pictures = 0;
+  int most_images = 0;
   /// Ultrasound images are averaged over blocks of pixels before anything else. The blocks are as
   /// wide as the smoothing of the finest level allows.
   bool average_pixels = false;
@@ -212,7 +212,7 @@ struct ImageRegistrationResult {
 
   std::vector<LevelReport> levels;  ///< Coarse to fine.
   double total_s;                   ///< Wall time of the whole call.
-  Stretch stretch = {};             ///< Identity unless the options ask for it.
+  ImageScale stretch = {};          ///< Identity unless the options ask for it.
   /// The two covariances that uncertainty takes the larger of, in every direction
   /// (frame_bootstrap.hpp): by clusters of patches alone, and by resampled ultrasound images.
   PoseUncertainty clusters = {};

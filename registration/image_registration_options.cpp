@@ -10,7 +10,7 @@
 namespace nav::registration {
 namespace {
 
-Error refuse(const std::string& what, const std::string& expected, double found) {
+Error reject(const std::string& what, const std::string& expected, double found) {
   std::ostringstream text;
   text << "image registration: " << what << ": expected " << expected << ", found " << found;
   return {ErrorCode::kUsage, text.str()};
@@ -19,19 +19,19 @@ Error refuse(const std::string& what, const std::string& expected, double found)
 Result<void> validate_level(const LevelOptions& level, std::size_t index) {
   const std::string name = "levels[" + std::to_string(index) + "].";
   if (!(level.sample_step_mm > 0.05 && level.sample_step_mm <= 20)) {
-    return refuse(name + "sample_step_mm", "a value in (0.05, 20]", level.sample_step_mm);
+    return reject(name + "sample_step_mm", "a value in (0.05, 20]", level.sample_step_mm);
   }
   if (level.patch_side < 5 || level.patch_side > kMaxPatchSide || level.patch_side % 2 == 0) {
-    return refuse(name + "patch_side", "an odd number of 5 to 21", level.patch_side);
+    return reject(name + "patch_side", "an odd number of 5 to 21", level.patch_side);
   }
   if (level.patches < 50 || level.patches > 1000000) {
-    return refuse(name + "patches", "50 to 1000000", level.patches);
+    return reject(name + "patches", "50 to 1000000", level.patches);
   }
   if (!(level.texel_sigmas > 0 && level.texel_sigmas <= 2)) {
-    return refuse(name + "texel_sigmas", "a value in (0, 2]", level.texel_sigmas);
+    return reject(name + "texel_sigmas", "a value in (0, 2]", level.texel_sigmas);
   }
   if (!(level.frame_step_mm > 0 && level.frame_step_mm <= 100)) {
-    return refuse(name + "frame_step_mm", "a value in (0, 100]", level.frame_step_mm);
+    return reject(name + "frame_step_mm", "a value in (0, 100]", level.frame_step_mm);
   }
   return {};
 }
@@ -46,7 +46,7 @@ ImageRegistrationOptions with_effort(Effort effort) {
   options.levels = {{5.0, 7, 60, 9.0, PatchChoice::kContrast, 1.5},
                     {2.0, 7, 250, 1.0, PatchChoice::kEven}};
   options.least_judging = 40;
-  options.most_pictures = 8;
+  options.most_images = 8;
   options.average_pixels = true;
   // With this value, 95 % intervals cover 0.95 of the targets on the development seeds.
   options.bias_floor_mm = 0.1;
@@ -57,55 +57,55 @@ ImageRegistrationOptions with_effort(Effort effort) {
 }
 
 Result<void> validate(const ImageRegistrationOptions& options) {
-  if (options.levels.empty()) return refuse("levels", "at least 1", 0);
+  if (options.levels.empty()) return reject("levels", "at least 1", 0);
   for (std::size_t i = 0; i < options.levels.size(); ++i) {
     if (const auto ok = validate_level(options.levels[i], i); !ok) return ok.error();
     if (i > 0 && options.levels[i].sample_step_mm > options.levels[i - 1].sample_step_mm) {
-      return refuse("levels[" + std::to_string(i) + "].sample_step_mm", "coarse to fine",
+      return reject("levels[" + std::to_string(i) + "].sample_step_mm", "coarse to fine",
                     options.levels[i].sample_step_mm);
     }
   }
   if (const auto ok = validate(options.mask); !ok) return ok.error();
-  if (options.stretch != StretchModel::kNone &&
+  if (options.stretch != ScaleModel::kNone &&
       options.similarity == Similarity::kMutualInformation) {
     return Error{ErrorCode::kUsage,
                  "image registration: stretch cannot be estimated with mutual information"};
   }
   if (!(options.loss.scale >= 1e-3 && options.loss.scale <= 1000)) {
-    return refuse("loss.scale", "0.001 to 1000", options.loss.scale);
+    return reject("loss.scale", "0.001 to 1000", options.loss.scale);
   }
   if (!(options.ridge >= 1e-4 && options.ridge <= 10)) {
-    return refuse("ridge", "1e-4 to 10", options.ridge);
+    return reject("ridge", "1e-4 to 10", options.ridge);
   }
   if (!(options.min_ct_contrast_hu >= 0 && options.min_ct_contrast_hu <= 200)) {
-    return refuse("min_ct_contrast_hu", "0 to 200", options.min_ct_contrast_hu);
+    return reject("min_ct_contrast_hu", "0 to 200", options.min_ct_contrast_hu);
   }
   if (options.least_judging < 20 || options.least_judging > 1000000) {
-    return refuse("least_judging", "20 to 1000000", options.least_judging);
+    return reject("least_judging", "20 to 1000000", options.least_judging);
   }
-  if (options.most_pictures < 0 || options.most_pictures > 1000000) {
-    return refuse("most_pictures", "0 to 1000000", options.most_pictures);
+  if (options.most_images < 0 || options.most_images > 1000000) {
+    return reject("most_pictures", "0 to 1000000", options.most_images);
   }
   if (options.max_iterations < 1 || options.max_iterations > 1000) {
-    return refuse("max_iterations", "1 to 1000", options.max_iterations);
+    return reject("max_iterations", "1 to 1000", options.max_iterations);
   }
   if (options.starts < 0 || options.starts > 1000000) {
-    return refuse("starts", "0 to 1000000", options.starts);
+    return reject("starts", "0 to 1000000", options.starts);
   }
   if (!(options.start_range_mm >= 0 && options.start_range_mm <= 200)) {
-    return refuse("start_range_mm", "0 to 200", options.start_range_mm);
+    return reject("start_range_mm", "0 to 200", options.start_range_mm);
   }
   if (!(options.start_range_rad >= 0 && options.start_range_rad <= M_PI)) {
-    return refuse("start_range_rad", "0 to pi", options.start_range_rad);
+    return reject("start_range_rad", "0 to pi", options.start_range_rad);
   }
   if (options.z_score_poses < 10 || options.z_score_poses > 100000) {
-    return refuse("z_score_poses", "10 to 100000", options.z_score_poses);
+    return reject("z_score_poses", "10 to 100000", options.z_score_poses);
   }
   if (!(options.bias_floor_mm >= 0 && options.bias_floor_mm <= 100)) {
-    return refuse("bias_floor_mm", "0 to 100", options.bias_floor_mm);
+    return reject("bias_floor_mm", "0 to 100", options.bias_floor_mm);
   }
   if (!(options.calibration_sigma_mm >= 0 && options.calibration_sigma_mm <= 10)) {
-    return refuse("calibration_sigma_mm", "0 to 10", options.calibration_sigma_mm);
+    return reject("calibration_sigma_mm", "0 to 10", options.calibration_sigma_mm);
   }
   if (options.calibration_sigma_mm > 0 && options.similarity != Similarity::kLc2) {
     return Error{
@@ -116,10 +116,10 @@ Result<void> validate(const ImageRegistrationOptions& options) {
   }
   if (const auto ok = validate(options.bootstrap); !ok) return ok.error();
   if (!(options.time_limit_s > 0)) {
-    return refuse("time_limit_s", "a positive number", options.time_limit_s);
+    return reject("time_limit_s", "a positive number", options.time_limit_s);
   }
   if (options.threads < 1 || options.threads > 64) {
-    return refuse("threads", "1 to 64", options.threads);
+    return reject("threads", "1 to 64", options.threads);
   }
   return {};
 }
@@ -136,13 +136,13 @@ const char* to_string(Similarity similarity) {
   return "lc2";
 }
 
-const char* to_string(StretchModel model) {
+const char* to_string(ScaleModel model) {
   switch (model) {
-    case StretchModel::kNone:
+    case ScaleModel::kNone:
       return "none";
-    case StretchModel::kSoundSpeed:
+    case ScaleModel::kSoundSpeed:
       return "sound-speed";
-    case StretchModel::kAffine:
+    case ScaleModel::kAffine:
       return "affine";
   }
   return "none";

@@ -9,8 +9,8 @@
 
 #include "nav/stopwatch.hpp"
 #include "registration/assessment.hpp"
-#include "registration/similarity/coarse_pictures.hpp"
-#include "registration/similarity/picture_outline.hpp"
+#include "registration/similarity/coarse_images.hpp"
+#include "registration/similarity/image_outline.hpp"
 
 namespace nav::registration {
 namespace {
@@ -79,17 +79,17 @@ Result<PreparedSweep> PreparedSweep::create(const Sweep& as_recorded,
                                             const std::function<bool()>& keep_going) {
   if (const auto ok = validate(options); !ok) return ok.error();
   Sweep sweep = with_outline(as_recorded);
-  if (options.most_pictures > 0 || options.average_pixels) {
+  if (options.most_images > 0 || options.average_pixels) {
     const int all = static_cast<int>(sweep.frames().size());
-    sweep = coarse_pictures(
-        sweep, options.most_pictures > 0 ? options.most_pictures : all,
+    sweep = coarse_images(
+        sweep, options.most_images > 0 ? options.most_images : all,
         options.average_pixels ? sigma_of(options.levels.back().sample_step_mm) : 0.0);
   }
   const auto masks = shadow_masks(sweep, options.mask);
   if (!masks) return masks.error();
   PreparedSweep prepared;
   prepared.points_ = sweep_points(sweep, *masks);
-  prepared.motions_ = picture_motions(sweep, as_recorded);
+  prepared.motions_ = image_motions(sweep, as_recorded);
   prepared.steps_ = steps_of(options);
   for (std::size_t i = 0; i < options.levels.size(); ++i) {
     if (keep_going && !keep_going()) {

@@ -9,7 +9,7 @@
 
 #include "nav/diagnostics.hpp"
 #include "registration/image_registration.hpp"
-#include "registration/motion/picture_motion.hpp"
+#include "registration/motion/image_motion.hpp"
 #include "registration/similarity/ct_channels.hpp"
 #include "registration/similarity/patches.hpp"
 #include "registration/similarity/sweep_points.hpp"
@@ -66,11 +66,11 @@ class PreparedSweep {
   [[nodiscard]] const std::vector<PreparedLevel>& levels() const { return levels_; }
   [[nodiscard]] const std::vector<double>& sample_steps_mm() const { return steps_; }
   /// Motions of the ultrasound images that Patch::frame indexes.
-  [[nodiscard]] const std::vector<PictureMotion>& motions() const { return motions_; }
+  [[nodiscard]] const std::vector<ImageMotion>& motions() const { return motions_; }
 
  private:
   SweepPoints points_;
-  std::vector<PictureMotion> motions_;
+  std::vector<ImageMotion> motions_;
   std::vector<PreparedLevel> levels_;
   std::vector<double> steps_;
 };

@@ -33,10 +33,10 @@ void Canvas::blend(int x, int y, Rgba8 colour, double opacity) {
   under = {mix(under.r, colour.r), mix(under.g, colour.g), mix(under.b, colour.b), 255};
 }
 
-void Canvas::copy(const Image2d<Rgba8>& picture, int x, int y) {
-  for (int row = 0; row < picture.height(); ++row) {
-    for (int column = 0; column < picture.width(); ++column) {
-      const Rgba8& colour = picture.at(column, row);
+void Canvas::copy(const Image2d<Rgba8>& image, int x, int y) {
+  for (int row = 0; row < image.height(); ++row) {
+    for (int column = 0; column < image.width(); ++column) {
+      const Rgba8& colour = image.at(column, row);
       if (colour.a != 0) set(x + column, y + row, colour);
     }
   }

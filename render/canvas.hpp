@@ -33,7 +33,7 @@ class Canvas {
   void blend(int x, int y, Rgba8 colour, double opacity);
   /// Copies an image with its top left corner at (x, y). Transparent pixels (alpha 0) leave what is
   /// there.
-  void copy(const Image2d<Rgba8>& picture, int x, int y);
+  void copy(const Image2d<Rgba8>& image, int x, int y);
   void fill(int x, int y, int width, int height, Rgba8 colour);
   /// Draws an anti-aliased segment; width in pixels. dash: length of the dashes and of the gaps in
   /// pixels; 0: a solid line.
@@ -45,7 +45,7 @@ class Canvas {
   int text(int x, int y, int size, const std::string& words, Rgba8 colour);
   [[nodiscard]] int text_width(int size, const std::string& words) const;
 
-  [[nodiscard]] Image2d<Rgba8> picture() const { return {width_, height_, pixels_}; }
+  [[nodiscard]] Image2d<Rgba8> image() const { return {width_, height_, pixels_}; }
 
  private:
   int width_;

@@ -327,7 +327,7 @@ class CutawaySquare {
         hints_(field.meshes_.size()) {}
 
   /// Meets the pixels from (x, y) on. The square's corners may lie outside the image.
-  void meet(int x, int y, int width, int height, spec::CutawaySpan<float>* picture) {
+  void meet(int x, int y, int width, int height, spec::CutawaySpan<float>* image) {
     const bool next = y == y_ && x == x_ + kSize;
     x_ = x;
     y_ = y;
@@ -335,8 +335,8 @@ class CutawaySquare {
     divide(0, 0, kSize);
     for (int j = 0; j < std::min(kSize, height - y); ++j) {
       for (int i = 0; i < std::min(kSize, width - x); ++i) {
-        picture[static_cast<std::size_t>(y + j) * static_cast<std::size_t>(width) +
-                static_cast<std::size_t>(x + i)] = at(i, j);
+        image[static_cast<std::size_t>(y + j) * static_cast<std::size_t>(width) +
+              static_cast<std::size_t>(x + i)] = at(i, j);
       }
     }
   }

@@ -30,10 +30,10 @@ Result<std::vector<double>> values_found(Scene scene) {
   scene.quality.step_voxels = kStepVoxels;
   scene.height = std::clamp(kAcross * scene.height / scene.width, 1, kAcross);
   scene.width = kAcross;
-  const auto picture = make_cpu_engine()->render(scene);
-  if (!picture) return picture.error();
+  const auto image = make_cpu_engine()->render(scene);
+  if (!image) return image.error();
   std::vector<double> values;
-  for (const RgbaF& p : picture->pixels.pixels()) {
+  for (const RgbaF& p : image->pixels.pixels()) {
     if (p.r == p.g) values.push_back((p.r - 0.5) * all.width_hu + all.level_hu);
   }
   return values;

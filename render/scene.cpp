@@ -8,22 +8,22 @@
 #include <sstream>
 
 #include "nav/matrices.hpp"
-#include "nav/places.hpp"
+#include "nav/positions.hpp"
 #include "render/two_volumes.hpp"
 
 namespace nav::render {
 namespace {
 
 template <class Value>
-Error refusal(const std::string& field, const std::string& expected, const Value& found) {
+Error rejection(const std::string& field, const std::string& expected, const Value& found) {
   std::ostringstream text;
   text << field << ": expected " << expected << ", found " << found;
   return {ErrorCode::kMalformedData, text.str()};
 }
 
-Result<void> check_place(const std::string& field, const Eigen::Vector3d& mm) {
+Result<void> check_position(const std::string& field, const Eigen::Vector3d& mm) {
   if (is_place(mm)) return {};
-  return refusal(field, "finite numbers within 1e7 mm", mm.transpose());
+  return rejection(field, "finite numbers within 1e7 mm", mm.transpose());
 }
 
 /// Checks low <= value <= high; rejects NaN.
@@ -31,7 +31,7 @@ Result<void> check_range(const std::string& field, double value, double low, dou
   if (value >= low && value <= high) return {};
   std::ostringstream expected;
   expected << "a number in [" << low << ", " << high << "]";
-  return refusal(field, expected.str(), value);
+  return rejection(field, expected.str(), value);
 }
 
 /// Checks 0 < value <= high; rejects NaN and infinity.
@@ -39,7 +39,7 @@ Result<void> check_positive(const std::string& field, double value, double high)
   if (value > 0 && value <= high) return {};
   std::ostringstream expected;
   expected << "a number in (0, " << high << "]";
-  return refusal(field, expected.str(), value);
+  return rejection(field, expected.str(), value);
 }
 
 Result<void> check_colour(const std::string& field, const Eigen::Vector3d& rgb) {
@@ -58,24 +58,24 @@ Result<void> first_of(std::initializer_list<Result<void>> checks) {
 }
 
 Result<void> check_camera(const Camera& camera) {
-  if (const auto ok = first_of({check_place("camera.eye_ct", camera.eye_ct.mm),
-                                check_place("camera.look_at_ct", camera.look_at_ct.mm),
-                                check_place("camera.up_ct", camera.up_ct.v)});
+  if (const auto ok = first_of({check_position("camera.eye_ct", camera.eye_ct.mm),
+                                check_position("camera.look_at_ct", camera.look_at_ct.mm),
+                                check_position("camera.up_ct", camera.up_ct.v)});
       !ok) {
     return ok;
   }
   const Eigen::Vector3d forward = camera.look_at_ct.mm - camera.eye_ct.mm;
   constexpr double kMinDistanceMm = 1e-6;
   if (forward.norm() < kMinDistanceMm) {
-    return refusal("camera.look_at_ct", "a point away from the eye", "a distance of 0 mm");
+    return rejection("camera.look_at_ct", "a point away from the eye", "a distance of 0 mm");
   }
   if (!(camera.up_ct.v.norm() > 0)) {
-    return refusal("camera.up_ct", "a direction", "a zero vector");
+    return rejection("camera.up_ct", "a direction", "a zero vector");
   }
   constexpr double kMinSine = 1e-6;
   if (forward.normalized().cross(camera.up_ct.v.normalized()).norm() < kMinSine) {
-    return refusal("camera.up_ct", "a direction that is not parallel to the view",
-                   camera.up_ct.v.transpose());
+    return rejection("camera.up_ct", "a direction that is not parallel to the view",
+                     camera.up_ct.v.transpose());
   }
   if (camera.orthographic) {
     return check_positive("camera.orthographic_height_mm", camera.orthographic_height_mm,
@@ -83,7 +83,7 @@ Result<void> check_camera(const Camera& camera) {
   }
   const double fov = camera.vertical_fov_rad;
   if (!(fov > 0 && fov < M_PI)) {
-    return refusal("camera.vertical_fov_rad", "an angle in (0, pi) rad", fov);
+    return rejection("camera.vertical_fov_rad", "an angle in (0, pi) rad", fov);
   }
   return {};
 }
@@ -92,11 +92,11 @@ Result<void> check_plane(const UltrasoundPlane& plane) {
   if (plane.safety.state == SafetyState::kLost) return {};  // Not drawn, so not checked.
   const UltrasoundFrame& frame = plane.frame;
   if (frame.pixels.empty()) {
-    return refusal("plane.frame.pixels", "an image",
-                   std::to_string(frame.pixels.width()) + " x " +
-                       std::to_string(frame.pixels.height()) + " pixels");
+    return rejection("plane.frame.pixels", "an image",
+                     std::to_string(frame.pixels.width()) + " x " +
+                         std::to_string(frame.pixels.height()) + " pixels");
   }
-  if (const auto ok = check_place("plane.ct_from_image", plane.ct_from_image.translation_mm());
+  if (const auto ok = check_position("plane.ct_from_image", plane.ct_from_image.translation_mm());
       !ok) {
     return ok;
   }
@@ -107,7 +107,7 @@ Result<void> check_plane(const UltrasoundPlane& plane) {
   if (!frame.outline) return {};
   const SectorOutline& sector = *frame.outline;
   if (!sector.apex_mm.allFinite()) {
-    return refusal("plane.frame.outline.apex_mm", "finite numbers", sector.apex_mm.transpose());
+    return rejection("plane.frame.outline.apex_mm", "finite numbers", sector.apex_mm.transpose());
   }
   return first_of(
       {check_range("plane.frame.outline.radius_min_mm", sector.radius_min_mm, 0, kFurthestMm),
@@ -118,8 +118,8 @@ Result<void> check_plane(const UltrasoundPlane& plane) {
 
 Result<void> check_needle(const NeedleShape& needle) {
   if (needle.safety.state == SafetyState::kLost) return {};
-  if (const auto ok = first_of({check_place("needle.tip_ct", needle.tip_ct.mm),
-                                check_place("needle.hub_ct", needle.hub_ct.mm),
+  if (const auto ok = first_of({check_position("needle.tip_ct", needle.tip_ct.mm),
+                                check_position("needle.hub_ct", needle.hub_ct.mm),
                                 check_positive("needle.radius_mm", needle.radius_mm, kFurthestMm),
                                 check_colour("needle.rgb", needle.rgb)});
       !ok) {
@@ -128,7 +128,7 @@ Result<void> check_needle(const NeedleShape& needle) {
   constexpr double kMinLengthMm = 1e-3;
   const double length = (needle.tip_ct.mm - needle.hub_ct.mm).norm();
   if (length < kMinLengthMm) {
-    return refusal("needle.hub_ct", "a hub at least 0.001 mm from the tip", length);
+    return rejection("needle.hub_ct", "a hub at least 0.001 mm from the tip", length);
   }
   return {};
 }
@@ -138,7 +138,7 @@ Result<void> check_spheres(const std::vector<SphereShape>& spheres) {
     const std::string name = "spheres[" + std::to_string(i) + "]";
     const SphereShape& sphere = spheres[i];
     if (const auto ok =
-            first_of({check_place(name + ".centre_ct", sphere.centre_ct.mm),
+            first_of({check_position(name + ".centre_ct", sphere.centre_ct.mm),
                       check_positive(name + ".radius_mm", sphere.radius_mm, kFurthestMm),
                       check_colour(name + ".rgb", sphere.rgb),
                       check_positive(name + ".opacity", sphere.opacity, 1)});
@@ -153,8 +153,8 @@ Result<void> check_lines(const std::vector<LineShape>& lines) {
   for (std::size_t i = 0; i < lines.size(); ++i) {
     const std::string name = "lines[" + std::to_string(i) + "]";
     const LineShape& line = lines[i];
-    if (const auto ok = first_of({check_place(name + ".from_ct", line.from_ct.mm),
-                                  check_place(name + ".to_ct", line.to_ct.mm),
+    if (const auto ok = first_of({check_position(name + ".from_ct", line.from_ct.mm),
+                                  check_position(name + ".to_ct", line.to_ct.mm),
                                   check_positive(name + ".radius_mm", line.radius_mm, kFurthestMm),
                                   check_colour(name + ".rgb", line.rgb),
                                   check_positive(name + ".opacity", line.opacity, 1)});
@@ -186,44 +186,44 @@ double flatness_mm(const std::vector<Point<frames::Ct>>& vertices) {
 Result<void> check_polygon(const std::string& name, const PolygonObject& polygon) {
   constexpr std::size_t kMaxVertices = 256;
   const std::size_t count = polygon.vertices_ct.size();
-  if (count < 2 || count > kMaxVertices) return refusal(name, "2 to 256 vertices", count);
+  if (count < 2 || count > kMaxVertices) return rejection(name, "2 to 256 vertices", count);
   for (std::size_t i = 0; i < count; ++i) {
     const std::string vertex = name + ".vertices_ct[" + std::to_string(i) + "]";
-    if (const auto ok = check_place(vertex, polygon.vertices_ct[i].mm); !ok) return ok;
+    if (const auto ok = check_position(vertex, polygon.vertices_ct[i].mm); !ok) return ok;
   }
   constexpr double kFlatMm = 0.01;
   const double off = flatness_mm(polygon.vertices_ct);
-  if (off > kFlatMm) return refusal(name, "vertices in one plane within 0.01 mm", off);
+  if (off > kFlatMm) return rejection(name, "vertices in one plane within 0.01 mm", off);
   return {};
 }
 
 Result<void> check_box(const std::string& name, const BoxObject& box) {
-  if (const auto ok = check_place(name + ".centre_ct", box.centre_ct.mm); !ok) return ok;
+  if (const auto ok = check_position(name + ".centre_ct", box.centre_ct.mm); !ok) return ok;
   for (int axis = 0; axis < 3; ++axis) {
     const Eigen::Vector3d edge = box.half_edges_ct.col(axis);
-    if (const auto ok = check_place(name + ".half_edges_ct", edge); !ok) return ok;
-    if (!(edge.norm() > 0)) return refusal(name + ".half_edges_ct", "edges longer than 0", 0);
+    if (const auto ok = check_position(name + ".half_edges_ct", edge); !ok) return ok;
+    if (!(edge.norm() > 0)) return rejection(name + ".half_edges_ct", "edges longer than 0", 0);
     const Eigen::Vector3d next = box.half_edges_ct.col((axis + 1) % 3);
     constexpr double kMaxCosine = 1e-6;
     const double cosine = edge.dot(next) / (edge.norm() * next.norm());
     if (std::abs(cosine) > kMaxCosine) {
-      return refusal(name + ".half_edges_ct", "edges at right angles", cosine);
+      return rejection(name + ".half_edges_ct", "edges at right angles", cosine);
     }
   }
   return {};
 }
 
 Result<void> check_mesh(const std::string& name, const std::shared_ptr<const MeshObject>& mesh) {
-  if (!mesh || mesh->triangles.empty()) return refusal(name, "at least one triangle", "none");
+  if (!mesh || mesh->triangles.empty()) return rejection(name, "at least one triangle", "none");
   const auto count = static_cast<int>(mesh->vertices_ct.size());
   const std::string vertices = name + ".vertices_ct";
   for (const auto& vertex : mesh->vertices_ct) {
-    if (const auto ok = check_place(vertices, vertex.mm); !ok) return ok;
+    if (const auto ok = check_position(vertices, vertex.mm); !ok) return ok;
   }
   for (const auto& triangle : mesh->triangles) {
     for (const int i : triangle) {
       if (i >= 0 && i < count) continue;
-      return refusal(name + ".triangles", "indices of " + std::to_string(count) + " vertices", i);
+      return rejection(name + ".triangles", "indices of " + std::to_string(count) + " vertices", i);
     }
   }
   return {};
@@ -237,15 +237,15 @@ Result<void> check_cutaway(const Cutaway& cutaway) {
     return ok;
   }
   if (!(cutaway.theta2_rad < M_PI / 2)) {
-    return refusal("cutaway.theta2_rad", "an angle below pi/2 rad", cutaway.theta2_rad);
+    return rejection("cutaway.theta2_rad", "an angle below pi/2 rad", cutaway.theta2_rad);
   }
   if (cutaway.theta1_rad > cutaway.theta2_rad) {
     std::ostringstream expected;
     expected << "at most theta2_rad, " << cutaway.theta2_rad;
-    return refusal("cutaway.theta1_rad", expected.str(), cutaway.theta1_rad);
+    return rejection("cutaway.theta1_rad", expected.str(), cutaway.theta1_rad);
   }
   if (!(cutaway.overlay_mm >= 0)) {
-    return refusal("cutaway.overlay_mm", "a thickness >= 0 mm", cutaway.overlay_mm);
+    return rejection("cutaway.overlay_mm", "a thickness >= 0 mm", cutaway.overlay_mm);
   }
   for (std::size_t i = 0; i < cutaway.polygons.size(); ++i) {
     const std::string name = "cutaway.polygons[" + std::to_string(i) + "]";
@@ -278,12 +278,12 @@ Result<void> check_shading(const Shading& s) {
 
 Result<void> check_ultrasound(const Scene& scene) {
   const UltrasoundVolume& ultrasound = *scene.ultrasound;
-  if (!ultrasound.volume) return refusal("ultrasound.volume", "a volume", "none");
+  if (!ultrasound.volume) return rejection("ultrasound.volume", "a volume", "none");
   if (scene.predicates) {
-    return refusal("ultrasound", "no predicates of the CT together with it", "both");
+    return rejection("ultrasound", "no predicates of the CT together with it", "both");
   }
   if (const auto ok = first_of(
-          {check_place("ultrasound.volume.grid.origin_mm", ultrasound.volume->grid().origin_mm),
+          {check_position("ultrasound.volume.grid.origin_mm", ultrasound.volume->grid().origin_mm),
            check_range("ultrasound.ct_importance", ultrasound.ct_importance, 0, 1024)});
       !ok) {
     return ok;
@@ -295,8 +295,9 @@ Result<void> check_ultrasound(const Scene& scene) {
 }  // namespace
 
 Result<void> validate(const Scene& scene) {
-  if (!scene.ct) return refusal("ct", "a volume", "none");
-  if (const auto ok = check_place("ct.grid.origin_mm", scene.ct->grid().origin_mm); !ok) return ok;
+  if (!scene.ct) return rejection("ct", "a volume", "none");
+  if (const auto ok = check_position("ct.grid.origin_mm", scene.ct->grid().origin_mm); !ok)
+    return ok;
   constexpr double kMaxPixels = 16384;
   if (const auto ok = first_of({check_range("width", scene.width, 1, kMaxPixels),
                                 check_range("height", scene.height, 1, kMaxPixels)});

@@ -39,7 +39,7 @@ void Surfaces::meet(const spec::Ray<double>& ray, const SurfaceReach& reach,
 bool Surfaces::meets_border(const spec::Ray<double>& ray) const {
   if (!plane_) return false;
   const auto hit = spec::reach_plane(*plane_, view_, ray);
-  return hit && !hit->picture;
+  return hit && !hit->image;
 }
 
 void Surfaces::meet_shapes(const spec::Ray<double>& ray,

@@ -36,7 +36,7 @@ struct SourceOptions {
   NeedleSize needle_size;
   double temporal_offset_ms = 0;  ///< Image stamps minus pose stamps.
   /// Draws the whole image, also outside the sector that the probe insonifies.
-  bool whole_picture = false;
+  bool whole_image = false;
   /// Plays on past frames whose data cannot be true; they are counted by cause.
   bool skip_bad_frames = false;
   /// A recording from a file: plays it once before the replay, to choose camera and grey window for

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "registration/similarity/picture_outline.hpp"
+#include "registration/similarity/image_outline.hpp"
 
 namespace nav::session {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "io/plus_config.hpp"
 #include "io/sequence.hpp"
-#include "registration/similarity/picture_outline.hpp"
+#include "registration/similarity/image_outline.hpp"
 
 namespace nav::session {
 namespace {
@@ -61,6 +61,7 @@ void RecordedSession::rewind() {
   SessionSetup setup{{source_->calibration().probe_from_image}};
   setup.navigator = options_;
   setup.images = QueuePolicy::kLossless;
+  setup.learn_outline = learns_outline_;
   if (fixed_reference_) {
     setup.fixed_reference.emplace(Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero());
   }
@@ -73,6 +74,11 @@ void RecordedSession::rewind() {
 void RecordedSession::set_placement(const CtPlacement& placement) {
   placement_ = placement;
   navigator().set_placement(placement);
+}
+
+void RecordedSession::learn_outline() {
+  learns_outline_ = true;
+  rewind();
 }
 
 void RecordedSession::set_outline(const std::optional<SectorOutline>& outline) {
@@ -196,7 +202,7 @@ void add_to(SweepSurvey& sweep, const TrackedFrame& image, std::size_t stride) {
   sweep.centroid.mm += (image.reference_from_image * centre).mm;
   sweep.lateral += axes.col(0);
   sweep.deep += axes.col(1);
-  sweep.picture_extent_mm = extent_mm(image.frame);
+  sweep.image_extent_mm = extent_mm(image.frame);
   if (sweep.paired++ % stride == 0) sweep.spread.push_back(image);
   for (const double column : {0.0, pixels.width() - 1.0}) {
     for (const double row : {0.0, pixels.height() - 1.0}) {

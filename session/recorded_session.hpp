@@ -64,8 +64,11 @@ class RecordedSession {
   [[nodiscard]] const Navigator& navigator() const { return session_->navigator(); }
   [[nodiscard]] const PoseLog& log() const { return session_->log(); }
   void set_placement(const CtPlacement& placement);
-  /// Outline of the images that come without one; none: they are drawn whole. Replaces the outline
-  /// that the session learns.
+  /// Learns the sector of images that come without an outline, from the images so far. Goes back to
+  /// the first frame. Without it, images keep what they bring: a registration needs one outline for
+  /// all images of a sweep, and finds it itself.
+  void learn_outline();
+  /// Outline of the images that come without one; none: they are drawn whole.
   void set_outline(const std::optional<SectorOutline>& outline);
   [[nodiscard]] const std::optional<SectorOutline>& outline() const { return session_->outline(); }
 
@@ -112,6 +115,7 @@ class RecordedSession {
   std::string name_;
   std::string reference_frame_;
   std::optional<CtPlacement> placement_;
+  bool learns_outline_ = false;
   std::optional<std::optional<SectorOutline>> outline_;
   std::unique_ptr<Session> session_;
 };
@@ -123,7 +127,7 @@ struct SweepSurvey {
   Point<frames::Reference> centroid{{0, 0, 0}};
   Eigen::Vector3d lateral = Eigen::Vector3d::Zero();  ///< Sum of the images' x axes, Reference.
   Eigen::Vector3d deep = Eigen::Vector3d::Zero();     ///< Sum of their y axes, Reference.
-  double picture_extent_mm = 0;                       ///< Diagonal of the last image.
+  double image_extent_mm = 0;                         ///< Diagonal of the last image.
   std::vector<TrackedFrame> spread;                   ///< About 60 images, evenly over the sweep.
   std::vector<Point<frames::Reference>> corners;      ///< Corners of all images, four each.
   /// One sentence if the temporal offset left more than a tenth of the images without a pose; else

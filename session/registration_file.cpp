@@ -41,25 +41,25 @@ namespace {
 /// The warnings of a registration; older files have neither a verdict nor warnings.
 Result<std::vector<std::string>> warnings_of(const io::Json& registration,
                                              const std::string& file) {
-  const auto refuse = [&](const std::string& expected, const io::Json& found) {
+  const auto reject = [&](const std::string& expected, const io::Json& found) {
     return Error{ErrorCode::kMalformedData,
                  file + ": expected " + expected + ", found " +
                      found.dump(-1, ' ', false, io::Json::error_handler_t::replace)};
   };
   const io::Json verdict = registration.value("verdict", io::Json());
   if (!verdict.is_null() && verdict != "accept" && verdict != "warn") {
-    return refuse("registration.verdict of an accepted registration to be accept or warn", verdict);
+    return reject("registration.verdict of an accepted registration to be accept or warn", verdict);
   }
   const io::Json listed = registration.value("warnings", io::Json::array());
   if (!listed.is_array() || listed.empty() == (verdict == "warn")) {
-    return refuse(
+    return reject(
         "registration.warnings to be a list, with entries exactly when the verdict is "
         "warn",
         listed);
   }
   std::vector<std::string> warnings;
   for (const io::Json& one : listed) {
-    if (!one.is_string()) return refuse("text in registration.warnings", one);
+    if (!one.is_string()) return reject("text in registration.warnings", one);
     warnings.push_back(one.get<std::string>());
   }
   return warnings;
@@ -105,19 +105,19 @@ Result<void> check_recording(const io::Json& json, const RecordingRead& now,
   const auto then = found.is_object() ? recording_of(found) : std::nullopt;
   std::ostringstream text;
   text << file << ": expected ";
-  const auto refuse = [&] { return Error{ErrorCode::kMalformedData, text.str()}; };
+  const auto reject = [&] { return Error{ErrorCode::kMalformedData, text.str()}; };
   if (!then) {
     text
         << "name, frames, first_s, last_s, temporal_offset_ms and 9 corners_probe_mm in recording, "
            "found "
         << found.dump(-1, ' ', false, io::Json::error_handler_t::replace);
-    return refuse();
+    return reject();
   }
   if (!same_recording(*then, now)) return {};
   if (!(std::abs(then->temporal_offset_ms - now.temporal_offset_ms) <= kSameMs)) {
     text << "the temporal offset that " << now.name << " was registered with, "
          << then->temporal_offset_ms << " ms, found " << now.temporal_offset_ms << " ms";
-    return refuse();
+    return reject();
   }
   double apart_mm = 0;
   for (std::size_t i = 0; i < now.corners.size(); ++i) {
@@ -128,22 +128,22 @@ Result<void> check_recording(const io::Json& json, const RecordingRead& now,
   text << "the calibration of the probe that " << now.name
        << " was registered with, found one that puts a corner of its pictures " << apart_mm
        << " mm elsewhere";
-  return refuse();
+  return reject();
 }
 
 /// What only a refused one has.
 Result<void> check_accepted(const io::Json& registration, const std::string& file) {
-  const auto refuse = [&](const std::string& expected, const io::Json& found) {
+  const auto reject = [&](const std::string& expected, const io::Json& found) {
     return Error{ErrorCode::kMalformedData,
                  file + ": expected an accepted registration " + expected + ", found " +
                      found.dump(-1, ' ', false, io::Json::error_handler_t::replace)};
   };
   const io::Json reasons = registration.value("reasons", io::Json::array());
   if (!reasons.is_array() || !reasons.empty()) {
-    return refuse("without registration.reasons to refuse it", reasons);
+    return reject("without registration.reasons to refuse it", reasons);
   }
   if (registration.contains(kRefusedPose)) {
-    return refuse(std::string("without registration.") + kRefusedPose,
+    return reject(std::string("without registration.") + kRefusedPose,
                   registration.at(kRefusedPose));
   }
   return {};
@@ -154,7 +154,7 @@ Result<void> check_accepted(const io::Json& registration, const std::string& fil
 Result<ReadRegistration> read_registration(const std::filesystem::path& path, const Volume& ct,
                                            const RegistrationUse& use) {
   constexpr std::uint64_t kMaxBytes = 64 << 20;
-  const auto refuse = [&](const std::string& expected, const std::string& found) {
+  const auto reject = [&](const std::string& expected, const std::string& found) {
     return Error{ErrorCode::kMalformedData,
                  path.string() + ": expected " + expected + ", found " + found};
   };
@@ -162,21 +162,21 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
   if (!parsed) return parsed.error();
   const io::Json& json = *parsed;
   if (!json.is_object()) {
-    return refuse("the JSON of 'sonde register'", std::string("a ") + json.type_name());
+    return reject("the JSON of 'sonde register'", std::string("a ") + json.type_name());
   }
   const io::Json verb = json.value("verb", io::Json("register"));
   if (verb != "register") {
-    return refuse("the JSON of 'sonde register'",
+    return reject("the JSON of 'sonde register'",
                   "that of " + verb.dump(-1, ' ', false, io::Json::error_handler_t::replace));
   }
   const auto found = json.find("registration");
   if (found == json.end() || !found->is_object()) {
-    return refuse("a key 'registration'", "none");
+    return reject("a key 'registration'", "none");
   }
   const io::Json& registration = *found;
   const io::Json accepted = registration.value("accepted", io::Json());
   if (!accepted.is_boolean())
-    return refuse("registration.accepted to be true or false", accepted.dump());
+    return reject("registration.accepted to be true or false", accepted.dump());
   if (!accepted.get<bool>()) {
     return Error{ErrorCode::kRefused, path.string() + ": this registration was not accepted"};
   }
@@ -203,7 +203,7 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
   }
   const io::Json digest = json.value("ct_sha256", io::Json());
   if (digest.is_null()) {
-    return refuse("a registration of " + ct.name(),
+    return reject("a registration of " + ct.name(),
                   "one that was made without a CT (register with --ct)");
   }
   if (digest != ct_digest(ct)) {
@@ -214,7 +214,7 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
   // Landmarks alone do not know the name of the frame that they were touched in.
   const io::Json frame = json.value("reference_frame", io::Json());
   if (!frame.is_null() && frame != use.reference_frame) {
-    return refuse("a registration to the patient's frame " + use.reference_frame,
+    return reject("a registration to the patient's frame " + use.reference_frame,
                   "one to " + frame.dump(-1, ' ', false, io::Json::error_handler_t::replace));
   }
   if (use.recording) {
@@ -224,12 +224,12 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
   }
   const io::Json numbers = registration.value(kAcceptedPose, io::Json());
   if (!numbers.is_array() || numbers.size() != 16) {
-    return refuse("16 numbers in registration.ct_from_reference_mm", numbers.dump());
+    return reject("16 numbers in registration.ct_from_reference_mm", numbers.dump());
   }
   Eigen::Matrix4d matrix;
   for (std::size_t i = 0; i < 16; ++i) {
     if (!numbers[i].is_number()) {
-      return refuse("16 numbers in registration.ct_from_reference_mm", numbers[i].dump());
+      return reject("16 numbers in registration.ct_from_reference_mm", numbers[i].dump());
     }
     matrix(static_cast<int>(i / 4), static_cast<int>(i % 4)) = numbers[i].get<double>();
   }

@@ -99,10 +99,10 @@ TissueFollower::TissueFollower(registration::LiveRegistration live,
           "distinctness,"
           "tx_mm,ty_mm,tz_mm,qx,qy,qz,qw\n") {}
 
-CtPlacement TissueFollower::follow(const TrackedFrame& picture) {
+CtPlacement TissueFollower::follow(const TrackedFrame& image) {
   const auto start = std::chrono::steady_clock::now();
-  const auto extended = extend_to(picture);
-  const auto update = extended ? live_.update(picture) : extended.error();
+  const auto extended = extend_to(image);
+  const auto update = extended ? live_.update(image) : extended.error();
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
   update_s_.push_back(took.count());
   if (!update) {
@@ -115,25 +115,25 @@ CtPlacement TissueFollower::follow(const TrackedFrame& picture) {
   ++states_[registration::to_string(update->state)];
   costs_.push_back(update->cost);
   largest_displacement_mm_ = std::max(largest_displacement_mm_, update->displacement_mm);
-  note_state(*update, picture);
-  log(*update, picture);
+  note_state(*update, image);
+  log(*update, image);
   placement_ = {update->ct_from_reference, safety_of(*update)};
   return placement_;
 }
 
 /// An alarm is said once, when it comes.
-void TissueFollower::note_state(const LiveUpdate& update, const TrackedFrame& picture) {
+void TissueFollower::note_state(const LiveUpdate& update, const TrackedFrame& image) {
   if (last_ == update.state) return;
   last_ = update.state;
   if (update.state != LiveState::kDrifted && update.state != LiveState::kLost) return;
   alarms_.push_back(
-      {to_seconds(picture.frame.acquired), registration::to_string(update.state), update.cause});
+      {to_seconds(image.frame.acquired), registration::to_string(update.state), update.cause});
   diagnostics_->report(Severity::kWarning, "follow", safety_of(update).cause);
 }
 
-void TissueFollower::log(const LiveUpdate& update, const TrackedFrame& picture) {
-  text_ += std::to_string(picture.frame.sequence) + ',' +
-           std::to_string(picture.frame.acquired.time_since_epoch().count()) + ',' +
+void TissueFollower::log(const LiveUpdate& update, const TrackedFrame& image) {
+  text_ += std::to_string(image.frame.sequence) + ',' +
+           std::to_string(image.frame.acquired.time_since_epoch().count()) + ',' +
            registration::to_string(update.state);
   for (const double value : {update.cost, update.displacement_mm, update.mean_displacement_mm,
                              update.predicted_rms_mm}) {
@@ -147,7 +147,7 @@ void TissueFollower::log(const LiveUpdate& update, const TrackedFrame& picture) 
 
 TissueFollower::Summary TissueFollower::summary() const {
   Summary summary;
-  summary.pictures = update_s_.size();
+  summary.images = update_s_.size();
   summary.states = states_;
   summary.alarms = alarms_;
   summary.largest_displacement_mm = largest_displacement_mm_;

@@ -34,7 +34,7 @@ class TissueFollower {
 
   /// Where the CT lies for this picture. Pictures that cannot be judged (not later than the last,
   /// impossible geometry) leave it as it was, as stale. Never fails for what a picture shows.
-  CtPlacement follow(const TrackedFrame& picture);
+  CtPlacement follow(const TrackedFrame& image);
 
   /// A change to a state that the user must act on.
   struct Alarm {
@@ -43,7 +43,7 @@ class TissueFollower {
   };
   /// Outcome of all images so far, for the report.
   struct Summary {
-    std::size_t pictures = 0;
+    std::size_t images = 0;
     std::map<std::string, int> states;  ///< Images by state.
     std::vector<Alarm> alarms;
     double largest_displacement_mm = 0;  ///< From the accepted registration.
@@ -62,8 +62,8 @@ class TissueFollower {
                  const registration::CtBox& box, const CtPlacement& accepted,
                  Diagnostics& diagnostics);
   Result<void> extend_to(const TrackedFrame& image);
-  void note_state(const registration::LiveUpdate& update, const TrackedFrame& picture);
-  void log(const registration::LiveUpdate& update, const TrackedFrame& picture);
+  void note_state(const registration::LiveUpdate& update, const TrackedFrame& image);
+  void log(const registration::LiveUpdate& update, const TrackedFrame& image);
 
   registration::LiveRegistration live_;
   std::shared_ptr<const Volume> ct_;

@@ -19,7 +19,7 @@ constexpr double kMinHu = -1024;
 constexpr double kMaxHu = 3071;
 
 template <class Found>
-Error refused_scan(const std::string& expected, const Found& found) {
+Error rejected_scan(const std::string& expected, const Found& found) {
   std::ostringstream text;
   text << "simulated CT: expected " << expected << ", found " << found;
   return Error{ErrorCode::kUsage, text.str()};
@@ -27,13 +27,13 @@ Error refused_scan(const std::string& expected, const Found& found) {
 
 Result<void> check_settings(const CtOptions& options) {
   if (!(options.noise_hu >= 0) || !std::isfinite(options.noise_hu)) {
-    return refused_scan("noise >= 0 HU", options.noise_hu);
+    return rejected_scan("noise >= 0 HU", options.noise_hu);
   }
   if (!(options.psf_mm >= 0 && options.psf_mm <= 20)) {
-    return refused_scan("a blur of 0 to 20 mm", options.psf_mm);
+    return rejected_scan("a blur of 0 to 20 mm", options.psf_mm);
   }
   if (options.points_per_axis < 1 || options.points_per_axis > 8) {
-    return refused_scan("1 to 8 points per axis", options.points_per_axis);
+    return rejected_scan("1 to 8 points per axis", options.points_per_axis);
   }
   return {};
 }
@@ -43,10 +43,10 @@ Result<VoxelGrid> grid_of(const CtOptions& options) {
   for (int axis = 0; axis < 3; ++axis) {
     const double spacing = options.spacing_mm[axis];
     const double length = options.region.max_mm[axis] - options.region.min_mm[axis];
-    if (!(spacing > 0 && std::isfinite(spacing))) return refused_scan("spacing > 0 mm", spacing);
-    if (!(length > 0 && length < 1e4)) return refused_scan("a region of 0 to 10^4 mm", length);
+    if (!(spacing > 0 && std::isfinite(spacing))) return rejected_scan("spacing > 0 mm", spacing);
+    if (!(length > 0 && length < 1e4)) return rejected_scan("a region of 0 to 10^4 mm", length);
     const double count = length / spacing;
-    if (count >= 1e6) return refused_scan("at most 10^6 voxels along an axis", count);
+    if (count >= 1e6) return rejected_scan("at most 10^6 voxels along an axis", count);
     // Rounding must not drop the last voxel of a region that is a multiple of the spacing.
     grid.size[static_cast<std::size_t>(axis)] = static_cast<int>(count + 1e-6) + 1;
   }

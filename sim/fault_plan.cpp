@@ -105,17 +105,17 @@ Result<FaultPlan> FaultPlan::from(std::string_view text, std::uint64_t seed) {
 }
 
 Result<void> validate(const FaultPlan& plan) {
-  const auto refuse = [](const char* what) {
+  const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("fault plan: expected ") + what};
   };
   const auto chance = [&](auto of) { return plan.*of >= 0 && plan.*of <= 1; };
-  if (!std::ranges::all_of(kChances, chance)) return refuse("chances in [0, 1]");
-  if (plan.drop_samples < 1) return refuse("drop_samples >= 1");
-  if (plan.step_samples < 1) return refuse("step_samples >= 1");
-  if (plan.future <= Duration::zero()) return refuse("future > 0");
-  if (plan.step == Duration::zero()) return refuse("a step that is not 0");
-  if (plan.stall_length <= Duration::zero()) return refuse("stall_length > 0");
-  if (!(plan.norm > 0 && plan.norm < 1e3)) return refuse("a norm in (0, 1000)");
+  if (!std::ranges::all_of(kChances, chance)) return reject("chances in [0, 1]");
+  if (plan.drop_samples < 1) return reject("drop_samples >= 1");
+  if (plan.step_samples < 1) return reject("step_samples >= 1");
+  if (plan.future <= Duration::zero()) return reject("future > 0");
+  if (plan.step == Duration::zero()) return reject("a step that is not 0");
+  if (plan.stall_length <= Duration::zero()) return reject("stall_length > 0");
+  if (!(plan.norm > 0 && plan.norm < 1e3)) return reject("a norm in (0, 1000)");
   return {};
 }
 

@@ -156,18 +156,18 @@ Transform<Tracker, Reference> place_camera(Random random) {
 }  // namespace
 
 Result<void> validate(const TrackerModel& model) {
-  const auto refuse = [](const char* what) {
+  const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("simulated tracker: expected ") + what};
   };
-  if (!(model.rate_hz > 0 && model.rate_hz <= 10000)) return refuse("rate_hz in (0, 10000]");
-  if (!(model.noise_mm >= 0 && model.noise_mm < 1e3)) return refuse("noise_mm in [0, 1000)");
-  if (!(model.noise_rad >= 0 && model.noise_rad < 1)) return refuse("noise_rad in [0, 1)");
-  if (model.latency < Duration(0)) return refuse("latency >= 0");
-  if (model.jitter < Duration(0)) return refuse("jitter >= 0");
+  if (!(model.rate_hz > 0 && model.rate_hz <= 10000)) return reject("rate_hz in (0, 10000]");
+  if (!(model.noise_mm >= 0 && model.noise_mm < 1e3)) return reject("noise_mm in [0, 1000)");
+  if (!(model.noise_rad >= 0 && model.noise_rad < 1)) return reject("noise_rad in [0, 1)");
+  if (model.latency < Duration(0)) return reject("latency >= 0");
+  if (model.jitter < Duration(0)) return reject("jitter >= 0");
   if (!(model.dropout_probability >= 0 && model.dropout_probability <= 1)) {
-    return refuse("dropout_probability in [0, 1]");
+    return reject("dropout_probability in [0, 1]");
   }
-  if (model.dropout_samples < 1) return refuse("dropout_samples >= 1");
+  if (model.dropout_samples < 1) return reject("dropout_samples >= 1");
   return {};
 }
 

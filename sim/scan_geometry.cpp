@@ -16,7 +16,7 @@ double face_radius_mm(const ProbeModel& probe) {
   return probe.kind == ProbeKind::kSector ? 0.0 : probe.radius_mm;
 }
 
-PixelGrid picture_grid(const ProbeModel& probe) {
+PixelGrid image_grid(const ProbeModel& probe) {
   double width = probe.width_mm;
   double top = 0;
   if (probe.kind != ProbeKind::kLinear) {
@@ -38,7 +38,7 @@ ScanGeometry::ScanGeometry(const ProbeModel& probe)
     : probe_(probe),
       sample_mm_(kSampleMmTimesMhz / probe.frequency_mhz),
       samples_(static_cast<int>(probe.depth_mm / sample_mm_) + 1),
-      grid_(picture_grid(probe)) {
+      grid_(image_grid(probe)) {
   if (probe.kind != ProbeKind::kLinear) {
     const double radius = face_radius_mm(probe);
     outline_ = SectorOutline{

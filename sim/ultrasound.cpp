@@ -25,7 +25,7 @@ constexpr int kStride = 2;  // Number of echo samples per tissue sample.
 constexpr int kSlices = 3;  // Number of samples across the slice thickness.
 constexpr int kMaxLateralTaps = 8;
 constexpr std::array<float, kSlices> kSliceAmplitude = {0.408248F, 0.816497F, 0.408248F};
-constexpr std::uint64_t kPictureNoiseStream = 0x7573;
+constexpr std::uint64_t kImageNoiseStream = 0x7573;
 constexpr std::uint64_t kClutterStream = 0x636c75;
 
 struct TissueSample {
@@ -233,7 +233,7 @@ std::vector<Complex> UltrasoundSimulator::Tables::across(std::span<const Complex
 /// Computes depth gain, electronic noise, clutter and envelope of one line.
 void UltrasoundSimulator::Tables::detect(std::span<const Complex> sum, int line,
                                          std::uint64_t sequence, std::span<float> out) const {
-  const SpeckleField noise(hash_bits(seed, kPictureNoiseStream, sequence), 1.0);
+  const SpeckleField noise(hash_bits(seed, kImageNoiseStream, sequence), 1.0);
   const float noise_level = amplitude_from_db(probe.noise_level_db);
   for (std::size_t i = 0; i < samples(); ++i) {
     const Complex electronic =

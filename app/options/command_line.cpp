@@ -56,7 +56,7 @@ void CommandLine::add_info() {
   verb.callback([this] {
     verb_ = [this](Console& console) -> Result<void> {
       const std::vector<NamedFile> inputs{{"file", settings_.file}};
-      if (auto ok = refuse_overwriting({{"--json", settings_.json}}, inputs); !ok) return ok;
+      if (auto ok = reject_overwriting({{"--json", settings_.json}}, inputs); !ok) return ok;
       return run_info(settings_.file, json(), settings_.config.ct.accept_unknown_orientation,
                       console);
     };
@@ -162,9 +162,9 @@ int CommandLine::run(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& problem) {
     return fail({ErrorCode::kUsage, in_words(app_, problem)});
   }
-  if (const auto ok = refuse_empty(app_); !ok) return fail(ok.error());
+  if (const auto ok = reject_empty(app_); !ok) return fail(ok.error());
   const auto json =
-      refuse_unwritable({{"--json", settings_.json}, {"--json", demo_settings_.json}},
+      reject_unwritable({{"--json", settings_.json}, {"--json", demo_settings_.json}},
                         {settings_.config.output.folder, demo_settings_.config.output.folder});
   if (!json) return fail(json.error());
   Console console(verbose_);

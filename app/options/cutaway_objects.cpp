@@ -17,7 +17,7 @@ using Vertices = std::vector<Vec3>;
 constexpr double kMaxMm = 1e6;
 
 template <class Found>
-Error refused_object(const std::string& name, const std::string& expected, const Found& found) {
+Error rejected_object(const std::string& name, const std::string& expected, const Found& found) {
   std::ostringstream text;
   text << name << ": expected " << expected << ", found " << found;
   return {ErrorCode::kUsage, text.str()};
@@ -47,9 +47,9 @@ bool edges_meet(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, cons
 
 Result<void> validate_polygon(const std::string& name, const Vertices& vertices) {
   const std::size_t count = vertices.size();
-  if (count < 3 || count > 256) return refused_object(name, "3 to 256 vertices", count);
+  if (count < 3 || count > 256) return rejected_object(name, "3 to 256 vertices", count);
   for (const Vec3& v : vertices) {
-    if (!(v.norm() <= kMaxMm)) return refused_object(name, "places within 10^6 mm", v.transpose());
+    if (!(v.norm() <= kMaxMm)) return rejected_object(name, "places within 10^6 mm", v.transpose());
   }
   const Vec3 area = doubled_area(vertices);
   constexpr double kLeastMm2 = 1e-3;
@@ -63,35 +63,36 @@ Result<void> validate_polygon(const std::string& name, const Vertices& vertices)
       if (i == 0 && j + 1 == count) continue;  // Neighbours.
       if (edges_meet(vertices[i], vertices[i + 1], vertices[j], vertices[(j + 1) % count],
                      normal)) {
-        return refused_object(
+        return rejected_object(
             name, "a polygon that does not cross or touch itself",
             "edges " + std::to_string(i) + " and " + std::to_string(j) + " that do");
       }
     }
   }
-  if (!(area.norm() > kLeastMm2)) return refused_object(name, "an area", area.norm() / 2);
+  if (!(area.norm() > kLeastMm2)) return rejected_object(name, "an area", area.norm() / 2);
   constexpr double kFlatMm = 0.01;  // As in render::PolygonObject.
   for (const Vec3& v : vertices) {
     const double off = std::abs((v - vertices[0]).dot(normal));
-    if (off > kFlatMm) return refused_object(name, "vertices in one plane within 0.01 mm", off);
+    if (off > kFlatMm) return rejected_object(name, "vertices in one plane within 0.01 mm", off);
   }
   return {};
 }
 
 Result<void> validate_box(const std::string& name, const CutawayObject& box) {
   if (!(box.centre_ct.norm() <= kMaxMm)) {
-    return refused_object(name + ".centre_mm", "a place within 10^6 mm", box.centre_ct.transpose());
+    return rejected_object(name + ".centre_mm", "a place within 10^6 mm",
+                           box.centre_ct.transpose());
   }
   for (int axis = 0; axis < 3; ++axis) {
     const Vec3 edge = box.half_edges_ct.col(axis);
     const Vec3 next = box.half_edges_ct.col((axis + 1) % 3);
     if (!(edge.norm() > 1e-3 && edge.norm() <= kMaxMm)) {
-      return refused_object(name + ".half_edges_mm", "edges of 0.001 to 10^6 mm", edge.norm());
+      return rejected_object(name + ".half_edges_mm", "edges of 0.001 to 10^6 mm", edge.norm());
     }
     constexpr double kMaxCosine = 1e-6;  // As in render::BoxObject.
     const double cosine = edge.dot(next) / (edge.norm() * next.norm());
     if (std::abs(cosine) > kMaxCosine) {
-      return refused_object(name + ".half_edges_mm", "edges at right angles", cosine);
+      return rejected_object(name + ".half_edges_mm", "edges at right angles", cosine);
     }
   }
   return {};
@@ -137,7 +138,7 @@ Result<void> validate(const std::vector<CutawayObject>& objects) {
       ok = validate_polygon(name + ".vertices_mm", object.vertices_ct);
     }
     if (object.type == CutawayObject::Type::kMesh && object.file.empty()) {
-      ok = refused_object(name + ".file", "a surface file", "none");
+      ok = rejected_object(name + ".file", "a surface file", "none");
     }
     if (!ok) return ok;
   }

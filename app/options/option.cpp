@@ -193,7 +193,7 @@ Result<void> store(const Option& option, const std::vector<std::string>& values,
 Settings default_settings(std::string_view verb) {
   Settings settings;
   if (verb == "demo") {
-    settings.config.look = settings.demo.look;
+    settings.config.appearance = settings.demo.appearance;
     settings.config.view = settings.demo.view;
   }
   return settings;

@@ -148,21 +148,21 @@ CLI::Validator in_range(double low, double high, const std::string& unit) {
   std::ostringstream range;
   range.precision(12);
   range << low << " to " << high << (unit.empty() ? "" : " ") << unit;
-  const auto refuse = [low, high, expected = range.str()](const std::string& text) -> std::string {
+  const auto reject = [low, high, expected = range.str()](const std::string& text) -> std::string {
     double number = 0;
     const bool read = CLI::detail::lexical_cast(text, number);
     return read && number >= low && number <= high ? ""
                                                    : "expected " + expected + ", found " + text;
   };
-  return {refuse, range.str()};
+  return {reject, range.str()};
 }
 
 CLI::Validator among(const std::vector<std::string>& names) {
-  const auto refuse = [names](const std::string& text) -> std::string {
+  const auto reject = [names](const std::string& text) -> std::string {
     const bool known = std::find(names.begin(), names.end(), text) != names.end();
     return known ? "" : "expected " + listed(names) + ", found " + text;
   };
-  return {refuse, listed(names)};
+  return {reject, listed(names)};
 }
 
 std::string listed(const std::vector<std::string>& names) {
@@ -200,7 +200,7 @@ std::string in_words(const CLI::App& app, const CLI::ParseError& problem) {
   return said;
 }
 
-Result<void> refuse_empty(const CLI::App& app) {
+Result<void> reject_empty(const CLI::App& app) {
   for (const CLI::Option* option : app.get_options()) {
     const auto& given = option->results();
     const std::string name = option->get_name();
@@ -210,7 +210,7 @@ Result<void> refuse_empty(const CLI::App& app) {
     return Error{ErrorCode::kUsage, name + ": expected " + kind_of(*option) + ", found ''"};
   }
   for (const CLI::App* verb : app.get_subcommands()) {
-    if (auto ok = refuse_empty(*verb); !ok) return ok;
+    if (auto ok = reject_empty(*verb); !ok) return ok;
   }
   return {};
 }

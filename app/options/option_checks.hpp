@@ -35,7 +35,7 @@ std::string in_words(const CLI::App& app, const CLI::ParseError& problem);
 
 /// Refuses options of a parsed command line that were given an empty value, for which a variable
 /// stood that was never set, unless the table says that an empty value has a meaning.
-Result<void> refuse_empty(const CLI::App& app);
+Result<void> reject_empty(const CLI::App& app);
 
 // Implementation.
 

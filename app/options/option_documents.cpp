@@ -12,8 +12,8 @@ namespace nav::app {
 namespace {
 
 /// Groups that have a table of their own in the documents, and the verbs that refer to it.
-const std::set<std::string> kSharedGroups{kViewGroup, kAppearanceGroup, kRecordingGroup,
-                                          kScanLinesGroup};
+const std::set<std::string> kSharedGroups{group::kGroupView, group::kGroupAppearance,
+                                          group::kGroupRecording, group::kGroupScanLines};
 const std::set<std::string> kSharingVerbs{"demo", "replay", "register", "slices", "predicates"};
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {

@@ -9,7 +9,7 @@ bool is_given(const CLI::App& verb, const char* option) {
   return there != nullptr && there->count() > 0;
 }
 
-Result<void> refuse_idle(const CLI::App& verb, const std::vector<Need>& needs) {
+Result<void> reject_idle(const CLI::App& verb, const std::vector<Need>& needs) {
   for (const Need& need : needs) {
     if (need.met) continue;
     for (const char* option : need.options) {

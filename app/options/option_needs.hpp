@@ -22,6 +22,6 @@ struct Need {
 bool is_given(const CLI::App& verb, const char* option);
 
 /// Rejects, by name, the first given option whose need is not met (kUsage).
-Result<void> refuse_idle(const CLI::App& verb, const std::vector<Need>& needs);
+Result<void> reject_idle(const CLI::App& verb, const std::vector<Need>& needs);
 
 }  // namespace nav::app

@@ -86,7 +86,7 @@ void add_options(CLI::App& parser, std::string_view verb, Settings& settings) {
   }
 }
 
-Result<void> refuse_idle(const CLI::App& parser, std::string_view verb, const Settings& settings) {
+Result<void> reject_idle(const CLI::App& parser, std::string_view verb, const Settings& settings) {
   const Asked asked{parser, verb, settings};
   for (const Option* option : options_of(verb)) {
     if (!asked.given(*option)) continue;

@@ -21,7 +21,7 @@ void add_option(CLI::App& parser, const Option& option, Settings& settings);
 /// Refuses the first option of a verb that was given and would have no effect, because of what it
 /// needs is not there or another setting replaces it. Values of a session file count as there, but
 /// its own keys are not refused: a resolved file holds all of them. kUsage.
-Result<void> refuse_idle(const CLI::App& parser, std::string_view verb, const Settings& settings);
+Result<void> reject_idle(const CLI::App& parser, std::string_view verb, const Settings& settings);
 
 /// An error of a check that names a key of the session file, by the option that set the key: where
 /// one was given, "--width (output.width_px): expected …, found …". Other errors pass unchanged.

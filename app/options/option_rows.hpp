@@ -12,30 +12,32 @@
 
 namespace nav::app {
 
-inline constexpr const char* kFilesGroup = "Files";
-inline constexpr const char* kViewGroup = "3D view";
-inline constexpr const char* kWindowGroup = "2D images of the CT";
-inline constexpr const char* kAppearanceGroup = "Appearance";
-inline constexpr const char* kRecordingGroup = "CT and recording";
-inline constexpr const char* kScanLinesGroup = "Scan lines and labels of 3D ultrasound";
-inline constexpr const char* kReplayGroup = "Replay";
-inline constexpr const char* kVolumeGroup = "3D ultrasound";
-inline constexpr const char* kPredicateSetGroup = "Predicate set";
-inline constexpr const char* kStrokesGroup = "Strokes";
-inline constexpr const char* kImageGroup = "Image";
-inline constexpr const char* kRegistrationGroup = "Registration";
-inline constexpr const char* kStartGroup = "Start pose";
-inline constexpr const char* kMotionGroup = "Motion of tissue";
-inline constexpr const char* kPlanesGroup = "Planes";
-inline constexpr const char* kFusionGroup = "Fusion";
-inline constexpr const char* kProcedureGroup = "Simulated procedure";
-inline constexpr const char* kFeaturesGroup = "Features";
-inline constexpr const char* kPatientGroup = "Patient";
-inline constexpr const char* kProbeGroup = "Probe and motion";
-inline constexpr const char* kTissueMotionGroup = "Breathing and deformation";
-inline constexpr const char* kNeedleGroup = "Needle";
-inline constexpr const char* kTrackerGroup = "Tracker and time";
-inline constexpr const char* kPlanGroup = "Plan";
+namespace group {
+inline constexpr const char* kGroupFiles = "Files";
+inline constexpr const char* kGroupView = "3D view";
+inline constexpr const char* kGroupWindow = "2D images of the CT";
+inline constexpr const char* kGroupAppearance = "Appearance";
+inline constexpr const char* kGroupRecording = "CT and recording";
+inline constexpr const char* kGroupScanLines = "Scan lines and labels of 3D ultrasound";
+inline constexpr const char* kGroupReplay = "Replay";
+inline constexpr const char* kGroupVolume = "3D ultrasound";
+inline constexpr const char* kGroupPredicateSet = "Predicate set";
+inline constexpr const char* kGroupStrokes = "Strokes";
+inline constexpr const char* kGroupImage = "Image";
+inline constexpr const char* kGroupRegistration = "Registration";
+inline constexpr const char* kGroupStart = "Start pose";
+inline constexpr const char* kGroupMotion = "Motion of tissue";
+inline constexpr const char* kGroupPlanes = "Planes";
+inline constexpr const char* kGroupFusion = "Fusion";
+inline constexpr const char* kGroupProcedure = "Simulated procedure";
+inline constexpr const char* kGroupFeatures = "Features";
+inline constexpr const char* kGroupPatient = "Patient";
+inline constexpr const char* kGroupProbe = "Probe and motion";
+inline constexpr const char* kGroupTissueMotion = "Breathing and deformation";
+inline constexpr const char* kGroupNeedle = "Needle";
+inline constexpr const char* kGroupTracker = "Tracker and time";
+inline constexpr const char* kGroupPlan = "Plan";
+}  // namespace group
 
 /// 3D view and appearance: demo, replay.
 void add_view_rows(std::vector<Option>& rows);

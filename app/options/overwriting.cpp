@@ -32,7 +32,7 @@ bool same(const std::filesystem::path& a, const std::filesystem::path& b) {
 }
 
 /// Whether a file is one of the pictures of a folder, by whatever name and link.
-bool is_picture_of(const std::filesystem::path& file, const std::filesystem::path& folder) {
+bool is_image_of(const std::filesystem::path& file, const std::filesystem::path& folder) {
   std::error_code failed;
   if (!std::filesystem::is_directory(folder, failed) || !io::is_dicom(file)) return false;
   std::filesystem::recursive_directory_iterator it(folder, failed);
@@ -68,14 +68,14 @@ bool is_there(const NamedFile& output) {
 
 }  // namespace
 
-Result<void> refuse_overwriting(const std::vector<NamedFile>& outputs,
+Result<void> reject_overwriting(const std::vector<NamedFile>& outputs,
                                 const std::vector<NamedFile>& inputs) {
   const bool replaces = std::ranges::any_of(outputs, is_there);
   const std::vector<NamedFile> pixels = replaces ? pixels_of(inputs) : std::vector<NamedFile>{};
   for (std::size_t i = 0; i < outputs.size(); ++i) {
     const NamedFile& out = outputs[i];
     if (may_be_replaced(out.path)) continue;
-    const auto refuse = [&](const std::string& found) {
+    const auto reject = [&](const std::string& found) {
       return Error{ErrorCode::kUsage, out.name + ": expected a file of its own, found " +
                                           out.path.string() + ", which " + found};
     };
@@ -83,19 +83,19 @@ Result<void> refuse_overwriting(const std::vector<NamedFile>& outputs,
     others.insert(others.end(), outputs.begin(), outputs.begin() + static_cast<std::ptrdiff_t>(i));
     for (const NamedFile& other : others) {
       if (other.path.empty()) continue;
-      if (is_picture_of(out.path, other.path)) {
-        return refuse("is a picture of that of " + other.name);
+      if (is_image_of(out.path, other.path)) {
+        return reject("is a picture of that of " + other.name);
       }
-      if (same(out.path, other.path)) return refuse("is that of " + other.name);
+      if (same(out.path, other.path)) return reject("is that of " + other.name);
     }
     for (const NamedFile& file : pixels) {
-      if (same(out.path, file.path)) return refuse(file.name);
+      if (same(out.path, file.path)) return reject(file.name);
     }
   }
   return {};
 }
 
-Result<void> refuse_unwritable(const std::vector<NamedFile>& outputs,
+Result<void> reject_unwritable(const std::vector<NamedFile>& outputs,
                                const std::vector<std::filesystem::path>& made) {
   for (const NamedFile& out : outputs) {
     if (may_be_replaced(out.path)) continue;

@@ -48,7 +48,7 @@ struct SetNeed {
 
 }  // namespace
 
-Result<void> refuse_idle_of_set(const CLI::App& parser, const PredicateOptions& options) {
+Result<void> reject_idle_of_set(const CLI::App& parser, const PredicateOptions& options) {
   const std::vector<SetNeed> needs{
       {{"--into", "--face", "--apex", "--face-radius-mm", "--scan-lines"},
        &SetReads::scan_lines,

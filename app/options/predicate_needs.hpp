@@ -11,6 +11,6 @@ namespace nav::app {
 /// Refuses the first option that no predicate of the set reads: scan lines without a predicate of
 /// depth, labels without a predicate of labels. Reads the set only where such an option was given.
 /// kUsage, and the errors of reading the set.
-Result<void> refuse_idle_of_set(const CLI::App& parser, const PredicateOptions& options);
+Result<void> reject_idle_of_set(const CLI::App& parser, const PredicateOptions& options);
 
 }  // namespace nav::app

@@ -9,7 +9,7 @@
 #include "app/options/retired.hpp"
 #include "app/options/session_section.hpp"
 #include "io/json.hpp"
-#include "nav/places.hpp"
+#include "nav/positions.hpp"
 
 namespace nav::app {
 namespace {
@@ -256,7 +256,7 @@ Result<SessionConfig> read_session_config(const std::filesystem::path& path) {
 }
 
 Result<void> validate(const SessionConfig& config) {
-  const auto refuse = [](const std::string& key, const std::string& expected, auto found) {
+  const auto reject = [](const std::string& key, const std::string& expected, auto found) {
     std::ostringstream text;
     text << key << ": expected " << expected << ", found " << found;
     return Error{ErrorCode::kUsage, text.str()};
@@ -271,52 +271,52 @@ Result<void> validate(const SessionConfig& config) {
   if (placement.ct_from_reference) {
     const Eigen::Vector3d place = placement.ct_from_reference->topRightCorner<3, 1>();
     if (!is_place(place)) {
-      return refuse("placement.ct_from_reference_mm", "a translation within 1e7 mm",
+      return reject("placement.ct_from_reference_mm", "a translation within 1e7 mm",
                     place.transpose());
     }
   }
   if (placement.follow && placement.registration.empty()) {
-    return refuse("placement.follow", "a CT that was registered (placement.registration)",
+    return reject("placement.follow", "a CT that was registered (placement.registration)",
                   placement.ct_from_reference ? "one that is only declared" : "none");
   }
   if (placement.follow && config.source.kind != SessionConfig::SourceKind::kRecording) {
-    return refuse("placement.follow", "a recording", "the simulated procedure");
+    return reject("placement.follow", "a recording", "the simulated procedure");
   }
   if (config.plan) {
     const NeedlePlan& plan = *config.plan;
     for (const auto& [key, point] :
          {std::pair("plan.entry_mm", plan.entry_ct.mm), {"plan.target_mm", plan.target_ct.mm}}) {
       if (!(point.norm() <= 1e6)) {
-        return refuse(key, "a place within 10^6 mm", point.transpose());
+        return reject(key, "a place within 10^6 mm", point.transpose());
       }
     }
     if (!within(plan.target_radius_mm, 0.1, 500)) {
-      return refuse("plan.target_radius_mm", "0.1 to 500", plan.target_radius_mm);
+      return reject("plan.target_radius_mm", "0.1 to 500", plan.target_radius_mm);
     }
     if (!within(plan.margin_mm, 0, 500)) {
-      return refuse("plan.margin_mm", "0 to 500", plan.margin_mm);
+      return reject("plan.margin_mm", "0 to 500", plan.margin_mm);
     }
     if (const auto ok = validate(plan); !ok) return Error{ErrorCode::kUsage, ok.error().message};
     if (config.source.kind != SessionConfig::SourceKind::kRecording) {
-      return refuse("plan", "a recording", "the simulated procedure, which has its own");
+      return reject("plan", "a recording", "the simulated procedure, which has its own");
     }
   }
   const auto& quality = config.quality;
   if (quality.jitter && config.output.pixel_error > 0) {
-    return refuse("output.pixel_error", "0 beside quality.jitter, under which no ray is spared",
+    return reject("output.pixel_error", "0 beside quality.jitter, under which no ray is spared",
                   config.output.pixel_error);
   }
   if (const auto ok = validate(config.cutaway_objects); !ok) return ok;
-  if (const auto ok = validate(config.look); !ok) return ok;
+  if (const auto ok = validate(config.appearance); !ok) return ok;
   if (const auto ok = validate(config.predicates); !ok) return ok;
   return {};
 }
 
-Result<void> validate(const SessionConfig::Look& look) {
+Result<void> validate(const SessionConfig::Appearance& appearance) {
   Settings settings;
-  settings.config.look = look;
+  settings.config.appearance = appearance;
   if (const auto ok = check_keys("look.", settings); !ok) return ok;
-  const auto& cutaway = look.cutaway;
+  const auto& cutaway = appearance.cutaway;
   if (cutaway.theta1_deg && cutaway.theta2_deg && *cutaway.theta1_deg > *cutaway.theta2_deg) {
     std::ostringstream text;
     text << "look.cutaway.theta1_deg: expected at most theta2_deg, found " << *cutaway.theta1_deg;

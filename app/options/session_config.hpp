@@ -33,7 +33,7 @@ struct SessionConfig {
   session::PlacementOptions placement;
 
   /// Later members win: preset, nodes, file, then what is said one by one.
-  struct Look {
+  struct Appearance {
     std::string preset = "ct-bone";
     std::vector<render::TransferNode> nodes{};  ///< Replaces the preset when not empty.
     bool shading = true;                        ///< false: off, whatever the file says.
@@ -58,7 +58,7 @@ struct SessionConfig {
     /// Of projections other than composite; absent: render::window_of_projection()'s.
     std::optional<double> grey_level_hu{};
     std::optional<double> grey_width_hu{};
-  } look;
+  } appearance;
 
   /// Of a replay; the simulated procedure has its own. Absent: no target, path or entry is drawn.
   std::optional<NeedlePlan> plan;
@@ -111,7 +111,7 @@ Result<SessionConfig> read_session_config(const std::filesystem::path& path);
 /// Refuses values out of range, by key.
 Result<void> validate(const SessionConfig& config);
 
-Result<void> validate(const SessionConfig::Look& look);
+Result<void> validate(const SessionConfig::Appearance& appearance);
 
 /// Refuses a path that neither the session nor an option gave, by that option. what: "a CT".
 Result<void> require_path(const std::filesystem::path& path, const char* option, const char* what);

@@ -6,15 +6,12 @@ namespace nav::app {
 
 std::vector<NamedFile> session_inputs(const SessionConfig& config) {
   const PredicateOptions& predicates = config.predicates;
-  std::vector<NamedFile> inputs{{"sweep", config.source.recording},
-                                {"--ct", config.ct.path},
-                                {"--config", config.source.plus_config},
-                                {"--registration", config.placement.registration},
-                                {"--look", config.look.file},
-                                {"--us-volume", predicates.volume},
-                                {"--layers", predicates.layers},
-                                {"--scan-lines", predicates.scan_lines},
-                                {"--scribbles", predicates.scribbles}};
+  std::vector<NamedFile> inputs{
+      {"sweep", config.source.recording},      {"--ct", config.ct.path},
+      {"--config", config.source.plus_config}, {"--registration", config.placement.registration},
+      {"--look", config.appearance.file},      {"--us-volume", predicates.volume},
+      {"--layers", predicates.layers},         {"--scan-lines", predicates.scan_lines},
+      {"--scribbles", predicates.scribbles}};
   for (const auto& labels : predicates.labels) inputs.push_back({"--labels", labels});
   if (!render::preset_predicates(predicates.set_up)) {
     inputs.push_back({"--predicates", predicates.set_up});
@@ -33,17 +30,17 @@ std::vector<NamedFile> files_in(const std::filesystem::path& folder,
   return files;
 }
 
-Result<void> refuse_overwriting_of(const SessionConfig& config, const std::string& json,
+Result<void> reject_overwriting_of(const SessionConfig& config, const std::string& json,
                                    const std::vector<std::string>& names) {
   std::vector<NamedFile> inputs = session_inputs(config);
   const std::vector<NamedFile> outputs = files_in(config.output.folder, names);
   // A session writes itself again, so it may lie among what it wrote.
-  if (const auto ok = refuse_overwriting(outputs, inputs); !ok) return ok;
+  if (const auto ok = reject_overwriting(outputs, inputs); !ok) return ok;
   inputs.push_back({"--session", config.file});
-  const NamedFile look{"--save-look", config.look.save};
-  if (const auto ok = refuse_overwriting({{"--json", json}, look}, inputs); !ok) return ok;
+  const NamedFile appearance{"--save-look", config.appearance.save};
+  if (const auto ok = reject_overwriting({{"--json", json}, appearance}, inputs); !ok) return ok;
   // The report may lie there twice: --json says the same.
-  return refuse_overwriting({look}, outputs);
+  return reject_overwriting({appearance}, outputs);
 }
 
 }  // namespace nav::app

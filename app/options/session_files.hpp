@@ -20,7 +20,7 @@ std::vector<NamedFile> files_in(const std::filesystem::path& folder,
 
 /// Refuses outputs of a session that would replace what it reads, or one another. json: of --json;
 /// names: of what goes into the session's folder, the report among it.
-Result<void> refuse_overwriting_of(const SessionConfig& config, const std::string& json,
+Result<void> reject_overwriting_of(const SessionConfig& config, const std::string& json,
                                    const std::vector<std::string>& names);
 
 }  // namespace nav::app

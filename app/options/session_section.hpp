@@ -219,7 +219,7 @@ class Section {
       return;
     }
   }
-  void refuse(const char* key, const std::string& expected, const std::string& found) {
+  void reject(const char* key, const std::string& expected, const std::string& found) {
     if (error_ || table_ == nullptr) return;
     const toml::node* node = table_->get(key);
     if (node != nullptr) fail(*node, full(key) + ": expected " + expected + ", found " + found);

@@ -15,7 +15,7 @@ namespace {
 DemoOptions demo_of(const SessionConfig& config, DemoOptions demo,
                     const std::optional<std::string>& json) {
   demo.output = config.output;
-  demo.look = config.look;
+  demo.appearance = config.appearance;
   demo.view = config.view;
   demo.quality = config.quality;
   demo.cutaway_objects = config.cutaway_objects;
@@ -37,8 +37,8 @@ void CommandLine::add_demo() {
     verb_ = [this, &verb](Console& console) -> Result<void> {
       const Settings& given = demo_settings_;
       if (auto ok = as_given(verb, "demo", validate(given.config)); !ok) return ok;
-      if (auto ok = refuse_idle(verb, "demo", given); !ok) return ok;
-      if (auto ok = refuse_overwriting_of(given.config, given.json, demo_outputs()); !ok) return ok;
+      if (auto ok = reject_idle(verb, "demo", given); !ok) return ok;
+      if (auto ok = reject_overwriting_of(given.config, given.json, demo_outputs()); !ok) return ok;
       const DemoOptions demo = demo_of(given.config, given.demo, json_of(given));
       return as_given(verb, "demo", run_demo(demo, console));
     };
@@ -51,13 +51,13 @@ void CommandLine::add_replay() {
     verb_ = [this, &verb](Console& console) -> Result<void> {
       const SessionConfig& config = settings_.config;
       if (auto ok = as_given(verb, "replay", validate(config)); !ok) return ok;
-      if (auto ok = refuse_idle(verb, "replay", settings_); !ok) return ok;
+      if (auto ok = reject_idle(verb, "replay", settings_); !ok) return ok;
       if (!config.predicates.volume.empty()) {
-        if (auto ok = refuse_idle_of_set(verb, config.predicates); !ok) return ok;
+        if (auto ok = reject_idle_of_set(verb, config.predicates); !ok) return ok;
       }
       const bool simulated = config.source.kind == SessionConfig::SourceKind::kSimulated;
       const auto names = simulated ? demo_outputs() : replay_outputs();
-      if (auto ok = refuse_overwriting_of(config, settings_.json, names); !ok) return ok;
+      if (auto ok = reject_overwriting_of(config, settings_.json, names); !ok) return ok;
       if (settings_.print_session) return print_session(config);
       if (simulated) {
         DemoOptions demo = demo_of(config, settings_.demo, json());
@@ -76,7 +76,7 @@ void CommandLine::add_register() {
       const SessionConfig& config = settings_.config;
       const RegisterOptions& options = settings_.registration;
       if (auto ok = as_given(verb, "register", validate(config)); !ok) return ok;
-      if (auto ok = refuse_idle(verb, "register", settings_); !ok) return ok;
+      if (auto ok = reject_idle(verb, "register", settings_); !ok) return ok;
       const std::vector<NamedFile> inputs{{"sweep", config.source.recording},
                                           {"--ct", config.ct.path},
                                           {"--config", config.source.plus_config},
@@ -84,9 +84,9 @@ void CommandLine::add_register() {
                                           {"--points", options.shape.points},
                                           {"--surface", options.shape.surface},
                                           {"--centre-lines", options.shape.centre_lines}};
-      if (auto ok = refuse_overwriting({{"--json", settings_.json}}, inputs); !ok) return ok;
+      if (auto ok = reject_overwriting({{"--json", settings_.json}}, inputs); !ok) return ok;
       const auto outputs = files_in(config.output.folder, register_outputs());
-      if (auto ok = refuse_overwriting(outputs, inputs); !ok) return ok;
+      if (auto ok = reject_overwriting(outputs, inputs); !ok) return ok;
       return run_register(config, options, json(), console);
     };
   });
@@ -100,7 +100,7 @@ void CommandLine::add_slices() {
       if (auto ok = as_given(verb, "slices", validate(config)); !ok) return ok;
       // One thing is drawn over a CT: the option wins over the recording of a session file.
       if (!settings_.slices.second.empty()) config.source.recording.clear();
-      if (auto ok = refuse_idle(verb, "slices", settings_); !ok) return ok;
+      if (auto ok = reject_idle(verb, "slices", settings_); !ok) return ok;
       return settings_.print_session ? print_session(config)
                                      : run_slices(config, settings_.slices, console);
     };

@@ -15,8 +15,8 @@ void CommandLine::add_predicates() {
     verb_ = [this, &verb](Console& console) -> Result<void> {
       const SessionConfig& config = settings_.config;
       if (auto ok = as_given(verb, "predicates", validate(config)); !ok) return ok;
-      if (auto ok = refuse_idle(verb, "predicates", settings_); !ok) return ok;
-      if (auto ok = as_given(verb, "predicates", refuse_idle_of_set(verb, config.predicates));
+      if (auto ok = reject_idle(verb, "predicates", settings_); !ok) return ok;
+      if (auto ok = as_given(verb, "predicates", reject_idle_of_set(verb, config.predicates));
           !ok) {
         return ok;
       }
@@ -30,7 +30,7 @@ void CommandLine::add_derive() {
   CLI::App& verb = add_verb("derive", settings_);
   verb.callback([this, &verb] {
     verb_ = [this, &verb](Console& console) -> Result<void> {
-      if (auto ok = refuse_idle(verb, "derive", settings_); !ok) return ok;
+      if (auto ok = reject_idle(verb, "derive", settings_); !ok) return ok;
       return run_derive(settings_.derive, console);
     };
   });
@@ -41,9 +41,9 @@ void CommandLine::add_simulate() {
   verb.callback([this, &verb] {
     verb_ = [this, &verb](Console& console) -> Result<void> {
       const SimulateOptions& o = settings_.simulate;
-      if (auto ok = refuse_idle(verb, "simulate", settings_); !ok) return ok;
+      if (auto ok = reject_idle(verb, "simulate", settings_); !ok) return ok;
       const std::vector<NamedFile> outputs{{"--out", o.out}, {"--ct", o.ct}, {"--truth", o.truth}};
-      if (auto ok = refuse_overwriting(outputs, {{"--patient-ct", o.patient_ct}}); !ok) return ok;
+      if (auto ok = reject_overwriting(outputs, {{"--patient-ct", o.patient_ct}}); !ok) return ok;
       return run_simulate(o, console);
     };
   });

@@ -6,7 +6,7 @@
 #include "app/options/option_checks.hpp"
 #include "app/options/option_rows.hpp"
 #include "app/options/retired.hpp"
-#include "app/options/session_look.hpp"
+#include "app/options/session_appearance.hpp"
 #include "app/options/session_objects.hpp"
 #include "app/views/panels.hpp"
 
@@ -32,12 +32,12 @@ std::vector<Condition> ultrasound_alone() { return {{"--us-alone"}}; }
 
 std::vector<Condition> no_cutaway() { return {{"--no-cutaway"}}; }
 
-void want_cutaway(Settings& s) { s.config.look.cutaway.enabled = true; }
+void want_cutaway(Settings& s) { s.config.appearance.cutaway.enabled = true; }
 
 Requirement needle_to_cut() {
   return {.met =
               [](const Settings& s) {
-                return has_needle(s) || !s.config.look.cutaway.around_needle.value_or(false);
+                return has_needle(s) || !s.config.appearance.cutaway.around_needle.value_or(false);
               },
           .text = "--needle-frame for the needle",
           .verb = "replay"};
@@ -47,7 +47,7 @@ Requirement targets_to_cut() {
   return {.met =
               [](const Settings& s) {
                 return is_simulated(s) || s.config.plan.has_value() ||
-                       !s.config.look.cutaway.around_targets.value_or(false);
+                       !s.config.appearance.cutaway.around_targets.value_or(false);
               },
           .text = "a session file with a plan for the targets",
           .verb = "replay"};
@@ -89,11 +89,11 @@ Result<render::ImportanceRule> importance_rule(const std::string& text) {
 }
 
 Result<void> take_importance(Settings& s, const std::vector<std::string>& rules) {
-  s.config.look.importance.clear();
+  s.config.appearance.importance.clear();
   for (const std::string& text : rules) {
     const auto rule = importance_rule(text);
     if (!rule) return rule.error();
-    s.config.look.importance.push_back(*rule);
+    s.config.appearance.importance.push_back(*rule);
   }
   return {};
 }
@@ -106,7 +106,7 @@ Result<void> take_cut_objects(Settings& s, const std::vector<std::string>& kinds
     }
   }
   const auto has = [&](const char* kind) { return std::ranges::count(kinds, kind) > 0; };
-  auto& cutaway = s.config.look.cutaway;
+  auto& cutaway = s.config.appearance.cutaway;
   cutaway.around_plane = has("plane");
   cutaway.around_needle = has("needle");
   cutaway.around_targets = has("targets");
@@ -130,7 +130,7 @@ void add_view_rows(std::vector<Option>& rows) {
       {.name = "--engine",
        .type = "NAME",
        .text = "rendering engine",
-       .group = kViewGroup,
+       .group = group::kGroupView,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.output.engine),
        .choices = {"cpu", "gl", "reference"},
@@ -139,7 +139,7 @@ void add_view_rows(std::vector<Option>& rows) {
       {.name = "--threads",
        .type = "N",
        .text = "threads of the engine; 0: all cores",
-       .group = kViewGroup,
+       .group = group::kGroupView,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.output.threads),
        .range = within(0, 1024),
@@ -148,7 +148,7 @@ void add_view_rows(std::vector<Option>& rows) {
        .type = "N",
        .unit = "pixels",
        .text = "width of the 3D view; 2D panels are added beside it",
-       .group = kViewGroup,
+       .group = group::kGroupView,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.output.width),
        .range = within(16, 8192),
@@ -158,7 +158,7 @@ void add_view_rows(std::vector<Option>& rows) {
        .type = "N",
        .unit = "pixels",
        .text = "height of the 3D view",
-       .group = kViewGroup,
+       .group = group::kGroupView,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.output.height),
        .range = within(16, 8192),
@@ -169,7 +169,7 @@ void add_view_rows(std::vector<Option>& rows) {
        .text =
            "root mean square error of the colours of the image; the engine chooses its sampling "
            "distance for it",
-       .group = kViewGroup,
+       .group = group::kGroupView,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.output.rms_error),
        .range = within(1e-5, 1),
@@ -181,7 +181,7 @@ void add_view_rows(std::vector<Option>& rows) {
        .type = "X",
        .unit = "voxels",
        .text = "sampling distance, instead of --rms-error",
-       .group = kViewGroup,
+       .group = group::kGroupView,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.output.step_voxels),
        .range = within(1.0 / 64, 16),
@@ -192,7 +192,7 @@ void add_view_rows(std::vector<Option>& rows) {
        .type = "X",
        .text = "interpolate pixels whose neighbouring rays differ by less than this; 0 casts every "
                "ray",
-       .group = kViewGroup,
+       .group = group::kGroupView,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.output.pixel_error),
        .range = within(0, 1),
@@ -203,7 +203,7 @@ void add_view_rows(std::vector<Option>& rows) {
        .type = "NAME",
        .text = "conversion of values between samples into colours; appearances with windows on the "
                "gradient are always post-classified",
-       .group = kViewGroup,
+       .group = group::kGroupView,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.quality.classification),
        .choices = {"pre-integrated", "post-classified"},
@@ -212,14 +212,14 @@ void add_view_rows(std::vector<Option>& rows) {
        .idle_with = ultrasound_alone()},
       {.name = "--jitter",
        .text = "start rays at different parts of a step: noise instead of rings",
-       .group = kViewGroup,
+       .group = group::kGroupView,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.quality.jitter),
        .key = "quality.jitter"},
       {.name = "--adaptive-error",
        .type = "X",
        .text = "error of merged cells, no longer supported",
-       .group = kViewGroup,
+       .group = group::kGroupView,
        .verbs = kDrawing,
        .absent = "none",
        .key = "quality.adaptive_error",
@@ -228,7 +228,7 @@ void add_view_rows(std::vector<Option>& rows) {
        .type = "DEG",
        .unit = "degrees",
        .text = "direction of the camera: 0 from the front, 90 from the patient's left",
-       .group = kViewGroup,
+       .group = group::kGroupView,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.view.azimuth_deg),
        .range = within(-360, 360),
@@ -239,7 +239,7 @@ void add_view_rows(std::vector<Option>& rows) {
        .type = "DEG",
        .unit = "degrees",
        .text = "direction of the camera, from above",
-       .group = kViewGroup,
+       .group = group::kGroupView,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.view.elevation_deg),
        .range = within(-89, 89),
@@ -251,7 +251,7 @@ void add_view_rows(std::vector<Option>& rows) {
        .unit = "mm",
        .text = "distance of the camera; 0: the CT about fills the view, or nearer, so that the "
                "ultrasound plane takes a third of it",
-       .group = kViewGroup,
+       .group = group::kGroupView,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.view.distance_mm),
        .range = within(0, 1e5),
@@ -260,14 +260,14 @@ void add_view_rows(std::vector<Option>& rows) {
        .type = "DEG",
        .unit = "degrees",
        .text = "field of view from top to bottom",
-       .group = kViewGroup,
+       .group = group::kGroupView,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.view.fov_deg),
        .range = within(1, 120),
        .key = "view.fov_deg"},
       {.name = "--orthographic",
        .text = "draw a parallel projection; the centre of the view keeps its size",
-       .group = kViewGroup,
+       .group = group::kGroupView,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.view.orthographic),
        .key = "view.orthographic"},
@@ -275,7 +275,7 @@ void add_view_rows(std::vector<Option>& rows) {
        .type = "HU",
        .unit = "HU",
        .text = "middle of the grey window of the 2D images of the CT",
-       .group = kWindowGroup,
+       .group = group::kGroupWindow,
        .verbs = kAll,
        .slot = NAV_SLOT(config.view.window_level),
        .range = within(-1e6, 1e6),
@@ -289,7 +289,7 @@ void add_view_rows(std::vector<Option>& rows) {
        .type = "HU",
        .unit = "HU",
        .text = "extent of the grey window of the 2D images of the CT, from black to white",
-       .group = kWindowGroup,
+       .group = group::kGroupWindow,
        .verbs = kAll,
        .slot = NAV_SLOT(config.view.window_width),
        .range = within(1e-3, 1e6),
@@ -306,9 +306,9 @@ void add_appearance_rows(std::vector<Option>& rows) {
       {.name = "--transfer-function",
        .type = "NAME",
        .text = "preset of colours and opacities",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.preset),
+       .slot = NAV_SLOT(config.appearance.preset),
        .choices = render::preset_names(),
        .usual = true,
        .key = "look.transfer_function",
@@ -317,24 +317,24 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .excludes = {"--look"},
        .before =
            [](Settings& s) {
-             s.config.look.nodes.clear();
-             s.config.look.file.clear();
+             s.config.appearance.nodes.clear();
+             s.config.appearance.file.clear();
            }},
       {.type = "LIST",
        .text = "nodes of the transfer function instead of a preset, a list of tables: hu and "
                "opacity_per_mm, and optionally rgb (white) and importance (0.5)",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .absent = "none",
        .key = "look.nodes",
-       .read = read_look_nodes,
-       .write = write_look_nodes},
+       .read = read_appearance_nodes,
+       .write = write_appearance_nodes},
       {.name = "--look",
        .type = "FILE",
        .text = "appearance file, or a volume property of 3D Slicer (.vp, .vp.json), instead of a "
                "preset",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.file),
+       .slot = NAV_SLOT(config.appearance.file),
        .absent = "none",
        .usual = true,
        .key = "look.file",
@@ -343,9 +343,9 @@ void add_appearance_rows(std::vector<Option>& rows) {
       {.name = "--save-look",
        .type = "FILE",
        .text = "store the appearance as it is drawn, for --look on other data",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.save),
+       .slot = NAV_SLOT(config.appearance.save),
        .absent = "none",
        .key = "look.save",
        .written_when_set = true,
@@ -355,7 +355,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .type = "[COMPONENT:]LOW:HIGH=I",
        .unit = "HU",
        .text = "importance I of a range of values, 0 to 1; may be repeated",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
        .absent = "from the appearance",
        .repeats = true,
@@ -363,13 +363,13 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .needs = {composite()},
        .idle_with = ultrasound_alone(),
        .take = take_importance,
-       .read = read_look_importance,
-       .write = write_look_importance},
+       .read = read_appearance_importance,
+       .write = write_appearance_importance},
       {.name = "--no-shading",
        .text = "draw without shading",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.shading),
+       .slot = NAV_SLOT(config.appearance.shading),
        .negates = true,
        .key = "look.shading",
        .needs = {composite()},
@@ -377,9 +377,9 @@ void add_appearance_rows(std::vector<Option>& rows) {
       {.name = "--shading",
        .type = "NAME",
        .text = "style of the shading",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.style),
+       .slot = NAV_SLOT(config.appearance.style),
        .choices = {"phong", "gooch"},
        .absent = "from the appearance, or phong",
        .key = "look.style",
@@ -388,9 +388,9 @@ void add_appearance_rows(std::vector<Option>& rows) {
       {.name = "--emphasis",
        .type = "X",
        .text = "shade in proportion to importance; 0: shade everything",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.emphasis),
+       .slot = NAV_SLOT(config.appearance.emphasis),
        .range = within(0, 1),
        .absent = "from the appearance, or 0",
        .key = "look.emphasis",
@@ -399,17 +399,17 @@ void add_appearance_rows(std::vector<Option>& rows) {
       {.name = "--plane-opacity",
        .type = "X",
        .text = "opacity of the ultrasound image in the 3D view",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.plane_opacity),
+       .slot = NAV_SLOT(config.appearance.plane_opacity),
        .range = within(0.01, 1),
        .key = "look.plane_opacity"},
       {.name = "--projection",
        .type = "NAME",
        .text = "draw colours, or a grey projection",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.projection),
+       .slot = NAV_SLOT(config.appearance.projection),
        .choices = {"composite", "maximum", "minimum", "mean"},
        .usual = true,
        .key = "look.projection"},
@@ -417,9 +417,9 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .type = "HU",
        .unit = "HU",
        .text = "middle of the grey window of a projection",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.grey_level_hu),
+       .slot = NAV_SLOT(config.appearance.grey_level_hu),
        .range = within(-1e6, 1e6),
        .absent = "automatic",
        .key = "look.grey_level_hu",
@@ -428,9 +428,9 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .type = "HU",
        .unit = "HU",
        .text = "extent of the grey window of a projection, from black to white",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.grey_width_hu),
+       .slot = NAV_SLOT(config.appearance.grey_width_hu),
        .range = above(0, 1e6),
        .absent = "automatic",
        .key = "look.grey_width_hu",
@@ -440,9 +440,9 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .type = "DEG",
        .unit = "degrees",
        .text = "angle of the inner surface of the cutaway about the line of sight",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.cutaway.theta1_deg),
+       .slot = NAV_SLOT(config.appearance.cutaway.theta1_deg),
        .range = within(0.1, 89.9),
        .absent = "from the appearance, or 30",
        .key = "look.cutaway.theta1_deg",
@@ -453,9 +453,9 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .type = "DEG",
        .unit = "degrees",
        .text = "angle of the outer surface of the cutaway, at least the inner one",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.cutaway.theta2_deg),
+       .slot = NAV_SLOT(config.appearance.cutaway.theta2_deg),
        .range = within(0.1, 89.9),
        .absent = "from the appearance, or 50",
        .key = "look.cutaway.theta2_deg",
@@ -467,9 +467,9 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .type = "MM",
        .unit = "mm",
        .text = "depth in front of the plane in which important structures stay; inf: all of it",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.cutaway.overlay_mm),
+       .slot = NAV_SLOT(config.appearance.cutaway.overlay_mm),
        .range = Range{.low = 0},
        .absent = "from the appearance, or 15",
        .key = "look.cutaway.overlay_mm",
@@ -479,7 +479,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
       {.name = "--cutaway-around",
        .type = "LIST",
        .text = "objects that are cut free: plane, needle, targets, separated by commas",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
        .absent = "from the appearance, or plane",
        .repeats = true,
@@ -491,18 +491,18 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .take = take_cut_objects,
        .before = want_cutaway},
       {.text = "cut the ultrasound plane free",
-       .group = kAppearanceGroup,
-       .slot = NAV_SLOT(config.look.cutaway.around_plane),
+       .group = group::kGroupAppearance,
+       .slot = NAV_SLOT(config.appearance.cutaway.around_plane),
        .absent = "from the appearance, or true",
        .key = "look.cutaway.around_plane"},
       {.text = "cut the needle free",
-       .group = kAppearanceGroup,
-       .slot = NAV_SLOT(config.look.cutaway.around_needle),
+       .group = group::kGroupAppearance,
+       .slot = NAV_SLOT(config.appearance.cutaway.around_needle),
        .absent = "from the appearance, or false",
        .key = "look.cutaway.around_needle"},
       {.text = "cut the targets of the plan free",
-       .group = kAppearanceGroup,
-       .slot = NAV_SLOT(config.look.cutaway.around_targets),
+       .group = group::kGroupAppearance,
+       .slot = NAV_SLOT(config.appearance.cutaway.around_targets),
        .absent = "from the appearance, or false",
        .key = "look.cutaway.around_targets"},
       {.name = "--cutaway-mesh",
@@ -510,7 +510,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .text =
            "surface that is also cut free: .stl, .ply or .vtk in the coordinates of the CT; may "
            "be repeated",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
        .absent = "none",
        .repeats = true,
@@ -524,9 +524,9 @@ void add_appearance_rows(std::vector<Option>& rows) {
       // The last of the cutaway, so that it wins over the others, which are then rejected.
       {.name = "--no-cutaway",
        .text = "cut nothing; without it, each of the five options above turns the cutaway on",
-       .group = kAppearanceGroup,
+       .group = group::kGroupAppearance,
        .verbs = kDrawing,
-       .slot = NAV_SLOT(config.look.cutaway.enabled),
+       .slot = NAV_SLOT(config.appearance.cutaway.enabled),
        .negates = true,
        .key = "look.cutaway.enabled",
        .needs = {composite()}}};

@@ -34,7 +34,7 @@ std::string digest_of(std::string_view text) {
 /// Reads the contents of a file; the error says what is wrong with them.
 Result<DerivedVolume> parse(const std::string& file, const std::string& key,
                             const VoxelGrid& grid) {
-  const auto refuse = [](const std::string& expected, const std::string& found) {
+  const auto reject = [](const std::string& expected, const std::string& found) {
     return Error{ErrorCode::kMalformedData, "expected " + expected + ", found " + found};
   };
   const std::size_t line = file.find('\n');
@@ -44,20 +44,20 @@ Result<DerivedVolume> parse(const std::string& file, const std::string& key,
   std::size_t note_bytes = 0;
   head >> magic >> version >> found_key >> voxels >> note_bytes;
   if (!head || magic != "sonde_feature") {
-    return refuse("a derived volume of this program", "something else");
+    return reject("a derived volume of this program", "something else");
   }
-  if (version != "1") return refuse("version 1", version);
-  if (found_key != key) return refuse("the key " + key, found_key);
+  if (version != "1") return reject("version 1", version);
+  if (found_key != key) return reject("the key " + key, found_key);
   if (voxels != grid.voxel_count() || note_bytes > kMostNoteBytes) {
-    return refuse(std::to_string(grid.voxel_count()) + " voxels", std::to_string(voxels));
+    return reject(std::to_string(grid.voxel_count()) + " voxels", std::to_string(voxels));
   }
   const std::size_t wanted = line + 1 + note_bytes + voxels * sizeof(float) + kDigestSize;
   if (file.size() != wanted) {
-    return refuse(std::to_string(wanted) + " bytes", std::to_string(file.size()));
+    return reject(std::to_string(wanted) + " bytes", std::to_string(file.size()));
   }
   const std::string_view content(file.data(), file.size() - kDigestSize);
   if (digest_of(content) != file.substr(content.size())) {
-    return refuse("bytes that match the digest at its end", "other bytes");
+    return reject("bytes that match the digest at its end", "other bytes");
   }
   std::vector<float> values(voxels);
   std::memcpy(values.data(), file.data() + line + 1 + note_bytes, voxels * sizeof(float));

@@ -7,13 +7,13 @@
 #include <cmath>
 #include <sstream>
 
-#include "nav/places.hpp"
+#include "nav/positions.hpp"
 
 namespace nav::app {
 namespace {
 
 template <class Found>
-Error refused_option(const std::string& key, const std::string& expected, const Found& found) {
+Error rejected_option(const std::string& key, const std::string& expected, const Found& found) {
   std::ostringstream text;
   text.precision(12);
   text << "predicates." << key << ": expected " << expected << ", found " << found;
@@ -44,7 +44,7 @@ Result<void> check_ranges(const PredicateOptions& o) {
   };
   for (const HistogramEdit& edit : o.histogram) {
     if (edit.hue_deg && !std::isfinite(*edit.hue_deg)) {
-      return refused_option("histogram.hue_deg", "a finite number", *edit.hue_deg);
+      return rejected_option("histogram.hue_deg", "a finite number", *edit.hue_deg);
     }
     ranges.push_back({"histogram.importance", edit.importance.value_or(0), 0, 1});
     ranges.push_back({"histogram.saturation", edit.saturation.value_or(0), 0, 1});
@@ -55,7 +55,7 @@ Result<void> check_ranges(const PredicateOptions& o) {
     std::ostringstream expected;
     expected.precision(12);
     expected << r.low << " to " << r.high;
-    return refused_option(r.key, expected.str(), r.value);
+    return rejected_option(r.key, expected.str(), r.value);
   }
   return {};
 }
@@ -75,9 +75,9 @@ bool near(const std::optional<Eigen::Matrix<double, Rows, 1>>& v) {
 Result<std::vector<double>> numbers_after_name(const std::string& option, const std::string& form,
                                                const std::string& text, std::size_t count,
                                                std::string& name) {
-  const Error refuse{ErrorCode::kUsage, option + ": expected " + form + ", found '" + text + "'"};
+  const Error reject{ErrorCode::kUsage, option + ": expected " + form + ", found '" + text + "'"};
   const auto equals = text.rfind('=');
-  if (equals == std::string::npos || equals == 0) return refuse;
+  if (equals == std::string::npos || equals == 0) return reject;
   name = text.substr(0, equals);
   std::vector<double> numbers;
   const char* at = text.data() + equals + 1;
@@ -85,13 +85,13 @@ Result<std::vector<double>> numbers_after_name(const std::string& option, const 
   while (true) {
     double number = 0;
     const auto read = std::from_chars(at, end, number);
-    if (read.ec != std::errc() || !std::isfinite(number)) return refuse;
+    if (read.ec != std::errc() || !std::isfinite(number)) return reject;
     numbers.push_back(number);
     at = read.ptr;
     if (at == end) break;
-    if (*at++ != ':') return refuse;
+    if (*at++ != ':') return reject;
   }
-  if (numbers.size() != count) return refuse;
+  if (numbers.size() != count) return reject;
   return numbers;
 }
 
@@ -99,9 +99,10 @@ Result<std::vector<double>> numbers_after_name(const std::string& option, const 
 
 Result<void> validate(const PredicateOptions& o) {
   if (const auto ok = check_ranges(o); !ok) return ok;
-  if (!(o.black < o.white)) return refused_option("white", "more than black", o.white);
+  if (!(o.black < o.white)) return rejected_option("white", "more than black", o.white);
   if (o.smallest_radius_mm && o.largest_radius_mm && *o.smallest_radius_mm > *o.largest_radius_mm) {
-    return refused_option("smallest_radius_mm", "at most largest_radius_mm", *o.smallest_radius_mm);
+    return rejected_option("smallest_radius_mm", "at most largest_radius_mm",
+                           *o.smallest_radius_mm);
   }
   if (!o.scan_lines.empty() && (o.into_ct || o.apex_ct)) {
     return option_error("scan_lines", "excludes predicates.into and predicates.apex_mm");
@@ -110,31 +111,31 @@ Result<void> validate(const PredicateOptions& o) {
     return option_error("layers", "excludes predicates.labels");
   if (o.face_ct && !o.into_ct) return option_error("face_mm", "requires predicates.into");
   if (!near(o.face_ct)) {
-    return refused_option("face_mm", "3 numbers within 1e7 mm", o.face_ct->transpose());
+    return rejected_option("face_mm", "3 numbers within 1e7 mm", o.face_ct->transpose());
   }
   if (o.into_ct && o.apex_ct) return option_error("apex_mm", "excludes predicates.into");
   if (!finite(o.into_ct) || (o.into_ct && o.into_ct->isZero(0))) {
-    return refused_option("into", "3 finite numbers, not all 0", o.into_ct->transpose());
+    return rejected_option("into", "3 finite numbers, not all 0", o.into_ct->transpose());
   }
   if (!near(o.apex_ct)) {
-    return refused_option("apex_mm", "3 numbers within 1e7 mm", o.apex_ct->transpose());
+    return rejected_option("apex_mm", "3 numbers within 1e7 mm", o.apex_ct->transpose());
   }
   if (!o.from.allFinite() || o.from.isZero(0)) {
-    return refused_option("from", "3 finite numbers, not all 0", o.from.transpose());
+    return rejected_option("from", "3 finite numbers, not all 0", o.from.transpose());
   }
   if (!near(o.target) || (o.target && !(o.target->w() > 0))) {
-    return refused_option("target_mm", "x y z and a radius > 0, within 1e7 mm",
-                          o.target->transpose());
+    return rejected_option("target_mm", "x y z and a radius > 0, within 1e7 mm",
+                           o.target->transpose());
   }
   if (!near(o.needle) || (o.needle && o.needle->head<3>() == o.needle->tail<3>())) {
-    return refused_option("needle_mm", "a tip and a hub apart from each other, within 1e7 mm",
-                          o.needle->transpose());
+    return rejected_option("needle_mm", "a tip and a hub apart from each other, within 1e7 mm",
+                           o.needle->transpose());
   }
   if (o.hue_mean && *o.hue_mean != "circular" && *o.hue_mean != "linear") {
-    return refused_option("hue_mean", "circular or linear", "'" + *o.hue_mean + "'");
+    return rejected_option("hue_mean", "circular or linear", "'" + *o.hue_mean + "'");
   }
   if (o.unknown && (*o.unknown < -32768 || *o.unknown > 32767)) {
-    return refused_option("unknown", "a stored value of -32768 to 32767", *o.unknown);
+    return rejected_option("unknown", "a stored value of -32768 to 32767", *o.unknown);
   }
   return {};
 }
@@ -147,11 +148,11 @@ Result<void> apply_edits(const std::vector<HistogramEdit>& edits, render::Predic
       known += (known.empty() ? "" : ", ") + model.entries[at++].name;
     }
     if (at == model.entries.size()) {
-      return refused_option("histogram", "one of " + known, "'" + edit.entry + "'");
+      return rejected_option("histogram", "one of " + known, "'" + edit.entry + "'");
     }
     if (edit.importance && model.entries.size() == 1 && *edit.importance != 1) {
-      return refused_option("histogram.importance", "1, because there is only one predicate",
-                            *edit.importance);
+      return rejected_option("histogram.importance", "1, because there is only one predicate",
+                             *edit.importance);
     }
     if (edit.importance) model.histogram.drag(at, *edit.importance);
     const auto& bar = model.histogram.bars()[at];

@@ -25,13 +25,13 @@ struct HistogramEdit {
 /// Options for drawing 3D ultrasound by predicates: volume, predicate set and view. Part of the
 /// session file (section predicates).
 struct PredicateOptions {
-  std::filesystem::path volume;   ///< 3D ultrasound; empty: the phantom.
-  std::string phantom = "neck";   ///< "neck", or a simulated patient (sim/predicate_patient.hpp).
-  int phantom_side = 192;         ///< Voxels, [32, 512].
-  bool alone = false;             ///< In a replay: drawn instead of the CT, not inside it.
-  double ct_importance = 1;       ///< Impact of the CT beside the ultrasound: see
-                                  ///< render::UltrasoundVolume.
-  std::filesystem::path picture;  ///< PNG to write.
+  std::filesystem::path volume;  ///< 3D ultrasound; empty: the phantom.
+  std::string phantom = "neck";  ///< "neck", or a simulated patient (sim/predicate_patient.hpp).
+  int phantom_side = 192;        ///< Voxels, [32, 512].
+  bool alone = false;            ///< In a replay: drawn instead of the CT, not inside it.
+  double ct_importance = 1;      ///< Impact of the CT beside the ultrasound: see
+                                 ///< render::UltrasoundVolume.
+  std::filesystem::path image;   ///< PNG to write.
   std::string set_up = "carotid-vessel";      ///< Name of a preset, or a file.
   std::vector<HistogramEdit> histogram;       ///< In order.
   std::vector<std::filesystem::path> labels;  ///< One: bit masks; several: a bit for each.

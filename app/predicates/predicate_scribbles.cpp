@@ -178,7 +178,7 @@ Result<std::vector<Stroke>> read_scribble_file(const std::filesystem::path& path
 }
 
 Result<Stroke> parse_stroke(const std::string& option, Paint paint, const std::string& text) {
-  const Error refuse{ErrorCode::kUsage, option +
+  const Error reject{ErrorCode::kUsage, option +
                                             ": expected 'x,y,z x,y,z … [radius=MM] [thickness=MM] "
                                             "[normal=x,y,z]', found '" +
                                             text + "'"};
@@ -187,19 +187,19 @@ Result<Stroke> parse_stroke(const std::string& option, Paint paint, const std::s
   std::istringstream words(text);
   for (std::string word; words >> word;) {
     if (word.starts_with("radius=")) {
-      if (!read_number(word.substr(7), given.stroke.radius_mm)) return refuse;
+      if (!read_number(word.substr(7), given.stroke.radius_mm)) return reject;
     } else if (word.starts_with("thickness=")) {
-      if (!read_number(word.substr(10), given.thickness_mm)) return refuse;
+      if (!read_number(word.substr(10), given.thickness_mm)) return reject;
     } else if (word.starts_with("normal=")) {
       given.normal = vector_of(word.substr(7));
-      if (!given.normal) return refuse;
+      if (!given.normal) return reject;
     } else {
       const auto point = vector_of(word);
-      if (!point) return refuse;
+      if (!point) return reject;
       given.stroke.points.push_back({*point});
     }
   }
-  if (given.stroke.points.empty()) return refuse;
+  if (given.stroke.points.empty()) return reject;
   if (const auto fault = fault_of(given)) {
     return Error{ErrorCode::kUsage, option + ": " + fault->member + ": expected " +
                                         fault->expected + ", found " + fault->found.dump() +
@@ -219,7 +219,7 @@ Result<void> check_strokes(const std::vector<Stroke>& strokes, const VoxelGrid& 
 Result<ScribbleOutcome> scribble(const render::Scene& scene, const std::vector<Stroke>& strokes,
                                  double share) {
   const render::PredicateScene& predicates = *scene.predicates;
-  const auto set = render::PredicateSet::create(predicates, scene.ct, render::place_of(scene));
+  const auto set = render::PredicateSet::create(predicates, scene.ct, render::position_of(scene));
   if (!set) return set.error();
   ScribbleMask mask(scene.ct->grid());
   for (std::size_t n = 0; n < strokes.size(); ++n) {

@@ -24,7 +24,7 @@ namespace {
 
 /// Error for contradicting radii: one comes from the options, the other from the options or the
 /// predicate set.
-Error refuse_radii(const PredicateOptions& options, const VesselScales& vessels) {
+Error reject_radii(const PredicateOptions& options, const VesselScales& vessels) {
   std::ostringstream text;
   if (options.smallest_radius_mm) {
     text << "predicates.smallest_radius_mm: expected at most the largest radius, "
@@ -91,28 +91,28 @@ Result<render::PredicateVolume> volume_of(const PredicateOptions& options, int t
 /// Before anything is computed: what predicates ask for and only the user can give.
 Result<void> check_needs(const PredicateOptions& options, const render::PredicateVolume& volume,
                          const render::PredicateModel& model, DistancesFrom from) {
-  const render::PredicatePlace place{volume.ultrasound->grid(), volume.predicates.scan, {}, {}};
+  const render::PredicatePosition place{volume.ultrasound->grid(), volume.predicates.scan, {}, {}};
   for (const std::string& name : kinds_of(model)) {
     const auto kind = render::find_predicate_kind(name);
     if (!kind) return kind.error();
     const render::PredicateNeeds needs = (*kind)->needs(place);
-    const auto refuse = [&](const std::string& required) {
+    const auto reject = [&](const std::string& required) {
       return Error{ErrorCode::kUsage, "predicate " + name + " requires " + required};
     };
     if (render::reads_scan_lines(needs) && !volume.predicates.scan) {
-      return refuse(
+      return reject(
           "scan-line directions of the volume (--into x y z, --apex x y z or --scan-lines FILE)");
     }
     if (needs.labels && !volume.predicates.features.labels) {
-      return refuse("a label volume (--labels FILE or --layers FILE)");
+      return reject("a label volume (--labels FILE or --layers FILE)");
     }
     const bool live = from != DistancesFrom::kOptions;
     if (needs.needle && !(live ? from == DistancesFrom::kLiveNeedle : options.needle.has_value())) {
-      return refuse(live ? "a needle in the recording (--needle-frame NAME)"
+      return reject(live ? "a needle in the recording (--needle-frame NAME)"
                          : "a needle (--needle TIP HUB)");
     }
     if (needs.target && !options.target) {
-      return refuse(live ? "a target (predicates.target_mm or [plan] of the session file)"
+      return reject(live ? "a target (predicates.target_mm or [plan] of the session file)"
                          : "a target (--target x y z RADIUS)");
     }
   }
@@ -165,7 +165,7 @@ Result<PredicateFile> set_up_of(const PredicateOptions& options) {
   file->smoothing_mm = options.smoothing_mm.value_or(file->smoothing_mm);
   file->vessels.bright = options.bright_vessels.value_or(file->vessels.bright);
   if (file->vessels.smallest_radius_mm > file->vessels.largest_radius_mm) {
-    return refuse_radii(options, file->vessels);
+    return reject_radii(options, file->vessels);
   }
   if (options.hue_mean) {
     file->hue_mean = *options.hue_mean == "linear" ? render::spec::HueMean::kLinear

@@ -9,11 +9,11 @@
 
 #include "app/engines.hpp"
 #include "app/options/overwriting.hpp"
-#include "app/predicates/predicate_picture.hpp"
+#include "app/predicates/predicate_image.hpp"
 #include "app/predicates/predicate_scribbles.hpp"
 #include "app/predicates/predicate_volume.hpp"
 #include "app/views/orthographic.hpp"
-#include "io/picture.hpp"
+#include "io/image_output.hpp"
 #include "render/canvas.hpp"
 #include "render/engine.hpp"
 
@@ -62,8 +62,8 @@ Result<Image2d<Rgba8>> draw(render::Engine& engine, const render::Scene& scene, 
 }
 
 /// Warns when an image by predicates is empty.
-void warn_if_empty(const Image2d<Rgba8>& picture, const render::Scene& scene, Console& console) {
-  const auto pixels = picture.pixels();
+void warn_if_empty(const Image2d<Rgba8>& image, const render::Scene& scene, Console& console) {
+  const auto pixels = image.pixels();
   const auto differs = [&](const Rgba8& p) {
     return std::tie(p.r, p.g, p.b) != std::tie(pixels[0].r, pixels[0].g, pixels[0].b);
   };
@@ -75,16 +75,16 @@ void warn_if_empty(const Image2d<Rgba8>& picture, const render::Scene& scene, Co
 
 Result<void> check_files(const SessionConfig& config) {
   const PredicateOptions& options = config.predicates;
-  if (options.picture.empty()) {
+  if (options.image.empty()) {
     return Error{ErrorCode::kUsage, "--out: expected a PNG to write, found none"};
   }
-  std::string ending = options.picture.extension().string();
+  std::string ending = options.image.extension().string();
   std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
   std::error_code failed;
   if (ending != ".png" &&
-      !std::filesystem::is_other(std::filesystem::status(options.picture, failed))) {
+      !std::filesystem::is_other(std::filesystem::status(options.image, failed))) {
     return Error{ErrorCode::kUsage,
-                 "--out: expected a name that ends in .png, found " + options.picture.string()};
+                 "--out: expected a name that ends in .png, found " + options.image.string()};
   }
   std::vector<NamedFile> inputs{{"volume", options.volume},
                                 {"--layers", options.layers},
@@ -93,15 +93,15 @@ Result<void> check_files(const SessionConfig& config) {
                                 {"--session", config.file}};
   for (const auto& labels : options.labels) inputs.push_back({"--labels", labels});
   const auto ok =
-      refuse_overwriting({{"--out", options.picture}, {"--save", options.save_set_up}}, inputs);
+      reject_overwriting({{"--out", options.image}, {"--save", options.save_set_up}}, inputs);
   if (!ok) return ok;
   // A predicate set may overwrite the file that it came from.
   if (const auto own =
-          refuse_overwriting({{"--out", options.picture}}, {{"--predicates", options.set_up}});
+          reject_overwriting({{"--out", options.image}}, {{"--predicates", options.set_up}});
       !own) {
     return own;
   }
-  return refuse_unwritable({{"--out", options.picture}, {"--save", options.save_set_up}});
+  return reject_unwritable({{"--out", options.image}, {"--save", options.save_set_up}});
 }
 
 /// Warns of letters in names that the legend's font does not have.
@@ -172,7 +172,7 @@ Result<std::vector<PredicatePanel>> compare_scribbles(render::Engine& engine,
   if (!after) return after.error();
   return std::vector<PredicatePanel>{
       {"strokes: show green, hide red",
-       stroke_picture(*scene.ct, scene.predicates->intensity, strokes, scene.width, scene.height)},
+       stroke_image(*scene.ct, scene.predicates->intensity, strokes, scene.width, scene.height)},
       {"before", *std::move(before), model},
       {"after", *std::move(after), scene.predicates->model}};
 }
@@ -207,8 +207,8 @@ Result<void> run_predicates(const SessionConfig& config, Console& console) {
                                                            options.scribble_share, scene, console);
   if (!panels) return panels.error();
   warn_of_letters(scene.predicates->model, console);
-  if (const auto ok = io::write_png(predicate_picture(*panels), options.picture); !ok) return ok;
-  console.say("wrote " + options.picture.string() + ": " + volume.name + " by predicate set " +
+  if (const auto ok = io::write_png(predicate_image(*panels), options.image); !ok) return ok;
+  console.say("wrote " + options.image.string() + ": " + volume.name + " by predicate set " +
               file.name);
   if (options.save_set_up.empty()) return {};
   file.model = scene.predicates->model;

@@ -7,10 +7,10 @@
 
 #include "app/engines.hpp"
 #include "app/report.hpp"
-#include "app/verbs/register/registration_picture.hpp"
+#include "app/verbs/register/registration_image.hpp"
 #include "app/views/ct_window.hpp"
 #include "app/views/presenter.hpp"
-#include "io/picture.hpp"
+#include "io/image_output.hpp"
 #include "nav/threads.hpp"
 #include "session/driver.hpp"
 #include "sim/ct_scanner.hpp"
@@ -20,7 +20,7 @@ namespace nav::app {
 namespace {
 
 constexpr int kSweepFrames = 60;
-constexpr int kDefaultApproachPictures = 30;
+constexpr int kDefaultApproachImages = 30;
 constexpr double kFrameRateHz = 20;
 constexpr Duration kRefreshPeriod = std::chrono::milliseconds(100);
 constexpr Duration kStampOffset = std::chrono::milliseconds(30);
@@ -129,12 +129,12 @@ Result<void> Demo::play(const std::string& name, Timestamp until, bool end_of_st
     if (!*epoch) break;
     if (!(*epoch)->frame) continue;  // Nothing has arrived yet: nothing to show.
     last_guidance_ = (*epoch)->guidance;
-    auto picture = presenter_.present(**epoch);
-    if (!picture) return picture.error();
+    auto image = presenter_.present(**epoch);
+    if (!image) return image.error();
     char file[64];
     std::snprintf(file, sizeof file, "%s_%03d.png", name.c_str(), index++);
-    if (const auto written = out_.write_picture(file, *picture); !written) return written;
-    animation_.push_back(std::move(*picture));
+    if (const auto written = out_.write_image(file, *image); !written) return written;
+    animation_.push_back(std::move(*image));
     console_.progress(to_seconds(session_.now() - begun) / to_seconds(until - begun));
   }
   console_.end(std::to_string(index) + " images");
@@ -162,10 +162,10 @@ Result<void> Demo::register_ct() {
   decision_ = registration::decide(*registration_, {}, procedure_.plan().target_ct);
   console_.end(decision_.accepted ? "accepted" : "refused");
   const TrackedFrame& middle = sweep->frames()[sweep->frames().size() / 2];
-  if (const auto written = out_.write_picture(
-          kRegistrationPicture,
-          registration_picture(*ct_, middle, *start_, registration_->ct_from_reference,
-                               decision_.accepted, presenter_.window()));
+  if (const auto written = out_.write_image(
+          kRegistrationImage,
+          registration_image(*ct_, middle, *start_, registration_->ct_from_reference,
+                             decision_.accepted, presenter_.window()));
       !written) {
     return written;
   }
@@ -259,15 +259,15 @@ Result<void> Demo::write_report() {
       (decision_.accepted ? "accepted, with a true target error of " + quantity(error_mm, 2, "mm") +
                                 " (known only because the patient is simulated)."
                           : "refused, so the ultrasound was never drawn inside the CT.");
-  html.pictures = {
+  html.images = {
       {kDemoAnimationFile,
        "The whole procedure: sweep, registration, needle approach. Left: the live "
        "ultrasound plane inside the CT with needle and target. Right: the ultrasound "
        "picture and the CT along the same plane."},
-      {kRegistrationPicture, "One picture of the sweep, and checkerboards of ultrasound and CT."}};
+      {kRegistrationImage, "One picture of the sweep, and checkerboards of ultrasound and CT."}};
   for (const std::string& file : out_.files()) {
     if (file.starts_with(kApproachSeries) && file.ends_with("0.png")) {
-      html.pictures.emplace_back(file, file);
+      html.images.emplace_back(file, file);
     }
   }
   const auto& ledger = session_.navigator().ledger();
@@ -311,8 +311,7 @@ Result<void> Demo::write_report() {
 }  // namespace
 
 std::vector<std::string> demo_outputs() {
-  return {kDemoPoseLogFile, kRegistrationPicture, kDemoAnimationFile, kDemoReportFile,
-          kDemoPageFile};
+  return {kDemoPoseLogFile, kRegistrationImage, kDemoAnimationFile, kDemoReportFile, kDemoPageFile};
 }
 
 Result<void> run_demo(const DemoOptions& options, Console& console) {
@@ -327,8 +326,8 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   procedure_options.seed = options.seed;
   procedure_options.sweep_frames = kSweepFrames;
   procedure_options.frame_rate_hz = kFrameRateHz;
-  const int pictures = options.output.frames > 0 ? options.output.frames : kDefaultApproachPictures;
-  procedure_options.approach_frames = std::max(2, 2 * pictures);
+  const int images = options.output.frames > 0 ? options.output.frames : kDefaultApproachImages;
+  procedure_options.approach_frames = std::max(2, 2 * images);
   procedure_options.image_timing = {kStampOffset, kImageLatency};
   const sim::Procedure procedure(procedure_options);
   sim::CtOptions ct_options;
@@ -340,30 +339,29 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
 
   // By the plane in which the needle comes.
   const auto& probe = procedure.options().probe;
-  const Eigen::AlignedBox2d picture_mm(Eigen::Vector2d(-probe.depth_mm / 2, 0),
-                                       Eigen::Vector2d(probe.depth_mm / 2, probe.depth_mm));
+  const Eigen::AlignedBox2d image_mm(Eigen::Vector2d(-probe.depth_mm / 2, 0),
+                                     Eigen::Vector2d(probe.depth_mm / 2, probe.depth_mm));
   const auto window =
       ct_window(options.view, *shared_ct,
-                values_along(*shared_ct, procedure.ct_from_image(procedure.end()), picture_mm));
-  const PresenterOptions look{.look = options.look,
-                              .view = options.view,
-                              .width = options.output.width,
-                              .height = options.output.height,
-                              .step_voxels = options.output.step_voxels,
-                              .rms_error = options.output.rms_error,
-                              .pixel_error = options.output.pixel_error,
-                              .quality = options.quality};
-  auto presenter = Presenter::create(look, shared_ct, std::move(*engine));
+                values_along(*shared_ct, procedure.ct_from_image(procedure.end()), image_mm));
+  const PresenterOptions appearance{.appearance = options.appearance,
+                                    .view = options.view,
+                                    .width = options.output.width,
+                                    .height = options.output.height,
+                                    .step_voxels = options.output.step_voxels,
+                                    .rms_error = options.output.rms_error,
+                                    .pixel_error = options.output.pixel_error,
+                                    .quality = options.quality};
+  auto presenter = Presenter::create(appearance, shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();
-  if (auto ok = save_look(options.look.save, presenter->look()); !ok) return ok;
-  warn_of_lost_components(presenter->look().transfer, console);
-  warn_of_units(options.look, *shared_ct, console);
+  if (auto ok = save_appearance(options.appearance.save, presenter->appearance()); !ok) return ok;
+  warn_of_lost_components(presenter->appearance().transfer, console);
+  warn_of_units(options.appearance, *shared_ct, console);
   const auto shapes = read_cutaway_objects(options.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
   if (const auto ok = presenter->cut_free(*shapes); !ok) return ok;
-  const auto fresh =
-      out->forget_earlier_run({kDemoPoseLogFile, kRegistrationPicture, kDemoAnimationFile},
-                              {kSweepSeries, kApproachSeries});
+  const auto fresh = out->forget_earlier_run(
+      {kDemoPoseLogFile, kRegistrationImage, kDemoAnimationFile}, {kSweepSeries, kApproachSeries});
   if (!fresh) return fresh;
   Demo demo(options, console, std::move(*out), procedure, shared_ct, std::move(*presenter), window);
   return demo.run();

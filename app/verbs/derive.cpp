@@ -14,8 +14,8 @@
 #include "app/predicates/predicate_volume.hpp"
 #include "app/predicates/predicate_white.hpp"
 #include "io/ct.hpp"
-#include "io/picture.hpp"
-#include "nav/places.hpp"
+#include "io/image_output.hpp"
+#include "nav/positions.hpp"
 #include "nav/threads.hpp"
 #include "render/features/service.hpp"
 

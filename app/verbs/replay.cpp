@@ -16,7 +16,7 @@
 #include "app/views/ct_window.hpp"
 #include "app/views/live_view.hpp"
 #include "app/views/presenter.hpp"
-#include "io/picture.hpp"
+#include "io/image_output.hpp"
 #include "render/predicates/predicate_sampler.hpp"
 #include "render/two_volumes.hpp"
 #include "render/window/window.hpp"
@@ -38,7 +38,7 @@ constexpr const char* kSessionFile = "session.toml";
 constexpr const char* kReportFile = "report.json";
 constexpr const char* kPageFile = "report.html";
 constexpr const char* kAnimationFile = "replay.webp";
-constexpr const char* kPictureSeries = "replay";
+constexpr const char* kImageSeries = "replay";
 
 std::string banner_of(const session::Placement& placement, bool follows) {
   if (placement.kind != "registered") return "recording, CT NOT REGISTERED";
@@ -205,7 +205,7 @@ class Replay {
       facts.typical_plane = SessionFacts::TypicalPlane{
           ct_from_reference * Transform<frames::Reference, frames::Image>(
                                   Eigen::Quaterniond(*axes).normalized(), seen.centroid.mm),
-          seen.picture_extent_mm};
+          seen.image_extent_mm};
     }
     presenter_.set_facts(std::move(facts));
     report_warnings(placement->warnings, console_);
@@ -260,7 +260,7 @@ class Replay {
     if (!scene.cutaway) return {};
     const render::Scene alone = scene.ultrasound ? render::ultrasound_scene(scene) : scene;
     const auto set =
-        render::PredicateSet::create(*alone.predicates, alone.ct, render::place_of(alone));
+        render::PredicateSet::create(*alone.predicates, alone.ct, render::position_of(alone));
     if (!set) return set.error();
     const auto shared = render::shared_importance(*set);
     constexpr double kWorthSaying = 0.02;
@@ -286,13 +286,13 @@ class Replay {
 
   Result<void> show(const session::Epoch& epoch) {
     if (auto ok = check_ultrasound(epoch); !ok) return ok;
-    auto picture = presenter_.present(epoch);
-    if (!picture) return picture.error();
+    auto image = presenter_.present(epoch);
+    if (!image) return image.error();
     say_note();
     char name[64];
-    std::snprintf(name, sizeof name, "%s_%05d.png", kPictureSeries, shown_++);
-    if (auto written = out_->write_picture(name, *picture); !written) return written;
-    if (animation_.size() < kMostAnimated) animation_.push_back(std::move(*picture));
+    std::snprintf(name, sizeof name, "%s_%05d.png", kImageSeries, shown_++);
+    if (auto written = out_->write_image(name, *image); !written) return written;
+    if (animation_.size() < kMostAnimated) animation_.push_back(std::move(*image));
     return {};
   }
 
@@ -461,13 +461,13 @@ Result<void> Replay::write_folder(const io::Json& report) {
   if (!outside.empty()) html.summary += " Warning: " + outside + ".";
   const auto& files = out.files();
   if (!animation_.empty()) {
-    html.pictures.emplace_back(kAnimationFile,
-                               "The replay. Left: the ultrasound plane inside the CT. Right: the "
-                               "ultrasound picture and the CT along the same plane.");
+    html.images.emplace_back(kAnimationFile,
+                             "The replay. Left: the ultrasound plane inside the CT. Right: the "
+                             "ultrasound picture and the CT along the same plane.");
   }
   const std::size_t count = animation_.empty() ? files.size() : files.size() - 1;
   for (std::size_t i = 0; i < count; i += std::max<std::size_t>(1, count / 4)) {
-    html.pictures.emplace_back(files[i], files[i]);
+    html.images.emplace_back(files[i], files[i]);
   }
   html.tables.push_back({"Pictures",
                          {{"received", std::to_string(ledger.received())},
@@ -547,11 +547,11 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
     console.end(std::to_string(sweep->paired) + " images with a pose");
     if (!sweep->warning.empty()) console.report(Severity::kWarning, "recording", sweep->warning);
   }
-  if (config.source.whole_picture) session->set_outline(std::nullopt);
+  if (!config.source.whole_image) session->learn_outline();
 
   auto engine = make_engine(config.output.engine, config.output.threads, console);
   if (!engine) return engine.error();
-  auto presenter = Presenter::create({.look = config.look,
+  auto presenter = Presenter::create({.appearance = config.appearance,
                                       .view = config.view,
                                       .width = config.output.width,
                                       .height = config.output.height,
@@ -562,10 +562,10 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
                                       .needle = config.source.needle_size},
                                      shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();
-  if (auto ok = save_look(config.look.save, presenter->look()); !ok) return ok;
-  warn_of_lost_components(presenter->look().transfer, console);
+  if (auto ok = save_appearance(config.appearance.save, presenter->appearance()); !ok) return ok;
+  warn_of_lost_components(presenter->appearance().transfer, console);
   if (!config.predicates.alone || config.predicates.volume.empty()) {
-    warn_of_units(config.look, *shared_ct, console);
+    warn_of_units(config.appearance, *shared_ct, console);
   }
   const auto shapes = read_cutaway_objects(config.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
@@ -580,7 +580,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
     if (!made) return made.error();
     // Not the session file, which may be the one that this run was started by.
     const auto fresh =
-        made->forget_earlier_run({kPoseLogFile, kFollowingFile, kAnimationFile}, {kPictureSeries});
+        made->forget_earlier_run({kPoseLogFile, kFollowingFile, kAnimationFile}, {kImageSeries});
     if (!fresh) return fresh.error();
     out = *std::move(made);
   }

@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "app/views/plane_view.hpp"
-#include "nav/places.hpp"
+#include "nav/positions.hpp"
 
 namespace nav::app {
 namespace {
@@ -23,7 +23,7 @@ constexpr std::array<const char*, 2> kPath{"path-1", "path-2"};
 using Vec3 = Eigen::Vector3d;
 using Needle = std::array<Point<frames::Ct>, 2>;  ///< Hub and tip, or entry and target.
 
-Error refused_plane(const std::string& option, const std::string& expected, const Vec3& found) {
+Error rejected_plane(const std::string& option, const std::string& expected, const Vec3& found) {
   std::ostringstream text;
   text << option << ": expected " << expected << ", found " << found.transpose();
   return {ErrorCode::kUsage, text.str()};
@@ -40,7 +40,7 @@ std::optional<Error> outside(const std::string& option, const std::string& point
   std::ostringstream text;
   text << point << " inside the CT, " << (grid.centre().mm - reach).transpose() << " to "
        << (grid.centre().mm + reach).transpose() << " mm";
-  return refused_plane(option, text.str(), p);
+  return rejected_plane(option, text.str(), p);
 }
 
 /// Scale, mm per pixel, at which the CT's box fits into an image around the plane's centre.
@@ -59,42 +59,43 @@ Result<render::SlicePlane> oblique(const SlicesOptions& options, const Point<fra
   const auto usable = [](const Vec3& v) { return v.allFinite() && v.norm() > 1e-9; };
   if (options.normal_ct) {
     if (!usable(*options.normal_ct)) {
-      return refused_plane("--normal", "a direction, finite and not zero", *options.normal_ct);
+      return rejected_plane("--normal", "a direction, finite and not zero", *options.normal_ct);
     }
     return render::oblique_slice(at, {*options.normal_ct});
   }
   for (const auto& [option, v] :
        {std::pair("--right", *options.right_ct), {"--down", *options.down_ct}}) {
-    if (!usable(v)) return refused_plane(option, "a direction, finite and not zero", v);
+    if (!usable(v)) return rejected_plane(option, "a direction, finite and not zero", v);
   }
   const Vec3 right = options.right_ct->normalized();
   const Vec3 down = options.down_ct->normalized();
   const Vec3 square = down - down.dot(right) * right;
   constexpr double kLeastSine = 0.01;  // Below this, rounding of the numbers turns the plane.
   if (!(square.norm() > kLeastSine)) {
-    return refused_plane("--down", "a direction other than --right", *options.down_ct);
+    return rejected_plane("--down", "a direction other than --right", *options.down_ct);
   }
   return render::SlicePlane{at, {right}, {square.normalized()}};
 }
 
 /// Needle of the options, else of the recording; absent when neither has one.
 Result<std::optional<Needle>> needle_of(const SlicesOptions& options, const Volume& ct,
-                                        const std::optional<PlacedPicture>& picture) {
+                                        const std::optional<PlacedImage>& image) {
   if (options.needle_ct) {
     const Vec3 tip = options.needle_ct->head<3>();
     const Vec3 hub = options.needle_ct->tail<3>();
     if (!is_place(hub) || !((tip - hub).norm() > 1e-3)) {
-      return refused_plane("--needle", "a tip and a hub apart from each other, within 1e7 mm", hub);
+      return rejected_plane("--needle", "a tip and a hub apart from each other, within 1e7 mm",
+                            hub);
     }
     if (auto error = outside("--needle", "a tip", ct, tip)) return *error;
     return std::optional(Needle{{{hub}, {tip}}});
   }
-  if (!picture || !picture->ct_from_needle) return std::optional<Needle>();
+  if (!image || !image->ct_from_needle) return std::optional<Needle>();
   constexpr double kLengthMm = 150;  // A recording does not contain the needle's length.
-  const auto tip = *picture->ct_from_needle * Point<frames::Needle>{{0, 0, 0}};
+  const auto tip = *image->ct_from_needle * Point<frames::Needle>{{0, 0, 0}};
   if (auto error = outside("--needle-frame", "a tip", ct, tip.mm)) return *error;
   return std::optional(
-      Needle{*picture->ct_from_needle * Point<frames::Needle>{{0, 0, -kLengthMm}}, tip});
+      Needle{*image->ct_from_needle * Point<frames::Needle>{{0, 0, -kLengthMm}}, tip});
 }
 
 }  // namespace
@@ -107,19 +108,19 @@ std::vector<std::string> slice_names() {
 Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options,
                                              const std::optional<NeedlePlan>& plan,
                                              const Volume& ct,
-                                             const std::optional<PlacedPicture>& picture) {
-  const auto needle = needle_of(options, ct, picture);
+                                             const std::optional<PlacedImage>& image) {
+  const auto needle = needle_of(options, ct, image);
   if (!needle) return needle.error();
   if (plan) {
     if (auto error = outside("plan.target_mm", "a target", ct, plan->target_ct.mm)) return *error;
   }
   Point<frames::Ct> at = ct.grid().centre();
   std::optional<render::SlicePlane> along;
-  if (picture) {
-    const auto& pixels = picture->plane.frame.pixels;
+  if (image) {
+    const auto& pixels = image->plane.frame.pixels;
     const auto middle =
-        picture->plane.frame.grid.at(0.5 * (pixels.width() - 1), 0.5 * (pixels.height() - 1));
-    along = render::ultrasound_slice(picture->plane.ct_from_image, middle.mm.head<2>());
+        image->plane.frame.grid.at(0.5 * (pixels.width() - 1), 0.5 * (pixels.height() - 1));
+    along = render::ultrasound_slice(image->plane.ct_from_image, middle.mm.head<2>());
   }
   if (options.at_ct) {
     if (auto error = outside("--at", "a point", ct, *options.at_ct)) return *error;
@@ -155,7 +156,7 @@ Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options,
   if (*needle) add_along(kNeedle, **needle);
   if (plan) add_along(kPath, {plan->entry_ct, plan->target_ct});
   if (along) {
-    const double fits = extent_mm(picture->plane.frame) / options.size_px;
+    const double fits = extent_mm(image->plane.frame) / options.size_px;
     planes.push_back({kUltrasound, *along, options.mm_per_pixel > 0 ? options.mm_per_pixel : fits});
   }
   return planes;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "app/verbs/slices.hpp"
-#include "app/views/placed_picture.hpp"
+#include "app/views/placed_image.hpp"
 #include "nav/plan.hpp"
 #include "render/slices/slice.hpp"
 
@@ -32,6 +32,6 @@ std::vector<std::string> slice_names();
 Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options,
                                              const std::optional<NeedlePlan>& plan,
                                              const Volume& ct,
-                                             const std::optional<PlacedPicture>& picture);
+                                             const std::optional<PlacedImage>& image);
 
 }  // namespace nav::app

@@ -11,7 +11,7 @@
 #include "app/output_folder.hpp"
 #include "app/verbs/slice_planes.hpp"
 #include "app/views/ct_window.hpp"
-#include "app/views/placed_picture.hpp"
+#include "app/views/placed_image.hpp"
 #include "io/ct.hpp"
 #include "render/canvas.hpp"
 #include "render/slices/slice.hpp"
@@ -35,10 +35,10 @@ constexpr int kLeastWarnedPx = 192;
 
 /// Adds to the image of a slice the letters of its edges, its needle or path, the warning, and its
 /// name if there is space.
-Image2d<Rgba8> labelled(const Image2d<Rgba8>& picture, const NamedPlane& slice,
+Image2d<Rgba8> labelled(const Image2d<Rgba8>& image, const NamedPlane& slice,
                         const std::string& warning) {
-  render::Canvas canvas(picture.width(), picture.height(), render::rgb8(0));
-  canvas.copy(picture, 0, 0);
+  render::Canvas canvas(image.width(), image.height(), render::rgb8(0));
+  canvas.copy(image, 0, 0);
   const Rgba8 colour = render::rgb8(0xffd24a);
   constexpr int kSize = 16;
   constexpr int kWordsMargin = 6;
@@ -46,31 +46,30 @@ Image2d<Rgba8> labelled(const Image2d<Rgba8>& picture, const NamedPlane& slice,
   if (slice.line_ct) {
     const auto pixel = [&](const Point<frames::Ct>& p) -> Eigen::Vector2d {
       const Eigen::Vector3d from = (p.mm - slice.plane.centre_ct.mm) / slice.mm_per_pixel;
-      return {from.dot(slice.plane.right.v) + 0.5 * (picture.width() - 1),
-              from.dot(slice.plane.down.v) + 0.5 * (picture.height() - 1)};
+      return {from.dot(slice.plane.right.v) + 0.5 * (image.width() - 1),
+              from.dot(slice.plane.down.v) + 0.5 * (image.height() - 1)};
     };
     canvas.line(pixel((*slice.line_ct)[0]), pixel((*slice.line_ct)[1]), 1, render::rgb8(0x6fd3ff));
   }
   const auto centred = [&](const std::string& text) {
-    return (picture.width() - canvas.text_width(kSize, text)) / 2;
+    return (image.width() - canvas.text_width(kSize, text)) / 2;
   };
   const render::SliceLabels labels = render::labels_of(slice.plane);
-  const int middle = picture.height() / 2 + kSize / 3;
+  const int middle = image.height() / 2 + kSize / 3;
   // The name stands beside the top letter, or below it if it is too long; never over a letter.
   int base = kWordsMargin + kSize;
   const int end = 2 * kWordsMargin + canvas.text_width(kSize, slice.name);
   if (end > centred(labels.top)) base += kWordsLine;
-  if (end <= picture.width() && base + kWordsMargin <= middle - kSize) {
+  if (end <= image.width() && base + kWordsMargin <= middle - kSize) {
     canvas.text(kWordsMargin, base, kSize, slice.name, colour);
   }
   if (!warning.empty()) canvas.text(kWordsMargin, base + kWordsLine, kSize, warning, colour);
   canvas.text(kWordsMargin, middle, kSize, labels.left, colour);
-  canvas.text(picture.width() - kWordsMargin - canvas.text_width(kSize, labels.right), middle,
-              kSize, labels.right, colour);
+  canvas.text(image.width() - kWordsMargin - canvas.text_width(kSize, labels.right), middle, kSize,
+              labels.right, colour);
   canvas.text(centred(labels.top), kWordsMargin + kSize, kSize, labels.top, colour);
-  canvas.text(centred(labels.bottom), picture.height() - kWordsMargin, kSize, labels.bottom,
-              colour);
-  return canvas.picture();
+  canvas.text(centred(labels.bottom), image.height() - kWordsMargin, kSize, labels.bottom, colour);
+  return canvas.image();
 }
 
 /// Checks the size. recorded: the session has a recording, so a warning may need space.
@@ -97,7 +96,7 @@ render::Fusion fusion_of(const SlicesOptions& options) {
 
 /// Data that are fused with the CT.
 struct Overlay {
-  std::optional<PlacedPicture> picture;
+  std::optional<PlacedImage> image;
   std::optional<Volume> second;
   render::HuWindow window{};  ///< Grey window of the second volume; set after the planes are known.
 };
@@ -106,9 +105,9 @@ Result<Overlay> read_overlay(const SessionConfig& config, const SlicesOptions& o
                              const Volume& ct, Console& console) {
   Overlay overlay;
   if (!config.source.recording.empty()) {
-    auto picture = placed_picture(config, ct, options.frame, console);
-    if (!picture) return picture.error();
-    overlay.picture = std::move(*picture);
+    auto image = placed_image(config, ct, options.frame, console);
+    if (!image) return image.error();
+    overlay.image = std::move(*image);
   }
   if (!options.second.empty()) {
     io::CtOptions reading;
@@ -139,8 +138,8 @@ Result<Image2d<Rgba8>> fused_slice(const Volume& ct, const NamedPlane& slice,
     }
     return render::fuse(grey, render::to_grey(*second, overlay.window), how, fusion_of(options));
   }
-  if (!overlay.picture) return grey;
-  return render::fuse(grey, slice.plane, how, overlay.picture->plane, fusion_of(options));
+  if (!overlay.image) return grey;
+  return render::fuse(grey, slice.plane, how, overlay.image->plane, fusion_of(options));
 }
 
 /// Values of a volume in the slices, on a coarse grid for each; along the ultrasound image instead
@@ -148,8 +147,8 @@ Result<Image2d<Rgba8>> fused_slice(const Volume& ct, const NamedPlane& slice,
 Result<std::vector<float>> values_shown(const Volume& volume, const std::vector<NamedPlane>& planes,
                                         const SlicesOptions& options, render::SlabMode mode,
                                         const Overlay& overlay) {
-  if (overlay.picture) {
-    return values_along(volume, overlay.picture->plane.ct_from_image, overlay.picture->plane.frame);
+  if (overlay.image) {
+    return values_along(volume, overlay.image->plane.ct_from_image, overlay.image->plane.frame);
   }
   constexpr int kCoarsePx = 64;
   constexpr double kMostMmPerPixel = 100;
@@ -205,7 +204,7 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
   if (!ct) return ct.error();
   auto overlay = read_overlay(config, options, **ct, console);
   if (!overlay) return overlay.error();
-  const auto planes = slice_planes(options, config.plan, **ct, overlay->picture);
+  const auto planes = slice_planes(options, config.plan, **ct, overlay->image);
   if (!planes) return planes.error();
   if (config.plan) session::warn_outside(*config.plan, **ct, console);
   const auto shown = values_shown(**ct, *planes, options, *mode, *overlay);
@@ -223,16 +222,16 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
   for (const std::string& name : slice_names()) earlier.insert(name + ".png");
   if (const auto ok = out->forget(earlier); !ok) return ok;
   const std::string warning =
-      overlay->picture && !overlay->picture->registered ? "CT NOT REGISTERED" : "";
+      overlay->image && !overlay->image->registered ? "CT NOT REGISTERED" : "";
   for (const NamedPlane& slice : *planes) {
     render::SliceOptions how;
     how.width = how.height = options.size_px;
     how.mm_per_pixel = slice.mm_per_pixel;
     how.slab_mm = options.slab_mm;
     how.slab = *mode;
-    const auto picture = fused_slice(**ct, slice, how, options, window, *overlay, console);
-    if (!picture) return picture.error();
-    const auto ok = out->write_picture(slice.name + ".png", labelled(*picture, slice, warning));
+    const auto image = fused_slice(**ct, slice, how, options, window, *overlay, console);
+    if (!image) return image.error();
+    const auto ok = out->write_image(slice.name + ".png", labelled(*image, slice, warning));
     if (!ok) return ok;
   }
   std::ostringstream where;

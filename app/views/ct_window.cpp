@@ -8,13 +8,13 @@ namespace nav::app {
 
 std::vector<float> values_along(const Volume& ct,
                                 const Transform<frames::Ct, frames::Image>& ct_from_image,
-                                const Eigen::AlignedBox2d& picture_mm) {
+                                const Eigen::AlignedBox2d& image_mm) {
   constexpr int kAcross = 24;
   std::vector<float> values;
   for (int row = 0; row < kAcross; ++row) {
     for (int column = 0; column < kAcross; ++column) {
       const Eigen::Vector2d share = (Eigen::Vector2d(column, row).array() + 0.5) / kAcross;
-      const Eigen::Vector2d p = picture_mm.min() + share.cwiseProduct(picture_mm.sizes());
+      const Eigen::Vector2d p = image_mm.min() + share.cwiseProduct(image_mm.sizes());
       const auto hu = ct.sample(ct_from_image * Point<frames::Image>{{p.x(), p.y(), 0}});
       if (hu) values.push_back(static_cast<float>(*hu));
     }
@@ -24,19 +24,18 @@ std::vector<float> values_along(const Volume& ct,
 
 std::vector<float> values_along(const Volume& ct,
                                 const Transform<frames::Ct, frames::Image>& ct_from_image,
-                                const UltrasoundFrame& picture) {
-  Eigen::AlignedBox2d box(picture.grid.at(0, 0).mm.head<2>());
-  box.extend(picture.grid.at(picture.pixels.width() - 1, picture.pixels.height() - 1).mm.head<2>());
+                                const UltrasoundFrame& image) {
+  Eigen::AlignedBox2d box(image.grid.at(0, 0).mm.head<2>());
+  box.extend(image.grid.at(image.pixels.width() - 1, image.pixels.height() - 1).mm.head<2>());
   return values_along(ct, ct_from_image, box);
 }
 
 std::vector<float> values_along(const Volume& ct,
                                 const Transform<frames::Ct, frames::Reference>& ct_from_reference,
-                                std::span<const TrackedFrame> pictures) {
+                                std::span<const TrackedFrame> images) {
   std::vector<float> values;
-  for (const TrackedFrame& picture : pictures) {
-    const auto some =
-        values_along(ct, ct_from_reference * picture.reference_from_image, picture.frame);
+  for (const TrackedFrame& image : images) {
+    const auto some = values_along(ct, ct_from_reference * image.reference_from_image, image.frame);
     values.insert(values.end(), some.begin(), some.end());
   }
   return values;

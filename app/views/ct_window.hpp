@@ -14,17 +14,17 @@
 namespace nav::app {
 
 /// CT values, HU, at points spread over an image that lies in the CT; points outside the CT are
-/// left out. picture_mm: extent of the image, Image frame.
+/// left out. image_mm: extent of the image, Image frame.
 std::vector<float> values_along(const Volume& ct,
                                 const Transform<frames::Ct, frames::Image>& ct_from_image,
-                                const Eigen::AlignedBox2d& picture_mm);
+                                const Eigen::AlignedBox2d& image_mm);
 std::vector<float> values_along(const Volume& ct,
                                 const Transform<frames::Ct, frames::Image>& ct_from_image,
-                                const UltrasoundFrame& picture);
+                                const UltrasoundFrame& image);
 /// CT values, HU, along all images of a sweep.
 std::vector<float> values_along(const Volume& ct,
                                 const Transform<frames::Ct, frames::Reference>& ct_from_reference,
-                                std::span<const TrackedFrame> pictures);
+                                std::span<const TrackedFrame> images);
 
 /// Grey window for flat images of a CT: level and width of the session; where these are absent,
 /// render::default_window() of the shown values.

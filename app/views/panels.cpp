@@ -146,7 +146,7 @@ void draw_legend(Canvas& canvas, int width, int height, const std::vector<Legend
   int y = height - kLineHeight * rows;
   const auto line = [&](const std::string& words) {
     const int x = kLeft + kSwatch;
-    draw_label(canvas, x, y, width - x, words, kWords, kSize);
+    draw_label(canvas, x, y, width - x, words, kOverlayText, kSize);
   };
   for (std::size_t i = 0; i < shown; ++i) {
     const LegendEntry& entry = legend[i];
@@ -168,7 +168,7 @@ void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContex
     draw_scale(canvas, view, epoch.frame->frame);
     if (epoch.placement.state == SafetyState::kValid) draw_guidance(canvas, view, context);
   }
-  draw_label(canvas, x, 20, width, "Ultrasound", kWords);
+  draw_label(canvas, x, 20, width, "Ultrasound", kOverlayText);
   if (!live) {
     draw_label(canvas, x, half / 2, width, "withdrawn: " + epoch.ultrasound.cause,
                colour_of(epoch.ultrasound.state), 13);
@@ -183,7 +183,7 @@ void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContex
     draw_label(canvas, x, height - 9, width,
                words_of_window(context.window.level, context.window.width), kFaint, 13);
   }
-  draw_label(canvas, x, half + 20, width, "CT along the ultrasound plane", kWords);
+  draw_label(canvas, x, half + 20, width, "CT along the ultrasound plane", kOverlayText);
   if (!placed) {
     draw_label(canvas, x, half + half / 2, width, "withdrawn: " + epoch.plane.cause,
                colour_of(epoch.plane.state), 13);
@@ -213,11 +213,11 @@ bool draw_status(Canvas& canvas, int y, int height, const PanelContext& context)
   if (epoch.guidance) {
     const std::string numbers = guidance_words(*epoch.guidance);
     // Numbers are drawn whole or not at all.
-    if (x + canvas.text_width(17, numbers) <= end) canvas.text(x, base, 17, numbers, kWords);
+    if (x + canvas.text_width(17, numbers) <= end) canvas.text(x, base, 17, numbers, kOverlayText);
   } else {
     const std::string& cause =
         has_needle && epoch.plane.cause.empty() ? epoch.needle.cause : epoch.plane.cause;
-    if (end - x > 40) canvas.text(x, base, 15, shorten(canvas, 15, cause, end - x), kWords);
+    if (end - x > 40) canvas.text(x, base, 15, shorten(canvas, 15, cause, end - x), kOverlayText);
   }
   if (context.banner.empty()) return true;
   if (end > x) canvas.text(end, base, 15, context.banner, kFaint);
@@ -239,7 +239,7 @@ void draw_orientation(Canvas& canvas, int width, int height, const render::Camer
   const ViewLetters letters_of = view_letters(camera);
   constexpr int kSize = 16;
   const auto centred = [&](int x, int y, const std::string& letters) {
-    canvas.text(x - canvas.text_width(kSize, letters) / 2, y, kSize, letters, kWords);
+    canvas.text(x - canvas.text_width(kSize, letters) / 2, y, kSize, letters, kOverlayText);
   };
   centred(20, height / 2, letters_of.left);
   centred(width - 20, height / 2, letters_of.right);
@@ -343,7 +343,7 @@ Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext&
     next = draw_note(canvas, next, canvas.width(), context.warning);
     draw_note(canvas, next, canvas.width(), ended);
   }
-  return canvas.picture();
+  return canvas.image();
 }
 
 }  // namespace nav::app

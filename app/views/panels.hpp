@@ -36,7 +36,7 @@ struct PanelContext {
 };
 
 /// Colour of overlay text that is not a warning.
-inline constexpr Rgba8 kWords = render::rgb8(0xd8dee4);
+inline constexpr Rgba8 kOverlayText = render::rgb8(0xd8dee4);
 
 /// Colour of a state: green (valid), amber (degraded), grey (stale) or red (lost).
 Rgba8 colour_of(SafetyState state);

@@ -25,26 +25,29 @@ bool shows_plane(const session::Epoch& epoch) {
 Result<Presenter> Presenter::create(const PresenterOptions& options,
                                     std::shared_ptr<const Volume> ct,
                                     std::unique_ptr<render::Engine> engine) {
-  auto look = resolve_look(options.look, *ct);
-  if (!look) return look.error();
-  return Presenter(options, std::move(*look), std::move(ct), std::move(engine));
+  auto appearance = resolve_appearance(options.appearance, *ct);
+  if (!appearance) return appearance.error();
+  return Presenter(options, std::move(*appearance), std::move(ct), std::move(engine));
 }
 
-Presenter::Presenter(const PresenterOptions& options, ResolvedLook look,
+Presenter::Presenter(const PresenterOptions& options, ResolvedLook appearance,
                      std::shared_ptr<const Volume> ct, std::unique_ptr<render::Engine> engine)
-    : options_(options), look_(std::move(look)), ct_(std::move(ct)), engine_(std::move(engine)) {}
+    : options_(options),
+      appearance_(std::move(appearance)),
+      ct_(std::move(ct)),
+      engine_(std::move(engine)) {}
 
 Result<void> Presenter::cut_free(const CutawayShapes& shapes) {
   const bool any = !shapes.polygons.empty() || !shapes.boxes.empty() || !shapes.meshes.empty();
-  if (!look_.cutaway && any && !options_.look.cutaway.enabled) {
+  if (!appearance_.cutaway && any && !options_.appearance.cutaway.enabled) {
     return Error{ErrorCode::kUsage,
                  "cutaway_objects: requires look.cutaway.enabled = true, because the appearance "
                  "file does not cut"};
   }
-  if (!look_.cutaway) return {};
-  look_.cutaway->polygons = shapes.polygons;
-  look_.cutaway->boxes = shapes.boxes;
-  look_.cutaway->meshes = shapes.meshes;
+  if (!appearance_.cutaway) return {};
+  appearance_.cutaway->polygons = shapes.polygons;
+  appearance_.cutaway->boxes = shapes.boxes;
+  appearance_.cutaway->meshes = shapes.meshes;
   return {};
 }
 
@@ -105,7 +108,7 @@ void Presenter::draw_by_predicates(render::UltrasoundVolume ultrasound, bool alo
   asks_needle_ = false;
   for (const std::string& name : kinds_of(ultrasound_->predicates.model)) {
     const auto kind = render::find_predicate_kind(name);
-    const render::PredicatePlace place{ultrasound_->volume->grid(), {}, {}, {}};
+    const render::PredicatePosition place{ultrasound_->volume->grid(), {}, {}, {}};
     asks_needle_ |= kind && (*kind)->needs(place).needle;
   }
 }
@@ -119,10 +122,10 @@ std::string Presenter::note_of(const session::Epoch& epoch) const {
 }
 
 render::Scene Presenter::scene(const session::Epoch& epoch) const {
-  render::Scene scene{ct_, look_.transfer, look_.shading,  {}, {}, {}, camera(), {},
-                      {},  options_.width, options_.height};
-  scene.cutaway = look_.cutaway;
-  scene.projection = look_.projection;
+  render::Scene scene{ct_, appearance_.transfer, appearance_.shading, {}, {}, {}, camera(), {},
+                      {},  options_.width,       options_.height};
+  scene.cutaway = appearance_.cutaway;
+  scene.projection = appearance_.projection;
   scene.grey = grey_.value_or(render::GreyWindow{});
   if (options_.step_voxels) scene.quality.step_voxels = *options_.step_voxels;
   if (step_) scene.quality.step_voxels = step_->step_voxels;
@@ -139,7 +142,7 @@ render::Scene Presenter::scene(const session::Epoch& epoch) const {
   }
   if (shows_plane(epoch)) {
     scene.plane = render::UltrasoundPlane{epoch.frame->frame, *epoch.ct_from_image,
-                                          options_.look.plane_opacity, epoch.plane};
+                                          options_.appearance.plane_opacity, epoch.plane};
   }
   if (epoch.ct_from_needle && epoch.needle.state != SafetyState::kLost) {
     const auto& needle = *epoch.ct_from_needle;
@@ -199,7 +202,7 @@ std::string registration_warning(const std::vector<std::string>& warnings) {
 }
 
 Result<void> Presenter::choose_grey(const render::Scene& first) {
-  const auto& said = options_.look;
+  const auto& said = options_.appearance;
   if (said.grey_level_hu && said.grey_width_hu) {
     grey_ = render::GreyWindow{*said.grey_level_hu, *said.grey_width_hu};
     return {};
@@ -219,7 +222,7 @@ Result<void> Presenter::choose_grey(const render::Scene& first) {
 }
 
 Result<void> Presenter::choose_step(const session::Epoch& epoch) {
-  if (look_.projection != render::Projection::kComposite && !grey_) {
+  if (appearance_.projection != render::Projection::kComposite && !grey_) {
     if (auto ok = choose_grey(scene(epoch)); !ok) return ok;
   }
   if (options_.step_voxels) return {};

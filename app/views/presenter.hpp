@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "app/look/look.hpp"
+#include "app/appearance/appearance.hpp"
 #include "app/options/session_config.hpp"
 #include "app/views/panels.hpp"
 #include "render/canvas.hpp"
@@ -21,7 +21,7 @@ namespace nav::app {
 
 /// Options for the display of a session.
 struct PresenterOptions {
-  SessionConfig::Look look;
+  SessionConfig::Appearance appearance;
   SessionConfig::View view;
   int width = 800;                                   ///< Width of the 3D view, pixels.
   int height = 600;                                  ///< Height of the 3D view, pixels.
@@ -85,7 +85,7 @@ class Presenter {
   /// Legend for the colours of predicates; empty without predicates.
   [[nodiscard]] const std::vector<LegendEntry>& legend() const { return legend_; }
   /// Appearance of the 3D view.
-  [[nodiscard]] const ResolvedLook& look() const { return look_; }
+  [[nodiscard]] const ResolvedLook& appearance() const { return appearance_; }
   /// Sets the warning that every image shows from now on: one sentence about the registration or
   /// the position of the CT. May be empty.
   void set_warning(std::string warning) { warning_ = std::move(warning); }
@@ -130,8 +130,8 @@ class Presenter {
   [[nodiscard]] double cast_seconds() const { return cast_seconds_; }
 
  private:
-  Presenter(const PresenterOptions& options, ResolvedLook look, std::shared_ptr<const Volume> ct,
-            std::unique_ptr<render::Engine> engine);
+  Presenter(const PresenterOptions& options, ResolvedLook appearance,
+            std::shared_ptr<const Volume> ct, std::unique_ptr<render::Engine> engine);
   [[nodiscard]] PanelContext context(const session::Epoch& epoch,
                                      const render::Camera& camera) const;
   [[nodiscard]] Eigen::Vector3d direction_to_eye() const;
@@ -140,7 +140,7 @@ class Presenter {
   [[nodiscard]] std::string note_of(const session::Epoch& epoch) const;
 
   PresenterOptions options_;
-  ResolvedLook look_;
+  ResolvedLook appearance_;
   std::shared_ptr<const Volume> ct_;
   std::optional<render::UltrasoundVolume> ultrasound_;
   bool without_ct_ = false;                    ///< The 3D view shows the ultrasound volume alone.

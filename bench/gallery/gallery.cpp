@@ -7,7 +7,7 @@
 
 #include "app/engines.hpp"
 #include "app/output_folder.hpp"
-#include "bench/gallery/gallery_looks.hpp"
+#include "bench/gallery/gallery_appearances.hpp"
 #include "bench/gallery/gallery_predicates.hpp"
 #include "bench/gallery/gallery_registration.hpp"
 #include "bench/gallery/gallery_simulator.hpp"
@@ -101,7 +101,7 @@ class GalleryPatient {
 };
 
 /// A picture of the gallery.
-struct Picture {
+struct ProgressiveImage {
   std::string name;
   Scene scene;
 };
@@ -117,7 +117,7 @@ class Gallery {
   Result<void> add_fusion();
   Result<void> add_plain_ct();
   Result<void> add_mr();
-  [[nodiscard]] const std::vector<Picture>& pictures() const { return pictures_; }
+  [[nodiscard]] const std::vector<ProgressiveImage>& images() const { return images_; }
 
  private:
   [[nodiscard]] bool wanted(const std::string& name) const {
@@ -127,20 +127,21 @@ class Gallery {
     return std::any_of(names.begin(), names.end(), [&](const auto& n) { return wanted(n); });
   }
   void add(const std::string& name, const Scene& scene) {
-    if (wanted(name)) pictures_.push_back({name, scene});
+    if (wanted(name)) images_.push_back({name, scene});
   }
-  [[nodiscard]] Scene scene_of(std::shared_ptr<const Volume> ct, render::TransferFunction look,
+  [[nodiscard]] Scene scene_of(std::shared_ptr<const Volume> ct,
+                               render::TransferFunction appearance,
                                const render::Camera& camera) const;
 
   const GalleryOptions& options_;
   app::Console& console_;
-  std::vector<Picture> pictures_;
+  std::vector<ProgressiveImage> images_;
 };
 
-Scene Gallery::scene_of(std::shared_ptr<const Volume> ct, render::TransferFunction look,
+Scene Gallery::scene_of(std::shared_ptr<const Volume> ct, render::TransferFunction appearance,
                         const render::Camera& camera) const {
   Scene scene{.ct = std::move(ct),
-              .transfer = std::move(look),
+              .transfer = std::move(appearance),
               .shading = {},
               .plane = {},
               .needle = {},
@@ -170,7 +171,7 @@ Result<void> Gallery::add_angiography() {
   auto ct = io::read_ct(file, console_);
   if (!ct) return ct.error();
   const auto volume = std::make_shared<const Volume>(std::move(*ct));
-  Scene scene = scene_of(volume, angiography_look(),
+  Scene scene = scene_of(volume, angiography_appearance(),
                          looking(volume->grid().centre().mm, {1, -0.55, 0.2}, 460));
   scene.shading.enabled = false;
   add("fig2a", scene);
@@ -192,8 +193,8 @@ Result<void> Gallery::add_cutaways() {
   const Vec centre = patient->liver() + Vec(15, 0, 0);
   AbdomenImportance importance;
   importance.vessels = importance.bone = 0.99;
-  Scene scene =
-      scene_of(patient->ct(), abdomen_look(importance), looking(centre, {0.25, -1, 0.25}, 480));
+  Scene scene = scene_of(patient->ct(), abdomen_appearance(importance),
+                         looking(centre, {0.25, -1, 0.25}, 480));
   scene.plane = coronal_slice(*patient->ct(), centre);
   const double inf = std::numeric_limits<double>::infinity();
   const auto cut = [&](const std::string& name, double inner_deg, double outer_deg,
@@ -217,7 +218,8 @@ Result<void> Gallery::add_fusion() {
   const auto patient = GalleryPatient::create(sim::Contrast::kPortal);
   if (!patient) return patient.error();
   const Vec liver = patient->liver();
-  Scene scene = scene_of(patient->ct(), abdomen_look({}), looking(liver, {-0.9, -0.9, 0.2}, 470));
+  Scene scene =
+      scene_of(patient->ct(), abdomen_appearance({}), looking(liver, {-0.9, -0.9, 0.2}, 470));
   scene.cutaway = render::Cutaway{};
   scene.cutaway->theta1_rad = 20 * kDeg;
   scene.cutaway->theta2_rad = 50 * kDeg;
@@ -240,7 +242,8 @@ Result<void> Gallery::add_plain_ct() {
   const auto patient = GalleryPatient::create(sim::Contrast::kNative);
   if (!patient) return patient.error();
   const Vec liver = patient->liver();
-  Scene scene = scene_of(patient->ct(), plain_ct_look({}), looking(liver, {-0.6, -0.6, 0.75}, 470));
+  Scene scene =
+      scene_of(patient->ct(), plain_ct_appearance({}), looking(liver, {-0.6, -0.6, 0.75}, 470));
   scene.plane = patient->ultrasound(
       probe_at(patient->phantom(), 1.42 * M_PI, -30, liver + Vec(5, 0, 0), Vec::UnitX()));
   scene.cutaway = render::Cutaway{};
@@ -258,7 +261,7 @@ Result<void> Gallery::add_mr() {
   auto mr = simulated_mr(patient->phantom());
   if (!mr) return mr.error();
   const Vec liver = patient->liver();
-  Scene scene = scene_of(*mr, mr_look(0.8), looking(liver, {-0.9, -0.9, 0.2}, 470));
+  Scene scene = scene_of(*mr, mr_appearance(0.8), looking(liver, {-0.9, -0.9, 0.2}, 470));
   scene.shading.full_gradient_per_mm = 60;
   scene.plane = patient->ultrasound(
       probe_at(patient->phantom(), 1.40 * M_PI, -45, liver + Vec(10, 0, 10), Vec::UnitZ()));
@@ -267,7 +270,7 @@ Result<void> Gallery::add_mr() {
   scene.cutaway->overlay_mm = 0;
   scene.shading.emphasis = 0.1;
   add("fig8a", scene);
-  scene.transfer = mr_look(1);
+  scene.transfer = mr_appearance(1);
   scene.cutaway->theta2_rad = 50 * kDeg;
   scene.cutaway->overlay_mm = 15;
   scene.shading.emphasis = 1;
@@ -309,17 +312,16 @@ Result<void> run_gallery(const GalleryOptions& options, app::Console& console) {
   console.end();
   console.begin("pictures");
   double done = 0;
-  for (const Picture& picture : gallery.pictures()) {
+  for (const ProgressiveImage& picture : gallery.images()) {
     // An engine of its own for each: no picture can depend on the one before.
     auto engine = app::make_engine(options.engine, 0, console);
     if (!engine) return engine.error();
     const auto image = (*engine)->render(picture.scene);
     if (!image) return image.error();
-    if (auto ok = folder->write_picture(picture.name + ".png", render::to_8bit(image->pixels));
-        !ok) {
+    if (auto ok = folder->write_image(picture.name + ".png", render::to_8bit(image->pixels)); !ok) {
       return ok;
     }
-    console.progress(++done / static_cast<double>(gallery.pictures().size()));
+    console.progress(++done / static_cast<double>(gallery.images().size()));
   }
   console.end();
   if (auto ok = draw_registration_gallery(options, *folder, console); !ok) return ok;

@@ -8,14 +8,14 @@
 
 #include "app/engines.hpp"
 #include "app/predicates/phantom_volume.hpp"
-#include "app/predicates/predicate_picture.hpp"
+#include "app/predicates/predicate_image.hpp"
 #include "app/predicates/predicate_scribbles.hpp"
 #include "app/predicates/predicate_volume.hpp"
 #include "bench/predicate_cases.hpp"
 #include "bench/scene_set.hpp"
 #include "bench/two_volumes.hpp"
 #include "io/ct.hpp"
-#include "io/picture.hpp"
+#include "io/image_output.hpp"
 #include "render/engine.hpp"
 
 namespace nav::bench {
@@ -73,7 +73,7 @@ class PredicateGallery {
                                     render::PredicateVolume& volume);
   Result<void> write(const std::string& name,
                      const std::vector<app::PredicatePanel>& panels) const {
-    return folder_.write_picture("predicates-" + name + ".png", app::predicate_picture(panels));
+    return folder_.write_image("predicates-" + name + ".png", app::predicate_image(panels));
   }
   Result<void> draw(const std::string& name, const std::vector<Part>& parts, const View& view,
                     render::PredicateVolume& volume);
@@ -114,9 +114,9 @@ Result<app::PredicatePanel> PredicateGallery::panel(const Part& part, const View
       model_of({{"all", E::kind("intensity", {0, 1e6})}}, {{1, 0, 0}});
   auto scene = scene_of(part.model.value_or(any), view, volume);
   if (!scene) return scene.error();
-  auto picture = rendered(part.model ? *scene : render::standard_scene(*scene));
-  if (!picture) return picture.error();
-  return app::PredicatePanel{part.title, *std::move(picture), part.model};
+  auto image = rendered(part.model ? *scene : render::standard_scene(*scene));
+  if (!image) return image.error();
+  return app::PredicatePanel{part.title, *std::move(image), part.model};
 }
 
 Result<void> PredicateGallery::draw(const std::string& name, const std::vector<Part>& parts,
@@ -206,8 +206,8 @@ Result<void> PredicateGallery::scribbles() {
   if (!after) return after.error();
   return write("scribbles", {{"(a) before: all alike", *std::move(before), model},
                              {"(b) strokes: show green, hide red",
-                              app::stroke_picture(*scene->ct, scene->predicates->intensity, strokes,
-                                                  options_.width, options_.height)},
+                              app::stroke_image(*scene->ct, scene->predicates->intensity, strokes,
+                                                options_.width, options_.height)},
                              {"(c) after", *std::move(after), scene->predicates->model}});
 }
 
@@ -281,9 +281,9 @@ Result<void> PredicateGallery::inside() {
   for (const auto& [title, drawn, legend] :
        {std::tuple{"(a) CT", &alone, false}, std::tuple{"(b) CT and ultrasound", &*scene, true},
         std::tuple{"(c) CT as important as the vessel", &equal, true}}) {
-    auto picture = rendered(*drawn);
-    if (!picture) return picture.error();
-    panels.push_back({title, *std::move(picture), legend ? std::optional(model) : std::nullopt});
+    auto image = rendered(*drawn);
+    if (!image) return image.error();
+    panels.push_back({title, *std::move(image), legend ? std::optional(model) : std::nullopt});
   }
   return write("inside", panels);
 }
@@ -302,7 +302,7 @@ Result<void> draw_predicate_gallery(const GalleryOptions& options, app::OutputFo
   part.height = std::max(options.height * 8 / 10, 16);
   PredicateGallery gallery(part, folder, console);
   console.begin("3D ultrasound");
-  const std::vector<std::function<Result<void>()>> pictures{
+  const std::vector<std::function<Result<void>()>> images{
       [&] {
         return gallery.patient("carotid", {"surroundings", "carotid-context"},
                                {"vessel with context", "carotid-vessel"});
@@ -321,9 +321,9 @@ Result<void> draw_predicate_gallery(const GalleryOptions& options, app::OutputFo
       [&] { return gallery.spine(); },
       [&] { return gallery.inside(); }};
   double done = 0;
-  for (const auto& picture : pictures) {
-    if (auto ok = picture(); !ok) return ok;
-    console.progress(++done / static_cast<double>(pictures.size()));
+  for (const auto& image : images) {
+    if (auto ok = image(); !ok) return ok;
+    console.progress(++done / static_cast<double>(images.size()));
   }
   console.end();
   return {};

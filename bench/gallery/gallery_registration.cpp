@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "app/report.hpp"
-#include "app/verbs/register/registration_picture.hpp"
+#include "app/verbs/register/registration_image.hpp"
 #include "bench/registration/cohort.hpp"
 #include "registration/acceptance.hpp"
 #include "registration/image_registration.hpp"
@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 1;
 constexpr double kStartMm = 40;
-constexpr int kPictures = 4;       // Along the sweep.
+constexpr int kImages = 4;         // Along the sweep.
 constexpr int kEmpty = 56;         // Rows of a registration picture below its fans.
 constexpr int kSlice = 520;        // Pixels of a side.
 constexpr double kSliceMm = 0.65;  // Of a pixel.
@@ -64,16 +64,16 @@ Result<Run> run_registration(app::Console& console) {
 Result<void> draw_checkerboards(const Run& run, app::OutputFolder& folder) {
   const auto& frames = run.recorded.sweep.frames();
   std::vector<Image2d<Rgba8>> rows;
-  for (int i = 0; i < kPictures; ++i) {
-    const std::size_t index = frames.size() * static_cast<std::size_t>(2 * i + 1) / (2 * kPictures);
-    rows.push_back(app::registration_picture(*run.patient.ct, frames[index], run.start,
-                                             run.result.ct_from_reference, run.decision.accepted,
-                                             {}));
+  for (int i = 0; i < kImages; ++i) {
+    const std::size_t index = frames.size() * static_cast<std::size_t>(2 * i + 1) / (2 * kImages);
+    rows.push_back(app::registration_image(*run.patient.ct, frames[index], run.start,
+                                           run.result.ct_from_reference, run.decision.accepted,
+                                           {}));
   }
   const int height = rows.front().height() - kEmpty;
-  render::Canvas canvas(rows.front().width(), kPictures * height + kEmpty, render::rgb8(0x101418));
-  for (int i = 0; i < kPictures; ++i) canvas.copy(rows[static_cast<std::size_t>(i)], 0, i * height);
-  return folder.write_picture("registration-sweep.png", canvas.picture());
+  render::Canvas canvas(rows.front().width(), kImages * height + kEmpty, render::rgb8(0x101418));
+  for (int i = 0; i < kImages; ++i) canvas.copy(rows[static_cast<std::size_t>(i)], 0, i * height);
+  return folder.write_image("registration-sweep.png", canvas.image());
 }
 
 /// Blue where little error is expected, over green and yellow to red at kMostMm and beyond.
@@ -154,7 +154,7 @@ Result<void> draw_tre_map(const Run& run, app::OutputFolder& folder) {
   if (auto ok = draw_map(run, render::axial_slice(axial), 0, kTop, canvas); !ok) return ok;
   if (auto ok = draw_map(run, render::coronal_slice(coronal), kSlice, kTop, canvas); !ok) return ok;
   draw_legend(canvas, 12, kTop + kSlice + 8);
-  return folder.write_picture("registration-tre-map.png", canvas.picture());
+  return folder.write_image("registration-tre-map.png", canvas.image());
 }
 
 void say_numbers(const Run& run, app::Console& console) {

@@ -66,7 +66,7 @@ std::vector<Comparison> comparisons() {
            9}};
 }
 
-Result<Image2d<std::uint8_t>> sequence_picture(const std::filesystem::path& file, int frame) {
+Result<Image2d<std::uint8_t>> sequence_image(const std::filesystem::path& file, int frame) {
   auto reader = io::SequenceReader::open(file);
   if (!reader) return reader.error();
   const auto read = reader->read(frame);
@@ -75,7 +75,7 @@ Result<Image2d<std::uint8_t>> sequence_picture(const std::filesystem::path& file
 }
 
 /// 720 x 500 bytes, last row first.
-Result<Image2d<std::uint8_t>> raw_picture(const std::filesystem::path& file) {
+Result<Image2d<std::uint8_t>> raw_image(const std::filesystem::path& file) {
   constexpr int kColumns = 720, kRows = 500;
   std::ifstream in(file, std::ios::binary);
   const std::vector<char> bytes(std::istreambuf_iterator<char>(in), {});
@@ -92,16 +92,16 @@ Result<Image2d<std::uint8_t>> raw_picture(const std::filesystem::path& file) {
 }
 
 /// The part of a picture that shows ultrasound, with its scale.
-Result<UltrasoundFrame> cropped(const Image2d<std::uint8_t>& picture, const Crop& crop) {
-  if (crop.x + crop.width > picture.width() || crop.y + crop.height > picture.height()) {
+Result<UltrasoundFrame> cropped(const Image2d<std::uint8_t>& image, const Crop& crop) {
+  if (crop.x + crop.width > image.width() || crop.y + crop.height > image.height()) {
     return Error{ErrorCode::kMalformedData,
                  "recorded picture: expected 820 x 616 or 720 x 500, "
                  "found " +
-                     std::to_string(picture.width()) + " x " + std::to_string(picture.height())};
+                     std::to_string(image.width()) + " x " + std::to_string(image.height())};
   }
   std::vector<std::uint8_t> pixels;
   for (int y = 0; y < crop.height; ++y) {
-    for (int x = 0; x < crop.width; ++x) pixels.push_back(picture.at(crop.x + x, crop.y + y));
+    for (int x = 0; x < crop.width; ++x) pixels.push_back(image.at(crop.x + x, crop.y + y));
   }
   UltrasoundFrame frame;
   frame.pixels = {crop.width, crop.height, std::move(pixels)};
@@ -116,10 +116,9 @@ Result<std::optional<UltrasoundFrame>> recorded(const Comparison& c, app::Consol
                    c.name + ": expected " + file.string() + ", found nothing (set SONDE_DATA_DIR)");
     return std::optional<UltrasoundFrame>{};
   }
-  const auto picture =
-      file.extension() == ".raw" ? raw_picture(file) : sequence_picture(file, c.frame);
-  if (!picture) return picture.error();
-  auto frame = cropped(*picture, c.crop);
+  const auto image = file.extension() == ".raw" ? raw_image(file) : sequence_image(file, c.frame);
+  if (!image) return image.error();
+  auto frame = cropped(*image, c.crop);
   if (!frame) return frame.error();
   return std::optional(std::move(*frame));
 }
@@ -175,13 +174,13 @@ Result<void> draw_simulator_gallery(const GalleryOptions& options, app::OutputFo
     draw_panel(canvas, 0, "Recorded: " + c.title, *real);
     int column = 1;
     for (const auto model : {sim::AcousticModel::kRays, sim::AcousticModel::kScatterers}) {
-      const auto picture = simulated(c, model);
-      if (!picture) return picture.error();
+      const auto image = simulated(c, model);
+      if (!image) return image.error();
       const bool rays = model == sim::AcousticModel::kRays;
       draw_panel(canvas, column++, std::string("Simulated, ") + (rays ? "rays" : "scatterers"),
-                 *picture);
+                 *image);
     }
-    if (auto ok = folder.write_picture(c.name + ".png", canvas.picture()); !ok) return ok;
+    if (auto ok = folder.write_image(c.name + ".png", canvas.image()); !ok) return ok;
     console.end();
   }
   return {};

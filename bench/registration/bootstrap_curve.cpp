@@ -23,12 +23,12 @@ using registration::BootstrapOptions;
 using registration::CtChannels;
 using registration::frame_bootstrap;
 using registration::FrameBootstrap;
+using registration::ImageDraws;
 using registration::ImageRegistrationOptions;
 using registration::Lc2Cost;
 using registration::LocalShape;
 using registration::Patch;
 using registration::PatchSet;
-using registration::PictureDraws;
 using registration::PreparedSweep;
 using registration::Vector6d;
 
@@ -163,12 +163,11 @@ BootstrapReference compare(const Solved& solved, const LocalShape& shape, int re
   const FrameBootstrap steps = frame_bootstrap(shape, options);
   NAV_CHECK(steps.valid && steps.unsolved == 0, steps.fault);
   std::vector<double> way_mm;
-  for (std::size_t i = 1; i < shape.pictures.size(); ++i)
-    way_mm.push_back(shape.pictures[i].way_mm);
-  const PictureDraws draws(way_mm, options);
+  for (std::size_t i = 1; i < shape.images.size(); ++i) way_mm.push_back(shape.images[i].way_mm);
+  const ImageDraws draws(way_mm, options);
   const Eigen::Vector3d centre = shape.centre_ct.mm;
   BootstrapReference out{};
-  out.pictures = steps.pictures;
+  out.images = steps.images;
   out.block = steps.block;
   out.error_mm = solved.error_mm();
   out.clusters_mm = solved.predicted_mm(
@@ -181,7 +180,7 @@ BootstrapReference compare(const Solved& solved, const LocalShape& shape, int re
       const std::vector<int> counts = draws.counts(replicate);
       std::map<int, int> of_frame;
       for (std::size_t i = 0; i < counts.size(); ++i) {
-        of_frame[shape.pictures[i].frame] = counts[i];
+        of_frame[shape.images[i].frame] = counts[i];
       }
       const Vector6d full = twist_between(solved.pose(), solved.solve(of_frame), centre);
       solved2 += std::pow(solved.moved_mm(full, centre), 2);
@@ -245,7 +244,7 @@ std::string to_text(const BootstrapCurve& curve) {
   text << "one step compared with full solves of the same samples, RMS at the targets, no floor:\n";
   for (const BootstrapReference& r : curve.references) {
     text << "  " << r.patient << ' ' << std::setw(9) << std::left << to_string(r.path) << std::right
-         << ": " << r.pictures << " images in blocks of " << r.block << ", steps " << r.step_mm
+         << ": " << r.images << " images in blocks of " << r.block << ", steps " << r.step_mm
          << " mm, solves " << r.solved_mm << " mm (" << r.solved_cpu_s << " s), difference "
          << r.apart << "; clusters " << r.clusters_mm << " mm, actual error " << r.error_mm
          << " mm\n";

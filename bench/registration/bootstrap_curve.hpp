@@ -26,7 +26,7 @@ inline constexpr int kBootstrapMost = 20000;
 struct BootstrapReference {
   std::uint64_t patient;
   SweepPath path;
-  int pictures, block;
+  int images, block;
   /// Error of the registration against the truth; all errors are RMS over the targets.
   double error_mm;
   double clusters_mm;  ///< Error predicted by clusters of patches, without a floor.

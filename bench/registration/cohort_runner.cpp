@@ -103,8 +103,7 @@ CohortResult run_cohort(const CohortOptions& options, CaseStore& store,
                         const std::function<void(double)>& progress,
                         const std::function<void(const std::vector<Trial>&)>& done) {
   NAV_CHECK(options.patients >= 1 && options.starts >= 1, options.patients, options.starts);
-  NAV_CHECK(options.hopeless_stride >= 1 && options.picture_stride >= 1 &&
-            options.path_stride >= 1);
+  NAV_CHECK(options.hopeless_stride >= 1 && options.image_stride >= 1 && options.path_stride >= 1);
   NAV_CHECK(options.threads >= 1 && !options.paths.empty(), options.threads);
   return CohortRunner(options, store, progress, done).run();
 }

@@ -57,7 +57,7 @@ std::vector<EffortPoint> measure_effort(const EffortOptions& options, CaseStore&
   base.local = options.local;
   const std::size_t levels = base.local.levels.size();
   const auto total = static_cast<double>(
-      options.patch_shares.size() + options.picture_strides.size() + options.iterations.size() +
+      options.patch_shares.size() + options.image_strides.size() + options.iterations.size() +
       options.sample_steps_mm.size() + options.quick_shares.size() + levels - 1);
   std::vector<EffortPoint> points;
   const auto add = [&](const std::string& axis, double x, const CohortOptions& cohort) {
@@ -69,9 +69,9 @@ std::vector<EffortPoint> measure_effort(const EffortOptions& options, CaseStore&
     cohort.local = with_patch_share(base.local, share);
     add("patches", share, cohort);
   }
-  for (const int stride : options.picture_strides) {
+  for (const int stride : options.image_strides) {
     CohortOptions cohort = base;
-    cohort.picture_stride = stride;
+    cohort.image_stride = stride;
     add("pictures", (cohort.frames + stride - 1) / stride, cohort);
   }
   for (const int iterations : options.iterations) {

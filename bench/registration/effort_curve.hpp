@@ -33,7 +33,7 @@ struct EffortOptions {
   int patients = 4;
   std::vector<SweepPath> paths{SweepPath::kSubcostal, SweepPath::kCross};
   std::vector<double> patch_shares{0.25, 0.5, 1, 2, 4};
-  std::vector<int> picture_strides{6, 4, 2, 1};
+  std::vector<int> image_strides{6, 4, 2, 1};
   std::vector<int> iterations{1, 2, 3, 5, 30};
   std::vector<double> sample_steps_mm{0.8, 1.2, 1.6, 2.4};
   std::vector<double> quick_shares{0.5, 1, 2, 4};

@@ -30,10 +30,10 @@ Sweep mirrored(const Sweep& sweep) {
 }
 
 Sweep shadowed(const Sweep& sweep, std::uint64_t seed) {
-  std::uint64_t picture = 0;
+  std::uint64_t image = 0;
   return with_pixels(sweep, [&](Pixels& pixels, const UltrasoundFrame& frame) {
     const int width = frame.pixels.width();
-    ++picture;
+    ++image;
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       const auto at = static_cast<int>(i);
       const Eigen::Vector2d p = frame.grid.at(at % width, at / width).mm.head<2>();
@@ -41,7 +41,7 @@ Sweep shadowed(const Sweep& sweep, std::uint64_t seed) {
                                ? (p - frame.outline->apex_mm).norm() - frame.outline->radius_min_mm
                                : p.y();
       if (depth < kEchoMm || pixels[i] == 0) continue;
-      pixels[i] = static_cast<std::uint8_t>(sim::hash_bits(seed, picture, i) % 12);
+      pixels[i] = static_cast<std::uint8_t>(sim::hash_bits(seed, image, i) % 12);
     }
   });
 }

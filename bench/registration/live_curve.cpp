@@ -14,7 +14,7 @@
 #include "bench/registration/thread_time.hpp"
 #include "registration/motion/live_registration.hpp"
 #include "registration/prepared.hpp"
-#include "registration/similarity/picture_outline.hpp"
+#include "registration/similarity/image_outline.hpp"
 
 namespace nav::bench {
 namespace {
@@ -51,13 +51,13 @@ Result<LiveCase> make_case(const LiveCurveOptions& options, sim::BreathingKind k
 }
 
 /// Distance between two poses, RMS over the positions of an image, mm.
-double distance_mm(const TrackedFrame& picture, const Pose& a, const Pose& b) {
+double distance_mm(const TrackedFrame& image, const Pose& a, const Pose& b) {
   constexpr int kStride = 40;
   double sum = 0;
   int count = 0;
-  for (int column = 0; column < picture.frame.pixels.width(); column += kStride) {
-    for (int row = 0; row < picture.frame.pixels.height(); row += kStride) {
-      const auto p = picture.reference_from_image * picture.frame.grid.at(column, row);
+  for (int column = 0; column < image.frame.pixels.width(); column += kStride) {
+    for (int row = 0; row < image.frame.pixels.height(); row += kStride) {
+      const auto p = image.reference_from_image * image.frame.grid.at(column, row);
       sum += ((a * p).mm - (b * p).mm).squaredNorm();
       ++count;
     }
@@ -72,7 +72,7 @@ double rms(const std::vector<double>& values) {
 
 /// Result of one setting on one patient.
 struct LiveTrial {
-  int pictures = 0;
+  int images = 0;
   std::vector<double> still, following, predicted, cpu_ms;
   std::optional<int> withdrawn_after;  ///< Number of images.
 };
@@ -86,10 +86,10 @@ Result<LiveTrial> run(const LiveCase& one, const LiveCase& whose_ct, const LiveO
     Result<registration::LiveUpdate> update = Error{ErrorCode::kUnavailable, "not updated"};
     trial.cpu_ms.push_back(1e3 * timed([&] { update = live->update(frames[i]); }));
     if (!update) return update.error();
-    ++trial.pictures;
+    ++trial.images;
     const bool distinct = !(update->distinctness < options.min_distinctness);
     if (update->state == LiveState::kLost && !distinct && !trial.withdrawn_after) {
-      trial.withdrawn_after = trial.pictures;
+      trial.withdrawn_after = trial.images;
     }
     if (update->state != LiveState::kFollowing) continue;
     const Pose& truth = one.session.following_truth[i];
@@ -106,11 +106,11 @@ Result<LivePoint> measure(const std::vector<LiveCase>& cases, sim::BreathingKind
   options.window = window;
   options.level.patches = patches;
   std::vector<double> still, following, all, predicted, cpu_ms;
-  int pictures = 0;
+  int images = 0;
   for (const LiveCase& one : cases) {
     const auto trial = run(one, one, options);
     if (!trial) return trial.error();
-    pictures += trial->pictures;
+    images += trial->images;
     if (!trial->following.empty()) {
       still.push_back(rms(trial->still));
       following.push_back(rms(trial->following));
@@ -123,7 +123,7 @@ Result<LivePoint> measure(const std::vector<LiveCase>& cases, sim::BreathingKind
                    window,
                    patches,
                    static_cast<int>(cases.size()),
-                   static_cast<double>(all.size()) / pictures,
+                   static_cast<double>(all.size()) / images,
                    median(still),
                    median(following),
                    quantile(all, 0.95),
@@ -133,7 +133,7 @@ Result<LivePoint> measure(const std::vector<LiveCase>& cases, sim::BreathingKind
 
 Result<LiveEvidence> weigh(const std::vector<LiveCase>& cases) {
   LiveEvidence evidence;
-  std::vector<double> pictures;
+  std::vector<double> images;
   for (const LiveCase& one : cases) {
     for (const LiveCase& other : cases) {
       const auto trial = run(one, other, {});
@@ -146,10 +146,10 @@ Result<LiveEvidence> weigh(const std::vector<LiveCase>& cases) {
       }
       ++evidence.others;
       evidence.others_withdrawn += withdrawn ? 1 : 0;
-      if (withdrawn) pictures.push_back(*trial->withdrawn_after);
+      if (withdrawn) images.push_back(*trial->withdrawn_after);
     }
   }
-  evidence.pictures_median = median(pictures);
+  evidence.images_median = median(images);
   return evidence;
 }
 
@@ -204,7 +204,7 @@ std::string to_text(const LiveCurve& curve) {
   const LiveEvidence& e = curve.evidence;
   text << std::setprecision(0) << "  withdrawn: own CT " << e.own_withdrawn << '/' << e.own
        << ", another patient's CT " << e.others_withdrawn << '/' << e.others << ", after "
-       << e.pictures_median << " images (median)\n";
+       << e.images_median << " images (median)\n";
   return text.str();
 }
 

@@ -38,7 +38,7 @@ struct LiveEvidence {
   int own_withdrawn = 0;
   int others = 0;
   int others_withdrawn = 0;
-  double pictures_median = 0;  ///< Images until another patient's CT is withdrawn; NaN if none is.
+  double images_median = 0;  ///< Images until another patient's CT is withdrawn; NaN if none is.
 };
 
 struct LiveCurve {

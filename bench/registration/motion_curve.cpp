@@ -97,8 +97,7 @@ Result<MotionPoint> measure(const std::vector<MotionCase>& cases, sim::Breathing
   for (const MotionCase& one : cases) {
     const auto trial = run(one, stride, harmonics, threads);
     if (!trial) return trial.error();
-    point.pictures =
-        static_cast<int>((one.phases.size() - 1) / static_cast<std::size_t>(stride)) + 1;
+    point.images = static_cast<int>((one.phases.size() - 1) / static_cast<std::size_t>(stride)) + 1;
     ++point.trials;
     commons.push_back(trial->common_mm);
     cpu.push_back(trial->cpu_s);
@@ -120,7 +119,7 @@ Result<std::vector<MotionPoint>> measure_motion(const MotionCurveOptions& option
                                                 const std::function<void(double)>& progress) {
   std::vector<MotionPoint> points;
   const auto settings = static_cast<double>(
-      options.kinds.size() * (options.picture_strides.size() + options.harmonics.size()));
+      options.kinds.size() * (options.image_strides.size() + options.harmonics.size()));
   double done = 0;
   for (const sim::BreathingKind kind : options.kinds) {
     std::vector<MotionCase> cases;
@@ -137,12 +136,12 @@ Result<std::vector<MotionPoint>> measure_motion(const MotionCurveOptions& option
       return {};
     };
     const int usual = registration::PhaseOptions().harmonics;
-    for (const int stride : options.picture_strides) {
+    for (const int stride : options.image_strides) {
       if (auto ok = add(stride, usual); !ok) return ok.error();
     }
     for (const int harmonics : options.harmonics) {
       if (harmonics == usual) continue;
-      if (auto ok = add(options.picture_strides.back(), harmonics); !ok) return ok.error();
+      if (auto ok = add(options.image_strides.back(), harmonics); !ok) return ok.error();
     }
   }
   return points;
@@ -155,7 +154,7 @@ std::string to_text(const std::vector<MotionPoint>& points) {
           "wall s for the motion\n";
   for (const MotionPoint& p : points) {
     text << "  " << std::setw(6) << std::left << sim::to_string(p.kind) << std::right
-         << std::setw(5) << p.pictures << " images, harmonics " << p.harmonics << ": supported "
+         << std::setw(5) << p.images << " images, harmonics " << p.harmonics << ": supported "
          << p.supported << '/' << p.trials << ", common pose " << p.common_mm << ", at rest median "
          << p.error_median_mm << ", worst " << p.error_worst_mm << "; " << p.motion_cpu_s << ", "
          << p.motion_wall_s << '\n';

@@ -16,7 +16,7 @@ namespace nav::bench {
 /// Setting of the refinement of sweeps of breathing patients: run time against error at rest.
 struct MotionPoint {
   sim::BreathingKind kind;
-  int pictures;  ///< Evenly chosen images of the sweep.
+  int images;  ///< Evenly chosen images of the sweep.
   int harmonics;
   int trials;
   int supported;     ///< Trials in which the images support a motion.
@@ -38,8 +38,8 @@ struct MotionCurveOptions {
   double period_s = 4;
   double duration_s = 16;
   double frame_rate_hz = 15;
-  std::vector<int> picture_strides{4, 2, 1};  ///< With the default harmonics.
-  std::vector<int> harmonics{1, 2, 3};        ///< With the last of the strides.
+  std::vector<int> image_strides{4, 2, 1};  ///< With the default harmonics.
+  std::vector<int> harmonics{1, 2, 3};      ///< With the last of the strides.
   int threads = 2;
 };
 

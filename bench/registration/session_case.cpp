@@ -22,10 +22,10 @@ Result<SessionCase> make_session_case(sim::SimulatedSessionOptions options) {
   if (!ct) return ct.error();
   std::vector<TrackedFrame> frames;
   std::vector<registration::Pose> following_truth;
-  const auto pictures = session->frames();
+  const auto images = session->frames();
   const registration::Pose truth = session->ct_from_reference();
   for (int i = 0; i < session->frame_count(); ++i) {
-    auto frame = pictures->next(Timestamp::max());
+    auto frame = images->next(Timestamp::max());
     if (!frame) return frame.error();
     const sim::FrameTruth now = session->truth(i);
     const auto reference_from_image = truth.inverse() * now.ct_from_image;

@@ -48,7 +48,7 @@ class SweepTrials {
         ct_(store.ready_ct(patient_seed, options.global)) {}
 
   std::vector<Trial> run() {
-    const Sweep thinned = every(options_.picture_stride, recorded_->sweep);
+    const Sweep thinned = every(options_.image_stride, recorded_->sweep);
     std::optional<PreparedSweep> sweep;
     const double sweep_cpu_s = timed([&] { sweep = prepare(thinned); });
     NAV_CHECK(sweep.has_value(), patient_->seed, to_string(path_));

@@ -64,10 +64,10 @@ struct CohortOptions {
   bool hopeless_local = true;  ///< Hopeless inputs without seeded starts too.
   /// Only every hopeless_stride-th kind, different ones on each sweep; >= 1.
   int hopeless_stride = 1;
-  int frames = 60;         ///< Ultrasound images of a sweep, >= 2.
-  int picture_stride = 1;  ///< Only every picture_stride-th image is registered; >= 1.
-  int threads = 1;         ///< Sweeps judged in parallel, >= 1; results do not depend on it.
-  bool keep = false;       ///< True: patients stay in the store; false: only as long as needed.
+  int frames = 60;       ///< Ultrasound images of a sweep, >= 2.
+  int image_stride = 1;  ///< Only every image_stride-th image is registered; >= 1.
+  int threads = 1;       ///< Sweeps judged in parallel, >= 1; results do not depend on it.
+  bool keep = false;     ///< True: patients stay in the store; false: only as long as needed.
   registration::ImageRegistrationOptions local, global;
   registration::AcceptanceLimits limits;
 };

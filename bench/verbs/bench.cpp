@@ -49,7 +49,7 @@ Difference compare(const Image2d<Rgba8>& a, const Image2d<Rgba8>& b) {
 Result<render::Scene> demo_scene(std::shared_ptr<const Volume> ct, const sim::Procedure& procedure,
                                  int width, int height) {
   app::PresenterOptions options;
-  options.look.preset = "cta-vessels";
+  options.appearance.preset = "cta-vessels";
   options.width = width;
   options.height = height;
   auto presenter = app::Presenter::create(options, std::move(ct), render::make_cpu_engine());
@@ -89,9 +89,9 @@ Result<io::Json> agreement(const render::Scene& scene, app::Console& console) {
       console.report(Severity::kWarning, "bench", engine.error().message);
       continue;
     }
-    const auto picture = (*engine)->render(scene);
-    if (!picture) return picture.error();
-    const Difference d = compare(render::to_8bit(picture->pixels), render::to_8bit(truth->pixels));
+    const auto image = (*engine)->render(scene);
+    if (!image) return image.error();
+    const Difference d = compare(render::to_8bit(image->pixels), render::to_8bit(truth->pixels));
     std::printf("%-10s %20.4f %% %10d %10.3f\n", name, 100 * (1 - d.share_above_two), d.max, d.rms);
     rows.push_back({{"engine", name},
                     {"share_within_2_of_255", 1 - d.share_above_two},
@@ -181,16 +181,16 @@ std::vector<render::TransferFunction> motion_looks() {
 
 /// The camera moves about a cubic patient; the last scene's volume also sees an edit.
 Result<void> measure_motion(bool quick, BenchRenderReport& report, app::Console& console) {
-  const auto looks = motion_looks();
+  const auto appearances = motion_looks();
   const std::vector<int> sides = quick ? std::vector<int>{256} : std::vector<int>{256, 384};
   for (const int side : sides) {
     auto ct = cubic_patient(side);
     if (!ct) return ct.error();
-    const auto scenes =
-        bench_scenes({{"patient-" + std::to_string(side), *ct, looks}}, kMotionView, 800, 600);
+    const auto scenes = bench_scenes({{"patient-" + std::to_string(side), *ct, appearances}},
+                                     kMotionView, 800, 600);
     for (const auto& named : scenes) {
       console.progress(static_cast<double>(report.interaction.size()) /
-                       static_cast<double>(sides.size() * looks.size()));
+                       static_cast<double>(sides.size() * appearances.size()));
       auto moved = measure_interaction(named, {quick ? 3 : 7, 3});
       if (!moved) return moved.error();
       report.interaction.push_back(std::move(*moved));
@@ -238,7 +238,7 @@ Result<void> measure_comparison(const BenchRenderOptions& options, int width, in
     bench_options.reference_width = 40;
     bench_options.reference_height = 30;
   }
-  if (auto ok = check_picture(bench_options, width, height); !ok) return ok;
+  if (auto ok = check_image(bench_options, width, height); !ok) return ok;
   console.begin("volumes");
   auto scenes = scenes_of_set(options, width, height, console);
   if (!scenes) return scenes.error();
@@ -275,15 +275,15 @@ Result<void> measure_skip_bounds(const BenchRenderOptions& options, BenchRenderR
   const std::vector<int> sides = options.quick ? std::vector{64} : std::vector{256, 384};
   for (const int side : sides) {
     const std::string patient = "patient-" + std::to_string(side);
-    auto looks = motion_looks();
-    std::erase_if(looks, [&](const render::TransferFunction& look) {
-      const std::string name = patient + "/" + look.name() + "/" + kMotionView;
+    auto appearances = motion_looks();
+    std::erase_if(appearances, [&](const render::TransferFunction& appearance) {
+      const std::string name = patient + "/" + appearance.name() + "/" + kMotionView;
       return name.find(options.scene) == std::string::npos;
     });
-    if (looks.empty()) continue;  // To make the patient takes seconds.
+    if (appearances.empty()) continue;  // To make the patient takes seconds.
     auto ct = options.quick ? cubic_patient(side, kCoarselyMm) : cubic_patient(side);
     if (!ct) return ct.error();
-    auto more = bench_scenes({{patient, *ct, looks}}, kMotionView, kWidth, kHeight);
+    auto more = bench_scenes({{patient, *ct, appearances}}, kMotionView, kWidth, kHeight);
     std::ranges::move(more, std::back_inserter(*scenes));
   }
   if (const auto ok = expect_some(*scenes, options); !ok) return ok;

@@ -51,7 +51,7 @@ struct BenchPredicatesOptions {
   int height = 600;    ///< As width.
   int threads = 0;     ///< 0: all cores.
   std::string volume;  ///< Only volumes whose name begins so.
-  std::string look;    ///< Only set-ups whose name begins so.
+  std::string appearance;       ///< Only set-ups whose name begins so.
   std::string engine = "both";  ///< cpu, gl or both.
   std::optional<std::string> json;
 };

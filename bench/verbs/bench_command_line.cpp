@@ -40,8 +40,8 @@ int BenchCommandLine::run(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& problem) {
     return fail({ErrorCode::kUsage, app::in_words(app_, problem)});
   }
-  if (const auto ok = app::refuse_empty(app_); !ok) return fail(ok.error());
-  if (const auto ok = app::refuse_unwritable({{"--json", json_}}); !ok) return fail(ok.error());
+  if (const auto ok = app::reject_empty(app_); !ok) return fail(ok.error());
+  if (const auto ok = app::reject_unwritable({{"--json", json_}}); !ok) return fail(ok.error());
   app::Console console(verbose_);
   const auto outcome = verb_(console);
   if (!outcome) {

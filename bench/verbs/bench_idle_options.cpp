@@ -9,14 +9,14 @@
 
 namespace nav::bench {
 
-using app::refuse_idle;
+using app::reject_idle;
 
-Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchRenderOptions& options) {
+Result<void> reject_idle_of_bench(const CLI::App& verb, const BenchRenderOptions& options) {
   const bool compares = asks_for(options.parts, "compare");
   const bool lives = asks_for(options.parts, "live");
   const bool skips = names_part(options.parts, "skipping");
   const bool costs = names_part(options.parts, "costs");
-  return refuse_idle(verb, {{{"--ct", "--scene"},
+  return reject_idle(verb, {{{"--ct", "--scene"},
                              compares || skips || costs,
                              "--part compare, skipping or costs",
                              "live"},
@@ -31,11 +31,11 @@ Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchRenderOptions
                              "skipping"}});
 }
 
-Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchPredicatesOptions& options) {
+Result<void> reject_idle_of_bench(const CLI::App& verb, const BenchPredicatesOptions& options) {
   const std::string& volume = options.volume;
   const bool recorded = !volume.empty() && std::string_view("prostate phantom").starts_with(volume);
   const bool features = !volume.empty() && std::string_view("features").starts_with(volume);
-  return refuse_idle(
+  return reject_idle(
       verb,
       {{{"--side", "--width", "--height"},
         !options.quick,
@@ -55,14 +55,14 @@ Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchPredicatesOpt
         volume}});
 }
 
-Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchRegistrationOptions& options) {
+Result<void> reject_idle_of_bench(const CLI::App& verb, const BenchRegistrationOptions& options) {
   const bool cohort = asks_for(options.parts, "cohort");
   const bool faults = asks_for(options.parts, "faults");
   const bool starts = asks_for(options.parts, "starts");
   const bool only_curve =
       !options.parts.empty() && std::all_of(options.parts.begin(), options.parts.end(),
                                             [](const auto& part) { return part == "curve"; });
-  return refuse_idle(
+  return reject_idle(
       verb,
       {{{"--trials"}, cohort, "--part cohort", "others"},
        {{"--no-evaluation"}, cohort || faults, "--part cohort or faults", "others"},
@@ -70,8 +70,8 @@ Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchRegistrationO
        {{"--patients"}, !only_curve, "a --part other than curve", "curve alone"}});
 }
 
-Result<void> refuse_idle_of_bench(const CLI::App& verb, const BenchDerivedOptions& options) {
-  return refuse_idle(
+Result<void> reject_idle_of_bench(const CLI::App& verb, const BenchDerivedOptions& options) {
+  return reject_idle(
       verb, {{{"--side"}, !options.quick, "no --quick, which has a side of its own,", "both"}});
 }
 

@@ -270,7 +270,7 @@ io::Json json_of(const std::vector<ScalingPoint>& points) {
   io::Json json = io::Json::array();
   for (const auto& p : points) {
     json.push_back({{"axis", p.axis},
-                    {"look", p.look},
+                    {"look", p.appearance},
                     {"x", p.x},
                     {"cpu_ms", p.cpu_ms},
                     {"wall_ms", p.wall_ms},

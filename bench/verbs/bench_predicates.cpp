@@ -173,7 +173,7 @@ Result<void> run_bench_predicates(const BenchPredicatesOptions& options, app::Co
   bench.height = options.height;
   bench.threads = options.threads;
   bench.volume = options.volume;
-  bench.look = options.look;
+  bench.appearance = options.appearance;
   bench.cpu = options.engine != "gl";
   bench.gl = options.engine != "cpu";
   if (options.quick) {

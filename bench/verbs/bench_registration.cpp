@@ -154,7 +154,7 @@ void RegistrationBench::measure_effort() {
     effort.patients = 1;
     effort.paths = {SweepPath::kSubcostal, SweepPath::kSlide};
     effort.patch_shares = {0.25, 1, 4};
-    effort.picture_strides = {4, 2};
+    effort.image_strides = {4, 2};
     effort.iterations = {2};
     effort.sample_steps_mm = {1.6};
     effort.quick_shares = {1};
@@ -225,7 +225,7 @@ Result<void> RegistrationBench::measure_motion() {
     options.patients = 1;
     options.duration_s = 8;
     options.kinds = {sim::BreathingKind::kSmooth};
-    options.picture_strides = {2, 1};
+    options.image_strides = {2, 1};
     options.harmonics = {1};
   }
   if (options_.patients > 0) options.patients = options_.patients;

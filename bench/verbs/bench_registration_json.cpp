@@ -126,7 +126,7 @@ io::Json json_of(const std::vector<MotionPoint>& points) {
   io::Json rows = io::Json::array();
   for (const auto& p : points) {
     rows.push_back({{"breathing", sim::to_string(p.kind)},
-                    {"pictures", p.pictures},
+                    {"pictures", p.images},
                     {"harmonics", p.harmonics},
                     {"trials", p.trials},
                     {"supported", p.supported},
@@ -151,7 +151,7 @@ io::Json json_of(const BootstrapCurve& curve) {
   for (const auto& r : curve.references) {
     json["solved"].push_back({{"patient", r.patient},
                               {"path", to_string(r.path)},
-                              {"pictures", r.pictures},
+                              {"pictures", r.images},
                               {"block_pictures", r.block},
                               {"error_mm", app::json_number(r.error_mm)},
                               {"clusters_mm", app::json_number(r.clusters_mm)},
@@ -184,7 +184,7 @@ io::Json json_of(const LiveCurve& curve) {
                       {"own_withdrawn", e.own_withdrawn},
                       {"others", e.others},
                       {"others_withdrawn", e.others_withdrawn},
-                      {"pictures_median", app::json_number(e.pictures_median)}};
+                      {"pictures_median", app::json_number(e.images_median)}};
   return json;
 }
 

@@ -30,8 +30,8 @@ void BenchCommandLine::add_render() {
   render->callback([this, render] {
     verb_ = [this, render](app::Console& console) -> Result<void> {
       render_.json = json();
-      if (auto ok = refuse_idle_of_bench(*render, render_); !ok) return ok;
-      if (auto ok = app::refuse_overwriting({{"--json", json_}}, {{"--ct", render_.ct}}); !ok)
+      if (auto ok = reject_idle_of_bench(*render, render_); !ok) return ok;
+      if (auto ok = app::reject_overwriting({{"--json", json_}}, {{"--ct", render_.ct}}); !ok)
         return ok;
       return run_bench_render(render_, console);
     };
@@ -80,10 +80,10 @@ void BenchCommandLine::add_registration() {
   verb->callback([this, verb] {
     verb_ = [this, verb](app::Console& console) -> Result<void> {
       registration_.json = json();
-      if (auto ok = refuse_idle_of_bench(*verb, registration_); !ok) return ok;
+      if (auto ok = reject_idle_of_bench(*verb, registration_); !ok) return ok;
       const std::vector<app::NamedFile> outputs{{"--json", json_},
                                                 {"--trials", registration_.trials.value_or("")}};
-      if (auto ok = app::refuse_overwriting(outputs, {}); !ok) return ok;
+      if (auto ok = app::reject_overwriting(outputs, {}); !ok) return ok;
       return run_bench_registration(registration_, console);
     };
   });
@@ -104,7 +104,7 @@ void BenchCommandLine::add_predicates() {
       ->capture_default_str();
   verb->add_option("--volume", predicates_.volume,
                    "only volumes whose name begins so: neck, …, two-volumes, features");
-  verb->add_option("--look", predicates_.look,
+  verb->add_option("--look", predicates_.appearance,
                    "only set-ups whose name begins so, of a --volume that has some");
   verb->add_option("--engine", predicates_.engine, "cpu, gl or both")
       ->check(app::among({"cpu", "gl", "both"}))
@@ -116,7 +116,7 @@ void BenchCommandLine::add_predicates() {
   verb->callback([this, verb] {
     verb_ = [this, verb](app::Console& console) {
       predicates_.json = json();
-      const auto ok = refuse_idle_of_bench(*verb, predicates_);
+      const auto ok = reject_idle_of_bench(*verb, predicates_);
       return ok ? run_bench_predicates(predicates_, console) : ok;
     };
   });
@@ -136,7 +136,7 @@ void BenchCommandLine::add_derived() {
   derived->callback([this, derived] {
     verb_ = [this, derived](app::Console& console) {
       derived_.json = json();
-      const auto ok = refuse_idle_of_bench(*derived, derived_);
+      const auto ok = reject_idle_of_bench(*derived, derived_);
       return ok ? run_bench_derived(derived_, console) : ok;
     };
   });

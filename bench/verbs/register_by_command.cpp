@@ -69,11 +69,11 @@ Result<CommandRun> register_by_command(const Sweep& sweep, const std::filesystem
        registration::to_string(effort), "--threads", "1", "--json", report.string()});
   std::ifstream in(report);
   const io::Json json = io::Json::parse(in, nullptr, false);
-  const auto refuse = [&](const std::string& found) {
+  const auto reject = [&](const std::string& found) {
     return Error{ErrorCode::kRefused,
                  "sonde register of " + recording.string() + ": expected a report, found " + found};
   };
-  if (!run) return refuse("no process");
+  if (!run) return reject("no process");
   const io::Json registration =
       json.is_object() ? json.value("registration", io::Json()) : io::Json();
   // The bench judges refused ones too.
@@ -81,10 +81,10 @@ Result<CommandRun> register_by_command(const Sweep& sweep, const std::filesystem
   for (const char* key : {session::kAcceptedPose, session::kRefusedPose}) {
     if (registration.contains(key)) pose_json = registration.at(key);
   }
-  if (pose_json.is_null()) return refuse("exit code " + std::to_string(run->exit_code));
+  if (pose_json.is_null()) return reject("exit code " + std::to_string(run->exit_code));
   const auto numbers = pose_json.get<std::vector<double>>();
   Eigen::Matrix4d matrix;
-  if (numbers.size() != 16) return refuse("no matrix");
+  if (numbers.size() != 16) return reject("no matrix");
   for (int i = 0; i < 16; ++i) matrix(i / 4, i % 4) = numbers[static_cast<std::size_t>(i)];
   const auto pose = rigid_from_matrix<frames::Ct, frames::Reference>(matrix);
   if (!pose) return pose.error();

@@ -245,14 +245,14 @@ Result<Affine> nrrd_affine(const ImageFile& file, Diagnostics& diagnostics,
 
 /// True for a file with fields of a second frame: its slices are images with their own poses. A
 /// volume may be written as a sequence of one frame.
-bool is_of_pictures(const ImageFile& file) {
+bool is_of_images(const ImageFile& file) {
   return std::ranges::any_of(file.fields, [](const Field& field) {
     return is_frame_key(field.first) && !field.first.starts_with("Seq_Frame0000");
   });
 }
 
 Result<std::array<int, 3>> volume_size(ImageFile& file, int least_slices) {
-  if (is_of_pictures(file)) {
+  if (is_of_images(file)) {
     return Error{
         ErrorCode::kUnsupportedData,
         file.path.string() + ": expected a volume, found a sequence of images (Seq_Frame fields)"};

@@ -22,7 +22,7 @@ constexpr double kSamePositionMm = 0.01;
 constexpr double kDirectionTolerance = 1e-3;
 constexpr double kSpacingTolerance = 1e-3;  // Relative tolerance.
 
-Error refuse(const std::string& name, const std::string& what) {
+Error reject(const std::string& name, const std::string& what) {
   return {ErrorCode::kMalformedData, name + ": " + what};
 }
 
@@ -36,14 +36,14 @@ std::string vector_text(const Eigen::Vector3d& v) {
 Result<void> check_alike(const DicomSlice& first, const DicomSlice& other,
                          const std::string& name) {
   if (first.columns != other.columns || first.rows != other.rows) {
-    return refuse(name, "expected slices of one size, found " + std::to_string(first.columns) +
+    return reject(name, "expected slices of one size, found " + std::to_string(first.columns) +
                             " x " + std::to_string(first.rows) + " in " + first.name() + " and " +
                             std::to_string(other.columns) + " x " + std::to_string(other.rows) +
                             " in " + other.name());
   }
   if (!((first.spacing_mm - other.spacing_mm).cwiseAbs().maxCoeff() <=
         kSpacingTolerance * first.spacing_mm.minCoeff())) {
-    return refuse(name, "expected one pixel spacing, found " + to_text(first.spacing_mm.x()) +
+    return reject(name, "expected one pixel spacing, found " + to_text(first.spacing_mm.x()) +
                             " mm in " + first.name() + " and " + to_text(other.spacing_mm.x()) +
                             " mm in " + other.name());
   }
@@ -55,7 +55,7 @@ Result<void> check_alike(const DicomSlice& first, const DicomSlice& other,
       return vector_text(slice.row_direction) + " " + vector_text(slice.column_direction) + " in " +
              slice.name();
     };
-    return refuse(name, "expected slices of one orientation, found " + directions(first) + " and " +
+    return reject(name, "expected slices of one orientation, found " + directions(first) + " and " +
                             directions(other));
   }
   return {};
@@ -68,7 +68,7 @@ Result<Eigen::Matrix3d> slice_axes(const DicomSlice& slice, const std::string& n
       x.allFinite() && y.allFinite() && std::abs(x.norm() - 1) <= kDirectionTolerance &&
       std::abs(y.norm() - 1) <= kDirectionTolerance && std::abs(x.dot(y)) <= kDirectionTolerance;
   if (!good) {
-    return refuse(name, slice.name() +
+    return reject(name, slice.name() +
                             ": ImageOrientationPatient: expected two orthogonal unit "
                             "vectors, found " +
                             vector_text(x) + " and " + vector_text(y));
@@ -85,7 +85,7 @@ Result<void> measure_gaps(DicomStack& stack, const std::string& name) {
   for (std::size_t i = 1; i < stack.slices.size(); ++i) {
     const double gap = stack.at_mm[i].z() - stack.at_mm[i - 1].z();
     if (gap < kSamePositionMm) {
-      return refuse(name, "expected one slice per position, found " + stack.slices[i - 1].name() +
+      return reject(name, "expected one slice per position, found " + stack.slices[i - 1].name() +
                               " and " + stack.slices[i].name() + " within " + to_text(gap) +
                               " mm of each other");
     }
@@ -134,7 +134,7 @@ VoxelGrid DicomStack::grid() const {
 
 Result<DicomStack> stack_slices(std::vector<DicomSlice> slices, const std::string& name) {
   if (slices.size() < 2) {
-    return refuse(name, "expected at least 2 slices, found " + std::to_string(slices.size()));
+    return reject(name, "expected at least 2 slices, found " + std::to_string(slices.size()));
   }
   DicomStack stack;
   const auto axes = slice_axes(slices[0], name);
@@ -143,7 +143,7 @@ Result<DicomStack> stack_slices(std::vector<DicomSlice> slices, const std::strin
   for (const DicomSlice& slice : slices) {
     if (!slice.position_mm.allFinite() || !(slice.spacing_mm.minCoeff() > 0) ||
         !slice.spacing_mm.allFinite()) {
-      return refuse(name, slice.name() + ": expected a finite position and positive pixel spacing");
+      return reject(name, slice.name() + ": expected a finite position and positive pixel spacing");
     }
     if (const auto ok = check_alike(slices[0], slice, name); !ok) return ok.error();
   }

@@ -39,20 +39,20 @@ class LegacyVtk {
   Result<TriangleMesh> read() {
     const auto magic = cursor_.line();
     constexpr std::string_view kMagic = "# vtk DataFile Version ";
-    if (!magic || !magic->starts_with(kMagic)) return refuse("'# vtk DataFile Version'", magic);
+    if (!magic || !magic->starts_with(kMagic)) return reject("'# vtk DataFile Version'", magic);
     modern_ = parse_double(magic->substr(kMagic.size())).value_or(0) >= 5;
     cursor_.line();  // Skips the title.
     const auto coding = cursor_.filled_line();
-    if (!coding) return refuse("ASCII or BINARY", coding);
+    if (!coding) return reject("ASCII or BINARY", coding);
     const bool binary = equals_ignoring_case(trim(*coding), "BINARY");
     if (!binary && !equals_ignoring_case(trim(*coding), "ASCII")) {
-      return refuse("ASCII or BINARY", coding);
+      return reject("ASCII or BINARY", coding);
     }
     coding_ = binary ? NumberCoding::kBigEndian : NumberCoding::kText;
     const auto dataset = cursor_.filled_line();
     const auto words = split_words(dataset.value_or(""));
     if (words.size() != 2 || !is(words[0], "DATASET") || !is(words[1], "POLYDATA")) {
-      return refuse("DATASET POLYDATA", dataset);
+      return reject("DATASET POLYDATA", dataset);
     }
     while (const auto line = cursor_.filled_line()) {
       const auto section = split_words(*line);
@@ -67,7 +67,7 @@ class LegacyVtk {
   static bool is(std::string_view word, std::string_view name) {
     return equals_ignoring_case(word, name);
   }
-  Error refuse(const std::string& expected, const std::optional<std::string_view>& found) const {
+  Error reject(const std::string& expected, const std::optional<std::string_view>& found) const {
     return unexpected_line(path_, expected, found);
   }
 
@@ -85,7 +85,7 @@ class LegacyVtk {
         if (is(words[0], kind) && size && *size >= 0) return take_cells(kind, *count, *size);
       }
     }
-    return refuse("POINTS, POLYGONS or another section with its sizes", line);
+    return reject("POINTS, POLYGONS or another section with its sizes", line);
   }
 
   /// Reads that many numbers, or returns an error with their meaning.
@@ -108,7 +108,7 @@ class LegacyVtk {
 
   Result<void> take_points(std::int64_t count, std::string_view type, std::string_view line) {
     const auto kind = vtk_kind(type);
-    if (!kind || count > kMost) return refuse("fewer than 2^31 points of a known type", line);
+    if (!kind || count > kMost) return reject("fewer than 2^31 points of a known type", line);
     const auto values = numbers(3 * static_cast<std::uint64_t>(count), *kind, "POINTS");
     if (!values) return values.error();
     for (std::size_t i = 0; i < values->size(); i += 3) {
@@ -160,7 +160,7 @@ class LegacyVtk {
     const auto line = cursor_.filled_line();
     const auto words = split_words(line.value_or(""));
     const auto kind = words.size() == 2 ? vtk_kind(words[1]) : std::nullopt;
-    if (!kind || !is(words[0], name)) return refuse(name + " of " + what, line);
+    if (!kind || !is(words[0], name)) return reject(name + " of " + what, line);
     return whole_numbers(count, *kind, name + " of " + what);
   }
 
@@ -182,7 +182,7 @@ class LegacyVtk {
   }
 
   Result<void> skip_field(std::optional<std::int64_t> arrays, std::string_view line) {
-    if (!arrays) return refuse("FIELD with a number of arrays", line);
+    if (!arrays) return reject("FIELD with a number of arrays", line);
     for (std::int64_t i = 0; i < *arrays; ++i) {
       const auto head = cursor_.filled_line();
       const auto words = split_words(head.value_or(""));
@@ -191,7 +191,7 @@ class LegacyVtk {
       const auto kind = words.size() == 4 ? vtk_kind(words[3]) : std::nullopt;
       if (!kind || !components || !tuples || *components < 0 || *tuples < 0 ||
           *components > kMost || *tuples > kMost) {
-        return refuse("an array of numbers in FIELD", head);
+        return reject("an array of numbers in FIELD", head);
       }
       const auto skipped =
           numbers(static_cast<std::uint64_t>(*components) * static_cast<std::uint64_t>(*tuples),

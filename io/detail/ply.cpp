@@ -53,16 +53,16 @@ class Ply {
   }
 
  private:
-  Error refuse(const std::string& expected, const std::optional<std::string_view>& found) const {
+  Error reject(const std::string& expected, const std::optional<std::string_view>& found) const {
     return unexpected_line(path_, expected, found);
   }
 
   Result<void> read_header() {
     const auto magic = cursor_.line();
-    if (!magic || trim(*magic) != "ply") return refuse("'ply'", magic);
+    if (!magic || trim(*magic) != "ply") return reject("'ply'", magic);
     for (;;) {
       const auto line = cursor_.line();
-      if (!line) return refuse("end_header", line);
+      if (!line) return reject("end_header", line);
       const auto words = split_words(*line);
       if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
       if (words[0] == "end_header") break;
@@ -70,9 +70,9 @@ class Ply {
                       : words[0] == "element"  ? take_element(words)
                       : words[0] == "property" ? take_property(words)
                                                : false;
-      if (!ok) return refuse("a format, element or property of PLY", *line);
+      if (!ok) return reject("a format, element or property of PLY", *line);
     }
-    if (!coding_) return refuse("a format of PLY", "none");
+    if (!coding_) return reject("a format of PLY", "none");
     return {};
   }
 

@@ -21,7 +21,7 @@ using Matrix36d = Eigen::Matrix<double, 3, 6>;
 // Tolerance relative to the largest element: the rounding of text formats.
 constexpr double kAsymmetry = 1e-6;
 
-Error refuse(const AnisotropicLandmark& landmark, const std::string& expected,
+Error reject(const AnisotropicLandmark& landmark, const std::string& expected,
              const std::string& found) {
   return {ErrorCode::kMalformedData,
           "landmark '" + landmark.name + "': expected " + expected + ", found " + found};
@@ -30,14 +30,14 @@ Error refuse(const AnisotropicLandmark& landmark, const std::string& expected,
 Result<void> check_covariance(const AnisotropicLandmark& landmark, const Eigen::Matrix3d& c,
                               const std::string& frame) {
   const std::string what = "a covariance in " + frame + " that is ";
-  if (!c.allFinite()) return refuse(landmark, what + "finite", "NaN or Inf");
+  if (!c.allFinite()) return reject(landmark, what + "finite", "NaN or Inf");
   const double size = c.cwiseAbs().maxCoeff();
   if ((c - c.transpose()).cwiseAbs().maxCoeff() > kAsymmetry * size) {
-    return refuse(landmark, what + "symmetric", "one that is not");
+    return reject(landmark, what + "symmetric", "one that is not");
   }
   const double least = eigenpairs<3>(c).values[0];
   if (least < -kAsymmetry * size) {
-    return refuse(landmark, what + "not negative", "variance " + std::to_string(least) + " mm2");
+    return reject(landmark, what + "not negative", "variance " + std::to_string(least) + " mm2");
   }
   return {};
 }
@@ -51,7 +51,7 @@ Result<void> check(std::span<const AnisotropicLandmark> landmarks) {
     const Eigen::Vector3d b = eigenpairs<3>(one.ct_covariance_mm2).values;
     if (a[0] + b[0] < kLeastSigmaMm * kLeastSigmaMm ||
         a[2] + b[2] > kGreatestSigmaMm * kGreatestSigmaMm) {
-      return refuse(one, "covariances with axes of 0.001 to 1000 mm together",
+      return reject(one, "covariances with axes of 0.001 to 1000 mm together",
                     std::to_string(std::sqrt(std::max(a[0] + b[0], 0.0))) + " to " +
                         std::to_string(std::sqrt(a[2] + b[2])) + " mm");
     }

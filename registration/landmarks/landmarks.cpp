@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "nav/matrices.hpp"
-#include "nav/places.hpp"
+#include "nav/positions.hpp"
 #include "registration/twist.hpp"
 
 namespace nav::registration {
@@ -24,7 +24,7 @@ using Pose = Transform<frames::Ct, frames::Reference>;
 constexpr double kMinSpreadRatio = 1e-2;
 constexpr double kLeastSpreadMm = 1e-3;
 
-Error refuse(const std::string& what, const std::string& expected, const std::string& found) {
+Error reject(const std::string& what, const std::string& expected, const std::string& found) {
   return {ErrorCode::kMalformedData, what + ": expected " + expected + ", found " + found};
 }
 
@@ -34,33 +34,33 @@ std::string number(double value) {
   return text.str();
 }
 
-Result<void> check_place(const std::string& what, const std::string& frame,
-                         const Eigen::Vector3d& p) {
-  if (!p.allFinite()) return refuse(what, "a finite " + frame + " point in mm", "NaN or Inf");
+Result<void> check_position(const std::string& what, const std::string& frame,
+                            const Eigen::Vector3d& p) {
+  if (!p.allFinite()) return reject(what, "a finite " + frame + " point in mm", "NaN or Inf");
   if (is_place(p)) return {};
   std::ostringstream found;
   found << p.transpose();
-  return refuse(what, "a " + frame + " point within 1e7 mm", found.str());
+  return reject(what, "a " + frame + " point within 1e7 mm", found.str());
 }
 
 Result<void> check_pairs(std::span<const LandmarkPair> pairs) {
   if (pairs.size() < 3) {
-    return refuse("landmarks", "at least 3 pairs", std::to_string(pairs.size()));
+    return reject("landmarks", "at least 3 pairs", std::to_string(pairs.size()));
   }
   if (pairs.size() > kMostLandmarks) {
-    return refuse("landmarks", "at most " + std::to_string(kMostLandmarks) + " pairs",
+    return reject("landmarks", "at most " + std::to_string(kMostLandmarks) + " pairs",
                   std::to_string(pairs.size()));
   }
   std::set<std::string> names;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const LandmarkPair& pair = pairs[i];
-    if (pair.name.empty()) return refuse("landmark " + std::to_string(i), "a name", "none");
+    if (pair.name.empty()) return reject("landmark " + std::to_string(i), "a name", "none");
     const std::string what = "landmark '" + pair.name + "'";
-    if (!names.insert(pair.name).second) return refuse(what, "a unique name", "it twice");
-    if (auto ok = check_place(what, "Reference", pair.reference.mm); !ok) return ok;
-    if (auto ok = check_place(what, "Ct", pair.ct.mm); !ok) return ok;
+    if (!names.insert(pair.name).second) return reject(what, "a unique name", "it twice");
+    if (auto ok = check_position(what, "Reference", pair.reference.mm); !ok) return ok;
+    if (auto ok = check_position(what, "Ct", pair.ct.mm); !ok) return ok;
     if (!(pair.sigma_mm >= kLeastSigmaMm && pair.sigma_mm <= kGreatestSigmaMm)) {
-      return refuse(what, "a sigma of 0.001 to 1000 mm", number(pair.sigma_mm));
+      return reject(what, "a sigma of 0.001 to 1000 mm", number(pair.sigma_mm));
     }
   }
   return {};
@@ -155,10 +155,10 @@ Result<void> check_landmarks(std::span<const LandmarkPair> pairs) {
   const PointSets sets = point_sets(Pairs(pairs.begin(), pairs.end()));
   const std::string well_spread = "points that span a plane";
   if (const auto defect = spread_defect(sets.reference)) {
-    return refuse("landmarks in Reference", well_spread, *defect);
+    return reject("landmarks in Reference", well_spread, *defect);
   }
   if (const auto defect = spread_defect(sets.ct)) {
-    return refuse("landmarks in Ct", well_spread, *defect);
+    return reject("landmarks in Ct", well_spread, *defect);
   }
   return {};
 }
@@ -175,7 +175,7 @@ Result<LandmarkRegistration> register_landmarks(std::span<const LandmarkPair> pa
   constexpr double kMirrorSigmas = 5;
   if (found.chi2 > kMirrorSigmas * kMirrorSigmas * degrees_of_freedom &&
       found.reflected_chi2 < 0.25 * found.chi2) {
-    return refuse("landmarks", "a rotation to map Reference to Ct",
+    return reject("landmarks", "a rotation to map Reference to Ct",
                   "a reflection: one list is mirrored");
   }
   LandmarkRegistration result{found.pose, {}, 0, 0, 0, uncertainty_of(sets, found.pose)};

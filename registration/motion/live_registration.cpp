@@ -21,7 +21,7 @@ namespace {
 using Vec = Eigen::Vector3d;
 
 /// Least number of patches of a usable image; the filter's prior also constrains the six unknowns.
-constexpr std::size_t kMinPicturePatches = 10;
+constexpr std::size_t kMinImagePatches = 10;
 constexpr double kTinyStepMm = 1e-3;
 /// Consecutive images show nearly the same content: every third one is weighed.
 constexpr int kWeighEvery = 3;
@@ -49,18 +49,18 @@ Vector6d scaled_twist(const Pose& from, const Pose& to, const Vec& centre) {
 }
 
 /// Corners and middle of an ultrasound image at a pose, Ct.
-std::array<Vec, 5> picture_points(const TrackedFrame& picture, const Pose& pose) {
-  const double right = picture.frame.pixels.width() - 1;
-  const double below = picture.frame.pixels.height() - 1;
+std::array<Vec, 5> image_points(const TrackedFrame& image, const Pose& pose) {
+  const double right = image.frame.pixels.width() - 1;
+  const double below = image.frame.pixels.height() - 1;
   const auto at = [&](double column, double row) {
-    return (pose * (picture.reference_from_image * picture.frame.grid.at(column, row))).mm;
+    return (pose * (image.reference_from_image * image.frame.grid.at(column, row))).mm;
   };
   return {at(0, 0), at(right, 0), at(0, below), at(right, below), at(0.5 * right, 0.5 * below)};
 }
 
-double picture_distance_mm(const TrackedFrame& picture, const Pose& a, const Pose& b) {
-  const auto pa = picture_points(picture, a);
-  const auto pb = picture_points(picture, b);
+double image_distance_mm(const TrackedFrame& image, const Pose& a, const Pose& b) {
+  const auto pa = image_points(image, a);
+  const auto pb = image_points(image, b);
   double sum = 0;
   for (std::size_t i = 0; i < pa.size(); ++i) sum += (pa[i] - pb[i]).squaredNorm() / pa.size();
   return std::sqrt(sum);
@@ -83,37 +83,37 @@ const char* to_string(LiveState state) {
 }
 
 Result<void> validate(const LiveOptions& o) {
-  const auto refuse = [](const char* what) {
+  const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("live registration: expected ") + what};
   };
   const auto positive = [](double v) { return v > 0 && std::isfinite(v); };
-  if (!positive(o.level.sample_step_mm)) return refuse("sample_step_mm > 0");
+  if (!positive(o.level.sample_step_mm)) return reject("sample_step_mm > 0");
   if (o.level.patch_side < 5 || o.level.patch_side > 21 || o.level.patch_side % 2 == 0) {
-    return refuse("an odd patch_side of 5 to 21");
+    return reject("an odd patch_side of 5 to 21");
   }
-  if (o.level.patches < 50) return refuse("at least 50 patches");
-  if (o.window < 1 || o.window > 30) return refuse("a window of 1 to 30 images");
-  if (o.mask_pictures < 1 || o.mask_pictures > 30) return refuse("1 to 30 mask_pictures");
-  if (o.max_iterations < 1 || o.max_iterations > 50) return refuse("1 to 50 iterations");
-  if (!positive(o.ridge)) return refuse("ridge > 0");
+  if (o.level.patches < 50) return reject("at least 50 patches");
+  if (o.window < 1 || o.window > 30) return reject("a window of 1 to 30 images");
+  if (o.mask_images < 1 || o.mask_images > 30) return reject("1 to 30 mask_pictures");
+  if (o.max_iterations < 1 || o.max_iterations > 50) return reject("1 to 50 iterations");
+  if (!positive(o.ridge)) return reject("ridge > 0");
   if (!positive(o.wander_mm) || !positive(o.wander_rad) || !positive(o.return_s)) {
-    return refuse("wander_mm, wander_rad and return_s > 0");
+    return reject("wander_mm, wander_rad and return_s > 0");
   }
-  if (!(o.contrast_power >= 0 && o.contrast_power <= 3)) return refuse("contrast_power in [0, 3]");
-  if (!(o.patches_per_measurement >= 1)) return refuse("patches_per_measurement >= 1");
-  if (o.threads < 1 || o.threads > 64) return refuse("1 to 64 threads");
-  if (!(o.max_cost > 0 && o.max_cost <= 1)) return refuse("max_cost in (0, 1]");
-  if (o.evidence_pictures < 1 || o.evidence_pictures > 10000) {
-    return refuse("1 to 10000 evidence_pictures");
+  if (!(o.contrast_power >= 0 && o.contrast_power <= 3)) return reject("contrast_power in [0, 3]");
+  if (!(o.patches_per_measurement >= 1)) return reject("patches_per_measurement >= 1");
+  if (o.threads < 1 || o.threads > 64) return reject("1 to 64 threads");
+  if (!(o.max_cost > 0 && o.max_cost <= 1)) return reject("max_cost in (0, 1]");
+  if (o.evidence_images < 1 || o.evidence_images > 10000) {
+    return reject("1 to 10000 evidence_pictures");
   }
   if (!(o.min_distinctness >= 0 && o.min_distinctness < 1)) {
-    return refuse("min_distinctness in [0, 1)");
+    return reject("min_distinctness in [0, 1)");
   }
-  if (o.lost_after < 1) return refuse("lost_after >= 1");
-  if (!positive(o.drift_mm) || !positive(o.drift_s)) return refuse("drift_mm and drift_s > 0");
-  if (!(o.jump_mm > o.drift_mm)) return refuse("jump_mm > drift_mm");
+  if (o.lost_after < 1) return reject("lost_after >= 1");
+  if (!positive(o.drift_mm) || !positive(o.drift_s)) return reject("drift_mm and drift_s > 0");
+  if (!(o.jump_mm > o.drift_mm)) return reject("jump_mm > drift_mm");
   if (!(o.elsewhere_mm > 0 && o.elsewhere_mm < o.jump_mm)) {
-    return refuse("elsewhere_mm in (0, jump_mm)");
+    return reject("elsewhere_mm in (0, jump_mm)");
   }
   return validate(o.mask);
 }
@@ -153,21 +153,21 @@ void LiveRegistration::accept(const Pose& pose) {
 }
 
 /// Patches of one image. Its mask needs other images to know the brightness of an unshadowed echo.
-Result<PatchSet> LiveRegistration::patches_of(const TrackedFrame& picture) const {
+Result<PatchSet> LiveRegistration::patches_of(const TrackedFrame& image) const {
   std::vector<TrackedFrame> frames;
   const std::size_t others =
-      std::min(window_.size(), static_cast<std::size_t>(options_.mask_pictures - 1));
+      std::min(window_.size(), static_cast<std::size_t>(options_.mask_images - 1));
   for (std::size_t i = window_.size() - others; i < window_.size(); ++i) {
     // Images of another depth do not tell the brightness of echoes here.
-    if (!same_geometry(window_[i].tracked.frame, picture.frame)) continue;
+    if (!same_geometry(window_[i].tracked.frame, image.frame)) continue;
     frames.push_back(window_[i].tracked);
   }
-  frames.push_back(picture);
+  frames.push_back(image);
   const auto all = Sweep::create(std::move(frames), "live");
   if (!all) return all.error();
   auto masks = shadow_masks(*all, options_.mask);
   if (!masks) return masks.error();
-  const auto one = Sweep::create({picture}, "live");
+  const auto one = Sweep::create({image}, "live");
   if (!one) return one.error();
   PatchSet patches = make_patches(*one, {std::move(masks->back())}, options_.level,
                                   sigma_of(options_.level.sample_step_mm));
@@ -270,7 +270,7 @@ void LiveRegistration::weigh(const PatchSet& patches, const Solution& found) {
   }
   distinctness_.push_back(least > 0 ? 1 - found.cost / least : 0);
   const auto count =
-      static_cast<std::size_t>((options_.evidence_pictures + kWeighEvery - 1) / kWeighEvery);
+      static_cast<std::size_t>((options_.evidence_images + kWeighEvery - 1) / kWeighEvery);
   if (distinctness_.size() > count) distinctness_.pop_front();
   if (distinctness_.size() < count) return;
   mean_distinctness_ =
@@ -278,17 +278,17 @@ void LiveRegistration::weigh(const PatchSet& patches, const Solution& found) {
   if (mean_distinctness_ < options_.min_distinctness) withdrawn_ = mean_distinctness_;
 }
 
-void LiveRegistration::judge(LiveUpdate& update, const TrackedFrame& picture) {
-  update.displacement_mm = picture_distance_mm(picture, accepted_, update.ct_from_reference);
+void LiveRegistration::judge(LiveUpdate& update, const TrackedFrame& image) {
+  update.displacement_mm = image_distance_mm(image, accepted_, update.ct_from_reference);
   const Pose mean =
       moved(accepted_, mean_centre_ct_.value_or(centre_ct_), twist_from_scaled() * mean_twist_);
-  update.mean_displacement_mm = picture_distance_mm(picture, accepted_, mean);
+  update.mean_displacement_mm = image_distance_mm(image, accepted_, mean);
   std::ostringstream text;
   text.precision(3);
   if (withdrawn_) {
     update.state = LiveState::kLost;
     text << "the CT may be of another patient, register again: expected "
-         << options_.evidence_pictures << " images to match at least "
+         << options_.evidence_images << " images to match at least "
          << 100 * options_.min_distinctness << " % better at the registered pose than "
          << options_.elsewhere_mm << " mm away, found " << 100 * *withdrawn_ << " %";
   } else if (unusable_ >= options_.lost_after) {
@@ -312,23 +312,23 @@ void LiveRegistration::judge(LiveUpdate& update, const TrackedFrame& picture) {
   update.cause = text.str();
 }
 
-Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& picture) {
-  const Timestamp now = picture.frame.acquired;
+Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& image) {
+  const Timestamp now = image.frame.acquired;
   if (newest_ && now <= *newest_) {
     return Error{ErrorCode::kUsage, "live registration: expected an image after " +
                                         std::to_string(to_seconds(*newest_)) + " s, found " +
                                         std::to_string(to_seconds(now)) + " s"};
   }
-  auto patches = patches_of(picture);
+  auto patches = patches_of(image);
   if (!patches) return patches.error();
   const auto own = static_cast<int>(patches->patches.size());
-  const bool enough = patches->patches.size() >= kMinPicturePatches;
-  predict(now, picture_points(picture, pose_)[4]);
+  const bool enough = patches->patches.size() >= kMinImagePatches;
+  predict(now, image_points(image, pose_)[4]);
   LiveUpdate out{pose_, LiveState::kFollowing, "", 1, 0, 0, 0, 0, own, 0};
   bool usable = false;
   if (enough) {
-    window_.push_back({picture, std::move(*patches)});
-    const auto keep = static_cast<std::size_t>(std::max(options_.window, options_.mask_pictures));
+    window_.push_back({image, std::move(*patches)});
+    const auto keep = static_cast<std::size_t>(std::max(options_.window, options_.mask_images));
     while (window_.size() > keep) window_.pop_front();
     const Matrix6d prior = symmetric_inverse(covariance_);
     const PatchSet patches_now = window_patches();
@@ -357,7 +357,7 @@ Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& picture) {
   out.ct_from_reference = pose_;
   out.distinctness = mean_distinctness_;
   out.predicted_rms_mm = std::sqrt(covariance_.bottomRightCorner<3, 3>().trace());
-  judge(out, picture);
+  judge(out, image);
   return out;
 }
 

@@ -18,7 +18,7 @@ struct LiveOptions {
   LevelOptions level{1.6, 11, 300, 1.0};  ///< frame_step_mm is not used.
   int window = 1;  ///< Number of newest ultrasound images that share one pose, [1, 30].
   /// Ultrasound images that tell the brightness of an unshadowed echo, [1, 30].
-  int mask_pictures = 4;
+  int mask_images = 4;
   int max_iterations = 5;  ///< Limit for each update, [1, 50].
   double ridge = 0.01;     ///< See ImageRegistrationOptions::ridge, > 0.
   /// The tissue is modelled as wandering about its position at the time of acceptance and returning
@@ -44,10 +44,10 @@ struct LiveOptions {
   /// Distance of the six comparison poses along the axes of the CT. The distinctness is 1 − cost /
   /// the least cost of these poses. Another patient's CT matches elsewhere nearly as well, whatever
   /// its cost, which depends on the patient and the anatomy. If the mean distinctness over
-  /// evidence_pictures is below min_distinctness, the registration is withdrawn until another is
+  /// evidence_images is below min_distinctness, the registration is withdrawn until another is
   /// accepted (docs/registration-experiments.md explains how the limit was chosen).
   double elsewhere_mm = 24;        ///< > 0, < jump_mm.
-  int evidence_pictures = 60;      ///< [1, 10000].
+  int evidence_images = 60;        ///< [1, 10000].
   double min_distinctness = 0.25;  ///< [0, 1).
   /// Unusable ultrasound images in a row until the registration is lost, >= 1.
   int lost_after = 5;
@@ -102,7 +102,7 @@ class LiveRegistration {
   /// Processes the next ultrasound image, in order of acquisition. Errors: kUsage if the image is
   /// not later than the last one; kMalformedData for an impossible geometry. The content of an
   /// image never causes an exception.
-  Result<LiveUpdate> update(const TrackedFrame& picture);
+  Result<LiveUpdate> update(const TrackedFrame& image);
   [[nodiscard]] const Pose& accepted() const { return accepted_; }
   /// Sets a new accepted registration and clears the alarm.
   void accept(const Pose& pose);
@@ -110,7 +110,7 @@ class LiveRegistration {
   void replace_ct(std::shared_ptr<const CtChannels> ct);
 
  private:
-  struct Picture {
+  struct ProgressiveImage {
     TrackedFrame tracked;
     PatchSet patches;
   };
@@ -123,13 +123,13 @@ class LiveRegistration {
   };
   LiveRegistration(std::shared_ptr<const CtChannels> ct, const Pose& accepted,
                    const LiveOptions& options);
-  Result<PatchSet> patches_of(const TrackedFrame& picture) const;
+  Result<PatchSet> patches_of(const TrackedFrame& image) const;
   [[nodiscard]] PatchSet window_patches() const;
   [[nodiscard]] Solution solve(const PatchSet& patches, const Eigen::Vector3d& centre,
                                const Matrix6d& prior) const;
   void predict(Timestamp now, const Eigen::Vector3d& centre);
   void weigh(const PatchSet& patches, const Solution& found);
-  void judge(LiveUpdate& update, const TrackedFrame& picture);
+  void judge(LiveUpdate& update, const TrackedFrame& image);
 
   std::shared_ptr<const CtChannels> ct_;
   Pose accepted_;
@@ -139,12 +139,12 @@ class LiveRegistration {
   Matrix6d covariance_ = Matrix6d::Identity();
   Eigen::Vector3d centre_ct_ = Eigen::Vector3d::Zero();
   std::optional<Timestamp> newest_;
-  std::deque<Picture> window_;
+  std::deque<ProgressiveImage> window_;
   /// Low-pass filtered twist from the accepted pose, about mean_centre_ct_.
   Vector6d mean_twist_ = Vector6d::Zero();
   std::optional<Eigen::Vector3d> mean_centre_ct_;
   int unusable_ = 0;
-  /// Distinctness of every kWeighEvery-th image, over at most evidence_pictures.
+  /// Distinctness of every kWeighEvery-th image, over at most evidence_images.
   std::deque<double> distinctness_;
   double mean_distinctness_ = 0;     ///< NaN until there is enough evidence.
   int unweighed_ = 0;                ///< Usable images since the last one in distinctness_.

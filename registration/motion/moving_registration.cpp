@@ -133,7 +133,7 @@ Decision decide(const MovingRegistration& moving, const AcceptanceLimits& limits
     text.precision(3);
     text << "pose at rest: expected it within " << kMaxSettlingMm
          << " mm of the pose from the phases of the breath, found " << moving.settled_mm << " mm";
-    decision.refuse(text.str());
+    decision.reject(text.str());
   }
   return decision;
 }

@@ -40,10 +40,10 @@ struct SeriesTerms {
 class PhaseCost final : public ceres::CostFunction {
  public:
   /// Parameters are added to start's series. All arguments must outlive this object.
-  PhaseCost(const CtChannels& ct, const ChosenPictures& pictures, const PhaseFit& start,
+  PhaseCost(const CtChannels& ct, const ChosenImages& images, const PhaseFit& start,
             const PhaseOptions& options)
-      : pictures_(pictures), start_(start), columns_(start.series.cols()), options_(options) {
-    for (const PhasePicture* p : pictures) {
+      : images_(images), start_(start), columns_(start.series.cols()), options_(options) {
+    for (const PhaseImage* p : images) {
       total_ += p->weight;
       costs_.emplace_back(ct, p->patches, options.ridge, 1);
       bases_.push_back(phase_basis(p->phase, columns_));
@@ -78,9 +78,9 @@ class PhaseCost final : public ceres::CostFunction {
  private:
   [[nodiscard]] SeriesTerms terms(const Eigen::MatrixXd& series) const {
     const Eigen::Index n = 6 * columns_;
-    std::vector<CostTerms> each(pictures_.size());
-    for_each(pictures_.size(), options_.threads,
-             [&](std::size_t i) { each[i] = picture_terms(i, series); });
+    std::vector<CostTerms> each(images_.size());
+    for_each(images_.size(), options_.threads,
+             [&](std::size_t i) { each[i] = image_terms(i, series); });
     SeriesTerms sum{0, Eigen::VectorXd::Zero(n), Eigen::MatrixXd::Zero(n, n)};
     add_stiffness(series, sum);
     for (std::size_t i = 0; i < each.size(); ++i) add(bases_[i], each[i], sum);
@@ -88,13 +88,13 @@ class PhaseCost final : public ceres::CostFunction {
   }
 
   /// Weighted terms by the coefficients [60 rad | mm] of the image's own twist.
-  [[nodiscard]] CostTerms picture_terms(std::size_t i, const Eigen::MatrixXd& series) const {
+  [[nodiscard]] CostTerms image_terms(std::size_t i, const Eigen::MatrixXd& series) const {
     const Vector6d twist = phase_twist(series, bases_[i]);
     CostTerms terms =
         costs_[i].terms(moved(start_.pose, start_.centre, twist), start_.centre + twist.tail<3>());
     Matrix6d chain = Matrix6d::Identity();
     chain.topLeftCorner<3, 3>() = left_jacobian(twist.head<3>()) / kRotationScaleMm;
-    const double weight = pictures_[i]->weight / total_;
+    const double weight = images_[i]->weight / total_;
     terms.cost *= weight;
     terms.gradient = weight * (chain.transpose() * terms.gradient);
     terms.hessian = weight * (chain.transpose() * terms.hessian * chain);
@@ -123,7 +123,7 @@ class PhaseCost final : public ceres::CostFunction {
     }
   }
 
-  const ChosenPictures& pictures_;
+  const ChosenImages& images_;
   const PhaseFit& start_;
   std::vector<Lc2Cost> costs_;          // One for each image.
   std::vector<Eigen::VectorXd> bases_;  // One for each image.
@@ -138,14 +138,14 @@ class PhaseCost final : public ceres::CostFunction {
 
 }  // namespace
 
-PhaseFit fit_phases(const CtChannels& ct, const ChosenPictures& pictures, const PhaseFit& given,
+PhaseFit fit_phases(const CtChannels& ct, const ChosenImages& images, const PhaseFit& given,
                     Eigen::Index columns, const PhaseOptions& options) {
   PhaseFit start = given;
   start.series = Eigen::MatrixXd::Zero(6, columns);
   const Eigen::Index known = std::min(columns, given.series.cols());
   start.series.leftCols(known) = given.series.leftCols(known);
   Eigen::VectorXd delta(6 * columns);
-  auto* cost = new PhaseCost(ct, pictures, start, options);  // Ceres takes ownership.
+  auto* cost = new PhaseCost(ct, images, start, options);  // Ceres takes ownership.
   const CostSolution found =
       minimise(cost, delta, {options.max_iterations, options.cost_tolerance}, {});
   PhaseFit out = start;
@@ -156,13 +156,13 @@ PhaseFit fit_phases(const CtChannels& ct, const ChosenPictures& pictures, const 
   return out;
 }
 
-std::vector<double> costs_at(const CtChannels& ct, const ChosenPictures& pictures,
+std::vector<double> costs_at(const CtChannels& ct, const ChosenImages& images,
                              const PhaseMotion& motion, const PhaseOptions& options) {
-  std::vector<double> costs(pictures.size());
-  for_each(pictures.size(), options.threads, [&](std::size_t i) {
-    const PhasePicture& picture = *pictures[i];
-    const CostTerms terms = Lc2Cost(ct, picture.patches, options.ridge, 1)
-                                .cost(motion.ct_from_reference(picture.phase));
+  std::vector<double> costs(images.size());
+  for_each(images.size(), options.threads, [&](std::size_t i) {
+    const PhaseImage& image = *images[i];
+    const CostTerms terms =
+        Lc2Cost(ct, image.patches, options.ridge, 1).cost(motion.ct_from_reference(image.phase));
     costs[i] = terms.non_finite > 0 ? std::numeric_limits<double>::quiet_NaN() : terms.cost;
   });
   return costs;

@@ -11,30 +11,30 @@ namespace nav::registration {
 
 /// The patches of one image, the image's share of all weights, its phase and the part that it
 /// belongs to.
-struct PhasePicture {
+struct PhaseImage {
   PatchSet patches;
   double weight;
   double phase;
   int part;
 };
 
-using ChosenPictures = std::vector<const PhasePicture*>;
+using ChosenImages = std::vector<const PhaseImage*>;
 
 /// The images of one level.
-struct PhasePictures {
+struct PhaseImages {
   const CtChannels& ct;
-  std::vector<PhasePicture> pictures;
+  std::vector<PhaseImage> images;
 
-  [[nodiscard]] ChosenPictures all() const { return chosen(-1, false); }
+  [[nodiscard]] ChosenImages all() const { return chosen(-1, false); }
   /// The images of one part of the breaths, and all others.
-  [[nodiscard]] ChosenPictures of(int part) const { return chosen(part, true); }
-  [[nodiscard]] ChosenPictures without(int part) const { return chosen(part, false); }
+  [[nodiscard]] ChosenImages of(int part) const { return chosen(part, true); }
+  [[nodiscard]] ChosenImages without(int part) const { return chosen(part, false); }
 
  private:
-  [[nodiscard]] ChosenPictures chosen(int part, bool inside) const {
-    ChosenPictures out;
-    for (const PhasePicture& picture : pictures) {
-      if ((picture.part == part) == inside) out.push_back(&picture);
+  [[nodiscard]] ChosenImages chosen(int part, bool inside) const {
+    ChosenImages out;
+    for (const PhaseImage& image : images) {
+      if ((image.part == part) == inside) out.push_back(&image);
     }
     return out;
   }
@@ -55,11 +55,11 @@ struct PhaseFit {
 /// Minimises the mean cost of the images at the poses of their phases + stiffness, over a series
 /// with \p columns columns (columns that start lacks begin at 0). Iterations are added to those of
 /// start. Images are evaluated in parallel; the result does not depend on the threads.
-PhaseFit fit_phases(const CtChannels& ct, const ChosenPictures& pictures, const PhaseFit& start,
+PhaseFit fit_phases(const CtChannels& ct, const ChosenImages& images, const PhaseFit& start,
                     Eigen::Index columns, const PhaseOptions& options);
 
 /// Cost of each image under a motion; NaN if a patch has no finite similarity.
-std::vector<double> costs_at(const CtChannels& ct, const ChosenPictures& pictures,
+std::vector<double> costs_at(const CtChannels& ct, const ChosenImages& images,
                              const PhaseMotion& motion, const PhaseOptions& options);
 
 }  // namespace nav::registration

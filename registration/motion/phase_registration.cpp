@@ -19,11 +19,11 @@ using Vec = Eigen::Vector3d;
 // Relative cost change worth about 0.2 mm.
 constexpr double kNearTolerance = 1e-3;
 
-std::vector<PhasePicture> pictures_of(const PatchSet& all, std::span<const double> phases,
-                                      const std::vector<int>& parts) {
+std::vector<PhaseImage> images_of(const PatchSet& all, std::span<const double> phases,
+                                  const std::vector<int>& parts) {
   std::vector<double> weights(phases.size(), 0);
   for (const Patch& p : all.patches) weights[static_cast<std::size_t>(p.frame)] += p.weight;
-  std::vector<PhasePicture> out;
+  std::vector<PhaseImage> out;
   double total = 0;
   for (std::size_t i = 0; i < phases.size(); ++i) {
     if (std::isnan(phases[i]) || !(weights[i] > 0)) continue;
@@ -32,7 +32,7 @@ std::vector<PhasePicture> pictures_of(const PatchSet& all, std::span<const doubl
     out.push_back({subset(all, [&](const Patch& p) { return p.frame == frame; }), weights[i],
                    phases[i], parts[i]});
   }
-  for (PhasePicture& picture : out) picture.weight /= total;
+  for (PhaseImage& image : out) image.weight /= total;
   return out;
 }
 
@@ -57,10 +57,10 @@ std::vector<int> parts_by_breath(std::span<const double> phases) {
 }
 
 /// Longest part of the cycle between neighbouring phases; 1 without images.
-double longest_gap(const ChosenPictures& pictures) {
-  if (pictures.empty()) return 1;
+double longest_gap(const ChosenImages& images) {
+  if (images.empty()) return 1;
   std::vector<double> phases;
-  for (const PhasePicture* p : pictures) phases.push_back(p->phase);
+  for (const PhaseImage* p : images) phases.push_back(p->phase);
   std::sort(phases.begin(), phases.end());
   double gap = phases.front() + 1 - phases.back();
   for (std::size_t i = 1; i < phases.size(); ++i) gap = std::max(gap, phases[i] - phases[i - 1]);
@@ -76,28 +76,28 @@ struct Rivals {
 
 /// Fits to all images, coarse to fine. The first harmonic is fitted before the others: far from the
 /// solution the others would follow the noise.
-Rivals fit_whole(const std::vector<PhasePictures>& levels, const PhaseFit& start,
+Rivals fit_whole(const std::vector<PhaseImages>& levels, const PhaseFit& start,
                  const PhaseOptions& options) {
   constexpr Eigen::Index kFirstHarmonic = 3;
   PhaseOptions near = options;  // Only close enough for the finest level to converge.
   near.cost_tolerance = std::max(options.cost_tolerance, kNearTolerance);
   Rivals out{start, start};
-  for (const PhasePictures& level : levels) {
-    const ChosenPictures pictures = level.all();
+  for (const PhaseImages& level : levels) {
+    const ChosenImages images = level.all();
     const PhaseOptions& here = &level == &levels.back() ? options : near;
-    out.still = fit_phases(level.ct, pictures, out.still, 1, here);
+    out.still = fit_phases(level.ct, images, out.still, 1, here);
     if (&level == &levels.front()) {
-      out.moving = fit_phases(level.ct, pictures, out.still, kFirstHarmonic, near);
+      out.moving = fit_phases(level.ct, images, out.still, kFirstHarmonic, near);
     }
-    out.moving = fit_phases(level.ct, pictures, out.moving, 1 + 2 * options.harmonics, here);
+    out.moving = fit_phases(level.ct, images, out.moving, 1 + 2 * options.harmonics, here);
   }
   return out;
 }
 
 /// Fits to all breaths except one part, on the finest level, starting from the fits to all.
-Rivals fit_without(const PhasePictures& finest, int part, const Rivals& whole,
+Rivals fit_without(const PhaseImages& finest, int part, const Rivals& whole,
                    const PhaseOptions& options) {
-  const ChosenPictures seen = finest.without(part);
+  const ChosenImages seen = finest.without(part);
   return {fit_phases(finest.ct, seen, whole.still, 1, options),
           fit_phases(finest.ct, seen, whole.moving, whole.moving.series.cols(), options)};
 }
@@ -107,7 +107,7 @@ struct CrossCheck {
   double rigid = 0, moving = 0;
   PairedGain gain;
 
-  void judge(const CtChannels& ct, const ChosenPictures& judges, const Rivals& rivals,
+  void judge(const CtChannels& ct, const ChosenImages& judges, const Rivals& rivals,
              const PhaseOptions& options) {
     const auto a = costs_at(ct, judges, rivals.still.motion(), options);
     const auto b = costs_at(ct, judges, rivals.moving.motion(), options);
@@ -156,34 +156,34 @@ Result<void> check_phases(const PatchSet& patches, std::span<const double> phase
   return {};
 }
 
-Result<void> check_pictures(const PhasePictures& level, int parts, const PhaseOptions& options) {
-  if (static_cast<int>(level.pictures.size()) < options.min_pictures) {
+Result<void> check_images(const PhaseImages& level, int parts, const PhaseOptions& options) {
+  if (static_cast<int>(level.images.size()) < options.min_images) {
     return Error{ErrorCode::kRefused, "registration by phase: expected at least " +
-                                          std::to_string(options.min_pictures) +
+                                          std::to_string(options.min_images) +
                                           " images with patches and a phase, found " +
-                                          std::to_string(level.pictures.size())};
+                                          std::to_string(level.images.size())};
   }
-  const auto refuse = [](const std::string& expected, double gap) {
+  const auto reject = [](const std::string& expected, double gap) {
     return Error{ErrorCode::kRefused,
                  "registration by phase: expected " + expected + ", found none in " +
                      std::to_string(std::lround(100 * gap)) + " % of a breath"};
   };
   if (const double gap = longest_gap(level.all()); gap > options.max_gap) {
-    return refuse("images of the whole breath", gap);
+    return reject("images of the whole breath", gap);
   }
   for (int part = 0; part < parts; ++part) {
     if (const double gap = longest_gap(level.without(part)); gap > options.max_gap) {
-      return refuse("images of two whole breaths (each checks the other)", gap);
+      return reject("images of two whole breaths (each checks the other)", gap);
     }
   }
   return {};
 }
 
-Vec centre_of(const std::vector<PhasePicture>& pictures, const Pose& pose) {
+Vec centre_of(const std::vector<PhaseImage>& images, const Pose& pose) {
   Vec sum = Vec::Zero();
-  for (const PhasePicture& picture : pictures) {
-    for (const Patch& p : picture.patches.patches) {
-      sum += picture.weight * p.weight * (pose * Point<frames::Reference>{p.centre_mm}).mm;
+  for (const PhaseImage& image : images) {
+    for (const Patch& p : image.patches.patches) {
+      sum += image.weight * p.weight * (pose * Point<frames::Reference>{p.centre_mm}).mm;
     }
   }
   return sum;
@@ -193,10 +193,10 @@ int count_of(const std::vector<int>& parts) {
   return parts.empty() ? 0 : *std::ranges::max_element(parts) + 1;
 }
 
-Result<PhaseResult> refine(const std::vector<PhasePictures>& levels, const Pose& common,
+Result<PhaseResult> refine(const std::vector<PhaseImages>& levels, const Pose& common,
                            std::vector<int> parts, const PhaseOptions& options) {
-  const PhasePictures& finest = levels.back();
-  const PhaseFit start{common, centre_of(finest.pictures, common), Eigen::MatrixXd::Zero(6, 1)};
+  const PhaseImages& finest = levels.back();
+  const PhaseFit start{common, centre_of(finest.images, common), Eigen::MatrixXd::Zero(6, 1)};
   const Rivals whole = fit_whole(levels, start, options);
   const Error not_finite{ErrorCode::kNumerical,
                          "registration by phase: expected a finite similarity of every image"};
@@ -218,7 +218,7 @@ Result<PhaseResult> refine(const std::vector<PhasePictures>& levels, const Pose&
                      0,
                      0,
                      0,
-                     static_cast<int>(finest.pictures.size()),
+                     static_cast<int>(finest.images.size()),
                      whole.still.iterations,
                      std::move(unseen),
                      std::move(parts)};
@@ -233,20 +233,20 @@ Result<PhaseResult> refine(const std::vector<PhasePictures>& levels, const Pose&
 }  // namespace
 
 Result<void> validate(const PhaseOptions& o) {
-  const auto refuse = [](const char* what) {
+  const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("registration by phase: expected ") + what};
   };
-  if (o.harmonics < 1 || o.harmonics > 4) return refuse("1 to 4 harmonics");
-  if (!(o.stiffness > 0 && std::isfinite(o.stiffness))) return refuse("stiffness > 0");
-  if (!(o.usual_mm.minCoeff() > 0 && o.usual_mm.allFinite())) return refuse("usual_mm > 0");
-  if (o.max_iterations < 1 || o.max_iterations > 200) return refuse("1 to 200 iterations");
-  if (!(o.cost_tolerance > 0 && o.cost_tolerance < 1)) return refuse("cost_tolerance in (0, 1)");
-  if (!(o.ridge > 0 && std::isfinite(o.ridge))) return refuse("ridge > 0");
-  if (o.threads < 1 || o.threads > 64) return refuse("1 to 64 threads");
-  if (o.min_pictures < 8) return refuse("min_pictures >= 8");
-  if (!(o.max_gap > 0 && o.max_gap < 1)) return refuse("max_gap in (0, 1)");
-  if (!(o.min_gain_sigmas > 0)) return refuse("min_gain_sigmas > 0");
-  if (!(o.min_gain_share >= 0 && o.min_gain_share < 1)) return refuse("min_gain_share in [0, 1)");
+  if (o.harmonics < 1 || o.harmonics > 4) return reject("1 to 4 harmonics");
+  if (!(o.stiffness > 0 && std::isfinite(o.stiffness))) return reject("stiffness > 0");
+  if (!(o.usual_mm.minCoeff() > 0 && o.usual_mm.allFinite())) return reject("usual_mm > 0");
+  if (o.max_iterations < 1 || o.max_iterations > 200) return reject("1 to 200 iterations");
+  if (!(o.cost_tolerance > 0 && o.cost_tolerance < 1)) return reject("cost_tolerance in (0, 1)");
+  if (!(o.ridge > 0 && std::isfinite(o.ridge))) return reject("ridge > 0");
+  if (o.threads < 1 || o.threads > 64) return reject("1 to 64 threads");
+  if (o.min_images < 8) return reject("min_pictures >= 8");
+  if (!(o.max_gap > 0 && o.max_gap < 1)) return reject("max_gap in (0, 1)");
+  if (!(o.min_gain_sigmas > 0)) return reject("min_gain_sigmas > 0");
+  if (!(o.min_gain_share >= 0 && o.min_gain_share < 1)) return reject("min_gain_share in [0, 1)");
   return {};
 }
 
@@ -263,11 +263,11 @@ Result<PhaseResult> refine_by_phase(std::span<const PhaseLevel> given,
   NAV_CHECK(!given.empty(), given.size());
   if (const auto ok = validate(options); !ok) return ok.error();
   std::vector<int> parts = parts_by_breath(phases);
-  std::vector<PhasePictures> levels;
+  std::vector<PhaseImages> levels;
   for (const PhaseLevel& one : given) {
     if (const auto ok = check_phases(one.patches, phases); !ok) return ok.error();
-    levels.push_back({one.ct, pictures_of(one.patches, phases, parts)});
-    if (const auto ok = check_pictures(levels.back(), count_of(parts), options); !ok)
+    levels.push_back({one.ct, images_of(one.patches, phases, parts)});
+    if (const auto ok = check_images(levels.back(), count_of(parts), options); !ok)
       return ok.error();
   }
   return refine(levels, ct_from_reference, std::move(parts), options);

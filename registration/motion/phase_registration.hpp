@@ -25,7 +25,7 @@ struct PhaseOptions {
   double cost_tolerance = 3e-5;  ///< See SolveLimits; for fits on the finest level, > 0.
   double ridge = 0.01;           ///< See ImageRegistrationOptions::ridge, > 0.
   int threads = 2;               ///< [1, 64]; the result does not depend on it.
-  int min_pictures = 12;         ///< Ultrasound images with patches and a phase, >= 8.
+  int min_images = 12;           ///< Ultrasound images with patches and a phase, >= 8.
   double max_gap = 0.3;          ///< Longest part of the breath without an image, (0, 1).
   double min_gain_sigmas = 3;    ///< See DeformableOptions.
   double min_gain_share = 0.03;  ///< See DeformableOptions.
@@ -44,7 +44,7 @@ struct PhaseResult {
   /// motion.
   double held_out_rigid, held_out_moving;
   double gain_sigmas;  ///< Their difference over its standard error.
-  int pictures;
+  int images;
   int iterations;
   /// unseen[p]: the motion that was fitted to all but part p of the breaths.
   std::vector<PhaseMotion> unseen;

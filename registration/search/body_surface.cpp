@@ -51,8 +51,8 @@ void smooth(std::vector<float>& values, const std::array<int, 3>& size,
   };
   const auto slice = static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]);
   for (int k = 0; k < size[2]; ++k) {
-    cv::Mat picture(size[1], size[0], CV_32F, &values[static_cast<std::size_t>(k) * slice]);
-    cv::sepFilter2D(picture, picture, CV_32F, kernel(0), kernel(1), cv::Point(-1, -1), 0,
+    cv::Mat image(size[1], size[0], CV_32F, &values[static_cast<std::size_t>(k) * slice]);
+    cv::sepFilter2D(image, image, CV_32F, kernel(0), kernel(1), cv::Point(-1, -1), 0,
                     cv::BORDER_REPLICATE);
   }
   // Treated as an image whose rows are whole slices, k runs down the rows.

@@ -13,7 +13,7 @@
 #include "registration/prepared.hpp"
 #include "registration/search/body_surface.hpp"
 #include "registration/search/global_search.hpp"
-#include "registration/similarity/picture_outline.hpp"
+#include "registration/similarity/image_outline.hpp"
 
 namespace nav::registration {
 namespace {
@@ -234,22 +234,22 @@ ImageRegistrationResult best_of(std::vector<ImageRegistrationResult> ends,
 }  // namespace
 
 Result<void> validate(const SkinSearchOptions& options) {
-  const auto refuse = [](const char* what) {
+  const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("skin search: expected ") + what};
   };
   if (!(options.spacing_mm > 0 && options.spacing_mm <= 200)) {
-    return refuse("spacing_mm in (0, 200]");
+    return reject("spacing_mm in (0, 200]");
   }
-  if (options.turns < 1 || options.turns > 360) return refuse("turns of 1 to 360");
-  if (!(options.lean_rad >= 0 && options.lean_rad <= 1)) return refuse("lean_rad in [0, 1]");
-  if (options.tried < 1 || options.tried > 1000000) return refuse("tried of 1 to 1000000");
-  if (options.followed < 1 || options.followed > 100) return refuse("followed of 1 to 100");
+  if (options.turns < 1 || options.turns > 360) return reject("turns of 1 to 360");
+  if (!(options.lean_rad >= 0 && options.lean_rad <= 1)) return reject("lean_rad in [0, 1]");
+  if (options.tried < 1 || options.tried > 1000000) return reject("tried of 1 to 1000000");
+  if (options.followed < 1 || options.followed > 100) return reject("followed of 1 to 100");
   constexpr double kUnit = 1e-6;
   if (options.marker_towards && !(std::abs(options.marker_towards->norm() - 1) <= kUnit)) {
-    return refuse("marker_towards of length 1");
+    return reject("marker_towards of length 1");
   }
   if (!(options.marker_within_rad > 0 && options.marker_within_rad <= std::numbers::pi)) {
-    return refuse("marker_within_rad in (0, pi]");
+    return reject("marker_within_rad in (0, pi]");
   }
   return {};
 }

@@ -21,19 +21,19 @@ namespace {
 using Vec = Eigen::Vector3d;
 
 /// Mean cost of an image's patches without and with a field.
-struct PictureCost {
+struct ImageCost {
   double rigid = 0, deformed = 0, weight = 0;
 };
 
 /// Adds the costs of the images that were left out of the fit.
 void add_held_out(const DeformedCost& cost, const SplineField& field,
-                  const std::vector<bool>& fitted, std::map<int, PictureCost>& pictures) {
+                  const std::vector<bool>& fitted, std::map<int, ImageCost>& images) {
   for (const RestingPatch& patch : cost.patches()) {
     if (fitted[static_cast<std::size_t>(patch.frame)]) continue;
-    PictureCost& picture = pictures[patch.frame];
-    picture.rigid += patch.weight * cost.cost(patch, Vec::Zero());
-    picture.deformed += patch.weight * cost.cost(patch, field.displacement(patch.centre_ct));
-    picture.weight += patch.weight;
+    ImageCost& image = images[patch.frame];
+    image.rigid += patch.weight * cost.cost(patch, Vec::Zero());
+    image.deformed += patch.weight * cost.cost(patch, field.displacement(patch.centre_ct));
+    image.weight += patch.weight;
   }
 }
 
@@ -72,11 +72,11 @@ CtBox box_of_patches(const DeformedCost& cost) {
   return box;
 }
 
-void weigh(const std::map<int, PictureCost>& pictures, DeformableResult& result) {
+void weigh(const std::map<int, ImageCost>& images, DeformableResult& result) {
   PairedGain gain;
-  for (const auto& [frame, p] : pictures) {
-    result.held_out_rigid += p.rigid / p.weight / static_cast<double>(pictures.size());
-    result.held_out_deformed += p.deformed / p.weight / static_cast<double>(pictures.size());
+  for (const auto& [frame, p] : images) {
+    result.held_out_rigid += p.rigid / p.weight / static_cast<double>(images.size());
+    result.held_out_deformed += p.deformed / p.weight / static_cast<double>(images.size());
     gain.add((p.rigid - p.deformed) / p.weight);
   }
   result.gain_sigmas = gain.sigmas();
@@ -87,7 +87,7 @@ using Chosen = std::vector<bool>;
 struct Choices {
   std::array<Chosen, 2> halves;
   Chosen all;
-  int pictures = 0;
+  int images = 0;
 };
 Choices choices_of(const PatchSet& patches) {
   std::set<int> numbers;
@@ -98,8 +98,7 @@ Choices choices_of(const PatchSet& patches) {
   out.all.assign(count, true);
   out.halves.fill(Chosen(count, false));
   for (const int number : numbers) {
-    out.halves[static_cast<std::size_t>(out.pictures++ % 2)][static_cast<std::size_t>(number)] =
-        true;
+    out.halves[static_cast<std::size_t>(out.images++ % 2)][static_cast<std::size_t>(number)] = true;
   }
   return out;
 }
@@ -139,11 +138,11 @@ Result<DeformableResult> choose(const DeformedCost& cost, const Choices& choices
     fits[half] = fit_field(cost, choices.halves[half], empty, options);
   });
   if (!fits[0].finite || !fits[1].finite) return not_finite;
-  std::map<int, PictureCost> pictures;
+  std::map<int, ImageCost> images;
   for (std::size_t half = 0; half < fits.size(); ++half) {
-    add_held_out(cost, fits[half].field, choices.halves[half], pictures);
+    add_held_out(cost, fits[half].field, choices.halves[half], images);
   }
-  weigh(pictures, result);
+  weigh(images, result);
   result.halves_disagreement_mm = rms_apart(cost, fits[0].field, fits[1].field);
   std::ostringstream text;
   text.precision(3);
@@ -188,32 +187,32 @@ Result<DeformableResult> choose(const DeformedCost& cost, const Choices& choices
 }  // namespace
 
 Result<void> validate(const DeformableOptions& o) {
-  const auto refuse = [](const char* what) {
+  const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("deformable registration: expected ") + what};
   };
-  if (!(o.spacing_mm >= 10 && o.spacing_mm <= 200)) return refuse("a spacing of 10 to 200 mm");
-  if (!(o.bending > 0 && std::isfinite(o.bending))) return refuse("bending > 0");
-  if (o.max_iterations < 1 || o.max_iterations > 100) return refuse("1 to 100 iterations");
-  if (!(o.ridge > 0 && std::isfinite(o.ridge))) return refuse("ridge > 0");
-  if (!(o.contrast_power >= 0 && o.contrast_power <= 3)) return refuse("contrast_power in [0, 3]");
-  if (!(o.min_gain_share >= 0 && o.min_gain_share < 1)) return refuse("min_gain_share in [0, 1)");
-  if (!(o.min_gain_sigmas > 0)) return refuse("min_gain_sigmas > 0");
-  if (!(o.min_displacement_mm >= 0)) return refuse("min_displacement_mm >= 0");
-  if (o.threads < 1 || o.threads > 64) return refuse("1 to 64 threads");
-  if (!(o.min_determinant > 0 && o.min_determinant < 1)) return refuse("min_determinant in (0, 1)");
+  if (!(o.spacing_mm >= 10 && o.spacing_mm <= 200)) return reject("a spacing of 10 to 200 mm");
+  if (!(o.bending > 0 && std::isfinite(o.bending))) return reject("bending > 0");
+  if (o.max_iterations < 1 || o.max_iterations > 100) return reject("1 to 100 iterations");
+  if (!(o.ridge > 0 && std::isfinite(o.ridge))) return reject("ridge > 0");
+  if (!(o.contrast_power >= 0 && o.contrast_power <= 3)) return reject("contrast_power in [0, 3]");
+  if (!(o.min_gain_share >= 0 && o.min_gain_share < 1)) return reject("min_gain_share in [0, 1)");
+  if (!(o.min_gain_sigmas > 0)) return reject("min_gain_sigmas > 0");
+  if (!(o.min_displacement_mm >= 0)) return reject("min_displacement_mm >= 0");
+  if (o.threads < 1 || o.threads > 64) return reject("1 to 64 threads");
+  if (!(o.min_determinant > 0 && o.min_determinant < 1)) return reject("min_determinant in (0, 1)");
   return {};
 }
 
 Result<DeformableResult> refine_deformable(const CtChannels& ct, const PatchSet& patches,
                                            const Pose& ct_from_reference,
                                            const DeformableOptions& options) {
-  constexpr int kMinPictures = 4;
+  constexpr int kMinImages = 4;
   if (const auto ok = validate(options); !ok) return ok.error();
   const Choices choices = choices_of(patches);
-  if (choices.pictures < kMinPictures) {
+  if (choices.images < kMinImages) {
     return Error{ErrorCode::kRefused,
                  "deformable registration: expected at least 4 images with patches, found " +
-                     std::to_string(choices.pictures)};
+                     std::to_string(choices.images)};
   }
   const DeformedCost cost(ct, patches, ct_from_reference, options);
   std::optional<Result<DeformableResult>> result;

@@ -152,20 +152,20 @@ FieldCell cell_of(const VoxelGrid& grid, const Eigen::Vector3d& p) {
 }  // namespace
 
 Result<ShapeField> ShapeField::create(const Shape& shape, const ShapeFieldOptions& options) {
-  const auto refuse = [&](ErrorCode code, const std::string& expected, double found) {
+  const auto reject = [&](ErrorCode code, const std::string& expected, double found) {
     return Error{code, shape.name + ": expected " + expected + ", found " + std::to_string(found)};
   };
   if (!(options.spacing_mm >= 0.25 && options.spacing_mm <= 20)) {
-    return refuse(ErrorCode::kUsage, "a field spacing of 0.25 to 20 mm", options.spacing_mm);
+    return reject(ErrorCode::kUsage, "a field spacing of 0.25 to 20 mm", options.spacing_mm);
   }
   if (!(options.margin_mm >= 0 && options.margin_mm <= 200)) {
-    return refuse(ErrorCode::kUsage, "a field margin of 0 to 200 mm", options.margin_mm);
+    return reject(ErrorCode::kUsage, "a field margin of 0 to 200 mm", options.margin_mm);
   }
-  if (shape.elements.empty()) return refuse(ErrorCode::kMalformedData, "pieces of a shape", 0);
+  if (shape.elements.empty()) return reject(ErrorCode::kMalformedData, "pieces of a shape", 0);
   const VoxelGrid grid = grid_around(shape, options);
   const double nodes = static_cast<double>(grid.size[0]) * grid.size[1] * grid.size[2];
   if (!(nodes <= kMaxNodes)) {
-    return refuse(ErrorCode::kUnsupportedData, "at most 2^28 nodes of the field", nodes);
+    return reject(ErrorCode::kUnsupportedData, "at most 2^28 nodes of the field", nodes);
   }
   auto data = std::make_shared<Data>(Data{shape, grid, {}});
   data->nearest = Propagation(data->shape, grid).run();

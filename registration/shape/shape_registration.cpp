@@ -8,7 +8,7 @@
 #include <cmath>
 #include <sstream>
 
-#include "nav/places.hpp"
+#include "nav/positions.hpp"
 #include "registration/search/starts.hpp"
 #include "registration/shape/shape_discrepancy.hpp"
 #include "registration/shape/shape_solver.hpp"
@@ -29,7 +29,7 @@ constexpr double kSameShapeMm = 2;
 constexpr double kOtherMinimumMm = 5;
 constexpr double kClearlyWorse = 1.2;
 
-Error refuse(ErrorCode code, const std::string& expected, const std::string& found) {
+Error reject(ErrorCode code, const std::string& expected, const std::string& found) {
   return {code, "shape registration: expected " + expected + ", found " + found};
 }
 
@@ -220,7 +220,7 @@ Result<void> validate(const ShapeRegistrationOptions& o) {
   const auto check = [](bool ok, const char* what, const char* expected, double found) {
     if (ok) return Result<void>();
     return Result<void>(
-        refuse(ErrorCode::kUsage, std::string(what) + " of " + expected, std::to_string(found)));
+        reject(ErrorCode::kUsage, std::string(what) + " of " + expected, std::to_string(found)));
   };
   const std::array checks = {
       check(o.keep_fraction > 0.3 && o.keep_fraction <= 1, "keep_fraction", "0.3 to 1",
@@ -248,22 +248,22 @@ Result<ShapeRegistration> register_points(std::span<const Point<frames::Referenc
                                           const std::function<bool()>& keep_going) {
   if (const auto ok = validate(options); !ok) return ok.error();
   if (points.size() < kMinPoints) {
-    return refuse(ErrorCode::kMalformedData, "at least 20 points", std::to_string(points.size()));
+    return reject(ErrorCode::kMalformedData, "at least 20 points", std::to_string(points.size()));
   }
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (is_place(points[i].mm)) continue;
     const std::string point = "point " + std::to_string(i) + " to be ";
     if (!points[i].mm.allFinite()) {
-      return refuse(ErrorCode::kMalformedData, point + "finite", "NaN or Inf");
+      return reject(ErrorCode::kMalformedData, point + "finite", "NaN or Inf");
     }
     std::ostringstream found;
     found << points[i].mm.transpose();
-    return refuse(ErrorCode::kMalformedData, point + "within 1e7 mm", found.str());
+    return reject(ErrorCode::kMalformedData, point + "within 1e7 mm", found.str());
   }
   const bool spread = std::any_of(points.begin(), points.end(), [&](const auto& p) {
     return (p.mm - points.front().mm).norm() > kMinSpreadMm;
   });
-  if (!spread) return refuse(ErrorCode::kRefused, "points over 1 mm apart", "one position");
+  if (!spread) return reject(ErrorCode::kRefused, "points over 1 mm apart", "one position");
   return ShapeRegistrar(points, shape, initial, options, keep_going).run();
 }
 
@@ -271,7 +271,7 @@ Decision decide(const ShapeRegistration& result, const ShapeLimits& limits,
                 const Point<frames::Ct>& target, const ShapeLimits& warnings) {
   Judge judge;
   for (const SlidingDirection& one : result.sliding) {
-    judge.refuse("the shape does not determine the " + one.description);
+    judge.reject("the shape does not determine the " + one.description);
   }
   judge.at_most("mean distance of the points", result.after.mean_mm, limits.max_mean_mm,
                 warnings.max_mean_mm, " mm");
@@ -283,7 +283,7 @@ Decision decide(const ShapeRegistration& result, const ShapeLimits& limits,
     judge.at_most("predicted error at the target", result.tre_rms_mm(target), limits.max_tre_rms_mm,
                   warnings.max_tre_rms_mm, " mm RMS");
   }
-  if (!result.converged) judge.refuse("the solver did not converge");
+  if (!result.converged) judge.reject("the solver did not converge");
   return std::move(judge).decision();
 }
 

@@ -10,7 +10,7 @@
 
 #include "nav/check.hpp"
 #include "nav/index.hpp"
-#include "registration/similarity/coarse_pictures.hpp"
+#include "registration/similarity/coarse_images.hpp"
 #include "registration/similarity/lc2_kernel.hpp"
 
 namespace nav::registration {
@@ -27,7 +27,7 @@ struct Between {
 };
 
 /// An ultrasound image smoothed to a level on coarser pixels, without the pixels outside the mask.
-struct SmoothPicture {
+struct SmoothImage {
   cv::Mat grey;         ///< CV_32F.
   double per_x, per_y;  ///< Pixels of grey per pixel of the image.
 
@@ -106,8 +106,8 @@ void add_blocks(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& mask,
   }
 }
 
-SmoothPicture smooth(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& mask,
-                     double sigma_mm, SmoothBuffers& buffers) {
+SmoothImage smooth(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& mask, double sigma_mm,
+                   SmoothBuffers& buffers) {
   const int width = frame.pixels.width();
   const int height = frame.pixels.height();
   const double px = frame.grid.mm_per_pixel.col(0).norm();
@@ -125,7 +125,7 @@ SmoothPicture smooth(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& 
   const cv::Size kernel(2 * static_cast<int>(std::ceil(3 * sx)) + 1,
                         2 * static_cast<int>(std::ceil(3 * sy)) + 1);
   cv::GaussianBlur(buffers.sums, buffers.sums, kernel, sx, sy, cv::BORDER_REPLICATE);
-  SmoothPicture out{cv::Mat(buffers.sums.size(), CV_32F), 1.0 / fx, 1.0 / fy};
+  SmoothImage out{cv::Mat(buffers.sums.size(), CV_32F), 1.0 / fx, 1.0 / fy};
   constexpr float kNoWeight = 1e-6f;
   const auto* sum = buffers.sums.ptr<float>();
   auto* grey = out.grey.ptr<float>();
@@ -153,11 +153,11 @@ std::array<Point<frames::Image>, 4> corners(const UltrasoundFrame& frame) {
 }
 
 /// One thinned ultrasound image, smoothed to the level.
-struct LevelPicture {
+struct LevelImage {
   int index;  ///< Index in the sweep.
   const TrackedFrame& tracked;
   const Image2d<std::uint8_t>& mask;
-  SmoothPicture smooth;
+  SmoothImage smooth;
   Eigen::Matrix2d pixel_per_mm = tracked.frame.grid.mm_per_pixel.inverse();
   int width = mask.width();
   int height = mask.height();
@@ -175,7 +175,7 @@ struct LevelPicture {
 
 /// sample_square() for a square whose sides are parallel to those of the pixels, one axis at a
 /// time, with the same bits. Its corners must lie in the image.
-bool sample_upright(const LevelPicture& picture, const Eigen::Vector2d& middle, double step_x,
+bool sample_upright(const LevelImage& image, const Eigen::Vector2d& middle, double step_x,
                     double step_y, int half, int stride, std::vector<float>& values) {
   struct Column {
     std::ptrdiff_t pixel;
@@ -185,16 +185,15 @@ bool sample_upright(const LevelPicture& picture, const Eigen::Vector2d& middle, 
   std::size_t count = 0;
   for (int i = -half; i <= half; i += stride) {
     const double x = middle.x() + i * step_x;
-    columns[count++] = {static_cast<std::ptrdiff_t>(x + 0.5), picture.smooth.along_x(x)};
+    columns[count++] = {static_cast<std::ptrdiff_t>(x + 0.5), image.smooth.along_x(x)};
   }
   for (int j = -half; j <= half; j += stride) {
     const double y = middle.y() + j * step_y;
-    const std::uint8_t* usable =
-        picture.usable + static_cast<std::ptrdiff_t>(y + 0.5) * picture.width;
-    const Between row = picture.smooth.along_y(y);
+    const std::uint8_t* usable = image.usable + static_cast<std::ptrdiff_t>(y + 0.5) * image.width;
+    const Between row = image.smooth.along_y(y);
     for (std::size_t c = 0; c < count; ++c) {
       if (usable[columns[c].pixel] == 0) return false;
-      values.push_back(picture.smooth.at(columns[c].between, row));
+      values.push_back(image.smooth.at(columns[c].between, row));
     }
   }
   return true;
@@ -202,30 +201,29 @@ bool sample_upright(const LevelPicture& picture, const Eigen::Vector2d& middle, 
 
 /// Samples (i, j) of a square about a centre, every stride-th from −half to half. Returns false if
 /// one lies outside the mask. values: the samples.
-bool sample_square(const LevelPicture& picture, const Eigen::Vector2d& centre, double step_mm,
-                   int half, int stride, std::vector<float>& values) {
-  const Eigen::Vector2d middle =
-      picture.pixel_per_mm * (centre - picture.tracked.frame.grid.origin_mm);
-  const Eigen::Vector2d a = picture.pixel_per_mm.col(0) * step_mm;
-  const Eigen::Vector2d b = picture.pixel_per_mm.col(1) * step_mm;
+bool sample_square(const LevelImage& image, const Eigen::Vector2d& centre, double step_mm, int half,
+                   int stride, std::vector<float>& values) {
+  const Eigen::Vector2d middle = image.pixel_per_mm * (centre - image.tracked.frame.grid.origin_mm);
+  const Eigen::Vector2d a = image.pixel_per_mm.col(0) * step_mm;
+  const Eigen::Vector2d b = image.pixel_per_mm.col(1) * step_mm;
   values.clear();
   // Most squares that do not lie inside have a corner outside.
   for (const int j : {-half, half}) {
     for (const int i : {-half, half}) {
-      if (!picture.inside(middle.x() + i * a.x() + j * b.x(), middle.y() + i * a.y() + j * b.y())) {
+      if (!image.inside(middle.x() + i * a.x() + j * b.x(), middle.y() + i * a.y() + j * b.y())) {
         return false;
       }
     }
   }
   if (a.y() == 0 && b.x() == 0) {
-    return sample_upright(picture, middle, a.x(), b.y(), half, stride, values);
+    return sample_upright(image, middle, a.x(), b.y(), half, stride, values);
   }
   for (int j = -half; j <= half; j += stride) {
     for (int i = -half; i <= half; i += stride) {
       const double x = middle.x() + i * a.x() + j * b.x();
       const double y = middle.y() + i * a.y() + j * b.y();
-      if (!picture.inside(x, y)) return false;
-      values.push_back(picture.smooth.at(x, y));
+      if (!image.inside(x, y)) return false;
+      values.push_back(image.smooth.at(x, y));
     }
   }
   return true;
@@ -271,18 +269,18 @@ Squares squares_of(const UltrasoundFrame& frame, const LevelOptions& level) {
 }
 
 /// All candidates of one image, judged by a few samples of each.
-void find_candidates(const LevelPicture& picture, std::size_t order, const LevelOptions& level,
+void find_candidates(const LevelImage& image, std::size_t order, const LevelOptions& level,
                      std::vector<PatchCandidate>& out) {
   const int half = level.patch_side / 2;
   // Five samples a side, including the corners if the side allows.
   const int stride = std::max(1, half / 2);
-  const auto centres = squares_of(picture.tracked.frame, level).centres;
+  const auto centres = squares_of(image.tracked.frame, level).centres;
   if (centres.empty()) return;
   const double top = centres.front().y();
   const double height = centres.back().y() - top + 0.5 * level.patch_side * level.sample_step_mm;
   std::vector<float> values;
   for (const Eigen::Vector2d& centre : centres) {
-    if (!sample_square(picture, centre, level.sample_step_mm, half, stride, values)) continue;
+    if (!sample_square(image, centre, level.sample_step_mm, half, stride, values)) continue;
     const double contrast = centre_values(values);
     if (!(contrast >= kMinDeviation)) continue;
     const double depth = (centre.y() - top) / height;
@@ -292,26 +290,26 @@ void find_candidates(const LevelPicture& picture, std::size_t order, const Level
 }
 
 /// Adds one patch with all its samples; returns false if the mask or the contrast rejects it.
-bool add_patch(const LevelPicture& picture, const Eigen::Vector2d& centre,
-               const LevelOptions& level, std::vector<float>& values, PatchSet& out) {
+bool add_patch(const LevelImage& image, const Eigen::Vector2d& centre, const LevelOptions& level,
+               std::vector<float>& values, PatchSet& out) {
   const double step = level.sample_step_mm;
-  if (!sample_square(picture, centre, step, level.patch_side / 2, 1, values)) return false;
+  if (!sample_square(image, centre, step, level.patch_side / 2, 1, values)) return false;
   double mean = 0;
   const double deviation = centre_values(values, &mean);
   if (!(deviation >= kMinDeviation)) return false;
   const auto norm = static_cast<float>(deviation * std::sqrt(static_cast<double>(values.size())));
   for (const float value : values) out.samples.push_back(value / norm);
-  const auto& outline = picture.tracked.frame.outline;
+  const auto& outline = image.tracked.frame.outline;
   const Eigen::Vector2d beam =
       outline ? (centre - outline->apex_mm).normalized() : Eigen::Vector2d(0, 1);
   const double depth = outline ? (centre - outline->apex_mm).norm() - outline->radius_min_mm
-                               : centre.y() - picture.tracked.frame.grid.at(0, 0).mm.y();
-  const auto& pose = picture.tracked.reference_from_image;
+                               : centre.y() - image.tracked.frame.grid.at(0, 0).mm.y();
+  const auto& pose = image.tracked.reference_from_image;
   out.patches.push_back({(pose * Point<frames::Image>{{centre.x(), centre.y(), 0}}).mm,
                          pose.rotation() * Eigen::Vector3d(step, 0, 0),
                          pose.rotation() * Eigen::Vector3d(0, step, 0),
                          pose.rotation() * Eigen::Vector3d(beam.x(), beam.y(), 0),
-                         std::pow(deviation, kPatchWeightPower), picture.index, mean, norm, depth});
+                         std::pow(deviation, kPatchWeightPower), image.index, mean, norm, depth});
   return true;
 }
 
@@ -353,24 +351,24 @@ namespace {
 
 /// Chooses the patches of highest contrast, at most twice the fair share of each image and depth
 /// third.
-void choose_by_contrast(const std::vector<LevelPicture>& pictures, const LevelOptions& level,
+void choose_by_contrast(const std::vector<LevelImage>& images, const LevelOptions& level,
                         PatchSet& out) {
   std::vector<PatchCandidate> candidates;
-  for (std::size_t i = 0; i < pictures.size(); ++i) {
-    find_candidates(pictures[i], i, level, candidates);
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    find_candidates(images[i], i, level, candidates);
   }
   std::stable_sort(
       candidates.begin(), candidates.end(),
       [](const PatchCandidate& a, const PatchCandidate& b) { return a.contrast > b.contrast; });
   const std::size_t budget = static_cast<std::size_t>(level.patches);
-  const std::size_t quota = 2 * budget / (pictures.size() * kDepthBands) + 1;
-  std::vector<std::size_t> taken(pictures.size() * kDepthBands, 0);
+  const std::size_t quota = 2 * budget / (images.size() * kDepthBands) + 1;
+  std::vector<std::size_t> taken(images.size() * kDepthBands, 0);
   std::vector<float> values;
   for (const PatchCandidate& candidate : candidates) {
     if (out.patches.size() == budget) break;
     std::size_t& of_bucket = taken[static_cast<std::size_t>(candidate.bucket)];
     if (of_bucket >= quota) continue;
-    if (add_patch(pictures[candidate.order], candidate.centre, level, values, out)) ++of_bucket;
+    if (add_patch(images[candidate.order], candidate.centre, level, values, out)) ++of_bucket;
   }
 }
 
@@ -427,11 +425,11 @@ class SquaresLeft {
   }
   /// Adds a square once. Before let_overlap(), squares that overlap half of an added one are put
   /// off.
-  void take(std::size_t square, const LevelPicture& picture, const LevelOptions& level,
+  void take(std::size_t square, const LevelImage& image, const LevelOptions& level,
             std::vector<float>& values, PatchSet& out) {
     if (states_[square] != State::kNew) return;
     states_[square] = State::kSeen;
-    if (!add_patch(picture, squares_.centres[square], level, values, out)) return;
+    if (!add_patch(image, squares_.centres[square], level, values, out)) return;
     if (overlap_) return;
     const std::size_t column = square % squares_.columns;
     if (column > 0) put_off(square - 1);
@@ -459,7 +457,7 @@ class SquaresLeft {
 /// Roberts 2018). Equal steps through all squares would form chains of overlapping squares for some
 /// counts of columns and rows. Squares that overlap half of a taken one come after all others.
 /// Squares that are not needed are never evaluated.
-void choose_evenly(const std::vector<LevelPicture>& pictures, const LevelOptions& level,
+void choose_evenly(const std::vector<LevelImage>& images, const LevelOptions& level,
                    PatchSet& out) {
   // After this many steps, new squares are rarely found; the remaining ones follow in order.
   constexpr std::size_t kStepsPerSquare = 4;
@@ -467,8 +465,8 @@ void choose_evenly(const std::vector<LevelPicture>& pictures, const LevelOptions
   const Eigen::Array3d step(1 / kRoot, 1 / (kRoot * kRoot), 1 / (kRoot * kRoot * kRoot));
   std::vector<SquaresLeft> left;
   std::size_t all = 0;
-  for (const LevelPicture& picture : pictures) {
-    left.emplace_back(picture.tracked.frame, level);
+  for (const LevelImage& image : images) {
+    left.emplace_back(image.tracked.frame, level);
     all += left.back().count();
   }
   std::vector<float> values;
@@ -476,16 +474,16 @@ void choose_evenly(const std::vector<LevelPicture>& pictures, const LevelOptions
   for (int round = 0; round < 2; ++round) {
     Eigen::Array3d at = Eigen::Array3d::Constant(0.5);
     for (std::size_t k = 0; k < kStepsPerSquare * all && !enough(); ++k) {
-      const double share = at[0] * static_cast<double>(pictures.size());
-      const std::size_t i = std::min(static_cast<std::size_t>(share), pictures.size() - 1);
+      const double share = at[0] * static_cast<double>(images.size());
+      const std::size_t i = std::min(static_cast<std::size_t>(share), images.size() - 1);
       if (left[i].count() > 0)
-        left[i].take(left[i].at(at[1], at[2]), pictures[i], level, values, out);
+        left[i].take(left[i].at(at[1], at[2]), images[i], level, values, out);
       at += step;
       at -= at.floor();
     }
-    for (std::size_t i = 0; i < pictures.size(); ++i) {
+    for (std::size_t i = 0; i < images.size(); ++i) {
       for (std::size_t square = 0; square < left[i].count() && !enough(); ++square) {
-        left[i].take(square, pictures[i], level, values, out);
+        left[i].take(square, images[i], level, values, out);
       }
       left[i].let_overlap();
     }
@@ -496,21 +494,21 @@ void choose_evenly(const std::vector<LevelPicture>& pictures, const LevelOptions
 
 PatchSet make_patches(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks,
                       const LevelOptions& level, double sigma_mm) {
-  std::vector<LevelPicture> pictures;
+  std::vector<LevelImage> images;
   SmoothBuffers buffers;
   for (const int index : thin_frames(sweep, level.frame_step_mm)) {
     const auto i = static_cast<std::size_t>(index);
     const TrackedFrame& tracked = sweep.frames()[i];
-    pictures.push_back(
+    images.push_back(
         {index, tracked, masks[i], smooth(tracked.frame, masks[i], sigma_mm, buffers)});
   }
   PatchSet out;
   out.side = level.patch_side;
-  out.frames = static_cast<int>(pictures.size());
+  out.frames = static_cast<int>(images.size());
   if (level.choice == PatchChoice::kEven) {
-    choose_evenly(pictures, level, out);
+    choose_evenly(images, level, out);
   } else {
-    choose_by_contrast(pictures, level, out);
+    choose_by_contrast(images, level, out);
   }
   order_by_place(out);
   double total = 0;

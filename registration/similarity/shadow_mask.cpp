@@ -13,18 +13,18 @@
 #include <string>
 
 #include "nav/index.hpp"
-#include "registration/similarity/picture_outline.hpp"
+#include "registration/similarity/image_outline.hpp"
 
 namespace nav::registration {
 namespace {
 
 constexpr int kOutside = -1;
 // No ultrasound image is wider; a larger size has wrong units, and its mask would take minutes.
-constexpr double kWidestPictureMm = 1000;
+constexpr double kWidestImageMm = 1000;
 // Arc length at mid depth; the widest probes have a third of a metre.
 constexpr double kWidestArcMm = 3000;
 
-Error refuse_mask(const std::string& what, const std::string& expected, double found) {
+Error reject_mask(const std::string& what, const std::string& expected, double found) {
   std::ostringstream text;
   text << what << ": expected " << expected << ", found " << found;
   return {ErrorCode::kUsage, text.str()};
@@ -302,9 +302,9 @@ Result<void> check_outline(const SectorOutline& outline, const std::string& name
   }
   const double deep_mm = outline.radius_max_mm - outline.radius_min_mm;
   const double wide_mm = outline.half_angle_rad * (outline.radius_min_mm + outline.radius_max_mm);
-  if (deep_mm <= kWidestPictureMm && wide_mm <= kWidestArcMm) return {};
+  if (deep_mm <= kWidestImageMm && wide_mm <= kWidestArcMm) return {};
   std::ostringstream text;
-  text << name << "expected an outline at most " << kWidestPictureMm << " mm deep and "
+  text << name << "expected an outline at most " << kWidestImageMm << " mm deep and "
        << kWidestArcMm << " mm wide half way down, found " << deep_mm << " and " << wide_mm
        << " mm: are its radii in mm?";
   return Error{ErrorCode::kMalformedData, text.str()};
@@ -319,9 +319,9 @@ Result<void> check_geometry(const Sweep& sweep) {
     }
     const double width_mm = frame.pixels.width() * frame.grid.mm_per_pixel.col(0).norm();
     const double height_mm = frame.pixels.height() * frame.grid.mm_per_pixel.col(1).norm();
-    if (!(std::max(width_mm, height_mm) <= kWidestPictureMm)) {
+    if (!(std::max(width_mm, height_mm) <= kWidestImageMm)) {
       std::ostringstream text;
-      text << name << "expected an image of at most " << kWidestPictureMm
+      text << name << "expected an image of at most " << kWidestImageMm
            << " mm along either side, found one of " << width_mm << " x " << height_mm
            << " mm: is the size of its pixels in mm?";
       return Error{ErrorCode::kMalformedData, text.str()};
@@ -336,16 +336,16 @@ Result<void> check_geometry(const Sweep& sweep) {
 
 Result<void> validate(const ShadowMaskOptions& options) {
   if (!(options.near_field_mm >= 0 && options.near_field_mm < 1e3)) {
-    return refuse_mask("near_field_mm", "0 to 1000", options.near_field_mm);
+    return reject_mask("near_field_mm", "0 to 1000", options.near_field_mm);
   }
   if (options.drop_grey < 1 || options.drop_grey > 254) {
-    return refuse_mask("drop_grey", "1 to 254", options.drop_grey);
+    return reject_mask("drop_grey", "1 to 254", options.drop_grey);
   }
   if (options.neighbour_lines < 0 || options.neighbour_lines > 1000) {
-    return refuse_mask("neighbour_lines", "0 to 1000", options.neighbour_lines);
+    return reject_mask("neighbour_lines", "0 to 1000", options.neighbour_lines);
   }
   if (!(options.line_spacing_mm > 0 && options.line_spacing_mm < 100)) {
-    return refuse_mask("line_spacing_mm", "a value in (0, 100)", options.line_spacing_mm);
+    return reject_mask("line_spacing_mm", "a value in (0, 100)", options.line_spacing_mm);
   }
   return {};
 }

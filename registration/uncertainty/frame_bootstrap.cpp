@@ -35,12 +35,12 @@ struct Drawable {
 };
 
 /// Returns for each image the sum of \p block consecutive images from it on.
-std::vector<Drawable> blocks_of(const std::vector<Drawable>& pictures, int block) {
+std::vector<Drawable> blocks_of(const std::vector<Drawable>& images, int block) {
   std::vector<Drawable> sums;
-  for (std::size_t first = 0; first < pictures.size(); ++first) {
+  for (std::size_t first = 0; first < images.size(); ++first) {
     Drawable sum{Vector6d::Zero(), Matrix6d::Zero()};
     for (int i = 0; i < block; ++i) {
-      sum += pictures[(first + as_size(i)) % pictures.size()];
+      sum += images[(first + as_size(i)) % images.size()];
     }
     sums.push_back(sum);
   }
@@ -59,7 +59,7 @@ Matrix6d larger_of(const Matrix6d& a, const Matrix6d& b) {
 
 /// The images of a shape that have weight.
 struct Drawables {
-  std::vector<Drawable> pictures;
+  std::vector<Drawable> images;
   std::vector<double> way_mm;  ///< Distance from each image to the next.
   std::string fault;           ///< Why they do not determine a pose; empty if they do.
 };
@@ -68,12 +68,12 @@ Drawables drawables_of(const LocalShape& shape) {
   Drawables out;
   double way_mm = 0;
   Drawable all{Vector6d::Zero(), Matrix6d::Zero()};
-  for (const PictureShape& picture : shape.pictures) {
-    way_mm += picture.way_mm;
-    if (!(picture.weight > 0)) continue;
-    if (!out.pictures.empty()) out.way_mm.push_back(way_mm);
-    out.pictures.push_back({picture.gradient, picture.hessian});
-    all += out.pictures.back();
+  for (const ImageShape& image : shape.images) {
+    way_mm += image.way_mm;
+    if (!(image.weight > 0)) continue;
+    if (!out.images.empty()) out.way_mm.push_back(way_mm);
+    out.images.push_back({image.gradient, image.hessian});
+    all += out.images.back();
     way_mm = 0;
   }
   out.fault = curvature_fault(shape.hessian);
@@ -81,7 +81,7 @@ Drawables drawables_of(const LocalShape& shape) {
   if (!out.fault.empty()) return out;
   // Gauss–Newton Hessians are too stiff, because each patch also fits its noise.
   const Matrix6d softer = turning_into(shape.hessian, all.hessian);
-  for (Drawable& one : out.pictures) one.hessian = softer * one.hessian * softer.transpose();
+  for (Drawable& one : out.images) one.hessian = softer * one.hessian * softer.transpose();
   return out;
 }
 
@@ -107,40 +107,40 @@ double error_mm(const Vector6d& twist, const Eigen::Vector3d& from_centre) {
 }  // namespace
 
 Result<void> validate(const BootstrapOptions& options) {
-  const auto refuse = [](const char* what) {
+  const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("bootstrap: expected ") + what};
   };
   if (options.replicates != 0 && (options.replicates < 20 || options.replicates > 100000)) {
-    return refuse("replicates of 20 to 100000, or 0");
+    return reject("replicates of 20 to 100000, or 0");
   }
-  if (!(options.block_mm >= 0 && options.block_mm <= 1000)) return refuse("block_mm in [0, 1000]");
+  if (!(options.block_mm >= 0 && options.block_mm <= 1000)) return reject("block_mm in [0, 1000]");
   return {};
 }
 
-PictureDraws::PictureDraws(const std::vector<double>& way_mm, const BootstrapOptions& options)
-    : pictures_(static_cast<int>(way_mm.size()) + 1), block_(1), seed_(options.seed) {
+ImageDraws::ImageDraws(const std::vector<double>& way_mm, const BootstrapOptions& options)
+    : images_(static_cast<int>(way_mm.size()) + 1), block_(1), seed_(options.seed) {
   double way = 0;
   for (const double one : way_mm) way += one;
   const double mean = way_mm.empty() ? 0 : way / static_cast<double>(way_mm.size());
   // Images of one plane share all their speckle.
-  const double wanted = mean > 0 ? options.block_mm / mean : pictures_;
-  block_ = static_cast<int>(std::lround(std::clamp(wanted, 1.0, static_cast<double>(pictures_))));
-  blocks_ = std::max(1, static_cast<int>(std::lround(static_cast<double>(pictures_) / block_)));
+  const double wanted = mean > 0 ? options.block_mm / mean : images_;
+  block_ = static_cast<int>(std::lround(std::clamp(wanted, 1.0, static_cast<double>(images_))));
+  blocks_ = std::max(1, static_cast<int>(std::lround(static_cast<double>(images_) / block_)));
 }
 
-std::vector<int> PictureDraws::starts(int replicate) const {
+std::vector<int> ImageDraws::starts(int replicate) const {
   std::vector<int> out;
   std::uint64_t counter = (seed_ << 40U) + kCounters * static_cast<std::uint64_t>(replicate);
   for (int i = 0; i < blocks_; ++i) {
-    out.push_back(static_cast<int>(fraction(counter++) * pictures_));
+    out.push_back(static_cast<int>(fraction(counter++) * images_));
   }
   return out;
 }
 
-std::vector<int> PictureDraws::counts(int replicate) const {
-  std::vector<int> out(as_size(pictures_), 0);
+std::vector<int> ImageDraws::counts(int replicate) const {
+  std::vector<int> out(as_size(images_), 0);
   for (const int start : starts(replicate)) {
-    for (int i = 0; i < block_; ++i) ++out[as_size((start + i) % pictures_)];
+    for (int i = 0; i < block_; ++i) ++out[as_size((start + i) % images_)];
   }
   return out;
 }
@@ -175,22 +175,22 @@ FrameBootstrap frame_bootstrap(const LocalShape& shape, const BootstrapOptions& 
   out.centre_ct = shape.centre_ct;
   if (options.replicates == 0) return out;
   const Drawables all = drawables_of(shape);
-  out.pictures = static_cast<int>(all.pictures.size());
-  const PictureDraws draws(all.way_mm, options);
+  out.images = static_cast<int>(all.images.size());
+  const ImageDraws draws(all.way_mm, options);
   out.block = draws.block();
   out.places = draws.blocks();
-  if (out.pictures < kLeastPictures) {
-    out.fault = too_few("images with patches", kLeastPictures, out.pictures);
+  if (out.images < kLeastImages) {
+    out.fault = too_few("images with patches", kLeastImages, out.images);
   } else if (out.places < kLeastPlaces) {
     out.fault = too_few("positions at which images were acquired", kLeastPlaces, out.places);
   } else {
     out.fault = all.fault;
   }
   if (!out.fault.empty()) return out;
-  const std::vector<Drawable> blocks = blocks_of(all.pictures, draws.block());
+  const std::vector<Drawable> blocks = blocks_of(all.images, draws.block());
   // Corrects for blocks that do not add up to all images.
   const double scale = std::sqrt(static_cast<double>(draws.blocks() * draws.block()) /
-                                 static_cast<double>(all.pictures.size()));
+                                 static_cast<double>(all.images.size()));
   for (int replicate = 0; replicate < options.replicates; ++replicate) {
     Drawable sum{Vector6d::Zero(), Matrix6d::Zero()};
     for (const int start : draws.starts(replicate)) sum += blocks[as_size(start)];

@@ -31,10 +31,10 @@ Result<void> validate(const BootstrapOptions& options);
 
 /// Draws ultrasound images with replacement, in blocks of neighbours (circular block bootstrap,
 /// Politis and Romano 1992).
-class PictureDraws {
+class ImageDraws {
  public:
   /// way_mm: distances from each image to the next, one fewer than images.
-  PictureDraws(const std::vector<double>& way_mm, const BootstrapOptions& options);
+  ImageDraws(const std::vector<double>& way_mm, const BootstrapOptions& options);
 
   /// Images in a block, 1 to all.
   [[nodiscard]] int block() const { return block_; }
@@ -47,7 +47,7 @@ class PictureDraws {
   [[nodiscard]] std::vector<int> counts(int replicate) const;
 
  private:
-  int pictures_, block_, blocks_;
+  int images_, block_, blocks_;
   std::uint64_t seed_;
 };
 
@@ -56,7 +56,7 @@ struct FrameBootstrap {
   Point<frames::Ct> centre_ct{Eigen::Vector3d::Zero()};  ///< Centre of the twists.
   /// Twist of each replicate from the pose of all images, [rad | mm].
   std::vector<Vector6d> twists;
-  int pictures = 0;  ///< Images that have patches.
+  int images = 0;    ///< Images that have patches.
   int block = 0;     ///< Images drawn together.
   int places = 0;    ///< Number of blocks in the images; 0 if no bootstrap was requested.
   int unsolved = 0;  ///< Replicates that do not determine the pose; they have no twist.
@@ -72,14 +72,14 @@ struct FrameBootstrap {
 };
 
 /// Fewer images do not show how images differ.
-inline constexpr int kLeastPictures = 6;
+inline constexpr int kLeastImages = 6;
 inline constexpr int kLeastPlaces = 3;
 
 /// Each replicate is one Newton step −H_r⁻¹ g_r from the pose of all images, with the gradients and
 /// Hessians of the drawn images; no image is evaluated again. The Hessians are Gauss–Newton's,
 /// mapped so that their sum over all images is the true Hessian. Images without weight are not
 /// drawn. The same arguments give the same bits. The result is not valid with fewer than
-/// kLeastPictures images, with fewer than kLeastPlaces blocks (the draws would hardly differ), or
+/// kLeastImages images, with fewer than kLeastPlaces blocks (the draws would hardly differ), or
 /// if the pose is not determined by all images or in more than a tenth of the replicates.
 FrameBootstrap frame_bootstrap(const LocalShape& shape, const BootstrapOptions& options);
 

@@ -34,7 +34,7 @@ constexpr double kLeastNet = 1e-6;
 // A motion is modelled by shifts at moments this far apart, and is linear in between.
 constexpr double kMomentsS = 1;
 constexpr int kMostMoments = 17;
-constexpr int kPicturesPerMoment = 2;
+constexpr int kImagesPerMoment = 2;
 constexpr int kCubesPerMoment = 6;
 constexpr double kPolynomialMm = 60;
 
@@ -180,7 +180,7 @@ Misfit fit(MisfitCause kind, const Cause& cause, const Witnesses& witnesses,
 }
 
 Misfit fit_delay(const Witnesses& witnesses) {
-  const PictureCause<1> cause(witnesses, [](const PictureMotion& motion) {
+  const ImageCause<1> cause(witnesses, [](const ImageMotion& motion) {
     Vector6d twist;
     twist << motion.turn_rad_s, motion.velocity_mm_s;
     return twist;
@@ -189,8 +189,8 @@ Misfit fit_delay(const Witnesses& witnesses) {
 }
 
 /// Rotations and translations of the images along their own axes.
-PictureCause<6> calibration_of(const Witnesses& witnesses) {
-  return {witnesses, [](const PictureMotion& motion) {
+ImageCause<6> calibration_of(const Witnesses& witnesses) {
+  return {witnesses, [](const ImageMotion& motion) {
             Matrix6d twists = Matrix6d::Zero();
             twists.topLeftCorner<3, 3>() = motion.axes;
             twists.bottomRightCorner<3, 3>() = motion.axes;
@@ -246,14 +246,14 @@ int moments_of(const Witnesses& witnesses, double seconds) {
     cubes.insert(witness.cube);
   }
   const int by_time = 1 + static_cast<int>(std::lround(std::min(seconds / kMomentsS, 1e3)));
-  const int by_pictures = static_cast<int>(times.size()) / kPicturesPerMoment;
+  const int by_images = static_cast<int>(times.size()) / kImagesPerMoment;
   const int by_cubes = static_cast<int>(cubes.size()) / kCubesPerMoment;
-  const int moments = std::min({std::max(by_time, 4), by_pictures, by_cubes, kMostMoments});
+  const int moments = std::min({std::max(by_time, 4), by_images, by_cubes, kMostMoments});
   return moments >= 3 ? moments : 0;
 }
 
 Witnesses witnesses_of(const LocalShape& shape, const PatchSet& patches, const Pose& pose,
-                       std::span<const PictureMotion> motions) {
+                       std::span<const ImageMotion> motions) {
   Witnesses out{
       pose.rotation().toRotationMatrix(), (pose.inverse() * shape.centre_ct).mm, {}, shape.hessian};
   const Matrix6d scale = twist_from_scaled();
@@ -281,7 +281,7 @@ Witnesses witnesses_of(const LocalShape& shape, const PatchSet& patches, const P
 }
 
 /// Text for a direction in the axes of an image; an empty direction is unknown and may be any.
-std::string picture_direction(const std::vector<double>& along) {
+std::string image_direction(const std::vector<double>& along) {
   if (along.empty()) return "in any direction";
   constexpr double kMostly = 0.9;
   constexpr const char* kNames[] = {"across the images", "in depth", "out of the image plane"};
@@ -314,7 +314,7 @@ std::string fault_in_words(const Misfit& misfit) {
                  : "an error of the pixel size below " + size(100) + " %";
     case MisfitCause::kCalibration:
       return "a probe calibration error " + (any ? "of any size" : "below " + size(1) + " mm") +
-             ' ' + picture_direction(misfit.unnoticed_along) +
+             ' ' + image_direction(misfit.unnoticed_along) +
              " (a needle with its own tracker would be wrong by as much)";
     case MisfitCause::kMotion:
       return any ? "any motion of the patient"
@@ -349,7 +349,7 @@ double Misfit::excess_mm() const {
 }
 
 std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patches, const Pose& pose,
-                                 std::span<const PictureMotion> motions) {
+                                 std::span<const ImageMotion> motions) {
   if (shape.patch_hessians.empty() || !curvature_fault(shape.hessian).empty()) return {};
   const Witnesses witnesses = witnesses_of(shape, patches, pose, motions);
   std::vector<Misfit> out{fit_delay(witnesses),
@@ -365,7 +365,7 @@ std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patche
 }
 
 Matrix6d calibration_covariance(const LocalShape& shape, const PatchSet& patches, const Pose& pose,
-                                std::span<const PictureMotion> motions, double sigma_mm) {
+                                std::span<const ImageMotion> motions, double sigma_mm) {
   if (shape.patch_hessians.empty() || !curvature_fault(shape.hessian).empty()) {
     return Matrix6d::Zero();
   }

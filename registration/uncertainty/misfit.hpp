@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "nav/transform.hpp"
-#include "registration/motion/picture_motion.hpp"
+#include "registration/motion/image_motion.hpp"
 #include "registration/twist.hpp"
 
 /// Disagreement of ultrasound images and CT at a pose beyond noise, by its possible causes. No pose
@@ -70,7 +70,7 @@ struct Misfit {
 /// of single patches. motions: motions of the images that the patches belong to.
 std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patches,
                                  const Transform<frames::Ct, frames::Reference>& pose,
-                                 std::span<const PictureMotion> motions);
+                                 std::span<const ImageMotion> motions);
 
 /// Covariance to add to that of a pose if the calibration is right within sigma_mm, >= 0: standard
 /// deviation of a translation along each of the image's axes and, at 60 mm, of a rotation about
@@ -79,7 +79,7 @@ std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patche
 /// pose is not determined, and for a similarity without terms of single patches.
 Matrix6d calibration_covariance(const LocalShape& shape, const PatchSet& patches,
                                 const Transform<frames::Ct, frames::Reference>& pose,
-                                std::span<const PictureMotion> motions, double sigma_mm);
+                                std::span<const ImageMotion> motions, double sigma_mm);
 
 /// The largest excess, weighted by how unlikely it is chance, mm: weight 0 up to half of
 /// kTellingMm, 1 from kTellingMm on, linear in between. 0 without misfits. NaN if one is NaN.

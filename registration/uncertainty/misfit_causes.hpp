@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "registration/motion/picture_motion.hpp"
+#include "registration/motion/image_motion.hpp"
 #include "registration/pose_solver.hpp"
 #include "registration/similarity/patches.hpp"
 #include "registration/twist.hpp"
@@ -21,7 +21,7 @@ namespace nav::registration {
 /// The data of a patch that every cause needs, in scaled parameters about the shape's centre.
 struct Witness {
   const Patch* patch;
-  const PictureMotion* motion;
+  const ImageMotion* motion;
   Eigen::Vector3d from_centre;  ///< Ct, mm.
   std::array<int, 3> cube;
   Vector6d gradient;
@@ -74,12 +74,12 @@ struct PlainNumbers {
 /// Causes that move every image as a whole: L twists of each image, scaled, about the shape's
 /// centre.
 template <int L>
-class PictureCause : public PlainNumbers<L> {
+class ImageCause : public PlainNumbers<L> {
  public:
   using Twists = Eigen::Matrix<double, 6, L>;
   /// twists_of: twists of an image, columns [rad | mm] about its middle, Reference.
   template <class TwistsOf>
-  PictureCause(const Witnesses& witnesses, const TwistsOf& twists_of) {
+  ImageCause(const Witnesses& witnesses, const TwistsOf& twists_of) {
     for (const Witness& witness : witnesses.all) {
       const auto [at, fresh] = twists_.try_emplace(witness.motion);
       if (!fresh) continue;
@@ -97,17 +97,17 @@ class PictureCause : public PlainNumbers<L> {
       Vector6d gradient = Vector6d::Zero();
       Matrix6d hessian = Matrix6d::Zero(), moves = Matrix6d::Zero();
     };
-    std::map<const PictureMotion*, Sums> pictures;
+    std::map<const ImageMotion*, Sums> images;
     for (const Witness& witness : witnesses.all) {
-      Sums& sums = pictures[witness.motion];
+      Sums& sums = images[witness.motion];
       sums.gradient += witness.gradient;
       sums.hessian += witness.hessian;
       const ByPose d = displacement_by_pose(witness.from_centre);
       sums.moves += d.transpose() * d;
     }
     CauseSystem out(L);
-    for (const auto& [picture, sums] : pictures) {
-      const Twists& c = twists_.at(picture);
+    for (const auto& [image, sums] : images) {
+      const Twists& c = twists_.at(image);
       const Twists hc = sums.hessian * c;
       const Twists mc = sums.moves * c;
       out.hessian += c.transpose().lazyProduct(hc);
@@ -128,7 +128,7 @@ class PictureCause : public PlainNumbers<L> {
   }
 
  private:
-  std::map<const PictureMotion*, Twists> twists_;
+  std::map<const ImageMotion*, Twists> twists_;
 };
 
 /// Causes that shift patches by Σ bᵢ(patch) nᵢ with raw parameters n in threes, along the axes of

@@ -65,29 +65,29 @@ double way_mm(const std::vector<const Patch*>& from, const std::vector<const Pat
 }
 
 /// Contribution of each image to the terms of all patches, in scaled parameters.
-std::vector<PictureShape> shapes_of_pictures(const std::vector<Patch>& patches,
-                                             const CostTerms& terms) {
+std::vector<ImageShape> shapes_of_images(const std::vector<Patch>& patches,
+                                         const CostTerms& terms) {
   const Matrix6d scale = twist_from_scaled();
   std::map<int, std::vector<const Patch*>> patches_of;
   for (const Patch& patch : patches) patches_of[patch.frame].push_back(&patch);
-  std::vector<PictureShape> pictures;
+  std::vector<ImageShape> images;
   const std::vector<const Patch*>* before = nullptr;
   for (const auto& [frame, of] : patches_of) {
-    PictureShape picture{frame, 0, 0, Vector6d::Zero(), Matrix6d::Zero()};
-    if (before != nullptr) picture.way_mm = way_mm(*before, of);
+    ImageShape image{frame, 0, 0, Vector6d::Zero(), Matrix6d::Zero()};
+    if (before != nullptr) image.way_mm = way_mm(*before, of);
     for (const Patch* patch : of) {
       const auto i = static_cast<std::size_t>(patch - patches.data());
-      picture.weight += patch->weight;
-      picture.gradient += scale * terms.patch_gradients[i];
-      if (!terms.patch_hessians.empty()) picture.hessian += terms.patch_hessians[i];
+      image.weight += patch->weight;
+      image.gradient += scale * terms.patch_gradients[i];
+      if (!terms.patch_hessians.empty()) image.hessian += terms.patch_hessians[i];
     }
     // Without terms of single patches, an image gets its share by weight.
-    if (terms.patch_hessians.empty()) picture.hessian = picture.weight * terms.hessian;
-    picture.hessian = scale * picture.hessian * scale;
-    pictures.push_back(picture);
+    if (terms.patch_hessians.empty()) image.hessian = image.weight * terms.hessian;
+    image.hessian = scale * image.hessian * scale;
+    images.push_back(image);
     before = &of;
   }
-  return pictures;
+  return images;
 }
 
 /// n/(n−6) Σ g_b g_bᵀ in scaled parameters, and n.
@@ -149,7 +149,7 @@ Matrix6d missed_by(const std::vector<Patch>& patches, std::size_t stride, const 
 LocalShape gradients_of(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct) {
   LocalShape shape{centre_ct, Matrix6d::Zero(), {}, {}};
   CostTerms terms = cost.terms(pose, centre_ct.mm, true);
-  shape.pictures = shapes_of_pictures(cost.patches().patches, terms);
+  shape.images = shapes_of_images(cost.patches().patches, terms);
   shape.patch_gradients = std::move(terms.patch_gradients);
   for (Vector6d& g : shape.patch_gradients) g = twist_from_scaled() * g;
   shape.patch_hessians = std::move(terms.patch_hessians);

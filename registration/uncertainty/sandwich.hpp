@@ -16,7 +16,7 @@ namespace nav::registration {
 Matrix6d twist_from_scaled();
 
 /// Contribution of one ultrasound image to E/2 about a minimum, in scaled parameters.
-struct PictureShape {
+struct ImageShape {
   int frame;      ///< Index in the sweep.
   double weight;  ///< Weight of its patches; the weights of all images sum to 1.
   /// Mean distance of its patches from the plane of the image before; 0 for the first.
@@ -30,7 +30,7 @@ struct LocalShape {
   Point<frames::Ct> centre_ct;
   Matrix6d hessian;  ///< Hessian of E/2, the true one: symmetric differences of the exact gradient.
   std::vector<Vector6d> patch_gradients;  ///< wᵢ gᵢ of each patch, for E/2.
-  std::vector<PictureShape> pictures;     ///< Images with patches, in the order of the sweep.
+  std::vector<ImageShape> images;         ///< Images with patches, in the order of the sweep.
   /// wᵢ Hᵢ of each patch by a twist [rad | mm], Gauss–Newton; empty for mutual information.
   std::vector<Matrix6d> patch_hessians = {};
 };

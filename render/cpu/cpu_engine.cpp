@@ -8,10 +8,10 @@
 #include "nav/stopwatch.hpp"
 #include "render/cpu/cpu_cache.hpp"
 #include "render/cpu/cpu_cutaway_plan.hpp"
+#include "render/cpu/cpu_image.hpp"
 #include "render/cpu/cpu_inputs.hpp"
 #include "render/cpu/cpu_marches.hpp"
 #include "render/cpu/cpu_painter.hpp"
-#include "render/cpu/cpu_picture.hpp"
 #include "render/cpu/cpu_predicate_painter.hpp"
 #include "render/cutaway_mesh.hpp"
 #include "render/engine.hpp"
@@ -70,13 +70,13 @@ class CpuEngine final : public Engine {
         release_coarse();
         image.statistics = cast(scene, change == SceneChange::kGeometry, predicates_);
       }
-      picture_.collect(scene.plane.has_value(), options_.threads);
+      image_.collect(scene.plane.has_value(), options_.threads);
     }
     if (!image.statistics.provisional) last_ = scene;
     const auto plane =
         scene.plane ? spec::make_plane<float>(*scene.plane, scene.ct->grid()) : std::nullopt;
     pixels_ = {};  // Releases its buffer.
-    image.pixels = picture_.finish(plane ? &*plane : nullptr, options_.threads);
+    image.pixels = image_.finish(plane ? &*plane : nullptr, options_.threads);
     pixels_ = image.pixels;
     image.statistics.cast_s = seconds_since(start) - image.statistics.prepare_s;
     return image;
@@ -93,9 +93,9 @@ class CpuEngine final : public Engine {
   [[nodiscard]] std::optional<PredicateSet> set_lacking_of(const Scene& by_predicates) const {
     // A new volume has to be copied in any case.
     if (!predicates_.has(by_predicates.ct.get())) return std::nullopt;
-    auto set =
-        *PredicateSet::create(*by_predicates.predicates, by_predicates.ct, place_of(by_predicates));
-    if (predicates_.missing_bytes(set) <= kBytesAPicture) return std::nullopt;
+    auto set = *PredicateSet::create(*by_predicates.predicates, by_predicates.ct,
+                                     position_of(by_predicates));
+    if (predicates_.missing_bytes(set) <= kBytesAImage) return std::nullopt;
     return set;
   }
 
@@ -104,7 +104,7 @@ class CpuEngine final : public Engine {
   RenderStatistics cast_provisional(const Scene& scene, const PredicateSet& set) {
     const auto start = Clock::now();
     RenderStatistics statistics;
-    if (provisional_) predicates_.prepare_some(set, kBytesAPicture, options_.threads);
+    if (provisional_) predicates_.prepare_some(set, kBytesAImage, options_.threads);
     // Does not draw the same provisional image again.
     if (!provisional_ || change_between(*provisional_, scene) != SceneChange::kNothing) {
       provisional_.reset();
@@ -152,13 +152,13 @@ class CpuEngine final : public Engine {
     }
     cache_.update(scene, fades, options_.threads);
     if (has_two_volumes(scene)) return cast_both(scene, cutaway, predicates, fades, start);
-    if (!keep) picture_.start(scene.width, scene.height, &scene.background_rgb);
+    if (!keep) image_.start(scene.width, scene.height, &scene.background_rgb);
     const double prepare_s = seconds_since(start);
     const MarchKey key = march_key(scene, cache_, fades);
     const MarchInputs in = march_inputs(scene, cache_, key);
     if (!keep) find_spans(scene);
-    CpuPainter painter(scene, in, key, marches_.rays, cutaway, field_ ? &*field_ : nullptr,
-                       picture_, keep, spans_ ? &*spans_ : nullptr, sparse_rays(scene));
+    CpuPainter painter(scene, in, key, marches_.rays, cutaway, field_ ? &*field_ : nullptr, image_,
+                       keep, spans_ ? &*spans_ : nullptr, sparse_rays(scene));
     for (int pass = 0; pass < painter.passes(); ++pass) {
       for_each_index(painter.tiles(), options_.threads,
                      [&](int tile) { painter.paint_tile(tile, pass); });
@@ -184,10 +184,10 @@ class CpuEngine final : public Engine {
   RenderStatistics cast_predicates(const Scene& scene, const CutPlan& cutaway,
                                    CpuPredicates& predicates, Clock::time_point start) {
     predicates.update(scene, options_.threads);
-    picture_.start(scene.width, scene.height, nullptr);
+    image_.start(scene.width, scene.height, nullptr);
     const double prepare_s = seconds_since(start);
     CpuPredicatePainter painter(scene, predicates, marches_, cutaway, field_ ? &*field_ : nullptr,
-                                picture_, {});
+                                image_, {});
     for_each_index(painter.tiles(), options_.threads, [&](int tile) { painter.paint_tile(tile); });
     RenderStatistics statistics = painter.statistics();
     statistics.bricks = predicates.bricks();
@@ -202,7 +202,7 @@ class CpuEngine final : public Engine {
     const UltrasoundVolume& ultrasound = *scene.ultrasound;
     Scene other = ultrasound_scene(scene);
     predicates.update(other, options_.threads, ultrasound.ct_importance);
-    picture_.start(scene.width, scene.height, nullptr);
+    image_.start(scene.width, scene.height, nullptr);
     const CutawayField* field = field_ ? &*field_ : nullptr;
     if (field != nullptr) {
       other_field_ = CutawayField(other, other_field_ ? &*other_field_ : nullptr);
@@ -215,7 +215,7 @@ class CpuEngine final : public Engine {
     const CpuCtBeside ct(scene, in, key, marches_.rays, ct_cutaway, field);
     const double error = std::exchange(other.predicates->termination_error, 0.0);
     CpuPredicatePainter painter(other, predicates, marches_, cutaway,
-                                other_field_ ? &*other_field_ : nullptr, picture_,
+                                other_field_ ? &*other_field_ : nullptr, image_,
                                 {&ct, ultrasound.ct_importance, error});
     const double prepare_s = seconds_since(start);
     for_each_index(painter.tiles(), options_.threads, [&](int tile) { painter.paint_tile(tile); });
@@ -247,8 +247,8 @@ class CpuEngine final : public Engine {
   std::optional<CutawayField> other_field_;  ///< field_ in the coordinates of the ultrasound
                                              ///< volume.
   std::optional<VisibleSpans> spans_;        ///< Spans of the last scene whose view changed.
-  CpuPicture picture_;
-  std::optional<Scene> last_;  ///< Scene that picture_ shows.
+  CpuImage image_;
+  std::optional<Scene> last_;  ///< Scene that image_ shows.
   Image2d<RgbaF> pixels_;      ///< The last returned image.
 };
 

@@ -16,7 +16,7 @@ Eigen::Array4f colour_of(const PixelRecord& record) {
 }
 
 /// Position in the ultrasound image that a record shows.
-Eigen::Array2f place_of(const PixelRecord& record) { return {record.column, record.row}; }
+Eigen::Array2f position_of(const PixelRecord& record) { return {record.column, record.row}; }
 
 /// Mean of the values that get() returns for the corners. Pairs are added first, so that the mean
 /// does not depend on a direction.
@@ -37,7 +37,7 @@ PixelRecord mean_record(const std::array<const PixelRecord*, kCorners>& corners)
   Eigen::Map<Eigen::Array4f>(mean.base) = mean_of(corners, colour_of);
   const bool seen = mean.weight > 0;
   const Eigen::Array2f place =
-      seen ? Eigen::Array2f(mean_of(corners, place_of)) : Eigen::Array2f::Zero();
+      seen ? Eigen::Array2f(mean_of(corners, position_of)) : Eigen::Array2f::Zero();
   mean.column = place.x();
   mean.row = place.y();
   mean.signature = 0;  // No ray has this signature, so a ray is cast if one is needed.
@@ -50,10 +50,10 @@ bool LatticeSquares::find_one(int x, int y) const {
   const int right = x + side();
   const int below = y + side();
   if (x < 0 || y < 0 || lattice_.beyond(right, below)) return false;
-  const Eigen::Array4f a = colour_of(picture_.at(x, y));
-  const Eigen::Array4f b = colour_of(picture_.at(right, y));
-  const Eigen::Array4f c = colour_of(picture_.at(x, below));
-  const Eigen::Array4f d = colour_of(picture_.at(right, below));
+  const Eigen::Array4f a = colour_of(image_.at(x, y));
+  const Eigen::Array4f b = colour_of(image_.at(right, y));
+  const Eigen::Array4f c = colour_of(image_.at(x, below));
+  const Eigen::Array4f d = colour_of(image_.at(right, below));
   const Eigen::Array4f low = a.min(b).min(c.min(d));
   const Eigen::Array4f high = a.max(b).max(c.max(d));
   return ((high - low) <= error_).all() && (low.w() > 0) == (high.w() > 0);
@@ -82,14 +82,12 @@ bool LatticeSquares::even_around(int x, int y) const {
 void LatticeSquares::fill(int x, int y) const {
   const int across = beyond_edge(x);
   const int down = beyond_edge(y);
-  PixelRecord& pixel = picture_.at(x, y);
+  PixelRecord& pixel = image_.at(x, y);
   if (across == 0 || down == 0) {
-    pixel =
-        mean_record<2>({&picture_.at(x - across, y - down), &picture_.at(x + across, y + down)});
+    pixel = mean_record<2>({&image_.at(x - across, y - down), &image_.at(x + across, y + down)});
   } else {
-    pixel =
-        mean_record<4>({&picture_.at(x - across, y - down), &picture_.at(x + across, y + down),
-                        &picture_.at(x - across, y + down), &picture_.at(x + across, y - down)});
+    pixel = mean_record<4>({&image_.at(x - across, y - down), &image_.at(x + across, y + down),
+                            &image_.at(x - across, y + down), &image_.at(x + across, y - down)});
   }
 }
 

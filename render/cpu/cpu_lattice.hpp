@@ -5,7 +5,7 @@
 #include <array>
 #include <cstddef>
 
-#include "render/cpu/cpu_picture.hpp"
+#include "render/cpu/cpu_image.hpp"
 #include "render/quality/sparse_rays.hpp"
 
 namespace nav::render {
@@ -15,9 +15,9 @@ class LatticeSquares {
  public:
   static constexpr int kTile = 32;  ///< Pixels.
 
-  /// \p picture must outlive it.
-  LatticeSquares(CpuPicture& picture, const PixelLattice& lattice, float error)
-      : picture_(picture), lattice_(lattice), error_(error) {}
+  /// \p image must outlive it.
+  LatticeSquares(CpuImage& image, const PixelLattice& lattice, float error)
+      : image_(image), lattice_(lattice), error_(error) {}
 
   /// Finds the even squares with this side around the tile that begins at (x0, y0). Their corners
   /// must already be drawn.
@@ -35,7 +35,7 @@ class LatticeSquares {
     return even_[static_cast<std::size_t>(row * kMost + column)];
   }
 
-  CpuPicture& picture_;
+  CpuImage& image_;
   PixelLattice lattice_;
   float error_;
   /// Side of a square, pixels.

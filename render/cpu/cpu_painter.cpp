@@ -10,8 +10,8 @@
 namespace nav::render {
 namespace {
 
-constexpr int kBlock = CpuPicture::kBlock;  // Pixels; a multiple of the packet's sides.
-constexpr int kTile = 32;                   // Pixels; a multiple of a block's side.
+constexpr int kBlock = CpuImage::kBlock;  // Pixels; a multiple of the packet's sides.
+constexpr int kTile = 32;                 // Pixels; a multiple of a block's side.
 constexpr auto kNowhere = static_cast<float>(kCutNowhere);
 
 static_assert(VisibleSpans::kSide == kBlock);
@@ -59,10 +59,9 @@ std::uint64_t signature_of(const std::vector<spec::Hit<double>>& hits, float t1,
   for (const spec::Hit<double>& hit : hits) {
     add_bits(hash, hit.t);
     add_bits(hash, hit.alpha);
-    add_bits(hash, hit.picture);
-    const double values[3] = {hit.picture ? hit.pixel.x() : hit.rgb.x(),
-                              hit.picture ? hit.pixel.y() : hit.rgb.y(),
-                              hit.picture ? 0 : hit.rgb.z()};
+    add_bits(hash, hit.image);
+    const double values[3] = {hit.image ? hit.pixel.x() : hit.rgb.x(),
+                              hit.image ? hit.pixel.y() : hit.rgb.y(), hit.image ? 0 : hit.rgb.z()};
     for (const double value : values) add_bits(hash, value);
   }
   return hash == 0 ? 1 : hash;
@@ -97,12 +96,12 @@ struct CpuPainter::Tile {
 
 CpuPainter::CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey& key,
                        const MarchSet& marches, const CutPlan& cutaway, const CutawayField* field,
-                       CpuPicture& picture, bool keep, const VisibleSpans* spans,
+                       CpuImage& image, bool keep, const VisibleSpans* spans,
                        const std::optional<SparseRays>& sparse)
     : scene_(scene),
       in_(in),
       cutaway_(cutaway),
-      picture_(picture),
+      image_(image),
       keep_(keep),
       spans_(spans),
       sparse_(sparse),
@@ -148,7 +147,7 @@ void CpuPainter::paint_block(int x0, int y0, int pass, Tile& tile) {
     if (pass == 0) tile.rays += leave_empty(x0, y0);
     return;
   }
-  if (pass == 0) picture_.set_blank(x0, y0, false);
+  if (pass == 0) image_.set_blank(x0, y0, false);
   if (!lattice_) {
     cast_all(x0, y0, reach, span, tile);
     return;
@@ -195,7 +194,7 @@ void CpuPainter::paint_packet(Tile& tile) {
 void CpuPainter::halve_squares(int x0, int y0, int pass, const SurfaceReach& reach,
                                const VisibleSpan& span, Tile& tile) {
   if (!tile.squares) {
-    tile.squares.emplace(picture_, *lattice_, sparse_->error);
+    tile.squares.emplace(image_, *lattice_, sparse_->error);
     tile.squares->find(x0 / kTile * kTile, y0 / kTile * kTile, lattice_->side(pass));
   }
   const int side = lattice_->side(pass);
@@ -249,14 +248,14 @@ void CpuPainter::paint_added(Tile& tile) {
 /// nothing.
 std::uint64_t CpuPainter::leave_empty(int x0, int y0) const {
   std::uint64_t rays = 0;
-  if (picture_.blank(x0, y0)) return rays;
-  picture_.set_blank(x0, y0, true);
+  if (image_.blank(x0, y0)) return rays;
+  image_.set_blank(x0, y0, true);
   PixelRecord record{};
   record.signature = signature_of({}, kNowhere, kNowhere, 0);
   for (int c = 0; c < 3; ++c) record.base[c] = static_cast<float>(scene_.background_rgb[c]);
   for (int y = y0; y < std::min(y0 + kBlock, scene_.height); ++y) {
     for (int x = x0; x < std::min(x0 + kBlock, scene_.width); ++x) {
-      PixelRecord& last = picture_.at(x, y);
+      PixelRecord& last = image_.at(x, y);
       if (keep_ && last.signature == record.signature) continue;
       last = record;
       ++rays;
@@ -282,7 +281,7 @@ bool CpuPainter::unchanged(const Packet& p) const {
   for (int lane = 0; lane < kPacketLanes; ++lane) {
     const int x = p.pixels.x[lane];
     const int y = p.pixels.y[lane];
-    if (inside(x, y) && picture_.at(x, y).signature != p.signature[lane]) return false;
+    if (inside(x, y) && image_.at(x, y).signature != p.signature[lane]) return false;
   }
   return true;
 }
@@ -330,7 +329,7 @@ void CpuPainter::blend(const spec::Hit<double>& hit, int lane, Packet& p) const 
   if (rays.alpha[lane] >= in_.opaque_at) return;
   const float weight = (1 - rays.alpha[lane]) * static_cast<float>(hit.alpha);
   rays.alpha[lane] += weight;
-  if (hit.picture) {
+  if (hit.image) {
     p.seen[lane].weight = weight;
     p.seen[lane].column = static_cast<float>(hit.pixel.x());
     p.seen[lane].row = static_cast<float>(hit.pixel.y());
@@ -340,7 +339,7 @@ void CpuPainter::blend(const spec::Hit<double>& hit, int lane, Packet& p) const 
 }
 
 void CpuPainter::store(int lane, const Packet& p) const {
-  PixelRecord& record = picture_.at(p.pixels.x[lane], p.pixels.y[lane]);
+  PixelRecord& record = image_.at(p.pixels.x[lane], p.pixels.y[lane]);
   record = p.seen[lane];
   record.signature = p.signature[lane];
   const float alpha = p.rays.alpha[lane];

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <optional>
 
+#include "render/cpu/cpu_image.hpp"
 #include "render/cpu/cpu_lattice.hpp"
-#include "render/cpu/cpu_picture.hpp"
 #include "render/cpu/cpu_rays.hpp"
 #include "render/engine.hpp"
 #include "render/quality/sparse_rays.hpp"
@@ -19,11 +19,11 @@ class CpuPainter {
  public:
   /// All arguments must outlive it. \p cutaway: empty when key.fade is off. \p field: null, or with
   /// large meshes all objects that cut, instead of cutaway. \p keep: rays that meet the same
-  /// objects as those in the records of \p picture keep their pixels; only for records of the same
+  /// objects as those in the records of \p image keep their pixels; only for records of the same
   /// view.
   CpuPainter(const Scene& scene, const MarchInputs& in, const MarchKey& key,
              const MarchSet& marches, const CutPlan& cutaway, const CutawayField* field,
-             CpuPicture& picture, bool keep, const VisibleSpans* spans,
+             CpuImage& image, bool keep, const VisibleSpans* spans,
              const std::optional<SparseRays>& sparse);
 
   [[nodiscard]] int tiles() const { return tiles_across_ * tiles_down_; }
@@ -58,7 +58,7 @@ class CpuPainter {
   const Scene& scene_;
   const MarchInputs& in_;
   const CutPlan& cutaway_;
-  CpuPicture& picture_;
+  CpuImage& image_;
   bool keep_;
   const VisibleSpans* spans_;
   std::optional<SparseRays> sparse_;

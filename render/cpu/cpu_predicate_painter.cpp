@@ -27,7 +27,7 @@ struct CpuPredicatePainter::Light {
   spec::Rgb<float> rgb;
   float alpha;
   float importance;  ///< In the units of PredicateLook.
-  float picture;     ///< Share of the ultrasound image in the colour.
+  float image;       ///< Share of the ultrasound image in the colour.
 };
 
 /// Working data of a tile.
@@ -47,11 +47,11 @@ struct CpuPredicatePainter::Tile {
 
 CpuPredicatePainter::CpuPredicatePainter(const Scene& scene, const CpuPredicates& predicates,
                                          const CpuMarches& marches, const CutPlan& cutaway,
-                                         const CutawayField* field, CpuPicture& picture,
+                                         const CutawayField* field, CpuImage& image,
                                          const Beside& beside)
     : scene_(scene),
       cutaway_(cutaway),
-      picture_(picture),
+      image_(image),
       in_(predicates.inputs(scene)),
       how_(predicates.blend()),
       surface_importance_(predicates.greatest()),
@@ -94,7 +94,7 @@ void CpuPredicatePainter::paint_packet(int x0, int y0, bool solids, bool cut, Ti
   Packet& p = tile.packet;
   rays_of_.start(x0, y0, solids, cut ? &tile.some.choice() : nullptr, p);
   std::fill_n(p.seen, kPacketLanes, PixelRecord{});
-  std::fill_n(p.more.picture, kPacketLanes, 0.0F);
+  std::fill_n(p.more.image, kPacketLanes, 0.0F);
   std::fill_n(p.more.importance, kPacketLanes, initial_importance_);
   std::fill_n(p.more.left_out, kPacketLanes, 0.0F);
   std::fill_n(p.finished, kPacketLanes, false);
@@ -221,10 +221,10 @@ bool CpuPredicatePainter::close_finished(Packet& p) const {
 void CpuPredicatePainter::blend(const spec::Hit<double>& hit, int lane, Packet& p) const {
   if (p.finished[lane]) return;
   // The colour of the ultrasound image is added later; until then only its share is known.
-  put({hit.picture ? spec::Rgb<float>::Zero() : spec::Rgb<float>(hit.rgb.cast<float>()),
-       static_cast<float>(hit.alpha), surface_importance_, hit.picture ? 1.0F : 0.0F},
+  put({hit.image ? spec::Rgb<float>::Zero() : spec::Rgb<float>(hit.rgb.cast<float>()),
+       static_cast<float>(hit.alpha), surface_importance_, hit.image ? 1.0F : 0.0F},
       lane, p);
-  if (!hit.picture) return;
+  if (!hit.image) return;
   p.seen[lane].column = static_cast<float>(hit.pixel.x());
   p.seen[lane].row = static_cast<float>(hit.pixel.y());
 }
@@ -239,7 +239,7 @@ void CpuPredicatePainter::put(const Light& light, int lane, Packet& p) const {
                      : how_ == PredicateBlend::kWeight
                          ? spec::composite_weight(state, light.rgb, light.alpha, light.importance)
                          : spec::composite_log(state, light.rgb, light.alpha, light.importance);
-  p.more.picture[lane] += beta * (light.picture - p.more.picture[lane]);
+  p.more.image[lane] += beta * (light.image - p.more.image[lane]);
   for (int c = 0; c < 3; ++c) p.rays.rgb[c][lane] = state.rgb[c];
   p.rays.alpha[lane] = state.alpha;
   p.more.importance[lane] = state.importance;
@@ -256,10 +256,10 @@ std::uint64_t CpuPredicatePainter::store_packet(const Packet& p) const {
 }
 
 void CpuPredicatePainter::store(int lane, const Packet& p) const {
-  PixelRecord& record = picture_.at(p.pixels.x[lane], p.pixels.y[lane]);
+  PixelRecord& record = image_.at(p.pixels.x[lane], p.pixels.y[lane]);
   record = p.seen[lane];
   const float alpha = p.rays.alpha[lane];
-  record.weight = alpha * p.more.picture[lane];
+  record.weight = alpha * p.more.image[lane];
   record.signature = 0;  // No ray of another painter has this signature.
   for (int c = 0; c < 3; ++c) {
     record.base[c] =

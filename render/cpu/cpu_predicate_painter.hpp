@@ -6,8 +6,8 @@
 #include <cstdint>
 
 #include "render/cpu/cpu_ct_beside.hpp"
+#include "render/cpu/cpu_image.hpp"
 #include "render/cpu/cpu_marches.hpp"
-#include "render/cpu/cpu_picture.hpp"
 #include "render/cpu/cpu_predicates.hpp"
 #include "render/cpu/cpu_rays.hpp"
 #include "render/engine.hpp"
@@ -29,7 +29,7 @@ class CpuPredicatePainter {
   /// termination error must be 0, because its bricks do not know the later samples of the CT.
   CpuPredicatePainter(const Scene& scene, const CpuPredicates& predicates,
                       const CpuMarches& marches, const CutPlan& cutaway, const CutawayField* field,
-                      CpuPicture& picture, const Beside& beside);
+                      CpuImage& image, const Beside& beside);
 
   [[nodiscard]] int tiles() const { return tiles_across_ * tiles_down_; }
   void paint_tile(int tile);
@@ -56,7 +56,7 @@ class CpuPredicatePainter {
 
   const Scene& scene_;
   const CutPlan& cutaway_;
-  CpuPicture& picture_;
+  CpuImage& image_;
   PredicateInputs in_;
   PredicateBlend how_;
   float surface_importance_;

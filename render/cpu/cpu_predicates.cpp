@@ -23,13 +23,13 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-bool same_look(const PredicateLook& a, const PredicateLook& b) {
+bool same_appearance(const PredicateLook& a, const PredicateLook& b) {
   if (!(a.importance > 0) && !(b.importance > 0)) return true;
   return a.importance == b.importance && std::equal(a.tint, a.tint + 3, b.tint);
 }
 
 /// Number of eights in a column that holds a number of appearances.
-std::size_t eights_of(std::size_t looks) { return std::bit_ceil((looks + 7) / 8); }
+std::size_t eights_of(std::size_t appearances) { return std::bit_ceil((appearances + 7) / 8); }
 
 /// Bits b that are set for either value of leaf j.
 std::uint64_t with_either(std::uint64_t bits, std::size_t j) {
@@ -45,7 +45,7 @@ std::uint64_t with_either(std::uint64_t bits, std::size_t j) {
 static_assert(kMarchFullImportance == kFullImportance);
 
 void CpuPredicates::update(const Scene& scene, int threads, std::optional<double> beside) {
-  auto set = *PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+  auto set = *PredicateSet::create(*scene.predicates, scene.ct, position_of(scene));
   set_ = std::move(set);
   const bool alike = set_->uniform() && (!beside || *beside >= set_->greatest_impact());
   blend_ = alike                                               ? PredicateBlend::kOver
@@ -120,7 +120,7 @@ float CpuPredicates::measure(double importance) const {
   return static_cast<float>(std::exp(importance - set_->greatest_impact()));
 }
 
-PredicateLook CpuPredicates::look_of(std::uint32_t leaves) const {
+PredicateLook CpuPredicates::appearance_of(std::uint32_t leaves) const {
   const spec::PredicateClass c = set_->class_of(set_->mask_of(leaves));
   if (!(c.importance > 0)) return {{0, 0, 0}, 0};
   const Eigen::Vector3f tint = spec::hsl_tint(c.hue_deg, c.saturation).cast<float>();
@@ -130,14 +130,14 @@ PredicateLook CpuPredicates::look_of(std::uint32_t leaves) const {
 void CpuPredicates::make_looks() {
   static std::atomic<std::uint64_t> generations{0};
   generation_ = ++generations;
-  looks_.clear();
+  appearances_.clear();
   few_looks_.clear();
   look_numbers_.clear();
   numbered_looks_.clear();
   matters_.clear();
   if (atoms_.size() > kMostTabulated) return;
   for (std::uint32_t bits = 0; bits < (1U << atoms_.size()); ++bits)
-    looks_.push_back(look_of(bits));
+    appearances_.push_back(appearance_of(bits));
   make_few_looks();
   make_matters();
 }
@@ -150,7 +150,7 @@ void CpuPredicates::make_matters() {
   for (std::size_t i = 0; i < n; ++i) {
     std::uint64_t decides = 0;  // Bit b: with the leaves as in b, leaf i changes the appearance.
     for (std::size_t b = 0; b < count; ++b) {
-      if (!same_look(looks_[b], looks_[b ^ (std::size_t{1} << i)]))
+      if (!same_appearance(appearances_[b], appearances_[b ^ (std::size_t{1} << i)]))
         decides |= std::uint64_t{1} << b;
     }
     for (std::size_t known = 0; known < count; ++known) {
@@ -165,15 +165,15 @@ void CpuPredicates::make_matters() {
 
 /// Makes PredicateInputs::few_looks.
 std::vector<CpuPredicates::Eight> CpuPredicates::columns_of(
-    const std::vector<PredicateLook>& looks) {
-  const std::size_t eights = eights_of(looks.size());
+    const std::vector<PredicateLook>& appearances) {
+  const std::size_t eights = eights_of(appearances.size());
   std::vector<Eight> out(4 * eights);
   const auto put = [&](std::size_t column, std::size_t at, float value) {
     out[column * eights + at / 8].of[at % 8] = value;
   };
-  for (std::size_t at = 0; at < looks.size(); ++at) {
-    for (std::size_t c = 0; c < 3; ++c) put(c, at, looks[at].tint[c]);
-    put(3, at, looks[at].importance);
+  for (std::size_t at = 0; at < appearances.size(); ++at) {
+    for (std::size_t c = 0; c < 3; ++c) put(c, at, appearances[at].tint[c]);
+    put(3, at, appearances[at].importance);
   }
   return out;
 }
@@ -181,21 +181,21 @@ std::vector<CpuPredicates::Eight> CpuPredicates::columns_of(
 void CpuPredicates::make_few_looks() {
   std::vector<PredicateLook> different;
   std::vector<std::int32_t> numbers;
-  for (const PredicateLook& look : looks_) {
+  for (const PredicateLook& appearance : appearances_) {
     const auto same = std::ranges::find_if(
-        different, [&](const PredicateLook& other) { return same_look(look, other); });
+        different, [&](const PredicateLook& other) { return same_appearance(appearance, other); });
     numbers.push_back(static_cast<std::int32_t>(same - different.begin()));
-    if (same == different.end()) different.push_back(look);
+    if (same == different.end()) different.push_back(appearance);
     if (different.size() > static_cast<std::size_t>(kFewLooks)) return;
   }
-  if (looks_.size() <= static_cast<std::size_t>(kFewLooks)) {
-    few_looks_ = columns_of(looks_);
+  if (appearances_.size() <= static_cast<std::size_t>(kFewLooks)) {
+    few_looks_ = columns_of(appearances_);
   } else {
     few_looks_ = columns_of(different);
     look_numbers_ = numbers;
   }
-  const bool shorter = eights_of(different.size()) < eights_of(looks_.size());
-  if (!shorter || looks_.size() > std::size_t{1} << kWeighedLeaves ||
+  const bool shorter = eights_of(different.size()) < eights_of(appearances_.size());
+  if (!shorter || appearances_.size() > std::size_t{1} << kWeighedLeaves ||
       different.size() > static_cast<std::size_t>(kLooksOfNibbles))
     return;
   constexpr std::size_t kNibblesAWord = 8;
@@ -212,16 +212,16 @@ void CpuPredicates::find_look(const void* self, std::uint32_t leaves, PredicateL
   struct Kept {
     std::uint64_t generation = 0;
     std::uint32_t leaves = 0;
-    PredicateLook look{};
+    PredicateLook appearance{};
   };
   constexpr std::size_t kSlots = 4096;
   thread_local std::array<Kept, kSlots> slots;
   const auto& predicates = *static_cast<const CpuPredicates*>(self);
   Kept& slot = slots[(leaves * 0x9E3779B1U) >> 20];
   if (slot.generation != predicates.generation_ || slot.leaves != leaves) {
-    slot = {predicates.generation_, leaves, predicates.look_of(leaves)};
+    slot = {predicates.generation_, leaves, predicates.appearance_of(leaves)};
   }
-  *out = slot.look;
+  *out = slot.appearance;
 }
 
 void CpuPredicates::make_bricks(int threads) {
@@ -337,7 +337,7 @@ PredicateInputs CpuPredicates::inputs(const Scene& scene) const {
         return rank_of_test(atom) == 0;
       }));
   in.matters = matters_.empty() ? nullptr : matters_.data();
-  in.looks = looks_.empty() ? nullptr : looks_.data();
+  in.appearances = appearances_.empty() ? nullptr : appearances_.data();
   in.find_look = &CpuPredicates::find_look;
   in.look_finder = this;
   in.few_looks = few_looks_.empty() ? nullptr : few_looks_.front().of;

@@ -64,12 +64,12 @@ class CpuPredicates {
   void make_atoms();
   void make_looks();
   void make_few_looks();
-  static std::vector<Eight> columns_of(const std::vector<PredicateLook>& looks);
+  static std::vector<Eight> columns_of(const std::vector<PredicateLook>& appearances);
   void make_matters();
   void make_opacities(const Scene& scene);
   void make_bricks(int threads);
   [[nodiscard]] float measure(double importance) const;
-  [[nodiscard]] PredicateLook look_of(std::uint32_t leaves) const;
+  [[nodiscard]] PredicateLook appearance_of(std::uint32_t leaves) const;
   static void find_look(const void* self, std::uint32_t leaves, PredicateLook* out);
   void set_grid(const Scene& scene, PredicateInputs& in) const;
   void set_opacity(const Scene& scene, PredicateInputs& in) const;
@@ -82,7 +82,7 @@ class CpuPredicates {
   std::vector<std::int8_t> leaps_;
   std::size_t occupied_ = 0;
   std::vector<PredicateAtom> atoms_;
-  std::vector<PredicateLook> looks_;
+  std::vector<PredicateLook> appearances_;
   std::vector<std::uint64_t> matters_;  ///< PredicateInputs::matters.
   std::vector<Eight> few_looks_;        ///< PredicateInputs::few_looks.
   std::vector<std::int32_t> look_numbers_;

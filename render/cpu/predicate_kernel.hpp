@@ -195,7 +195,7 @@ class PredicateMarcher {
         begin_(V::load(rays.begin + lane)),
         end_(V::load(rays.end + lane)),
         alpha_(V::load(rays.alpha + lane)),
-        picture_(V::load(more.picture + lane)),
+        image_(V::load(more.image + lane)),
         importance_(V::load(more.importance + lane)),
         left_out_(V::load(more.left_out + lane)) {
     for (int c = 0; c < 3; ++c) rgb_[c] = V::load(rays.rgb[c] + lane);
@@ -228,7 +228,7 @@ class PredicateMarcher {
       active = V::both(active, V::less(cell, end_));
     }
     V::store(rays_.alpha + lane_, alpha_);
-    V::store(more_.picture + lane_, picture_);
+    V::store(more_.image + lane_, image_);
     V::store(more_.importance + lane_, importance_);
     V::store(more_.left_out + lane_, left_out_);
     for (int c = 0; c < 3; ++c) V::store(rays_.rgb[c] + lane_, rgb_[c]);
@@ -241,7 +241,7 @@ class PredicateMarcher {
     F x;       ///< Intensity.
     M shown;   ///< Lanes in which it may be visible.
     I leaves;  ///< Leaves that are true there.
-    F look[4];
+    F appearance[4];
     F opacity;  ///< 0 in lanes in which it is not visible.
   };
 
@@ -476,13 +476,13 @@ class PredicateMarcher {
 
   void classify(Part& part) {
     if (!V::any(part.shown)) return;
-    find_looks(part.leaves, part.shown, part.look);
-    part.shown = V::both(part.shown, V::less(V::set(0.0F), part.look[3]));
+    find_looks(part.leaves, part.shown, part.appearance);
+    part.shown = V::both(part.shown, V::less(V::set(0.0F), part.appearance[3]));
     if (!V::any(part.shown)) return;
     const F cell = part.sample.cell;
     const F t_a = V::max(cell, begin_);
     const F t_b = V::min(ahead(cell, 1), end_);
-    part.opacity = opacity_of(part.x, part.look[3], t_a, t_b, part.shown);
+    part.opacity = opacity_of(part.x, part.appearance[3], t_a, t_b, part.shown);
   }
 
   /// Opacity of the part from t_a to t_b of a cell; 0 in lanes that show nothing.
@@ -531,24 +531,24 @@ class PredicateMarcher {
   }
 
   /// Finds the appearance of the lanes in \p asked.
-  void find_looks(I leaves, M asked, F* look) const {
+  void find_looks(I leaves, M asked, F* appearance) const {
     const bool reads_numbers = in_.look_numbers != nullptr;
     if (in_.look_nibbles != nullptr && (reads_numbers || in_.few_eights > V::kEightsAtOnce)) {
       const I at = V::nibble(in_.look_nibbles, leaves);
-      pick_looks(in_.numbered_looks, in_.numbered_eights, at, look);
+      pick_looks(in_.numbered_looks, in_.numbered_eights, at, appearance);
       return;
     }
     if (in_.few_looks != nullptr) {
       const I at = reads_numbers ? V::load_int(in_.look_numbers, leaves) : leaves;
-      pick_looks(in_.few_looks, in_.few_eights, at, look);
+      pick_looks(in_.few_looks, in_.few_eights, at, appearance);
       return;
     }
     std::uint32_t bits[V::kLanes];
     if (V::same(leaves, asked, bits[0])) {
       PredicateLook found;
-      const PredicateLook* one = look_of(bits[0], found);
-      for (int c = 0; c < 3; ++c) look[c] = V::set(one->tint[c]);
-      look[3] = V::set(one->importance);
+      const PredicateLook* one = appearance_of(bits[0], found);
+      for (int c = 0; c < 3; ++c) appearance[c] = V::set(one->tint[c]);
+      appearance[3] = V::set(one->importance);
       return;
     }
     const PredicateLook* entries[V::kLanes];
@@ -556,17 +556,17 @@ class PredicateMarcher {
     V::store_int(reinterpret_cast<std::int32_t*>(bits), leaves);
     for (int lane = 0; lane < V::kLanes; ++lane) {
       const bool again = lane > 0 && bits[lane] == bits[lane - 1];
-      entries[lane] = again ? entries[lane - 1] : look_of(bits[lane], found[lane]);
+      entries[lane] = again ? entries[lane - 1] : appearance_of(bits[lane], found[lane]);
     }
-    V::load_looks(entries, look);
+    V::load_looks(entries, appearance);
   }
 
-  static void pick_looks(const float* columns, int eights, I at, F* look) {
-    for (int c = 0; c < 4; ++c) look[c] = V::pick(columns + 8 * c * eights, eights, at);
+  static void pick_looks(const float* columns, int eights, I at, F* appearance) {
+    for (int c = 0; c < 4; ++c) appearance[c] = V::pick(columns + 8 * c * eights, eights, at);
   }
 
-  const PredicateLook* look_of(std::uint32_t leaves, PredicateLook& found) const {
-    if (in_.looks != nullptr) return in_.looks + leaves;
+  const PredicateLook* appearance_of(std::uint32_t leaves, PredicateLook& found) const {
+    if (in_.appearances != nullptr) return in_.appearances + leaves;
     in_.find_look(in_.look_finder, leaves, &found);
     return &found;
   }
@@ -576,7 +576,7 @@ class PredicateMarcher {
     const F one = V::set(1.0F);
     const F zero = V::set(0.0F);
     const F x = part.x;
-    const F importance = part.look[3];
+    const F importance = part.appearance[3];
     const M counts = V::less(zero, opacity);
     F a = alpha_;
     F next = importance_;
@@ -596,10 +596,10 @@ class PredicateMarcher {
     const F beta = V::mask(counts, V::div(over, V::max(V::add(a, over), V::set(1e-37F))));
     const F chroma = V::sub(one, V::abs(V::sub(V::add(x, x), one)));
     for (int c = 0; c < 3; ++c) {
-      const F colour = V::madd(chroma, part.look[c], x);
+      const F colour = V::madd(chroma, part.appearance[c], x);
       rgb_[c] = V::madd(beta, V::sub(colour, rgb_[c]), rgb_[c]);
     }
-    picture_ = V::sub(picture_, V::mul(beta, picture_));
+    image_ = V::sub(image_, V::mul(beta, image_));
     alpha_ = V::madd(V::sub(one, alpha_), opacity, alpha_);
     if constexpr (kBlend != PredicateBlend::kOver) {
       paid_ = V::select(V::both(counts, V::less(importance_, next)), zero, paid_);
@@ -619,7 +619,7 @@ class PredicateMarcher {
   F end_;
   F rgb_[3];
   F alpha_;
-  F picture_;
+  F image_;
   F importance_;
   F left_out_;              ///< spec::LeftOut::spent.
   F paid_ = V::set(0.0F);   ///< spec::LeftOut::paid.

@@ -95,11 +95,11 @@ struct PredicateAvx512 : Avx512 {
     }
     return out;
   }
-  static void load_looks(const PredicateLook* const* looks, F* out) {
+  static void load_looks(const PredicateLook* const* appearances, F* out) {
     F four[4];
     for (int i = 0; i < 4; ++i) {
-      four[i] =
-          load_four(looks[i]->tint, looks[i + 4]->tint, looks[i + 8]->tint, looks[i + 12]->tint);
+      four[i] = load_four(appearances[i]->tint, appearances[i + 4]->tint, appearances[i + 8]->tint,
+                          appearances[i + 12]->tint);
     }
     transpose(four, out);
   }

@@ -90,8 +90,8 @@ struct PredicateInputs {
   /// leaves of the bits `known` are as in b. All other bits of b are 0. Null above kWeighedLeaves.
   const std::uint64_t* matters;
   /// Appearances by leaf bits. Null above 12 leaves; then find_look() is called.
-  const PredicateLook* looks;
-  void (*find_look)(const void* looks, std::uint32_t leaves, PredicateLook* out);
+  const PredicateLook* appearances;
+  void (*find_look)(const void* appearances, std::uint32_t leaves, PredicateLook* out);
   const void* look_finder;
   /// The different appearances in columns, importance last, each of 8 · few_eights floats. Null
   /// above kFewLooks.
@@ -128,7 +128,7 @@ struct PredicateInputs {
 
 /// State of a packet's rays besides RayPacket, whose colour is not premultiplied here.
 struct alignas(64) PredicateRays {
-  float picture[kPacketLanes];     ///< Share of the ultrasound image in the colour.
+  float image[kPacketLanes];       ///< Share of the ultrasound image in the colour.
   float importance[kPacketLanes];  ///< spec::ImportanceState::importance.
   float left_out[kPacketLanes];    ///< spec::LeftOut::spent; 0: nothing was left out.
 };

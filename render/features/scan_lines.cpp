@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "nav/index.hpp"
-#include "nav/places.hpp"
+#include "nav/positions.hpp"
 #include "render/features/digest.hpp"
 #include "render/parallel.hpp"
 
@@ -21,7 +21,7 @@ constexpr double kSteps = 32767;
 double side_of(double v) { return v < 0 ? -1.0 : 1.0; }
 
 template <class Found>
-Error refused_lines(const std::string& expected, const Found& found) {
+Error rejected_lines(const std::string& expected, const Found& found) {
   std::ostringstream text;
   text << "scan lines: expected " << expected << ", found " << found;
   return {ErrorCode::kUsage, text.str()};
@@ -69,9 +69,9 @@ ScanLines::ScanLines() : digest_(std::make_shared<KnownDigest>()) {}
 Result<ScanLines> ScanLines::parallel(const Direction<frames::Ct>& away,
                                       const Point<frames::Ct>& on_face) {
   if (!away.v.allFinite() || !(away.v.cwiseAbs().maxCoeff() > 1e-12)) {
-    return refused_lines("a finite direction that is not zero", away.v.transpose());
+    return rejected_lines("a finite direction that is not zero", away.v.transpose());
   }
-  if (!is_place(on_face.mm)) return refused_lines("a point within 1e7 mm", on_face.mm.transpose());
+  if (!is_place(on_face.mm)) return rejected_lines("a point within 1e7 mm", on_face.mm.transpose());
   ScanLines lines;
   lines.direction_ = away.v.stableNormalized();  // Squares of finite numbers may not be finite.
   lines.point_mm_ = on_face.mm;
@@ -79,9 +79,9 @@ Result<ScanLines> ScanLines::parallel(const Direction<frames::Ct>& away,
 }
 
 Result<ScanLines> ScanLines::fan(const Point<frames::Ct>& apex, double face_radius_mm) {
-  if (!is_place(apex.mm)) return refused_lines("an apex within 1e7 mm", apex.mm.transpose());
+  if (!is_place(apex.mm)) return rejected_lines("an apex within 1e7 mm", apex.mm.transpose());
   if (!(face_radius_mm >= 0 && face_radius_mm <= kFurthestMm)) {
-    return refused_lines("a face radius of 0 to 1e7 mm", face_radius_mm);
+    return rejected_lines("a face radius of 0 to 1e7 mm", face_radius_mm);
   }
   ScanLines lines;
   lines.kind_ = Kind::kFan;

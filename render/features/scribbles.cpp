@@ -10,26 +10,26 @@ namespace nav::render::features {
 namespace {
 
 Result<void> check_numbers(const Stroke& stroke) {
-  const auto refuse = [](const std::string& expected, const auto& found) {
+  const auto reject = [](const std::string& expected, const auto& found) {
     std::ostringstream text;
     text << "scribble: expected " << expected << ", found " << found;
     return Error{ErrorCode::kUsage, text.str()};
   };
-  if (stroke.points.empty()) return refuse("at least one point", "none");
+  if (stroke.points.empty()) return reject("at least one point", "none");
   for (const auto& p : stroke.points) {
     if (!(p.mm.cwiseAbs().array() <= Stroke::kFurthestMm).all()) {
-      return refuse("points within 1e6 mm", p.mm.transpose());
+      return reject("points within 1e6 mm", p.mm.transpose());
     }
   }
   const Eigen::Vector3d& normal = stroke.plane_normal.v;
   if (!normal.allFinite() || !(normal.cwiseAbs().maxCoeff() > 1e-12)) {
-    return refuse("a finite plane normal that is not zero", normal.transpose());
+    return reject("a finite plane normal that is not zero", normal.transpose());
   }
   if (!(stroke.radius_mm > 0 && stroke.radius_mm <= 1000)) {
-    return refuse("radius_mm in (0, 1000]", stroke.radius_mm);
+    return reject("radius_mm in (0, 1000]", stroke.radius_mm);
   }
   if (!(stroke.half_thickness_mm >= 0 && stroke.half_thickness_mm <= 1000)) {
-    return refuse("half_thickness_mm in [0, 1000]", stroke.half_thickness_mm);
+    return reject("half_thickness_mm in [0, 1000]", stroke.half_thickness_mm);
   }
   return {};
 }

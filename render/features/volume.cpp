@@ -127,23 +127,19 @@ std::array<double, 2> quantiles(const ScalarVolume& volume, Extremes range,
 
 Result<ScalarVolume> ScalarVolume::create(const VoxelGrid& grid, std::vector<float> values,
                                           std::string name) {
-  if (const auto ok = validate(grid, name); !ok) return ok.error();
-  if (values.size() != grid.voxel_count()) {
-    return Error{ErrorCode::kMalformedData, name + ": expected " +
-                                                std::to_string(grid.voxel_count()) +
-                                                " voxels, found " + std::to_string(values.size())};
-  }
+  auto floats = VolumeOf<frames::Ct, float>::create(grid, std::move(values), std::move(name));
+  if (!floats) return floats.error();
   const auto infinite =
-      std::find_if(values.begin(), values.end(), [](float v) { return std::isinf(v); });
-  if (infinite != values.end()) {
+      std::ranges::find_if(floats->values(), [](float v) { return std::isinf(v); });
+  if (infinite != floats->values().end()) {
     return Error{ErrorCode::kMalformedData,
-                 name + ": expected finite values or NaN, found infinity at voxel " +
-                     std::to_string(infinite - values.begin())};
+                 floats->name() + ": expected finite values or NaN, found infinity at voxel " +
+                     std::to_string(infinite - floats->values().begin())};
   }
   ScalarVolume volume;
   volume.grid_ = grid;
-  volume.name_ = std::move(name);
-  volume.floats_ = std::make_shared<const std::vector<float>>(std::move(values));
+  volume.name_ = floats->name();
+  volume.floats_ = *std::move(floats);
   return volume;
 }
 
@@ -162,7 +158,7 @@ void ScalarVolume::read_row(int j, int k, float* out) const {
   const std::size_t first = offset_of(grid_, 0, j, k);
   const auto count = static_cast<std::size_t>(grid_.size[0]);
   if (floats_) {
-    std::copy_n(floats_->data() + first, count, out);
+    std::copy_n(floats_->values().data() + first, count, out);
     return;
   }
   const std::int16_t* in = volume_->values().data() + first;
@@ -173,7 +169,7 @@ void ScalarVolume::read_row(int j, int k, float* out) const {
 
 float ScalarVolume::at(int i, int j, int k) const {
   const std::size_t at = offset_of(grid_, i, j, k);
-  if (floats_) return (*floats_)[at];
+  if (floats_) return floats_->values()[at];
   const std::int16_t value = volume_->values()[at];
   return unknown_ && value == *unknown_ ? kUnknown : static_cast<float>(value);
 }
@@ -190,7 +186,7 @@ std::string ScalarVolume::digest() const {
     Digest digest;
     digest.add(grid_);
     digest.add(unknown_ ? static_cast<double>(*unknown_) : std::nan(""));
-    if (floats_) digest.add(std::as_bytes(std::span(*floats_)));
+    if (floats_) digest.add(std::as_bytes(floats_->values()));
     if (volume_) digest.add(std::as_bytes(volume_->values()));
     digest_->hex = digest.hex();
   });

@@ -51,8 +51,8 @@ class ScalarVolume {
   ScalarVolume();
   VoxelGrid grid_;
   std::string name_;
-  std::shared_ptr<const StoredVolume> volume_;        ///< Either this,
-  std::shared_ptr<const std::vector<float>> floats_;  ///< or this.
+  std::shared_ptr<const StoredVolume> volume_;         ///< Either this,
+  std::optional<VolumeOf<frames::Ct, float>> floats_;  ///< or this.
   std::optional<std::int16_t> unknown_;
   struct KnownDigest;
   std::shared_ptr<KnownDigest> digest_;  ///< Shared by copies.

@@ -72,7 +72,7 @@ bool same_programs(const PredicateSet& a, const PredicateSet& b) {
 }  // namespace
 
 Result<void> GlPredicates::update(const Scene& scene) {
-  auto made = PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+  auto made = PredicateSet::create(*scene.predicates, scene.ct, position_of(scene));
   if (!made) return made.error();
   const gl::PackedRows packed;
   const bool other_looks = !set_ || !same_weights(*set_, *made) || !same_programs(*set_, *made) ||
@@ -150,17 +150,17 @@ double GlPredicates::measure(double importance) const {
 void GlPredicates::send_looks() {
   const bool by_leaves = classes_of(*set_) == PredicateClasses::kLeaves;
   const std::uint32_t count = 1U << (by_leaves ? set_->leaves().size() : set_->size());
-  std::vector<Eigen::Vector4f> looks;
-  looks.reserve(count);
+  std::vector<Eigen::Vector4f> appearances;
+  appearances.reserve(count);
   for (std::uint32_t bits = 0; bits < count; ++bits) {
     const spec::PredicateClass c = set_->class_of(by_leaves ? set_->mask_of(bits) : bits);
-    Eigen::Vector4d look = Eigen::Vector4d::Zero();
+    Eigen::Vector4d appearance = Eigen::Vector4d::Zero();
     if (c.importance > 0) {
-      look << spec::hsl_tint(c.hue_deg, c.saturation), std::max(measure(c.importance), 1e-37);
+      appearance << spec::hsl_tint(c.hue_deg, c.saturation), std::max(measure(c.importance), 1e-37);
     }
-    looks.push_back(look.cast<float>());
+    appearances.push_back(appearance.cast<float>());
   }
-  send_roomy_table(look_table_, GL_RGBA32F, std::move(looks));
+  send_roomy_table(look_table_, GL_RGBA32F, std::move(appearances));
 }
 
 void GlPredicates::send_weights() {

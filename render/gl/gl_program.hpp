@@ -139,7 +139,7 @@ class GlProgramCache {
   /// An artificial limit of the device's textures, for tests.
   void set_most_samplers(int most) { most_samplers_ = most; }
   /// Makes compute shaders fail to link, for tests.
-  void refuse_compute() { refuses_compute_ = true; }
+  void reject_compute() { refuses_compute_ = true; }
   [[nodiscard]] bool has(const GlFeatures& features) const { return programs_.contains(features); }
   /// Number of programs compiled so far.
   [[nodiscard]] int compiled() const { return compiled_; }

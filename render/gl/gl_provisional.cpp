@@ -25,7 +25,7 @@ Result<void> GlRaycaster::draw_fitted(const Scene& scene, const std::optional<Sh
   // The first image must appear soon, so it does not wait for data.
   if (provisional_) {
     const Features& offered = scene.predicates->features;
-    if (auto ok = whole_.predicates.send_some(set, offered, bytes_a_picture_); !ok) return ok;
+    if (auto ok = whole_.predicates.send_some(set, offered, bytes_a_image_); !ok) return ok;
     // Until there is more to show, the same image is not drawn again.
     cast_ = depth || change_between(*provisional_, scene) != SceneChange::kNothing;
     if (!cast_) return {};
@@ -41,10 +41,10 @@ Result<std::optional<PredicateSet>> GlRaycaster::set_lacking(const Scene& scene)
   const bool may_be = scene.quality.provisional && drawn_by_predicates(scene);
   // A new volume must be sent in any case.
   if (!may_be || !whole_.textures.has(scene.ct)) return lacking;
-  auto set = PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+  auto set = PredicateSet::create(*scene.predicates, scene.ct, position_of(scene));
   if (!set) return set.error();
   const std::size_t bytes = whole_.predicates.missing_bytes(*set, scene.predicates->features);
-  if (bytes > bytes_a_picture_) lacking = *std::move(set);
+  if (bytes > bytes_a_image_) lacking = *std::move(set);
   return lacking;
 }
 

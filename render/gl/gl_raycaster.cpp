@@ -220,9 +220,9 @@ GlPredicateForm GlRaycaster::form_now(GlFeatures features) {
   features.predicates = own;
   bool settled = programs_.has(features);
   if (source_ == &whole_) {
-    pictures_wanted_ = wanted_ == features ? pictures_wanted_ + 1 : 0;
+    images_wanted_ = wanted_ == features ? images_wanted_ + 1 : 0;
     wanted_ = features;
-    settled = settled || pictures_wanted_ >= settled_after_;
+    settled = settled || images_wanted_ >= settled_after_;
   }
   // Beside a CT, devices compile the generic program for longer than the set's own program:
   // docs/rendering-performance.md
@@ -332,14 +332,14 @@ Result<void> GlRaycaster::resolve(const Scene& scene) {
   resolve_program_->set("front", kFront);
   resolve_program_->set("behind", kBehind);
   resolve_program_->set("live_at", kLiveAt);
-  resolve_program_->set("us_picture", kPicture);
+  resolve_program_->set("us_picture", kImage);
   resolve_program_->set("plane_opacity", scene.plane->opacity);
   resolve_program_->set("opaque_at", opaque_at(scene));
   resolve_program_->set("by_weight", static_cast<int>(shows_predicates(scene)));
   bind(kFront, GL_TEXTURE_2D, targets_.front.id());
   bind(kBehind, GL_TEXTURE_2D, targets_.behind.id());
   bind(kLiveAt, GL_TEXTURE_2D, targets_.live_at.id());
-  bind(kPicture, GL_TEXTURE_2D, source_->textures.picture.id());
+  bind(kImage, GL_TEXTURE_2D, source_->textures.image.id());
   glBindFramebuffer(GL_FRAMEBUFFER, resolve_framebuffer_);
   glViewport(0, 0, width_, height_);
   write_everything();
@@ -363,7 +363,7 @@ Result<void> GlRaycaster::composite(const std::array<int, 4>& at) {
   composite_program_->set("scale", scale);
   composite_program_->set("offset", Eigen::Vector2d(Eigen::Vector2d(0.5 * width_, 0.5 * height_) -
                                                     scale * (corner + middle)));
-  bind(kTarget, GL_TEXTURE_2D, picture().id());
+  bind(kTarget, GL_TEXTURE_2D, image().id());
   draw_triangle();
   glBindTexture(GL_TEXTURE_2D, 0);
   return {};

@@ -76,11 +76,11 @@ class GlRaycaster {
   /// program, which reads sets from a table, draws it, so that a new set does not wait for a
   /// compiler.
   static constexpr int kSettledAfter = 3;
-  void set_settled_after(int pictures) { settled_after_ = pictures; }
+  void set_settled_after(int images) { settled_after_ = images; }
   /// Makes the next image cast all its rays, for tests.
-  void forget_picture() { last_.reset(); }
-  /// Replaces kBytesAPicture, for tests.
-  void set_bytes_a_picture(std::size_t bytes) { bytes_a_picture_ = bytes; }
+  void forget_image() { last_.reset(); }
+  /// Replaces kBytesAImage, for tests.
+  void set_bytes_a_image(std::size_t bytes) { bytes_a_image_ = bytes; }
   /// Replaces the measurement of the filter, for tests.
   void set_filter(GlFilter filter) {
     manual_filter_ = filter != GlFilter::kDevice;
@@ -100,7 +100,7 @@ class GlRaycaster {
     last_.reset();
   }
   /// Behaves like a driver that accepts no compute shader, for tests.
-  void refuse_compute() { programs_.refuse_compute(); }
+  void reject_compute() { programs_.reject_compute(); }
   /// True if compute shaders cast the rays. Known after the first draw().
   [[nodiscard]] bool computes() const { return compute_.value_or(false); }
   /// Writes several cells one after the other. Default: if the device draws in software. For tests.
@@ -164,7 +164,7 @@ class GlRaycaster {
   Result<void> update_second(const Scene& scene);
   void bind_predicates(GlProgram& program, bool generic, const Scene& scene);
   void bind_textures(const std::optional<SharedDepth>& depth, bool projects);
-  [[nodiscard]] GlTexture& picture() { return layers_ ? resolved_ : targets_.front; }
+  [[nodiscard]] GlTexture& image() { return layers_ ? resolved_ : targets_.front; }
   void release_targets();
   /// Finds out once what the device does well.
   Result<void> know_device();
@@ -181,11 +181,11 @@ class GlRaycaster {
   Source* source_ = &whole_;      ///< The source of the last image.
   CoarseVolumes coarse_volumes_;
   std::optional<Scene> provisional_;  ///< The scene of the last image if it was provisional.
-  std::size_t bytes_a_picture_ = kBytesAPicture;
+  std::size_t bytes_a_image_ = kBytesAImage;
   GlTextures second_;  ///< The ultrasound volume beside the CT.
   int settled_after_ = kSettledAfter;
   std::optional<GlFeatures> wanted_;  ///< Last features wanted, with the set's own program.
-  int pictures_wanted_ = 0;           ///< Images drawn with them by the generic program.
+  int images_wanted_ = 0;             ///< Images drawn with them by the generic program.
   GlLattice lattice_;                 ///< Casts fewer rays than pixels.
   GlPackedRays packed_rays_;          ///< Does the same if OpenGL runs on the processor.
   std::optional<CutawayField> field_;

@@ -10,8 +10,8 @@
 namespace nav::render {
 
 /// Reads images back from the device through memory to which the device copies them. Reading video
-/// memory itself can take 350 ms for 832 × 624 pixels (docs/rendering-performance.md). Needs the context current,
-/// also for release(). Internal to render/.
+/// memory itself can take 350 ms for 832 × 624 pixels (docs/rendering-performance.md). Needs the
+/// context current, also for release(). Internal to render/.
 class GlReadBuffer {
  public:
   GlReadBuffer() = default;

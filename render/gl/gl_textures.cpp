@@ -121,7 +121,7 @@ Result<void> GlTextures::update(const Scene& scene) {
     if (needs_gradients && gradient_texture_ && !pairs_) update_gradients();
     if (scene.quality.skip_empty_bricks && !bricks_valid_) update_bricks();
   }
-  if (plane) update_picture(scene.plane->frame.pixels);
+  if (plane) update_image(scene.plane->frame.pixels);
   solid_count_ = solids_now.height;
   send(std::move(solids_now), solids, solid_rows_);
   send(std::move(cut_now), cut_objects, cut_rows_);
@@ -295,10 +295,10 @@ const BrickShell& GlTextures::shell() {
   return *shell_;
 }
 
-void GlTextures::update_picture(const Image2d<std::uint8_t>& pixels) {
+void GlTextures::update_image(const Image2d<std::uint8_t>& pixels) {
   if (!pixels_.empty() && pixels_.pixels().data() == pixels.pixels().data()) return;
   pixels_ = pixels;
-  glBindTexture(GL_TEXTURE_2D, picture.id());
+  glBindTexture(GL_TEXTURE_2D, image.id());
   gl::set_sampling(GL_TEXTURE_2D, GL_NEAREST);
   // 16 bits, because some devices interpolate no finer than the format.
   std::vector<std::uint16_t> values;
@@ -308,12 +308,12 @@ void GlTextures::update_picture(const Image2d<std::uint8_t>& pixels) {
   }
   glTexImage2D(GL_TEXTURE_2D, 0, GL_R16, pixels.width(), pixels.height(), 0, GL_RED,
                GL_UNSIGNED_SHORT, values.data());
-  ++uploads_.pictures;
+  ++uploads_.images;
 }
 
 void GlTextures::release() {
   for (GlTexture* texture :
-       {&ct, &gradients, &bricks, &brick_ranges, &picture, &solids, &cut_objects}) {
+       {&ct, &gradients, &bricks, &brick_ranges, &image, &solids, &cut_objects}) {
     texture->release();
   }
   for (GlTable* table : {&transfer, &importances, &integrals, &ct_pairs}) table->release();

@@ -64,7 +64,7 @@ struct GlUploads {
   int volumes = 0;
   int transfers = 0;
   int bricks = 0;
-  int pictures = 0;
+  int images = 0;
 };
 
 /// The data that scenes need on the device. Data is sent again only if it is another object or has
@@ -121,7 +121,7 @@ class GlTextures {
   [[nodiscard]] int solid_count() const { return solid_count_; }
 
   GlTable transfer, importances, integrals, ct_pairs;
-  GlTexture ct, gradients, bricks, brick_ranges, picture, solids, cut_objects;
+  GlTexture ct, gradients, bricks, brick_ranges, image, solids, cut_objects;
 
  private:
   void update_transfer(const TransferFunction& function);
@@ -129,7 +129,7 @@ class GlTextures {
   void update_ranges();
   void update_bricks();
   void update_brick_ranges();
-  void update_picture(const Image2d<std::uint8_t>& pixels);
+  void update_image(const Image2d<std::uint8_t>& pixels);
 
   [[nodiscard]] bool send_volume(const StoredVolume& volume);
   [[nodiscard]] bool accepts(const std::array<int, 3>& size) const;

@@ -95,7 +95,7 @@ void set_plane(GlProgram& program, const spec::PlaneSurface<double>& plane) {
   program.set("outline", Eigen::Vector4d(plane.apex_mm.x(), plane.apex_mm.y(), plane.radius_min_mm,
                                          plane.radius_max_mm));
   program.set("outline_half", Eigen::Vector2d(plane.sin_half, plane.cos_half));
-  program.set("shows_picture", static_cast<int>(plane.shows_picture));
+  program.set("shows_picture", static_cast<int>(plane.shows_image));
   program.set("border_rgb", plane.border_rgb);
   program.set("plane_opacity", plane.opacity);
 }

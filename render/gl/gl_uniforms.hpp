@@ -26,7 +26,7 @@ enum GlUnit {
   kImportances,
   kIntegrals,
   kBricks,
-  kPicture,
+  kImage,
   kSolids,
   kCutObjects,
   kCutField,

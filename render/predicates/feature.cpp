@@ -59,12 +59,9 @@ Result<FeatureVolume> FeatureVolume::create(const VoxelGrid& grid, std::span<con
 
 Result<LabelVolume> LabelVolume::create(const VoxelGrid& grid, std::vector<std::uint32_t> bits,
                                         std::string name) {
-  if (const auto ok = check_count(grid, bits.size(), name); !ok) return ok.error();
-  LabelVolume out;
-  out.grid_ = grid;
-  out.bits_ = std::make_shared<const std::vector<std::uint32_t>>(std::move(bits));
-  out.name_ = std::move(name);
-  return out;
+  auto voxels = Voxels::create(grid, std::move(bits), std::move(name));
+  if (!voxels) return voxels.error();
+  return LabelVolume(*std::move(voxels));
 }
 
 }  // namespace nav::render

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "nav/result.hpp"
@@ -65,10 +66,10 @@ class LabelVolume {
   /// Rejects an invalid grid or a count that does not match the grid.
   static Result<LabelVolume> create(const VoxelGrid& grid, std::vector<std::uint32_t> bits,
                                     std::string name);
-  [[nodiscard]] const std::string& name() const { return name_; }
-  [[nodiscard]] const VoxelGrid& grid() const { return grid_; }
+  [[nodiscard]] const std::string& name() const { return voxels_.name(); }
+  [[nodiscard]] const VoxelGrid& grid() const { return voxels_.grid(); }
   /// Bit masks of the voxels, i fastest.
-  [[nodiscard]] std::span<const std::uint32_t> bits() const { return *bits_; }
+  [[nodiscard]] std::span<const std::uint32_t> bits() const { return voxels_.values(); }
   /// Returns these labels together with the surfaces, on the same grid, from which they were
   /// rasterised. Bit n is layer n.
   [[nodiscard]] LabelVolume with_layers(std::shared_ptr<const features::LayerModel> layers) const {
@@ -82,11 +83,10 @@ class LabelVolume {
   }
 
  private:
-  LabelVolume() = default;
+  using Voxels = VolumeOf<frames::Ct, std::uint32_t>;
+  explicit LabelVolume(Voxels voxels) : voxels_(std::move(voxels)) {}
   std::shared_ptr<const features::LayerModel> layers_;
-  VoxelGrid grid_;
-  std::shared_ptr<const std::vector<std::uint32_t>> bits_;
-  std::string name_;
+  Voxels voxels_;
 };
 
 /// Additional data that predicates may read, on the grid of the ultrasound volume.

@@ -20,7 +20,7 @@ double hue_in_turn(double hue_deg) {
   return positive < 360 ? positive : 0;  // -1e-20 + 360 rounds to 360.
 }
 
-Error refused_bar(std::size_t bar, const std::string& expected, double found) {
+Error rejected_bar(std::size_t bar, const std::string& expected, double found) {
   std::ostringstream text;
   text << "predicate " << bar << ": expected " << expected << ", found " << found;
   return {ErrorCode::kMalformedData, text.str()};
@@ -48,11 +48,12 @@ Result<PredicateHistogram> PredicateHistogram::create(std::vector<Bar> bars) {
   for (std::size_t i = 0; i < bars.size(); ++i) {
     constexpr double kMost = 1e100;
     if (!(bars[i].importance >= 0 && bars[i].importance <= kMost)) {
-      return refused_bar(i, "an importance >= 0, at most 1e100", bars[i].importance);
+      return rejected_bar(i, "an importance >= 0, at most 1e100", bars[i].importance);
     }
-    if (!std::isfinite(bars[i].hue_deg)) return refused_bar(i, "a hue in degrees", bars[i].hue_deg);
+    if (!std::isfinite(bars[i].hue_deg))
+      return rejected_bar(i, "a hue in degrees", bars[i].hue_deg);
     if (!(bars[i].saturation >= 0 && bars[i].saturation <= 1)) {
-      return refused_bar(i, "a saturation in [0, 1]", bars[i].saturation);
+      return rejected_bar(i, "a saturation in [0, 1]", bars[i].saturation);
     }
     bars[i].hue_deg = hue_in_turn(bars[i].hue_deg);
   }

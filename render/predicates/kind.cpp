@@ -53,7 +53,7 @@ RangePredicate::RangePredicate(std::string name, std::string description, std::s
       channel_(std::move(channel)),
       parameters_(std::move(parameters)) {}
 
-PredicateNeeds RangePredicate::needs(const PredicatePlace&) const {
+PredicateNeeds RangePredicate::needs(const PredicatePosition&) const {
   return PredicateNeeds{{channel_}};
 }
 
@@ -61,20 +61,20 @@ Result<void> RangePredicate::check(std::span<const double> p) const {
   return check_order(*this, p, 0, 1);
 }
 
-bool RangePredicate::test(const PredicateSample& sample, const PredicatePlace&,
+bool RangePredicate::test(const PredicateSample& sample, const PredicatePosition&,
                           std::span<const double> p) const {
   const double slack = 0.5 * sample.quantum[0];
   return sample.value[0] >= p[0] - slack && sample.value[0] <= p[1] + slack;
 }
 
-Truth RangePredicate::bounds(const PredicateBounds& brick, const PredicatePlace&,
+Truth RangePredicate::bounds(const PredicateBounds& brick, const PredicatePosition&,
                              std::span<const double> p) const {
   const double slack = 0.5 * brick.quantum[0];
   const Truth found = within(brick.value[0], {p[0] - slack, p[1] + slack});
   return brick.undefined[0] ? and_of(found, Truth::kUnknown) : found;
 }
 
-PredicateForm RangePredicate::form(const PredicatePlace&, std::span<const double> p) const {
+PredicateForm RangePredicate::form(const PredicatePosition&, std::span<const double> p) const {
   PredicateForm form;
   form.kind = PredicateForm::Kind::kRange;
   form.low = p[0];
@@ -82,7 +82,7 @@ PredicateForm RangePredicate::form(const PredicatePlace&, std::span<const double
   return form;
 }
 
-PredicateGlsl RangePredicate::glsl(const std::string& prefix, const PredicatePlace&,
+PredicateGlsl RangePredicate::glsl(const std::string& prefix, const PredicatePosition&,
                                    std::span<const double> p) const {
   const std::string range = prefix + "_range";
   return {"uniform vec2 " + range + ";\n",

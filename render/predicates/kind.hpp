@@ -108,19 +108,20 @@ class PredicateKind {
   /// A description of one sentence.
   [[nodiscard]] virtual std::string description() const = 0;
   [[nodiscard]] virtual std::vector<PredicateParameter> parameters() const = 0;
-  [[nodiscard]] virtual PredicateNeeds needs(const PredicatePlace& place) const = 0;
+  [[nodiscard]] virtual PredicateNeeds needs(const PredicatePosition& place) const = 0;
   /// Rejects what the limits of single parameters cannot express, such as inverted ranges.
   [[nodiscard]] virtual Result<void> check(std::span<const double> p) const = 0;
   /// Defines the predicate, in double. False for undefined values.
-  [[nodiscard]] virtual bool test(const PredicateSample& sample, const PredicatePlace& place,
+  [[nodiscard]] virtual bool test(const PredicateSample& sample, const PredicatePosition& place,
                                   std::span<const double> p) const = 0;
   /// The truth over all samples of a brick. It is never wrong, but may be kUnknown.
-  [[nodiscard]] virtual Truth bounds(const PredicateBounds& brick, const PredicatePlace& place,
+  [[nodiscard]] virtual Truth bounds(const PredicateBounds& brick, const PredicatePosition& place,
                                      std::span<const double> p) const = 0;
-  [[nodiscard]] virtual PredicateForm form(const PredicatePlace& place,
+  [[nodiscard]] virtual PredicateForm form(const PredicatePosition& place,
                                            std::span<const double> p) const = 0;
   /// The GLSL block. \p prefix begins every name that the block declares.
-  [[nodiscard]] virtual PredicateGlsl glsl(const std::string& prefix, const PredicatePlace& place,
+  [[nodiscard]] virtual PredicateGlsl glsl(const std::string& prefix,
+                                           const PredicatePosition& place,
                                            std::span<const double> p) const = 0;
 };
 
@@ -136,15 +137,15 @@ class RangePredicate : public PredicateKind {
   [[nodiscard]] std::string name() const override { return name_; }
   [[nodiscard]] std::string description() const override { return description_; }
   [[nodiscard]] std::vector<PredicateParameter> parameters() const override { return parameters_; }
-  [[nodiscard]] PredicateNeeds needs(const PredicatePlace& place) const override;
+  [[nodiscard]] PredicateNeeds needs(const PredicatePosition& place) const override;
   [[nodiscard]] Result<void> check(std::span<const double> p) const override;
-  [[nodiscard]] bool test(const PredicateSample& sample, const PredicatePlace& place,
+  [[nodiscard]] bool test(const PredicateSample& sample, const PredicatePosition& place,
                           std::span<const double> p) const override;
-  [[nodiscard]] Truth bounds(const PredicateBounds& brick, const PredicatePlace& place,
+  [[nodiscard]] Truth bounds(const PredicateBounds& brick, const PredicatePosition& place,
                              std::span<const double> p) const override;
-  [[nodiscard]] PredicateForm form(const PredicatePlace& place,
+  [[nodiscard]] PredicateForm form(const PredicatePosition& place,
                                    std::span<const double> p) const override;
-  [[nodiscard]] PredicateGlsl glsl(const std::string& prefix, const PredicatePlace& place,
+  [[nodiscard]] PredicateGlsl glsl(const std::string& prefix, const PredicatePosition& place,
                                    std::span<const double> p) const override;
 
  private:

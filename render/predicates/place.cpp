@@ -4,7 +4,7 @@
 
 #include <sstream>
 
-#include "nav/places.hpp"
+#include "nav/positions.hpp"
 
 namespace nav::render {
 namespace {
@@ -67,7 +67,7 @@ bool same_scan(const std::optional<ScanGeometry>& a, const std::optional<ScanGeo
   return std::get<VoxelScan>(*a).into_ct == std::get<VoxelScan>(*b).into_ct;
 }
 
-bool same_surroundings(const PredicatePlace& a, const PredicatePlace& b) {
+bool same_surroundings(const PredicatePosition& a, const PredicatePosition& b) {
   const auto same = [](const std::optional<Segment>& x, const std::optional<Segment>& y) {
     if (!x || !y) return !x && !y;
     return x->a == y->a && x->b == y->b && x->radius_mm == y->radius_mm;

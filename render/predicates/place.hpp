@@ -58,7 +58,7 @@ struct Segment {
 };
 
 /// Scene data around the volume that predicates may use.
-struct PredicatePlace {
+struct PredicatePosition {
   VoxelGrid grid;
   std::optional<ScanGeometry> scan;
   std::optional<Segment> needle;  ///< NaN while the needle is lost: then no distance is in range.
@@ -72,6 +72,6 @@ struct PredicatePlace {
 
 /// True when the scan, the needle and the target lie in the same way to one volume. Never true with
 /// a lost needle.
-bool same_surroundings(const PredicatePlace& a, const PredicatePlace& b);
+bool same_surroundings(const PredicatePosition& a, const PredicatePosition& b);
 
 }  // namespace nav::render

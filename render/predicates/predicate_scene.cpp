@@ -12,7 +12,7 @@
 namespace nav::render {
 namespace {
 
-Error refused_predicates(const std::string& field, const std::string& expected, double found) {
+Error rejected_predicates(const std::string& field, const std::string& expected, double found) {
   std::ostringstream text;
   text << "predicates." << field << ": expected " << expected << ", found " << found;
   return {ErrorCode::kMalformedData, text.str()};
@@ -36,26 +36,26 @@ Result<void> validate(const PredicateScene& predicates, const Scene& scene) {
   const auto& window = predicates.intensity;
   constexpr double kMost = 1e6;
   if (!(window.black >= -kMost && window.white <= kMost && window.white > window.black)) {
-    return refused_predicates("intensity.white", "a value above black within 1e6", window.white);
+    return rejected_predicates("intensity.white", "a value above black within 1e6", window.white);
   }
   if (!(predicates.opacity_length_mm > 0 && predicates.opacity_length_mm <= kMost)) {
-    return refused_predicates("opacity_length_mm", "a length in (0, 1e6] mm",
-                              predicates.opacity_length_mm);
+    return rejected_predicates("opacity_length_mm", "a length in (0, 1e6] mm",
+                               predicates.opacity_length_mm);
   }
   if (!(predicates.cutaway_importance >= 0 && predicates.cutaway_importance <= 1)) {
-    return refused_predicates("cutaway_importance", "a number in [0, 1]",
-                              predicates.cutaway_importance);
+    return rejected_predicates("cutaway_importance", "a number in [0, 1]",
+                               predicates.cutaway_importance);
   }
   if (!(predicates.termination_error >= 0 && predicates.termination_error <= 0.5)) {
-    return refused_predicates("termination_error", "a number in [0, 0.5]",
-                              predicates.termination_error);
+    return rejected_predicates("termination_error", "a number in [0, 0.5]",
+                               predicates.termination_error);
   }
   if (predicates.scan) {
     if (const auto ok = validate(*predicates.scan, scene.ct->grid()); !ok) {
       return Error{ok.error().code, "predicates." + ok.error().message};
     }
   }
-  const auto set = PredicateSet::create(predicates, scene.ct, place_of(scene));
+  const auto set = PredicateSet::create(predicates, scene.ct, position_of(scene));
   if (!set) return set.error();
   return {};
 }
@@ -69,8 +69,8 @@ bool same_drawing(const PredicateScene& a, const PredicateScene& b) {
          same_features(a.features, b.features);
 }
 
-PredicatePlace place_of(const Scene& scene) {
-  PredicatePlace place{scene.ct->grid(), {}, {}, {}};
+PredicatePosition position_of(const Scene& scene) {
+  PredicatePosition place{scene.ct->grid(), {}, {}, {}};
   if (scene.predicates) place.scan = scene.predicates->scan;
   const bool known = scene.needle && scene.needle->safety.state <= SafetyState::kDegraded;
   if (known) {

@@ -82,6 +82,6 @@ bool same_drawing(const PredicateScene& a, const PredicateScene& b);
 
 /// The scene data for predicates: the needle and, as the target, the first sphere. A stale or lost
 /// needle has no distances, because a past pose does not count.
-PredicatePlace place_of(const Scene& scene);
+PredicatePosition position_of(const Scene& scene);
 
 }  // namespace nav::render

@@ -36,7 +36,7 @@ Result<void> check_grid(const std::string& name, const VoxelGrid& found, const V
 class PredicateSetBuilder {
  public:
   PredicateSetBuilder(const PredicateScene& predicates,
-                      const std::shared_ptr<const StoredVolume>& ct, PredicatePlace place)
+                      const std::shared_ptr<const StoredVolume>& ct, PredicatePosition place)
       : predicates_(predicates), ct_(ct) {
     const auto& window = predicates.intensity;
     const double scale = 1 / (window.white - window.black);
@@ -131,7 +131,7 @@ class PredicateSetBuilder {
   /// Finds the channels and labels that a new leaf reads.
   Result<void> read(const std::string& name, const PredicateKind& kind,
                     std::vector<double> values) {
-    const PredicatePlace& place = set_.place_;
+    const PredicatePosition& place = set_.place_;
     const PredicateNeeds needs = kind.needs(place);
     if (needs.scan && !place.scan) {
       return malformed_predicates(name +
@@ -202,7 +202,7 @@ class PredicateSetBuilder {
 
 Result<PredicateSet> PredicateSet::create(const PredicateScene& predicates,
                                           const std::shared_ptr<const StoredVolume>& ct,
-                                          PredicatePlace place) {
+                                          PredicatePosition place) {
   if (const auto ok = nav::render::validate(predicates.model); !ok) return ok.error();
   return PredicateSetBuilder(predicates, ct, std::move(place)).build();
 }

@@ -43,7 +43,7 @@ class PredicateSet {
   /// Rejects what validate(PredicateScene) lists.
   static Result<PredicateSet> create(const PredicateScene& predicates,
                                      const std::shared_ptr<const StoredVolume>& ct,
-                                     PredicatePlace place);
+                                     PredicatePosition place);
 
   /// The channels that leaves read. The first is the volume itself.
   [[nodiscard]] const std::vector<Channel>& channels() const { return channels_; }
@@ -51,7 +51,7 @@ class PredicateSet {
   [[nodiscard]] const std::optional<LabelVolume>& labels() const { return labels_; }
   [[nodiscard]] const std::vector<Leaf>& leaves() const { return leaves_; }
   [[nodiscard]] const std::vector<PredicateProgram>& programs() const { return programs_; }
-  [[nodiscard]] const PredicatePlace& place() const { return place_; }
+  [[nodiscard]] const PredicatePosition& place() const { return place_; }
   [[nodiscard]] std::size_t size() const { return weights_.size(); }
   /// Weights of the entries, in order.
   [[nodiscard]] const std::vector<spec::PredicateWeight>& weights() const { return weights_; }
@@ -93,7 +93,7 @@ class PredicateSet {
   std::optional<LabelVolume> labels_;
   std::vector<Leaf> leaves_;
   std::vector<PredicateProgram> programs_;  ///< An entry comes after the entries that it refers to.
-  PredicatePlace place_;
+  PredicatePosition place_;
   std::vector<spec::PredicateWeight> weights_;
   std::vector<int> by_impact_;  ///< Entries in order of descending impact.
   spec::HueMean hue_mean_ = spec::HueMean::kCircular;

@@ -59,14 +59,15 @@ RenderedImage enlarged(const RenderedImage& coarse, int width, int height) {
 ProgressiveRenderer::ProgressiveRenderer(Engine& engine, const ProgressiveOptions& options)
     : engine_(engine), refinement_(options) {}
 
-Result<ProgressiveRenderer::Picture> ProgressiveRenderer::draw(const Scene& scene, Timestamp now) {
+Result<ProgressiveRenderer::ProgressiveImage> ProgressiveRenderer::draw(const Scene& scene,
+                                                                        Timestamp now) {
   const Refinement::Plan plan = refinement_.plan(scene, now);
   auto image = engine_.render(with_fewer_pixels(plan.scene, plan.factor));
   if (!image) return image.error();
   const RenderStatistics& statistics = image->statistics;
   refinement_.drawn(statistics.cast_s, plan.factor, statistics.provisional);
-  if (plan.factor == 1) return Picture{std::move(image).value(), refinement_.is_refined()};
-  return Picture{enlarged(*image, scene.width, scene.height), false};
+  if (plan.factor == 1) return ProgressiveImage{std::move(image).value(), refinement_.is_refined()};
+  return ProgressiveImage{enlarged(*image, scene.width, scene.height), false};
 }
 
 }  // namespace nav::render

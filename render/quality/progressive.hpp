@@ -13,7 +13,7 @@ namespace nav::render {
 /// and, if that is not enough, resolution. Not thread-safe.
 class ProgressiveRenderer {
  public:
-  struct Picture {
+  struct ProgressiveImage {
     RenderedImage image;  ///< Has the size of the scene.
     bool refined;         ///< true: has the requested quality.
   };
@@ -22,7 +22,7 @@ class ProgressiveRenderer {
   ProgressiveRenderer(Engine& engine, const ProgressiveOptions& options = {});
 
   /// Draws an image of a scene. now: time of the request, on any clock that does not run backwards.
-  Result<Picture> draw(const Scene& scene, Timestamp now);
+  Result<ProgressiveImage> draw(const Scene& scene, Timestamp now);
   /// True if the last image was coarse and no other event makes the next call draw: call draw()
   /// again.
   [[nodiscard]] bool wants_refinement() const { return refinement_.wants_refinement(); }

@@ -48,7 +48,7 @@ Scene tile_of(const Scene& scene, int tile) {
   return part;
 }
 
-PictureCost cost_of(const RenderStatistics& taken, const Quality& quality) {
+ImageCost cost_of(const RenderStatistics& taken, const Quality& quality) {
   const bool dense = quality.pixel_error == 0;
   // Includes the samples that the engine passed over: their number depends on what it has drawn
   // before.
@@ -64,7 +64,7 @@ PictureCost cost_of(const RenderStatistics& taken, const Quality& quality) {
 /// A tile after it was drawn.
 struct DrawnTile {
   Image2d<RgbaF> pixels;
-  PictureCost cost;
+  ImageCost cost;
 };
 
 Result<std::vector<DrawnTile>> draw_tiles(Engine& engine, const Scene& scene, double pixel_error) {
@@ -79,8 +79,8 @@ Result<std::vector<DrawnTile>> draw_tiles(Engine& engine, const Scene& scene, do
   return drawn;
 }
 
-PictureCost mean_cost(const std::vector<DrawnTile>& tiles) {
-  PictureCost mean;
+ImageCost mean_cost(const std::vector<DrawnTile>& tiles) {
+  ImageCost mean;
   for (const DrawnTile& tile : tiles) {
     mean.samples_at_one_voxel += tile.cost.samples_at_one_voxel / static_cast<double>(tiles.size());
     mean.rays += tile.cost.rays / static_cast<double>(tiles.size());

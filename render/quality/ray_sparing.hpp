@@ -24,7 +24,7 @@ struct Estimate {
 
 /// Processor time of an image, in volume samples per pixel. Samples grow with 1 / step, rays do
 /// not.
-struct PictureCost {
+struct ImageCost {
   double samples_at_one_voxel = 0;
   double rays = 0;
   [[nodiscard]] double at(double step_voxels) const {
@@ -36,7 +36,7 @@ struct PictureCost {
 struct Sparing {
   double pixel_error = 0;  ///< See Quality; 0: a ray for every pixel.
   Estimate error;          ///< Mean square difference from the image without it.
-  PictureCost cost;        ///< Estimated for the CPU engine.
+  ImageCost cost;          ///< Estimated for the CPU engine.
 };
 
 /// Measures the effect of sparing rays on a scene without predicates, on small parts of the image

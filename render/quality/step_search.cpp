@@ -21,12 +21,12 @@ constexpr double kFinest = 1.0 / 16;
 constexpr double kReferencePart = 1.0 / 4;  // Reference step, as a share of the measured step.
 constexpr double kMostFalls = 0.5;          // The value for first order.
 // Errors usually lie at few edges. So rays are added until the estimated rms has the relative
-// standard deviation kScatter, up to kMostRays or the share kMostOfPicture of the image's pixels.
+// standard deviation kScatter, up to kMostRays or the share kMostOfImage of the image's pixels.
 constexpr double kScatter = 0.04;
 constexpr double kEnough = 1.4;  // Times kScatter: more rays would not change much.
 constexpr double kMoreRays = 4;  // Largest factor at once: few rays estimate their scatter badly.
 constexpr double kMostRays = 128 * 128;
-constexpr double kMostOfPicture = 1.0 / 8;
+constexpr double kMostOfImage = 1.0 / 8;
 constexpr double kRoomDeviations = 3;  // Safety margin, in standard deviations of an estimate:
                                        // edges scatter more than rays show.
 constexpr int kTries = 2;              // Number of tries between two steps.
@@ -72,10 +72,10 @@ struct Measured {
 };
 
 /// Measures the error of an image against another image of the same size.
-Measured measured(double step_voxels, const Image2d<RgbaF>& picture, const Image2d<RgbaF>& truth) {
+Measured measured(double step_voxels, const Image2d<RgbaF>& image, const Image2d<RgbaF>& truth) {
   std::vector<double> squares(truth.pixels().size());
   for (std::size_t i = 0; i < squares.size(); ++i) {
-    const RgbaF& p = picture.pixels()[i];
+    const RgbaF& p = image.pixels()[i];
     const RgbaF& q = truth.pixels()[i];
     squares[i] = (std::pow(p.r - q.r, 2) + std::pow(p.g - q.g, 2) + std::pow(p.b - q.b, 2)) / 3.0;
   }
@@ -86,14 +86,14 @@ Measured measured(double step_voxels, const Image2d<RgbaF>& picture, const Image
 
 /// Error of rounding an image to 8 bits; 0 if it holds only background that 8 bits represent
 /// exactly.
-double rounding_rms(const Image2d<RgbaF>& picture) {
+double rounding_rms(const Image2d<RgbaF>& image) {
   std::vector<RgbaF> rounded;
-  const Image2d<Rgba8> bytes = to_8bit(picture);
+  const Image2d<Rgba8> bytes = to_8bit(image);
   for (const Rgba8& p : bytes.pixels()) {
     rounded.push_back({static_cast<float>(p.r) / 255, static_cast<float>(p.g) / 255,
                        static_cast<float>(p.b) / 255, 1});
   }
-  return rms_difference({picture.width(), picture.height(), std::move(rounded)}, picture);
+  return rms_difference({image.width(), image.height(), std::move(rounded)}, image);
 }
 
 /// The step at which the error reaches rms, if errors follow a power of the step between two steps.
@@ -106,9 +106,9 @@ Measured between(const Measured& coarse, const Measured& fine, double rms) {
 }
 
 /// Draws images with a given number of rays.
-class Pictures {
+class Images {
  public:
-  Pictures(Engine& engine, const Scene& scene, double rays)
+  Images(Engine& engine, const Scene& scene, double rays)
       : engine_(&engine), few_(few_rays(scene, rays)) {}
 
   Result<Image2d<RgbaF>> drawn(double step_voxels) {
@@ -131,9 +131,9 @@ class Pictures {
   [[nodiscard]] double rounding() const { return rounding_rms(truth_); }
   /// Measures an image that was drawn with step_voxels, which must be greater than the truth's
   /// step. falls: see StepSearch::falls_.
-  [[nodiscard]] Measured against_truth(double step_voxels, const Image2d<RgbaF>& picture,
+  [[nodiscard]] Measured against_truth(double step_voxels, const Image2d<RgbaF>& image,
                                        double falls) const {
-    Measured found = measured(step_voxels, picture, truth_);
+    Measured found = measured(step_voxels, image, truth_);
     found.rms /= 1 - std::pow(falls, std::log2(step_voxels / truth_voxels_));
     return found;
   }
@@ -207,12 +207,12 @@ double left_for_step(double rms, double rounding, const Sparing& sparing, double
 class StepSearch {
  public:
   StepSearch(Engine& engine, const Scene& scene, double rms)
-      : engine_(engine), scene_(scene), rms_(rms), pictures_(engine, scene, kRays) {}
+      : engine_(engine), scene_(scene), rms_(rms), images_(engine, scene, kRays) {}
 
   Result<StepChoice> run() {
     if (auto ok = look_over(); !ok) return ok.error();
     if (ladder_.empty()) return chosen({kCoarsest, 0, 0});
-    auto rough = pictures_.measure(ladder_.at(left()).step_voxels, falls_);
+    auto rough = images_.measure(ladder_.at(left()).step_voxels, falls_);
     if (!rough) return rough.error();
     ladder_.add(*rough);
     scatter_ = ladder_.scatter();
@@ -240,24 +240,24 @@ class StepSearch {
     double step = kCoarsest;
     double change = 0;
     for (;; step /= 2) {
-      auto picture = pictures_.drawn(step);
-      if (!picture) return picture.error();
-      drawn.push_back(std::move(*picture));
+      auto image = images_.drawn(step);
+      if (!image) return image.error();
+      drawn.push_back(std::move(*image));
       if (drawn.size() < 2) continue;
       change = rms_difference(*std::prev(drawn.end(), 2), drawn.back());
       rounding_ = rounding_rms(drawn.back());
       if (change == 0 && drawn.size() == 2) return {};
       if (change <= left() || step <= kFinest) break;
     }
-    if (auto ok = pictures_.draw_truth(truth_voxels(2 * step)); !ok) return ok.error();
-    rounding_ = pictures_.rounding();
+    if (auto ok = images_.draw_truth(truth_voxels(2 * step)); !ok) return ok.error();
+    rounding_ = images_.rounding();
     // seen / change = (1 - falls^2) / (1 - falls) = 1 + falls, because the truth has a quarter of
     // the step.
-    const double seen = pictures_.against_truth(2 * step, *std::prev(drawn.end(), 2), 0).rms;
+    const double seen = images_.against_truth(2 * step, *std::prev(drawn.end(), 2), 0).rms;
     if (change > 0) falls_ = std::clamp(seen / change - 1, 0.0, kMostFalls);
     step = kCoarsest;
-    for (const auto& picture : drawn) {
-      ladder_.add(pictures_.against_truth(step, picture, falls_));
+    for (const auto& image : drawn) {
+      ladder_.add(images_.against_truth(step, image, falls_));
       step /= 2;
     }
     return {};
@@ -284,17 +284,17 @@ class StepSearch {
   /// Casts more rays as long as their error for the step scatters too much.
   Result<void> take_enough_rays(Measured& rough) {
     const double pixels = static_cast<double>(scene_.width) * scene_.height;
-    const double most = std::min(pixels, std::max(kMostRays, kMostOfPicture * pixels));
+    const double most = std::min(pixels, std::max(kMostRays, kMostOfImage * pixels));
     for (double rays = kRays; 2 * rays < most && scatter_ > kEnough * kScatter;) {
       rays = std::min({rays * std::pow(scatter_ / kScatter, 2.0), kMoreRays * rays, most});
-      pictures_ = Pictures(engine_, scene_, rays);
-      if (auto ok = pictures_.draw_truth(truth_voxels(rough.step_voxels)); !ok) return ok.error();
-      const auto again = pictures_.measure(rough.step_voxels, falls_);
+      images_ = Images(engine_, scene_, rays);
+      if (auto ok = images_.draw_truth(truth_voxels(rough.step_voxels)); !ok) return ok.error();
+      const auto again = images_.measure(rough.step_voxels, falls_);
       if (!again) return again.error();
       if (!(again->rms > 0 && rough.rms > 0)) return {};
       ladder_.scale(again->rms / rough.rms);
       ladder_.add(*again);
-      rounding_ = pictures_.rounding();
+      rounding_ = images_.rounding();
       scatter_ = again->scatter;
       rough = *again;
     }
@@ -308,7 +308,7 @@ class StepSearch {
       if (found.rms <= left() && found.rms >= (1 - kNear) * left()) return found;
       const Measured next = ladder_.at((1 - kNear / 2) * left());
       if (next.step_voxels == found.step_voxels) return found;
-      const auto drawn = pictures_.measure(next.step_voxels, falls_);
+      const auto drawn = images_.measure(next.step_voxels, falls_);
       if (!drawn) return drawn.error();
       found = *drawn;
       ladder_.add(found);
@@ -319,7 +319,7 @@ class StepSearch {
   Engine& engine_;
   const Scene& scene_;
   double rms_;
-  Pictures pictures_;
+  Images images_;
   Ladder ladder_;
   double rounding_ = 0;
   double scatter_ = 0;

@@ -182,27 +182,27 @@ class Caster {
     alpha_ = light.alpha;
   }
 
-  using Stretch = ReferencePredicates::Stretch;
+  using ImageScale = ReferencePredicates::ImageScale;
 
   void march_both(const spec::Interval<double>& in, const ReferencePredicates::Ray& ray,
-                  Stretch stretch, spec::ImportanceState<double>& light) {
+                  ImageScale stretch, spec::ImportanceState<double>& light) {
     const double slab = p_.second->slab;
-    const Stretch both{std::max({stretch.begin, in.begin, ray.in.begin}),
-                       std::min({stretch.end, in.end, ray.in.end})};
+    const ImageScale both{std::max({stretch.begin, in.begin, ray.in.begin}),
+                          std::min({stretch.end, in.end, ray.in.end})};
     if (!(both.end > both.begin)) {
       march_part(in, ray, stretch, in.begin < ray.in.begin, light);
       return;
     }
     march_part(in, ray, {stretch.begin, both.begin}, true, light);
     for (double m = std::floor(both.begin / slab); m * slab < both.end; m += 1) {
-      const Stretch part{std::max(m * slab, both.begin), std::min((m + 1) * slab, both.end)};
+      const ImageScale part{std::max(m * slab, both.begin), std::min((m + 1) * slab, both.end)};
       march_part(in, ray, part, std::fmod(m, 2) == 0, light);
     }
     march_part(in, ray, {both.end, stretch.end}, true, light);
   }
 
   void march_part(const spec::Interval<double>& in, const ReferencePredicates::Ray& ray,
-                  Stretch part, bool ct_first, spec::ImportanceState<double>& light) {
+                  ImageScale part, bool ct_first, spec::ImportanceState<double>& light) {
     if (!ct_first) p_.second->predicates.march(ray, part, light, counts_.samples);
     rgb_ = Vec3::Zero();
     alpha_ = 0;

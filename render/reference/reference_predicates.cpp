@@ -9,7 +9,7 @@ namespace nav::render {
 
 ReferencePredicates::ReferencePredicates(const Scene& scene)
     : scene_(scene),
-      set_(*PredicateSet::create(*scene.predicates, scene.ct, place_of(scene))),
+      set_(*PredicateSet::create(*scene.predicates, scene.ct, position_of(scene))),
       sampler_(set_),
       opacity_(scene.predicates->opacity_length_mm),
       overlay_mm_(scene.cutaway ? scene.cutaway->overlay_mm : 0),
@@ -29,29 +29,29 @@ spec::ImportanceState<double> ReferencePredicates::cast(const Ray& ray,
   return state;
 }
 
-void ReferencePredicates::march(const Ray& ray, Stretch stretch,
+void ReferencePredicates::march(const Ray& ray, ImageScale stretch,
                                 spec::ImportanceState<double>& state,
                                 std::uint64_t& samples) const {
-  const Stretch inside{std::max(stretch.begin, ray.in.begin), std::min(stretch.end, ray.in.end)};
+  const ImageScale inside{std::max(stretch.begin, ray.in.begin), std::min(stretch.end, ray.in.end)};
   march(ray, spec::index_ray(ray.ray, scene_.ct->grid()), inside, state, samples);
 }
 
-void ReferencePredicates::march(const Ray& ray, const spec::Ray<double>& index, Stretch stretch,
+void ReferencePredicates::march(const Ray& ray, const spec::Ray<double>& index, ImageScale stretch,
                                 spec::ImportanceState<double>& state,
                                 std::uint64_t& samples) const {
   if (!(stretch.end > stretch.begin)) return;
   const double h = step_mm_;
   for (double k = std::floor(stretch.begin / h - ray.shift); (k + ray.shift) * h < stretch.end;
        k += 1) {
-    const Stretch part{std::max((k + ray.shift) * h, stretch.begin),
-                       std::min((k + 1 + ray.shift) * h, stretch.end)};
+    const ImageScale part{std::max((k + ray.shift) * h, stretch.begin),
+                          std::min((k + 1 + ray.shift) * h, stretch.end)};
     if (!(part.end > part.begin)) continue;
     ++samples;
     add(ray, index.origin + (k + 0.5 + ray.shift) * h * index.direction, part, state);
   }
 }
 
-void ReferencePredicates::add(const Ray& ray, const Eigen::Vector3d& middle, Stretch part,
+void ReferencePredicates::add(const Ray& ray, const Eigen::Vector3d& middle, ImageScale part,
                               spec::ImportanceState<double>& state) const {
   const double intensity = std::clamp(sampler_.value(0, middle), 0.0, 1.0);
   double tau = opacity_.tau(intensity);

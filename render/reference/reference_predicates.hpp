@@ -31,19 +31,19 @@ class ReferencePredicates {
   [[nodiscard]] spec::ImportanceState<double> cast(const Ray& ray, std::uint64_t& samples) const;
 
   /// Part of a ray, mm; empty when end <= begin.
-  struct Stretch {
+  struct ImageScale {
     double begin;
     double end;
   };
   /// Composites the cells of a part of the ray, as far as it lies in the volume.
-  void march(const Ray& ray, Stretch stretch, spec::ImportanceState<double>& state,
+  void march(const Ray& ray, ImageScale stretch, spec::ImportanceState<double>& state,
              std::uint64_t& samples) const;
   [[nodiscard]] double greatest_impact() const { return set_.greatest_impact(); }
 
  private:
-  void march(const Ray& ray, const spec::Ray<double>& index, Stretch stretch,
+  void march(const Ray& ray, const spec::Ray<double>& index, ImageScale stretch,
              spec::ImportanceState<double>& state, std::uint64_t& samples) const;
-  void add(const Ray& ray, const Eigen::Vector3d& middle, Stretch part,
+  void add(const Ray& ray, const Eigen::Vector3d& middle, ImageScale part,
            spec::ImportanceState<double>& state) const;
 
   const Scene& scene_;

@@ -13,7 +13,7 @@ namespace nav::render {
 
 /// Bytes that an image may wait for while they are sent to a device or copied in memory: about 5 to
 /// 20 ms. Larger work is done in parts of this size, and each part shows an image of CoarseVolumes.
-inline constexpr std::size_t kBytesAPicture = std::size_t{16} << 20U;
+inline constexpr std::size_t kBytesAImage = std::size_t{16} << 20U;
 
 /// The grid of every second voxel along each axis, from the first one on. Axes of more than 384
 /// voxels keep every fourth voxel, and axes of fewer than 16 keep all. An axis ends one voxel early

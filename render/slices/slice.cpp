@@ -7,7 +7,7 @@
 #include <limits>
 #include <sstream>
 
-#include "nav/places.hpp"
+#include "nav/positions.hpp"
 #include "render/parallel.hpp"
 #include "render/spec/ray_spec_volume.hpp"
 

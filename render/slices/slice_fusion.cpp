@@ -12,18 +12,18 @@ namespace nav::render {
 namespace {
 
 Result<void> check(const Fusion& fusion) {
-  const auto refuse = [](const std::string& field, const std::string& expected, double found) {
+  const auto reject = [](const std::string& field, const std::string& expected, double found) {
     std::ostringstream text;
     text << "fusion: " << field << ": expected " << expected << ", found " << found;
     return Error{ErrorCode::kUsage, text.str()};
   };
   const auto share = [](double x) { return x >= 0 && x <= 1; };
-  if (!share(fusion.share)) return refuse("share", "0 to 1", fusion.share);
-  if (!share(fusion.wipe)) return refuse("wipe", "0 to 1", fusion.wipe);
+  if (!share(fusion.share)) return reject("share", "0 to 1", fusion.share);
+  if (!share(fusion.wipe)) return reject("wipe", "0 to 1", fusion.wipe);
   if (!(fusion.square_mm > 0 && fusion.square_mm < 1e6)) {
-    return refuse("square_mm", "a length > 0 mm", fusion.square_mm);
+    return reject("square_mm", "a length > 0 mm", fusion.square_mm);
   }
-  if (!(fusion.reach_mm >= 0)) return refuse("reach_mm", "a distance >= 0 mm", fusion.reach_mm);
+  if (!(fusion.reach_mm >= 0)) return reject("reach_mm", "a distance >= 0 mm", fusion.reach_mm);
   return {};
 }
 
@@ -108,8 +108,8 @@ Result<Image2d<Rgba8>> fuse(const Image2d<Rgba8>& ct_slice, const SlicePlane& pl
                           static_cast<std::size_t>(column)];
       if (off_mm <= trace.line_mm || spec::on_border<double>(*surface, p, inside, step)) {
         out = mixed(out, surface->border_rgb, 1);
-      } else if (surface->shows_picture) {
-        const double grey = spec::picture_at<double>(*surface, pixel.x(), pixel.y());
+      } else if (surface->shows_image) {
+        const double grey = spec::image_at<double>(*surface, pixel.x(), pixel.y());
         out = mixed(out, Eigen::Vector3d::Constant(grey),
                     share_at(fusion, place, (column + 0.5) / options.width));
       }
@@ -121,9 +121,9 @@ Result<Image2d<Rgba8>> fuse(const Image2d<Rgba8>& ct_slice, const SlicePlane& pl
 Result<Image2d<Rgba8>> fuse(const Image2d<Rgba8>& ct_slice, const Image2d<Rgba8>& second,
                             const SliceOptions& options, const Fusion& fusion) {
   if (const auto ok = check(fusion); !ok) return ok.error();
-  for (const auto* picture : {&ct_slice, &second}) {
-    NAV_CHECK(picture->width() == options.width && picture->height() == options.height,
-              picture->width(), picture->height());
+  for (const auto* image : {&ct_slice, &second}) {
+    NAV_CHECK(image->width() == options.width && image->height() == options.height, image->width(),
+              image->height());
   }
   std::vector<Rgba8> pixels(ct_slice.pixels().begin(), ct_slice.pixels().end());
   for_each_index(options.height, options.threads, [&](int row) {

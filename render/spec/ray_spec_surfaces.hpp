@@ -24,7 +24,7 @@ struct Hit {
   S alpha;
   /// The ray hit the ultrasound image at `pixel`, and rgb is its grey. The colour can be filled in
   /// last because nothing else depends on it.
-  bool picture = false;
+  bool image = false;
   Vec2<S> pixel = Vec2<S>::Zero();  ///< Column and row in the ultrasound image.
 };
 
@@ -48,7 +48,7 @@ struct PlaneSurface {
   S radius_max_mm;
   S sin_half;
   S cos_half;
-  bool shows_picture;  ///< True for the states valid and degraded.
+  bool shows_image;  ///< True for the states valid and degraded.
   Vec3<S> border_rgb;
   S opacity;
 };
@@ -94,7 +94,7 @@ std::optional<PlaneSurface<S>> make_plane(const UltrasoundPlane& plane, const Vo
 /// Grey of the ultrasound image, [0, 1]: bilinear between pixel centres, clamped to the outermost
 /// centres.
 template <class S>
-S picture_at(const PlaneSurface<S>& plane, S column, S row) {
+S image_at(const PlaneSurface<S>& plane, S column, S row) {
   const S c = std::clamp(column, S(0), static_cast<S>(plane.width - 1));
   const S r = std::clamp(row, S(0), static_cast<S>(plane.height - 1));
   const int c0 = std::min(static_cast<int>(c), std::max(plane.width - 2, 0));
@@ -192,7 +192,7 @@ std::optional<Hit<S>> reach_plane(const PlaneSurface<S>& plane, const View<S>& v
   if (on_border(plane, p, inside, pixel_on_plane(plane, view, ray, d, t))) {
     return Hit<S>{t, plane.border_rgb, S(1)};
   }
-  if (!plane.shows_picture) return {};
+  if (!plane.shows_image) return {};
   return Hit<S>{t, Vec3<S>::Zero(), plane.opacity, true, pixel};
 }
 
@@ -201,8 +201,8 @@ template <class S>
 std::optional<Hit<S>> hit_plane(const PlaneSurface<S>& plane, const View<S>& view,
                                 const Ray<S>& ray) {
   auto hit = reach_plane(plane, view, ray);
-  if (hit && hit->picture) {
-    hit->rgb.setConstant(picture_at(plane, hit->pixel.x(), hit->pixel.y()));
+  if (hit && hit->image) {
+    hit->rgb.setConstant(image_at(plane, hit->pixel.x(), hit->pixel.y()));
   }
   return hit;
 }

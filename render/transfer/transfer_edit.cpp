@@ -73,16 +73,16 @@ void apply(const ImportanceRule& rule, std::vector<TransferNode>& nodes) {
 }
 
 Result<void> check(const TransferFunction& function, const ImportanceRule& rule) {
-  const auto refuse = [&](const std::string& expected, auto found) {
+  const auto reject = [&](const std::string& expected, auto found) {
     std::ostringstream text;
     text << "importance of " << rule.low_hu << " to " << rule.high_hu << ": expected " << expected
          << ", found " << found;
     return Error{ErrorCode::kUsage, text.str()};
   };
   if (!(rule.low_hu <= rule.high_hu))
-    return refuse("a range that does not end below its begin", rule.high_hu);
+    return reject("a range that does not end below its begin", rule.high_hu);
   if (!(rule.importance >= 0 && rule.importance <= 1)) {
-    return refuse("an importance in [0, 1]", rule.importance);
+    return reject("an importance in [0, 1]", rule.importance);
   }
   if (rule.component.empty()) return {};
   std::string known;
@@ -90,7 +90,7 @@ Result<void> check(const TransferFunction& function, const ImportanceRule& rule)
     if (component.name == rule.component) return {};
     known += (known.empty() ? "" : ", ") + component.name;
   }
-  return refuse("one of the components " + known, rule.component);
+  return reject("one of the components " + known, rule.component);
 }
 
 double scale_of(const ValueRange& from, const ValueRange& to) {

@@ -17,25 +17,25 @@ double tau_of(const TransferNode& node) { return -std::log1p(-node.opacity); }
 Result<void> check_node(const std::string& name, const std::vector<TransferNode>& nodes,
                         std::size_t i) {
   const TransferNode& node = nodes[i];
-  const auto refuse = [&](const std::string& expected, auto found) {
+  const auto reject = [&](const std::string& expected, auto found) {
     std::ostringstream text;
     text << "transfer function " << name << ": node " << i << ": expected " << expected
          << ", found " << found;
     return Error{ErrorCode::kMalformedData, text.str()};
   };
-  if (!std::isfinite(node.hu)) return refuse("a finite value in HU", node.hu);
+  if (!std::isfinite(node.hu)) return reject("a finite value in HU", node.hu);
   if (i > 0 && !(node.hu > nodes[i - 1].hu)) {
     std::ostringstream expected;
     expected << "more than the " << nodes[i - 1].hu << " HU of the previous node";
-    return refuse(expected.str(), node.hu);
+    return reject(expected.str(), node.hu);
   }
   for (int c = 0; c < 3; ++c) {
-    if (!in_unit(node.rgb[c])) return refuse("colours in [0, 1]", node.rgb[c]);
+    if (!in_unit(node.rgb[c])) return reject("colours in [0, 1]", node.rgb[c]);
   }
   if (!(node.opacity >= 0 && node.opacity < 1)) {
-    return refuse("an opacity of 1 mm in [0, 1)", node.opacity);
+    return reject("an opacity of 1 mm in [0, 1)", node.opacity);
   }
-  if (!in_unit(node.importance)) return refuse("an importance in [0, 1]", node.importance);
+  if (!in_unit(node.importance)) return reject("an importance in [0, 1]", node.importance);
   return {};
 }
 

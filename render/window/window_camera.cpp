@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "nav/places.hpp"
+#include "nav/positions.hpp"
 #include "render/window/window_input.hpp"
 
 namespace nav::render {

@@ -21,7 +21,8 @@ struct WindowInput {
 };
 
 // The functions below turn a valid camera into a valid camera. A camera that would leave the
-// positions that scenes allow (nav/places.hpp) does not move. A zoom ends at 0.1 mm and at 100 m.
+// positions that scenes allow (nav/positions.hpp) does not move. A zoom ends at 0.1 mm and at 100
+// m.
 
 /// Turns a camera about its look-at point: yaw about the view's up axis (positive: the eye moves
 /// right), then pitch about its right axis (positive: the eye moves up), rad.

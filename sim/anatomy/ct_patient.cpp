@@ -201,7 +201,7 @@ void CtPatient::place_points() {
   }
 }
 
-Error refused_patient(const char* name, double low, double high, double found) {
+Error rejected_patient(const char* name, double low, double high, double found) {
   std::ostringstream text;
   text << "patient of a CT: expected " << name << " in [" << low << ", " << high << "], found "
        << found;
@@ -213,11 +213,11 @@ Error refused_patient(const char* name, double low, double high, double found) {
 Result<std::shared_ptr<const Anatomy>> make_ct_patient(const Volume& ct,
                                                        const CtPatientOptions& o) {
   if (!(o.smooth_mm >= 0 && o.smooth_mm <= 5))
-    return refused_patient("smooth_mm", 0, 5, o.smooth_mm);
+    return rejected_patient("smooth_mm", 0, 5, o.smooth_mm);
   if (!(o.hidden_mm >= 2 && o.hidden_mm <= 100))
-    return refused_patient("hidden_mm", 2, 100, o.hidden_mm);
+    return rejected_patient("hidden_mm", 2, 100, o.hidden_mm);
   if (!(o.hidden_share >= 0 && o.hidden_share <= 0.9)) {
-    return refused_patient("hidden_share", 0, 0.9, o.hidden_share);
+    return rejected_patient("hidden_share", 0, 0.9, o.hidden_share);
   }
   const auto skin = skin_distance_of(ct);
   if (!skin) return skin.error();

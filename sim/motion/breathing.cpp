@@ -53,22 +53,22 @@ Result<BreathingKind> breathing_kind_from(std::string_view name) {
 }
 
 Result<void> validate(const BreathingOptions& o) {
-  const auto refuse = [](const char* what) {
+  const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("breathing: expected ") + what};
   };
   const auto within = [](double v, double low, double high) { return v >= low && v <= high; };
-  if (!within(o.period_s, 0.5, 30)) return refuse("a period of 0.5 to 30 s");
-  if (!within(o.period_variation, 0, 0.5)) return refuse("a period variation in [0, 0.5]");
-  if (!within(o.amplitude_variation, 0, 0.5)) return refuse("an amplitude variation in [0, 0.5]");
-  if (o.sharpness < 1 || o.sharpness > 6) return refuse("a sharpness of 1 to 6");
-  if (!within(o.lag_s, 0, 0.5 * o.period_s)) return refuse("a lag of 0 to half a period");
-  if (!o.amplitude_mm.allFinite() || !o.turn_rad.allFinite()) return refuse("finite numbers");
-  if (!(o.amplitude_mm.cwiseAbs().maxCoeff() <= 60)) return refuse("amplitudes within 60 mm");
-  if (!(o.turn_rad.cwiseAbs().maxCoeff() <= 0.3)) return refuse("turns within 0.3 rad");
-  if (!(std::abs(o.stretch) < 0.3)) return refuse("a stretch in (-0.3, 0.3)");
-  if (!o.centre_mm.allFinite()) return refuse("a finite centre");
+  if (!within(o.period_s, 0.5, 30)) return reject("a period of 0.5 to 30 s");
+  if (!within(o.period_variation, 0, 0.5)) return reject("a period variation in [0, 0.5]");
+  if (!within(o.amplitude_variation, 0, 0.5)) return reject("an amplitude variation in [0, 0.5]");
+  if (o.sharpness < 1 || o.sharpness > 6) return reject("a sharpness of 1 to 6");
+  if (!within(o.lag_s, 0, 0.5 * o.period_s)) return reject("a lag of 0 to half a period");
+  if (!o.amplitude_mm.allFinite() || !o.turn_rad.allFinite()) return reject("finite numbers");
+  if (!(o.amplitude_mm.cwiseAbs().maxCoeff() <= 60)) return reject("amplitudes within 60 mm");
+  if (!(o.turn_rad.cwiseAbs().maxCoeff() <= 0.3)) return reject("turns within 0.3 rad");
+  if (!(std::abs(o.stretch) < 0.3)) return reject("a stretch in (-0.3, 0.3)");
+  if (!o.centre_mm.allFinite()) return reject("a finite centre");
   if (!(o.extent_mm.allFinite() && o.extent_mm.minCoeff() >= 20)) {
-    return refuse("extents >= 20 mm");
+    return reject("extents >= 20 mm");
   }
   if (o.kind != BreathingKind::kSmooth) return {};
   const Vec deepest = (1 + o.amplitude_variation) * o.amplitude_mm;

@@ -54,17 +54,17 @@ Result<HandPathKind> hand_path_kind_from(std::string_view name) {
 }
 
 Result<void> validate(const HandPathOptions& o) {
-  const auto refuse = [](const char* what) {
+  const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("hand path: expected ") + what};
   };
   const auto within = [](double v, double high) { return v >= 0 && v <= high; };
-  if (!within(o.length_mm, 500)) return refuse("a length of 0 to 500 mm");
-  if (!within(o.angle_rad, 3)) return refuse("an angle of 0 to 3 rad");
-  if (o.end <= o.begin) return refuse("an end after the begin");
-  if (!within(o.tremor.drift_mm, 20)) return refuse("a drift of 0 to 20 mm");
-  if (!within(o.tremor.drift_rad, 0.2)) return refuse("a drift of 0 to 0.2 rad");
-  if (!within(o.tremor.tremor_mm, 5)) return refuse("a tremor of 0 to 5 mm");
-  if (!within(o.tremor.tremor_rad, 0.05)) return refuse("a tremor of 0 to 0.05 rad");
+  if (!within(o.length_mm, 500)) return reject("a length of 0 to 500 mm");
+  if (!within(o.angle_rad, 3)) return reject("an angle of 0 to 3 rad");
+  if (o.end <= o.begin) return reject("an end after the begin");
+  if (!within(o.tremor.drift_mm, 20)) return reject("a drift of 0 to 20 mm");
+  if (!within(o.tremor.drift_rad, 0.2)) return reject("a drift of 0 to 0.2 rad");
+  if (!within(o.tremor.tremor_mm, 5)) return reject("a tremor of 0 to 5 mm");
+  if (!within(o.tremor.tremor_rad, 0.05)) return reject("a tremor of 0 to 0.05 rad");
   return {};
 }
 

@@ -41,20 +41,20 @@ Result<BendingKind> bending_kind_from(std::string_view name) {
 }
 
 Result<void> validate(const NeedleBending& b) {
-  const auto refuse = [](const char* what) {
+  const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("needle bending: expected ") + what};
   };
   if (!(b.curvature_per_mm >= 0 && b.curvature_per_mm <= 0.01)) {
-    return refuse("a curvature of 0 to 0.01 per mm");
+    return reject("a curvature of 0 to 0.01 per mm");
   }
-  if (!(b.tip_force_n >= 0 && b.tip_force_n <= 5)) return refuse("a tip force of 0 to 5 N");
+  if (!(b.tip_force_n >= 0 && b.tip_force_n <= 5)) return reject("a tip force of 0 to 5 N");
   if (!(b.youngs_modulus_gpa > 0 && std::isfinite(b.youngs_modulus_gpa))) {
-    return refuse("a Young's modulus > 0 GPa");
+    return reject("a Young's modulus > 0 GPa");
   }
   if (!(b.inner_mm >= 0 && b.outer_mm > b.inner_mm && b.outer_mm <= 10)) {
-    return refuse("diameters 0 <= inner < outer <= 10 mm");
+    return reject("diameters 0 <= inner < outer <= 10 mm");
   }
-  if (!std::isfinite(b.bevel_rad)) return refuse("a finite bevel direction");
+  if (!std::isfinite(b.bevel_rad)) return reject("a finite bevel direction");
   return {};
 }
 

@@ -23,8 +23,8 @@ std::string text(double mm) {
 }
 
 /// \p unit includes its leading space.
-Error refused_insertion(const std::string& expected, double found,
-                        const std::string& unit = " mm") {
+Error rejected_insertion(const std::string& expected, double found,
+                         const std::string& unit = " mm") {
   return Error{ErrorCode::kUsage, "needle: expected " + expected + ", found " + text(found) + unit};
 }
 
@@ -33,19 +33,19 @@ Error refused_insertion(const std::string& expected, double found,
 Result<void> validate(const NeedleInsertionOptions& o) {
   if (const auto ok = validate(o.bending); !ok) return ok.error();
   if (!(o.speed_mm_s >= 0 && o.speed_mm_s <= 1000)) {
-    return refused_insertion("a speed of 0 to 1000 mm/s (0: the target is reached at the end)",
-                             o.speed_mm_s, " mm/s");
+    return rejected_insertion("a speed of 0 to 1000 mm/s (0: the target is reached at the end)",
+                              o.speed_mm_s, " mm/s");
   }
   if (!(o.length_mm > 0 && o.length_mm <= kLongestMm)) {
-    return refused_insertion("a length of 0 to 1000 mm", o.length_mm);
+    return rejected_insertion("a length of 0 to 1000 mm", o.length_mm);
   }
   if (!o.aside_at_target_mm) return {};
   if (!(*o.aside_at_target_mm >= 0 && std::isfinite(*o.aside_at_target_mm))) {
-    return refused_insertion("a sideways distance >= 0 mm at the target", *o.aside_at_target_mm);
+    return rejected_insertion("a sideways distance >= 0 mm at the target", *o.aside_at_target_mm);
   }
   if (o.bending.kind == BendingKind::kStraight && *o.aside_at_target_mm > 0) {
-    return refused_insertion("a sideways distance of 0 mm for a straight needle",
-                             *o.aside_at_target_mm);
+    return rejected_insertion("a sideways distance of 0 mm for a straight needle",
+                              *o.aside_at_target_mm);
   }
   return {};
 }
@@ -57,7 +57,7 @@ Result<NeedleInsertion> NeedleInsertion::create(const NeedlePlan& plan,
   if (const auto ok = validate(plan); !ok) return ok.error();
   const double path = (plan.target_ct.mm - plan.entry_ct.mm).norm();
   if (!(options.length_mm >= path)) {
-    return refused_insertion(
+    return rejected_insertion(
         "a length of at least the path from the skin to the target, " + text(path) + " mm",
         options.length_mm);
   }
@@ -69,7 +69,7 @@ Result<NeedleInsertion> NeedleInsertion::create(const NeedlePlan& plan,
   }
   const double aside = BentNeedle(resolved.bending, path).tip().mm.head<2>().norm();
   if (!(aside <= kMostAsideShare * path)) {
-    return refused_insertion(
+    return rejected_insertion(
         "a tip at most " + text(kMostAsideShare * path) +
             " mm sideways at the target (a fifth of the path, the limit of the model)",
         aside);

@@ -178,16 +178,16 @@ Result<TrackerKind> tracker_kind_from(std::string_view name) {
 }
 
 Result<void> validate(const SimulatedSessionOptions& o) {
-  const auto refuse = [](const char* what) {
+  const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("simulated session: expected ") + what};
   };
-  if (!(o.duration_s > 0 && o.duration_s <= 3600)) return refuse("a duration of 0 to 3600 s");
+  if (!(o.duration_s > 0 && o.duration_s <= 3600)) return reject("a duration of 0 to 3600 s");
   if (!(o.frame_rate_hz > 0 && o.frame_rate_hz <= 1000))
-    return refuse("0 to 1000 images per second");
-  if (!(o.duration_s * o.frame_rate_hz >= 1)) return refuse("at least two images");
+    return reject("0 to 1000 images per second");
+  if (!(o.duration_s * o.frame_rate_hz >= 1)) return reject("at least two images");
   // An image cannot arrive before its time stamp.
   if (o.image_timing.latency < std::max(o.image_timing.stamp_offset, Duration(0))) {
-    return refuse("an image latency >= 0 and >= the stamp offset");
+    return reject("an image latency >= 0 and >= the stamp offset");
   }
   for (const Result<void>& part :
        {validate(path_options(o)), validate(o.probe), validate(o.timing), validate(o.breathing),

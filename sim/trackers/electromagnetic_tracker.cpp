@@ -21,22 +21,22 @@ constexpr double kSteepest = 0.8587;
 }  // namespace
 
 Result<void> validate(const ElectromagneticTrackerOptions& o) {
-  const auto refuse = [](const char* what) {
+  const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("electromagnetic tracker: expected ") + what};
   };
-  if (!(o.noise_mm >= 0 && o.noise_mm < 100)) return refuse("a noise in [0, 100) mm");
-  if (!(o.noise_rad >= 0 && o.noise_rad < 1)) return refuse("a noise in [0, 1) rad");
-  if (!(o.reference_mm > 0)) return refuse("a reference distance > 0 mm");
-  if (!(o.near_mm >= 0 && o.far_mm > o.near_mm)) return refuse("a volume with 0 <= near < far");
-  if (!(o.half_width_mm > 0)) return refuse("a half width > 0 mm");
+  if (!(o.noise_mm >= 0 && o.noise_mm < 100)) return reject("a noise in [0, 100) mm");
+  if (!(o.noise_rad >= 0 && o.noise_rad < 1)) return reject("a noise in [0, 1) rad");
+  if (!(o.reference_mm > 0)) return reject("a reference distance > 0 mm");
+  if (!(o.near_mm >= 0 && o.far_mm > o.near_mm)) return reject("a volume with 0 <= near < far");
+  if (!(o.half_width_mm > 0)) return reject("a half width > 0 mm");
   double steep = 0;
   for (const FieldDistorter& d : o.distorters) {
     if (!d.centre_mm.allFinite() || !d.peak_mm.allFinite() || !(d.radius_mm > 0)) {
-      return refuse("finite distorters of radius > 0 mm");
+      return reject("finite distorters of radius > 0 mm");
     }
     steep += kSteepest * d.peak_mm.norm() / d.radius_mm;
   }
-  if (!(steep < 0.5)) return refuse("distorters with a sum of slopes below 0.5");
+  if (!(steep < 0.5)) return reject("distorters with a sum of slopes below 0.5");
   return {};
 }
 

@@ -39,18 +39,18 @@ Eigen::Matrix4d pose_of(const EncoderArmOptions& o, const JointAngles& q) {
 }  // namespace
 
 Result<void> validate(const EncoderArmOptions& o) {
-  const auto refuse = [](const char* what) {
+  const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("encoder arm: expected ") + what};
   };
   const auto length = [](double mm) { return mm > 0 && mm < 1e4; };
-  if (!length(o.upper_mm) || !length(o.forearm_mm)) return refuse("links of 0 to 10 000 mm");
-  if (!(std::abs(o.column_mm) < 1e4)) return refuse("a column within 10 000 mm");
-  if (!(o.tool_mm >= 0 && o.tool_mm < 1e4)) return refuse("a tool of 0 to 10 000 mm");
-  if (o.counts_per_turn < 16) return refuse("at least 16 counts per turn");
-  if (!(o.noise_counts >= 0 && o.noise_counts < 1e3)) return refuse("a noise in [0, 1000) counts");
-  if (!(o.offset_rad >= 0 && o.offset_rad < 0.1)) return refuse("an offset in [0, 0.1) rad");
+  if (!length(o.upper_mm) || !length(o.forearm_mm)) return reject("links of 0 to 10 000 mm");
+  if (!(std::abs(o.column_mm) < 1e4)) return reject("a column within 10 000 mm");
+  if (!(o.tool_mm >= 0 && o.tool_mm < 1e4)) return reject("a tool of 0 to 10 000 mm");
+  if (o.counts_per_turn < 16) return reject("at least 16 counts per turn");
+  if (!(o.noise_counts >= 0 && o.noise_counts < 1e3)) return reject("a noise in [0, 1000) counts");
+  if (!(o.offset_rad >= 0 && o.offset_rad < 0.1)) return reject("an offset in [0, 0.1) rad");
   if (!(o.length_error_mm >= 0 && o.length_error_mm < 10)) {
-    return refuse("a length error in [0, 10) mm");
+    return reject("a length error in [0, 10) mm");
   }
   return {};
 }

@@ -39,26 +39,26 @@ double width_of(const std::vector<OpticalMarker>& markers) {
 }  // namespace
 
 Result<void> validate(const OpticalTrackerOptions& o) {
-  const auto refuse = [](const char* what) {
+  const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("optical tracker: expected ") + what};
   };
-  if (!(o.baseline_mm > 0 && o.baseline_mm < 1e4)) return refuse("a baseline of 0 to 10 000 mm");
-  if (!(o.focal_px > 0 && o.focal_px < 1e6)) return refuse("a focal length of 0 to 10^6 pixels");
-  if (!(o.centroid_px >= 0 && o.centroid_px < 10)) return refuse("a centroid noise in [0, 10) px");
-  if (!(o.bias_mm >= 0 && o.bias_mm < 100)) return refuse("a bias in [0, 100) mm");
-  if (!(o.bias_length_mm >= 50)) return refuse("a bias length >= 50 mm");
-  if (!(o.near_mm >= 0 && o.far_mm > o.near_mm)) return refuse("a volume with 0 <= near < far");
-  if (!(o.half_angle_rad > 0 && o.half_angle_rad < 1.4)) return refuse("a half angle in (0, 1.4)");
+  if (!(o.baseline_mm > 0 && o.baseline_mm < 1e4)) return reject("a baseline of 0 to 10 000 mm");
+  if (!(o.focal_px > 0 && o.focal_px < 1e6)) return reject("a focal length of 0 to 10^6 pixels");
+  if (!(o.centroid_px >= 0 && o.centroid_px < 10)) return reject("a centroid noise in [0, 10) px");
+  if (!(o.bias_mm >= 0 && o.bias_mm < 100)) return reject("a bias in [0, 100) mm");
+  if (!(o.bias_length_mm >= 50)) return reject("a bias length >= 50 mm");
+  if (!(o.near_mm >= 0 && o.far_mm > o.near_mm)) return reject("a volume with 0 <= near < far");
+  if (!(o.half_angle_rad > 0 && o.half_angle_rad < 1.4)) return reject("a half angle in (0, 1.4)");
   if (!(o.max_incidence_rad > 0 && o.max_incidence_rad <= std::numbers::pi)) {
-    return refuse("an incidence in (0, pi] rad");
+    return reject("an incidence in (0, pi] rad");
   }
   if (o.min_markers < 3 || static_cast<std::size_t>(o.min_markers) > o.markers.size()) {
-    return refuse("3 <= min_markers <= number of markers");
+    return reject("3 <= min_markers <= number of markers");
   }
   for (const OpticalMarker& m : o.markers) {
-    if (!m.position_mm.allFinite() || !(m.normal.norm() > 0.1)) return refuse("finite markers");
+    if (!m.position_mm.allFinite() || !(m.normal.norm() > 0.1)) return reject("finite markers");
   }
-  if (!(width_of(o.markers) > 5)) return refuse("markers that are not on one line");
+  if (!(width_of(o.markers) > 5)) return reject("markers that are not on one line");
   return {};
 }
 

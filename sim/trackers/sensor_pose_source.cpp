@@ -26,16 +26,16 @@ Timestamp stamp(const TrackerTiming& timing, Timestamp begin, Timestamp time) {
 }  // namespace
 
 Result<void> validate(const TrackerTiming& timing) {
-  const auto refuse = [](const char* what) {
+  const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("tracker timing: expected ") + what};
   };
-  if (!(timing.rate_hz > 0 && timing.rate_hz <= 10000)) return refuse("rate_hz in (0, 10000]");
-  if (timing.latency < Duration(0)) return refuse("latency >= 0");
-  if (timing.jitter < Duration(0)) return refuse("jitter >= 0");
-  if (timing.stamp_step < Duration(0)) return refuse("stamp_step >= 0");
-  if (!(std::abs(timing.drift_ppm) <= 1e4)) return refuse("a drift within 10 000 ppm");
-  if (!(timing.loss_begins >= 0 && timing.loss_begins <= 1)) return refuse("loss_begins in [0, 1]");
-  if (!(timing.loss_ends > 0 && timing.loss_ends <= 1)) return refuse("loss_ends in (0, 1]");
+  if (!(timing.rate_hz > 0 && timing.rate_hz <= 10000)) return reject("rate_hz in (0, 10000]");
+  if (timing.latency < Duration(0)) return reject("latency >= 0");
+  if (timing.jitter < Duration(0)) return reject("jitter >= 0");
+  if (timing.stamp_step < Duration(0)) return reject("stamp_step >= 0");
+  if (!(std::abs(timing.drift_ppm) <= 1e4)) return reject("a drift within 10 000 ppm");
+  if (!(timing.loss_begins >= 0 && timing.loss_begins <= 1)) return reject("loss_begins in [0, 1]");
+  if (!(timing.loss_ends > 0 && timing.loss_ends <= 1)) return reject("loss_ends in (0, 1]");
   return {};
 }
 

@@ -61,11 +61,11 @@ TEST_F(ReplayWindowTest, ShowsTheRecordingByAnyEngineAndWritesNothingButTheRepor
     EXPECT_TRUE(json["ledger"]["balanced"].get<bool>());
     EXPECT_GE(json["ledger"]["shown"].get<int>(), 1);
   }
-  int pictures = 0;
+  int images = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_.path())) {
-    pictures += entry.path().extension() == ".png" ? 1 : 0;
+    images += entry.path().extension() == ".png" ? 1 : 0;
   }
-  EXPECT_EQ(pictures, 0);
+  EXPECT_EQ(images, 0);
 }
 
 }  // namespace

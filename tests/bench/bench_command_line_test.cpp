@@ -44,7 +44,7 @@ TEST_F(BenchCommandLineTest, SondeRunsTheProgramBesideIt) {
             "sonde bench: expected one of render, predicates, scaling, registration, derived or "
             "gallery, found 'foo'"},
            {"gallery", "--out: expected a value (folder to write to), found none"}}) {
-    expect_refusal(built_sonde(arguments), arguments, 2, {"sonde-bench: error: " + sentence});
+    expect_rejection(built_sonde(arguments), arguments, 2, {"sonde-bench: error: " + sentence});
   }
 }
 
@@ -63,12 +63,12 @@ TEST_F(BenchCommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
            {"foo",
             "verb: expected one of render, predicates, scaling, registration, derived or gallery, "
             "found 'foo'"}}) {
-    expect_refusal(arguments, 2, {"sonde-bench: error: " + sentence});
+    expect_rejection(arguments, 2, {"sonde-bench: error: " + sentence});
   }
 }
 
 TEST_F(BenchCommandLineTest, OptionsThatWouldDoNothingAreRefused) {
-  for (const auto& [arguments, refusal] : std::vector<std::pair<std::string, std::string>>{
+  for (const auto& [arguments, rejection] : std::vector<std::pair<std::string, std::string>>{
            {"render --part live --scene x",
             "--scene: expected --part compare, skipping or costs beside it, found live"},
            {"render --part live --ct x", "--ct: expected --part compare, skipping or costs"},
@@ -90,7 +90,7 @@ TEST_F(BenchCommandLineTest, OptionsThatWouldDoNothingAreRefused) {
            {"registration --part curve --patients 2", "--patients: expected a --part other"},
            {"derived --quick --side 64",
             "--side: expected no --quick, which has a side of its own, beside it, found both"}}) {
-    expect_refusal(arguments, 2, {refusal});
+    expect_rejection(arguments, 2, {rejection});
   }
 }
 
@@ -98,28 +98,29 @@ TEST_F(BenchCommandLineTest, OutputsAreCheckedBeforeAnythingIsMeasured) {
   const std::string nowhere = (folder_ / "none" / "x").string();
   for (const char* arguments : {"render --quick --json ", "predicates --quick --json ",
                                 "derived --json ", "registration --json "}) {
-    expect_refusal(arguments + nowhere, 3, {"--json: ", "none/x"});
+    expect_rejection(arguments + nowhere, 3, {"--json: ", "none/x"});
   }
   const std::string ct = write_ct();
-  expect_refusal("render --ct " + ct + " --json " + ct, 2, {"--json", "that of --ct"});
-  expect_refusal("registration --trials x --json x", 2, {"--trials", "that of --json"});
+  expect_rejection("render --ct " + ct + " --json " + ct, 2, {"--json", "that of --ct"});
+  expect_rejection("registration --trials x --json x", 2, {"--trials", "that of --json"});
 }
 
-TEST_F(BenchCommandLineTest, AGallerySaysWhichPicturesThereAre) {
-  expect_refusal("gallery --only nope --out " + (folder_ / "gallery").string(), 2,
-                 {"--only", "fig2a", "registration-sweep", "simulator-spine", "predicates-inside",
-                  "found nope"});
+TEST_F(BenchCommandLineTest, AGallerySaysWhichImagesThereAre) {
+  expect_rejection("gallery --only nope --out " + (folder_ / "gallery").string(), 2,
+                   {"--only", "fig2a", "registration-sweep", "simulator-spine", "predicates-inside",
+                    "found nope"});
 }
 
 TEST_F(BenchCommandLineTest, AGalleryOfNothingFails) {
   const std::string out = " --out " + (folder_ / "gallery").string();
-  expect_refusal("gallery --engine foo --only simulator-vessel" + out, 2,
-                 {"cpu, gl or reference", "foo"});
+  expect_rejection("gallery --engine foo --only simulator-vessel" + out, 2,
+                   {"cpu, gl or reference", "foo"});
   const char* data = std::getenv("SONDE_DATA_DIR");
   const std::string before = data == nullptr ? "" : data;
   ::setenv("SONDE_DATA_DIR", (folder_ / "no-data").c_str(), 1);
-  expect_refusal("gallery --only fig2a" + out, 3,
-                 {"no-data", "expected the data of fig2a", "SONDE_DATA_DIR", "nothing was drawn"});
+  expect_rejection(
+      "gallery --only fig2a" + out, 3,
+      {"no-data", "expected the data of fig2a", "SONDE_DATA_DIR", "nothing was drawn"});
   if (data == nullptr) {
     ::unsetenv("SONDE_DATA_DIR");
   } else {
@@ -137,7 +138,7 @@ TEST_F(BenchCommandLineTest, SkippingIsMeasuredAboutACubicPatientAlone) {
   EXPECT_EQ(report["skip_bounds"][0]["scene"], "patient-64/vessels-only/perspective/shaded");
   EXPECT_EQ(report["skip_bounds"][0]["bit_identical"], true);
   EXPECT_TRUE(report["ratios"]["samples_skip_off_over_on"]["bit_identical"].is_null());
-  expect_refusal("render --part skipping --scene patient-257", 2, {"--scene", "patient-257"});
+  expect_rejection("render --part skipping --scene patient-257", 2, {"--scene", "patient-257"});
 }
 
 }  // namespace

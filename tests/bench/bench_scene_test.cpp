@@ -27,7 +27,7 @@ render::Scene everything() {
       "tissue", {{0, {0.9, 0.6, 0.5}, 0, 0.2}, {300, {1, 0.9, 0.8}, 0.3, 0.9}});
   render::Scene scene = test::plain_scene(ct, *transfer, test::frontal(120, 50, false));
   scene.shading.enabled = true;
-  scene.plane = test::upright_plane(test::grey_picture(20, 16, 120), 1, {0, 0, 8});
+  scene.plane = test::upright_plane(test::grey_image(20, 16, 120), 1, {0, 0, 8});
   scene.needle = test::needle({0, 0, 0}, {20, -30, 20});
   scene.spheres.push_back({{{0, 0, 0}}, 4});
   scene.lines.push_back({{{0, 0, 0}}, {{20, -30, 20}}});
@@ -56,8 +56,8 @@ TEST(PredicateBenchTest, MeasuresTheMemoryOfAnEngineAndAnEditOfThePredicateSet) 
   options.height = 36;
   options.repeats = {1, 0};
   options.volume = "neck";
-  options.look = "vessel";  // The only appearance, so no other predicate set can be the first of
-                            // the volume.
+  options.appearance = "vessel";  // The only appearance, so no other predicate set can be the first
+                                  // of the volume.
   options.gl = false;
   CollectingDiagnostics diagnostics;
   const auto report = measure_predicates(options, diagnostics);
@@ -169,7 +169,7 @@ TEST(RenderCostsTest, EverySceneCanBeMeasuredWithAllElements) {
 TEST(RenderCostsTest, RejectsASceneWithoutAllElements) {
   render::Scene scene = everything();
   scene.lines.clear();
-  EXPECT_TRUE(test::refuses(measure_costs(scene, {}), ErrorCode::kUsage, {"lines"}));
+  EXPECT_TRUE(test::rejects(measure_costs(scene, {}), ErrorCode::kUsage, {"lines"}));
 }
 
 TEST(RenderLiveTest, SkippingAndUpdatesGiveIdenticalImages) {

@@ -17,7 +17,7 @@ using Vec = Eigen::Vector3d;
 using registration::MisfitCause;
 using ReferenceFromImage = Transform<frames::Reference, frames::Image>;
 
-constexpr int kPictures = 21;
+constexpr int kImages = 21;
 constexpr double kStepS = 0.05;  // Time between images.
 constexpr int kWidth = 81;
 constexpr int kHeight = 101;
@@ -40,7 +40,7 @@ ReferenceFromImage hand_at(double seconds) {
 Sweep sweep_of(const std::function<double(double depth_mm, double angle_rad)>& grey, bool convex) {
   const SectorOutline outline{{0, -40}, 40, 130, 0.6};
   std::vector<TrackedFrame> frames;
-  for (int i = 0; i < kPictures; ++i) {
+  for (int i = 0; i < kImages; ++i) {
     TrackedFrame tracked{{}, hand_at(kStepS * i), Duration{0}};
     tracked.frame.acquired = Timestamp(from_seconds(kStepS * i));
     tracked.frame.grid = PixelGrid::centred(kWidth, kPixelMm, kPixelMm);
@@ -67,7 +67,7 @@ Sweep flat_sweep() {
 
 TEST(AlteredSweepTest, ADelayedSweepHasThePosesOfOtherTimes) {
   const Sweep sweep = flat_sweep();
-  const double last_s = kStepS * (kPictures - 1);
+  const double last_s = kStepS * (kImages - 1);
   for (const double delay_s : {-0.2, -0.05, -0.015, 0.0, 0.015, 0.05, 0.2}) {
     const Sweep late = delayed(sweep, from_seconds(delay_s));
     int expected = 0;
@@ -87,7 +87,7 @@ TEST(AlteredSweepTest, ADelayedSweepHasThePosesOfOtherTimes) {
   EXPECT_EQ(delayed(sweep, from_seconds(0.2)).frames().front().frame.acquired,
             sweep.frames()[4].frame.acquired);
   EXPECT_EQ(delayed(sweep, from_seconds(-0.2)).frames().back().frame.acquired,
-            sweep.frames()[kPictures - 5].frame.acquired);
+            sweep.frames()[kImages - 5].frame.acquired);
 }
 
 TEST(AlteredSweepTest, EnlargedPixelsEnlargeTheOutline) {
@@ -164,7 +164,7 @@ TEST(AlteredSweepTest, ACalibrationErrorIsEqualForAllImages) {
   const auto first = error_of(wrong, 0);
   EXPECT_NEAR(first.translation_mm().norm(), 2, kPoseMm);
   EXPECT_NEAR(Eigen::AngleAxisd(first.rotation()).angle(), 0.02, kPoseRad);
-  EXPECT_TRUE(test::is_near(error_of(wrong, kPictures - 1), first, kPoseMm, kPoseRad));
+  EXPECT_TRUE(test::is_near(error_of(wrong, kImages - 1), first, kPoseMm, kPoseRad));
   const auto same = error_of(miscalibrated(sweep, 2, 0.02, 7), 5);
   EXPECT_TRUE(test::is_near(same, first, kPoseMm, kPoseRad));
   const auto other = error_of(miscalibrated(sweep, 2, 0.02, 8), 5);

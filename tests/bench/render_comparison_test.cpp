@@ -14,7 +14,7 @@
 #include "bench/predicate_frames.hpp"
 #include "bench/vtk_baseline.hpp"
 #include "render/engine.hpp"
-#include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/gl/gl_images.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -42,10 +42,10 @@ TEST(RenderComparisonTest, MeasuresEveryEngineAtEveryStep) {
   ASSERT_EQ(report->rows.size(), 15U);  // The last row has the step that was chosen.
   // The limit is loose because VTK classifies after rounding and keeps 8 bits. A wrong camera,
   // transfer function or position gives a ten times larger error.
-  constexpr double kSamePicture = 0.06;
+  constexpr double kSameImage = 0.06;
   for (const RenderBenchRow& row : report->rows) {
     if (row.step > 1) continue;  // Two voxels are a coarse step.
-    EXPECT_LT(row.rms, kSamePicture) << row.engine << " at " << row.step;
+    EXPECT_LT(row.rms, kSameImage) << row.engine << " at " << row.step;
     EXPECT_GE(row.max, row.rms);
     EXPECT_GT(row.cpu_s, 0);
     EXPECT_GT(row.wall_s, 0);
@@ -114,7 +114,7 @@ TEST(RenderComparisonTest, RejectsImageSizesWithOtherPixelCentres) {
   NamedScene named = small_scene(false);
   named.scene.width = 128;
   CollectingDiagnostics diagnostics;
-  EXPECT_TRUE(test::refuses(compare_renderers({named}, {}, diagnostics), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(compare_renderers({named}, {}, diagnostics), ErrorCode::kUsage,
                             {"scene ball", "odd multiple of 64 x 48", "128 x 144"}));
 }
 
@@ -122,14 +122,14 @@ TEST(RenderComparisonTest, RejectsScenesThatVtkCannotDraw) {
   NamedScene named = small_scene(false);
   named.scene.spheres = test::test_spheres(named.scene.ct->grid());
   CollectingDiagnostics diagnostics;
-  EXPECT_TRUE(test::refuses(compare_renderers({named}, {}, diagnostics), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(compare_renderers({named}, {}, diagnostics), ErrorCode::kUsage,
                             {"scene ball", "CT alone"}));
 }
 
 TEST(GlPredicateBenchTest, MeasuresTheSameScenesOnAGpu) {
   auto neck = neck_phantom(32);
   ASSERT_TRUE(test::has_value(neck));
-  neck->looks.resize(1);
+  neck->appearances.resize(1);
   for (const bool of_device : {false, true}) {
     CollectingDiagnostics diagnostics;
     int done = 0;
@@ -155,7 +155,7 @@ TEST(GlPredicateBenchTest, MeasuresTheSameScenesOnAGpu) {
 
 TEST(GlPredicateBenchTest, DoesNotCompareTimesOfDifferentImages) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  for (const double rms : {1.01 * kSamePictureRms, kNone}) {
+  for (const double rms : {1.01 * kSameImageRms, kNone}) {
     GlPredicateReport report;
     report.rows.resize(3);
     for (GlPredicateRow& row : report.rows) {
@@ -176,32 +176,32 @@ TEST(GlPredicateBenchTest, DoesNotCompareTimesOfDifferentImages) {
 TEST(PaperShaderTest, FragmentAndComputeShadersGiveTheSameImage) {
   const auto neck = neck_phantom(32);
   ASSERT_TRUE(test::has_value(neck));
-  const auto scene = predicate_scene(*neck, neck->looks.back().model, 40, 30);
+  const auto scene = predicate_scene(*neck, neck->appearances.back().model, 40, 30);
   std::optional<render::RenderedImage> first;
   for (const auto& [compute, manual] :
        {std::pair{false, false}, {false, true}, {true, false}, {true, true}}) {
     const auto shader = make_paper_shader({.compute = compute, .manual_filter = manual});
     ASSERT_TRUE(test::has_value(shader));
-    const auto picture = (*shader)->render(scene);
-    ASSERT_TRUE(test::has_value(picture));
-    if (!first) first = *picture;
+    const auto image = (*shader)->render(scene);
+    ASSERT_TRUE(test::has_value(image));
+    if (!first) first = *image;
     // Fractions of 8 bits move single samples over the limit of a predicate.
-    EXPECT_LT(rms_difference(*first, *picture), kSamePictureRms);
+    EXPECT_LT(rms_difference(*first, *image), kSameImageRms);
     if (!manual) {
-      EXPECT_LT(largest_difference(*first, *picture), 2e-5);
+      EXPECT_LT(largest_difference(*first, *image), 2e-5);
     }
   }
 }
 
 /// White where something is drawn on the black background.
-Image2d<Rgba8> silhouette(const Image2d<Rgba8>& picture) {
+Image2d<Rgba8> silhouette(const Image2d<Rgba8>& image) {
   std::vector<Rgba8> pixels;
-  for (const Rgba8& p : picture.pixels()) {
+  for (const Rgba8& p : image.pixels()) {
     constexpr int kDrawn255 = 30;
     const std::uint8_t white = p.r + p.g + p.b > kDrawn255 ? 255 : 0;
     pixels.push_back({white, white, white, 255});
   }
-  return {picture.width(), picture.height(), std::move(pixels)};
+  return {image.width(), image.height(), std::move(pixels)};
 }
 
 TEST(VtkBaselineTest, DrawsAnObliqueVolumeAtItsPosition) {
@@ -213,7 +213,7 @@ TEST(VtkBaselineTest, DrawsAnObliqueVolumeAtItsPosition) {
     auto baseline = VtkBaseline::create(mapper, scene);
     ASSERT_TRUE(test::has_value(baseline));
     const auto found = (*baseline)->render(scene);
-    test::keep_picture("oblique_" + to_string(mapper), found);
+    test::keep_image("oblique_" + to_string(mapper), found);
     // Only the silhouettes are compared: edges differ by half a step, but a wrong position by far
     // more. Colours are not compared, because the fixed-point mapper brightens the whole ball by a
     // tenth in one of twenty runs.

@@ -35,7 +35,7 @@ TEST(InventoryTest, FindsOnlyCanInterfacesAndTheirState) {
 
 TEST(InventoryTest, ReportsAMissingNetworkFolder) {
   EXPECT_TRUE(
-      test::refuses(list_can("/nonexistent/net"), ErrorCode::kUnavailable, {"/nonexistent/net"}));
+      test::rejects(list_can("/nonexistent/net"), ErrorCode::kUnavailable, {"/nonexistent/net"}));
 }
 
 /// Expects a list, or an error message that says why this machine has none.

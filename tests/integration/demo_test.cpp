@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "app/report.hpp"
-#include "io/picture.hpp"
+#include "io/image_output.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
 
@@ -70,7 +70,7 @@ TEST(DemoTest, ARejectedRegistrationNeverShowsTheUltrasoundPlane) {
   hopeless.start_error_mm = 80;
   hopeless.start_error_deg = 70;
   const auto outcome = run_demo(hopeless, console);
-  EXPECT_TRUE(test::refuses(outcome, ErrorCode::kRefused, {"refused"}));
+  EXPECT_TRUE(test::rejects(outcome, ErrorCode::kRefused, {"refused"}));
   const io::Json report = report_of(folder / "out");
   EXPECT_FALSE(report["registration"]["accepted"]);
   EXPECT_FALSE(report["registration"]["reasons"].empty());

@@ -54,7 +54,7 @@ std::unique_ptr<sim::PoseStream> poses_of(std::function<Eigen::Matrix4d(Timestam
 }
 
 /// Source of small images. The sequence number of an image gives its true acquisition time.
-class PictureSource final : public sim::ImageStream {
+class ImageSource final : public sim::ImageStream {
  public:
   static Timestamp physical(std::uint64_t sequence) {
     return Timestamp(milliseconds(200) + static_cast<std::int64_t>(sequence) * kFramePeriod);
@@ -95,7 +95,7 @@ class Session {
         probe_(poses_of([](Timestamp t) { return probe_at(t).matrix(); }, 0), plans.probe, 0),
         reference_(poses_of([](Timestamp t) { return reference_at(t).matrix(); }, 1),
                    plans.reference, 1),
-        frames_(std::make_unique<PictureSource>(), plans.frames, 2),
+        frames_(std::make_unique<ImageSource>(), plans.frames, 2),
         navigator_({{Eigen::Quaterniond::Identity(), {0, 0, 0}}}, std::nullopt, {}, diagnostics_) {}
 
   Outcome run() {
@@ -128,7 +128,7 @@ class Session {
     ++outcome.live;
     if (!judged_) return;
     ASSERT_TRUE(epoch.frame);
-    const Timestamp physical = PictureSource::physical(epoch.frame->frame.sequence);
+    const Timestamp physical = ImageSource::physical(epoch.frame->frame.sequence);
     EXPECT_LE(epoch.now - physical, milliseconds(100)) << "an old picture is shown as live";
     const Transform<frames::Probe, frames::Image> mount(Eigen::Quaterniond::Identity(), {0, 0, 0});
     const auto truth = reference_at(physical).inverse() * probe_at(physical) * mount;

@@ -8,7 +8,7 @@
 #include "app/verbs/replay.hpp"
 #include "app/verbs/simulate/simulate.hpp"
 #include "io/ct.hpp"
-#include "io/picture.hpp"
+#include "io/image_output.hpp"
 #include "session/registration_file.hpp"
 #include "tests/integration/truth_file.hpp"
 #include "tests/support/matchers.hpp"
@@ -72,12 +72,12 @@ SessionConfig following(const Patient& patient, const std::filesystem::path& ct,
 
 /// Returns the 3D view of the last image of a replay, without the overlay text beside and below it.
 std::vector<int> last_view(const std::filesystem::path& out) {
-  const auto picture = io::read_png(out / "replay_00001.png");
-  EXPECT_TRUE(test::has_value(picture));
+  const auto image = io::read_png(out / "replay_00001.png");
+  EXPECT_TRUE(test::has_value(image));
   std::vector<int> view;
   for (int row = 0; row < kViewPixels; ++row) {
     for (int column = 0; column < kViewPixels; ++column) {
-      const Rgba8 p = picture->at(column, row);
+      const Rgba8 p = image->at(column, row);
       view.insert(view.end(), {p.r, p.g, p.b});
     }
   }
@@ -195,15 +195,15 @@ TEST(FollowTest, TheCtOfAnotherPatientIsHiddenWithAWarning) {
 TEST(FollowTest, OnlyARegisteredCtWithARecordingCanFollow) {
   SessionConfig config;
   config.placement.follow = true;
-  EXPECT_TRUE(test::refuses(validate(config), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(validate(config), ErrorCode::kUsage,
                             {"placement.follow", "registered", "none"}));
   config.placement.ct_from_reference = Eigen::Matrix4d::Identity();
-  EXPECT_TRUE(test::refuses(validate(config), ErrorCode::kUsage, {"only declared"}));
+  EXPECT_TRUE(test::rejects(validate(config), ErrorCode::kUsage, {"only declared"}));
   config.placement.ct_from_reference.reset();
   config.placement.registration = "registration.json";
   EXPECT_TRUE(test::has_value(validate(config)));
   config.source.kind = SessionConfig::SourceKind::kSimulated;
-  EXPECT_TRUE(test::refuses(validate(config), ErrorCode::kUsage, {"a recording"}));
+  EXPECT_TRUE(test::rejects(validate(config), ErrorCode::kUsage, {"a recording"}));
 }
 
 }  // namespace

@@ -141,7 +141,7 @@ TEST(RecordingTest, RadioFrequencyDataAreRejectedByName) {
   ASSERT_TRUE(test::has_value(reader));
   const auto frame = reader->read(0);
   ASSERT_TRUE(test::has_value(frame));
-  EXPECT_TRUE(test::refuses(io::brightness_image(reader->header(), *frame),
+  EXPECT_TRUE(test::rejects(io::brightness_image(reader->header(), *frame),
                             ErrorCode::kUnsupportedData, {"RF_IQ_LINE"}));
 }
 

@@ -106,7 +106,7 @@ struct Recorded {
   io::Json truth;
   /// \p patient_ct: a recorded CT. If it is empty, the CT of a simulated patient is written.
   Recorded(const test::TemporaryFolder& folder, std::uint64_t seed, const std::string& path,
-           const std::filesystem::path& patient_ct = {}, double picture_offset_ms = 0,
+           const std::filesystem::path& patient_ct = {}, double image_offset_ms = 0,
            const std::string& needle = "none") {
     const std::string name = std::to_string(seed);
     options.out = folder / (name + ".igs.mha");
@@ -116,7 +116,7 @@ struct Recorded {
     options.path = path;
     options.duration_s = 3;
     options.ct_spacing_mm = 2;
-    options.picture_offset_ms = picture_offset_ms;
+    options.image_offset_ms = image_offset_ms;
     options.needle = needle;
     Console console(false);
     const auto written = run_simulate(options, console);
@@ -305,7 +305,7 @@ TEST(SimulateTest, WrongTimestampsAreRejectedUntilTheyAreCorrected) {
   const auto same = placed(150);
   ASSERT_TRUE(same) << same.error().message;
   EXPECT_EQ(same->kind, "registered");
-  EXPECT_TRUE(test::refuses(placed(0), ErrorCode::kMalformedData,
+  EXPECT_TRUE(test::rejects(placed(0), ErrorCode::kMalformedData,
                             {"expected the temporal offset that 1.igs.mha was registered with, 150 "
                              "ms, found 0 ms"}));
 }
@@ -321,17 +321,17 @@ TEST(SimulateTest, AnOffsetThatLosesManyImagesCausesAWarning) {
     const io::Json& registration = json.at("registration");
     EXPECT_TRUE(registration.at("accepted")) << registration.at("reasons");
     EXPECT_GT(json.at("ledger").at("rejected").at("Probe.before_first_pose"), 0);
-    const std::string said = "pictures without a pose: by --temporal-offset-ms";
+    const std::string said = "images without a pose: by --temporal-offset-ms";
     EXPECT_EQ(json.at("diagnostics").dump().find(said) != std::string::npos,
               registration.at("warnings").dump().find(said) != std::string::npos);
     return registration.at("warnings").dump();
   };
   const std::string lost = warnings_of(600);
   EXPECT_NE(lost.find("by --temporal-offset-ms 600, "), std::string::npos) << lost;
-  EXPECT_NE(lost.find(" pictures lie before the first pose, by 0 to 600 ms"), std::string::npos)
+  EXPECT_NE(lost.find(" images lie before the first pose, by 0 to 600 ms"), std::string::npos)
       << lost;
   const std::string few = warnings_of(150);
-  EXPECT_EQ(few.find("pictures without a pose"), std::string::npos) << few;
+  EXPECT_EQ(few.find("images without a pose"), std::string::npos) << few;
 }
 
 TEST(SimulateTest, AReplayWarnsAboutImagesLostByAnOffset) {
@@ -351,7 +351,7 @@ TEST(SimulateTest, AReplayWarnsAboutImagesLostByAnOffset) {
     EXPECT_TRUE(ok) << ok.error().message;
     return std::ranges::any_of(console.entries(), [](const DiagnosticEntry& entry) {
       return entry.severity == Severity::kWarning &&
-             entry.message.starts_with("pictures without a pose: by --temporal-offset-ms");
+             entry.message.starts_with("images without a pose: by --temporal-offset-ms");
     });
   };
   EXPECT_TRUE(warned(600));
@@ -526,7 +526,7 @@ TEST(SimulateTest, RejectsUnknownOptions) {
 TEST(SimulateTest, OutputFilesNeverOverwriteEachOther) {
   const test::TemporaryFolder folder;
   Console console(false);
-  const auto refuses = [&](SimulateOptions options, const std::string& option) {
+  const auto rejects = [&](SimulateOptions options, const std::string& option) {
     const auto refused = run_simulate(options, console);
     ASSERT_FALSE(refused) << option;
     EXPECT_EQ(refused.error().code, ErrorCode::kUsage);
@@ -535,15 +535,15 @@ TEST(SimulateTest, OutputFilesNeverOverwriteEachOther) {
   };
   SimulateOptions options = small(folder);
   options.truth = folder / "." / std::filesystem::path(options.out).filename();
-  refuses(options, "--truth");
+  rejects(options, "--truth");
   options = small(folder);
   options.ct = options.out;
-  refuses(options, "--ct");
+  rejects(options, "--ct");
   options.ct = folder / "ct.nii";
-  refuses(options, "ct.nii");
+  rejects(options, "ct.nii");
   options.ct = folder / "both.mha";
   options.truth = folder / "both.mha";
-  refuses(options, "both.mha");
+  rejects(options, "both.mha");
 }
 
 /// A short recording with its CT.
@@ -687,13 +687,13 @@ TEST(SimulateTest, RejectsACtWithoutTissueAtThePointOfInterest) {
   Console console(false);
   SimulateOptions options = small(folder);
   options.patient_ct = folder / "missing.mha";
-  EXPECT_TRUE(test::refuses(run_simulate(options, console), ErrorCode::kNotFound, {"missing.mha"}));
+  EXPECT_TRUE(test::rejects(run_simulate(options, console), ErrorCode::kNotFound, {"missing.mha"}));
   const SimulateOptions first = with_ct(folder, 4);
   ASSERT_TRUE(run_simulate(first, console));
   std::filesystem::remove(options.out);
   options.patient_ct = first.ct;
   options.look_at_mm = {1000, 0, 0};
-  EXPECT_TRUE(test::refuses(run_simulate(options, console), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(run_simulate(options, console), ErrorCode::kUsage,
                             {"soft tissue", "50 mm", "1000"}));
   EXPECT_FALSE(std::filesystem::exists(options.out));
 }

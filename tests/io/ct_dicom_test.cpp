@@ -16,7 +16,7 @@ namespace {
 
 using test::ct_slice;
 using test::DicomFile;
-using test::refuses;
+using test::rejects;
 using test::says;
 using Code = ErrorCode;
 
@@ -260,21 +260,21 @@ TEST_F(CtDicomTest, InterpolatesAMissingSliceAndNamesTheGap) {
 TEST_F(CtDicomTest, RejectsGapsTooWideToInterpolate) {
   put_stack(3);
   put("far.dcm", ct_slice("10\\20\\50.5", [](int, int) { return 0; }));
-  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"far.dcm", "16.5 mm", "at most 10 mm"}));
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"far.dcm", "16.5 mm", "at most 10 mm"}));
 }
 
 TEST_F(CtDicomTest, RejectsInconsistentStacks) {
   const auto zero = [](int, int) { return 0; };
   put_stack(3);
   put("x.dcm", ct_slice("10\\20\\32.001", zero));
-  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"x.dcm", "s8.dcm", "one slice per position"}));
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"x.dcm", "s8.dcm", "one slice per position"}));
   put("x.dcm", ct_slice("10\\20\\38", zero, "1\\0\\0\\0\\0\\1"));
-  EXPECT_TRUE(refuses(read(), Code::kMalformedData,
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData,
                       {"one orientation", "1 0 0 0 0 1 in x.dcm", "1 0 0 0 1 0 in s7.dcm"}));
   put("x.dcm", ct_slice("10\\20\\38", zero, "1\\0\\0\\0\\1\\0", 6, 4));
-  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"x.dcm", "6 x 4", "one size"}));
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"x.dcm", "6 x 4", "one size"}));
   put("x.dcm", ct_slice("10\\20\\38", zero).text(0x00280030, "DS", "0.75\\0.6"));
-  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"x.dcm", "0.6 mm", "one pixel spacing"}));
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"x.dcm", "0.6 mm", "one pixel spacing"}));
   put("x.dcm", ct_slice("10\\20\\38", zero, "1\\0\\0\\1\\0\\0"));
   EXPECT_FALSE(read());
 }
@@ -286,21 +286,21 @@ TEST_F(CtDicomTest, NamesTheFileWithAMissingOrInvalidAttribute) {
     });
     return read();
   };
-  EXPECT_TRUE(refuses(broken([](auto& d) { d.erase(0x7fe00010); }), Code::kMalformedData,
+  EXPECT_TRUE(rejects(broken([](auto& d) { d.erase(0x7fe00010); }), Code::kMalformedData,
                       {"s8.dcm", "pixel data"}));
-  EXPECT_TRUE(refuses(broken([](auto& d) { d.erase(0x00200032); }), Code::kMalformedData,
+  EXPECT_TRUE(rejects(broken([](auto& d) { d.erase(0x00200032); }), Code::kMalformedData,
                       {"s8.dcm", "ImagePositionPatient"}));
-  EXPECT_TRUE(refuses(broken([](auto& d) { d.text(0x00200032, "DS", "10\\20\\nan"); }),
+  EXPECT_TRUE(rejects(broken([](auto& d) { d.text(0x00200032, "DS", "10\\20\\nan"); }),
                       Code::kMalformedData, {"s8.dcm", "ImagePositionPatient"}));
-  EXPECT_TRUE(refuses(broken([](auto& d) { d.erase(0x00200037); }), Code::kMalformedData,
+  EXPECT_TRUE(rejects(broken([](auto& d) { d.erase(0x00200037); }), Code::kMalformedData,
                       {"s8.dcm", "ImageOrientationPatient"}));
-  EXPECT_TRUE(refuses(broken([](auto& d) { d.text(0x00280030, "DS", "0\\0.5"); }),
+  EXPECT_TRUE(rejects(broken([](auto& d) { d.text(0x00280030, "DS", "0\\0.5"); }),
                       Code::kMalformedData, {"s8.dcm", "PixelSpacing"}));
-  EXPECT_TRUE(refuses(broken([](auto& d) { d.text(0x00280030, "DS", "-1\\0.5"); }),
+  EXPECT_TRUE(rejects(broken([](auto& d) { d.text(0x00280030, "DS", "-1\\0.5"); }),
                       Code::kMalformedData, {"s8.dcm", "PixelSpacing"}));
-  EXPECT_TRUE(refuses(broken([](auto& d) { d.text(0x00281053, "DS", "0"); }), Code::kMalformedData,
+  EXPECT_TRUE(rejects(broken([](auto& d) { d.text(0x00281053, "DS", "0"); }), Code::kMalformedData,
                       {"s8.dcm", "RescaleSlope"}));
-  EXPECT_TRUE(refuses(broken([](auto& d) { d.us(0x00280002, 3); }), Code::kMalformedData,
+  EXPECT_TRUE(rejects(broken([](auto& d) { d.us(0x00280002, 3); }), Code::kMalformedData,
                       {"s8.dcm", "SamplesPerPixel", "3"}));
 }
 
@@ -352,7 +352,7 @@ TEST_F(CtDicomTest, ChoosesTheLargestCtSeriesOrTheRequestedOne) {
   ASSERT_TRUE(test::has_value(volume));
   EXPECT_EQ(volume->grid().size[2], 2);
   options.series_uid = "5.5";
-  EXPECT_TRUE(refuses(read(options), Code::kNotFound, {"5.5", "9.9.1", "9.9.2", "1.2.3.1"}));
+  EXPECT_TRUE(rejects(read(options), Code::kNotFound, {"5.5", "9.9.1", "9.9.2", "1.2.3.1"}));
 }
 
 TEST_F(CtDicomTest, SkipsLocalizerImages) {
@@ -374,14 +374,14 @@ TEST_F(CtDicomTest, SkipsOtherFilesButRejectsTruncatedDicomFiles) {
   ASSERT_TRUE(test::has_value(volume));
   expect_stack(*volume, 3);
   test::put(folder_ / "half.dcm", test::get(folder_ / "s9.dcm").substr(0, 300));
-  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"half.dcm", "at byte"}));
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"half.dcm", "at byte"}));
 }
 
 TEST_F(CtDicomTest, NamesSlicesThatCannotBeRead) {
   put_stack(3);
   std::filesystem::rename(folder_ / "s7.dcm", folder_ / "elsewhere");
   std::filesystem::create_symlink("elsewhere", folder_ / "s7.dcm");
-  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"one slice per position"}));
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"one slice per position"}));
   std::filesystem::remove(folder_ / "elsewhere");
   const auto volume = read();
   ASSERT_TRUE(test::has_value(volume));
@@ -392,7 +392,7 @@ TEST_F(CtDicomTest, NamesSlicesThatCannotBeRead) {
     std::filesystem::remove(folder_ / "s7.dcm");
     put_stack(3);
     ASSERT_EQ(::chmod((folder_ / "s7.dcm").c_str(), 0), 0);
-    EXPECT_TRUE(refuses(read(), Code::kIo, {"s7.dcm", "Permission denied"}));
+    EXPECT_TRUE(rejects(read(), Code::kIo, {"s7.dcm", "Permission denied"}));
   }
 }
 
@@ -458,11 +458,11 @@ TEST_F(CtDicomTest, RejectsIncompleteRescaleAttributes) {
            [](auto& d) { d.erase(0x00281052); }, [](auto& d) { d.erase(0x00281053); },
            [](auto& d) { d.text(0x00281052, "DS", "-1000,0"); },
            [](auto& d) { d.text(0x00281053, "DS", "1\\1"); }}) {
-    EXPECT_TRUE(refuses(one(change), Code::kMalformedData,
+    EXPECT_TRUE(rejects(one(change), Code::kMalformedData,
                         {"s8.dcm", "RescaleSlope and RescaleIntercept, one number each"}));
   }
   // The other slices of the stack have a rescale and are in HU.
-  EXPECT_TRUE(refuses(one([](auto& d) { d.erase(0x00281052).erase(0x00281053); }),
+  EXPECT_TRUE(rejects(one([](auto& d) { d.erase(0x00281052).erase(0x00281053); }),
                       Code::kMalformedData, {"all of 3 slices or in none", "1 without"}));
 }
 
@@ -471,26 +471,26 @@ TEST_F(CtDicomTest, RejectsSlicesThatAreShiftedSideways) {
   put_stack(3);
   for (const char* position : {"1e12\\20\\36", "10\\-1e300\\36", "10\\50\\36"}) {
     put("x.dcm", ct_slice(position, zero));
-    EXPECT_TRUE(refuses(read(), Code::kMalformedData,
+    EXPECT_TRUE(rejects(read(), Code::kMalformedData,
                         {"above each other", "x.dcm shifted by", "6 mm from s9.dcm"}));
   }
 }
 
 TEST_F(CtDicomTest, RejectsDeflatedFiles) {
   put_stack(2, [](int, DicomFile& d) { d.encapsulated({"xx"}, "1.2.840.10008.1.2.1.99"); });
-  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {".dcm", "not deflated"}));
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData, {".dcm", "not deflated"}));
 }
 
 TEST_F(CtDicomTest, RejectsFoldersWithoutAStack) {
-  EXPECT_TRUE(refuses(read(), Code::kNotFound, {"DICOM", "0 files"}));
+  EXPECT_TRUE(rejects(read(), Code::kNotFound, {"DICOM", "0 files"}));
   test::put(folder_ / "note.txt", "hello, this is no picture at all");
-  EXPECT_TRUE(refuses(read(), Code::kNotFound, {"1 files"}));
+  EXPECT_TRUE(rejects(read(), Code::kNotFound, {"1 files"}));
   put_stack(1);
-  EXPECT_TRUE(refuses(read(), Code::kMalformedData, {"at least 2 slices", "found 1"}));
-  EXPECT_TRUE(refuses(read_ct(folder_ / "s9.dcm", diagnostics_), Code::kMalformedData,
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"at least 2 slices", "found 1"}));
+  EXPECT_TRUE(rejects(read_ct(folder_ / "s9.dcm", diagnostics_), Code::kMalformedData,
                       {"s9.dcm", "at least 2 slices"}));
-  EXPECT_TRUE(refuses(read_ct(folder_ / "gone", diagnostics_), Code::kNotFound, {"gone"}));
-  EXPECT_TRUE(refuses(read_ct(folder_ / "note.txt", diagnostics_), Code::kUnsupportedData,
+  EXPECT_TRUE(rejects(read_ct(folder_ / "gone", diagnostics_), Code::kNotFound, {"gone"}));
+  EXPECT_TRUE(rejects(read_ct(folder_ / "note.txt", diagnostics_), Code::kUnsupportedData,
                       {"note.txt", "another kind"}));
 }
 

@@ -14,7 +14,7 @@
 namespace nav::io {
 namespace {
 
-using test::refuses;
+using test::rejects;
 using test::says;
 using Code = ErrorCode;
 
@@ -130,7 +130,7 @@ TEST_F(CtFileTest, RejectsNanVoxelsAndReportsTheirCountAndIndex) {
   auto values = voxels<float>();
   values[6 + 3 + 2] = std::numeric_limits<float>::quiet_NaN();  // (2, 1, 1)
   values[20] = std::numeric_limits<float>::infinity();
-  EXPECT_TRUE(refuses(read("a.mha", meta(kTurn, "MET_FLOAT") + test::bytes_of(values)),
+  EXPECT_TRUE(rejects(read("a.mha", meta(kTurn, "MET_FLOAT") + test::bytes_of(values)),
                       Code::kMalformedData, {"a.mha", "found 2", "(2, 1, 1)"}));
 }
 
@@ -141,9 +141,9 @@ TEST_F(CtFileTest, RejectsFractionsThatRoundingWouldDestroy) {
     for (float& v : scaled) v = slope * v + offset;
     return read("a.mha", meta(kTurn, "MET_FLOAT") + test::bytes_of(scaled));
   };
-  EXPECT_TRUE(refuses(read_scaled(1.0F / 256, 0), Code::kUnsupportedData,
+  EXPECT_TRUE(rejects(read_scaled(1.0F / 256, 0), Code::kUnsupportedData,
                       {"a.mha", "0 to 0.83", "multiply them by 10000"}));
-  EXPECT_TRUE(refuses(read_scaled(0.25F, -7), Code::kUnsupportedData,
+  EXPECT_TRUE(rejects(read_scaled(0.25F, -7), Code::kUnsupportedData,
                       {"-7 to 46.25", "multiply them by 100"}));
   // Hounsfield units with fractions are rounded.
   const auto v = read_scaled(1, 12.3F);
@@ -185,19 +185,19 @@ TEST_F(CtFileTest, RejectsBadMetaImageGeometry) {
     return read("a.mha", meta(kTurn, "MET_SHORT", s) + data);
   };
   EXPECT_TRUE(
-      refuses(spacing("0 3 4"), Code::kMalformedData, {"a.mha", "ElementSpacing", "0 3 4"}));
-  EXPECT_TRUE(refuses(spacing("2 -3 4"), Code::kMalformedData, {"ElementSpacing", "-3"}));
-  EXPECT_TRUE(refuses(spacing("2 nan 4"), Code::kMalformedData, {"ElementSpacing", "nan"}));
-  EXPECT_TRUE(refuses(spacing("2 3"), Code::kMalformedData, {"ElementSpacing", "3 finite"}));
+      rejects(spacing("0 3 4"), Code::kMalformedData, {"a.mha", "ElementSpacing", "0 3 4"}));
+  EXPECT_TRUE(rejects(spacing("2 -3 4"), Code::kMalformedData, {"ElementSpacing", "-3"}));
+  EXPECT_TRUE(rejects(spacing("2 nan 4"), Code::kMalformedData, {"ElementSpacing", "nan"}));
+  EXPECT_TRUE(rejects(spacing("2 3"), Code::kMalformedData, {"ElementSpacing", "3 finite"}));
   const auto turned = [&](const std::string& m) {
     return read("a.mha", meta("TransformMatrix = " + m + "\n") + data);
   };
-  EXPECT_TRUE(refuses(turned("1 0 0 0 nan 0 0 0 1"), Code::kMalformedData, {"TransformMatrix"}));
-  EXPECT_TRUE(refuses(turned("2 0 0 0 1 0 0 0 1"), Code::kMalformedData, {"unit vectors"}));
-  EXPECT_TRUE(refuses(turned("1 0 0 0.6 0.8 0 0 0 1"), Code::kUnsupportedData, {"orthogonal"}));
-  EXPECT_TRUE(refuses(turned("1 0 0 0 1 0 0 0"), Code::kMalformedData, {"9 finite"}));
+  EXPECT_TRUE(rejects(turned("1 0 0 0 nan 0 0 0 1"), Code::kMalformedData, {"TransformMatrix"}));
+  EXPECT_TRUE(rejects(turned("2 0 0 0 1 0 0 0 1"), Code::kMalformedData, {"unit vectors"}));
+  EXPECT_TRUE(rejects(turned("1 0 0 0.6 0.8 0 0 0 1"), Code::kUnsupportedData, {"orthogonal"}));
+  EXPECT_TRUE(rejects(turned("1 0 0 0 1 0 0 0"), Code::kMalformedData, {"9 finite"}));
   EXPECT_TRUE(
-      refuses(read("a.mha", meta("") + data), Code::kUnsupportedData, {"orientation of the axes"}));
+      rejects(read("a.mha", meta("") + data), Code::kUnsupportedData, {"orientation of the axes"}));
   CtOptions options;
   options.accept_unknown_orientation = true;
   EXPECT_TRUE(test::has_value(read("a.mha", meta("") + data, options)));
@@ -206,20 +206,20 @@ TEST_F(CtFileTest, RejectsBadMetaImageGeometry) {
 
 TEST_F(CtFileTest, RejectsBadMetaImageData) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
-  EXPECT_TRUE(refuses(read("a.mha", meta() + data.substr(0, 47)), Code::kMalformedData,
+  EXPECT_TRUE(rejects(read("a.mha", meta() + data.substr(0, 47)), Code::kMalformedData,
                       {"cut short", "48", "47"}));
   std::string huge = meta() + data;
   huge.replace(huge.find("3 2 4\n", huge.find("DimSize")), 6, "1000 1000 1000\n");
-  EXPECT_TRUE(refuses(read("a.mha", huge), Code::kMalformedData, {"2000000000"}));
+  EXPECT_TRUE(rejects(read("a.mha", huge), Code::kMalformedData, {"2000000000"}));
   std::string flat = meta() + data;
   flat.replace(flat.find("3 2 4\n", flat.find("DimSize")), 6, "6 4 1\n");
-  EXPECT_TRUE(refuses(read("a.mha", flat), Code::kMalformedData, {"at least 2 slices"}));
-  EXPECT_TRUE(refuses(
+  EXPECT_TRUE(rejects(read("a.mha", flat), Code::kMalformedData, {"at least 2 slices"}));
+  EXPECT_TRUE(rejects(
       read("a.mha",
            meta(kTurn, "MET_SHORT", "2 3 4", "ElementNumberOfChannels = 3\n") + data + data + data),
       Code::kUnsupportedData, {"one component", "3"}));
   const std::string z = test::deflated(data);
-  EXPECT_TRUE(refuses(read("a.mha", meta(kTurn, "MET_SHORT", "2 3 4", "CompressedData = True\n") +
+  EXPECT_TRUE(rejects(read("a.mha", meta(kTurn, "MET_SHORT", "2 3 4", "CompressedData = True\n") +
                                         z.substr(0, z.size() / 2)),
                       Code::kMalformedData, {"a.mha", "cut short"}));
 }
@@ -227,7 +227,7 @@ TEST_F(CtFileTest, RejectsBadMetaImageData) {
 TEST_F(CtFileTest, RejectsASequenceOfImages) {
   const std::string pixels = test::bytes_of(voxels<std::int16_t>());
   const std::string one = "Seq_Frame0000_ImageStatus = OK\n";
-  EXPECT_TRUE(refuses(
+  EXPECT_TRUE(rejects(
       read("a.mha",
            meta(kTurn, "MET_SHORT", "2 3 4", one + "Seq_Frame0001_ImageStatus = OK\n") + pixels),
       Code::kUnsupportedData,
@@ -256,7 +256,7 @@ TEST_F(CtFileTest, WritesAVolumeThatReadsBackEqual) {
     EXPECT_LT((back->grid().origin_mm - grid.origin_mm).norm(), kMm);
   }
   EXPECT_TRUE(
-      refuses(write_ct_mha(*turned, folder_.path() / "no" / "x.mha"), Code::kIo, {"x.mha"}));
+      rejects(write_ct_mha(*turned, folder_.path() / "no" / "x.mha"), Code::kIo, {"x.mha"}));
 }
 
 std::string nrrd(const std::string& space, const std::string& extra = "",
@@ -299,7 +299,7 @@ TEST_F(CtFileTest, ReadsGzipAndDetachedSlicesOfNrrd) {
   v = read("b.nhdr", nrrd("LPS", "encoding: raw\nbyte skip: -1\ndata file: s.%02d 1 7 2\n"));
   ASSERT_TRUE(test::has_value(v));
   expect_voxels(*v);
-  EXPECT_TRUE(refuses(read("c.nhdr", nrrd("LPS", "encoding: raw\ndata file: s.%02d 1 9 2\n")),
+  EXPECT_TRUE(rejects(read("c.nhdr", nrrd("LPS", "encoding: raw\ndata file: s.%02d 1 9 2\n")),
                       Code::kNotFound, {"s.09"}));
 }
 
@@ -316,12 +316,12 @@ TEST_F(CtFileTest, ReadsOnlyItsShareOfEachDetachedFile) {
   expect_voxels(*v);
   put_slice(1, "short");
   put_slice(2, std::string(30, 'x'));
-  EXPECT_TRUE(refuses(read("a.nhdr", header), Code::kMalformedData, {"s.01", "12 bytes", "5"}));
-  EXPECT_TRUE(refuses(read("b.nhdr", nrrd("LPS", "encoding: raw\ndata file: s.%02d 0 4\n")),
+  EXPECT_TRUE(rejects(read("a.nhdr", header), Code::kMalformedData, {"s.01", "12 bytes", "5"}));
+  EXPECT_TRUE(rejects(read("b.nhdr", nrrd("LPS", "encoding: raw\ndata file: s.%02d 0 4\n")),
                       Code::kNotFound, {"s.04"}));
   put_slice(4, "");
   put_slice(1, "");
-  EXPECT_TRUE(refuses(read("b.nhdr", nrrd("LPS", "encoding: raw\ndata file: s.%02d 0 4\n")),
+  EXPECT_TRUE(rejects(read("b.nhdr", nrrd("LPS", "encoding: raw\ndata file: s.%02d 0 4\n")),
                       Code::kMalformedData, {"5 files of one size", "48 bytes"}));
 }
 
@@ -339,15 +339,15 @@ TEST_F(CtFileTest, MatchesNrrdDirectionsToTheirAxes) {
   ASSERT_TRUE(test::has_value(v));
   expect_voxels(*v);
   // This file holds a list of three images of 2 x 4 pixels, not a volume of 3 x 2 x 4 voxels.
-  EXPECT_TRUE(refuses(of_four("3 2 4 1", "list domain domain domain", "none " + three),
+  EXPECT_TRUE(rejects(of_four("3 2 4 1", "list domain domain domain", "none " + three),
                       Code::kMalformedData, {"space directions", "none (1,0,0)"}));
   EXPECT_TRUE(
-      refuses(of_four("3 2 4 1", "domain list domain domain", "(1,0,0) none (0,1,0) (0,0,1)"),
+      rejects(of_four("3 2 4 1", "domain list domain domain", "(1,0,0) none (0,1,0) (0,0,1)"),
               Code::kMalformedData, {"space directions"}));
   const auto one = of_four("1 3 2 4", "vector domain domain domain", "none " + three);
   ASSERT_TRUE(test::has_value(one));
   expect_voxels(*one);
-  EXPECT_TRUE(refuses(of_four("1 3 2 4", "vector domain domain domain", three + " none"),
+  EXPECT_TRUE(rejects(of_four("1 3 2 4", "vector domain domain domain", three + " none"),
                       Code::kMalformedData, {"space directions"}));
 }
 
@@ -355,7 +355,7 @@ TEST_F(CtFileTest, RejectsOtherUnitsThanMmInAMetaImage) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
   for (const char* unit : {"um", "cm", "in"}) {
     const std::string line = std::string("DistanceUnits = ") + unit + "\n";
-    EXPECT_TRUE(refuses(read("a.mha", meta(kTurn, "MET_SHORT", "2 3 4", line) + data),
+    EXPECT_TRUE(rejects(read("a.mha", meta(kTurn, "MET_SHORT", "2 3 4", line) + data),
                         Code::kMalformedData, {"DistanceUnits", "mm", unit}));
   }
   for (const char* line : {"DistanceUnits = mm\n", "DistanceUnits = ?\n"}) {
@@ -368,7 +368,7 @@ TEST_F(CtFileTest, RejectsASkipBeyondTheEndOfTheFile) {
   for (const char* skip : {"1", "1000", "9223372036854775807"}) {
     const std::string rest = std::string("encoding: raw\nbyte skip: ") + skip + "\n\n";
     const auto v = read("a.nrrd", nrrd("LPS", rest) + data);
-    EXPECT_TRUE(refuses(v, Code::kMalformedData, {"cut short: expected 48 bytes, found"}));
+    EXPECT_TRUE(rejects(v, Code::kMalformedData, {"cut short: expected 48 bytes, found"}));
     EXPECT_EQ(v.error().message.find("found -"), std::string::npos) << v.error().message;
   }
 }
@@ -378,17 +378,17 @@ TEST_F(CtFileTest, RejectsBadNrrd) {
   const auto directions = [&](const std::string& d) {
     return read("a.nrrd", nrrd("LPS", "encoding: raw\n\n", d) + data);
   };
-  EXPECT_TRUE(refuses(directions("(1,0,0) (0,1,0)"), Code::kMalformedData, {"space directions"}));
+  EXPECT_TRUE(rejects(directions("(1,0,0) (0,1,0)"), Code::kMalformedData, {"space directions"}));
   EXPECT_TRUE(
-      refuses(directions("(1,0,0) (0,nan,0) (0,0,1)"), Code::kMalformedData, {"space directions"}));
-  EXPECT_TRUE(refuses(directions("(1,0,0) (0,0,0) (0,0,1)"), Code::kMalformedData, {"spacing"}));
+      rejects(directions("(1,0,0) (0,nan,0) (0,0,1)"), Code::kMalformedData, {"space directions"}));
+  EXPECT_TRUE(rejects(directions("(1,0,0) (0,0,0) (0,0,1)"), Code::kMalformedData, {"spacing"}));
   EXPECT_TRUE(
-      refuses(directions("(1,0,0) (0.5,1,0) (0,0,1)"), Code::kUnsupportedData, {"orthogonal"}));
-  EXPECT_TRUE(refuses(read("a.nrrd", nrrd("scanner-xyz", "encoding: raw\n\n") + data),
+      rejects(directions("(1,0,0) (0.5,1,0) (0,0,1)"), Code::kUnsupportedData, {"orthogonal"}));
+  EXPECT_TRUE(rejects(read("a.nrrd", nrrd("scanner-xyz", "encoding: raw\n\n") + data),
                       Code::kUnsupportedData, {"scanner-xyz"}));
-  EXPECT_TRUE(refuses(read("a.nrrd", nrrd("LPS", "encoding: bzip2\n\n") + data),
+  EXPECT_TRUE(rejects(read("a.nrrd", nrrd("LPS", "encoding: bzip2\n\n") + data),
                       Code::kUnsupportedData, {"bzip2"}));
-  EXPECT_TRUE(refuses(
+  EXPECT_TRUE(rejects(
       read("a.nrrd", nrrd("LPS", "space units: \"cm\" \"cm\" \"cm\"\nencoding: raw\n\n") + data),
       Code::kMalformedData, {"space units", "mm"}));
 }
@@ -525,8 +525,8 @@ TEST_F(CtFileTest, VerifiesTheChecksumOfCompressedNifti) {
   EXPECT_TRUE(test::has_value(read("a.nii.gz", whole)));
   std::string changed = whole;
   changed[20000] = static_cast<char>(changed[20000] ^ 64);
-  EXPECT_TRUE(refuses(read("a.nii.gz", changed), Code::kMalformedData, {"a.nii.gz", "damaged"}));
-  EXPECT_TRUE(refuses(read("a.nii.gz", whole.substr(0, whole.size() - 5)), Code::kMalformedData,
+  EXPECT_TRUE(rejects(read("a.nii.gz", changed), Code::kMalformedData, {"a.nii.gz", "damaged"}));
+  EXPECT_TRUE(rejects(read("a.nii.gz", whole.substr(0, whole.size() - 5)), Code::kMalformedData,
                       {"a.nii.gz", "cut short"}));
   // The reader ignores data after the voxels.
   EXPECT_TRUE(test::has_value(read("a.nii.gz", file(352, noise))));
@@ -534,7 +534,7 @@ TEST_F(CtFileTest, VerifiesTheChecksumOfCompressedNifti) {
 
 TEST_F(CtFileTest, RejectsBadNifti) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
-  EXPECT_TRUE(refuses(read("a.nii", nifti() + data), Code::kUnsupportedData,
+  EXPECT_TRUE(rejects(read("a.nii", nifti() + data), Code::kUnsupportedData,
                       {"neither s-form nor q-form"}));
   CtOptions accept;
   accept.accept_unknown_orientation = true;
@@ -548,30 +548,30 @@ TEST_F(CtFileTest, RejectsBadNifti) {
     return read("a.nii", h + data);
   };
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_TRUE(refuses(broken([&](auto& h) { set<float>(h, 284, nan); }), Code::kMalformedData,
+  EXPECT_TRUE(rejects(broken([&](auto& h) { set<float>(h, 284, nan); }), Code::kMalformedData,
                       {"s-form", "finite"}));
-  EXPECT_TRUE(refuses(broken([&](auto& h) { set<float>(h, 280, 3); }), Code::kUnsupportedData,
+  EXPECT_TRUE(rejects(broken([&](auto& h) { set<float>(h, 280, 3); }), Code::kUnsupportedData,
                       {"orthogonal"}));
-  EXPECT_TRUE(refuses(broken([&](auto& h) { set<std::int16_t>(h, 70, 1024); }),
+  EXPECT_TRUE(rejects(broken([&](auto& h) { set<std::int16_t>(h, 70, 1024); }),
                       Code::kUnsupportedData, {"datatype", "1024"}));
-  EXPECT_TRUE(refuses(broken([&](auto& h) { set<std::int16_t>(h, 42, 30000); }),
+  EXPECT_TRUE(rejects(broken([&](auto& h) { set<std::int16_t>(h, 42, 30000); }),
                       Code::kMalformedData, {"cut short"}));
-  EXPECT_TRUE(refuses(broken([&](auto& h) { set<std::int16_t>(h, 42, -3); }),
+  EXPECT_TRUE(rejects(broken([&](auto& h) { set<std::int16_t>(h, 42, -3); }),
                       Code::kUnsupportedData, {"dim"}));
   EXPECT_TRUE(
-      refuses(broken([&](auto& h) { set<std::int16_t>(h, 40, 4), set<std::int16_t>(h, 48, 2); }),
+      rejects(broken([&](auto& h) { set<std::int16_t>(h, 40, 4), set<std::int16_t>(h, 48, 2); }),
               Code::kUnsupportedData, {"dim", "4 3 2 4 2"}));
-  EXPECT_TRUE(refuses(broken([&](auto& h) { set<float>(h, 108, nan); }), Code::kMalformedData,
+  EXPECT_TRUE(rejects(broken([&](auto& h) { set<float>(h, 108, nan); }), Code::kMalformedData,
                       {"vox_offset"}));
-  EXPECT_TRUE(refuses(broken([&](auto& h) { set<float>(h, 112, nan); }), Code::kMalformedData,
+  EXPECT_TRUE(rejects(broken([&](auto& h) { set<float>(h, 112, nan); }), Code::kMalformedData,
                       {"scl_slope"}));
   EXPECT_TRUE(
-      refuses(broken([&](auto& h) { h[0] = 1; }), Code::kUnsupportedData, {"NIfTI header"}));
-  EXPECT_TRUE(refuses(read("a.nii", "short"), Code::kMalformedData, {"header cut short"}));
+      rejects(broken([&](auto& h) { h[0] = 1; }), Code::kUnsupportedData, {"NIfTI header"}));
+  EXPECT_TRUE(rejects(read("a.nii", "short"), Code::kMalformedData, {"header cut short"}));
   std::string q = nifti();
   set<std::int16_t>(q, 252, 1);
   set<float>(q, 84, 0);
-  EXPECT_TRUE(refuses(read("a.nii", q + data), Code::kMalformedData, {"pixdim", "found 0"}));
+  EXPECT_TRUE(rejects(read("a.nii", q + data), Code::kMalformedData, {"pixdim", "found 0"}));
 }
 
 /// Returns the HU of the samples with the rescale, and the messages of the builder.

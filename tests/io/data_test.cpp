@@ -69,7 +69,7 @@ TEST(RecordedSequenceTest, ReadsEveryRecordingToItsEnd) {
       if (*r.picture == '\0') {
         ASSERT_TRUE(test::has_value(image)) << r.name;
       } else {
-        ASSERT_TRUE(test::refuses(image, ErrorCode::kUnsupportedData, {r.name, r.picture}));
+        ASSERT_TRUE(test::rejects(image, ErrorCode::kUnsupportedData, {r.name, r.picture}));
       }
     }
   }
@@ -142,7 +142,7 @@ TEST(RecordedCtTest, HeadIsEqualInBothFormats) {
   const auto dicom = read_ct(folder / "dicom", diagnostics);
   ASSERT_TRUE(test::has_value(dicom));
   EXPECT_TRUE(diagnostics.entries().empty());
-  EXPECT_TRUE(test::refuses(read_ct(folder / "raw/quarter.nhdr", diagnostics),
+  EXPECT_TRUE(test::rejects(read_ct(folder / "raw/quarter.nhdr", diagnostics),
                             ErrorCode::kUnsupportedData, {"3D-left-handed"}));
   CtOptions options;
   options.accept_unknown_orientation = true;
@@ -203,7 +203,7 @@ TEST(RecordedCtTest, ResamplesTheTiltedHead) {
   EXPECT_GT(fraction(*v, 0, 100), 0.05);  // Brain.
   CtOptions strict;
   strict.max_gap_mm = 5;
-  EXPECT_TRUE(test::refuses(read_ct(folder.path(), diagnostics, strict), ErrorCode::kMalformedData,
+  EXPECT_TRUE(test::rejects(read_ct(folder.path(), diagnostics, strict), ErrorCode::kMalformedData,
                             {"at most 5 mm", "7 mm before"}));
 }
 

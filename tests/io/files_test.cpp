@@ -8,7 +8,7 @@
 
 #include "io/atomic_file.hpp"
 #include "io/digest.hpp"
-#include "io/picture.hpp"
+#include "io/image_output.hpp"
 #include "io/sequence_writer.hpp"
 #include "tests/io/support.hpp"
 #include "tests/support/matchers.hpp"
@@ -17,7 +17,7 @@
 namespace nav::io {
 namespace {
 
-using test::refuses;
+using test::rejects;
 using Code = ErrorCode;
 
 std::span<const std::byte> bytes(std::string_view text) { return std::as_bytes(std::span(text)); }
@@ -50,18 +50,18 @@ TEST(AtomicFileTest, AppearsOnlyWhenCommitted) {
 
 TEST(AtomicFileTest, NamesTheReasonWhyItCannotWrite) {
   const test::TemporaryFolder folder;
-  EXPECT_TRUE(refuses(write_file(folder / "no/a.txt", "x"), Code::kIo, {"no/a.txt", "create"}));
-  EXPECT_TRUE(refuses(write_file(folder.path(), "x"), Code::kIo, {"found a folder"}));
-  EXPECT_TRUE(refuses(write_file("/dev/full", "x"), Code::kIo, {"/dev/full", "No space left"}));
+  EXPECT_TRUE(rejects(write_file(folder / "no/a.txt", "x"), Code::kIo, {"no/a.txt", "create"}));
+  EXPECT_TRUE(rejects(write_file(folder.path(), "x"), Code::kIo, {"found a folder"}));
+  EXPECT_TRUE(rejects(write_file("/dev/full", "x"), Code::kIo, {"/dev/full", "No space left"}));
   test::put(folder / "file", "x");
-  EXPECT_TRUE(refuses(write_file(folder / "file/a", "x"), Code::kIo, {"file/a"}));
+  EXPECT_TRUE(rejects(write_file(folder / "file/a", "x"), Code::kIo, {"file/a"}));
   // Root may write anywhere, so this part tests something only for other users.
   if (::geteuid() != 0) {
     ASSERT_EQ(::chmod(folder.path().c_str(), 0500), 0);
-    EXPECT_TRUE(refuses(write_file(folder / "a", "x"), Code::kIo, {"Permission denied"}));
+    EXPECT_TRUE(rejects(write_file(folder / "a", "x"), Code::kIo, {"Permission denied"}));
     ASSERT_EQ(::chmod(folder.path().c_str(), 0700), 0);
   }
-  EXPECT_TRUE(refuses(write_file("/proc/sonde.txt", "x"), Code::kIo, {"/proc/sonde.txt"}));
+  EXPECT_TRUE(rejects(write_file("/proc/sonde.txt", "x"), Code::kIo, {"/proc/sonde.txt"}));
 }
 
 TEST(AtomicFileTest, WritesThroughSymbolicLinksAndKeepsThem) {
@@ -89,7 +89,7 @@ TEST(AtomicFileTest, AcceptsEveryNameLengthThatTheSystemAccepts) {
   EXPECT_EQ(test::get(folder / longest), "x");
   const std::string too_long = longest + "x";
   EXPECT_TRUE(
-      refuses(AtomicFile::create(folder / too_long), Code::kIo, {too_long, "create", "too long"}));
+      rejects(AtomicFile::create(folder / too_long), Code::kIo, {too_long, "create", "too long"}));
   EXPECT_EQ(files_in(folder.path()), 1U);
 }
 
@@ -110,15 +110,15 @@ TEST(AtomicFileTest, RejectsCyclicSymbolicLinks) {
   const test::TemporaryFolder folder;
   std::filesystem::create_symlink("b", folder / "a");
   std::filesystem::create_symlink("a", folder / "b");
-  EXPECT_TRUE(refuses(write_file(folder / "a", "x"), Code::kIo, {"symbolic links"}));
+  EXPECT_TRUE(rejects(write_file(folder / "a", "x"), Code::kIo, {"symbolic links"}));
 }
 
 TEST(ReadFileTest, ReadsWholeFilesWithinALimit) {
   const test::TemporaryFolder folder;
   test::put(folder / "a", std::string("x\0y", 3));
   EXPECT_EQ(read_file(folder / "a", 3).value(), std::string("x\0y", 3));
-  EXPECT_TRUE(refuses(read_file(folder / "a", 2), Code::kMalformedData, {"at most 2", "found 3"}));
-  EXPECT_TRUE(refuses(read_file(folder / "b", 2), Code::kNotFound, {"b"}));
+  EXPECT_TRUE(rejects(read_file(folder / "a", 2), Code::kMalformedData, {"at most 2", "found 3"}));
+  EXPECT_TRUE(rejects(read_file(folder / "b", 2), Code::kNotFound, {"b"}));
 }
 
 TEST(DigestTest, MatchesThePublishedVectors) {
@@ -128,7 +128,7 @@ TEST(DigestTest, MatchesThePublishedVectors) {
             "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
-Image2d<Rgba8> picture(int shift) {
+Image2d<Rgba8> image(int shift) {
   std::vector<Rgba8> pixels;
   for (int y = 0; y < 9; ++y) {
     for (int x = 0; x < 13; ++x) {
@@ -142,7 +142,7 @@ Image2d<Rgba8> picture(int shift) {
 
 TEST(PngTest, RoundTripsExactlyAndRepeatably) {
   const test::TemporaryFolder folder;
-  const auto p = picture(0);
+  const auto p = image(0);
   ASSERT_TRUE(test::has_value(write_png(p, folder / "a.png")));
   ASSERT_TRUE(test::has_value(write_png(p, folder / "b.png")));
   EXPECT_EQ(test::get(folder / "a.png"), test::get(folder / "b.png"));
@@ -155,14 +155,14 @@ TEST(PngTest, RoundTripsExactlyAndRepeatably) {
 
 TEST(PngTest, RejectsEmptyImagesAndInvalidFiles) {
   const test::TemporaryFolder folder;
-  EXPECT_TRUE(refuses(write_png({}, folder / "a.png"), Code::kUsage, {"a.png", "pixels"}));
-  EXPECT_TRUE(refuses(write_png(picture(0), "/dev/full"), Code::kIo, {"No space left"}));
+  EXPECT_TRUE(rejects(write_png({}, folder / "a.png"), Code::kUsage, {"a.png", "pixels"}));
+  EXPECT_TRUE(rejects(write_png(image(0), "/dev/full"), Code::kIo, {"No space left"}));
   test::put(folder / "bad.png", "not a picture");
-  EXPECT_TRUE(refuses(read_png(folder / "bad.png"), Code::kMalformedData, {"bad.png"}));
-  ASSERT_TRUE(test::has_value(write_png(picture(0), folder / "a.png")));
+  EXPECT_TRUE(rejects(read_png(folder / "bad.png"), Code::kMalformedData, {"bad.png"}));
+  ASSERT_TRUE(test::has_value(write_png(image(0), folder / "a.png")));
   const std::string whole = test::get(folder / "a.png");
   test::put(folder / "cut.png", whole.substr(0, whole.size() / 2));
-  EXPECT_TRUE(refuses(read_png(folder / "cut.png"), Code::kMalformedData, {"cut.png"}));
+  EXPECT_TRUE(rejects(read_png(folder / "cut.png"), Code::kMalformedData, {"cut.png"}));
 }
 
 TEST(AnimationTest, WritesEveryImageWithItsDuration) {
@@ -170,9 +170,9 @@ TEST(AnimationTest, WritesEveryImageWithItsDuration) {
   AnimationOptions lossless;
   lossless.lossless = true;
   ASSERT_TRUE(test::has_value(
-      write_animation({picture(0), picture(9), picture(40)}, 125, folder / "a.webp", lossless)));
+      write_animation({image(0), image(9), image(40)}, 125, folder / "a.webp", lossless)));
   ASSERT_TRUE(test::has_value(
-      write_animation({picture(0), picture(9), picture(40)}, 125, folder / "b.webp", lossless)));
+      write_animation({image(0), image(9), image(40)}, 125, folder / "b.webp", lossless)));
   const std::string file = test::get(folder / "a.webp");
   EXPECT_EQ(file, test::get(folder / "b.webp"));
   EXPECT_EQ(file.substr(0, 4), "RIFF");
@@ -190,7 +190,7 @@ TEST(AnimationTest, WritesEveryImageWithItsDuration) {
     at += 8 + size + size % 2;
   }
   EXPECT_EQ(frames, 3U);
-  ASSERT_TRUE(test::has_value(write_animation({picture(0)}, 40, folder / "one.webp", lossless)));
+  ASSERT_TRUE(test::has_value(write_animation({image(0)}, 40, folder / "one.webp", lossless)));
   // A single image is a still image that the plain decoder can read.
   const std::string one = test::get(folder / "one.webp");
   int width = 0;
@@ -205,13 +205,13 @@ TEST(AnimationTest, WritesEveryImageWithItsDuration) {
 TEST(AnimationTest, RejectsInvalidImagesAndOptions) {
   const test::TemporaryFolder folder;
   const auto path = folder / "a.webp";
-  EXPECT_TRUE(refuses(write_animation({}, 40, path), Code::kUsage, {"a.webp", "at least 1"}));
-  EXPECT_TRUE(refuses(write_animation({picture(0)}, 0, path), Code::kUsage, {"1 to 60000 ms"}));
-  EXPECT_TRUE(refuses(write_animation({picture(0), Image2d<Rgba8>(1, 1, {Rgba8{}})}, 40, path),
+  EXPECT_TRUE(rejects(write_animation({}, 40, path), Code::kUsage, {"a.webp", "at least 1"}));
+  EXPECT_TRUE(rejects(write_animation({image(0)}, 0, path), Code::kUsage, {"1 to 60000 ms"}));
+  EXPECT_TRUE(rejects(write_animation({image(0), Image2d<Rgba8>(1, 1, {Rgba8{}})}, 40, path),
                       Code::kUsage, {"picture 1", "13 x 9", "1 x 1"}));
   AnimationOptions options;
   options.quality = 200;
-  EXPECT_TRUE(refuses(write_animation({picture(0)}, 40, path, options), Code::kUsage, {"quality"}));
+  EXPECT_TRUE(rejects(write_animation({image(0)}, 40, path, options), Code::kUsage, {"quality"}));
   EXPECT_EQ(files_in(folder.path()), 0U);
 }
 

@@ -44,14 +44,14 @@ TEST_F(LabelFileTest, ReadsEveryWholeNumberExactly) {
 
 TEST_F(LabelFileTest, RejectsInvalidLabelsAndNamesTheirValueAndIndex) {
   constexpr auto kCode = ErrorCode::kMalformedData;
-  EXPECT_TRUE(test::refuses(read<float>("MET_FLOAT", {0, 1.6F, 1, 2}), kCode,
+  EXPECT_TRUE(test::rejects(read<float>("MET_FLOAT", {0, 1.6F, 1, 2}), kCode,
                             {"a.mha", "whole numbers", "0 to 4294967295", "1.6", "(1, 0, 0)"}));
-  EXPECT_TRUE(test::refuses(read<std::int16_t>("MET_SHORT", {0, 0, -3, 2}), kCode,
+  EXPECT_TRUE(test::rejects(read<std::int16_t>("MET_SHORT", {0, 0, -3, 2}), kCode,
                             {"a.mha", "-3", "(0, 0, 1)"}));
   const float nan = std::numeric_limits<float>::quiet_NaN();
-  EXPECT_TRUE(test::refuses(read<float>("MET_FLOAT", {0, 0, 0, nan}), kCode, {"nan", "(1, 0, 1)"}));
+  EXPECT_TRUE(test::rejects(read<float>("MET_FLOAT", {0, 0, 0, nan}), kCode, {"nan", "(1, 0, 1)"}));
   EXPECT_TRUE(
-      test::refuses(read<double>("MET_DOUBLE", {0, 4294967296.0, 0, 0}), kCode, {"4294967296"}));
+      test::rejects(read<double>("MET_DOUBLE", {0, 4294967296.0, 0, 0}), kCode, {"4294967296"}));
 }
 
 TEST_F(LabelFileTest, AcceptsASingleSlice) {
@@ -66,7 +66,7 @@ TEST_F(LabelFileTest, AcceptsASingleSlice) {
 }
 
 TEST_F(LabelFileTest, RejectsOtherKindsOfFiles) {
-  EXPECT_TRUE(test::refuses(read_labels(folder_ / "a.png", diagnostics_),
+  EXPECT_TRUE(test::rejects(read_labels(folder_ / "a.png", diagnostics_),
                             ErrorCode::kUnsupportedData, {"a.png", "expected labels as .nii"}));
 }
 

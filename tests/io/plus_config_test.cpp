@@ -12,7 +12,7 @@
 namespace nav::io {
 namespace {
 
-using test::refuses;
+using test::rejects;
 using Code = ErrorCode;
 
 const std::string kConfig = R"(<?xml version="1.0"?>
@@ -100,28 +100,28 @@ TEST_F(PlusConfigTest, ReadsTransformsDevicesAndGeometry) {
 }
 
 TEST_F(PlusConfigTest, ErrorsNameTheElementTheExpectationAndTheFinding) {
-  EXPECT_TRUE(refuses(read(replaced("12e-1", "nan")), Code::kMalformedData,
+  EXPECT_TRUE(rejects(read(replaced("12e-1", "nan")), Code::kMalformedData,
                       {"c.xml", "ImageToProbe", "Matrix", "16 finite"}));
-  EXPECT_TRUE(refuses(read(replaced("12e-1", "")), Code::kMalformedData, {"ImageToProbe"}));
-  EXPECT_TRUE(refuses(read(replaced("12e-1", "12 13")), Code::kMalformedData, {"ImageToProbe"}));
+  EXPECT_TRUE(rejects(read(replaced("12e-1", "")), Code::kMalformedData, {"ImageToProbe"}));
+  EXPECT_TRUE(rejects(read(replaced("12e-1", "12 13")), Code::kMalformedData, {"ImageToProbe"}));
   EXPECT_TRUE(
-      refuses(read(replaced("From=\"StylusTip\" To=\"Stylus\"", "From=\"Image\" To=\"Probe\"")),
+      rejects(read(replaced("From=\"StylusTip\" To=\"Stylus\"", "From=\"Image\" To=\"Probe\"")),
               Code::kMalformedData, {"ImageToProbe", "found two"}));
-  EXPECT_TRUE(refuses(read(replaced("To=\"Stylus\"", "To=\"\"")), Code::kMalformedData,
+  EXPECT_TRUE(rejects(read(replaced("To=\"Stylus\"", "To=\"\"")), Code::kMalformedData,
                       {"StylusTip", "From and To"}));
-  EXPECT_TRUE(refuses(read(replaced("-0.125", "soon")), Code::kMalformedData,
+  EXPECT_TRUE(rejects(read(replaced("-0.125", "soon")), Code::kMalformedData,
                       {"Device Video", "LocalTimeOffsetSec", "'soon'"}));
-  EXPECT_TRUE(refuses(read(replaced("\"TRUE\"", "\"maybe\"")), Code::kMalformedData,
+  EXPECT_TRUE(rejects(read(replaced("\"TRUE\"", "\"maybe\"")), Code::kMalformedData,
                       {"UseOriginalTimestamps", "'maybe'"}));
-  EXPECT_TRUE(refuses(read(replaced("CURVILINEAR", "ROUND")), Code::kMalformedData,
+  EXPECT_TRUE(rejects(read(replaced("CURVILINEAR", "ROUND")), Code::kMalformedData,
                       {"TransducerGeometry", "'ROUND'"}));
-  EXPECT_TRUE(refuses(read(replaced("0.15 0.16", "0.15")), Code::kMalformedData,
+  EXPECT_TRUE(rejects(read(replaced("0.15 0.16", "0.15")), Code::kMalformedData,
                       {"OutputImageSpacingMmPerPixel", "2 finite"}));
-  EXPECT_TRUE(refuses(read("<Other/>"), Code::kMalformedData, {"PlusConfiguration", "'Other'"}));
-  EXPECT_TRUE(refuses(read("<PlusConfiguration>"), Code::kMalformedData, {"XML", "byte"}));
-  EXPECT_TRUE(refuses(read(""), Code::kMalformedData, {"XML"}));
-  EXPECT_TRUE(refuses(read_plus_config(folder_ / "no.xml"), Code::kNotFound, {"no.xml"}));
-  EXPECT_TRUE(refuses(read_plus_config(folder_.path()), Code::kIo, {"folder"}));
+  EXPECT_TRUE(rejects(read("<Other/>"), Code::kMalformedData, {"PlusConfiguration", "'Other'"}));
+  EXPECT_TRUE(rejects(read("<PlusConfiguration>"), Code::kMalformedData, {"XML", "byte"}));
+  EXPECT_TRUE(rejects(read(""), Code::kMalformedData, {"XML"}));
+  EXPECT_TRUE(rejects(read_plus_config(folder_ / "no.xml"), Code::kNotFound, {"no.xml"}));
+  EXPECT_TRUE(rejects(read_plus_config(folder_.path()), Code::kIo, {"folder"}));
 }
 
 TEST_F(PlusConfigTest, ExpandsNoXmlEntities) {

@@ -123,17 +123,17 @@ TEST(RecordingReaderTest, StreamsImagesAndPosesAsRecorded) {
     ASSERT_EQ(events.size(), 3U);
     for (int i = 0; i < 3; ++i) {
       const RecordingFrame& e = events[static_cast<std::size_t>(i)];
-      ASSERT_TRUE(test::has_value(e.picture));
+      ASSERT_TRUE(test::has_value(e.image));
       EXPECT_EQ(e.acquired, Timestamp(from_seconds(100.25 + i)));
-      EXPECT_EQ(e.picture->acquired, *e.acquired);
-      EXPECT_EQ(e.picture->pixels.at(1, 2), 10 * i + 2 * kWidth + 1);
+      EXPECT_EQ(e.image->acquired, *e.acquired);
+      EXPECT_EQ(e.image->pixels.at(1, 2), 10 * i + 2 * kWidth + 1);
       EXPECT_EQ(e.probe.status, TrackingStatus::kOk);
       EXPECT_EQ(e.probe.acquired, *e.acquired);
       EXPECT_LT((e.probe.tracker_from_body - probe_pose(i)).norm(), kTextMm);
       ASSERT_TRUE(e.reference.has_value());
       EXPECT_LT((e.reference->tracker_from_body - reference_pose(i)).norm(), kTextMm);
     }
-    EXPECT_TRUE(test::refuses(session->next(), ErrorCode::kEndOfStream, {"recording.igs.mha"}));
+    EXPECT_TRUE(test::rejects(session->next(), ErrorCode::kEndOfStream, {"recording.igs.mha"}));
     session->rewind();
   }
   EXPECT_TRUE(said.entries().empty());
@@ -145,7 +145,7 @@ Eigen::Vector3d place(const RecordingReader& session, const RecordingFrame& even
   const auto pose = rigid_from_matrix<Tracker, Probe>(event.probe.tracker_from_body);
   EXPECT_TRUE(test::has_value(pose));
   const auto& calibration = *session.calibration();
-  return (*pose * calibration.probe_from_image * event.picture->grid.at(column, row)).mm;
+  return (*pose * calibration.probe_from_image * event.image->grid.at(column, row)).mm;
 }
 
 Eigen::Vector3d place(const Eigen::Matrix4d& to_from_pixels, double column, double row) {
@@ -192,7 +192,7 @@ TEST(RecordingReaderTest, ReplaysWithoutAReferenceOnlyIfRequested) {
   for (Frame& f : frames) f.fields.erase("ReferenceToTrackerTransform");
   const auto path = write(folder, frames);
   const auto config = calibration_config();
-  EXPECT_TRUE(test::refuses(RecordingReader::open(path, &config, {}, said), ErrorCode::kNotFound,
+  EXPECT_TRUE(test::rejects(RecordingReader::open(path, &config, {}, said), ErrorCode::kNotFound,
                             {"Reference", "Tracker", "name the tracker frame"}));
   RecordingOptions options;
   options.reference_frame = "Tracker";
@@ -228,10 +228,9 @@ TEST(RecordingReaderTest, KeepsTheStatusOfLostPosesAndNamesUnreadableOnes) {
   EXPECT_EQ(events[2].probe.status, TrackingStatus::kInvalid);
   EXPECT_TRUE(events[2].probe.tracker_from_body.array().isNaN().all());
   EXPECT_FALSE(events[3].acquired.has_value());
-  EXPECT_TRUE(
-      test::refuses(events[3].picture, ErrorCode::kMalformedData, {"frame 3", "Timestamp"}));
+  EXPECT_TRUE(test::rejects(events[3].image, ErrorCode::kMalformedData, {"frame 3", "Timestamp"}));
   EXPECT_EQ(events[3].probe.status, TrackingStatus::kInvalid);
-  EXPECT_TRUE(test::refuses(events[4].picture, ErrorCode::kUnsupportedData, {"frame 4"}));
+  EXPECT_TRUE(test::rejects(events[4].image, ErrorCode::kUnsupportedData, {"frame 4"}));
   EXPECT_EQ(events[4].probe.status, TrackingStatus::kOk);
   ASSERT_EQ(said.entries().size(), 1U);
   EXPECT_NE(said.entries()[0].message.find("frame 2: ProbeToTracker"), std::string::npos);
@@ -275,16 +274,14 @@ TEST(RecordingReaderTest, AFrameWithoutAValidCalibrationHasNoImage) {
   ASSERT_TRUE(test::has_value(session));
   const auto events = drain(*session);
   ASSERT_EQ(events.size(), 6U);
-  EXPECT_TRUE(test::refuses(events[0].picture, ErrorCode::kUnsupportedData,
+  EXPECT_TRUE(test::rejects(events[0].image, ErrorCode::kUnsupportedData,
                             {"frame 0: ImageToProbe", "invalid"}));
-  EXPECT_TRUE(test::has_value(events[1].picture));
-  EXPECT_TRUE(test::refuses(events[2].picture, ErrorCode::kMalformedData,
+  EXPECT_TRUE(test::has_value(events[1].image));
+  EXPECT_TRUE(test::rejects(events[2].image, ErrorCode::kMalformedData,
                             {"frame 2: ImageToProbe", "finite", "nan"}));
-  EXPECT_TRUE(
-      test::refuses(events[3].picture, ErrorCode::kMalformedData, {"frame 3: ImageToProbe"}));
-  EXPECT_TRUE(
-      test::refuses(events[4].picture, ErrorCode::kMalformedData, {"frame 4: ImageToProbe"}));
-  ASSERT_TRUE(test::has_value(events[5].picture));
+  EXPECT_TRUE(test::rejects(events[3].image, ErrorCode::kMalformedData, {"frame 3: ImageToProbe"}));
+  EXPECT_TRUE(test::rejects(events[4].image, ErrorCode::kMalformedData, {"frame 4: ImageToProbe"}));
+  ASSERT_TRUE(test::has_value(events[5].image));
   const Eigen::Matrix4d truth = probe_pose(5) * image_to_probe();
   EXPECT_LT((place(*session, events[5], 3, 2) - place(truth, 3, 2)).norm(), 1e-6);
 }
@@ -297,7 +294,7 @@ TEST(RecordingReaderTest, RejectsARecordingWithTwoCalibrations) {
   const auto refused = [&](const Eigen::Matrix4d& other) {
     put(frames[2], "ImageToProbe", other);
     const auto session = RecordingReader::open(write(folder, frames), &config, {}, said);
-    return test::refuses(session, ErrorCode::kMalformedData,
+    return test::rejects(session, ErrorCode::kMalformedData,
                          {"recording.igs.mha", "frame 2: ImageToProbe", "frame 0", "mm away"});
   };
   EXPECT_TRUE(refused(rigid(0, {0, 0, 1}, {0, 0.1, 0}) * image_to_probe()));
@@ -318,9 +315,10 @@ TEST(RecordingReaderTest, RejectsRecordingsWithoutAPathOfTransforms) {
   options.probe_frame = "Transducer";
   options.image_frame = "Picture";
   const auto path = write(folder, tracked_frames(2));
-  EXPECT_TRUE(test::refuses(RecordingReader::open(path, &config, options, said), ErrorCode::kNotFound,
+  EXPECT_TRUE(test::rejects(RecordingReader::open(path, &config, options, said),
+                            ErrorCode::kNotFound,
                             {"recording.igs.mha", "Transducer", "Probe→Tracker"}));
-  EXPECT_TRUE(test::refuses(RecordingReader::open(path, nullptr, {}, said), ErrorCode::kNotFound,
+  EXPECT_TRUE(test::rejects(RecordingReader::open(path, nullptr, {}, said), ErrorCode::kNotFound,
                             {"Image", "Probe"}));
   EXPECT_FALSE(RecordingReader::open(folder / "absent.mha", nullptr, {}, said));
 }
@@ -339,8 +337,8 @@ TEST(RecordingReaderTest, ReplaysARealRecording) {
   const auto events = drain(*session);
   ASSERT_EQ(events.size(), 97U);
   for (const RecordingFrame& e : events) {
-    ASSERT_TRUE(test::has_value(e.picture));
-    EXPECT_EQ(e.picture->pixels.width(), 820);
+    ASSERT_TRUE(test::has_value(e.image));
+    EXPECT_EQ(e.image->pixels.width(), 820);
     ASSERT_TRUE(e.acquired.has_value());
     ASSERT_TRUE(e.reference.has_value());
   }

@@ -10,7 +10,7 @@
 namespace nav::io {
 namespace {
 
-using test::refuses;
+using test::rejects;
 using Code = ErrorCode;
 
 SequenceFrame frame_with(const std::string& matrix, const std::string& status = "OK") {
@@ -35,7 +35,7 @@ TEST(FrameTransformTest, ReadsRowMajorNumbers) {
 
 TEST(FrameTransformTest, ErrorsNameTheFrameTheFieldTheExpectationAndTheFinding) {
   const auto refused = [](const std::string& text, const std::string& found) {
-    return refuses(transform(frame_with(text), "ProbeToTracker"), Code::kMalformedData,
+    return rejects(transform(frame_with(text), "ProbeToTracker"), Code::kMalformedData,
                    {"frame 7", "ProbeToTrackerTransform", "16", found});
   };
   // Readers that stop at the first word that they cannot parse leave an identity behind.
@@ -45,7 +45,7 @@ TEST(FrameTransformTest, ErrorsNameTheFrameTheFieldTheExpectationAndTheFinding) 
   EXPECT_TRUE(refused(kMatrix + " 17", "17 words"));
   EXPECT_TRUE(refused("", "0 words"));
   EXPECT_TRUE(refused("1 0 0 0,5 0 1 0 0 0 0 1 0 0 0 0 1", "'0,5' as number 4"));
-  EXPECT_TRUE(refuses(transform(frame_with(kMatrix), "StylusToTracker"), Code::kNotFound,
+  EXPECT_TRUE(rejects(transform(frame_with(kMatrix), "StylusToTracker"), Code::kNotFound,
                       {"frame 7", "StylusToTrackerTransform", "ProbeToTracker"}));
 }
 
@@ -64,7 +64,7 @@ TEST(FrameTransformTest, RoundsTinyNumbersToZeroAndRejectsHugeOnes) {
   const std::vector<std::string> large = {"1e400", "1" + zeros + "e-5", "-1" + zeros,
                                           "1e9999999999999999999", "0." + zeros + "1e+900"};
   for (const std::string& number : large) {
-    EXPECT_TRUE(refuses(first(number), Code::kMalformedData, {"as number 1"})) << number;
+    EXPECT_TRUE(rejects(first(number), Code::kMalformedData, {"as number 1"})) << number;
   }
 }
 
@@ -101,7 +101,7 @@ TEST(FrameTransformTest, AcceptsNanOnlyIfTheStatusIsNotOk) {
   ASSERT_TRUE(test::has_value(t));
   EXPECT_TRUE(std::isnan(t->to_from_from(0, 0)));
   EXPECT_NE(t->status, TrackingStatus::kOk);
-  EXPECT_TRUE(refuses(transform(frame_with(nan, "absent"), "ProbeToTracker"), Code::kMalformedData,
+  EXPECT_TRUE(rejects(transform(frame_with(nan, "absent"), "ProbeToTracker"), Code::kMalformedData,
                       {"nan"}));
 }
 
@@ -123,12 +123,12 @@ TEST(FrameTransformTest, WritesTransformsThatReadBackEqual) {
 }
 
 // Pixels 1 2 3 / 4 5 6. A flip or a transpose changes the image.
-struct Picture {
+struct ProgressiveImage {
   SequenceHeader header;
   SequenceFrame frame;
 };
-Picture picture(const std::string& orientation) {
-  Picture p;
+ProgressiveImage picture(const std::string& orientation) {
+  ProgressiveImage p;
   p.header.path = "p.mha";
   p.header.width = 3;
   p.header.height = 2;
@@ -142,7 +142,7 @@ Picture picture(const std::string& orientation) {
 TEST(BrightnessImageTest, FlipsEveryOrientationToMf) {
   using Pixels = std::vector<std::uint8_t>;
   const auto pixels = [](const std::string& orientation) {
-    const Picture p = picture(orientation);
+    const ProgressiveImage p = picture(orientation);
     const auto image = brightness_image(p.header, p.frame);
     return image ? Pixels(image->pixels().begin(), image->pixels().end()) : Pixels();
   };
@@ -157,9 +157,9 @@ TEST(BrightnessImageTest, FlipsEveryOrientationToMf) {
 TEST(BrightnessImageTest, RejectsEachOtherKindOfImageInOneSentence) {
   const auto refused = [](auto change, std::initializer_list<std::string> pieces,
                           Code code = Code::kUnsupportedData) {
-    Picture p = picture("MF");
+    ProgressiveImage p = picture("MF");
     change(p);
-    return refuses(brightness_image(p.header, p.frame), code, pieces);
+    return rejects(brightness_image(p.header, p.frame), code, pieces);
   };
   EXPECT_TRUE(refused([](auto& p) { p.header.components = 3; }, {"p.mha", "frame 0", "colour"}));
   EXPECT_TRUE(refused([](auto& p) { p.header.image_type = "RGB_COLOR"; }, {"colour"}));

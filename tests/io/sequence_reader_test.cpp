@@ -13,7 +13,7 @@ namespace nav::io {
 namespace {
 
 using test::put;
-using test::refuses;
+using test::rejects;
 using test::text_of;
 using Code = ErrorCode;
 
@@ -69,8 +69,8 @@ TEST_F(SequenceReaderTest, ReadsRawFramesInAnyOrder) {
   EXPECT_EQ(text_of(first->pixels), "abcdef");
   EXPECT_TRUE(first->image_valid);
   EXPECT_FALSE(first->unfiltered_timestamp_s.has_value());
-  EXPECT_TRUE(refuses(reader->read(2), Code::kUsage, {"frame 2", "0 to 1"}));
-  EXPECT_TRUE(refuses(reader->read(-1), Code::kUsage, {"frame -1"}));
+  EXPECT_TRUE(rejects(reader->read(2), Code::kUsage, {"frame 2", "0 to 1"}));
+  EXPECT_TRUE(rejects(reader->read(-1), Code::kUsage, {"frame -1"}));
 }
 
 TEST_F(SequenceReaderTest, ReadsFramesOfACompressedStreamInAnyOrder) {
@@ -104,7 +104,7 @@ TEST_F(SequenceReaderTest, ReadsEqualFramesAfterAReadThatFailed) {
   const int kept = ::dup(descriptor);
   ASSERT_GE(kept, 0);
   ASSERT_EQ(::close(descriptor), 0);
-  EXPECT_TRUE(refuses(reader->read(1), Code::kIo, {"frame 1", "cannot read"}));
+  EXPECT_TRUE(rejects(reader->read(1), Code::kIo, {"frame 1", "cannot read"}));
   ASSERT_EQ(::dup2(kept, descriptor), descriptor);
   ::close(kept);
   for (const std::size_t i : {1U, 2U, 0U}) {
@@ -124,7 +124,7 @@ TEST_F(SequenceReaderTest, ReadsDetachedRawAndCompressedFiles) {
       open(meta("CompressedData = True\n" + kFrames, "3 2 2", "MET_UCHAR", "a.zraw"), "b.igs.mhd");
   ASSERT_TRUE(test::has_value(packed));
   EXPECT_EQ(text_of(packed->read(1)->pixels), "ghijkl");
-  EXPECT_TRUE(refuses(open(meta(kFrames, "3 2 2", "MET_UCHAR", "none.raw"), "c.igs.mhd"),
+  EXPECT_TRUE(rejects(open(meta(kFrames, "3 2 2", "MET_UCHAR", "none.raw"), "c.igs.mhd"),
                       Code::kNotFound, {"none.raw"}));
 }
 
@@ -224,7 +224,7 @@ TEST_F(SequenceReaderTest, NamesTheFrameAndFieldOfABadTimestamp) {
     auto reader = open(meta(std::string("Seq_Frame0001_Timestamp = ") + text + "\n") + kPixels);
     ASSERT_TRUE(test::has_value(reader));
     EXPECT_TRUE(
-        refuses(reader->read(1), Code::kMalformedData, {"a.igs.mha", "frame 1", "Timestamp", text}))
+        rejects(reader->read(1), Code::kMalformedData, {"a.igs.mha", "frame 1", "Timestamp", text}))
         << text;
     EXPECT_TRUE(test::has_value(reader->read(0)));
   }
@@ -235,7 +235,7 @@ TEST_F(SequenceReaderTest, ReadsTheFramesBeforeADefectAndNamesTheDefectiveOne) {
   ASSERT_TRUE(test::has_value(raw));
   EXPECT_EQ(raw->header().readable_frames, 1);
   EXPECT_EQ(text_of(raw->read(0)->pixels), "abcdef");
-  EXPECT_TRUE(refuses(raw->read(1), Code::kMalformedData, {"frame 1", "cut short", "12", "9"}));
+  EXPECT_TRUE(rejects(raw->read(1), Code::kMalformedData, {"frame 1", "cut short", "12", "9"}));
 
   // Random bytes do not compress, so the stream is cut at the same fraction as the file.
   std::string noise;
@@ -248,66 +248,66 @@ TEST_F(SequenceReaderTest, ReadsTheFramesBeforeADefectAndNamesTheDefectiveOne) {
   auto packed = open(meta("CompressedData = True\n", "100 10 20") + z.substr(0, z.size() / 2));
   ASSERT_TRUE(test::has_value(packed));
   EXPECT_EQ(text_of(packed->read(5)->pixels), noise.substr(5000, 1000));
-  EXPECT_TRUE(refuses(packed->read(15), Code::kMalformedData, {"frame 15", "cut short"}));
+  EXPECT_TRUE(rejects(packed->read(15), Code::kMalformedData, {"frame 15", "cut short"}));
   EXPECT_EQ(text_of(packed->read(1)->pixels), noise.substr(1000, 1000));
 
   // All samples are there, but their checksum is missing.
   auto unchecked = open(meta("CompressedData = True\n", "100 10 20") + z.substr(0, z.size() - 2));
   ASSERT_TRUE(test::has_value(unchecked));
-  EXPECT_TRUE(refuses(unchecked->read(19), Code::kMalformedData, {"frame 19", "cut short"}));
+  EXPECT_TRUE(rejects(unchecked->read(19), Code::kMalformedData, {"frame 19", "cut short"}));
   std::string damaged = z;
   damaged[z.size() / 2] = static_cast<char>(damaged[z.size() / 2] ^ 0x55);
   auto broken = open(meta("CompressedData = True\n", "100 10 20") + damaged);
   ASSERT_TRUE(test::has_value(broken));
-  EXPECT_TRUE(refuses(broken->read(19), Code::kMalformedData, {"frame 19", "damaged"}));
+  EXPECT_TRUE(rejects(broken->read(19), Code::kMalformedData, {"frame 19", "damaged"}));
 }
 
 TEST_F(SequenceReaderTest, RejectsSizesThatTheFileCannotHold) {
   const std::string body(1000, 'x');
-  EXPECT_TRUE(refuses(open(meta("", "40000 25000 1") + body), Code::kMalformedData,
+  EXPECT_TRUE(rejects(open(meta("", "40000 25000 1") + body), Code::kMalformedData,
                       {"1000000000", "1000"}));
-  EXPECT_TRUE(refuses(open(meta("CompressedData = True\n", "1000 1000 1000") + body),
+  EXPECT_TRUE(rejects(open(meta("CompressedData = True\n", "1000 1000 1000") + body),
                       Code::kMalformedData, {"1000000000", "1100 times"}));
-  EXPECT_TRUE(refuses(open(meta("", "4000000000 4000000000 4000000000") + body),
+  EXPECT_TRUE(rejects(open(meta("", "4000000000 4000000000 4000000000") + body),
                       Code::kMalformedData, {"2^63"}));
-  EXPECT_TRUE(refuses(open(meta("", "3 2 0")), Code::kMalformedData, {"at least 1 frame"}));
-  EXPECT_TRUE(refuses(open(meta("", "3 -2 1")), Code::kMalformedData, {"DimSize", "3 -2 1"}));
-  EXPECT_TRUE(refuses(open(meta("", "3 2")), Code::kMalformedData, {"DimSize", "3 sizes"}));
-  EXPECT_TRUE(refuses(open(meta("", "3 2 nan")), Code::kMalformedData, {"DimSize"}));
+  EXPECT_TRUE(rejects(open(meta("", "3 2 0")), Code::kMalformedData, {"at least 1 frame"}));
+  EXPECT_TRUE(rejects(open(meta("", "3 -2 1")), Code::kMalformedData, {"DimSize", "3 -2 1"}));
+  EXPECT_TRUE(rejects(open(meta("", "3 2")), Code::kMalformedData, {"DimSize", "3 sizes"}));
+  EXPECT_TRUE(rejects(open(meta("", "3 2 nan")), Code::kMalformedData, {"DimSize"}));
   // Frames without pixels need no space in the file, but the reader visits every one of them.
   auto frames = open(meta("", "0 0 10000000"));
   ASSERT_TRUE(test::has_value(frames));
   EXPECT_TRUE(test::has_value(frames->read(9999999)));
-  EXPECT_TRUE(refuses(open(meta("", "0 0 1000000000000")), Code::kMalformedData,
+  EXPECT_TRUE(rejects(open(meta("", "0 0 1000000000000")), Code::kMalformedData,
                       {"at most 10000000 frames", "1000000000000"}));
 }
 
 TEST_F(SequenceReaderTest, RejectsFilesThatAreNoSequence) {
-  EXPECT_TRUE(refuses(SequenceReader::open(folder_ / "none.mha"), Code::kNotFound, {"none.mha"}));
-  EXPECT_TRUE(refuses(SequenceReader::open(folder_.path()), Code::kIo, {"folder"}));
-  EXPECT_TRUE(refuses(SequenceReader::open("/dev/zero"), Code::kIo, {"special file"}));
-  EXPECT_TRUE(refuses(open(""), Code::kMalformedData, {"cut short"}));
-  EXPECT_TRUE(refuses(open("hello\nworld\n"), Code::kUnsupportedData, {"hello"}));
-  EXPECT_TRUE(refuses(open(std::string(5000, '\0')), Code::kMalformedData, {"cut short"}));
+  EXPECT_TRUE(rejects(SequenceReader::open(folder_ / "none.mha"), Code::kNotFound, {"none.mha"}));
+  EXPECT_TRUE(rejects(SequenceReader::open(folder_.path()), Code::kIo, {"folder"}));
+  EXPECT_TRUE(rejects(SequenceReader::open("/dev/zero"), Code::kIo, {"special file"}));
+  EXPECT_TRUE(rejects(open(""), Code::kMalformedData, {"cut short"}));
+  EXPECT_TRUE(rejects(open("hello\nworld\n"), Code::kUnsupportedData, {"hello"}));
+  EXPECT_TRUE(rejects(open(std::string(5000, '\0')), Code::kMalformedData, {"cut short"}));
   const std::string good = meta(kFrames);
-  EXPECT_TRUE(refuses(open(good.substr(0, good.size() / 2)), Code::kMalformedData,
+  EXPECT_TRUE(rejects(open(good.substr(0, good.size() / 2)), Code::kMalformedData,
                       {"cut short", "ElementDataFile"}));
-  EXPECT_TRUE(refuses(open("ObjectType = Image\nno equals sign\n" + good), Code::kMalformedData,
+  EXPECT_TRUE(rejects(open("ObjectType = Image\nno equals sign\n" + good), Code::kMalformedData,
                       {"line 2", "no equals sign"}));
-  EXPECT_TRUE(refuses(open(meta("DimSize = 4 2 2\n") + kPixels), Code::kMalformedData,
+  EXPECT_TRUE(rejects(open(meta("DimSize = 4 2 2\n") + kPixels), Code::kMalformedData,
                       {"DimSize", "3 2 2", "4 2 2"}));
-  EXPECT_TRUE(refuses(open(meta("Seq_Frame0007_Timestamp = 1\n") + kPixels), Code::kMalformedData,
+  EXPECT_TRUE(rejects(open(meta("Seq_Frame0007_Timestamp = 1\n") + kPixels), Code::kMalformedData,
                       {"Seq_Frame0007_Timestamp", "below 2"}));
   EXPECT_TRUE(
-      refuses(open(meta("Seq_Frame0001_Timestamp = 1\nSeq_Frame0001_Timestamp = 2\n") + kPixels),
+      rejects(open(meta("Seq_Frame0001_Timestamp = 1\nSeq_Frame0001_Timestamp = 2\n") + kPixels),
               Code::kMalformedData, {"frame 1", "Timestamp", "'1'", "'2'"}));
-  EXPECT_TRUE(refuses(open(meta("", "3 2 2", "MET_UCHAR_ARRAY") + kPixels), Code::kMalformedData,
+  EXPECT_TRUE(rejects(open(meta("", "3 2 2", "MET_UCHAR_ARRAY") + kPixels), Code::kMalformedData,
                       {"ElementType"}));
-  EXPECT_TRUE(refuses(open(meta("Kinds = list domain domain\n") + kPixels), Code::kUnsupportedData,
+  EXPECT_TRUE(rejects(open(meta("Kinds = list domain domain\n") + kPixels), Code::kUnsupportedData,
                       {"list"}));
-  EXPECT_TRUE(refuses(open(meta("CompressedData = maybe\n") + kPixels), Code::kMalformedData,
+  EXPECT_TRUE(rejects(open(meta("CompressedData = maybe\n") + kPixels), Code::kMalformedData,
                       {"CompressedData", "maybe"}));
-  EXPECT_TRUE(refuses(
+  EXPECT_TRUE(rejects(
       open("NRRD0004\ndimension: 3\nsizes: 3 2 2\ntype: uint8\nencoding: hex\n\n", "h.nrrd"),
       Code::kUnsupportedData, {"encoding", "hex"}));
 }
@@ -337,7 +337,7 @@ TEST_F(SequenceReaderTest, ReadsFramesBeyondFourGigabytes) {
   ASSERT_TRUE(test::has_value(frame));
   EXPECT_EQ(text_of(frame->pixels).substr(0, 4), "here");
   EXPECT_EQ(static_cast<std::int64_t>(frame->pixels.size()), kFrameBytes);
-  EXPECT_TRUE(refuses(reader->read(9001), Code::kUsage, {"frame 9001"}));
+  EXPECT_TRUE(rejects(reader->read(9001), Code::kUsage, {"frame 9001"}));
 }
 
 TEST_F(SequenceReaderTest, AcceptsCompressedSizesBeyondFourGigabytes) {

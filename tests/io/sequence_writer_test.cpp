@@ -13,7 +13,7 @@
 namespace nav::io {
 namespace {
 
-using test::refuses;
+using test::rejects;
 using Code = ErrorCode;
 
 SequenceHeader header(int width, int height, PixelType type, bool compressed) {
@@ -193,7 +193,7 @@ TEST_F(SequenceWriterTest, WritesNoFileWithoutFinish) {
     auto writer =
         SequenceWriter::create(folder_ / "old.mha", header(5, 3, PixelType::kUint8, false));
     ASSERT_TRUE(test::has_value(writer));
-    EXPECT_TRUE(refuses(writer->finish(), Code::kRefused, {"old.mha", "at least 1 frame"}));
+    EXPECT_TRUE(rejects(writer->finish(), Code::kRefused, {"old.mha", "at least 1 frame"}));
   }
   EXPECT_EQ(test::get(folder_ / "old.mha"), "old");
 }
@@ -207,27 +207,27 @@ TEST_F(SequenceWriterTest, AcceptsEveryNameLengthThatTheSystemAccepts) {
   ASSERT_TRUE(test::has_value(writer->finish()));
   EXPECT_TRUE(std::filesystem::exists(folder_ / longest));
   // The writer reports the error before anything is recorded.
-  EXPECT_TRUE(refuses(SequenceWriter::create(folder_ / ("x" + longest), shape), Code::kIo,
+  EXPECT_TRUE(rejects(SequenceWriter::create(folder_ / ("x" + longest), shape), Code::kIo,
                       {longest, "create", "too long"}));
 }
 
 TEST_F(SequenceWriterTest, RejectsFramesThatWouldBreakTheFile) {
   const auto h = header(5, 3, PixelType::kUint8, false);
-  EXPECT_TRUE(refuses(SequenceWriter::create(folder_ / "a.mhd", h), Code::kUsage, {".mha"}));
+  EXPECT_TRUE(rejects(SequenceWriter::create(folder_ / "a.mhd", h), Code::kUsage, {".mha"}));
   EXPECT_TRUE(
-      refuses(SequenceWriter::create(folder_.path() / "no" / "a.mha", h), Code::kIo, {"a.mha"}));
+      rejects(SequenceWriter::create(folder_.path() / "no" / "a.mha", h), Code::kIo, {"a.mha"}));
   auto writer = SequenceWriter::create(folder_ / "a.mha", h);
   ASSERT_TRUE(test::has_value(writer));
-  EXPECT_TRUE(refuses(writer->append(frame(0, 14)), Code::kUsage, {"frame 0", "15", "14"}));
+  EXPECT_TRUE(rejects(writer->append(frame(0, 14)), Code::kUsage, {"frame 0", "15", "14"}));
   auto bad = frame(0, 15);
   bad.fields["Note"] = "two\nlines";
-  EXPECT_TRUE(refuses(writer->append(bad), Code::kUsage, {"Note", "two lines"}));
+  EXPECT_TRUE(rejects(writer->append(bad), Code::kUsage, {"Note", "two lines"}));
   bad = frame(0, 15);
   bad.fields["a=b"] = "x";
-  EXPECT_TRUE(refuses(writer->append(bad), Code::kUsage, {"a=b"}));
+  EXPECT_TRUE(rejects(writer->append(bad), Code::kUsage, {"a=b"}));
   bad = frame(0, 15);
   bad.timestamp_s = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(refuses(writer->append(bad), Code::kUsage, {"timestamp", "nan"}));
+  EXPECT_TRUE(rejects(writer->append(bad), Code::kUsage, {"timestamp", "nan"}));
   // Rejected frames do not change the file.
   ASSERT_TRUE(test::has_value(writer->append(frame(0, 15))));
   ASSERT_TRUE(test::has_value(writer->finish()));

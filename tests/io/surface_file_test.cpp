@@ -13,7 +13,7 @@
 namespace nav::io {
 namespace {
 
-using test::refuses;
+using test::rejects;
 using Code = ErrorCode;
 
 double area_of(const TriangleMesh& mesh) {
@@ -94,7 +94,7 @@ TEST_F(SurfaceFileTest, ConvertsSurfacesInRasToLps) {
     for (const auto& [title, found] : {std::pair("SPACE=LAS", "'LAS'"),
                                        {"SPACE=RASTER", "'RASTER'"},
                                        {"SPACE=LPS SPACE=RAS", "'LPS' and 'RAS'"}}) {
-      EXPECT_TRUE(refuses(read(name, make(title)), Code::kUnsupportedData, {name, found})) << title;
+      EXPECT_TRUE(rejects(read(name, make(title)), Code::kUnsupportedData, {name, found})) << title;
     }
   };
   expect("a.vtk", vtk);
@@ -188,7 +188,7 @@ TEST_F(SurfaceFileTest, RejectsSizesThatTheFileCannotHold) {
         three + "POLYGONS 1 4\n3 0 1 99\n", three + "POLYGONS 1 4\n3 0 1 -1\n",
         three + "POLYGONS 2 8\n3 0 1 2\n3 0", three + "POLYGONS 1 4\n3 0 1 1.5\n",
         vtk + "FIELD f 1\na 2000000000 2000000000 int\n1\n", vtk + "FIELD f 9\n", three}) {
-    EXPECT_TRUE(refuses(read("a.vtk", text), Code::kMalformedData, {"a.vtk", "expected"})) << text;
+    EXPECT_TRUE(rejects(read("a.vtk", text), Code::kMalformedData, {"a.vtk", "expected"})) << text;
   }
   const std::string modern =
       "# vtk DataFile Version 5.1\nt\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n"
@@ -203,7 +203,7 @@ TEST_F(SurfaceFileTest, RejectsSizesThatTheFileCannotHold) {
         kPlyHead + kPlyPoints + "2000000000 0 1 2\n3 0 2 3\n",
         kPlyHead + kPlyPoints + "-3 0 1 2\n3 0 2 3\n",
         kPlyHead + kPlyPoints + "3 0 1 4\n3 0 2 3\n"}) {
-    EXPECT_TRUE(refuses(read("a.ply", text), Code::kMalformedData, {"a.ply", "expected"})) << text;
+    EXPECT_TRUE(rejects(read("a.ply", text), Code::kMalformedData, {"a.ply", "expected"})) << text;
   }
 }
 
@@ -219,7 +219,7 @@ TEST_F(SurfaceFileTest, RejectsTruncatedFiles) {
       "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1.5 0 0\nvertex 0 2 0\n"
       "endloop\nendfacet\n";
   ASSERT_TRUE(test::has_value(read("f.stl", stl + "endsolid a\n")));
-  EXPECT_TRUE(refuses(read("f.stl", stl), Code::kMalformedData, {"f.stl", "endsolid"}));
+  EXPECT_TRUE(rejects(read("f.stl", stl), Code::kMalformedData, {"f.stl", "endsolid"}));
 }
 
 TEST_F(SurfaceFileTest, ReportsAnStlWithoutFacets) {
@@ -228,7 +228,7 @@ TEST_F(SurfaceFileTest, ReportsAnStlWithoutFacets) {
        {std::string(80, ' ') + count, "solid" + std::string(75, ' ') + count,
         std::string("solid a\nendsolid a\n")}) {
     EXPECT_TRUE(
-        refuses(read("a.stl", stl), Code::kMalformedData, {"a.stl: expected facets, found none"}));
+        rejects(read("a.stl", stl), Code::kMalformedData, {"a.stl: expected facets, found none"}));
   }
 }
 
@@ -252,7 +252,7 @@ TEST_F(SurfaceFileTest, ReadsGroupsOfPoints) {
   EXPECT_EQ((*groups)[1][0], Eigen::Vector3d(7, 8, -9.5));
   for (const char* line : {"1 2", "1 2 3 4", "1 2 nan", "1,5 2,5 3,5", "x 1 2"}) {
     test::put(folder_ / "p.txt", std::string("1 2 3\n") + line);
-    EXPECT_TRUE(refuses(read_point_groups(folder_ / "p.txt"), Code::kMalformedData,
+    EXPECT_TRUE(rejects(read_point_groups(folder_ / "p.txt"), Code::kMalformedData,
                         {"p.txt:2", "three finite numbers"}))
         << line;
   }

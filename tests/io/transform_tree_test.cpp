@@ -12,7 +12,7 @@
 namespace nav::io {
 namespace {
 
-using test::refuses;
+using test::rejects;
 using Code = ErrorCode;
 
 constexpr double kRounding = 1e-12;
@@ -102,21 +102,21 @@ TEST(TransformTreeTest, TheWorstStatusWins) {
 }
 
 TEST(TransformTreeTest, NamesTheMissingLinkAndTheKnownTransforms) {
-  EXPECT_TRUE(refuses(tree().find("Image", "Phantom"), Code::kNotFound,
+  EXPECT_TRUE(rejects(tree().find("Image", "Phantom"), Code::kNotFound,
                       {"from Image to Phantom", "Probe→Tracker (frames)",
                        "Image→Probe (configuration)", "Phantom→Wire (configuration)"}));
-  EXPECT_TRUE(refuses(tree().find("Image", "Ct"), Code::kNotFound, {"from Image to Ct"}));
+  EXPECT_TRUE(rejects(tree().find("Image", "Ct"), Code::kNotFound, {"from Image to Ct"}));
   EXPECT_TRUE(
-      refuses(TransformTree::create({}, {})->find("A", "B"), Code::kNotFound, {"known: nothing"}));
+      rejects(TransformTree::create({}, {})->find("A", "B"), Code::kNotFound, {"known: nothing"}));
   SequenceFrame bare;
   bare.index = 9;
   const auto chain = tree().find("Image", "Reference");
-  EXPECT_TRUE(refuses(chain->evaluate(bare), Code::kNotFound, {"frame 9", "ProbeToTracker"}));
+  EXPECT_TRUE(rejects(chain->evaluate(bare), Code::kNotFound, {"frame 9", "ProbeToTracker"}));
   SequenceFrame flat = frame();
   set_transform(flat, {"ReferenceToTracker", Eigen::Matrix4d::Zero(), TrackingStatus::kOk});
-  EXPECT_TRUE(refuses(chain->evaluate(flat), Code::kMalformedData,
+  EXPECT_TRUE(rejects(chain->evaluate(flat), Code::kMalformedData,
                       {"frame 3", "ReferenceToTrackerTransform", "inverted"}));
-  EXPECT_TRUE(refuses(TransformTree::create({}, {{"A", "B", Eigen::Matrix4d::Zero(), {}, ""}}),
+  EXPECT_TRUE(rejects(TransformTree::create({}, {{"A", "B", Eigen::Matrix4d::Zero(), {}, ""}}),
                       Code::kMalformedData, {"AToB", "inverted"}));
 }
 
@@ -147,12 +147,12 @@ TEST(TransformTreeTest, RejectsAPoseThatContradictsItsInverse) {
   moved(0, 3) += 0.1;  // mm
   // The most frequent mistake is that both directions have the same numbers.
   for (const Eigen::Matrix4d& other : {moved, kTrackerFromProbe}) {
-    EXPECT_TRUE(refuses(chain->evaluate(with(other)), Code::kMalformedData,
+    EXPECT_TRUE(rejects(chain->evaluate(with(other)), Code::kMalformedData,
                         {"frame 3", "ProbeToTracker", "TrackerToProbe", "inverse"}));
   }
   // A pose whose status is not OK contradicts nothing.
   EXPECT_TRUE(test::has_value(chain->evaluate(with(moved, TrackingStatus::kOccluded))));
-  EXPECT_TRUE(refuses(
+  EXPECT_TRUE(rejects(
       TransformTree::create({}, {{"A", "B", kTrackerFromProbe, {}, ""}, {"B", "A", moved, {}, ""}}),
       Code::kMalformedData, {"configuration", "AToB", "BToA", "inverse"}));
   EXPECT_TRUE(test::has_value(TransformTree::create(
@@ -208,7 +208,7 @@ TEST(ImageCalibrationTest, RejectsEachDefectOfACalibration) {
     Eigen::Matrix4d m = Eigen::Matrix4d::Identity();
     m.topLeftCorner<3, 3>() *= 0.1;
     change(m);
-    return refuses(calibration_from_matrix(m, 10, 10), Code::kMalformedData, pieces);
+    return rejects(calibration_from_matrix(m, 10, 10), Code::kMalformedData, pieces);
   };
   EXPECT_TRUE(refused([](auto& m) { m(1, 1) = std::nan(""); }, {"ImageToProbe", "finite"}));
   EXPECT_TRUE(refused([](auto& m) { m.col(0).setZero(); }, {"1e-4 mm"}));
@@ -218,7 +218,7 @@ TEST(ImageCalibrationTest, RejectsEachDefectOfACalibration) {
   EXPECT_TRUE(refused([](auto& m) { m(0, 1) = 0.05; }, {"20 degrees"}));  // The shear is 26
                                                                           // degrees.
   EXPECT_TRUE(refused([](auto& m) { m.col(1) = m.col(0); }, {"pixel grid"}));
-  EXPECT_TRUE(refuses(calibration_from_matrix(Eigen::Matrix4d::Identity(), 0, 5),
+  EXPECT_TRUE(rejects(calibration_from_matrix(Eigen::Matrix4d::Identity(), 0, 5),
                       Code::kMalformedData, {"0 x 5"}));
 }
 

@@ -38,7 +38,7 @@ TEST(NeedlePlanTest, RejectsInvalidPlans) {
   NeedlePlan plan = kPlan;
   EXPECT_TRUE(test::has_value(validate(plan)));
   plan.entry_ct = plan.target_ct;
-  EXPECT_TRUE(test::refuses(validate(plan), ErrorCode::kMalformedData, {"1 mm apart"}));
+  EXPECT_TRUE(test::rejects(validate(plan), ErrorCode::kMalformedData, {"1 mm apart"}));
   plan = kPlan;
   plan.target_ct.mm.x() = std::nan("");
   EXPECT_FALSE(validate(plan));

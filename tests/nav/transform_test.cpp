@@ -112,17 +112,17 @@ TEST(RigidFromMatrixTest, NamesEachDefect) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const double inf = std::numeric_limits<double>::infinity();
   using Code = ErrorCode;
-  EXPECT_TRUE(test::refuses(defect([&](auto& m) { m(1, 2) = nan; }), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(defect([&](auto& m) { m(1, 2) = nan; }), Code::kMalformedData,
                             {"ProbeToTracker", "nan", "row 2, column 3"}));
-  EXPECT_TRUE(test::refuses(defect([&](auto& m) { m(0, 3) = inf; }), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(defect([&](auto& m) { m(0, 3) = inf; }), Code::kMalformedData,
                             {"ProbeToTracker", "inf"}));
-  EXPECT_TRUE(test::refuses(defect([](auto& m) { m.template topLeftCorner<3, 3>() *= 2.0; }),
+  EXPECT_TRUE(test::rejects(defect([](auto& m) { m.template topLeftCorner<3, 3>() *= 2.0; }),
                             Code::kMalformedData, {"scaled"}));
   EXPECT_TRUE(
-      test::refuses(defect([](auto& m) { m(0, 0) = -1; }), Code::kMalformedData, {"reflection"}));
+      test::rejects(defect([](auto& m) { m(0, 0) = -1; }), Code::kMalformedData, {"reflection"}));
   EXPECT_TRUE(
-      test::refuses(defect([](auto& m) { m(3, 3) = 0; }), Code::kMalformedData, {"last row"}));
-  EXPECT_TRUE(test::refuses(defect([](auto& m) {
+      test::rejects(defect([](auto& m) { m(3, 3) = 0; }), Code::kMalformedData, {"last row"}));
+  EXPECT_TRUE(test::rejects(defect([](auto& m) {
                               m.setZero();
                               m(3, 3) = 1;
                             }),

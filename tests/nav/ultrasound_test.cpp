@@ -32,12 +32,12 @@ TEST(PixelGridTest, RejectsGridsThatNoProbeHas) {
   PixelGrid grid = PixelGrid::centred(10, 0.1, 0.1);
   EXPECT_TRUE(test::has_value(validate(grid)));
   grid.mm_per_pixel(0, 0) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(test::refuses(validate(grid), ErrorCode::kMalformedData, {"finite"}));
-  EXPECT_TRUE(test::refuses(validate(PixelGrid::centred(10, 0, 0.1)), ErrorCode::kMalformedData,
+  EXPECT_TRUE(test::rejects(validate(grid), ErrorCode::kMalformedData, {"finite"}));
+  EXPECT_TRUE(test::rejects(validate(PixelGrid::centred(10, 0, 0.1)), ErrorCode::kMalformedData,
                             {"axis 0", "found 0"}));
   grid = PixelGrid::centred(10, 0.1, 0.1);
   grid.mm_per_pixel(0, 1) = 0.1;
-  EXPECT_TRUE(test::refuses(validate(grid), ErrorCode::kMalformedData, {"orthogonal", "45"}));
+  EXPECT_TRUE(test::rejects(validate(grid), ErrorCode::kMalformedData, {"orthogonal", "45"}));
 }
 
 TEST(SectorOutlineTest, ContainsOnlyTheRingSegment) {
@@ -71,10 +71,10 @@ TEST(SweepTest, KeepsTheImagesInOrderAndComputesTheirCentroid) {
 
 TEST(SweepTest, RejectsInvalidImagesAndNamesTheirIndex) {
   using Code = ErrorCode;
-  EXPECT_TRUE(test::refuses(Sweep::create({}, ""), Code::kMalformedData, {"at least one"}));
-  EXPECT_TRUE(test::refuses(Sweep::create({tracked(1), tracked(2), tracked(2)}, ""),
+  EXPECT_TRUE(test::rejects(Sweep::create({}, ""), Code::kMalformedData, {"at least one"}));
+  EXPECT_TRUE(test::rejects(Sweep::create({tracked(1), tracked(2), tracked(2)}, ""),
                             Code::kMalformedData, {"image 2", "0.002"}));
-  EXPECT_TRUE(test::refuses(Sweep::create({tracked(1), tracked(2, 3)}, ""), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(Sweep::create({tracked(1), tracked(2, 3)}, ""), Code::kMalformedData,
                             {"image 1", "2 x 1", "3 x 1"}));
 }
 

@@ -78,23 +78,23 @@ TEST(VolumeTest, RejectsEachInvalidGridAndNamesTheDefect) {
   };
   using Code = ErrorCode;
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(test::refuses(refused([](VoxelGrid& g) { g.size[1] = 0; }), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(refused([](VoxelGrid& g) { g.size[1] = 0; }), Code::kMalformedData,
                             {"head.nrrd", "axis 1", "0"}));
-  EXPECT_TRUE(test::refuses(refused([](VoxelGrid& g) { g.spacing_mm.z() = -2; }),
+  EXPECT_TRUE(test::rejects(refused([](VoxelGrid& g) { g.spacing_mm.z() = -2; }),
                             Code::kMalformedData, {"head.nrrd", "spacing", "axis 2", "-2"}));
-  EXPECT_TRUE(test::refuses(refused([](VoxelGrid& g) { g.spacing_mm.x() = 1e30; }),
+  EXPECT_TRUE(test::rejects(refused([](VoxelGrid& g) { g.spacing_mm.x() = 1e30; }),
                             Code::kMalformedData, {"spacing", "1e+30"}));
-  EXPECT_TRUE(test::refuses(refused([&](VoxelGrid& g) { g.spacing_mm.x() = nan; }),
+  EXPECT_TRUE(test::rejects(refused([&](VoxelGrid& g) { g.spacing_mm.x() = nan; }),
                             Code::kMalformedData, {"spacing", "nan"}));
-  EXPECT_TRUE(test::refuses(refused([&](VoxelGrid& g) { g.origin_mm.y() = nan; }),
+  EXPECT_TRUE(test::rejects(refused([&](VoxelGrid& g) { g.origin_mm.y() = nan; }),
                             Code::kMalformedData, {"origin"}));
-  EXPECT_TRUE(test::refuses(refused([](VoxelGrid& g) { g.directions(0, 0) = 0.9; }),
+  EXPECT_TRUE(test::rejects(refused([](VoxelGrid& g) { g.directions(0, 0) = 0.9; }),
                             Code::kMalformedData, {"orthonormal"}));
-  EXPECT_TRUE(test::refuses(refused([](VoxelGrid& g) {
+  EXPECT_TRUE(test::rejects(refused([](VoxelGrid& g) {
                               g.size = {4096, 4096, 4096};
                             }),
                             Code::kMalformedData, {"2^31", "4096 x 4096 x 4096"}));
-  EXPECT_TRUE(test::refuses(refused([](VoxelGrid& g) {
+  EXPECT_TRUE(test::rejects(refused([](VoxelGrid& g) {
                               g.size = {3, 2, 2};
                             }),
                             Code::kMalformedData, {"12 voxels", "found 8"}));

@@ -168,7 +168,7 @@ TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndNoRejection) {
     ASSERT_EQ(decision.warnings.size(), 1U) << name;
     EXPECT_NE(decision.warnings[0].find(name), std::string::npos) << decision.warnings[0];
     result.overlap = 0.1;
-    EXPECT_EQ(decide(result, {}, kTarget).verdict(), Verdict::kRefuse) << name;
+    EXPECT_EQ(decide(result, {}, kTarget).verdict(), Verdict::kReject) << name;
     EXPECT_TRUE(decide(result, {}, kTarget).warnings.empty()) << name;
   }
 }
@@ -204,7 +204,7 @@ TEST(AcceptanceTest, AWarningLimitBeyondTheRejectionLimitHasNoEffect) {
   strict.max_cost = 0.25;  // The default warning limit is 0.28.
   ImageRegistrationResult result = good();
   result.final_cost = 0.26;
-  EXPECT_EQ(decide(result, strict, kTarget).verdict(), Verdict::kRefuse);
+  EXPECT_EQ(decide(result, strict, kTarget).verdict(), Verdict::kReject);
   result.final_cost = 0.24;
   EXPECT_EQ(decide(result, strict, kTarget).verdict(), Verdict::kAccept);
 }
@@ -215,8 +215,8 @@ TEST(AcceptanceTest, ARejectionRemovesTheWarnings) {
   Decision decision = decide(result, {}, kTarget);
   ASSERT_EQ(decision.verdict(), Verdict::kWarn);
   EXPECT_STREQ(in_words(decision.verdict()), "accepted with warnings");
-  decision.refuse("landmarks say otherwise");
-  EXPECT_EQ(decision.verdict(), Verdict::kRefuse);
+  decision.reject("landmarks say otherwise");
+  EXPECT_EQ(decision.verdict(), Verdict::kReject);
   EXPECT_EQ(decision.reasons, std::vector<std::string>{"landmarks say otherwise"});
   EXPECT_TRUE(decision.warnings.empty());
 }
@@ -248,11 +248,11 @@ TEST(AcceptanceTest, AnInvalidCovarianceHasAnInfiniteError) {
 TEST(AcceptanceTest, RejectsInvalidLimits) {
   AcceptanceLimits limits;
   limits.min_overlap = 1.5;
-  EXPECT_TRUE(test::refuses(validate(limits), ErrorCode::kUsage, {"min_overlap", "1.5"}));
+  EXPECT_TRUE(test::rejects(validate(limits), ErrorCode::kUsage, {"min_overlap", "1.5"}));
   EXPECT_THROW((void)decide(good(), limits, kTarget), Bug);
   limits = {};
   limits.max_tre_rms_mm = std::nan("");
-  EXPECT_TRUE(test::refuses(validate(limits), ErrorCode::kUsage, {"max_tre_rms_mm"}));
+  EXPECT_TRUE(test::rejects(validate(limits), ErrorCode::kUsage, {"max_tre_rms_mm"}));
 }
 
 /// Landmarks at four corners. Each CT point is shifted by a vector of the given length.

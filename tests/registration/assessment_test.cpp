@@ -205,7 +205,7 @@ TEST(TimeLimitTest, ReportsAndRejectsTheBestPoseAtTheTimeLimit) {
   ASSERT_TRUE(test::has_value(whole));
   EXPECT_EQ(whole->termination, Termination::kConverged);
   options.time_limit_s = std::nan("");
-  EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage, {"time_limit_s"}));
+  EXPECT_TRUE(test::rejects(validate(options), ErrorCode::kUsage, {"time_limit_s"}));
 }
 
 TEST(IterationLimitTest, ReportsTheIterationLimit) {
@@ -229,7 +229,7 @@ TEST(IterationLimitTest, ReportsTheIterationLimit) {
                              .max_split_disagreement_mm = kAny,
                              .max_halves_disagreement_mm = kAny,
                              .max_basin_shift_mm = kAny,
-                             .max_stretch = kAny,
+                             .max_scale = kAny,
                              .max_misfit_mm = {kAny, kAny, kAny, kAny, kAny}};
   const Decision decision = decide(*result, any, {{0, 0, 0}}, any);
   EXPECT_EQ(decision.verdict(), Verdict::kWarn);

@@ -48,7 +48,7 @@ TEST(InBackgroundTest, CancelEndsTheSearchWithoutAResult) {
   CollectingDiagnostics diagnostics;
   Registration running(work(diagnostics, 20000));
   running.cancel();
-  EXPECT_TRUE(test::refuses(running.wait(), ErrorCode::kCancelled, {"cancelled"}));
+  EXPECT_TRUE(test::rejects(running.wait(), ErrorCode::kCancelled, {"cancelled"}));
   EXPECT_LT(running.progress(), 1.0);
 }
 
@@ -72,7 +72,7 @@ TEST(InBackgroundTest, ErrorsAndExceptionsReachTheCaller) {
   InBackground<int> refused([](const auto&) -> Result<int> {
     return Error{ErrorCode::kUsage, "levels: expected at least 1, found 0"};
   });
-  EXPECT_TRUE(test::refuses(refused.wait(), ErrorCode::kUsage, {"levels"}));
+  EXPECT_TRUE(test::rejects(refused.wait(), ErrorCode::kUsage, {"levels"}));
   InBackground<int> broken([](const auto&) -> Result<int> { throw std::bad_alloc(); });
   EXPECT_THROW(broken.wait(), std::bad_alloc);
 }

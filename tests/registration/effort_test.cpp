@@ -10,7 +10,7 @@
 #include "nav/index.hpp"
 #include "registration/acceptance.hpp"
 #include "registration/prepared.hpp"
-#include "registration/similarity/coarse_pictures.hpp"
+#include "registration/similarity/coarse_images.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -27,7 +27,7 @@ UltrasoundFrame counting_frame(int width, int height) {
   return frame;
 }
 
-TEST(CoarsePicturesTest, AveragesBlocksAndKeepsTheirPosition) {
+TEST(CoarseImagesTest, AveragesBlocksAndKeepsTheirPosition) {
   const UltrasoundFrame fine = counting_frame(23, 14);
   const UltrasoundFrame coarse = averaged(fine, 3);
   ASSERT_EQ(coarse.pixels.width(), 7);
@@ -48,14 +48,14 @@ TEST(CoarsePicturesTest, AveragesBlocksAndKeepsTheirPosition) {
   }
 }
 
-TEST(CoarsePicturesTest, ManyBrightPixelsDoNotOverflow) {
+TEST(CoarseImagesTest, ManyBrightPixelsDoNotOverflow) {
   UltrasoundFrame frame = counting_frame(130, 130);
   frame.pixels = Image2d<std::uint8_t>(130, 130, std::vector<std::uint8_t>(130 * 130, 255));
   const UltrasoundFrame coarse = averaged(frame, kMostPixelsPerBlock);
   for (const std::uint8_t pixel : coarse.pixels.pixels()) EXPECT_EQ(pixel, 255);
 }
 
-TEST(CoarsePicturesTest, BlocksAreNoWiderThanTheSmoothingAllows) {
+TEST(CoarseImagesTest, BlocksAreNoWiderThanTheSmoothingAllows) {
   const PixelGrid grid = PixelGrid::centred(400, 0.5, 0.25);
   EXPECT_EQ(pixels_per_block(grid, 400, 300, 0.0), 1);
   EXPECT_EQ(pixels_per_block(grid, 400, 300, 1.8), 3);  // 0.85 · 1.8 / 0.5
@@ -80,9 +80,9 @@ Sweep uneven_sweep() {
   return *Sweep::create(std::move(frames), "uneven");
 }
 
-TEST(CoarsePicturesTest, ImagesAreChosenEvenlyAlongThePathNotInTime) {
+TEST(CoarseImagesTest, ImagesAreChosenEvenlyAlongThePathNotInTime) {
   const Sweep all = uneven_sweep();
-  const Sweep some = coarse_pictures(all, 8, 0);
+  const Sweep some = coarse_images(all, 8, 0);
   ASSERT_LE(some.frames().size(), 8u);
   ASSERT_GE(some.frames().size(), 7u);
   EXPECT_EQ(some.frames().front().frame.acquired, all.frames().front().frame.acquired);
@@ -94,7 +94,7 @@ TEST(CoarsePicturesTest, ImagesAreChosenEvenlyAlongThePathNotInTime) {
   }
   // An eighth of 40 mm, plus the distance to the nearest image.
   EXPECT_LE(longest, 5.0 + 4.0);
-  EXPECT_EQ(coarse_pictures(all, 1000, 0).frames().size(), all.frames().size());
+  EXPECT_EQ(coarse_images(all, 1000, 0).frames().size(), all.frames().size());
 }
 
 ImageRegistrationOptions quick() {
@@ -110,14 +110,14 @@ TEST(EffortTest, EffortsHaveNamesAndValidOptions) {
   EXPECT_TRUE(test::has_value(validate(with_effort(Effort::kQuick))));
   EXPECT_EQ(with_effort(Effort::kUsual).levels.size(), ImageRegistrationOptions{}.levels.size());
   auto options = quick();
-  options.most_pictures = -1;
-  EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage, {"most_pictures"}));
+  options.most_images = -1;
+  EXPECT_TRUE(test::rejects(validate(options), ErrorCode::kUsage, {"most_pictures"}));
   options = quick();
   options.least_judging = 19;
-  EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage, {"least_judging"}));
+  EXPECT_TRUE(test::rejects(validate(options), ErrorCode::kUsage, {"least_judging"}));
   options = quick();
   options.levels[0].texel_sigmas = 0;
-  EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage, {"levels[0].texel_sigmas"}));
+  EXPECT_TRUE(test::rejects(validate(options), ErrorCode::kUsage, {"levels[0].texel_sigmas"}));
 }
 
 TEST(EffortTest, AQuickRegistrationFindsThePoseFromEightImages) {
@@ -210,10 +210,10 @@ TEST(PatchesTest, UprightPixelsAreSampledExactlyLikeShearedOnes) {
 }
 
 /// Images of noise, in which every square has contrast.
-Sweep noisy_sweep(int pictures, int width, int height) {
+Sweep noisy_sweep(int images, int width, int height) {
   std::vector<TrackedFrame> frames;
   std::mt19937 random(7);
-  for (int i = 0; i < pictures; ++i) {
+  for (int i = 0; i < images; ++i) {
     TrackedFrame tracked{counting_frame(width, height),
                          {Eigen::Quaterniond::Identity(), Eigen::Vector3d(0, 0, 10.0 * i)},
                          Duration{0}};

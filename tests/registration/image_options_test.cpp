@@ -5,10 +5,10 @@
 #include <gtest/gtest.h>
 
 #include "registration/acceptance.hpp"
+#include "registration/image_scale.hpp"
 #include "registration/motion/volume_sweep.hpp"
 #include "registration/prepared.hpp"
 #include "registration/similarity/mutual_information.hpp"
-#include "registration/stretch.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -168,13 +168,13 @@ Sweep misread(double scale) {
   return *Sweep::create(std::move(frames), "misread");
 }
 
-TEST(StretchTest, FindsTheSpeedOfSound) {
+TEST(ImageScaleTest, FindsTheSpeedOfSound) {
   auto options = test::small_options();
   for (const double scale : {0.96, 1.03}) {
     const Sweep sweep = misread(scale);
-    options.stretch = StretchModel::kNone;
+    options.stretch = ScaleModel::kNone;
     const auto rigid = solve(sweep, options);
-    options.stretch = StretchModel::kSoundSpeed;
+    options.stretch = ScaleModel::kSoundSpeed;
     const auto found = solve(sweep, options);
     ASSERT_TRUE(test::has_value(rigid));
     ASSERT_TRUE(test::has_value(found));
@@ -190,9 +190,9 @@ TEST(StretchTest, FindsTheSpeedOfSound) {
   }
 }
 
-TEST(StretchTest, FindsAnAffineStrainAndNoneIfThereIsNone) {
+TEST(ImageScaleTest, FindsAnAffineStrainAndNoneIfThereIsNone) {
   auto options = test::small_options();
-  options.stretch = StretchModel::kAffine;
+  options.stretch = ScaleModel::kAffine;
   const auto plain = solve(scene().sweep, options);
   ASSERT_TRUE(test::has_value(plain));
   EXPECT_LT(plain->stretch.strain.norm(), 0.01);
@@ -205,9 +205,9 @@ TEST(StretchTest, FindsAnAffineStrainAndNoneIfThereIsNone) {
   EXPECT_NEAR(beam.dot(found->stretch.strain * beam), 0.03, 0.008);
 }
 
-TEST(StretchTest, KeepsTheTimeLimit) {
+TEST(ImageScaleTest, KeepsTheTimeLimit) {
   auto options = test::small_options();
-  options.stretch = StretchModel::kAffine;
+  options.stretch = ScaleModel::kAffine;
   CollectingDiagnostics diagnostics;
   int asked = 0;
   const auto result =
@@ -223,11 +223,11 @@ TEST(StretchTest, KeepsTheTimeLimit) {
   EXPECT_GT(result->stretch.strain.norm(), 0) << "the step before is kept";
 }
 
-TEST(StretchTest, RejectsMutualInformation) {
+TEST(ImageScaleTest, RejectsMutualInformation) {
   auto options = test::small_options();
-  options.stretch = StretchModel::kAffine;
+  options.stretch = ScaleModel::kAffine;
   options.similarity = Similarity::kMutualInformation;
-  EXPECT_TRUE(test::refuses(solve(scene().sweep, options), ErrorCode::kUsage, {"stretch"}));
+  EXPECT_TRUE(test::rejects(solve(scene().sweep, options), ErrorCode::kUsage, {"stretch"}));
 }
 
 /// Ultrasound volume of the patient with the axes (slice, lateral, depth) and voxels of 2 x 1.5 x
@@ -278,13 +278,13 @@ TEST(VolumeSweepTest, RejectsInvalidVolumes) {
   const auto code = ErrorCode::kMalformedData;
   UltrasoundVolume volume = blob_volume();
   volume.grey.pop_back();
-  EXPECT_TRUE(test::refuses(sweep_of_volume(volume), code, {"matrix probe", "voxels"}));
+  EXPECT_TRUE(test::rejects(sweep_of_volume(volume), code, {"matrix probe", "voxels"}));
   volume = blob_volume();
   volume.depth_axis = 1;
-  EXPECT_TRUE(test::refuses(sweep_of_volume(volume), code, {"axes", "1 and 1"}));
+  EXPECT_TRUE(test::rejects(sweep_of_volume(volume), code, {"axes", "1 and 1"}));
   volume.grid.size = {1, 60, 40 * 64};
   volume.depth_axis = 2;
-  EXPECT_TRUE(test::refuses(sweep_of_volume(volume), code, {"2 slices"}));
+  EXPECT_TRUE(test::rejects(sweep_of_volume(volume), code, {"2 slices"}));
 }
 
 }  // namespace

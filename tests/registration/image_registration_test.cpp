@@ -207,7 +207,7 @@ TEST(ImageRegistrationTest, RejectsASweepOutsideTheCt) {
   const auto truth = test::true_pose();
   const Transform<frames::Ct, frames::Reference> away(
       truth.rotation(), truth.translation_mm() + Eigen::Vector3d(2000, 0, 0));
-  EXPECT_TRUE(test::refuses(solve(away), ErrorCode::kRefused, {"blob patient", "outside"}));
+  EXPECT_TRUE(test::rejects(solve(away), ErrorCode::kRefused, {"blob patient", "outside"}));
 }
 
 TEST(ImageRegistrationTest, RejectsImagesWithoutEchoes) {
@@ -216,7 +216,7 @@ TEST(ImageRegistrationTest, RejectsImagesWithoutEchoes) {
   dark.gain = dark.offset = dark.echo = dark.noise = 0;
   const Sweep sweep = test::blob_sweep(scene().patient, dark);
   CollectingDiagnostics diagnostics;
-  EXPECT_TRUE(test::refuses(
+  EXPECT_TRUE(test::rejects(
       register_sweep(scene().ct, sweep, test::true_pose(), test::small_options(60), diagnostics),
       ErrorCode::kRefused,
       {"patches outside shadows, found 0", "0 of 4 images", "4 are of one grey", "110 x 110 mm",
@@ -229,7 +229,7 @@ TEST(ImageRegistrationTest, ReportsThatAPatchDoesNotFitIntoTheImages) {
   const auto tiny = Sweep::create(std::move(frames), "wrong pixels");
   ASSERT_TRUE(test::has_value(tiny));
   CollectingDiagnostics diagnostics;
-  EXPECT_TRUE(test::refuses(
+  EXPECT_TRUE(test::rejects(
       register_sweep(scene().ct, *tiny, test::true_pose(), test::small_options(60), diagnostics),
       ErrorCode::kRefused, {"0 are of one grey", "1.1 x 2.2 mm", "16 x 16"}));
 }
@@ -255,7 +255,7 @@ TEST(ImageRegistrationTest, TheCallerCanCancelAtAnyTime) {
     const auto result =
         register_sweep(scene().ct, scene().sweep, test::true_pose(), test::small_options(60),
                        diagnostics, [&](double) { return ++seen < calls; });
-    EXPECT_TRUE(test::refuses(result, ErrorCode::kCancelled, {"cancelled"}));
+    EXPECT_TRUE(test::rejects(result, ErrorCode::kCancelled, {"cancelled"}));
     EXPECT_EQ(seen, calls);
   }
 }
@@ -289,7 +289,7 @@ TEST(ImageRegistrationTest, RejectsInvalidOptionsByName) {
   const auto refused = [](auto change, const std::string& name) {
     ImageRegistrationOptions options;
     change(options);
-    return test::refuses(validate(options), ErrorCode::kUsage, {name});
+    return test::rejects(validate(options), ErrorCode::kUsage, {name});
   };
   EXPECT_TRUE(test::has_value(validate(ImageRegistrationOptions{})));
   EXPECT_TRUE(refused([](auto& o) { o.levels.clear(); }, "levels"));

@@ -65,11 +65,11 @@ Sweep with_pixels(const std::function<double(int column, int row, double grey)>&
 }
 
 /// Sweep of a tracker that reports the pose of another time for each image.
-Sweep late_by(double pictures) {
+Sweep late_by(double images) {
   const auto& frames = test::blob_scene().sweep.frames();
   return with_frames([&](std::size_t i, TrackedFrame& tracked) {
     const double at =
-        std::clamp(static_cast<double>(i) + pictures, 0.0, static_cast<double>(frames.size() - 1));
+        std::clamp(static_cast<double>(i) + images, 0.0, static_cast<double>(frames.size() - 1));
     const auto before = static_cast<std::size_t>(at);
     const std::size_t after = std::min(before + 1, frames.size() - 1);
     tracked.reference_from_image =
@@ -138,8 +138,8 @@ TEST(SweepStressTest, SomeBlackAndWhiteImagesDoNoHarm) {
 TEST(SweepStressTest, ADelayOfAHundredMillisecondsIsRejected) {
   // 24 images, 4 mm apart. At 20 images per second, 100 ms are two images, 8 mm. The hand tilts a
   // little on its way. Only this distinguishes a delay from a shift.
-  for (const double pictures : {-2.0, 2.0}) {
-    const StressOutcome outcome = run(test::blob_scene().ct, late_by(pictures));
+  for (const double images : {-2.0, 2.0}) {
+    const StressOutcome outcome = run(test::blob_scene().ct, late_by(images));
     EXPECT_LT(outcome.error_mm, 8.0 + 1.5);
     EXPECT_FALSE(outcome.accepted);
     EXPECT_NE(outcome.reasons.find("misfit of images and CT"), std::string::npos)
@@ -205,7 +205,7 @@ TEST(SweepStressTest, DistantStartsAreRejectedAndDoNotCrash) {
     CollectingDiagnostics diagnostics;
     const CtPose away(test::true_pose().rotation(),
                       test::true_pose().translation_mm() + Eigen::Vector3d(0, far_mm, 0));
-    EXPECT_TRUE(test::refuses(register_sweep(test::blob_scene().ct, test::blob_scene().sweep, away,
+    EXPECT_TRUE(test::rejects(register_sweep(test::blob_scene().ct, test::blob_scene().sweep, away,
                                              test::small_options(60), diagnostics),
                               ErrorCode::kRefused, {"outside"}));
   }

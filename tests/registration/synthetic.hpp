@@ -172,7 +172,7 @@ struct AtRest {
 };
 
 /// Images of a patient whose tissue has moved since the CT.
-struct MovedPictures {
+struct MovedImages {
   Sweep sweep;
   std::vector<Eigen::Vector3d> places_ct_mm;  ///< Current positions, spread over the images.
 };
@@ -180,8 +180,8 @@ struct MovedPictures {
 /// Returns images of 90 mm, 100 ms apart. \p pose_of maps an image index to its pose in the CT. \p
 /// rest maps (image index, current point of the CT, beam) to AtRest.
 template <class PoseOf, class Rest>
-MovedPictures pictures_along(const BlobPatient& patient, int count, const PoseOf& pose_of,
-                             const Rest& rest) {
+MovedImages images_along(const BlobPatient& patient, int count, const PoseOf& pose_of,
+                         const Rest& rest) {
   constexpr int kSide = 90;
   std::vector<TrackedFrame> frames;
   std::vector<Eigen::Vector3d> places;
@@ -212,14 +212,13 @@ MovedPictures pictures_along(const BlobPatient& patient, int count, const PoseOf
 
 /// Returns images step_mm apart. Each is rotated a little.
 template <class Rest>
-MovedPictures moved_pictures(const BlobPatient& patient, int count, double step_mm,
-                             const Rest& rest) {
+MovedImages moved_images(const BlobPatient& patient, int count, double step_mm, const Rest& rest) {
   const auto pose_of = [&](int f) {
     return Transform<frames::Ct, frames::Image>(
         Eigen::Quaterniond(Eigen::AngleAxisd(0.15 * std::sin(0.5 * f), Eigen::Vector3d::UnitX())),
         Eigen::Vector3d(0, -45, step_mm * (f - 0.5 * (count - 1))));
   };
-  return pictures_along(patient, count, pose_of, rest);
+  return images_along(patient, count, pose_of, rest);
 }
 
 /// RMS distance between two poses over the corners of a 100 mm cube around the patient of the CT.

@@ -27,7 +27,7 @@ Scene stale_scene(bool sector) {
                                            [](int, int, int) { return 0; });
   Scene scene = test::plain_scene(ct, test::fog(0), test::frontal(500, 300, true));
   scene.plane =
-      test::upright_plane(test::grey_picture(kWide, kDeep, 200), 1, {0, 0, 0.5 * (kDeep - 1)});
+      test::upright_plane(test::grey_image(kWide, kDeep, 200), 1, {0, 0, 0.5 * (kDeep - 1)});
   if (sector) scene.plane->frame.outline = kSector;
   scene.plane->safety = {SafetyState::kStale, "test"};
   scene.width = 400;

@@ -17,8 +17,8 @@ std::ptrdiff_t inked(int width, int x) {
   Canvas canvas(width, 40, rgb8(0));
   EXPECT_EQ(canvas.text(x, 24, kSize, "12.5 mm", rgb8(0xffffff)),
             x + canvas.text_width(kSize, "12.5 mm"));
-  const auto picture = canvas.picture();
-  return std::ranges::count_if(picture.pixels(), [](const Rgba8& p) { return p.r > 0; });
+  const auto image = canvas.image();
+  return std::ranges::count_if(image.pixels(), [](const Rgba8& p) { return p.r > 0; });
 }
 
 TEST(CanvasTest, TextThatDoesNotFitIsLeftOutCompletely) {
@@ -38,8 +38,8 @@ std::vector<std::uint8_t> ink_of(const std::string& words) {
   Canvas canvas(200, 40, rgb8(0));
   canvas.text(4, 30, kSize, words, rgb8(0xffffff));
   std::vector<std::uint8_t> ink;
-  const auto picture = canvas.picture();
-  for (const Rgba8& p : picture.pixels()) ink.push_back(p.r);
+  const auto image = canvas.image();
+  for (const Rgba8& p : image.pixels()) ink.push_back(p.r);
   return ink;
 }
 

@@ -174,7 +174,7 @@ TEST(CutawayMeshTest, TestsFewOfManyTriangles) {
 
 TEST(CutawayFieldTest, EqualsTheSpecificationInEveryPixelInFront) {
   Scene scene = scene_with(organ(12, 40, {30, 0, 0}), false);
-  scene.plane = test::upright_plane(test::grey_picture(80, 60, 100), 1, {-30, 0, 30});
+  scene.plane = test::upright_plane(test::grey_image(80, 60, 100), 1, {-30, 0, 30});
   scene.cutaway->around_plane = true;
   MeshObject small = organ(12, 15, {-60, -20, 0});
   small.triangles.resize(20);

@@ -15,7 +15,7 @@ Scene scene_with_everything() {
   const auto ct =
       test::make_volume(test::centred_grid({4, 4, 4}, {1, 1, 1}), [](int, int, int) { return 0; });
   Scene scene = test::plain_scene(ct, test::fog(0.1), test::frontal(100, 20, false));
-  scene.plane = test::upright_plane(test::grey_picture(80, 60, 100), 1, {0, 0, 3});
+  scene.plane = test::upright_plane(test::grey_image(80, 60, 100), 1, {0, 0, 3});
   scene.needle = test::needle({0, 0, 0}, {0, 0, 50});
   scene.spheres.push_back({{{5, 6, 7}}, 3});
   scene.cutaway.emplace();
@@ -115,14 +115,14 @@ TEST(FadeTest, FourMidpointsLocateAJumpOfImportance) {
 }
 
 TEST(OutlineOfTest, TheRectangleCoversThePixelsWithTheirEdges) {
-  const auto plane = test::upright_plane(test::grey_picture(80, 60, 100), 0.5, {0, 0, 0});
+  const auto plane = test::upright_plane(test::grey_image(80, 60, 100), 0.5, {0, 0, 0});
   const auto outline = outline_of(plane.frame);
   ASSERT_EQ(outline.size(), 4U);
   EXPECT_NEAR((outline[2] - outline[0] - Vec2<double>(40, 30)).norm(), 0, 1e-12);
 }
 
 TEST(OutlineOfTest, TheSectorIsItsArcWithinTheStatedDistance) {
-  UltrasoundFrame frame = test::upright_plane(test::grey_picture(80, 60, 100), 1, {0, 0, 0}).frame;
+  UltrasoundFrame frame = test::upright_plane(test::grey_image(80, 60, 100), 1, {0, 0, 0}).frame;
   for (const double radius_min : {0.0, 15.0}) {
     frame.outline = SectorOutline{{0, -15}, radius_min, 120, 0.52};
     const double sagitta = 120 * (1 - std::cos(0.52 / kSectorChords));

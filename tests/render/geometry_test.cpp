@@ -91,7 +91,7 @@ TEST_P(GeometryTest, ADistantOriginChangesNothing) {
     scene.shading.enabled = true;
     scene.camera.eye_ct.mm += offset;
     scene.camera.look_at_ct.mm += offset;
-    scene.plane = test::upright_plane(test::grey_picture(20, 12, 99), 1, offset);
+    scene.plane = test::upright_plane(test::grey_image(20, 12, 99), 1, offset);
     scene.needle = test::needle(offset, offset + Eigen::Vector3d(20, -30, 20), SafetyState::kValid);
     return scene;
   };

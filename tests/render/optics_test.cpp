@@ -60,7 +60,7 @@ TEST_P(OpticsTest, CutsTheCellAtAnOpaqueSurfaceExactly) {
   for (const double depth : {-19.9, -7.3, 0.0, 12.345, 19.99}) {
     Scene scene = test::plain_scene(ct, test::fog(0.05), test::frontal(100, 10, true));
     scene.quality.step_voxels = 8;
-    scene.plane = test::upright_plane(test::grey_picture(40, 40, 0), 1, {0, depth, 20});
+    scene.plane = test::upright_plane(test::grey_image(40, 40, 0), 1, {0, depth, 20});
     const float found = test::middle(test::draw(*engine_, scene)).g;
     EXPECT_NEAR(found, -std::expm1(-0.05 * (depth + 20)), kTolerance) << depth;
   }
@@ -71,7 +71,7 @@ TEST_P(OpticsTest, ATranslucentSurfaceDividesTheFog) {
   const auto ct = slab(41, 1.0);
   Scene scene = test::plain_scene(ct, test::fog(0.02, {1, 0, 0}), test::frontal(100, 10, true));
   scene.quality.step_voxels = 4;
-  scene.plane = test::upright_plane(test::grey_picture(40, 40, 255), 1, {0, 5.5, 20});
+  scene.plane = test::upright_plane(test::grey_image(40, 40, 255), 1, {0, 5.5, 20});
   scene.plane->opacity = 0.25;
   scene.background_rgb = {0, 0, 1};
   const RgbaF found = test::middle(test::draw(*engine_, scene));
@@ -207,7 +207,7 @@ TEST_P(OpticsTest, ARayThatEndsEarlyShowsNoBackground) {
   EXPECT_NEAR(found.b, 0.3, 1e-5);
   // White fog behind a white image is white, wherever the ray ends.
   scene.transfer = test::fog(5, {1, 1, 1});
-  scene.plane = test::upright_plane(test::grey_picture(20, 20, 255), 1, {0, -30, 10});
+  scene.plane = test::upright_plane(test::grey_image(20, 20, 255), 1, {0, -30, 10});
   scene.plane->opacity = 0.6;
   const RgbaF white = test::middle(test::draw(*engine_, scene));
   EXPECT_NEAR(white.r, 1, 1e-5);

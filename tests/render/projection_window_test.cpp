@@ -18,7 +18,7 @@ ProjectionWindow window_of(Projection projection, const std::function<int(int, i
   const auto ct = test::make_volume(test::centred_grid({kSide, kSide, kSide}, {1, 1, 1}), value);
   Scene scene = test::plain_scene(ct, test::fog(0.1), test::frontal(200, 60, true));
   scene.projection = projection;
-  scene.plane = test::upright_plane(test::grey_picture(20, 16, 120), 1, {0, 0, 8});
+  scene.plane = test::upright_plane(test::grey_image(20, 16, 120), 1, {0, 0, 8});
   const auto found = window_of_projection(scene);
   EXPECT_TRUE(test::has_value(found));
   return *found;

@@ -23,7 +23,7 @@ Scene full_scene() {
   std::vector<TransferComponent> components = scene.transfer.components();
   components[0].gradient = GradientWindow{1, 2, 3, 4};
   scene.transfer = *TransferFunction::blend("windowed", std::move(components));
-  scene.plane = test::upright_plane(test::grey_picture(4, 4, 100), 1, {0, 0, 0});
+  scene.plane = test::upright_plane(test::grey_image(4, 4, 100), 1, {0, 0, 0});
   scene.plane->frame.outline = SectorOutline{{0, -1}, 1, 9, 0.3};
   scene.needle = test::needle({0, 0, 0}, {0, 9, 0});
   scene.spheres.push_back({{{0, 0, 0}}});
@@ -58,12 +58,12 @@ TEST(SceneChangeTest, TheSameSceneIsNoChange) {
   expect_each(full_scene(), SceneChange::kNothing,
               {[](Scene&) {}, [](Scene& s) { s.plane->frame.sequence = 7; },
                [](Scene& s) { s.quality.provisional = true; },
-               [](Scene& s) { s.plane->frame.pixels = test::grey_picture(4, 4, 100); }});
+               [](Scene& s) { s.plane->frame.pixels = test::grey_image(4, 4, 100); }});
 }
 
 TEST(SceneChangeTest, NewPixelsAloneCastNoRay) {
   expect_each(full_scene(), SceneChange::kPixels,
-              {[](Scene& s) { s.plane->frame.pixels = test::grey_picture(4, 4, 9); }});
+              {[](Scene& s) { s.plane->frame.pixels = test::grey_image(4, 4, 9); }});
 }
 
 // A field that this list lacks would not update the image.
@@ -75,8 +75,8 @@ TEST(SceneChangeTest, EachFieldOfASurfaceOrObjectChangesTheGeometry) {
        [](Scene& s) { s.plane->safety.state = SafetyState::kDegraded; },
        [](Scene& s) { s.plane->safety.state = SafetyState::kStale; },
        [](Scene& s) { s.plane->safety.state = SafetyState::kLost; },
-       [](Scene& s) { s.plane->frame.pixels = test::grey_picture(5, 4, 100); },
-       [](Scene& s) { s.plane->frame.pixels = test::grey_picture(4, 5, 100); },
+       [](Scene& s) { s.plane->frame.pixels = test::grey_image(5, 4, 100); },
+       [](Scene& s) { s.plane->frame.pixels = test::grey_image(4, 5, 100); },
        [](Scene& s) { s.plane->frame.grid.origin_mm.x() += 1; },
        [](Scene& s) { s.plane->frame.grid.mm_per_pixel(0, 1) += 0.1; },
        [](Scene& s) { s.plane->frame.outline.reset(); },

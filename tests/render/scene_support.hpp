@@ -168,7 +168,7 @@ inline render::UltrasoundPlane upright_plane(Image2d<std::uint8_t> pixels, doubl
   return {frame, {Eigen::Quaterniond(turn), top_middle_ct}, 1.0, {SafetyState::kValid, ""}};
 }
 
-inline Image2d<std::uint8_t> grey_picture(int width, int height, std::uint8_t value) {
+inline Image2d<std::uint8_t> grey_image(int width, int height, std::uint8_t value) {
   return {width, height,
           std::vector<std::uint8_t>(static_cast<std::size_t>(width * height), value)};
 }

@@ -19,7 +19,7 @@ Scene full_scene() {
   const auto ct =
       test::make_volume(test::centred_grid({4, 4, 4}, {1, 1, 1}), [](int, int, int) { return 0; });
   Scene scene = test::plain_scene(ct, test::fog(0.1), test::frontal(100, 20, false));
-  scene.plane = test::upright_plane(test::grey_picture(8, 6, 100), 1, {0, 0, 3});
+  scene.plane = test::upright_plane(test::grey_image(8, 6, 100), 1, {0, 0, 3});
   scene.plane->frame.outline = SectorOutline{{0, -10}, 11, 20, 0.5};
   scene.needle = test::needle({0, 0, 0}, {0, 0, 50});
   scene.spheres.push_back({{{0, 0, 0}}, 3});
@@ -43,89 +43,90 @@ std::shared_ptr<const MeshObject> mesh_with(Change change) {
 TEST(ValidateSceneTest, AcceptsAFullScene) { EXPECT_TRUE(test::has_value(validate(full_scene()))); }
 
 TEST(ValidateSceneTest, NamesTheWrongField) {
-  const auto expect_refused = [](auto change, const std::string& field) {
+  const auto expect_rejected = [](auto change, const std::string& field) {
     Scene scene = full_scene();
     change(scene);
-    EXPECT_TRUE(test::refuses(validate(scene), ErrorCode::kMalformedData, {field})) << field;
+    EXPECT_TRUE(test::rejects(validate(scene), ErrorCode::kMalformedData, {field})) << field;
     // Each engine calls validate() first.
     EXPECT_FALSE(make_cpu_engine()->render(scene).has_value()) << field;
     EXPECT_FALSE(make_reference_engine()->render(scene).has_value()) << field;
   };
-  expect_refused([](Scene& s) { s.ct = nullptr; }, "ct: expected a volume");
-  expect_refused([](Scene& s) { s.width = 0; }, "width");
-  expect_refused([](Scene& s) { s.height = 16385; }, "height");
-  expect_refused([](Scene& s) { s.camera.eye_ct.mm.x() = kNan; }, "camera.eye_ct");
-  expect_refused([](Scene& s) { s.camera.eye_ct.mm.x() = 1e300; }, "camera.eye_ct");
-  expect_refused([](Scene& s) { s.camera.look_at_ct = s.camera.eye_ct; }, "camera.look_at_ct");
-  expect_refused([](Scene& s) { s.camera.up_ct.v.setZero(); }, "camera.up_ct");
-  expect_refused([](Scene& s) { s.camera.up_ct.v = {0, 5, 0}; }, "not parallel");
-  expect_refused([](Scene& s) { s.camera.vertical_fov_rad = 0; }, "camera.vertical_fov_rad");
-  expect_refused([](Scene& s) { s.camera.vertical_fov_rad = kNan; }, "camera.vertical_fov_rad");
-  expect_refused(
+  expect_rejected([](Scene& s) { s.ct = nullptr; }, "ct: expected a volume");
+  expect_rejected([](Scene& s) { s.width = 0; }, "width");
+  expect_rejected([](Scene& s) { s.height = 16385; }, "height");
+  expect_rejected([](Scene& s) { s.camera.eye_ct.mm.x() = kNan; }, "camera.eye_ct");
+  expect_rejected([](Scene& s) { s.camera.eye_ct.mm.x() = 1e300; }, "camera.eye_ct");
+  expect_rejected([](Scene& s) { s.camera.look_at_ct = s.camera.eye_ct; }, "camera.look_at_ct");
+  expect_rejected([](Scene& s) { s.camera.up_ct.v.setZero(); }, "camera.up_ct");
+  expect_rejected([](Scene& s) { s.camera.up_ct.v = {0, 5, 0}; }, "not parallel");
+  expect_rejected([](Scene& s) { s.camera.vertical_fov_rad = 0; }, "camera.vertical_fov_rad");
+  expect_rejected([](Scene& s) { s.camera.vertical_fov_rad = kNan; }, "camera.vertical_fov_rad");
+  expect_rejected(
       [](Scene& s) {
         s.camera.orthographic = true;
         s.camera.orthographic_height_mm = -1;
       },
       "camera.orthographic_height_mm");
-  expect_refused([](Scene& s) { s.shading.diffuse = kNan; }, "shading.diffuse");
-  expect_refused([](Scene& s) { s.shading.shininess = -1; }, "shading.shininess");
-  expect_refused([](Scene& s) { s.quality.step_voxels = 0; }, "quality.step_voxels");
-  expect_refused([](Scene& s) { s.quality.step_voxels = 17; }, "quality.step_voxels");
-  expect_refused([](Scene& s) { s.quality.opaque_at = 0; }, "quality.opaque_at");
-  expect_refused([](Scene& s) { s.background_rgb.y() = 2; }, "background_rgb");
-  expect_refused([](Scene& s) { s.plane->frame.pixels = {}; }, "plane.frame.pixels");
-  expect_refused([](Scene& s) { s.plane->frame.grid.mm_per_pixel.setZero(); }, "plane.frame");
-  expect_refused([](Scene& s) { s.plane->opacity = 1.01; }, "plane.opacity");
-  expect_refused([](Scene& s) { s.plane->frame.outline->radius_max_mm = 5; }, "radius_max_mm");
-  expect_refused([](Scene& s) { s.plane->frame.outline->half_angle_rad = kNan; }, "half_angle_rad");
-  expect_refused([](Scene& s) { s.plane->frame.outline->half_angle_rad = 1.6; }, "half_angle_rad");
-  expect_refused([](Scene& s) { s.needle->tip_ct.mm.z() = kNan; }, "needle.tip_ct");
-  expect_refused([](Scene& s) { s.needle->hub_ct = s.needle->tip_ct; }, "needle.hub_ct");
-  expect_refused([](Scene& s) { s.needle->radius_mm = 0; }, "needle.radius_mm");
-  expect_refused([](Scene& s) { s.spheres[0].radius_mm = kNan; }, "spheres[0].radius_mm");
-  expect_refused([](Scene& s) { s.spheres[0].rgb.x() = -1; }, "spheres[0].rgb");
-  expect_refused([](Scene& s) { s.lines[0].to_ct.mm.x() = kNan; }, "lines[0].to_ct");
-  expect_refused([](Scene& s) { s.spheres[0].opacity = 1.01; }, "spheres[0].opacity");
-  expect_refused([](Scene& s) { s.lines[0].opacity = 0; }, "lines[0].opacity");
-  expect_refused([](Scene& s) { s.quality.pixel_error = 1.01; }, "quality.pixel_error");
-  expect_refused([](Scene& s) { s.shading.emphasis = 1.1; }, "shading.emphasis");
-  expect_refused([](Scene& s) { s.shading.silhouette = kNan; }, "shading.silhouette");
-  expect_refused([](Scene& s) { s.shading.full_gradient_per_mm = 0; }, "full_gradient_per_mm");
-  expect_refused([](Scene& s) { s.grey.width_hu = 0; }, "grey.width_hu");
-  expect_refused([](Scene& s) { s.grey.level_hu = kNan; }, "grey.level_hu");
+  expect_rejected([](Scene& s) { s.shading.diffuse = kNan; }, "shading.diffuse");
+  expect_rejected([](Scene& s) { s.shading.shininess = -1; }, "shading.shininess");
+  expect_rejected([](Scene& s) { s.quality.step_voxels = 0; }, "quality.step_voxels");
+  expect_rejected([](Scene& s) { s.quality.step_voxels = 17; }, "quality.step_voxels");
+  expect_rejected([](Scene& s) { s.quality.opaque_at = 0; }, "quality.opaque_at");
+  expect_rejected([](Scene& s) { s.background_rgb.y() = 2; }, "background_rgb");
+  expect_rejected([](Scene& s) { s.plane->frame.pixels = {}; }, "plane.frame.pixels");
+  expect_rejected([](Scene& s) { s.plane->frame.grid.mm_per_pixel.setZero(); }, "plane.frame");
+  expect_rejected([](Scene& s) { s.plane->opacity = 1.01; }, "plane.opacity");
+  expect_rejected([](Scene& s) { s.plane->frame.outline->radius_max_mm = 5; }, "radius_max_mm");
+  expect_rejected([](Scene& s) { s.plane->frame.outline->half_angle_rad = kNan; },
+                  "half_angle_rad");
+  expect_rejected([](Scene& s) { s.plane->frame.outline->half_angle_rad = 1.6; }, "half_angle_rad");
+  expect_rejected([](Scene& s) { s.needle->tip_ct.mm.z() = kNan; }, "needle.tip_ct");
+  expect_rejected([](Scene& s) { s.needle->hub_ct = s.needle->tip_ct; }, "needle.hub_ct");
+  expect_rejected([](Scene& s) { s.needle->radius_mm = 0; }, "needle.radius_mm");
+  expect_rejected([](Scene& s) { s.spheres[0].radius_mm = kNan; }, "spheres[0].radius_mm");
+  expect_rejected([](Scene& s) { s.spheres[0].rgb.x() = -1; }, "spheres[0].rgb");
+  expect_rejected([](Scene& s) { s.lines[0].to_ct.mm.x() = kNan; }, "lines[0].to_ct");
+  expect_rejected([](Scene& s) { s.spheres[0].opacity = 1.01; }, "spheres[0].opacity");
+  expect_rejected([](Scene& s) { s.lines[0].opacity = 0; }, "lines[0].opacity");
+  expect_rejected([](Scene& s) { s.quality.pixel_error = 1.01; }, "quality.pixel_error");
+  expect_rejected([](Scene& s) { s.shading.emphasis = 1.1; }, "shading.emphasis");
+  expect_rejected([](Scene& s) { s.shading.silhouette = kNan; }, "shading.silhouette");
+  expect_rejected([](Scene& s) { s.shading.full_gradient_per_mm = 0; }, "full_gradient_per_mm");
+  expect_rejected([](Scene& s) { s.grey.width_hu = 0; }, "grey.width_hu");
+  expect_rejected([](Scene& s) { s.grey.level_hu = kNan; }, "grey.level_hu");
 }
 
 TEST(ValidateSceneTest, NamesTheWrongFieldOfTheCutaway) {
-  const auto expect_refused = [](auto change, const std::string& field) {
+  const auto expect_rejected = [](auto change, const std::string& field) {
     Scene scene = full_scene();
     change(*scene.cutaway);
-    EXPECT_TRUE(test::refuses(validate(scene), ErrorCode::kMalformedData, {field})) << field;
+    EXPECT_TRUE(test::rejects(validate(scene), ErrorCode::kMalformedData, {field})) << field;
   };
-  expect_refused([](Cutaway& c) { c.theta1_rad = 0.9; }, "cutaway.theta1_rad: expected at most");
-  expect_refused([](Cutaway& c) { c.theta1_rad = 0; }, "cutaway.theta1_rad");
-  expect_refused([](Cutaway& c) { c.theta1_rad = kNan; }, "cutaway.theta1_rad");
-  expect_refused([](Cutaway& c) { c.theta2_rad = kNan; }, "cutaway.theta2_rad");
-  expect_refused([](Cutaway& c) { c.theta2_rad = 2; }, "cutaway.theta2_rad");
-  expect_refused([](Cutaway& c) { c.theta1_rad = c.theta2_rad = M_PI / 2; }, "below pi/2");
-  expect_refused([](Cutaway& c) { c.overlay_mm = -1e-9; }, "cutaway.overlay_mm");
-  expect_refused([](Cutaway& c) { c.overlay_mm = kNan; }, "cutaway.overlay_mm");
-  expect_refused([](Cutaway& c) { c.polygons[0].vertices_ct.resize(1); }, "2 to 256 vertices");
-  expect_refused([](Cutaway& c) { c.polygons[0].vertices_ct.resize(257); }, "2 to 256 vertices");
-  expect_refused([](Cutaway& c) { c.polygons[0].vertices_ct[2].mm.y() = kNan; }, "vertices_ct[2]");
-  expect_refused([](Cutaway& c) { c.polygons[0].vertices_ct[2].mm.z() = 0.1; }, "in one plane");
-  expect_refused([](Cutaway& c) { c.boxes[0].half_edges_ct(0, 0) = 0; }, "boxes[0].half_edges_ct");
-  expect_refused([](Cutaway& c) { c.boxes[0].half_edges_ct(0, 1) = 0.1; }, "right angles");
-  expect_refused([](Cutaway& c) { c.boxes[0].half_edges_ct(0, 1) = -0.1; }, "right angles");
-  expect_refused([](Cutaway& c) { c.boxes[0].half_edges_ct(0, 1) = kNan; }, "half_edges_ct");
-  expect_refused([](Cutaway& c) { c.meshes[0] = nullptr; }, "meshes[0]: expected at least one");
+  expect_rejected([](Cutaway& c) { c.theta1_rad = 0.9; }, "cutaway.theta1_rad: expected at most");
+  expect_rejected([](Cutaway& c) { c.theta1_rad = 0; }, "cutaway.theta1_rad");
+  expect_rejected([](Cutaway& c) { c.theta1_rad = kNan; }, "cutaway.theta1_rad");
+  expect_rejected([](Cutaway& c) { c.theta2_rad = kNan; }, "cutaway.theta2_rad");
+  expect_rejected([](Cutaway& c) { c.theta2_rad = 2; }, "cutaway.theta2_rad");
+  expect_rejected([](Cutaway& c) { c.theta1_rad = c.theta2_rad = M_PI / 2; }, "below pi/2");
+  expect_rejected([](Cutaway& c) { c.overlay_mm = -1e-9; }, "cutaway.overlay_mm");
+  expect_rejected([](Cutaway& c) { c.overlay_mm = kNan; }, "cutaway.overlay_mm");
+  expect_rejected([](Cutaway& c) { c.polygons[0].vertices_ct.resize(1); }, "2 to 256 vertices");
+  expect_rejected([](Cutaway& c) { c.polygons[0].vertices_ct.resize(257); }, "2 to 256 vertices");
+  expect_rejected([](Cutaway& c) { c.polygons[0].vertices_ct[2].mm.y() = kNan; }, "vertices_ct[2]");
+  expect_rejected([](Cutaway& c) { c.polygons[0].vertices_ct[2].mm.z() = 0.1; }, "in one plane");
+  expect_rejected([](Cutaway& c) { c.boxes[0].half_edges_ct(0, 0) = 0; }, "boxes[0].half_edges_ct");
+  expect_rejected([](Cutaway& c) { c.boxes[0].half_edges_ct(0, 1) = 0.1; }, "right angles");
+  expect_rejected([](Cutaway& c) { c.boxes[0].half_edges_ct(0, 1) = -0.1; }, "right angles");
+  expect_rejected([](Cutaway& c) { c.boxes[0].half_edges_ct(0, 1) = kNan; }, "half_edges_ct");
+  expect_rejected([](Cutaway& c) { c.meshes[0] = nullptr; }, "meshes[0]: expected at least one");
   const auto triangle = [](int index) {
     return [index](Cutaway& c) {
       c.meshes[0] = mesh_with([&](MeshObject& m) { m.triangles[0][1] = index; });
     };
   };
-  expect_refused(triangle(3), "meshes[0].triangles: expected indices of 3 vertices, found 3");
-  expect_refused(triangle(-1), "meshes[0].triangles");
-  expect_refused(
+  expect_rejected(triangle(3), "meshes[0].triangles: expected indices of 3 vertices, found 3");
+  expect_rejected(triangle(-1), "meshes[0].triangles");
+  expect_rejected(
       [](Cutaway& c) {
         c.meshes[0] = mesh_with([](MeshObject& m) { m.vertices_ct[0].mm.z() = kNan; });
       },
@@ -188,25 +189,25 @@ TEST(ValidateSceneTest, RejectsEachNumberThatIsNan) {
   for (const Number& number : numbers) {
     Scene scene = full_scene();
     number.in(scene) = kNan;
-    EXPECT_TRUE(test::refuses(validate(scene), ErrorCode::kMalformedData, {number.field}))
+    EXPECT_TRUE(test::rejects(validate(scene), ErrorCode::kMalformedData, {number.field}))
         << number.field;
   }
 }
 
 TEST(ValidateSceneTest, RejectsPositionsThatAreTooFarAway) {
-  const auto refuses = [](auto change, const std::string& field) {
+  const auto rejects = [](auto change, const std::string& field) {
     Scene scene = full_scene();
     change(scene);
-    return test::refuses(validate(scene), ErrorCode::kMalformedData, {field});
+    return test::rejects(validate(scene), ErrorCode::kMalformedData, {field});
   };
   const double far_mm = 2e7;
   const auto with_pose_at = [](const Eigen::Vector3d& mm) {
     return [mm](Scene& s) { s.plane->ct_from_image = {s.plane->ct_from_image.rotation(), mm}; };
   };
-  EXPECT_TRUE(refuses(with_pose_at({0, far_mm, 0}), "plane.ct_from_image"));
-  EXPECT_TRUE(refuses([&](Scene& s) { s.spheres[0].centre_ct.mm.z() = far_mm; }, "centre_ct"));
-  EXPECT_TRUE(refuses([&](Scene& s) { s.needle->hub_ct.mm.z() = far_mm; }, "needle.hub_ct"));
-  EXPECT_TRUE(refuses(
+  EXPECT_TRUE(rejects(with_pose_at({0, far_mm, 0}), "plane.ct_from_image"));
+  EXPECT_TRUE(rejects([&](Scene& s) { s.spheres[0].centre_ct.mm.z() = far_mm; }, "centre_ct"));
+  EXPECT_TRUE(rejects([&](Scene& s) { s.needle->hub_ct.mm.z() = far_mm; }, "needle.hub_ct"));
+  EXPECT_TRUE(rejects(
       [&](Scene& s) {
         VoxelGrid grid = s.ct->grid();
         grid.origin_mm.x() = far_mm;
@@ -246,9 +247,9 @@ TEST(ValidateSceneTest, IgnoresTheFieldsOfLostObjects) {
 }
 
 TEST(To8BitTest, RoundsToNearestAndClamps) {
-  const Image2d<RgbaF> picture(
+  const Image2d<RgbaF> image(
       2, 1, {{0.0F, 0.49F / 255, 0.51F / 255, 1.0F}, {-1.0F, 2.0F, 254.4F / 255, 1.0F}});
-  const auto bytes = to_8bit(picture);
+  const auto bytes = to_8bit(image);
   EXPECT_EQ(bytes.at(0, 0), (Rgba8{0, 0, 1, 255}));
   EXPECT_EQ(bytes.at(1, 0), (Rgba8{0, 255, 254, 255}));
 }

@@ -54,7 +54,7 @@ TEST_P(SurfacesTest, PlaneIsInFrontInsideOrBehindTheBlock) {
   Scene scene = block_scene();
   const double grey = 102.0 / 255;
   const auto seen_with_plane_at = [&](double y) {
-    scene.plane = test::upright_plane(test::grey_picture(40, 40, 102), 1, {0, y, 20});
+    scene.plane = test::upright_plane(test::grey_image(40, 40, 102), 1, {0, y, 20});
     return test::draw(*engine_, scene);
   };
   EXPECT_TRUE(is(test::middle(seen_with_plane_at(-30)), grey, grey, grey)) << "before the volume";
@@ -94,7 +94,7 @@ TEST_P(SurfacesTest, ImageHasTheCorrectColumnsRowsAndGreys) {
 
 TEST_P(SurfacesTest, AShearedCalibrationGivesAParallelogram) {
   Scene scene = empty_scene();
-  scene.plane = test::upright_plane(test::grey_picture(11, 11, 200), 2, {0, 0, 10});
+  scene.plane = test::upright_plane(test::grey_image(11, 11, 200), 2, {0, 0, 10});
   PixelGrid& grid = scene.plane->frame.grid;
   grid.mm_per_pixel << 2, 0.5, 0, 2;  // Rows move to the right with depth.
   grid.origin_mm << -10, 0;
@@ -109,7 +109,7 @@ TEST_P(SurfacesTest, AShearedCalibrationGivesAParallelogram) {
 
 TEST_P(SurfacesTest, SectorShowsOnlyTheAreaOfTheProbe) {
   Scene scene = empty_scene();
-  scene.plane = test::upright_plane(test::grey_picture(50, 40, 128), 1, {0, 0, 20});
+  scene.plane = test::upright_plane(test::grey_image(50, 40, 128), 1, {0, 0, 20});
   const SectorOutline sector{{0, -10}, 12, 45, 0.5};
   scene.plane->frame.outline = sector;
   const RenderedImage image = test::draw(*engine_, scene);
@@ -117,8 +117,8 @@ TEST_P(SurfacesTest, SectorShowsOnlyTheAreaOfTheProbe) {
   for (int y = 0; y < 61; ++y) {
     for (int x = 0; x < 61; ++x) {
       const Eigen::Vector2d p(x - 30, 20 + y - 30);  // Image mm. The first row is at z = 20.
-      const bool in_picture = std::abs(p.x()) <= 25 && p.y() >= -0.5 && p.y() <= 39.5;
-      const bool inside = in_picture && sector.contains(p);
+      const bool in_image = std::abs(p.x()) <= 25 && p.y() >= -0.5 && p.y() <= 39.5;
+      const bool inside = in_image && sector.contains(p);
       EXPECT_EQ(inside, !is(image.pixels.at(x, y), 0, 0, 1)) << x << ' ' << y;
       shown += inside ? 1 : 0;
     }
@@ -129,7 +129,7 @@ TEST_P(SurfacesTest, SectorShowsOnlyTheAreaOfTheProbe) {
 
 TEST_P(SurfacesTest, BorderShowsTheState) {
   Scene scene = empty_scene();
-  scene.plane = test::upright_plane(test::grey_picture(41, 31, 128), 1, {0, 0, 15});
+  scene.plane = test::upright_plane(test::grey_image(41, 31, 128), 1, {0, 0, 15});
   scene.plane->opacity = 0.5;
   const auto seen = [&](SafetyState state) {
     scene.plane->safety = {state, state == SafetyState::kValid ? "" : "test"};
@@ -171,7 +171,7 @@ TEST_P(SurfacesTest, NeedleHidesAndIsHidden) {
   EXPECT_TRUE(is(behind.pixels.at(45, 30), 0, 1, 0)) << "beside it";
   // A plane between needle and eye hides the needle. A plane behind it does not.
   scene.transfer = test::fog(0);
-  scene.plane = test::upright_plane(test::grey_picture(40, 40, 255), 1, {0, 5, 20});
+  scene.plane = test::upright_plane(test::grey_image(40, 40, 255), 1, {0, 5, 20});
   EXPECT_TRUE(is(test::middle(test::draw(*engine_, scene)), 1, 1, 1));
   scene.needle = needle_across(-5);
   EXPECT_TRUE(is(test::middle(test::draw(*engine_, scene)), 0, 1, 0));
@@ -230,7 +230,7 @@ TEST_P(SurfacesTest, SpheresAtOneDepthKeepTheirOrder) {
 
 TEST_P(SurfacesTest, EdgeOnPlaneIsNotDrawn) {
   Scene scene = empty_scene();
-  scene.plane = test::upright_plane(test::grey_picture(40, 40, 255), 1, {0, 0, 20});
+  scene.plane = test::upright_plane(test::grey_image(40, 40, 255), 1, {0, 0, 20});
   scene.camera.eye_ct.mm = {100, 0, 0};
   EXPECT_TRUE(is(test::middle(test::draw(*engine_, scene)), 0, 0, 1));
 }

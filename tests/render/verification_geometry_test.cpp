@@ -183,7 +183,7 @@ Scene full_scene() {
   scene.shading.style = ShadingStyle::kGooch;
   scene.quality = Quality{};
   scene.quality.step_voxels = 0.8;
-  scene.plane = test::upright_plane(test::grey_picture(30, 20, 120), 1, {0, 2, 10});
+  scene.plane = test::upright_plane(test::grey_image(30, 20, 120), 1, {0, 2, 10});
   scene.needle = test::needle({2, -1, 3}, {20, -30, 20});
   scene.spheres.push_back({{{2, -1, 3}}, 5, {1, 0.8, 0.1}, 0.4});
   scene.lines.push_back({{{2, -1, 3}}, {{20, -30, 20}}, 0.5, {0.2, 0.7, 1}, 0.8});
@@ -264,7 +264,7 @@ std::optional<UltrasoundPlane> jittered(std::mt19937& random, const UltrasoundPl
   if (chance < -0.6) {  // A new image at the previous pose.
     moved = rest;
     moved.frame.pixels =
-        test::grey_picture(30, 20, static_cast<std::uint8_t>(127 + 100 * unit(random)));
+        test::grey_image(30, 20, static_cast<std::uint8_t>(127 + 100 * unit(random)));
   }
   return moved;
 }
@@ -319,10 +319,10 @@ TEST(LivePlaneTest, DegeneratePlanesAreRejectedWithTheirName) {
   const auto engine = make_reference_engine();
   Scene scene = full_scene();
   scene.plane->frame.grid.mm_per_pixel(0, 0) = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(test::refuses(engine->render(scene), ErrorCode::kMalformedData, {"plane.frame"}));
+  EXPECT_TRUE(test::rejects(engine->render(scene), ErrorCode::kMalformedData, {"plane.frame"}));
   scene = full_scene();
   scene.plane->frame.grid.mm_per_pixel.setZero();
-  EXPECT_TRUE(test::refuses(engine->render(scene), ErrorCode::kMalformedData, {"plane.frame"}));
+  EXPECT_TRUE(test::rejects(engine->render(scene), ErrorCode::kMalformedData, {"plane.frame"}));
 }
 
 }  // namespace

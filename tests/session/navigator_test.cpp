@@ -20,7 +20,7 @@ RawPose pose(int acquired_ms, const Eigen::Vector3d& position_mm,
   return raw;
 }
 
-UltrasoundFrame picture(std::uint64_t sequence, int acquired_ms) {
+UltrasoundFrame image(std::uint64_t sequence, int acquired_ms) {
   return {ms(acquired_ms),
           ms(acquired_ms),
           sequence,
@@ -59,7 +59,7 @@ class NavigatorTest : public ::testing::Test {
 
 TEST_F(NavigatorTest, ShowsNumbersOnlyWhileTheWholeChainIsValid) {
   feed(0, 100);
-  navigator_.add_image(picture(1, 95));
+  navigator_.add_image(image(1, 95));
   Epoch epoch = refresh(100);
   EXPECT_EQ(epoch.plane.state, SafetyState::kLost) << "not registered";
   EXPECT_FALSE(epoch.ct_from_image);
@@ -85,7 +85,7 @@ TEST_F(NavigatorTest, AReferenceWithoutAStatusDegradesTheNeedleToo) {
     navigator_.add_pose(ToolRole::kReference, pose(t, {0, 0, 0}, TrackingStatus::kUnknown));
     navigator_.add_pose(ToolRole::kNeedle, pose(t, {0, 0, 40}));
   }
-  navigator_.add_image(picture(1, 95));
+  navigator_.add_image(image(1, 95));
   const Epoch epoch = refresh(100);
   EXPECT_EQ(epoch.ultrasound.state, SafetyState::kDegraded);
   EXPECT_EQ(epoch.needle.state, SafetyState::kDegraded);
@@ -108,7 +108,7 @@ TEST_F(NavigatorTest, TellsWhereTheNeedleWas) {
 TEST_F(NavigatorTest, NothingIsLiveAtTheEnd) {
   place(SafetyState::kValid, "");
   feed(0, 100);
-  navigator_.add_image(picture(1, 95));
+  navigator_.add_image(image(1, 95));
   Epoch epoch = refresh(100);
   ASSERT_TRUE(epoch.guidance);
   epoch.plane = {SafetyState::kLost, "far away"};
@@ -123,7 +123,7 @@ TEST_F(NavigatorTest, NothingIsLiveAtTheEnd) {
 TEST_F(NavigatorTest, AnEpochThatIsStillShownAges) {
   place(SafetyState::kValid, "");
   feed(0, 100);
-  navigator_.add_image(picture(1, 100));
+  navigator_.add_image(image(1, 100));
   const Epoch live = refresh(100);
   ASSERT_EQ(live.plane.state, SafetyState::kValid);
   ASSERT_TRUE(live.guidance);
@@ -167,25 +167,25 @@ TEST_F(NavigatorTest, AnOccludedNeedleIsNeverShownAtItsLastPose) {
   EXPECT_EQ(navigator_.rejected_poses().at("Needle.status_not_ok"), 1u);
 }
 
-TEST_F(NavigatorTest, AnOldPictureIsStaleThenLost) {
+TEST_F(NavigatorTest, AnOldImageIsStaleThenLost) {
   place(SafetyState::kValid, "");
   feed(0, 100);
-  navigator_.add_image(picture(1, 100));
+  navigator_.add_image(image(1, 100));
   EXPECT_EQ(refresh(120).plane.state, SafetyState::kValid);
   EXPECT_EQ(refresh(201).plane.state, SafetyState::kStale);
   EXPECT_EQ(refresh(700).plane.state, SafetyState::kLost);
 }
 
-TEST_F(NavigatorTest, AccountsForEveryPicture) {
+TEST_F(NavigatorTest, AccountsForEveryImage) {
   feed(0, 100);
   for (int i = 0; i < 5; ++i) {
-    navigator_.add_image(picture(static_cast<std::uint64_t>(i), 20 * i));
+    navigator_.add_image(image(static_cast<std::uint64_t>(i), 20 * i));
   }
-  navigator_.add_image(picture(9, 0));  // Backwards in time.
+  navigator_.add_image(image(9, 0));  // Backwards in time.
   navigator_.add_missing({"no_image", "0 x 0"});
   EXPECT_TRUE(refresh(100).frame_is_new);
   EXPECT_FALSE(refresh(101).frame_is_new) << "the same picture is not shown twice";
-  navigator_.add_image(picture(11, 95));
+  navigator_.add_image(image(11, 95));
   navigator_.settle(ms(102), true, [](const auto&) {});
   navigator_.finish();
   const auto& ledger = navigator_.ledger();

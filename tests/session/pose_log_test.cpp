@@ -19,7 +19,7 @@ tracking::PairedFrame paired() {
           ""};
 }
 
-TEST(PoseLogTest, WritesOneLinePerPictureThatReadsBackExactly) {
+TEST(PoseLogTest, WritesOneLinePerImageThatReadsBackExactly) {
   PoseLog log;
   log.add(paired());
   log.add({8, std::nullopt, "Probe.pose_gap"});

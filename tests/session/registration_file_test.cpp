@@ -50,17 +50,17 @@ TEST_F(RegistrationFileTest, ReadsWhatRegisterWrites) {
 TEST_F(RegistrationFileTest, APoseThatWasRefusedIsNeverTaken) {
   io::Json json = good();
   json["registration"][kRefusedPose] = json["registration"][kAcceptedPose];
-  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData,
                             {"without registration.refused_ct_from_reference_mm"}));
   json["registration"].erase(kAcceptedPose);
   EXPECT_FALSE(read(json));
   json["registration"].erase(kRefusedPose);
-  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData,
                             {"16 numbers in registration.ct_from_reference_mm"}));
   json = good();
   json["registration"][kRefusedPose] = json["registration"][kAcceptedPose];
   json["registration"]["accepted"] = false;
-  EXPECT_TRUE(test::refuses(read(json), Code::kRefused, {"not accepted"}));
+  EXPECT_TRUE(test::rejects(read(json), Code::kRefused, {"not accepted"}));
 }
 
 TEST_F(RegistrationFileTest, CarriesVerdictAndWarnings) {
@@ -72,33 +72,33 @@ TEST_F(RegistrationFileTest, CarriesVerdictAndWarnings) {
   ASSERT_TRUE(test::has_value(found));
   EXPECT_EQ(found->warnings, std::vector<std::string>{"cost of the match: 0.3"});
   json["registration"]["verdict"] = "accept";
-  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData, {"registration.warnings", "cost"}));
+  EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData, {"registration.warnings", "cost"}));
   json["registration"]["verdict"] = "perhaps";
-  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData, {"accept or warn", "perhaps"}));
+  EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData, {"accept or warn", "perhaps"}));
 }
 
 TEST_F(RegistrationFileTest, BelongsToItsCt) {
   io::Json json = good();
   json["ct_sha256"] = ct_digest(volume(41));
-  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData, {"another CT"}));
+  EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData, {"another CT"}));
   EXPECT_NE(ct_digest(volume(40)), ct_digest(volume(41)));
 }
 
 TEST_F(RegistrationFileTest, RefusesWhatWasNotAccepted) {
   io::Json json = good();
   json["registration"]["accepted"] = false;
-  EXPECT_TRUE(test::refuses(read(json), Code::kRefused, {"not accepted"}));
+  EXPECT_TRUE(test::rejects(read(json), Code::kRefused, {"not accepted"}));
 }
 
 TEST_F(RegistrationFileTest, RefusesPosesThatAloneSayNothing) {
   io::Json json = good();
   json["breath"] = {{"accepted", true}};
-  EXPECT_TRUE(test::refuses(read(json), Code::kRefused, {"with the breath", "--follow"}));
+  EXPECT_TRUE(test::rejects(read(json), Code::kRefused, {"with the breath", "--follow"}));
   EXPECT_TRUE(test::has_value(read(json, true)));  // From the pose of rest on.
   json["breath"]["accepted"] = false;
   json["deformable"] = {{"accepted", true}};
-  EXPECT_TRUE(test::refuses(read(json), Code::kRefused, {"bent by a deformation"}));
-  EXPECT_TRUE(test::refuses(read(json, true), Code::kRefused, {"bent by a deformation"}));
+  EXPECT_TRUE(test::rejects(read(json), Code::kRefused, {"bent by a deformation"}));
+  EXPECT_TRUE(test::rejects(read(json, true), Code::kRefused, {"bent by a deformation"}));
   json["deformable"]["accepted"] = false;
   EXPECT_TRUE(test::has_value(read(json)));
 }
@@ -106,17 +106,17 @@ TEST_F(RegistrationFileTest, RefusesPosesThatAloneSayNothing) {
 TEST_F(RegistrationFileTest, RefusesDamage) {
   io::Json json = good();
   json["registration"]["ct_from_reference_mm"][0] = 2;
-  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData, {"scaled"}));
+  EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData, {"scaled"}));
   json = good();
   json["registration"]["ct_from_reference_mm"].erase(3);
-  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData, {"16 numbers"}));
+  EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData, {"16 numbers"}));
   json = good();
   json["registration"]["ct_from_reference_mm"][3] = nullptr;
-  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData, {"16 numbers", "null"}));
+  EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData, {"16 numbers", "null"}));
   json = good();
   json["registration"].erase("accepted");
   EXPECT_FALSE(read(json));
-  EXPECT_TRUE(test::refuses(read(io::Json(3)), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read(io::Json(3)), Code::kMalformedData,
                             {"the JSON of 'sonde register', found a number"}));
 }
 
@@ -130,12 +130,12 @@ TEST_F(RegistrationFileTest, TakesNoTextThatCanBeReadInTwoWays) {
   const std::string accepted = "\"accepted\":true";
   ASSERT_NE(twice.find(accepted), std::string::npos);
   twice.replace(twice.find(accepted), accepted.size(), "\"accepted\":false," + accepted);
-  EXPECT_TRUE(test::refuses(read_text(twice), Code::kMalformedData, {"\"accepted\" twice"}));
-  EXPECT_TRUE(test::refuses(read_text("{\"registration\""), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read_text(twice), Code::kMalformedData, {"\"accepted\" twice"}));
+  EXPECT_TRUE(test::rejects(read_text("{\"registration\""), Code::kMalformedData,
                             {"registration.json", "expected JSON"}));
   // Deeper than the stack is high.
   constexpr std::size_t kDeep = 2'000'000;
-  EXPECT_TRUE(test::refuses(
+  EXPECT_TRUE(test::rejects(
       read_text("{\"verb\":" + std::string(kDeep, '[') + std::string(kDeep, ']') + "}"),
       Code::kMalformedData, {"at most 64 levels"}));
 }
@@ -153,12 +153,12 @@ TEST_F(RegistrationFileTest, BelongsToOneReadingOfItsRecording) {
 
   RecordingRead other = recording;
   other.temporal_offset_ms = 25;
-  EXPECT_TRUE(test::refuses(read(json, false, other), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read(json, false, other), Code::kMalformedData,
                             {"expected the temporal offset that sweep.igs.mha was registered with, "
                              "-40 ms, found 25 ms"}));
   other = recording;
   other.corners[2].mm.y() += 1.5;  // As with other pixels.
-  EXPECT_TRUE(test::refuses(read(json, false, other), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read(json, false, other), Code::kMalformedData,
                             {"expected the calibration of the probe that sweep.igs.mha was",
                              "found one that puts a corner of its pictures 1.5 mm elsewhere"}));
   // Another recording may be of another probe.
@@ -173,11 +173,11 @@ TEST_F(RegistrationFileTest, BelongsToOneReadingOfItsRecording) {
   for (const char* key : {"name", "frames", "first_s", "last_s", "temporal_offset_ms"}) {
     io::Json damaged = json;
     damaged["recording"][key] = io::Json::array();
-    EXPECT_TRUE(test::refuses(read(damaged, false, recording), Code::kMalformedData,
+    EXPECT_TRUE(test::rejects(read(damaged, false, recording), Code::kMalformedData,
                               {"9 corners_probe_mm in recording"}));
   }
   json["recording"]["corners_probe_mm"][8] = "deep";
-  EXPECT_TRUE(test::refuses(read(json, false, recording), Code::kMalformedData, {"\"deep\""}));
+  EXPECT_TRUE(test::rejects(read(json, false, recording), Code::kMalformedData, {"\"deep\""}));
 }
 
 TEST_F(RegistrationFileTest, RefusesWhatContradictsItself) {
@@ -186,18 +186,18 @@ TEST_F(RegistrationFileTest, RefusesWhatContradictsItself) {
   json["verb"] = "register";
   EXPECT_TRUE(test::has_value(read(json)));
   json["verb"] = "demo";
-  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData,
                             {"the JSON of 'sonde register', found that of \"demo\""}));
   json = good();
   json["registration"]["reasons"] = {"cost of the match: 0.6"};
-  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData,
                             {"without registration.reasons to refuse it", "cost of the match"}));
 }
 
 TEST_F(RegistrationFileTest, OneMadeWithoutACtIsOfNone) {
   io::Json json = good();
   json["ct_sha256"] = nullptr;
-  EXPECT_TRUE(test::refuses(read(json), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData,
                             {"expected a registration of ct, found one that was made without a CT "
                              "(register with --ct)"}));
 }
@@ -209,7 +209,7 @@ TEST_F(RegistrationFileTest, BelongsToItsReferenceFrame) {
   json["reference_frame"] = nullptr;  // Landmarks alone.
   EXPECT_TRUE(test::has_value(read(json)));
   json["reference_frame"] = "Tracker";
-  EXPECT_TRUE(test::refuses(read(json), ErrorCode::kMalformedData, {"Reference", "Tracker"}));
+  EXPECT_TRUE(test::rejects(read(json), ErrorCode::kMalformedData, {"Reference", "Tracker"}));
 }
 
 }  // namespace

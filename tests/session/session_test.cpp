@@ -17,7 +17,7 @@ using test::image_at;
 using test::pose_at;
 using test::ScriptedSource;
 
-constexpr std::size_t kProbe = 0, kReference = 1, kImage = 2;
+constexpr std::size_t kProbeStream = 0, kReferenceStream = 1, kImageStream = 2;
 
 SessionSetup usual_setup() {
   SessionSetup setup{{Transform<frames::Probe, frames::Image>(Eigen::Quaterniond::Identity(),
@@ -32,9 +32,9 @@ ScriptedSource steady(int until_ms) {
   auto source = ScriptedSource::usual();
   std::uint64_t sequence = 0;
   for (int t = 0; t <= until_ms; t += 10) {
-    source.add(kProbe, t, PoseSample{pose_at(t)});
-    source.add(kReference, t, PoseSample{pose_at(t)});
-    if (t % 20 == 0) source.add(kImage, t, image_at(sequence++, t));
+    source.add(kProbeStream, t, PoseSample{pose_at(t)});
+    source.add(kReferenceStream, t, PoseSample{pose_at(t)});
+    if (t % 20 == 0) source.add(kImageStream, t, image_at(sequence++, t));
   }
   return source;
 }
@@ -50,10 +50,10 @@ void expect_identity(const Session& session) {
 
 TEST(SessionTest, AccountsForEverySampleAtEveryMoment) {
   auto source = steady(200);
-  source.add(kProbe, 201, PoseSample{pose_at(150)});  // Backwards in time.
-  source.add(kImage, 202, MissingImage{"no_image", "0 x 0"});
-  source.add(kImage, 203, image_at(90, 100));  // Backwards in time.
-  source.add(kImage, 204, image_at(91, 203));  // No pose will come.
+  source.add(kProbeStream, 201, PoseSample{pose_at(150)});  // Backwards in time.
+  source.add(kImageStream, 202, MissingImage{"no_image", "0 x 0"});
+  source.add(kImageStream, 203, image_at(90, 100));  // Backwards in time.
+  source.add(kImageStream, 204, image_at(91, 203));  // No pose will come.
   CollectingDiagnostics diagnostics;
   Session session(usual_setup(), diagnostics);
   session.add(std::make_shared<ScriptedSource>(std::move(source)));
@@ -68,11 +68,11 @@ TEST(SessionTest, AccountsForEverySampleAtEveryMoment) {
   const auto accounts = session.accounts();
   ASSERT_EQ(accounts.size(), 3u);
   for (const auto& account : accounts) EXPECT_TRUE(account.ledger.balanced()) << account.info.name;
-  EXPECT_EQ(accounts[kProbe].ledger.received(), 22u);
-  EXPECT_EQ(accounts[kProbe].ledger.delivered(), 21u);
-  EXPECT_EQ(accounts[kProbe].ledger.rejected().at("time_not_increasing"), 1u);
-  EXPECT_EQ(accounts[kReference].ledger.delivered(), 21u);
-  const auto& images = accounts[kImage].ledger;
+  EXPECT_EQ(accounts[kProbeStream].ledger.received(), 22u);
+  EXPECT_EQ(accounts[kProbeStream].ledger.delivered(), 21u);
+  EXPECT_EQ(accounts[kProbeStream].ledger.rejected().at("time_not_increasing"), 1u);
+  EXPECT_EQ(accounts[kReferenceStream].ledger.delivered(), 21u);
+  const auto& images = accounts[kImageStream].ledger;
   EXPECT_EQ(images.received(), 14u);
   EXPECT_EQ(images.rejected().at("no_image"), 1u);
   EXPECT_EQ(images.rejected().at("time_not_increasing"), 1u);
@@ -131,13 +131,13 @@ TEST(SessionTest, AChangedGeometryIsLostUntilACalibrationFits) {
     return image;
   };
   for (int t = 0; t <= 200; t += 10) {
-    source.add(kProbe, t, PoseSample{pose_at(t)});
-    source.add(kReference, t, PoseSample{pose_at(t)});
+    source.add(kProbeStream, t, PoseSample{pose_at(t)});
+    source.add(kReferenceStream, t, PoseSample{pose_at(t)});
     const auto sequence = static_cast<std::uint64_t>(t);
     if (t >= 50) {
-      source.add(kImage, t, deeper(sequence, t));
+      source.add(kImageStream, t, deeper(sequence, t));
     } else {
-      source.add(kImage, t, image_at(sequence, t));
+      source.add(kImageStream, t, image_at(sequence, t));
     }
   }
   CollectingDiagnostics diagnostics;

@@ -267,14 +267,14 @@ TEST(ProbeSettingsTest, GainMarkerClutterAndReverberationChangeTheImage) {
 TEST(ProbeSettingsTest, ASectorStartsAtItsApex) {
   ProbeModel p = sector_cranial();
   const UltrasoundSimulator simulator(std::make_shared<const Block>(Tissue::kLiver, nowhere), p, 1);
-  const auto picture =
+  const auto image =
       simulator.simulate({Eigen::Quaterniond::Identity(), Vec::Zero()}, Timestamp{}, 0);
-  ASSERT_TRUE(picture.outline.has_value());
-  EXPECT_EQ(picture.outline->radius_min_mm, 0);
-  EXPECT_EQ(picture.pixels.at(2, 2), 0);
-  EXPECT_GT(picture.pixels.at(p.columns / 2, p.rows / 2), 30);
+  ASSERT_TRUE(image.outline.has_value());
+  EXPECT_EQ(image.outline->radius_min_mm, 0);
+  EXPECT_EQ(image.pixels.at(2, 2), 0);
+  EXPECT_GT(image.pixels.at(p.columns / 2, p.rows / 2), 30);
   p.lines = 0;
-  EXPECT_TRUE(test::refuses(validate(p), ErrorCode::kUsage, {"lines", "0"}));
+  EXPECT_TRUE(test::rejects(validate(p), ErrorCode::kUsage, {"lines", "0"}));
 }
 
 }  // namespace

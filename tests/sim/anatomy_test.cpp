@@ -140,8 +140,8 @@ INSTANTIATE_TEST_SUITE_P(Families, AnatomyTest, testing::ValuesIn(family_names()
 
 TEST(PatientFamilyTest, RejectsUnknownNamesAndListsTheKnownOnes) {
   EXPECT_TRUE(
-      test::refuses(make_patient("elbow"), ErrorCode::kUsage, {"elbow", "neck", "abdomen"}));
-  EXPECT_TRUE(test::refuses(make_patient(""), ErrorCode::kUsage, {"neck"}));
+      test::rejects(make_patient("elbow"), ErrorCode::kUsage, {"elbow", "neck", "abdomen"}));
+  EXPECT_TRUE(test::rejects(make_patient(""), ErrorCode::kUsage, {"neck"}));
 }
 
 TEST(NeckTest, TheCarotidDividesIntoTwoLumens) {

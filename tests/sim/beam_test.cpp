@@ -80,9 +80,9 @@ TEST_P(BeamTest, SpeckleWidthIsTheBeamWidthIncludingDefocus) {
   // speckle.
   const double cell =
       GetParam() == AcousticModel::kRays ? kSpeckleCellMmTimesMhz / p.frequency_mhz : 0;
-  std::vector<ScanLineImage> pictures;
+  std::vector<ScanLineImage> images;
   for (int seed = 1; seed <= kSeeds; ++seed) {
-    pictures.push_back(
+    images.push_back(
         see(Tissue::kLiver, nowhere, 50.0 * seed, p, static_cast<std::uint64_t>(seed)));
   }
   for (const double depth : {10.0, p.focus_mm, 45.0}) {
@@ -91,7 +91,7 @@ TEST_P(BeamTest, SpeckleWidthIsTheBeamWidthIncludingDefocus) {
     // Echoes of a Gaussian beam correlate as exp(-d^2 / 4 sigma^2), and intensities as its square.
     const int shift = static_cast<int>(std::lround(sigma / spacing));
     Correlation measured(3);
-    for (const auto& picture : pictures) measured.add(picture, picture, depth, shift);
+    for (const auto& image : images) measured.add(image, image, depth, shift);
     const double d = shift * spacing;
     const double found2 = d * d / (-2 * std::log(measured.value()));
     EXPECT_NEAR(std::sqrt(found2 / width2), 1, 0.15) << depth;
@@ -165,13 +165,13 @@ TEST_P(BeamTest, ReverberationRepeatsAPlateAtTwiceAndThreeTimesItsDepth) {
 }
 
 TEST_P(BeamTest, ImageDoesNotDependOnTheNumberOfThreads) {
-  std::vector<std::vector<float>> pictures;
+  std::vector<std::vector<float>> images;
   for (const std::size_t threads : {1U, 2U, 7U}) {
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
-    pictures.push_back(see(Tissue::kBone, shallow_plate, 3, probe(), 2).amplitude);
+    images.push_back(see(Tissue::kBone, shallow_plate, 3, probe(), 2).amplitude);
   }
-  EXPECT_EQ(pictures[0], pictures[1]);
-  EXPECT_EQ(pictures[0], pictures[2]);
+  EXPECT_EQ(images[0], images[1]);
+  EXPECT_EQ(images[0], images[2]);
 }
 
 INSTANTIATE_TEST_SUITE_P(Models, BeamTest,

@@ -89,11 +89,11 @@ TEST(CtPatientTest, RejectsAnEmptyCtAndInvalidOptions) {
   VoxelGrid grid;
   grid.size = {8, 8, 8};
   const Volume air = *Volume::create(grid, std::vector<std::int16_t>(512, -1000), "nothing");
-  EXPECT_TRUE(test::refuses(make_ct_patient(air), ErrorCode::kMalformedData, {"nothing", "air"}));
+  EXPECT_TRUE(test::rejects(make_ct_patient(air), ErrorCode::kMalformedData, {"nothing", "air"}));
   CtPatientOptions options;
   options.hidden_mm = std::nan("");
   EXPECT_TRUE(
-      test::refuses(make_ct_patient(neck_ct(), options), ErrorCode::kUsage, {"hidden_mm", "nan"}));
+      test::rejects(make_ct_patient(neck_ct(), options), ErrorCode::kUsage, {"hidden_mm", "nan"}));
 }
 
 TEST(CtPatientTest, ARecordedCtGivesUltrasoundImages) {
@@ -112,11 +112,11 @@ TEST(CtPatientTest, ARecordedCtGivesUltrasoundImages) {
   const Eigen::Matrix3d axes =
       (Eigen::Matrix3d() << 1, 0, 0, 0, 1, 0, 0, 0, 1).finished();  // Image y is CT +y.
   const UltrasoundSimulator simulator(*patient, convex_abdominal(), 1);
-  const auto picture = simulator.simulate(
+  const auto image = simulator.simulate(
       Transform<frames::Ct, frames::Image>(Eigen::Quaterniond(axes), face), Timestamp{}, 0);
   double sum = 0;
-  for (const std::uint8_t v : picture.pixels.pixels()) sum += v;
-  EXPECT_GT(sum / static_cast<double>(picture.pixels.pixels().size()), 5);
+  for (const std::uint8_t v : image.pixels.pixels()) sum += v;
+  EXPECT_GT(sum / static_cast<double>(image.pixels.pixels().size()), 5);
 }
 
 }  // namespace

@@ -105,13 +105,13 @@ TEST(CtScannerTest, OneAndTwoThreadsGiveEqualBytes) {
 TEST(CtScannerTest, RejectsInvalidOptions) {
   CtOptions options = small_scan();
   options.spacing_mm.y() = 0;
-  EXPECT_TRUE(test::refuses(scan_ct(scanned(), options), ErrorCode::kUsage, {"spacing > 0", "0"}));
+  EXPECT_TRUE(test::rejects(scan_ct(scanned(), options), ErrorCode::kUsage, {"spacing > 0", "0"}));
   options = small_scan();
   options.noise_hu = -1;
-  EXPECT_TRUE(test::refuses(scan_ct(scanned(), options), ErrorCode::kUsage, {"noise", "-1"}));
+  EXPECT_TRUE(test::rejects(scan_ct(scanned(), options), ErrorCode::kUsage, {"noise", "-1"}));
   options = small_scan();
   options.region.max_mm.x() = options.region.min_mm.x() - 1;
-  EXPECT_TRUE(test::refuses(scan_ct(scanned(), options), ErrorCode::kUsage, {"region"}));
+  EXPECT_TRUE(test::rejects(scan_ct(scanned(), options), ErrorCode::kUsage, {"region"}));
 }
 
 }  // namespace

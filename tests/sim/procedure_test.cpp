@@ -110,7 +110,7 @@ TEST(ProcedureTest, RejectsInvalidOptions) {
   EXPECT_THROW(Procedure{options}, Bug);
   TrackerModel model;
   model.rate_hz = 0;
-  EXPECT_TRUE(test::refuses(validate(model), ErrorCode::kUsage, {"rate_hz"}));
+  EXPECT_TRUE(test::rejects(validate(model), ErrorCode::kUsage, {"rate_hz"}));
 }
 
 }  // namespace

@@ -193,7 +193,7 @@ TEST(CarotidWallTest, TheWallIsBrightDarkBrightAtPublishedDepths) {
   }
 }
 
-class SheetPictureTest : public testing::TestWithParam<AcousticModel> {
+class SheetImageTest : public testing::TestWithParam<AcousticModel> {
  protected:
   static ScanLineImage see(const Patient& patient, const StandardView& view) {
     ProbeModel probe = view.probe;
@@ -205,7 +205,7 @@ class SheetPictureTest : public testing::TestWithParam<AcousticModel> {
   }
 };
 
-TEST_P(SheetPictureTest, TheFarWallOfTheCarotidIsADoubleLine) {
+TEST_P(SheetImageTest, TheFarWallOfTheCarotidIsADoubleLine) {
   const Patient neck = *make_patient("neck", {1, Contrast::kNative});
   const StandardView& view = along_carotid(neck);
   const ScanLineImage image = see(neck, view);
@@ -239,7 +239,7 @@ TEST_P(SheetPictureTest, TheFarWallOfTheCarotidIsADoubleLine) {
   EXPECT_LT(profile[found.dark], 0.6 * profile[found.outer]);
 }
 
-TEST_P(SheetPictureTest, SeptaInMuscleAreBright) {
+TEST_P(SheetImageTest, SeptaInMuscleAreBright) {
   const Patient shoulder = *make_patient("shoulder", {1, Contrast::kNative});
   const StandardView& view = shoulder.views.at(0);
   const ScanLineImage image = see(shoulder, view);
@@ -262,7 +262,7 @@ TEST_P(SheetPictureTest, SeptaInMuscleAreBright) {
   EXPECT_GT(on / n_on, 2 * off / n_off);
 }
 
-INSTANTIATE_TEST_SUITE_P(Models, SheetPictureTest,
+INSTANTIATE_TEST_SUITE_P(Models, SheetImageTest,
                          testing::Values(AcousticModel::kRays, AcousticModel::kScatterers),
                          [](const auto& tested) {
                            return tested.param == AcousticModel::kRays ? "rays" : "scatterers";

@@ -54,7 +54,7 @@ TEST(SimulatedTrackerTest, DeliversInOrderOfArrivalAndNeverEarly) {
   }
   EXPECT_GT(timeouts, 10);
   EXPECT_GT(overtaken, 0);
-  EXPECT_TRUE(test::refuses(source.next(Timestamp::max()), ErrorCode::kEndOfStream, {"tracker"}));
+  EXPECT_TRUE(test::rejects(source.next(Timestamp::max()), ErrorCode::kEndOfStream, {"tracker"}));
 }
 
 TEST(SimulatedTrackerTest, NoiseHasTheStatedStandardDeviation) {
@@ -133,7 +133,7 @@ TEST(SimulatedProbeTest, DelaysTimestampsAndDeliveryLikeADevice) {
   options.image_timing.latency = 70ms;
   const Procedure procedure(options);
   SimulatedProbe source(procedure);
-  EXPECT_TRUE(test::refuses(source.next(procedure.frame_time(0) + 70ms - Duration(1)),
+  EXPECT_TRUE(test::rejects(source.next(procedure.frame_time(0) + 70ms - Duration(1)),
                             ErrorCode::kTimeout, {"probe"}));
   for (int i = 0; i < procedure.frame_count(); ++i) {
     const auto frame = source.next(procedure.frame_time(i) + 70ms);
@@ -148,10 +148,10 @@ TEST(SimulatedProbeTest, DelaysTimestampsAndDeliveryLikeADevice) {
       EXPECT_TRUE(std::ranges::equal(truth.pixels.pixels(), frame->pixels.pixels()));
     }
   }
-  EXPECT_TRUE(test::refuses(source.next(Timestamp::max()), ErrorCode::kEndOfStream, {"probe"}));
+  EXPECT_TRUE(test::rejects(source.next(Timestamp::max()), ErrorCode::kEndOfStream, {"probe"}));
   source.stop();
   source.stop();
-  EXPECT_TRUE(test::refuses(source.next(Timestamp::max()), ErrorCode::kCancelled, {"stopped"}));
+  EXPECT_TRUE(test::rejects(source.next(Timestamp::max()), ErrorCode::kCancelled, {"stopped"}));
 }
 
 }  // namespace

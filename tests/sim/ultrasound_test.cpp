@@ -180,16 +180,16 @@ TEST(UltrasoundTest, VesselsAreDarkerThanLiver) {
   int vessels = 0, livers = 0;
   for (const int frame : {5, 15, 25, 35, 45, 55}) {
     const auto pose = frame_pose(frame);
-    const UltrasoundFrame picture = simulator.simulate(pose, Timestamp{}, 0);
-    for (int row = 60; row < picture.pixels.height(); row += 2) {
-      for (int column = 0; column < picture.pixels.width(); column += 2) {
-        const auto p = picture.grid.at(column, row);
-        if (!picture.outline->contains(p.mm.head<2>())) continue;
+    const UltrasoundFrame image = simulator.simulate(pose, Timestamp{}, 0);
+    for (int row = 60; row < image.pixels.height(); row += 2) {
+      for (int column = 0; column < image.pixels.width(); column += 2) {
+        const auto p = image.grid.at(column, row);
+        if (!image.outline->contains(p.mm.head<2>())) continue;
         const auto at = pose * p;
         if (is_pure(at, Tissue::kHepaticVein, 2.0) || is_pure(at, Tissue::kPortalVein, 2.0)) {
-          vessel += picture.pixels.at(column, row), ++vessels;
+          vessel += image.pixels.at(column, row), ++vessels;
         } else if (is_pure(at, Tissue::kLiver, 4.0)) {
-          liver += picture.pixels.at(column, row), ++livers;
+          liver += image.pixels.at(column, row), ++livers;
         }
       }
     }
@@ -236,19 +236,19 @@ TEST(UltrasoundTest, ARibCastsAShadow) {
 
 TEST(UltrasoundTest, PixelsOutsideTheSectorAreBlack) {
   const UltrasoundSimulator simulator(imaged(), convex_abdominal(), 3);
-  const UltrasoundFrame picture = simulator.simulate(frame_pose(10), Timestamp{}, 0);
-  ASSERT_TRUE(picture.outline.has_value());
+  const UltrasoundFrame image = simulator.simulate(frame_pose(10), Timestamp{}, 0);
+  ASSERT_TRUE(image.outline.has_value());
   int inside = 0;
-  for (int row = 0; row < picture.pixels.height(); ++row) {
-    for (int column = 0; column < picture.pixels.width(); ++column) {
-      if (picture.outline->contains(picture.grid.at(column, row).mm.head<2>())) {
+  for (int row = 0; row < image.pixels.height(); ++row) {
+    for (int column = 0; column < image.pixels.width(); ++column) {
+      if (image.outline->contains(image.grid.at(column, row).mm.head<2>())) {
         ++inside;
       } else {
-        ASSERT_EQ(picture.pixels.at(column, row), 0) << column << ' ' << row;
+        ASSERT_EQ(image.pixels.at(column, row), 0) << column << ' ' << row;
       }
     }
   }
-  EXPECT_GT(inside, picture.pixels.width() * picture.pixels.height() / 3);
+  EXPECT_GT(inside, image.pixels.width() * image.pixels.height() / 3);
 }
 
 TEST(UltrasoundTest, TheNeedleIsVisibleOnlyInItsPlane) {
@@ -289,7 +289,7 @@ TEST(UltrasoundTest, OneAndTwoThreadsGiveEqualBytes) {
 TEST(UltrasoundTest, RejectsInvalidProbes) {
   ProbeModel probe = convex_abdominal();
   probe.depth_mm = -1;
-  EXPECT_TRUE(test::refuses(validate(probe), ErrorCode::kUsage, {"depth_mm", "-1"}));
+  EXPECT_TRUE(test::rejects(validate(probe), ErrorCode::kUsage, {"depth_mm", "-1"}));
   EXPECT_THROW(UltrasoundSimulator(imaged(), probe, 1), Bug);
   EXPECT_TRUE(test::has_value(validate(linear_l14())));
 }

@@ -88,13 +88,13 @@ TEST(UltrasoundVolumeTest, OneAndTwoThreadsGiveEqualBytes) {
 TEST(UltrasoundVolumeTest, RejectsInvalidOptions) {
   UltrasoundVolumeOptions options = small();
   options.size[1] = 100000;
-  EXPECT_TRUE(test::refuses(scan(options), ErrorCode::kUsage, {"size deep", "100000"}));
+  EXPECT_TRUE(test::rejects(scan(options), ErrorCode::kUsage, {"size deep", "100000"}));
   options = small();
   options.depth_mm = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_TRUE(test::refuses(scan(options), ErrorCode::kUsage, {"depth_mm", "nan"}));
+  EXPECT_TRUE(test::rejects(scan(options), ErrorCode::kUsage, {"depth_mm", "nan"}));
   options = small();
   options.probe.lines = 0;
-  EXPECT_TRUE(test::refuses(scan(options), ErrorCode::kUsage, {"lines", "0"}));
+  EXPECT_TRUE(test::rejects(scan(options), ErrorCode::kUsage, {"lines", "0"}));
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ template <class T>
 /// Succeeds if the result is an error with \p code and a one-line message that contains every
 /// string of \p pieces.
 template <class T>
-::testing::AssertionResult refuses(const Result<T>& result, ErrorCode code,
+::testing::AssertionResult rejects(const Result<T>& result, ErrorCode code,
                                    std::initializer_list<std::string> pieces) {
   if (result) return ::testing::AssertionFailure() << "expected an error, found a value";
   const Error& error = result.error();

@@ -72,20 +72,20 @@ render::Scene scene() {
 
 TEST(ThreadsTest, EnginesRunInParallelAndGiveEqualImages) {
   const render::Scene shown = scene();
-  std::vector<Image2d<Rgba8>> pictures(kThreads);
+  std::vector<Image2d<Rgba8>> images(kThreads);
   std::vector<std::thread> threads;
   for (int t = 0; t < kThreads; ++t) {
     threads.emplace_back([&, t] {
       const auto engine = render::make_cpu_engine({.threads = 1 + t % 3});
-      const auto picture = engine->render(shown);
-      if (picture) pictures[static_cast<std::size_t>(t)] = render::to_8bit(picture->pixels);
+      const auto image = engine->render(shown);
+      if (image) images[static_cast<std::size_t>(t)] = render::to_8bit(image->pixels);
     });
   }
   for (std::thread& thread : threads) thread.join();
-  for (const auto& picture : pictures) {
-    ASSERT_FALSE(picture.empty());
+  for (const auto& image : images) {
+    ASSERT_FALSE(image.empty());
     EXPECT_TRUE(
-        std::equal(picture.pixels().begin(), picture.pixels().end(), pictures[0].pixels().begin()));
+        std::equal(image.pixels().begin(), image.pixels().end(), images[0].pixels().begin()));
   }
 }
 

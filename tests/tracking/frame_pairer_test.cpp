@@ -33,7 +33,7 @@ RawPose raw(const Eigen::Matrix4d& matrix, int acquired_ms, int received_ms) {
           TrackingStatus::kOk, matrix};
 }
 
-UltrasoundFrame picture(std::uint64_t sequence, int acquired_ms, int received_ms) {
+UltrasoundFrame image(std::uint64_t sequence, int acquired_ms, int received_ms) {
   return {Timestamp(milliseconds(acquired_ms)),
           Timestamp(milliseconds(received_ms)),
           sequence,
@@ -59,7 +59,7 @@ class FramePairerTest : public ::testing::Test {
 TEST_F(FramePairerTest, GivesAnImageThePoseAtItsTime) {
   auto pairer = make();
   feed_poses(pairer, 0, 100);
-  pairer.add_frame(picture(7, 50, 60));
+  pairer.add_frame(image(7, 50, 60));
   const auto ready = pairer.take_ready(Timestamp(milliseconds(120)));
   ASSERT_EQ(ready.size(), 1u);
   ASSERT_TRUE(ready[0].tracked) << ready[0].cause;
@@ -74,10 +74,10 @@ TEST_F(FramePairerTest, RejectsImagesWhileTheirClockIsShifted) {
   auto pairer = make();
   feed_poses(pairer, 0, 2000);
   for (int i = 0; i < 20; ++i) {
-    pairer.add_frame(picture(static_cast<std::uint64_t>(i), 100 + 50 * i, 110 + 50 * i));
+    pairer.add_frame(image(static_cast<std::uint64_t>(i), 100 + 50 * i, 110 + 50 * i));
   }
-  pairer.add_frame(picture(20, 1100 + 80, 1110));
-  pairer.add_frame(picture(21, 1250, 1260));
+  pairer.add_frame(image(20, 1100 + 80, 1110));
+  pairer.add_frame(image(21, 1250, 1260));
   const auto ready = pairer.take_ready(Timestamp(milliseconds(2020)));
   ASSERT_EQ(ready.size(), 22u);
   EXPECT_TRUE(ready[19].tracked);
@@ -90,7 +90,7 @@ TEST_F(FramePairerTest, AppliesTheTemporalOffsetOnceWithItsSign) {
   options.temporal_offset = milliseconds(40);  // Timestamps of images are 40 ms late.
   auto pairer = make(options);
   feed_poses(pairer, 0, 200);
-  pairer.add_frame(picture(1, 140, 150));
+  pairer.add_frame(image(1, 140, 150));
   const auto ready = pairer.take_ready(Timestamp(milliseconds(220)));
   ASSERT_TRUE(ready.at(0).tracked);
   const auto expected =
@@ -103,12 +103,12 @@ TEST_F(FramePairerTest, AppliesTheTemporalOffsetOnceWithItsSign) {
 TEST_F(FramePairerTest, WaitsForThePoseAndGivesUpWithACause) {
   auto pairer = make();
   feed_poses(pairer, 0, 40);
-  pairer.add_frame(picture(1, 50, 55));
+  pairer.add_frame(image(1, 50, 55));
   EXPECT_TRUE(pairer.take_ready(Timestamp(milliseconds(60))).empty());
   feed_poses(pairer, 60, 80);
   EXPECT_EQ(pairer.take_ready(Timestamp(milliseconds(90))).size(), 1u);
 
-  pairer.add_frame(picture(2, 500, 505));
+  pairer.add_frame(image(2, 500, 505));
   EXPECT_TRUE(pairer.take_ready(Timestamp(milliseconds(755))).empty());
   const auto late = pairer.take_ready(Timestamp(milliseconds(756)));
   ASSERT_EQ(late.size(), 1u);
@@ -121,7 +121,7 @@ TEST_F(FramePairerTest, LosesNothingAtTheEndOfTheStream) {
   feed_poses(pairer, 0, 40);
   for (std::uint64_t i = 0; i < 5; ++i) {
     const int t = 10 + 20 * static_cast<int>(i);
-    pairer.add_frame(picture(i, t, t + 5));
+    pairer.add_frame(image(i, t, t + 5));
   }
   const auto out = pairer.take_ready(Timestamp(milliseconds(95)), true);
   ASSERT_EQ(out.size(), 5u);
@@ -137,10 +137,10 @@ TEST_F(FramePairerTest, LosesNothingAtTheEndOfTheStream) {
 TEST_F(FramePairerTest, RejectsDuplicateAndBackwardsImages) {
   auto pairer = make();
   feed_poses(pairer, 0, 200);
-  pairer.add_frame(picture(1, 100, 105));
-  pairer.add_frame(picture(2, 100, 106));
-  pairer.add_frame(picture(3, 90, 107));
-  pairer.add_frame(picture(4, 120, 125));
+  pairer.add_frame(image(1, 100, 105));
+  pairer.add_frame(image(2, 100, 106));
+  pairer.add_frame(image(3, 90, 107));
+  pairer.add_frame(image(4, 120, 125));
   const auto out = pairer.take_ready(Timestamp(milliseconds(300)));
   ASSERT_EQ(out.size(), 4u);
   EXPECT_TRUE(out[0].tracked);
@@ -156,7 +156,7 @@ TEST_F(FramePairerTest, DoesNotInterpolateAcrossAnInvalidPose) {
   pairer.add_probe_pose(raw(true_tracker_from_probe(0).matrix(), 0, 0));
   pairer.add_probe_pose(raw(Eigen::Matrix4d::Constant(std::nan("")), 20, 20));
   pairer.add_probe_pose(raw(true_tracker_from_probe(40).matrix(), 40, 40));
-  pairer.add_frame(picture(1, 30, 31));
+  pairer.add_frame(image(1, 30, 31));
   const auto out = pairer.take_ready(Timestamp(milliseconds(50)));
   ASSERT_EQ(out.size(), 1u);
   EXPECT_EQ(out[0].cause, "Probe.not_tracked");
@@ -171,7 +171,7 @@ TEST_F(FramePairerTest, AcceptsADeclaredFixedReferencePose) {
       Transform<Reference, Tracker>(Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), {},
       diagnostics_);
   pairer.add_probe_pose(raw(true_tracker_from_probe(0).matrix(), 0, 0));
-  pairer.add_frame(picture(1, 0, 1));
+  pairer.add_frame(image(1, 0, 1));
   const auto out = pairer.take_ready(Timestamp(milliseconds(2)));
   ASSERT_EQ(out.size(), 1u);
   ASSERT_TRUE(out[0].tracked);
@@ -184,7 +184,7 @@ TEST_F(FramePairerTest, AcceptsADeclaredFixedReferencePose) {
 TEST_F(FramePairerTest, RejectsInvalidOptions) {
   PairingOptions options;
   options.temporal_offset = std::chrono::seconds(11);
-  EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage, {"temporal offset", "11"}));
+  EXPECT_TRUE(test::rejects(validate(options), ErrorCode::kUsage, {"temporal offset", "11"}));
   options = {};
   options.max_pose_gap = Duration::zero();
   EXPECT_FALSE(validate(options));

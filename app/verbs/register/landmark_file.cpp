@@ -70,7 +70,7 @@ Result<LandmarkList> read_landmarks(const std::filesystem::path& path) {
   std::vector<std::string> names;
   std::size_t columns = 0;
   int number = 0;
-  const auto refuse = [&](const std::string& what) {
+  const auto reject = [&](const std::string& what) {
     return Error{ErrorCode::kMalformedData,
                  path.string() + ":" + std::to_string(number) + ": " + what};
   };
@@ -86,7 +86,7 @@ Result<LandmarkList> read_landmarks(const std::filesystem::path& path) {
         const std::string found = i < cells.size() ? cells[i] : "nothing";
         const std::string expected = i < names.size() ? names[i] : "absent";
         if (found != expected) {
-          return refuse("expected column " + std::to_string(i + 1) + " to be " + expected +
+          return reject("expected column " + std::to_string(i + 1) + " to be " + expected +
                         ", found " + found);
         }
       }
@@ -94,7 +94,7 @@ Result<LandmarkList> read_landmarks(const std::filesystem::path& path) {
       continue;
     }
     if (cells.size() != columns) {
-      return refuse("expected " + std::to_string(columns) + " values, found " +
+      return reject("expected " + std::to_string(columns) + " values, found " +
                     std::to_string(cells.size()));
     }
     std::array<double, kAllNumbers> values{};
@@ -103,7 +103,7 @@ Result<LandmarkList> read_landmarks(const std::filesystem::path& path) {
       const auto end = cell.data() + cell.size();
       const auto parsed = std::from_chars(cell.data(), end, values[i - 1]);
       if (parsed.ec != std::errc() || parsed.ptr != end || !std::isfinite(values[i - 1])) {
-        return refuse(names[i] + ": expected a finite number, found '" + cell + "'");
+        return reject(names[i] + ": expected a finite number, found '" + cell + "'");
       }
     }
     add(cells[0], values, columns, list);

@@ -107,7 +107,7 @@ Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path
 registration::Decision decide(const LandmarkOutcome& outcome, const Point<frames::Ct>& target) {
   auto decision = registration::decide(outcome.fit, registration::LandmarkLimits{}, target);
   if (!outcome.no_majority.empty()) {
-    decision.refuse(outcome.no_majority);
+    decision.reject(outcome.no_majority);
   }
   if (!decision.accepted) return decision;
   constexpr std::size_t kNoneToSpare = 3;

@@ -8,7 +8,7 @@
 
 #include "app/verbs/register/landmark_outcome.hpp"
 #include "app/verbs/register/register_shape.hpp"
-#include "app/verbs/register/registration_picture.hpp"
+#include "app/verbs/register/registration_image.hpp"
 #include "app/verbs/replay.hpp"
 #include "app/views/ct_window.hpp"
 #include "nav/stopwatch.hpp"
@@ -32,7 +32,7 @@ std::string joined(const std::vector<std::string>& reasons) {
 io::Json as_json(const Point<frames::Ct>& p) { return {p.mm.x(), p.mm.y(), p.mm.z()}; }
 
 /// JSON of the scales that were refined together with the pose; null when there are none.
-io::Json as_json(const registration::Stretch& stretch, const std::string& model) {
+io::Json as_json(const registration::ImageScale& stretch, const std::string& model) {
   if (model == "none") return nullptr;
   io::Json json = {{"model", model}, {"depth_scale", stretch.depth_scale}};
   for (int i = 0; i < 9; ++i) json["strain"].push_back(stretch.strain(i / 3, i % 3));
@@ -136,7 +136,7 @@ io::Json second_opinion(const Ground& ground, const registration::ShapeRegistrat
     std::ostringstream text;
     text << std::setprecision(3) << "landmarks and shape: expected poses at most " << limit_mm
          << " mm apart at the target (from their predicted errors), found " << apart_mm << " mm";
-    decision.refuse(text.str());
+    decision.reject(text.str());
   }
   return {{"apart_mm", json_number(apart_mm)}, {"limit_mm", json_number(limit_mm)}};
 }
@@ -198,7 +198,7 @@ struct Solver {
 Result<Solver> choose_solver(const RegisterOptions& options) {
   using registration::Effort;
   using registration::PatchLoss;
-  using registration::StretchModel;
+  using registration::ScaleModel;
   const auto effort = one_of("--effort", options.effort, {Effort::kQuick, Effort::kUsual});
   if (!effort) return effort.error();
   const bool moves = options.motion.breath_period_s || options.motion.deformable;
@@ -208,9 +208,8 @@ Result<Solver> choose_solver(const RegisterOptions& options) {
   const auto loss = one_of("--loss", options.loss,
                            {PatchLoss::kNone, PatchLoss::kCauchy, PatchLoss::kGemanMcClure});
   if (!loss) return loss.error();
-  const auto stretch =
-      one_of("--stretch", options.stretch,
-             {StretchModel::kNone, StretchModel::kSoundSpeed, StretchModel::kAffine});
+  const auto stretch = one_of("--stretch", options.stretch,
+                              {ScaleModel::kNone, ScaleModel::kSoundSpeed, ScaleModel::kAffine});
   if (!stretch) return stretch.error();
   registration::ImageRegistrationOptions solver = registration::with_effort(*effort);
   if (options.time_limit_s) solver.time_limit_s = *options.time_limit_s;
@@ -321,8 +320,8 @@ Result<OpenedSweep> open_sweep(const SessionConfig& config, const Ground& ground
   if (!surveyed->warning.empty()) {
     console.report(Severity::kWarning, "recording", surveyed->warning);
   }
-  auto start =
-      session::place_ct(config.placement, *ground.ct, *surveyed, surveyed->recording, session->reference_frame());
+  auto start = session::place_ct(config.placement, *ground.ct, *surveyed, surveyed->recording,
+                                 session->reference_frame());
   if (!start) return start.error();
   if (start->kind == "declared" && !start->outside.empty()) {
     console.report(Severity::kWarning, "start", start->outside);
@@ -364,24 +363,24 @@ io::Json report_of(const SessionConfig& config, const RegisterOptions& options, 
 }
 
 /// Writes the image with the middle of the sweep before and after registration.
-Result<void> write_registration_picture(const SessionConfig& config, const Volume& ct,
-                                        const OpenedSweep& opened,
-                                        const Transform<frames::Ct, frames::Reference>& answer,
-                                        bool accepted) {
+Result<void> write_registration_image(const SessionConfig& config, const Volume& ct,
+                                      const OpenedSweep& opened,
+                                      const Transform<frames::Ct, frames::Reference>& answer,
+                                      bool accepted) {
   if (config.output.folder.empty()) return {};
   auto out = OutputFolder::create(config.output.folder);
   if (!out) return out.error();
   const auto& frames = opened.sweep.frames();
   const auto window = ct_window(config.view, ct, values_along(ct, answer, frames));
-  return out->write_picture(
-      kRegistrationPicture,
-      registration_picture(ct, frames[frames.size() / 2], opened.start.placement.ct_from_reference,
-                           answer, accepted, window));
+  return out->write_image(
+      kRegistrationImage,
+      registration_image(ct, frames[frames.size() / 2], opened.start.placement.ct_from_reference,
+                         answer, accepted, window));
 }
 
-Result<void> register_by_pictures(const SessionConfig& config, const RegisterOptions& options,
-                                  const Ground& ground, const std::optional<std::string>& json_file,
-                                  Console& console) {
+Result<void> register_by_images(const SessionConfig& config, const RegisterOptions& options,
+                                const Ground& ground, const std::optional<std::string>& json_file,
+                                Console& console) {
   if (!ground.ct) return Error{ErrorCode::kUsage, "--ct: expected a CT, found nothing"};
   const Volume& ct = *ground.ct;
   if (const auto ok = validate(options.motion); !ok) return ok;
@@ -428,8 +427,8 @@ Result<void> register_by_pictures(const SessionConfig& config, const RegisterOpt
   json["ledger"] = json_of(opened->session.navigator().ledger());
   json["diagnostics"] = json_of(console.entries());
   if (auto written = deliver(json, config, json_file); !written) return written;
-  if (auto written = write_registration_picture(config, ct, *opened, answer.ct_from_reference,
-                                                decision.accepted);
+  if (auto written = write_registration_image(config, ct, *opened, answer.ct_from_reference,
+                                              decision.accepted);
       !written) {
     return written;
   }
@@ -440,29 +439,29 @@ Result<void> register_by_pictures(const SessionConfig& config, const RegisterOpt
 }
 
 /// Rejects options that contradict each other or lack the input that they need.
-Result<void> refuse_contradictions(const SessionConfig& config, const RegisterOptions& options,
+Result<void> reject_contradictions(const SessionConfig& config, const RegisterOptions& options,
                                    const Ground& ground) {
-  const auto refuse = [](const std::string& text) { return Error{ErrorCode::kUsage, text}; };
+  const auto reject = [](const std::string& text) { return Error{ErrorCode::kUsage, text}; };
   const bool by_shape = !options.shape.points.empty();
-  const bool by_pictures = !config.source.recording.empty();
+  const bool by_images = !config.source.recording.empty();
   const bool moves = options.motion.breath_period_s || options.motion.deformable;
   if (by_shape && moves) {
-    return refuse(std::string("--points excludes ") +
+    return reject(std::string("--points excludes ") +
                   (options.motion.breath_period_s ? "--breath-period" : "--deformable") +
                   ", which requires a sweep");
   }
-  if (!options.marker_towards.empty() && (by_shape || !by_pictures)) {
-    return refuse("--marker-towards requires a sweep");
+  if (!options.marker_towards.empty() && (by_shape || !by_images)) {
+    return reject("--marker-towards requires a sweep");
   }
-  if (by_shape && !by_pictures) return {};
+  if (by_shape && !by_images) return {};
   if (by_shape || !options.shape.surface.empty() || !options.shape.centre_lines.empty()) {
-    return refuse("--surface and --centre-lines require --points and exclude a sweep");
+    return reject("--surface and --centre-lines require --points and exclude a sweep");
   }
-  if (!by_pictures && moves) {
-    return refuse("--breath-period and --deformable require a sweep");
+  if (!by_images && moves) {
+    return reject("--breath-period and --deformable require a sweep");
   }
-  if (!by_pictures && !ground.landmarks) {
-    return refuse("register requires a sweep, --points or --landmarks");
+  if (!by_images && !ground.landmarks) {
+    return reject("register requires a sweep, --points or --landmarks");
   }
   return {};
 }
@@ -470,7 +469,7 @@ Result<void> refuse_contradictions(const SessionConfig& config, const RegisterOp
 }  // namespace
 
 std::vector<std::string> register_outputs() {
-  return {"report.json", "report.html", kRegistrationPicture};
+  return {"report.json", "report.html", kRegistrationImage};
 }
 
 Result<void> run_register(const SessionConfig& config, const RegisterOptions& options,
@@ -480,14 +479,14 @@ Result<void> run_register(const SessionConfig& config, const RegisterOptions& op
   if (json_file && std::filesystem::is_regular_file(*json_file, ignored)) {
     std::filesystem::remove(*json_file, ignored);
   }
-  if (auto ok = forget_earlier_reports(config.output.folder, {kRegistrationPicture}); !ok) {
+  if (auto ok = forget_earlier_reports(config.output.folder, {kRegistrationImage}); !ok) {
     return ok;
   }
   const auto ground = read_ground(config, options, console);
   if (!ground) return ground.error();
-  if (const auto ok = refuse_contradictions(config, options, *ground); !ok) return ok;
+  if (const auto ok = reject_contradictions(config, options, *ground); !ok) return ok;
   if (!config.source.recording.empty()) {
-    return register_by_pictures(config, options, *ground, json_file, console);
+    return register_by_images(config, options, *ground, json_file, console);
   }
   if (!options.shape.points.empty()) {
     return register_by_shape(config, options, *ground, json_file, console);

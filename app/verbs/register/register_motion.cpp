@@ -38,7 +38,7 @@ io::Json as_json(const registration::PhaseResult& found, double period_s) {
           {"accepted", false},
           {"reason", found.reason},
           {"period_s", period_s},
-          {"pictures", found.pictures},
+          {"pictures", found.images},
           {"rigid_cost", found.rigid_cost},
           {"final_cost", found.final_cost},
           {"held_out_rigid", found.held_out_rigid},

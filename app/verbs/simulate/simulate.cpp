@@ -58,7 +58,7 @@ void set_timing(const SimulateOptions& options, sim::SimulatedSessionOptions& ou
   out.timing.clock_offset = milliseconds_of(options.clock_offset_ms);
   out.timing.drift_ppm = options.clock_drift_ppm;
   out.timing.loss_begins = options.loss;
-  out.image_timing.stamp_offset = milliseconds_of(options.picture_offset_ms);
+  out.image_timing.stamp_offset = milliseconds_of(options.image_offset_ms);
   out.image_timing.latency = std::max(out.image_timing.latency, out.image_timing.stamp_offset);
 }
 

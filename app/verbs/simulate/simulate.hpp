@@ -39,14 +39,14 @@ struct SimulateOptions {
   /// Probability of each fault at each sample: one for all, or "drop=0.02,nan=0.001".
   std::string faults = "0";
   double tracker_rate_hz = 50;
-  double latency_ms = 15;        ///< Latency of the tracker's samples.
-  double jitter_ms = 2;          ///< Largest additional latency.
-  double clock_offset_ms = 0;    ///< Offset of the tracker's time stamps.
-  double clock_drift_ppm = 0;    ///< Drift of the tracker's clock.
-  double loss = 0;               ///< Probability that a burst of lost samples begins at a sample.
-  double picture_offset_ms = 0;  ///< Offset of the images' time stamps.
-  bool mirrored = false;         ///< The probe's marker is on the other side.
-  std::string needle = "none";   ///< none, straight, bevel or tip-load.
+  double latency_ms = 15;       ///< Latency of the tracker's samples.
+  double jitter_ms = 2;         ///< Largest additional latency.
+  double clock_offset_ms = 0;   ///< Offset of the tracker's time stamps.
+  double clock_drift_ppm = 0;   ///< Drift of the tracker's clock.
+  double loss = 0;              ///< Probability that a burst of lost samples begins at a sample.
+  double image_offset_ms = 0;   ///< Offset of the images' time stamps.
+  bool mirrored = false;        ///< The probe's marker is on the other side.
+  std::string needle = "none";  ///< none, straight, bevel or tip-load.
   /// Sideways displacement of the tip at the target; absent: of a usual needle (NeedleBending).
   std::optional<double> needle_bending_mm;
   double needle_bevel_deg = 0;    ///< Direction of the bending around the needle's axis.

@@ -14,13 +14,13 @@ struct Slab {
   double offset;
 };
 
-Slab slab_of(const ParallelScan& scan, const PredicatePlace& place) {
+Slab slab_of(const ParallelScan& scan, const PredicatePosition& place) {
   const Eigen::Vector3d normal =
       place.grid.directions.transpose() * scan.into_ct.v.stableNormalized();
   return {normal, -normal.dot(place.grid_mm(scan.face_ct))};
 }
 
-Segment ball_of(const FanScan& scan, const PredicatePlace& place) {
+Segment ball_of(const FanScan& scan, const PredicatePosition& place) {
   const Eigen::Vector3d apex = place.grid_mm(scan.apex_ct);
   return {apex, apex, scan.face_radius_mm};
 }
@@ -36,7 +36,7 @@ class Depth final : public PredicateKind {
   [[nodiscard]] std::vector<PredicateParameter> parameters() const override {
     return {{"low_mm", "mm", -1e4, 1e4, 0}, {"high_mm", "mm", -1e4, 1e4, 30}};
   }
-  [[nodiscard]] PredicateNeeds needs(const PredicatePlace& place) const override {
+  [[nodiscard]] PredicateNeeds needs(const PredicatePosition& place) const override {
     PredicateNeeds needs;
     needs.scan = true;
     if (place.scan && std::holds_alternative<VoxelScan>(*place.scan)) {
@@ -49,7 +49,7 @@ class Depth final : public PredicateKind {
   [[nodiscard]] Result<void> check(std::span<const double> p) const override {
     return check_order(*this, p, 0, 1);
   }
-  [[nodiscard]] bool test(const PredicateSample& s, const PredicatePlace& place,
+  [[nodiscard]] bool test(const PredicateSample& s, const PredicatePosition& place,
                           std::span<const double> p) const override {
     if (const auto* parallel = std::get_if<ParallelScan>(&*place.scan)) {
       const Slab slab = slab_of(*parallel, place);
@@ -61,7 +61,7 @@ class Depth final : public PredicateKind {
     }
     return feature_.test(s, place, p);
   }
-  [[nodiscard]] Truth bounds(const PredicateBounds& b, const PredicatePlace& place,
+  [[nodiscard]] Truth bounds(const PredicateBounds& b, const PredicatePosition& place,
                              std::span<const double> p) const override {
     if (const auto* parallel = std::get_if<ParallelScan>(&*place.scan)) {
       const Slab slab = slab_of(*parallel, place);
@@ -74,7 +74,7 @@ class Depth final : public PredicateKind {
     }
     return feature_.bounds(b, place, p);
   }
-  [[nodiscard]] PredicateForm form(const PredicatePlace& place,
+  [[nodiscard]] PredicateForm form(const PredicatePosition& place,
                                    std::span<const double> p) const override {
     if (const auto* parallel = std::get_if<ParallelScan>(&*place.scan)) {
       const Slab slab = slab_of(*parallel, place);
@@ -90,7 +90,7 @@ class Depth final : public PredicateKind {
     }
     return feature_.form(place, p);
   }
-  [[nodiscard]] PredicateGlsl glsl(const std::string& prefix, const PredicatePlace& place,
+  [[nodiscard]] PredicateGlsl glsl(const std::string& prefix, const PredicatePosition& place,
                                    std::span<const double> p) const override {
     if (const auto* parallel = std::get_if<ParallelScan>(&*place.scan)) {
       const Slab slab = slab_of(*parallel, place);

@@ -72,7 +72,7 @@ class GradientAngle final : public PredicateKind {
             {"high_rad", "rad", 0, M_PI, 0.5},
             {"least_gradient_per_mm", "1/mm", 1e-6, 1e6, 1e-3}};
   }
-  [[nodiscard]] PredicateNeeds needs(const PredicatePlace&) const override {
+  [[nodiscard]] PredicateNeeds needs(const PredicatePosition&) const override {
     PredicateNeeds needs;
     needs.channels = {feature::kGradientAlong, feature::kGradientAcross};
     needs.scan = true;
@@ -81,7 +81,7 @@ class GradientAngle final : public PredicateKind {
   [[nodiscard]] Result<void> check(std::span<const double> p) const override {
     return check_order(*this, p, 0, 1);
   }
-  [[nodiscard]] bool test(const PredicateSample& s, const PredicatePlace&,
+  [[nodiscard]] bool test(const PredicateSample& s, const PredicatePosition&,
                           std::span<const double> p) const override {
     const double along = s.value[0];
     const double across = s.value[1];
@@ -91,7 +91,7 @@ class GradientAngle final : public PredicateKind {
       return form.at(along, across) >= -slack_of(form, s.quantum);
     });
   }
-  [[nodiscard]] Truth bounds(const PredicateBounds& b, const PredicatePlace&,
+  [[nodiscard]] Truth bounds(const PredicateBounds& b, const PredicatePosition&,
                              std::span<const double> p) const override {
     const Range along = squares(b.value[0]);
     const Range across = squares(b.value[1]);
@@ -106,7 +106,7 @@ class GradientAngle final : public PredicateKind {
     }
     return b.undefined[0] || b.undefined[1] ? and_of(found, Truth::kUnknown) : found;
   }
-  [[nodiscard]] PredicateForm form(const PredicatePlace&,
+  [[nodiscard]] PredicateForm form(const PredicatePosition&,
                                    std::span<const double> p) const override {
     PredicateForm form;
     form.kind = PredicateForm::Kind::kWedge;
@@ -118,7 +118,7 @@ class GradientAngle final : public PredicateKind {
     }
     return form;
   }
-  [[nodiscard]] PredicateGlsl glsl(const std::string& prefix, const PredicatePlace&,
+  [[nodiscard]] PredicateGlsl glsl(const std::string& prefix, const PredicatePosition&,
                                    std::span<const double> p) const override {
     const auto [a, b, side] = wedge_of(p);
     const std::string g = "vec2(VALUE0, VALUE1)";

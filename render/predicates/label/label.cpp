@@ -20,7 +20,7 @@ class Label final : public PredicateKind {
   [[nodiscard]] std::vector<PredicateParameter> parameters() const override {
     return {{"mask", "1", 1, 4294967295.0, 1}};
   }
-  [[nodiscard]] PredicateNeeds needs(const PredicatePlace&) const override {
+  [[nodiscard]] PredicateNeeds needs(const PredicatePosition&) const override {
     PredicateNeeds needs;
     needs.labels = true;
     return needs;
@@ -30,23 +30,23 @@ class Label final : public PredicateKind {
     return Error{ErrorCode::kMalformedData,
                  "label: expected a whole number as mask, found " + std::to_string(p[0])};
   }
-  [[nodiscard]] bool test(const PredicateSample& s, const PredicatePlace&,
+  [[nodiscard]] bool test(const PredicateSample& s, const PredicatePosition&,
                           std::span<const double> p) const override {
     return (s.labels & mask_of(p)) != 0;
   }
-  [[nodiscard]] Truth bounds(const PredicateBounds& b, const PredicatePlace&,
+  [[nodiscard]] Truth bounds(const PredicateBounds& b, const PredicatePosition&,
                              std::span<const double> p) const override {
     if ((b.labels_all & mask_of(p)) != 0) return Truth::kTrue;
     return (b.labels_any & mask_of(p)) == 0 ? Truth::kFalse : Truth::kUnknown;
   }
-  [[nodiscard]] PredicateForm form(const PredicatePlace&,
+  [[nodiscard]] PredicateForm form(const PredicatePosition&,
                                    std::span<const double> p) const override {
     PredicateForm form;
     form.kind = PredicateForm::Kind::kBits;
     form.mask = mask_of(p);
     return form;
   }
-  [[nodiscard]] PredicateGlsl glsl(const std::string& prefix, const PredicatePlace&,
+  [[nodiscard]] PredicateGlsl glsl(const std::string& prefix, const PredicatePosition&,
                                    std::span<const double> p) const override {
     return {"uniform uint " + prefix + "_mask;\n",
             "((LABELS & " + prefix + "_mask) != 0u)",

@@ -15,7 +15,7 @@ class NeedleDistance final : public PredicateKind {
   [[nodiscard]] std::vector<PredicateParameter> parameters() const override {
     return {{"low_mm", "mm", -1e4, 1e4, -1e4}, {"high_mm", "mm", -1e4, 1e4, 10}};
   }
-  [[nodiscard]] PredicateNeeds needs(const PredicatePlace&) const override {
+  [[nodiscard]] PredicateNeeds needs(const PredicatePosition&) const override {
     PredicateNeeds needs;
     needs.position = true;
     needs.needle = true;
@@ -24,19 +24,19 @@ class NeedleDistance final : public PredicateKind {
   [[nodiscard]] Result<void> check(std::span<const double> p) const override {
     return check_order(*this, p, 0, 1);
   }
-  [[nodiscard]] bool test(const PredicateSample& s, const PredicatePlace& place,
+  [[nodiscard]] bool test(const PredicateSample& s, const PredicatePosition& place,
                           std::span<const double> p) const override {
     return test_distance(*place.needle, s.position_mm, wanted_range(p));
   }
-  [[nodiscard]] Truth bounds(const PredicateBounds& b, const PredicatePlace& place,
+  [[nodiscard]] Truth bounds(const PredicateBounds& b, const PredicatePosition& place,
                              std::span<const double> p) const override {
     return bound_distance(*place.needle, b.low_mm, b.high_mm, wanted_range(p));
   }
-  [[nodiscard]] PredicateForm form(const PredicatePlace& place,
+  [[nodiscard]] PredicateForm form(const PredicatePosition& place,
                                    std::span<const double> p) const override {
     return distance_form(*place.needle, wanted_range(p));
   }
-  [[nodiscard]] PredicateGlsl glsl(const std::string& prefix, const PredicatePlace& place,
+  [[nodiscard]] PredicateGlsl glsl(const std::string& prefix, const PredicatePosition& place,
                                    std::span<const double> p) const override {
     return distance_glsl(prefix, *place.needle, wanted_range(p));
   }

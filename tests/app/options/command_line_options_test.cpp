@@ -16,16 +16,16 @@ namespace {
 
 struct Idle {
   std::string arguments;
-  std::string refusal;
+  std::string rejection;
 };
 
 TEST_F(CommandLineTest, EmptyValuesAreRejected) {
   for (const char* option : {"--look", "--session", "--json", "--save-look", "--us-volume",
                              "--config", "--registration", "--series"}) {
-    expect_refusal("replay x.mha --print-session " + std::string(option) + " ''", 2,
-                   {std::string(option) + ": expected a value, found ''"});
+    expect_rejection("replay x.mha --print-session " + std::string(option) + " ''", 2,
+                     {std::string(option) + ": expected a value, found ''"});
   }
-  expect_refusal("predicates ''", 2, {"volume: expected a value, found ''"});
+  expect_rejection("predicates ''", 2, {"volume: expected a value, found ''"});
   EXPECT_EQ(sonde("replay x.mha --print-session --needle-frame ''").code, 0);
 }
 
@@ -56,7 +56,7 @@ TEST_F(CommandLineTest, AnOptionReplacesItsAlternativeInTheSession) {
 
 TEST_F(CommandLineTest, SimulationOptionsWithoutEffectAreRejected) {
   const std::string out = (folder_ / "sweep.mha").string();
-  for (const auto& [arguments, refusal] : std::vector<Idle>{
+  for (const auto& [arguments, rejection] : std::vector<Idle>{
            {"--ct-spacing-mm 2", "--ct-spacing-mm requires --ct"},
            {"--contrast native", "--contrast requires --ct"},
            {"--look-at 1 2 3", "--look-at requires --patient-ct"},
@@ -73,7 +73,8 @@ TEST_F(CommandLineTest, SimulationOptionsWithoutEffectAreRejected) {
            {"--path rock --length-mm 30", "--length-mm requires --path sweep or tilt (found rock)"},
            {"--path fan --length-mm 30", "--length-mm requires --path sweep or tilt"},
            {"--angle-deg 30", "--angle-deg requires --path fan, rock or tilt (found sweep)"}}) {
-    expect_refusal("simulate --columns 16 --rows 16 --out " + out + " " + arguments, 2, {refusal});
+    expect_rejection("simulate --columns 16 --rows 16 --out " + out + " " + arguments, 2,
+                     {rejection});
     EXPECT_FALSE(std::filesystem::exists(out)) << arguments;
   }
   const Outcome all = sonde(
@@ -85,7 +86,7 @@ TEST_F(CommandLineTest, SimulationOptionsWithoutEffectAreRejected) {
 }
 
 TEST_F(CommandLineTest, AppearanceOptionsWithoutEffectAreRejected) {
-  for (const auto& [arguments, refusal] : std::vector<Idle>{
+  for (const auto& [arguments, rejection] : std::vector<Idle>{
            {"--grey-width 400",
             "--grey-width requires --projection maximum, minimum or mean (found composite)"},
            {"--projection mean --look a.vp", "--look requires --projection composite (found mean)"},
@@ -109,8 +110,8 @@ TEST_F(CommandLineTest, AppearanceOptionsWithoutEffectAreRejected) {
            {"--no-cutaway --cutaway-overlay 5",
             "--cutaway-overlay has no effect with --no-cutaway"},
            {"--step 1 --rms-error 0.01", "--rms-error cannot be combined with --step"}}) {
-    expect_refusal("demo --out x " + arguments, 2, {refusal});
-    expect_refusal("replay x.mha --print-session " + arguments, 2, {refusal});
+    expect_rejection("demo --out x " + arguments, 2, {rejection});
+    expect_rejection("replay x.mha --print-session " + arguments, 2, {rejection});
   }
   const Outcome grey = sonde("replay x.mha --print-session --projection mean --grey-level 40");
   EXPECT_EQ(grey.code, 0) << grey.errors;
@@ -127,7 +128,7 @@ TEST_F(CommandLineTest, RetiredOptionsAreIgnoredWithAWarning) {
 
 TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
   const std::string ct = write_ct();
-  for (const auto& [arguments, refusal] : std::vector<Idle>{
+  for (const auto& [arguments, rejection] : std::vector<Idle>{
            {"--ct " + ct + " --series 1.2.3", "--series requires a DICOM folder (found "},
            {"--us-alone", "--us-alone requires --us-volume"},
            {"--height 200 --window-level 60",
@@ -158,7 +159,7 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
             "--cutaway-around requires --needle-frame for the needle"},
            {"--needle-frame Needle --cutaway-around needle,targets",
             "--cutaway-around requires a session file with a plan for the targets"}}) {
-    expect_refusal("replay x.mha --print-session " + arguments, 2, {refusal});
+    expect_rejection("replay x.mha --print-session " + arguments, 2, {rejection});
   }
   // Inputs in a session file count as given.
   const auto session = folder_ / "session.toml";
@@ -171,15 +172,15 @@ TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
   std::ofstream(session) << "[source]\nkind = \"simulated\"\n";
   EXPECT_EQ(sonde(with_session + " --out x --cutaway-around needle,targets").code, 0);
   EXPECT_EQ(sonde(with_session + " --out x --frames 2").code, 0);
-  expect_refusal(with_session + " x.mha", 2,
-                 {"sweep requires a session of a recording (found the simulated procedure)"});
-  expect_refusal(with_session + " --ct " + ct, 2, {"--ct requires a session of a recording"});
+  expect_rejection(with_session + " x.mha", 2,
+                   {"sweep requires a session of a recording (found the simulated procedure)"});
+  expect_rejection(with_session + " --ct " + ct, 2, {"--ct requires a session of a recording"});
 }
 
 TEST_F(CommandLineTest, RegistrationOptionsWithoutEffectAreRejected) {
   const std::string ct = write_ct();
   const std::string matrix = "--ct-from-reference '1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'";
-  for (const auto& [arguments, refusal] : std::vector<Idle>{
+  for (const auto& [arguments, rejection] : std::vector<Idle>{
            {"--landmarks p.csv --series 1.2", "--series requires --ct"},
            {"--landmarks p.csv --accept-unknown-orientation", "-orientation requires --ct"},
            {"--landmarks p.csv --ct " + ct + " --series 1.2", "--series requires a DICOM folder"},
@@ -193,15 +194,16 @@ TEST_F(CommandLineTest, RegistrationOptionsWithoutEffectAreRejected) {
            {"--landmarks p.csv " + matrix, "--ct-from-reference has no effect with --landmarks"},
            {"x.mha --landmarks p.csv " + matrix,
             "--ct-from-reference has no effect with --landmarks"}}) {
-    expect_refusal("register " + arguments, 2, {refusal});
+    expect_rejection("register " + arguments, 2, {rejection});
   }
   // Only the missing files are wrong here.
-  expect_refusal("register x.mha --ct y.mha --effort quick --threads 1 --loss none", 3, {"y.mha"});
-  expect_refusal("register --points p --surface s.vtk " + matrix, 3, {"s.vtk"});
+  expect_rejection("register x.mha --ct y.mha --effort quick --threads 1 --loss none", 3,
+                   {"y.mha"});
+  expect_rejection("register --points p --surface s.vtk " + matrix, 3, {"s.vtk"});
 }
 
 TEST_F(CommandLineTest, AValueOutOfRangeIsNamedByOptionAndKey) {
-  for (const auto& [arguments, refusal] : std::vector<Idle>{
+  for (const auto& [arguments, rejection] : std::vector<Idle>{
            {"replay s.mha --ct c --out o --width 0",
             "--width: expected a whole number of 16 to 8192 pixels, found 0"},
            {"replay s.mha --ct c --out o --cutaway-inner 60 --cutaway-outer 50",
@@ -213,7 +215,7 @@ TEST_F(CommandLineTest, AValueOutOfRangeIsNamedByOptionAndKey) {
            {"demo --out o --grey-width 0 --projection mean", "--grey-width: expected more than 0"},
            {"predicates --print-session --phantom neck --black 9 --white 5",
             "--white (predicates.white): expected more than black, found 5"}}) {
-    expect_refusal(arguments, 2, {refusal});
+    expect_rejection(arguments, 2, {rejection});
   }
 }
 
@@ -221,13 +223,13 @@ TEST_F(CommandLineTest, AValueOutOfRangeInASessionFileIsNamedByItsKey) {
   const test::TemporaryFolder folder;
   const auto file = folder / "session.toml";
   std::ofstream(file) << "[output]\nwidth_px = 0\n";
-  expect_refusal(
+  expect_rejection(
       "replay s.mha --ct c --out o --session " + file.string(), 3,
       {"session.toml: output.width_px: expected a whole number of 16 to 8192 pixels, found 0"});
 }
 
 TEST_F(CommandLineTest, OptionsOfPredicatesThatWouldDoNothingAreRefused) {
-  for (const auto& [arguments, refusal] : std::vector<Idle>{
+  for (const auto& [arguments, rejection] : std::vector<Idle>{
            {"predicates u.mha --print-session --phantom neck",
             "--phantom has no effect with volume"},
            {"predicates u.mha --print-session --phantom-side 64",
@@ -246,7 +248,7 @@ TEST_F(CommandLineTest, OptionsOfPredicatesThatWouldDoNothingAreRefused) {
             "--bright requires --feature vesselness"},
            {"derive u.mha --out o --feature snr vesselness --apex 0 0 0",
             "--apex requires --feature confidence, gradient-angle, gradient-along, "}}) {
-    expect_refusal(arguments, 2, {refusal});
+    expect_rejection(arguments, 2, {rejection});
   }
   const Outcome strokes = sonde(
       "predicates --print-session --phantom neck --show 1,2,3 --scribble-share 0.5 --apex 0 0 0 "

@@ -20,7 +20,7 @@ TEST_F(CommandLineTest, UnwritableOutputsAreRejectedAtOnce) {
   for (const auto& [arguments, option] : std::vector<std::pair<std::string, std::string>>{
            {"predicates --phantom-side 512 --out " + nowhere + ".png", "--out: "},
            {"predicates --phantom-side 512 --out x.png --save " + nowhere, "--save: "}}) {
-    expect_refusal(arguments, 3, {option, "none/x"});
+    expect_rejection(arguments, 3, {option, "none/x"});
   }
   EXPECT_FALSE(std::filesystem::exists("x.png"));
   // A report may be written into a folder that the verb creates.
@@ -39,7 +39,7 @@ TEST_F(CommandLineTest, AStoppedRegistrationLeavesNoResultsOfAnEarlierOne) {
   for (const char* name : {"report.json", "registration.png", "mine.png"}) {
     std::ofstream(folder_ / "out" / name) << "{}";
   }
-  expect_refusal(
+  expect_rejection(
       "register " + write_sweep() + " --ct missing.mha --out " + (folder_ / "out").string(), 3,
       {"missing.mha"});
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
@@ -52,21 +52,22 @@ TEST_F(CommandLineTest, NoOutputReplacesAnInputOrAnother) {
   const std::string draw =
       "predicates --width 200 --height 200 --predicates layers --layers l " + volume + " --out ";
   const std::string before = *io::read_file(volume, 1 << 20);
-  expect_refusal(draw + volume, 2, {"--out: expected a name that ends in .png"});
+  expect_rejection(draw + volume, 2, {"--out: expected a name that ends in .png"});
   const auto link = folder_ / "link.png";
   std::filesystem::create_symlink(volume, link);
-  expect_refusal(draw + link.string(), 2, {"--out: expected a file of its own", "that of volume"});
+  expect_rejection(draw + link.string(), 2,
+                   {"--out: expected a file of its own", "that of volume"});
   const std::string both = (folder_ / "both.png").string();
-  expect_refusal(draw + both + " --save " + both, 2,
-                 {"--save: expected a file of its own", "that of --out"});
-  expect_refusal(draw + (folder_ / "x.jpg").string(), 2, {"--out", ".png", "x.jpg"});
+  expect_rejection(draw + both + " --save " + both, 2,
+                   {"--save: expected a file of its own", "that of --out"});
+  expect_rejection(draw + (folder_ / "x.jpg").string(), 2, {"--out", ".png", "x.jpg"});
   EXPECT_EQ(*io::read_file(volume, 1 << 20), before);
   const std::string sweep = write_sweep();
-  expect_refusal("replay " + sweep + " --ct " + write_ct() + " --out x --json " + sweep, 2,
-                 {"--json: expected a file of its own", "that of sweep"});
-  expect_refusal("register " + sweep + " --json " + sweep, 2, {"--json", "that of sweep"});
-  expect_refusal("simulate --out a.mha --ct a.mha", 2, {"--ct", "that of --out"});
-  expect_refusal("info " + sweep + " --json " + sweep, 2, {"--json", "that of file"});
+  expect_rejection("replay " + sweep + " --ct " + write_ct() + " --out x --json " + sweep, 2,
+                   {"--json: expected a file of its own", "that of sweep"});
+  expect_rejection("register " + sweep + " --json " + sweep, 2, {"--json", "that of sweep"});
+  expect_rejection("simulate --out a.mha --ct a.mha", 2, {"--ct", "that of --out"});
+  expect_rejection("info " + sweep + " --json " + sweep, 2, {"--json", "that of file"});
 }
 
 /// Covers files that are read late, or only for an appearance or predicates.
@@ -75,38 +76,41 @@ TEST_F(CommandLineTest, NoOutputReplacesAnInputOfAnAppearanceOrSession) {
     std::ofstream(folder_ / name) << "mine";
     return (folder_ / name).string();
   };
-  const std::string look = write("bone.vp");
+  const std::string appearance = write("bone.vp");
   const std::string mesh = write("lesion.stl");
   const std::string other = write("of-predicates.json");
   const std::string replay = "replay s.mha --ct ct.mha --out o ";
   const std::string ultrasound = replay + "--us-volume us.mha ";
   for (const std::string& verb : {replay, std::string("demo --out o ")}) {
-    expect_refusal(verb + "--look " + look + " --json " + look, 2,
-                   {"--json: expected a file of its own", look, "that of --look"});
-    expect_refusal(verb + "--look " + look + " --save-look " + look, 2,
-                   {"--save-look: expected a file of its own", look, "that of --look"});
-    expect_refusal(verb + "--cutaway-mesh " + mesh + " --json " + mesh, 2,
-                   {"--json: expected a file of its own", mesh, "that of --cutaway-mesh"});
-    expect_refusal(verb + "--save-look x.json --json x.json", 2,
-                   {"--save-look: expected a file of its own", "that of --json"});
-    expect_refusal(verb + "--save-look o/report.json", 2, {"--save-look", "that of --out"});
-    expect_refusal(verb + "--look o/report.json", 2, {"--out", "that of --look"});
+    expect_rejection(verb + "--look " + appearance + " --json " + appearance, 2,
+                     {"--json: expected a file of its own", appearance, "that of --look"});
+    expect_rejection(verb + "--look " + appearance + " --save-look " + appearance, 2,
+                     {"--save-look: expected a file of its own", appearance, "that of --look"});
+    expect_rejection(verb + "--cutaway-mesh " + mesh + " --json " + mesh, 2,
+                     {"--json: expected a file of its own", mesh, "that of --cutaway-mesh"});
+    expect_rejection(verb + "--save-look x.json --json x.json", 2,
+                     {"--save-look: expected a file of its own", "that of --json"});
+    expect_rejection(verb + "--save-look o/report.json", 2, {"--save-look", "that of --out"});
+    expect_rejection(verb + "--look o/report.json", 2, {"--out", "that of --look"});
   }
-  expect_refusal(ultrasound + "--predicates layers --labels " + other + " --json " + other, 2,
-                 {"--json", other, "that of --labels"});
-  expect_refusal(ultrasound + "--predicates layers --layers " + other + " --json " + other, 2,
-                 {"--json", other, "that of --layers"});
-  expect_refusal(ultrasound + "--predicates " + other + " --json " + other, 2,
-                 {"--json", other, "that of --predicates"});
+  expect_rejection(ultrasound + "--predicates layers --labels " + other + " --json " + other, 2,
+                   {"--json", other, "that of --labels"});
+  expect_rejection(ultrasound + "--predicates layers --layers " + other + " --json " + other, 2,
+                   {"--json", other, "that of --layers"});
+  expect_rejection(ultrasound + "--predicates " + other + " --json " + other, 2,
+                   {"--json", other, "that of --predicates"});
   const std::string session = (folder_ / "s.toml").string();
   std::ofstream(session) << "[predicates]\nvolume = \"us.mha\"\nscan_lines = \"" << other << "\"\n";
-  expect_refusal(replay + "--session " + session + " --json " + other, 2,
-                 {"--json", other, "that of --scan-lines"});
+  expect_rejection(replay + "--session " + session + " --json " + other, 2,
+                   {"--json", other, "that of --scan-lines"});
   std::ofstream(session) << "[source]\nkind = \"simulated\"\n[output]\nfolder = \"o\"\n";
-  expect_refusal("replay --session " + session + " --look " + look + " --json " + look, 2,
-                 {"--json", "that of --look"});
-  expect_refusal("register --landmarks o/report.json --out o", 2, {"--out", "that of --landmarks"});
-  for (const std::string& file : {look, mesh, other}) EXPECT_EQ(text_of(file), "mine") << file;
+  expect_rejection(
+      "replay --session " + session + " --look " + appearance + " --json " + appearance, 2,
+      {"--json", "that of --look"});
+  expect_rejection("register --landmarks o/report.json --out o", 2,
+                   {"--out", "that of --landmarks"});
+  for (const std::string& file : {appearance, mesh, other})
+    EXPECT_EQ(text_of(file), "mine") << file;
 }
 
 TEST_F(CommandLineTest, NoOutputReplacesAnImageInAFolder) {
@@ -117,22 +121,22 @@ TEST_F(CommandLineTest, NoOutputReplacesAnImageInAFolder) {
   const std::string ct = (folder_ / "ct").string();
   for (const std::string& verb :
        {"info " + ct, "register --landmarks l.csv --ct " + ct, "replay s.mha --out o --ct " + ct}) {
-    expect_refusal(verb + " --json " + slice, 2,
-                   {"--json: expected a file of its own", slice, "a picture of that of"});
+    expect_rejection(verb + " --json " + slice, 2,
+                     {"--json: expected a file of its own", slice, "a picture of that of"});
   }
   EXPECT_EQ(*io::read_file(slice, 1000), dicom);
   // read_ct accepts DICOM without the preamble; a file that only begins like it is not DICOM.
   const std::string old = (folder_ / "ct/old.dcm").string();
   std::ofstream(old, std::ios::binary) << std::string("\x08\0\x60\0CS\x02\0CT", 10);
-  expect_refusal("info " + ct + " --json " + old, 2, {old, "a picture of that of file"});
+  expect_rejection("info " + ct + " --json " + old, 2, {old, "a picture of that of file"});
   const std::string alike = (folder_ / "ct/alike.json").string();
   std::ofstream(alike, std::ios::binary) << std::string("\x08\0\x60\0nothing of DICOM", 20);
-  expect_refusal("info " + ct + " --json " + alike, 3, {"expected DICOM images, found none"});
+  expect_rejection("info " + ct + " --json " + alike, 3, {"expected DICOM images, found none"});
   // Behind a link of the folder.
   const std::string linked = (folder_ / "elsewhere.dcm").string();
   std::ofstream(linked, std::ios::binary) << dicom;
   std::filesystem::create_symlink("../elsewhere.dcm", folder_ / "ct/link.dcm");
-  expect_refusal("info " + ct + " --json " + linked, 2, {linked, "a picture of that of file"});
+  expect_rejection("info " + ct + " --json " + linked, 2, {linked, "a picture of that of file"});
 }
 
 TEST_F(CommandLineTest, NoOutputReplacesThePixelsOfAHeader) {
@@ -153,7 +157,7 @@ TEST_F(CommandLineTest, NoOutputReplacesThePixelsOfAHeader) {
   const auto expect = [&](const std::string& arguments, const std::string& header,
                           const std::string& raw, const std::string& option) {
     const std::string path = (folder_ / raw).string();
-    expect_refusal(
+    expect_rejection(
         arguments + path, 2,
         {"expected a file of its own", path, "the pixels of " + header, "that of " + option});
     EXPECT_EQ(*io::read_file(path, 100), pixels);
@@ -172,11 +176,11 @@ TEST_F(CommandLineTest, AnUnwritableOutputLeavesNoFile) {
   const std::string sweep = write_sweep();
   const auto file = folder_ / "file";
   std::ofstream(file) << "x";
-  expect_refusal("replay " + sweep + " --ct " + write_ct() + " --config " + write_config() +
-                     " --out " + file.string(),
-                 3, {"file", "folder"});
-  expect_refusal("info " + sweep + " --json /dev/full", 3, {"/dev/full"});
-  expect_refusal("info " + sweep + " --json /nonexistent/x.json", 3, {"/nonexistent"});
+  expect_rejection("replay " + sweep + " --ct " + write_ct() + " --config " + write_config() +
+                       " --out " + file.string(),
+                   3, {"file", "folder"});
+  expect_rejection("info " + sweep + " --json /dev/full", 3, {"/dev/full"});
+  expect_rejection("info " + sweep + " --json /nonexistent/x.json", 3, {"/nonexistent"});
 }
 
 TEST_F(CommandLineTest, NoColourOutsideATerminal) {
@@ -189,7 +193,7 @@ TEST_F(CommandLineTest, UnwritableStandardOutputIsAnError) {
   const std::string sweep = write_sweep();
   for (const std::string& arguments : {"info " + sweep + " >/dev/full", "info " + sweep + " >&-",
                                        replay_arguments(sweep) + " --print-session >/dev/full"}) {
-    expect_refusal(built_sonde(arguments), arguments, 3, {"standard output"});
+    expect_rejection(built_sonde(arguments), arguments, 3, {"standard output"});
   }
 }
 
@@ -199,17 +203,17 @@ TEST_F(CommandLineTest, AFailedReplayLeavesNoReportOfAnEarlierOne) {
   // A folder with the name of an image stops the run in the middle.
   std::filesystem::remove(folder_ / "out/replay_00002.png");
   std::filesystem::create_directory(folder_ / "out/replay_00002.png");
-  expect_refusal(replay_arguments(sweep), 3, {"replay_00002.png"});
+  expect_rejection(replay_arguments(sweep), 3, {"replay_00002.png"});
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html"));
   // A run that stops before it draws leaves no report either.
   std::filesystem::remove(folder_ / "out/replay_00002.png");
   ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
-  expect_refusal(replay_arguments(sweep) + " --registration no.json", 3, {"no.json"});
+  expect_rejection(replay_arguments(sweep) + " --registration no.json", 3, {"no.json"});
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html"));
   ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
-  expect_refusal(replay_arguments("no.igs.mha"), 3, {"no.igs.mha"});
+  expect_rejection(replay_arguments("no.igs.mha"), 3, {"no.igs.mha"});
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
 }
 
@@ -228,12 +232,12 @@ TEST_F(CommandLineTest, AReplayRemovesFilesOfAnEarlierReplay) {
   }
   std::filesystem::create_symlink("replay_notes.png", folder_ / "out/replay_00009.png");
   // A run that stops before it draws removes only the report.
-  expect_refusal(replay_arguments(sweep) + " --registration no.json", 3, {"no.json"});
+  expect_rejection(replay_arguments(sweep) + " --registration no.json", 3, {"no.json"});
   for (const char* name : earlier) EXPECT_TRUE(there(name)) << name;
   // A folder with the name of an image stops the run in the middle.
   std::filesystem::remove(folder_ / "out/replay_00002.png");
   std::filesystem::create_directory(folder_ / "out/replay_00002.png");
-  expect_refusal(replay_arguments(sweep), 3, {"replay_00002.png"});
+  expect_rejection(replay_arguments(sweep), 3, {"replay_00002.png"});
   for (const char* name : earlier) EXPECT_FALSE(there(name)) << name;
   for (const char* name : others) EXPECT_TRUE(there(name)) << name;
   EXPECT_TRUE(there("replay_00001.png"));
@@ -245,8 +249,8 @@ TEST_F(CommandLineTest, AReplayReplacesNoInput) {
   std::filesystem::create_directory(folder_ / "out");
   const std::string report = (folder_ / "out/report.json").string();
   std::ofstream(report) << "of sonde register";
-  expect_refusal(replay_arguments(sweep) + " --registration " + report, 2,
-                 {"--out: expected a file of its own", report, "that of --registration"});
+  expect_rejection(replay_arguments(sweep) + " --registration " + report, 2,
+                   {"--out: expected a file of its own", report, "that of --registration"});
   EXPECT_EQ(*io::read_file(report, 100), "of sonde register");
 }
 

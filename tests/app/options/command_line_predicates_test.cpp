@@ -13,7 +13,7 @@
 
 #include "io/atomic_file.hpp"
 #include "io/ct.hpp"
-#include "io/picture.hpp"
+#include "io/image_output.hpp"
 #include "tests/app/options/command_line_support.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -57,7 +57,7 @@ TEST_F(CommandLineTest, EveryEngineDrawsPredicatesBesideTheStandardRendering) {
                               (folder_ / "mine.json").string());
   EXPECT_EQ(moved.code, 0) << moved.errors;
   EXPECT_NEAR(read_json("mine.json")["predicates"][2]["importance"].get<double>(), 0.9, 1e-12);
-  expect_refusal(arguments + " --into 0 1 0 --engine vulkan", 2, {"engine", "vulkan"});
+  expect_rejection(arguments + " --into 0 1 0 --engine vulkan", 2, {"engine", "vulkan"});
 }
 
 TEST_F(CommandLineTest, TheFeaturesOfThePhantomDependOnTheOptions) {
@@ -65,19 +65,19 @@ TEST_F(CommandLineTest, TheFeaturesOfThePhantomDependOnTheOptions) {
   std::ofstream(set) << R"({"sonde_predicates": 1, "name": "steep", "predicates": [)"
                      << R"({"name": "steep", "importance": 1, "hue_deg": 30, "saturation": 1,)"
                      << R"( "where": {"gradient_angle": {}}}]})";
-  std::set<std::string> pictures;
+  std::set<std::string> images;
   const auto draw = [&](const std::string& options) {
     const auto out = folder_ / "steep.png";
     const Outcome outcome =
         sonde("predicates --phantom neck --phantom-side 32 --width 200 --height 200 --predicates " +
               set.string() + " --out " + out.string() + options);
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
-    pictures.insert(text_of(out));
+    images.insert(text_of(out));
   };
   draw("");
   draw(" --smoothing-mm 3");
   draw(" --into 1 0 0");
-  EXPECT_EQ(pictures.size(), 3U);
+  EXPECT_EQ(images.size(), 3U);
 }
 
 TEST_F(CommandLineTest, LabelsOnOtherAxesAreRejectedByTheirAxes) {
@@ -88,10 +88,10 @@ TEST_F(CommandLineTest, LabelsOnOtherAxesAreRejectedByTheirAxes) {
       << "DimSize = 20 24 18\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n"
       << std::string(20 * 24 * 18, '\1');
   out.close();
-  expect_refusal("predicates " + write_ultrasound(folder_ / "us.mha") +
-                     " --predicates layers --labels " + labels.string() + " --out " +
-                     (folder_ / "x.png").string(),
-                 3, {"labels.mha", "along (1 0 0), (0 1 0)", "along (-1"});
+  expect_rejection("predicates " + write_ultrasound(folder_ / "us.mha") +
+                       " --predicates layers --labels " + labels.string() + " --out " +
+                       (folder_ / "x.png").string(),
+                   3, {"labels.mha", "along (1 0 0), (0 1 0)", "along (-1"});
 }
 
 TEST_F(CommandLineTest, PredicatesWarnOnceOfWhatAnImageCannotShow) {
@@ -119,18 +119,18 @@ TEST_F(CommandLineTest, PredicatesWarnOnceOfWhatAnImageCannotShow) {
 }
 
 TEST_F(CommandLineTest, PredicatesNameTheWrongOptionOrKey) {
-  expect_refusal("predicates --out x.png --phantom-side 32 --predicates nope.json", 2,
-                 {"--predicates (predicates.set_up): expected a file, or a predicate preset"});
+  expect_rejection("predicates --out x.png --phantom-side 32 --predicates nope.json", 2,
+                   {"--predicates (predicates.set_up): expected a file, or a predicate preset"});
   const auto session = folder_ / "session.toml";
   std::ofstream(session) << "[predicates]\nset_up = \"nope.json\"\n";
   const Outcome of_key =
       sonde("predicates --out x.png --phantom-side 32 --session " + session.string());
-  expect_refusal(of_key, "", 2, {"predicates.set_up: expected a file, or a predicate preset"});
+  expect_rejection(of_key, "", 2, {"predicates.set_up: expected a file, or a predicate preset"});
   EXPECT_EQ(count_of("--predicates", of_key.errors), 0) << of_key.errors;
   const std::string painted = "predicates --print-session --predicates carotid-vessel --colour ";
-  expect_refusal(painted + "vessel=40:1.5", 2,
-                 {"--colour (predicates.histogram.saturation): expected 0 to 1, found 1.5"});
-  expect_refusal(painted + "vessel=inf:0.5", 2, {"--colour: expected NAME=HUE:SATURATION"});
+  expect_rejection(painted + "vessel=40:1.5", 2,
+                   {"--colour (predicates.histogram.saturation): expected 0 to 1, found 1.5"});
+  expect_rejection(painted + "vessel=inf:0.5", 2, {"--colour: expected NAME=HUE:SATURATION"});
   EXPECT_EQ(sonde(painted + "vessel=400:0.5").code, 0);
 }
 
@@ -161,9 +161,9 @@ TEST_F(CommandLineTest, TheOpacityOfAPredicateSetIsDrawnAndSaved) {
   EXPECT_EQ(draw("file", ""), thin);
   for (const char* length : {"0", "-3", "1e300"}) {
     set(length);
-    expect_refusal(arguments + "x.png", 3, {"set.json", "opacity_length_mm", "[0.001, 10000]"});
-    expect_refusal("predicates --print-session --opacity-length-mm " + std::string(length), 2,
-                   {"--opacity-length-mm", "0.001 to 10000"});
+    expect_rejection(arguments + "x.png", 3, {"set.json", "opacity_length_mm", "[0.001, 10000]"});
+    expect_rejection("predicates --print-session --opacity-length-mm " + std::string(length), 2,
+                     {"--opacity-length-mm", "0.001 to 10000"});
   }
 }
 
@@ -182,12 +182,12 @@ TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRejectedByName) {
     const Outcome drawn = sonde(deep + " --into " + into + " --from 1e300 1e300 1e300");
     EXPECT_EQ(drawn.code, 0) << into << ": " << drawn.errors;
   }
-  expect_refusal(deep + " --apex 1e300 0 0", 2, {"--apex", "1e7 mm", "1e+300"});
-  expect_refusal(deep + " --into 0 1 0 --needle 1e300 0 0 0 0 0", 2, {"--needle", "1e7 mm"});
-  expect_refusal(deep + " --into 0 1 0 --target 1e300 0 0 1", 2, {"--target", "1e7 mm"});
+  expect_rejection(deep + " --apex 1e300 0 0", 2, {"--apex", "1e7 mm", "1e+300"});
+  expect_rejection(deep + " --into 0 1 0 --needle 1e300 0 0 0 0 0", 2, {"--needle", "1e7 mm"});
+  expect_rejection(deep + " --into 0 1 0 --target 1e300 0 0 1", 2, {"--target", "1e7 mm"});
   const Outcome stroke = sonde(deep + " --into 0 1 0 --show '10,10,10 normal=1e300,0,0'");
   EXPECT_EQ(stroke.code, 0) << stroke.errors;
-  expect_refusal(deep + " --into 0 1 0 --show '1e300,10,10 20,10,25'", 2, {"--show", "1e6 mm"});
+  expect_rejection(deep + " --into 0 1 0 --show '1e300,10,10 20,10,25'", 2, {"--show", "1e6 mm"});
   const auto write = [&](const char* name, const std::string& text) {
     std::ofstream(folder_ / name) << text;
     return (folder_ / name).string();
@@ -198,16 +198,16 @@ TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRejectedByName) {
                  R"({"sonde_scribbles": 1, "strokes": [{"points_mm": )" + members + "}]}");
   };
   EXPECT_EQ(sonde(strokes(R"([[9, 9, 9]], "normal": [1e300, 0, 0])")).code, 0);
-  expect_refusal(strokes("[[1e300, 9, 9]]"), 3, {"strokes.json", "points_mm", "1e6 mm"});
-  expect_refusal(strokes(R"([[9, 9, 9]], "thickness_mm": -3)"), 3, {"thickness_mm", "-3"});
-  expect_refusal(strokes(R"([[9, 9, 9]], "normal": [0, 0, 0])"), 3, {"normal", "not all 0"});
+  expect_rejection(strokes("[[1e300, 9, 9]]"), 3, {"strokes.json", "points_mm", "1e6 mm"});
+  expect_rejection(strokes(R"([[9, 9, 9]], "thickness_mm": -3)"), 3, {"thickness_mm", "-3"});
+  expect_rejection(strokes(R"([[9, 9, 9]], "normal": [0, 0, 0])"), 3, {"normal", "not all 0"});
   std::string heights = "1e300";
   for (int n = 1; n < 16; ++n) heights += ", 1";
   const std::string layers = write("layers.json", R"({"sonde_layers": 1, "axis": 1, "columns": 4,
       "rows": 4, "surfaces": [{"heights_mm": [)" + heights +
                                                       "]}]}");
-  expect_refusal(arguments + (folder_ / "set.json").string() + " --into 0 1 0 --layers " + layers,
-                 3, {"layers.json", "heights_mm", "1e6 mm"});
+  expect_rejection(arguments + (folder_ / "set.json").string() + " --into 0 1 0 --layers " + layers,
+                   3, {"layers.json", "heights_mm", "1e6 mm"});
   const auto sweep = [&](const std::string& x, const std::string& sector) {
     return deep + " --scan-lines " +
            write("lines.json",
@@ -217,30 +217,31 @@ TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRejectedByName) {
                      sector + "}]}");
   };
   EXPECT_EQ(sonde(sweep("0", "")).code, 0);
-  expect_refusal(deep + " --scan-lines " +
-                     write("reach.json", R"({"sonde_scan_lines": 1, "reach_mm": 1e300})"),
-                 3, {"reach.json", "reach_mm", "(0, 100]", "1e+300"});
-  expect_refusal(sweep("1e300", ""), 3, {"lines.json", "ct_from_image", "1e6"});
-  expect_refusal(sweep("100000", ""), 3,
-                 {"lines.json", "within reach_mm of a voxel", "found none"});
-  expect_refusal(sweep("0", R"(, "sector": {"apex_mm": [0, -40], "radius_min_mm": 90,
+  expect_rejection(deep + " --scan-lines " +
+                       write("reach.json", R"({"sonde_scan_lines": 1, "reach_mm": 1e300})"),
+                   3, {"reach.json", "reach_mm", "(0, 100]", "1e+300"});
+  expect_rejection(sweep("1e300", ""), 3, {"lines.json", "ct_from_image", "1e6"});
+  expect_rejection(sweep("100000", ""), 3,
+                   {"lines.json", "within reach_mm of a voxel", "found none"});
+  expect_rejection(sweep("0", R"(, "sector": {"apex_mm": [0, -40], "radius_min_mm": 90,
                                 "radius_max_mm": 40, "half_angle_deg": 30})"),
-                 3, {"sector.radius_max_mm", "more than radius_min_mm", "40"});
-  expect_refusal(sweep("0", R"(, "sector": {"apex_mm": [0, -40], "radius_min_mm": 30,
+                   3, {"sector.radius_max_mm", "more than radius_min_mm", "40"});
+  expect_rejection(sweep("0", R"(, "sector": {"apex_mm": [0, -40], "radius_min_mm": 30,
                                 "radius_max_mm": 90, "half_angle_deg": 200})"),
-                 3, {"sector.half_angle_deg", "(0, 180]", "200"});
+                   3, {"sector.half_angle_deg", "(0, 180]", "200"});
   const std::string derive =
       "derive " + volume + " --out " + (folder_ / "derived").string() + " --feature depth ";
   EXPECT_EQ(sonde(derive + "--into 1e300 0 0").code, 0);
-  expect_refusal(derive + "--apex 1e300 0 0", 2,
-                 {"--apex: expected 3 numbers within 1e7 mm", "1e+300"});
+  expect_rejection(derive + "--apex 1e300 0 0", 2,
+                   {"--apex: expected 3 numbers within 1e7 mm", "1e+300"});
   for (const char* threads : {"100000", "-3"}) {
-    expect_refusal(derive + "--threads " + threads, 2, {"--threads", "0 to 1024", threads});
-    expect_refusal(deep + " --into 0 1 0 --threads " + threads, 2, {"--threads", "1024"});
+    expect_rejection(derive + "--threads " + threads, 2, {"--threads", "0 to 1024", threads});
+    expect_rejection(deep + " --into 0 1 0 --threads " + threads, 2, {"--threads", "1024"});
   }
   for (const char* value : {"65536", "-40000"}) {
-    expect_refusal(derive + "--unknown " + value, 2, {"--unknown", "-32768 to 32767", value});
-    expect_refusal("predicates --print-session --unknown " + std::string(value), 2, {"--unknown"});
+    expect_rejection(derive + "--unknown " + value, 2, {"--unknown", "-32768 to 32767", value});
+    expect_rejection("predicates --print-session --unknown " + std::string(value), 2,
+                     {"--unknown"});
   }
 }
 
@@ -270,11 +271,11 @@ TEST_F(CommandLineTest, ParallelLinesBeginAtTheFace) {
               (folder_ / "shallow.json").string() + " --width 200 --height 200 --from 0 0 1 " +
               more + " --out " + out.string());
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
-    const auto picture = io::read_png(out);
-    EXPECT_TRUE(test::has_value(picture));
+    const auto image = io::read_png(out);
+    EXPECT_TRUE(test::has_value(image));
     int count = 0;
     for (int y = 40; y < 200; ++y) {
-      for (int x = 200; x < 400; ++x) count += picture->at(x, y).r > 60 ? 1 : 0;
+      for (int x = 200; x < 400; ++x) count += image->at(x, y).r > 60 ? 1 : 0;
     }
     return std::pair(count, outcome.errors);
   };
@@ -286,13 +287,13 @@ TEST_F(CommandLineTest, ParallelLinesBeginAtTheFace) {
   const auto [count, errors] = lit(padded, "");
   EXPECT_EQ(count, 0);
   EXPECT_NE(errors.find("the image by predicates is empty"), std::string::npos) << errors;
-  expect_refusal("predicates --print-session --predicates " + (folder_ / "shallow.json").string() +
-                     " --face 0 0 0",
-                 2, {"--face", "requires predicates.into"});
+  expect_rejection("predicates --print-session --predicates " +
+                       (folder_ / "shallow.json").string() + " --face 0 0 0",
+                   2, {"--face", "requires predicates.into"});
   const std::string derive =
       "derive " + padded + " --feature depth --out " + (folder_ / "d").string();
   EXPECT_NE(sonde(derive + " --into 0 1 0 --face 0 0 0").output.find("-10"), std::string::npos);
-  expect_refusal(derive + " --face 0 0 0 --apex 0 0 0", 2, {"--face requires --into"});
+  expect_rejection(derive + " --face 0 0 0 --apex 0 0 0", 2, {"--face requires --into"});
 }
 
 TEST_F(CommandLineTest, DeriveComputesTheFeaturesThatPredicatesRead) {
@@ -333,7 +334,7 @@ TEST_F(CommandLineTest, DeriveComputesTheFeaturesThatPredicatesRead) {
            {"snr --white 9", "--white requires --feature gradient-magnitude"},
            {"snr --confidence-beta 9", "--confidence-beta requires --feature confidence"},
            {"depth --snr-window 3", "--snr-window requires --feature snr"}}) {
-    expect_refusal(derive + options, 2, {pieces});
+    expect_rejection(derive + options, 2, {pieces});
   }
 }
 
@@ -368,16 +369,16 @@ TEST_F(CommandLineTest, OptionsThatNoPredicateUsesAreRejected) {
            {"--bright", "--bright requires a predicate vesselness"},
            {"--smallest-radius 1", "--smallest-radius requires a predicate vesselness"},
            {"--smoothing-mm 1", "--smoothing-mm requires a predicate gradient_magnitude"}}) {
-    expect_refusal(arguments + options, 2, {expected});
+    expect_rejection(arguments + options, 2, {expected});
   }
-  expect_refusal("predicates --print-session --smallest-radius 6", 2,
-                 {"smallest_radius_mm", "largest radius", "4.5"});
-  expect_refusal("predicates --out x.png --phantom-side 32 --predicates " +
-                     (folder_ / "bright.json").string() + " --importance bright=0.2",
-                 2, {"--importance", "only one predicate", "0.2"});
+  expect_rejection("predicates --print-session --smallest-radius 6", 2,
+                   {"smallest_radius_mm", "largest radius", "4.5"});
+  expect_rejection("predicates --out x.png --phantom-side 32 --predicates " +
+                       (folder_ / "bright.json").string() + " --importance bright=0.2",
+                   2, {"--importance", "only one predicate", "0.2"});
   const Outcome linear = sonde(arguments + "--hue-mean linear");
   EXPECT_NE(linear.output.find("hue_mean = 'linear'"), std::string::npos) << linear.output;
-  expect_refusal(arguments + "--hue-mean square", 2, {"--hue-mean", "circular or linear"});
+  expect_rejection(arguments + "--hue-mean square", 2, {"--hue-mean", "circular or linear"});
 }
 
 TEST_F(CommandLineTest, StrokesChangeTheHistogram) {
@@ -396,16 +397,16 @@ TEST_F(CommandLineTest, StrokesChangeTheHistogram) {
   EXPECT_EQ(outcome.code, 0) << outcome.errors;
   EXPECT_TRUE(std::filesystem::exists(folder_ / "strokes.png"));
   EXPECT_NEAR(read_json("after.json")["predicates"][0]["importance"].get<double>(), 0.625, 0.01);
-  expect_refusal(arguments + " --show 1,2", 2, {"--show", "'1,2'"});
-  expect_refusal(arguments + " --show 900,0,0", 2, {"stroke 1", "found none"});
-  expect_refusal("predicates nowhere.mha --out x.png --show '9,9,9 radius=-1'", 2,
-                 {"--show", "radius_mm", "-1"});
-  expect_refusal(arguments + " --hide '15,2,9 15,20,12 normal=0,0,1'", 2,
-                 {"stroke 1", "point 2", "3 mm away"});
+  expect_rejection(arguments + " --show 1,2", 2, {"--show", "'1,2'"});
+  expect_rejection(arguments + " --show 900,0,0", 2, {"stroke 1", "found none"});
+  expect_rejection("predicates nowhere.mha --out x.png --show '9,9,9 radius=-1'", 2,
+                   {"--show", "radius_mm", "-1"});
+  expect_rejection(arguments + " --hide '15,2,9 15,20,12 normal=0,0,1'", 2,
+                   {"stroke 1", "point 2", "3 mm away"});
   std::ofstream(folder_ / "strokes.json") << R"({"sonde_scribbles": 1, "strokes": [
       {"points_mm": [[4, 2, 9], [4, 20, 9], [9, 20, 9], [9, 2, 14]]}]})";
-  expect_refusal(arguments + " --scribbles " + (folder_ / "strokes.json").string(), 2,
-                 {"stroke 1", "point 2", "mm away"});
+  expect_rejection(arguments + " --scribbles " + (folder_ / "strokes.json").string(), 2,
+                   {"stroke 1", "point 2", "mm away"});
   // Twice the same voxels is no mistake.
   EXPECT_NE(sonde(arguments + " --show '9,9,9 radius=3' --show '9,9,9 radius=2'")
                 .errors.find("123 voxels to show, 0 to hide"),
@@ -427,10 +428,10 @@ TEST_F(CommandLineTest, TheNameOfAPresetNeverMeansAFile) {
   std::ofstream("carotid-context") << R"({"sonde_predicates": 1, "predicates": [
       {"name": "only", "where": {"intensity": {}}}]})";
   const std::string names = "predicates --out x.png --phantom-side 32 --importance none=1";
-  expect_refusal(names + " --predicates carotid-context", 2,
-                 {"--importance", "expected one of interfaces"});
-  expect_refusal(names + " --session " + session.string(), 2, {"expected one of interfaces"});
-  expect_refusal(names + " --predicates ./carotid-context", 2, {"expected one of only"});
+  expect_rejection(names + " --predicates carotid-context", 2,
+                   {"--importance", "expected one of interfaces"});
+  expect_rejection(names + " --session " + session.string(), 2, {"expected one of interfaces"});
+  expect_rejection(names + " --predicates ./carotid-context", 2, {"expected one of only"});
   std::filesystem::current_path(there);
 }
 
@@ -472,11 +473,11 @@ TEST_F(CommandLineTest, UnknownVoxelsAreDarkAndKeepTheirValue) {
         sonde("predicates " + file + " --predicates " + (folder_ / "bright.json").string() +
               " --width 200 --height 200 --out " + out.string() + more);
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
-    const auto picture = io::read_png(out);
-    EXPECT_TRUE(test::has_value(picture));
+    const auto image = io::read_png(out);
+    EXPECT_TRUE(test::has_value(image));
     int count = 0;
     for (int y = 40; y < 220; ++y) {
-      for (int x = 0; x < 400; ++x) count += picture->at(x, y).r > 100 ? 1 : 0;
+      for (int x = 0; x < 400; ++x) count += image->at(x, y).r > 100 ? 1 : 0;
     }
     return std::pair(count, outcome.errors);
   };
@@ -498,37 +499,37 @@ TEST_F(CommandLineTest, ErrorsOfPredicatesAreOneSentence) {
     return arguments + (folder_ / "set.json").string();
   };
   // Errors on the command line.
-  expect_refusal("predicates " + volume, 2, {"--out"});
-  expect_refusal(arguments + "kidney", 2, {"--predicates", "carotid-context", "kidney"});
-  expect_refusal(arguments + "carotid-vessel", 2, {"depth", "scan-line directions", "--into"});
-  expect_refusal(file(R"({"confidence": {}})"), 2, {"confidence", "scan-line directions"});
-  expect_refusal(arguments + "layers", 2, {"label", "--labels"});
-  expect_refusal(file(R"({"needle_distance": {}})"), 2, {"needle_distance", "--needle"});
-  expect_refusal(file(R"({"target_distance": {}})"), 2, {"target_distance", "--target"});
-  expect_refusal(arguments + "layers --white -1", 2, {"predicates.white", "-1"});
-  expect_refusal(arguments + "layers --into 0 0 0", 2, {"predicates.into", "not all 0"});
-  expect_refusal(arguments + "layers --importance liver=1", 2, {"skin, muscle, target", "liver"});
-  expect_refusal(arguments + "layers --largest-radius -1", 2, {"--largest-radius", "-1"});
-  expect_refusal("predicates --phantom liver --out x.png", 2, {"--phantom", "carotid", "liver"});
+  expect_rejection("predicates " + volume, 2, {"--out"});
+  expect_rejection(arguments + "kidney", 2, {"--predicates", "carotid-context", "kidney"});
+  expect_rejection(arguments + "carotid-vessel", 2, {"depth", "scan-line directions", "--into"});
+  expect_rejection(file(R"({"confidence": {}})"), 2, {"confidence", "scan-line directions"});
+  expect_rejection(arguments + "layers", 2, {"label", "--labels"});
+  expect_rejection(file(R"({"needle_distance": {}})"), 2, {"needle_distance", "--needle"});
+  expect_rejection(file(R"({"target_distance": {}})"), 2, {"target_distance", "--target"});
+  expect_rejection(arguments + "layers --white -1", 2, {"predicates.white", "-1"});
+  expect_rejection(arguments + "layers --into 0 0 0", 2, {"predicates.into", "not all 0"});
+  expect_rejection(arguments + "layers --importance liver=1", 2, {"skin, muscle, target", "liver"});
+  expect_rejection(arguments + "layers --largest-radius -1", 2, {"--largest-radius", "-1"});
+  expect_rejection("predicates --phantom liver --out x.png", 2, {"--phantom", "carotid", "liver"});
   // Errors in a file.
-  expect_refusal(file(R"({"sharpness": {}})"), 3, {"where", "sharpness"});
-  expect_refusal(file(R"({"intensity": {"low": 0.8, "high": 0.2}})"), 3, {"low <= high"});
-  expect_refusal(file(R"({"entry": "a"})"), 3, {"cycle"});
+  expect_rejection(file(R"({"sharpness": {}})"), 3, {"where", "sharpness"});
+  expect_rejection(file(R"({"intensity": {"low": 0.8, "high": 0.2}})"), 3, {"low <= high"});
+  expect_rejection(file(R"({"entry": "a"})"), 3, {"cycle"});
   std::string many = R"({"sonde_predicates": 1, "predicates": [)";
   for (int n = 0; n < 33; ++n) {
     many += (n > 0 ? ", " : "") + (R"({"name": ")" + std::to_string(n)) +
             R"(", "where": {"intensity": {}}})";
   }
   std::ofstream(folder_ / "set.json") << many << "]}";
-  expect_refusal(arguments + (folder_ / "set.json").string(), 3, {"32", "33"});
+  expect_rejection(arguments + (folder_ / "set.json").string(), 3, {"32", "33"});
   std::ofstream(folder_ / "set.json") << R"({"sonde_predicates": 2})";
-  expect_refusal(arguments + (folder_ / "set.json").string(), 3, {"version 1", "newer"});
+  expect_rejection(arguments + (folder_ / "set.json").string(), 3, {"version 1", "newer"});
   VoxelGrid grid;
   grid.size = {20, 24, 17};
   const auto labels = Volume::create(grid, std::vector<std::int16_t>(grid.voxel_count()), "labels");
   ASSERT_TRUE(test::has_value(io::write_ct_mha(*labels, folder_ / "labels.mha")));
-  expect_refusal(arguments + "layers --labels " + (folder_ / "labels.mha").string(), 3,
-                 {"labels.mha", "20 x 24 x 18", "20 x 24 x 17"});
+  expect_rejection(arguments + "layers --labels " + (folder_ / "labels.mha").string(), 3,
+                   {"labels.mha", "20 x 24 x 18", "20 x 24 x 17"});
 }
 
 TEST_F(CommandLineTest, DerivedFeaturesAreCachedOnRequest) {
@@ -555,7 +556,7 @@ TEST_F(CommandLineTest, DerivedFeaturesAreCachedOnRequest) {
   EXPECT_EQ(drawn.code, 0) << drawn.errors;
   EXPECT_NE(drawn.errors.find("relative residual"), std::string::npos) << drawn.errors;
   EXPECT_NE(drawn.errors.find("from the cache"), std::string::npos) << drawn.errors;
-  expect_refusal("replay x.mha --print-session --cache d", 2, {"--cache requires --us-volume"});
+  expect_rejection("replay x.mha --print-session --cache d", 2, {"--cache requires --us-volume"});
 }
 
 }  // namespace

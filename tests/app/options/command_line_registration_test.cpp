@@ -47,8 +47,8 @@ TEST_F(CommandLineTest, RegistersByLandmarksAndReplayUsesTheResult) {
   io::Json moving = report;
   moving["breath"] = {{"supported", true}, {"accepted", true}};
   std::ofstream(result) << moving;
-  expect_refusal(replay_arguments(sweep) + " --registration " + result.string(), 5,
-                 {"registration.json", "breath"});
+  expect_rejection(replay_arguments(sweep) + " --registration " + result.string(), 5,
+                   {"registration.json", "breath"});
 }
 
 TEST_F(CommandLineTest, RegistersByAgreeingLandmarksAndNamesTheOthers) {
@@ -106,15 +106,15 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   EXPECT_LT(found["registration"]["distance"]["mean_mm"].get<double>(), 0.5);
   const std::string tent =
       "register --surface " + mesh("tent.vtk", "2 10\n4 0 1 5 4\n4 3 4 5 2") + tail;
-  expect_refusal(tent, 5, {"does not determine"});
+  expect_rejection(tent, 5, {"does not determine"});
   const io::Json slides = io::Json::parse(sonde(tent).output)["registration"];
   EXPECT_FALSE(slides.contains("ct_from_reference_mm"));
   EXPECT_EQ(slides["refused_ct_from_reference_mm"].size(), 16U);
-  expect_refusal("register --points " + points.string(), 2, {"--landmarks"});
+  expect_rejection("register --points " + points.string(), 2, {"--landmarks"});
   // Points have no breath, so the option has no effect and is rejected.
   const std::string by_points = "register --surface x.vtk --points " + points.string();
-  expect_refusal(by_points + " --breath-period 4", 2, {"--points", "--breath-period"});
-  expect_refusal(by_points + " --deformable", 2, {"--points", "--deformable"});
+  expect_rejection(by_points + " --breath-period 4", 2, {"--points", "--breath-period"});
+  expect_rejection(by_points + " --deformable", 2, {"--points", "--deformable"});
   // An offset that all points share goes into the pose by the surface; landmarks show it.
   const auto landmarks = [&](double shared_mm) {
     const auto path = folder_ / "second.csv";
@@ -136,21 +136,22 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   const io::Json said = io::Json::parse(agreed.output)["registration"]["landmarks"];
   EXPECT_LT(said["apart_mm"].get<double>(), 0.5);
   EXPECT_LT(said["apart_mm"].get<double>(), said["limit_mm"].get<double>());
-  expect_refusal(by_both + " --landmarks " + landmarks(8), 5, {"landmarks and shape", "apart"});
-  expect_refusal("register --surface x.vtk", 2, {"--points"});
+  expect_rejection(by_both + " --landmarks " + landmarks(8), 5, {"landmarks and shape", "apart"});
+  expect_rejection("register --surface x.vtk", 2, {"--points"});
   const std::string by_image = "register " + write_sweep() + " --ct " + write_ct();
-  expect_refusal(by_image + " --effort lazy", 2, {"--effort", "quick", "usual", "lazy"});
-  expect_refusal(by_image + " --effort quick --deformable", 2, {"--effort quick", "--deformable"});
-  expect_refusal(by_image + " --time-limit 0", 2, {"time_limit_s", "0"});
-  expect_refusal(by_image + " --loss huber", 2, {"--loss", "cauchy", "huber"});
-  expect_refusal(by_image + " --stretch wide", 2, {"--stretch", "wide"});
-  expect_refusal(by_image + " --breath-period 0.5", 2, {"--breath-period", "1 to 20", "0.5"});
-  expect_refusal("register --deformable --ct " + write_ct(), 2, {"--deformable", "sweep"});
-  expect_refusal(by_image + " --marker-towards up", 2, {"--marker-towards", "anterior", "up"});
-  expect_refusal(by_image + " --marker-towards left" +
-                     " --ct-from-reference '1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'",
-                 2, {"--marker-towards", "no start pose"});
-  expect_refusal(by_points + " --marker-towards left", 2, {"--marker-towards", "sweep"});
+  expect_rejection(by_image + " --effort lazy", 2, {"--effort", "quick", "usual", "lazy"});
+  expect_rejection(by_image + " --effort quick --deformable", 2,
+                   {"--effort quick", "--deformable"});
+  expect_rejection(by_image + " --time-limit 0", 2, {"time_limit_s", "0"});
+  expect_rejection(by_image + " --loss huber", 2, {"--loss", "cauchy", "huber"});
+  expect_rejection(by_image + " --stretch wide", 2, {"--stretch", "wide"});
+  expect_rejection(by_image + " --breath-period 0.5", 2, {"--breath-period", "1 to 20", "0.5"});
+  expect_rejection("register --deformable --ct " + write_ct(), 2, {"--deformable", "sweep"});
+  expect_rejection(by_image + " --marker-towards up", 2, {"--marker-towards", "anterior", "up"});
+  expect_rejection(by_image + " --marker-towards left" +
+                       " --ct-from-reference '1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'",
+                   2, {"--marker-towards", "no start pose"});
+  expect_rejection(by_points + " --marker-towards left", 2, {"--marker-towards", "sweep"});
 }
 
 TEST_F(CommandLineTest, LandmarksThatDoNotFitAreNeverShownAsRegistered) {
@@ -159,15 +160,15 @@ TEST_F(CommandLineTest, LandmarksThatDoNotFitAreNeverShownAsRegistered) {
                            "ct_z_mm\nA,0,0,0,50,0,0\nB,50,0,0,0,0,0\nC,0,40,0,0,0,30\nD,0,0,30,"
                            "0,40,0\n";
   const auto result = folder_ / "registration.json";
-  expect_refusal("register --landmarks " + points.string() + " --ct " + write_ct() + " --json " +
-                     result.string(),
-                 5, {"residual of the landmarks"});
+  expect_rejection("register --landmarks " + points.string() + " --ct " + write_ct() + " --json " +
+                       result.string(),
+                   5, {"residual of the landmarks"});
   const io::Json refused = read_json("registration.json")["registration"];
   EXPECT_EQ(refused["accepted"], false);
   EXPECT_FALSE(refused.contains("ct_from_reference_mm"));
   EXPECT_EQ(refused["refused_ct_from_reference_mm"].size(), 16U);
-  expect_refusal(replay_arguments(write_sweep()) + " --registration " + result.string(), 5,
-                 {"registration.json", "not accepted"});
+  expect_rejection(replay_arguments(write_sweep()) + " --registration " + result.string(), 5,
+                   {"registration.json", "not accepted"});
 }
 
 }  // namespace

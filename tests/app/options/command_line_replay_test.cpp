@@ -30,14 +30,14 @@ TEST_F(CommandLineTest, AReplayMeasuresDistancesFromItsNeedleAndItsTarget) {
   };
   const std::string base = replay_arguments(sweep) + " --us-volume " + ct + " --white 700";
   const std::string needle = base + " --predicates " + set("needle_distance");
-  expect_refusal(needle, 2, {"needle_distance", "requires a needle", "--needle-frame"});
+  expect_rejection(needle, 2, {"needle_distance", "requires a needle", "--needle-frame"});
   const Outcome live = sonde(needle +
                              " --needle-frame NeedleTip --ct-from-reference "
                              "'1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'");
   EXPECT_EQ(live.code, 0) << live.errors;
   EXPECT_EQ(read_json("replay.json")["frames"].size(), 7U) << "6 pictures and the animation";
   const std::string target = base + " --predicates " + set("target_distance");
-  expect_refusal(target, 2, {"target_distance", "predicates.target_mm"});
+  expect_rejection(target, 2, {"target_distance", "predicates.target_mm"});
   const auto session = folder_ / "target.toml";
   std::ofstream(session) << "[predicates]\ntarget_mm = [0.0, 0.0, 0.0, 10.0]\n";
   const Outcome aimed = sonde(target + " --session " + session.string());
@@ -158,8 +158,8 @@ TEST_F(CommandLineTest, AccountsForBadPosesAndTimes) {
       io::set_transform(frame, {"ProbeToTracker", pose, TrackingStatus::kOutOfVolume});
     }
   });
-  expect_refusal(replay_arguments(sweep), 3,
-                 {"sweep.igs.mha", "frame 1", "ProbeToTracker", "reflection", "2 of 6"});
+  expect_rejection(replay_arguments(sweep), 3,
+                   {"sweep.igs.mha", "frame 1", "ProbeToTracker", "reflection", "2 of 6"});
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
   const Outcome outcome = sonde(replay_arguments(sweep) + " --skip-bad-frames");
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
@@ -182,8 +182,8 @@ TEST_F(CommandLineTest, AnImageWithAnInvalidCalibrationIsNotShown) {
     });
   };
   const Eigen::Matrix4d none = Eigen::Matrix4d::Constant(std::nan(""));
-  expect_refusal(replay_arguments(sweep_with(none, TrackingStatus::kOk)), 3,
-                 {"sweep.igs.mha", "frame 2: ImageToProbe", "nan", "1 of 6"});
+  expect_rejection(replay_arguments(sweep_with(none, TrackingStatus::kOk)), 3,
+                   {"sweep.igs.mha", "frame 2: ImageToProbe", "nan", "1 of 6"});
   const std::string skipping = " --skip-bad-frames";
   const auto expect_one_hidden = [&](const std::string& arguments) {
     const Outcome outcome = sonde(arguments);
@@ -197,17 +197,17 @@ TEST_F(CommandLineTest, AnImageWithAnInvalidCalibrationIsNotShown) {
   expect_one_hidden(replay_arguments(sweep_with(none, TrackingStatus::kInvalid)));
   Eigen::Matrix4d moved = Eigen::Matrix4d::Identity();
   moved(0, 3) = 5;
-  expect_refusal(replay_arguments(sweep_with(moved, TrackingStatus::kOk)) + skipping, 3,
-                 {"sweep.igs.mha", "frame 2: ImageToProbe", "frame 0", "5 mm away"});
+  expect_rejection(replay_arguments(sweep_with(moved, TrackingStatus::kOk)) + skipping, 3,
+                   {"sweep.igs.mha", "frame 2: ImageToProbe", "frame 0", "5 mm away"});
 }
 
 TEST_F(CommandLineTest, NamesTimesThatDoNotIncrease) {
-  expect_refusal(replay_arguments(write_sweep({},
-                                              [](io::SequenceFrame& frame) {
-                                                if (frame.index == 4)
-                                                  frame.timestamp_s = 10.3;  // As frame 3.
-                                              })),
-                 3, {"frame 4", "Timestamp", "after 10.3", "found 10.3"});
+  expect_rejection(replay_arguments(write_sweep({},
+                                                [](io::SequenceFrame& frame) {
+                                                  if (frame.index == 4)
+                                                    frame.timestamp_s = 10.3;  // As frame 3.
+                                                })),
+                   3, {"frame 4", "Timestamp", "after 10.3", "found 10.3"});
 }
 
 TEST_F(CommandLineTest, SaysThatAMissingStatusDegrades) {
@@ -220,25 +220,25 @@ TEST_F(CommandLineTest, SaysThatAMissingStatusDegrades) {
 }
 
 TEST_F(CommandLineTest, RejectsRecordingsWithoutAUsableImage) {
-  const auto refuse = [&](const std::string& sweep, std::initializer_list<std::string> pieces) {
-    expect_refusal(replay_arguments(sweep), 3, pieces);
+  const auto reject = [&](const std::string& sweep, std::initializer_list<std::string> pieces) {
+    expect_rejection(replay_arguments(sweep), 3, pieces);
     EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
   };
-  refuse(write_sweep([](auto& h) {
+  reject(write_sweep([](auto& h) {
            h.components = 3;
            h.image_type = "RGB_COLOR";
          }),
          {"frame 0"});
-  refuse(write_sweep([](auto& h) { h.pixel_type = io::PixelType::kUint16; }), {"frame 0", "8-bit"});
-  refuse(write_sweep([](auto& h) { h.orientation = "XX"; }), {"orientation", "XX"});
-  refuse(write_sweep({},
+  reject(write_sweep([](auto& h) { h.pixel_type = io::PixelType::kUint16; }), {"frame 0", "8-bit"});
+  reject(write_sweep([](auto& h) { h.orientation = "XX"; }), {"orientation", "XX"});
+  reject(write_sweep({},
                      [](auto& f) {
                        io::set_transform(f,
                                          {"ProbeToTracker", Eigen::Matrix4d::Constant(std::nan("")),
                                           TrackingStatus::kInvalid});
                      }),
          {"Probe"});
-  refuse(write_sweep({}, [](auto& f) { f.timestamp_s.reset(); }), {"Timestamp"});
+  reject(write_sweep({}, [](auto& f) { f.timestamp_s.reset(); }), {"Timestamp"});
 }
 
 TEST_F(CommandLineTest, ImagesWaitForThePosesOfTheirOffset) {
@@ -248,21 +248,22 @@ TEST_F(CommandLineTest, ImagesWaitForThePosesOfTheirOffset) {
   EXPECT_EQ(read_json("replay.json")["ledger"]["rejected"]["Probe.no_pose_yet"], 5);
   ASSERT_EQ(sonde(replay + " --temporal-offset-ms=450").code, 0);
   EXPECT_EQ(read_json("replay.json")["ledger"]["rejected"]["Probe.before_first_pose"], 5);
-  expect_refusal(replay + " --temporal-offset-ms=-2000", 3,
-                 {"none of 6 frames usable: by --temporal-offset-ms -2000, 6 of 6 pictures lie "
-                  "after the last pose, by 1500 to 2000 ms"});
-  expect_refusal(replay + " --temporal-offset-ms=600", 3,
-                 {"by --temporal-offset-ms 600, 6 of 6 pictures lie before the first pose, by 100 "
-                  "to 600 ms"});
+  expect_rejection(replay + " --temporal-offset-ms=-2000", 3,
+                   {"none of 6 frames usable: by --temporal-offset-ms -2000, 6 of 6 images lie "
+                    "after the last pose, by 1500 to 2000 ms"});
+  expect_rejection(
+      replay + " --temporal-offset-ms=600", 3,
+      {"by --temporal-offset-ms 600, 6 of 6 images lie before the first pose, by 100 "
+       "to 600 ms"});
 }
 
 TEST_F(CommandLineTest, RejectsAnInvalidCalibration) {
   const std::string sweep = write_sweep();
   const std::string base = "replay " + sweep + " --ct " + write_ct() + " --out " +
                            (folder_ / "o").string() + " --config ";
-  expect_refusal(base + write_config("nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"), 3, {"plus.xml"});
-  expect_refusal(base + write_config("0 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"), 3, {});
-  expect_refusal(base + write_config("1 2 3"), 3, {"16"});
+  expect_rejection(base + write_config("nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"), 3, {"plus.xml"});
+  expect_rejection(base + write_config("0 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"), 3, {});
+  expect_rejection(base + write_config("1 2 3"), 3, {"16"});
 }
 
 TEST_F(CommandLineTest, RejectsRecordingsThatAreCutShort) {
@@ -270,8 +271,8 @@ TEST_F(CommandLineTest, RejectsRecordingsThatAreCutShort) {
     const std::string sweep = write_sweep([&](auto& h) { h.compressed = compressed; });
     ASSERT_EQ(sonde("info " + sweep).code, 0);
     std::filesystem::resize_file(sweep, std::filesystem::file_size(sweep) - 5);
-    expect_refusal("info " + sweep, 3, {"sweep.igs.mha"});
-    expect_refusal(replay_arguments(sweep), 3, {"sweep.igs.mha"});
+    expect_rejection("info " + sweep, 3, {"sweep.igs.mha"});
+    expect_rejection(replay_arguments(sweep), 3, {"sweep.igs.mha"});
     EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
   }
 }
@@ -279,18 +280,18 @@ TEST_F(CommandLineTest, RejectsRecordingsThatAreCutShort) {
 TEST_F(CommandLineTest, ThePlacementOnTheCommandLineOverridesTheFile) {
   const std::string arguments = replay_arguments(write_sweep());
   const std::string matrix = "'1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 1'";
-  expect_refusal(arguments + " --registration r.json --ct-from-reference " + matrix, 2,
-                 {"--ct-from-reference", "--registration"});
+  expect_rejection(arguments + " --registration r.json --ct-from-reference " + matrix, 2,
+                   {"--ct-from-reference", "--registration"});
   const auto session = folder_ / "session.toml";
   std::ofstream(session) << "[placement]\nregistration = \"missing.json\"\n";
   const std::string with_session = arguments + " --session " + session.string();
-  expect_refusal(with_session, 3, {"missing.json"});
+  expect_rejection(with_session, 3, {"missing.json"});
   const Outcome declared = sonde(with_session + " --ct-from-reference " + matrix);
   ASSERT_EQ(declared.code, 0) << declared.errors;
   EXPECT_EQ(read_json("replay.json")["placement"]["kind"], "declared");
   std::ofstream(session) << "[placement]\nregistration = \"missing.json\"\n"
                             "ct_from_reference_mm = [1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]\n";
-  expect_refusal(with_session, 3, {"placement.registration", "both"});
+  expect_rejection(with_session, 3, {"placement.registration", "both"});
 }
 
 TEST_F(CommandLineTest, TimeStampsMayBeginBeforeTheOriginOfTheClock) {
@@ -311,14 +312,14 @@ TEST_F(CommandLineTest, TimeStampsMayBeginBeforeTheOriginOfTheClock) {
 TEST_F(CommandLineTest, ASessionNeverNamesAnotherFileThanTheGivenOne) {
   const std::string latin = "c\xe9t.mha";
   for (const char* verb : {"replay s.mha --ct ", "slices ", "predicates "}) {
-    expect_refusal(verb + latin + " --print-session", 2, {"UTF-8", latin});
+    expect_rejection(verb + latin + " --print-session", 2, {"UTF-8", latin});
   }
   const std::string sweep = write_sweep();
   std::filesystem::create_directory(folder_ / "out");
   std::ofstream(folder_ / "out/report.html") << "earlier";
-  const std::string look = (folder_ / "\xff.json").string();
-  expect_refusal(replay_arguments(sweep) + " --save-look " + look, 2,
-                 {"look.save: expected", "UTF-8", look});
+  const std::string appearance = (folder_ / "\xff.json").string();
+  expect_rejection(replay_arguments(sweep) + " --save-look " + appearance, 2,
+                   {"look.save: expected", "UTF-8", appearance});
   EXPECT_TRUE(std::filesystem::exists(folder_ / "out/report.html"));
   EXPECT_EQ(sonde("replay c\xc3\xa9t.mha --print-session").code, 0);
 }

@@ -11,7 +11,7 @@
 
 #include "io/atomic_file.hpp"
 #include "io/ct.hpp"
-#include "io/picture.hpp"
+#include "io/image_output.hpp"
 #include "tests/app/options/command_line_support.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -32,14 +32,14 @@ TEST_F(CommandLineTest, WritesSlicesThroughAPoint) {
   for (const char* name : {"axial.png", "coronal.png", "sagittal.png"}) {
     EXPECT_TRUE(std::filesystem::exists(out / name)) << name;
   }
-  expect_refusal(arguments + " --mode median", 2, {"--mode", "median"});
-  expect_refusal(arguments + " --slab -1", 2, {"--slab", "-1"});
-  expect_refusal(arguments + " --mm-per-pixel nan", 2, {"--mm-per-pixel", "nan"});
-  expect_refusal(arguments + " --mm-per-pixel -1", 2, {"--mm-per-pixel", "-1"});
-  expect_refusal(arguments + " --at 9999 0 0", 2, {"--at", "inside the CT", "9999"});
-  expect_refusal(arguments + " --window-width 0", 2, {"--window-width", "0"});
-  expect_refusal(arguments + " --at nan 0 0", 2, {"--at", "nan"});
-  expect_refusal("slices missing.mha --out " + out.string(), 3, {"missing.mha"});
+  expect_rejection(arguments + " --mode median", 2, {"--mode", "median"});
+  expect_rejection(arguments + " --slab -1", 2, {"--slab", "-1"});
+  expect_rejection(arguments + " --mm-per-pixel nan", 2, {"--mm-per-pixel", "nan"});
+  expect_rejection(arguments + " --mm-per-pixel -1", 2, {"--mm-per-pixel", "-1"});
+  expect_rejection(arguments + " --at 9999 0 0", 2, {"--at", "inside the CT", "9999"});
+  expect_rejection(arguments + " --window-width 0", 2, {"--window-width", "0"});
+  expect_rejection(arguments + " --at nan 0 0", 2, {"--at", "nan"});
+  expect_rejection("slices missing.mha --out " + out.string(), 3, {"missing.mha"});
 }
 
 TEST_F(CommandLineTest, SlicesShowASecondVolumeInItsReportedWindow) {
@@ -63,9 +63,9 @@ TEST_F(CommandLineTest, SlicesShowASecondVolumeInItsReportedWindow) {
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
   const std::string said = outcome.output + outcome.errors;
   EXPECT_NE(said.find("second volume: level 500, width 1000"), std::string::npos) << said;
-  const auto picture = io::read_png(out / "axial.png");
-  ASSERT_TRUE(test::has_value(picture));
-  EXPECT_EQ(picture->at(72, 80).r, 51) << "the body: a fifth of white";
+  const auto image = io::read_png(out / "axial.png");
+  ASSERT_TRUE(test::has_value(image));
+  EXPECT_EQ(image->at(72, 80).r, 51) << "the body: a fifth of white";
   const Outcome chosen = sonde(arguments + " --second-level 200 --second-width 100");
   EXPECT_NE((chosen.output + chosen.errors).find("second volume: level 200, width 100"),
             std::string::npos);
@@ -81,13 +81,13 @@ TEST_F(CommandLineTest, SlicesOf64PixelsHaveTheLettersOfTheirEdges) {
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
   for (const char* name :
        {"axial", "coronal", "sagittal", "oblique", "needle-1", "needle-2", "path-1", "path-2"}) {
-    const auto picture = io::read_png(folder_ / "slices" / (std::string(name) + ".png"));
-    ASSERT_TRUE(test::has_value(picture)) << name;
+    const auto image = io::read_png(folder_ / "slices" / (std::string(name) + ".png"));
+    ASSERT_TRUE(test::has_value(image)) << name;
     const auto yellow = [&](int left, int top) {
       int count = 0;
       for (int y = top; y < top + 24; ++y) {
         for (int x = left; x < left + 24; ++x) {
-          const Rgba8 p = picture->at(x, y);
+          const Rgba8 p = image->at(x, y);
           count += p.r > p.b + 60 ? 1 : 0;
         }
       }
@@ -97,8 +97,8 @@ TEST_F(CommandLineTest, SlicesOf64PixelsHaveTheLettersOfTheirEdges) {
       EXPECT_GT(yellow(left, top), 10) << name << ' ' << left << ' ' << top;
     }
   }
-  expect_refusal(arguments + " --size 63", 2,
-                 {"--size: expected a whole number of 64 to 8192 pixels"});
+  expect_rejection(arguments + " --size 63", 2,
+                   {"--size: expected a whole number of 64 to 8192 pixels"});
 }
 
 TEST_F(CommandLineTest, WritesObliqueSlicesAndSlicesAlongANeedle) {
@@ -122,16 +122,16 @@ TEST_F(CommandLineTest, WritesObliqueSlicesAndSlicesAlongANeedle) {
   EXPECT_EQ(bytes("my-needle.png"), "mine");
   EXPECT_EQ(bytes("report.json"), "mine");
 
-  expect_refusal(arguments + " --normal 0 0 0", 2, {"--normal", "not zero"});
-  expect_refusal(arguments + " --normal nan 0 1", 2, {"--normal", "nan"});
-  expect_refusal(arguments + " --right 1 0 0", 2, {"--right requires --down"});
-  expect_refusal(arguments + " --right 1 0 0 --down 2 0 0", 2, {"--down", "other than --right"});
-  expect_refusal(arguments + " --right 1 0 0 --normal 0 0 1", 2,
-                 {"--normal cannot be combined with --right"});
-  expect_refusal(arguments + " --needle 1 1 1 1 1 1", 2, {"--needle", "apart from it"});
-  expect_refusal(arguments + " --needle 900 0 0 0 0 0", 2, {"--needle", "inside the CT"});
-  expect_refusal(arguments + " --frame 1", 2, {"--frame requires --recording"});
-  expect_refusal(arguments + " --share 1", 2, {"--share requires --recording or --second"});
+  expect_rejection(arguments + " --normal 0 0 0", 2, {"--normal", "not zero"});
+  expect_rejection(arguments + " --normal nan 0 1", 2, {"--normal", "nan"});
+  expect_rejection(arguments + " --right 1 0 0", 2, {"--right requires --down"});
+  expect_rejection(arguments + " --right 1 0 0 --down 2 0 0", 2, {"--down", "other than --right"});
+  expect_rejection(arguments + " --right 1 0 0 --normal 0 0 1", 2,
+                   {"--normal cannot be combined with --right"});
+  expect_rejection(arguments + " --needle 1 1 1 1 1 1", 2, {"--needle", "apart from it"});
+  expect_rejection(arguments + " --needle 900 0 0 0 0 0", 2, {"--needle", "inside the CT"});
+  expect_rejection(arguments + " --frame 1", 2, {"--frame requires --recording"});
+  expect_rejection(arguments + " --share 1", 2, {"--share requires --recording or --second"});
 }
 
 TEST_F(CommandLineTest, WritesAndFusesTheSliceAlongAnImage) {
@@ -145,26 +145,26 @@ TEST_F(CommandLineTest, WritesAndFusesTheSliceAlongAnImage) {
   const auto grey = [&](const std::string& options) {
     const Outcome outcome = sonde(options);
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
-    const auto picture = io::read_png(out / "ultrasound.png");
-    return picture ? static_cast<int>(picture->at(70, 110).r) : -1;
+    const auto image = io::read_png(out / "ultrasound.png");
+    return image ? static_cast<int>(image->at(70, 110).r) : -1;
   };
   EXPECT_EQ(grey(recording + " --frame 3 --share 1"), 130);
   EXPECT_EQ(grey(recording + " --frame 1 --share 1"), 70);
   EXPECT_EQ(grey(recording + " --frame 3 --share 0 --window-level 700"), 128);
   EXPECT_EQ(grey(recording + " --frame 3 --fusion wipe --wipe 0.5"), 130);
   EXPECT_EQ(grey(recording + " --frame 3 --fusion wipe --wipe 0 --window-level 700"), 128);
-  expect_refusal("slices " + ct + " --out x --recording s.mha --size 128", 2,
-                 {"--size: expected 192 to 8192"});
-  expect_refusal(recording + " --frame 6", 2, {"--frame: expected 0 to 5, found 6"});
-  expect_refusal(recording + " --frame -1", 2, {"--frame: expected 0 to 5, found -1"});
-  expect_refusal(recording + " --needle-frame NeedleTip", 2, {"NeedleTip"});
-  expect_refusal(recording + " --second " + ct, 2,
-                 {"--recording cannot be combined with --second"});
-  expect_refusal(recording + " --wipe 0.5", 2, {"--wipe requires --fusion wipe"});
+  expect_rejection("slices " + ct + " --out x --recording s.mha --size 128", 2,
+                   {"--size: expected 192 to 8192"});
+  expect_rejection(recording + " --frame 6", 2, {"--frame: expected 0 to 5, found 6"});
+  expect_rejection(recording + " --frame -1", 2, {"--frame: expected 0 to 5, found -1"});
+  expect_rejection(recording + " --needle-frame NeedleTip", 2, {"NeedleTip"});
+  expect_rejection(recording + " --second " + ct, 2,
+                   {"--recording cannot be combined with --second"});
+  expect_rejection(recording + " --wipe 0.5", 2, {"--wipe requires --fusion wipe"});
 
   const Outcome second = sonde(arguments + " --second " + ct + " --second-level 0 --share 1");
   EXPECT_EQ(second.code, 0) << second.errors;
-  expect_refusal(arguments + " --second no.mha", 3, {"no.mha"});
+  expect_rejection(arguments + " --second no.mha", 3, {"no.mha"});
 }
 
 TEST_F(CommandLineTest, SlicesOfASessionUseItsFilesAndItsPath) {
@@ -187,9 +187,9 @@ TEST_F(CommandLineTest, SlicesOfASessionUseItsFilesAndItsPath) {
 
   // The path is drawn like a needle at the same position; its target is the point of all slices.
   const auto on_line = [&](const std::string& name) {
-    const auto picture = io::read_png(out / name);
-    if (!picture) return std::ptrdiff_t{-1};
-    return std::ranges::count_if(picture->pixels(), [](const Rgba8& p) {
+    const auto image = io::read_png(out / name);
+    if (!image) return std::ptrdiff_t{-1};
+    return std::ranges::count_if(image->pixels(), [](const Rgba8& p) {
       return p.b > p.r + 30;  // The CT is grey, the text is yellow.
     });
   };
@@ -217,17 +217,18 @@ TEST_F(CommandLineTest, SlicesOfASessionUseItsFilesAndItsPath) {
   ASSERT_EQ(second.code, 0) << second.errors;
   EXPECT_FALSE(std::filesystem::exists(out / "ultrasound.png"));
   EXPECT_TRUE(std::filesystem::exists(out / "path-1.png"));
-  expect_refusal(arguments + " --second " + ct + " --frame 3", 2, {"--frame requires --recording"});
+  expect_rejection(arguments + " --second " + ct + " --frame 3", 2,
+                   {"--frame requires --recording"});
   EXPECT_NE(sonde(arguments + " --print-session").output.find(sweep), std::string::npos);
 
   std::ofstream(session) << files
                          << "[plan]\nentry_mm = [0, -50, 40]\ntarget_mm = [0, 900, 0]\n"
                             "target_radius_mm = 6\n";
-  expect_refusal(arguments, 2, {"plan.target_mm", "inside the CT", "900"});
+  expect_rejection(arguments, 2, {"plan.target_mm", "inside the CT", "900"});
   std::ofstream(session) << "[source]\nkind = \"simulated\"\n";
-  expect_refusal(arguments, 2, {"source.kind", "simulated"});
-  expect_refusal("slices --out x", 2, {"ct: expected a CT, found nothing"});
-  expect_refusal("slices " + ct, 2, {"--out: expected a folder, found nothing"});
+  expect_rejection(arguments, 2, {"source.kind", "simulated"});
+  expect_rejection("slices --out x", 2, {"ct: expected a CT, found nothing"});
+  expect_rejection("slices " + ct, 2, {"--out: expected a folder, found nothing"});
 }
 
 }  // namespace

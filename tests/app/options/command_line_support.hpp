@@ -84,12 +84,12 @@ class CommandLineTest : public ::testing::Test {
     return {exit_code_of(status), text_of(output), text_of(errors)};
   }
   /// Expects the program to stop with a code and one line of error that contains every piece.
-  void expect_refusal(const std::string& arguments, int code,
-                      std::initializer_list<std::string> pieces) {
-    expect_refusal(sonde(arguments), arguments, code, pieces);
+  void expect_rejection(const std::string& arguments, int code,
+                        std::initializer_list<std::string> pieces) {
+    expect_rejection(sonde(arguments), arguments, code, pieces);
   }
-  void expect_refusal(const Outcome& outcome, const std::string& arguments, int code,
-                      std::initializer_list<std::string> pieces) const {
+  void expect_rejection(const Outcome& outcome, const std::string& arguments, int code,
+                        std::initializer_list<std::string> pieces) const {
     EXPECT_EQ(outcome.code, code) << arguments << "\n" << outcome.errors;
     std::istringstream lines(outcome.errors);
     int errors = 0;

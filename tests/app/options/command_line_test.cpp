@@ -49,8 +49,8 @@ TEST_F(CommandLineTest, BenchAndGalleryNeedTheProgramBesideIt) {
   const std::string before = path == nullptr ? "" : path;
   ::setenv("PATH", folder_.path().c_str(), 1);
   for (const char* arguments : {"bench render --quick", "-v bench --help", "gallery --out x"}) {
-    expect_refusal(arguments, kExitDevice,
-                   {"sonde-bench is not installed", "SONDE_BUILD_BENCH=ON"});
+    expect_rejection(arguments, kExitDevice,
+                     {"sonde-bench is not installed", "SONDE_BUILD_BENCH=ON"});
   }
   ::setenv("PATH", before.c_str(), 1);
 }
@@ -92,21 +92,21 @@ TEST_F(CommandLineTest, ManualPagesAndCompletionKnowEveryOption) {
 }
 
 TEST_F(CommandLineTest, UsageErrorsExitWithTwo) {
-  expect_refusal("", 2, {});
-  expect_refusal("levitate", 2, {"levitate"});
-  expect_refusal("demo", 2, {"--out"});
-  expect_refusal("demo --out x --engine vulkan", 2, {"engine", "vulkan"});
-  expect_refusal("demo --out x --width 1", 2, {"--width", "1"});
-  expect_refusal("demo --out x --threads many", 2, {"threads", "many"});
-  expect_refusal("demo --out x --start-error-mm nan", 2, {"--start-error-mm", "nan"});
-  expect_refusal("demo --out x --start-error-deg -1", 2, {"--start-error-deg", "-1"});
-  expect_refusal("demo --out x --seed -1", 2, {"--seed", "-1"});
-  expect_refusal("register --landmarks x --target nan 0 0", 2, {"--target", "nan"});
-  expect_refusal("replay", 2, {"sweep"});
-  expect_refusal("register", 2, {"landmarks"});
+  expect_rejection("", 2, {});
+  expect_rejection("levitate", 2, {"levitate"});
+  expect_rejection("demo", 2, {"--out"});
+  expect_rejection("demo --out x --engine vulkan", 2, {"engine", "vulkan"});
+  expect_rejection("demo --out x --width 1", 2, {"--width", "1"});
+  expect_rejection("demo --out x --threads many", 2, {"threads", "many"});
+  expect_rejection("demo --out x --start-error-mm nan", 2, {"--start-error-mm", "nan"});
+  expect_rejection("demo --out x --start-error-deg -1", 2, {"--start-error-deg", "-1"});
+  expect_rejection("demo --out x --seed -1", 2, {"--seed", "-1"});
+  expect_rejection("register --landmarks x --target nan 0 0", 2, {"--target", "nan"});
+  expect_rejection("replay", 2, {"sweep"});
+  expect_rejection("register", 2, {"landmarks"});
   const std::string sweep = write_sweep();
-  expect_refusal("replay " + sweep + " --out x", 2, {"--ct"});
-  expect_refusal(replay_arguments(sweep) + " --ct-from-reference '1 2 3'", 2, {"16 numbers"});
+  expect_rejection("replay " + sweep + " --out x", 2, {"--ct"});
+  expect_rejection(replay_arguments(sweep) + " --ct-from-reference '1 2 3'", 2, {"16 numbers"});
 }
 
 TEST_F(CommandLineTest, ParseErrorsHaveTheFormOfOtherErrors) {
@@ -174,24 +174,24 @@ TEST_F(CommandLineTest, ParseErrorsHaveTheFormOfOtherErrors) {
            {"completion fish", "completion: expected bash, found 'fish'"},
            {"", "verb: expected one of " + verbs + ", found none"},
            {"levitate", "verb: expected one of " + verbs + ", found 'levitate'"}}) {
-    expect_refusal(arguments, 2, {"sonde: error: " + sentence});
+    expect_rejection(arguments, 2, {"sonde: error: " + sentence});
   }
   // Each of these choices is valid.
   for (const char* given : {"--probe standard", "--needle none", "--family spine", "--path tilt"}) {
-    expect_refusal(std::string("simulate --out x.mha --rows 1 ") + given, 2, {"--rows"});
+    expect_rejection(std::string("simulate --out x.mha --rows 1 ") + given, 2, {"--rows"});
   }
 }
 
 TEST_F(CommandLineTest, SimulateNamesTheInvalidOption) {
   const std::string out = (folder_ / "sweep.mha").string();
   const std::string simulate = "simulate --columns 16 --rows 16 --out " + out + " ";
-  expect_refusal(simulate + "--frame-rate-hz 0", 2,
-                 {"--frame-rate-hz: expected more than 0 and at most 1000 Hz, found 0"});
-  expect_refusal(simulate + "--breathing-mm 5", 2, {"--breathing-mm requires --breathing"});
-  expect_refusal(simulate + "--seed -1", 2, {"--seed: expected a whole number", "found -1"});
-  expect_refusal(simulate + "--seed 18446744073709551616", 2, {"found 18446744073709551616"});
-  expect_refusal(simulate + "--needle bevel --needle-bending-mm 100", 2,
-                 {"needle bending", "a fifth of the path", "found 100 mm"});
+  expect_rejection(simulate + "--frame-rate-hz 0", 2,
+                   {"--frame-rate-hz: expected more than 0 and at most 1000 Hz, found 0"});
+  expect_rejection(simulate + "--breathing-mm 5", 2, {"--breathing-mm requires --breathing"});
+  expect_rejection(simulate + "--seed -1", 2, {"--seed: expected a whole number", "found -1"});
+  expect_rejection(simulate + "--seed 18446744073709551616", 2, {"found 18446744073709551616"});
+  expect_rejection(simulate + "--needle bevel --needle-bending-mm 100", 2,
+                   {"needle bending", "a fifth of the path", "found 100 mm"});
   EXPECT_FALSE(std::filesystem::exists(out));
 }
 
@@ -204,11 +204,11 @@ TEST_F(CommandLineTest, NamesAVolumeThatLiesTooFarAway) {
       io::write_ct_mha(*Volume::create(grid, std::vector<std::int16_t>(64, 7), "far"), file)));
   for (const std::string& arguments :
        {"slices " + file + " --out x", "info " + file, "predicates " + file + " --out x.png"}) {
-    expect_refusal(arguments, 3, {"far.mha: expected voxels within 1e7 mm", "1e+09"});
+    expect_rejection(arguments, 3, {"far.mha: expected voxels within 1e7 mm", "1e+09"});
   }
-  expect_refusal("slices " + write_ct() + " --out x --needle 0 0 0 1e300 0 0", 2,
-                 {"--needle", "1e7 mm"});
-  expect_refusal(
+  expect_rejection("slices " + write_ct() + " --out x --needle 0 0 0 1e300 0 0", 2,
+                   {"--needle", "1e7 mm"});
+  expect_rejection(
       "replay x.mha --print-session --ct-from-reference \"1 0 0 1e9 0 1 0 0 0 0 1 0 0 0 0 1\"", 2,
       {"--ct-from-reference (placement.ct_from_reference_mm)", "1e7 mm", "1e+09"});
 }
@@ -216,25 +216,25 @@ TEST_F(CommandLineTest, NamesAVolumeThatLiesTooFarAway) {
 TEST_F(CommandLineTest, BadFilesExitWithThreeAndNameThemselves) {
   const std::string sweep = write_sweep();
   const std::string ct = write_ct();
-  expect_refusal("info /nonexistent/file.mha", 3, {"/nonexistent/file.mha"});
-  expect_refusal("replay /nonexistent.igs.mha --ct " + ct + " --out " + (folder_ / "o").string(), 3,
-                 {"/nonexistent.igs.mha"});
-  expect_refusal(
+  expect_rejection("info /nonexistent/file.mha", 3, {"/nonexistent/file.mha"});
+  expect_rejection("replay /nonexistent.igs.mha --ct " + ct + " --out " + (folder_ / "o").string(),
+                   3, {"/nonexistent.igs.mha"});
+  expect_rejection(
       "replay " + folder_.path().string() + " --ct " + ct + " --out " + (folder_ / "o").string(), 3,
       {folder_.path().string()});
-  expect_refusal("replay " + sweep + " --ct /nonexistent.nii --config " + write_config() +
-                     " --out " + (folder_ / "o").string(),
-                 3, {"/nonexistent.nii"});
-  expect_refusal("replay " + sweep + " --ct " + ct + " --out " + (folder_ / "o").string(), 3,
-                 {"Image", "Probe"});
+  expect_rejection("replay " + sweep + " --ct /nonexistent.nii --config " + write_config() +
+                       " --out " + (folder_ / "o").string(),
+                   3, {"/nonexistent.nii"});
+  expect_rejection("replay " + sweep + " --ct " + ct + " --out " + (folder_ / "o").string(), 3,
+                   {"Image", "Probe"});
   const auto truncated = folder_ / "truncated.mha";
   std::ofstream(truncated) << "ObjectType = Image\nNDims = 3\nDimSi";
-  expect_refusal("info " + truncated.string(), 3, {"truncated.mha"});
+  expect_rejection("info " + truncated.string(), 3, {"truncated.mha"});
   const auto session = folder_ / "session.toml";
   std::ofstream(session) << "[output]\ncolour = \"red\"\n";
-  expect_refusal("replay --session " + session.string(), 3, {"output.colour", ":2"});
+  expect_rejection("replay --session " + session.string(), 3, {"output.colour", ":2"});
   std::ofstream(session) << "[source]\nkind = \"device\"\n";
-  expect_refusal("replay --session " + session.string(), 4, {"device"});
+  expect_rejection("replay --session " + session.string(), 4, {"device"});
 }
 
 TEST_F(CommandLineTest, InfoDescribesASequence) {
@@ -274,17 +274,17 @@ TEST_F(CommandLineTest, NamesTheWrongField) {
   for (const char* spacing : {"0 1 1", "-1 1 1", "nan 1 1"}) {
     const std::string sweep =
         change("ElementSpacing = 1 1 1", std::string("ElementSpacing = ") + spacing);
-    expect_refusal("info " + sweep, 3, {"sweep.igs.mha", "ElementSpacing", "positive", spacing});
+    expect_rejection("info " + sweep, 3, {"sweep.igs.mha", "ElementSpacing", "positive", spacing});
   }
   const std::string sweep = change("_Timestamp = 10", "_Timestamp = noon");
-  expect_refusal(replay_arguments(sweep), 3, {"frame 0", "Timestamp", "noon"});
+  expect_rejection(replay_arguments(sweep), 3, {"frame 0", "Timestamp", "noon"});
   // If no image gives a pose, the error has the file and the gate's reason.
   const std::string scaled = write_sweep({}, [](io::SequenceFrame& frame) {
     io::set_transform(
         frame, {"ProbeToTracker", 2 * Eigen::Matrix4d::Identity().eval(), TrackingStatus::kOk});
   });
-  expect_refusal(replay_arguments(scaled), 3,
-                 {"sweep.igs.mha", "Probe.not_tracked", "expected a rigid"});
+  expect_rejection(replay_arguments(scaled), 3,
+                   {"sweep.igs.mha", "Probe.not_tracked", "expected a rigid"});
 }
 
 }  // namespace

@@ -103,7 +103,7 @@ file = "lesion.stl"
 
 TEST_F(CutawayObjectsTest, SessionsNameTheInvalidObject) {
   const auto refused = [&](const std::string& keys, std::vector<std::string> pieces) {
-    return test::refuses(
+    return test::rejects(
         read_session_config(write("bad.toml", "[[cutaway_objects]]\n" + keys + "\n")),
         ErrorCode::kMalformedData, {"bad.toml", "cutaway_objects[0]", pieces[0], pieces[1]});
   };
@@ -122,7 +122,7 @@ TEST_F(CutawayObjectsTest, SessionsNameTheInvalidObject) {
 
 TEST_F(CutawayObjectsTest, InvalidPolygonsAndBoxesAreRejected) {
   const auto refused = [](const CutawayObject& object, const std::string& piece) {
-    return test::refuses(validate({object}), ErrorCode::kUsage, {"cutaway_objects[0]", piece});
+    return test::rejects(validate({object}), ErrorCode::kUsage, {"cutaway_objects[0]", piece});
   };
   const V a(0, 0, 1), b(10, 0, 1), c(10, 10, 1), d(0, 10, 1);
   EXPECT_TRUE(test::has_value(validate({polygon({a, b, c, d})})));
@@ -148,10 +148,10 @@ TEST_F(CutawayObjectsTest, InvalidPolygonsAndBoxesAreRejected) {
 TEST_F(CutawayObjectsTest, UnreadableSurfacesAreRejectedByFile) {
   const auto refused = [&](const std::string& name, const std::string& contents,
                            const std::string& piece = "") {
-    return test::refuses(read_mesh(write(name, contents)), ErrorCode::kMalformedData,
+    return test::rejects(read_mesh(write(name, contents)), ErrorCode::kMalformedData,
                          {name, piece});
   };
-  EXPECT_TRUE(test::refuses(read_mesh((folder_ / "none.stl").string()), ErrorCode::kNotFound,
+  EXPECT_TRUE(test::rejects(read_mesh((folder_ / "none.stl").string()), ErrorCode::kNotFound,
                             {"none.stl"}));
   EXPECT_TRUE(refused("empty.stl", ""));
   EXPECT_TRUE(refused("words.stl", "this is no surface at all, only words and more words"));
@@ -160,7 +160,7 @@ TEST_F(CutawayObjectsTest, UnreadableSurfacesAreRejectedByFile) {
   nan.replace(nan.find("vertex 5"), 8, "vertex nan");
   EXPECT_TRUE(refused("nan.stl", nan));
   EXPECT_TRUE(refused("far.stl", tetrahedron({5, 5, 1e8}), "10^6"));
-  EXPECT_TRUE(test::refuses(read_mesh(write("lesion.obj", "")), ErrorCode::kUnsupportedData,
+  EXPECT_TRUE(test::rejects(read_mesh(write("lesion.obj", "")), ErrorCode::kUnsupportedData,
                             {"lesion.obj"}));
 }
 
@@ -178,7 +178,7 @@ TEST_F(CutawayObjectsTest, ReadsBinaryStlAndRejectsItCutShort) {
   const auto shapes = read_mesh(write("two.stl", stl));
   ASSERT_TRUE(test::has_value(shapes));
   EXPECT_EQ(shapes->meshes[0]->triangles.size(), 2U);
-  EXPECT_TRUE(test::refuses(read_mesh(write("short.stl", stl.substr(0, stl.size() - 30))),
+  EXPECT_TRUE(test::rejects(read_mesh(write("short.stl", stl.substr(0, stl.size() - 30))),
                             ErrorCode::kMalformedData, {"short.stl"}));
 }
 

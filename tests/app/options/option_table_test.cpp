@@ -122,7 +122,7 @@ TEST(OptionTableTest, EveryVerbHasTwoExamplesThatItTakes) {
       Settings settings = default_settings(verb.name);
       add_options(parser, verb.name, settings);
       EXPECT_NO_THROW(parser.parse(reversed)) << example;
-      EXPECT_TRUE(test::has_value(refuse_idle(parser, verb.name, settings))) << example;
+      EXPECT_TRUE(test::has_value(reject_idle(parser, verb.name, settings))) << example;
       EXPECT_TRUE(test::has_value(validate(settings.config))) << example;
     }
   }
@@ -187,7 +187,7 @@ TEST(OptionTableTest, ValuesOfTheCommandLineAreStoredOrRejectedByRange) {
   }
   const Option& overlay = *find_option_of("demo", "--cutaway-overlay");
   EXPECT_TRUE(test::has_value(take(overlay, {"inf"}, settings)));
-  EXPECT_TRUE(settings.config.look.cutaway.enabled.value_or(false)) << "turned on";
+  EXPECT_TRUE(settings.config.appearance.cutaway.enabled.value_or(false)) << "turned on";
   EXPECT_FALSE(take(overlay, {"nan"}, settings));
   const Option& at = *find_option_of("slices", "--at");
   EXPECT_TRUE(test::has_value(take(at, {"1", "2", "-3"}, settings)));

@@ -51,7 +51,7 @@ width_px = 320
   EXPECT_EQ(config->source.plus_config, "/abs/plus.xml");
   EXPECT_EQ(config->source.temporal_offset_ms, 12);
   EXPECT_EQ((*config->placement.ct_from_reference)(1, 3), 6);
-  EXPECT_EQ(config->look.nodes.at(1).opacity, 0.5);
+  EXPECT_EQ(config->appearance.nodes.at(1).opacity, 0.5);
   EXPECT_EQ(config->view.azimuth_deg, -10.5);
   EXPECT_EQ(config->output.width, 320);
 }
@@ -83,7 +83,7 @@ TEST_F(SessionConfigTest, ReadsThePlanAndTheKindOfView) {
   EXPECT_EQ(read(plan)->plan->margin_mm, 0);
   EXPECT_FALSE(read("")->plan);
   const auto refused = [&](const std::string& text, const std::string& key) {
-    return test::refuses(read(text), Code::kMalformedData, {key});
+    return test::rejects(read(text), Code::kMalformedData, {key});
   };
   EXPECT_TRUE(refused("[plan]\nentry_mm = [1, 2, 3]\ntarget_radius_mm = 6\n",
                       "plan.target_mm: expected 3 finite numbers, found nothing"));
@@ -108,9 +108,9 @@ TEST_F(SessionConfigTest, ReadsTheWindowOfFlatImagesAndKeepsItsAbsence) {
   ASSERT_TRUE(test::has_value(again));
   EXPECT_EQ(*to_toml(*again), *to_toml(*config));
   EXPECT_EQ(to_toml(*read(""))->find("window_"), std::string::npos);
-  EXPECT_TRUE(test::refuses(read("[view]\nwindow_width = 0\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read("[view]\nwindow_width = 0\n"), Code::kMalformedData,
                             {"view.window_width: expected 0.001 to 1000000 HU, found 0"}));
-  EXPECT_TRUE(test::refuses(read("[view]\nwindow_level = 2e6\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read("[view]\nwindow_level = 2e6\n"), Code::kMalformedData,
                             {"view.window_level"}));
 }
 
@@ -124,7 +124,7 @@ TEST_F(SessionConfigTest, ReadsTheQualityAndRejectsContradictions) {
   EXPECT_EQ(*to_toml(*again), *to_toml(*config));
   EXPECT_TRUE(test::has_value(read("[quality]\nadaptive_error = 0.01\n"))) << "retired";
   const auto refused = [&](const std::string& text, const std::string& key) {
-    return test::refuses(read(text), Code::kMalformedData, {key});
+    return test::rejects(read(text), Code::kMalformedData, {key});
   };
   EXPECT_TRUE(refused("[quality]\nclassification = \"none\"\n", "quality.classification"));
   EXPECT_TRUE(refused("[quality]\njitter = true\n[output]\npixel_error = 0.1\n",
@@ -150,74 +150,74 @@ around_needle = true
 around_targets = false
 )");
   ASSERT_TRUE(test::has_value(config));
-  const auto& look = config->look;
-  EXPECT_EQ(look.file, folder_ / "liver.vp");
-  EXPECT_EQ(look.style, "gooch");
-  EXPECT_EQ(look.emphasis, 0.5);
-  EXPECT_EQ(look.importance.at(0).high_hu, 300);
-  EXPECT_EQ(look.cutaway.enabled, true);
-  EXPECT_EQ(look.cutaway.theta2_deg, 45);
-  EXPECT_TRUE(std::isinf(*look.cutaway.overlay_mm));
-  EXPECT_FALSE(look.cutaway.around_plane.has_value()) << "not said";
-  EXPECT_EQ(look.cutaway.around_targets, false);
+  const auto& appearance = config->appearance;
+  EXPECT_EQ(appearance.file, folder_ / "liver.vp");
+  EXPECT_EQ(appearance.style, "gooch");
+  EXPECT_EQ(appearance.emphasis, 0.5);
+  EXPECT_EQ(appearance.importance.at(0).high_hu, 300);
+  EXPECT_EQ(appearance.cutaway.enabled, true);
+  EXPECT_EQ(appearance.cutaway.theta2_deg, 45);
+  EXPECT_TRUE(std::isinf(*appearance.cutaway.overlay_mm));
+  EXPECT_FALSE(appearance.cutaway.around_plane.has_value()) << "not said";
+  EXPECT_EQ(appearance.cutaway.around_targets, false);
   const auto again = read(*to_toml(*config));
   ASSERT_TRUE(test::has_value(again));
   EXPECT_EQ(*to_toml(*again), *to_toml(*config));
-  EXPECT_TRUE(test::refuses(read("[look.cutaway]\ntheta_deg = 3\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read("[look.cutaway]\ntheta_deg = 3\n"), Code::kMalformedData,
                             {"look.cutaway.theta_deg"}));
-  EXPECT_TRUE(test::refuses(read("[look]\ncutaway = 3\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read("[look]\ncutaway = 3\n"), Code::kMalformedData,
                             {"look.cutaway", "a table"}));
-  EXPECT_TRUE(test::refuses(read("[look.cutaway]\noverlay_mm = nan\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read("[look.cutaway]\noverlay_mm = nan\n"), Code::kMalformedData,
                             {"look.cutaway.overlay_mm", "a number or inf"}));
-  EXPECT_TRUE(test::refuses(read("[look.cutaway]\nenabled = 1\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read("[look.cutaway]\nenabled = 1\n"), Code::kMalformedData,
                             {"look.cutaway.enabled", "true or false"}));
 }
 
 TEST_F(SessionConfigTest, RejectsUnknownKeysAndSectionsByLine) {
-  EXPECT_TRUE(test::refuses(read("[ct]\n\npth = \"a\"\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read("[ct]\n\npth = \"a\"\n"), Code::kMalformedData,
                             {"session.toml:3", "ct.pth", "path"}));
-  EXPECT_TRUE(test::refuses(read("[cutaway]\nangle_deg = 1\n"), Code::kMalformedData, {"cutaway"}));
-  EXPECT_TRUE(test::refuses(read("ct = 3\n"), Code::kMalformedData, {"ct"}));
-  EXPECT_TRUE(test::refuses(read("[view]\nfov = 3\n"), Code::kMalformedData, {"view.fov"}));
-  EXPECT_TRUE(test::refuses(read("[look]\nnodes=[{hu=1,alpha=2}]\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read("[cutaway]\nangle_deg = 1\n"), Code::kMalformedData, {"cutaway"}));
+  EXPECT_TRUE(test::rejects(read("ct = 3\n"), Code::kMalformedData, {"ct"}));
+  EXPECT_TRUE(test::rejects(read("[view]\nfov = 3\n"), Code::kMalformedData, {"view.fov"}));
+  EXPECT_TRUE(test::rejects(read("[look]\nnodes=[{hu=1,alpha=2}]\n"), Code::kMalformedData,
                             {"look.nodes.alpha"}));
 }
 
 TEST_F(SessionConfigTest, RejectsAnAppearanceWithMissingNumbersByLine) {
-  EXPECT_TRUE(test::refuses(read("[look]\nnodes = [{rgb = [1,1,1]}]\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read("[look]\nnodes = [{rgb = [1,1,1]}]\n"), Code::kMalformedData,
                             {"session.toml:2", "look.nodes.hu", "found nothing"}));
-  EXPECT_TRUE(test::refuses(read("[look]\nnodes = [{hu = 1}]\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read("[look]\nnodes = [{hu = 1}]\n"), Code::kMalformedData,
                             {"session.toml:2", "look.nodes.opacity_per_mm", "found nothing"}));
-  EXPECT_TRUE(test::refuses(read("[look]\nimportance = [{}]\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read("[look]\nimportance = [{}]\n"), Code::kMalformedData,
                             {"session.toml:2", "look.importance.importance", "found nothing"}));
   EXPECT_TRUE(test::has_value(read("[look]\nimportance = [{importance = 1}]\n")));
 }
 
 TEST_F(SessionConfigTest, RejectsWrongTypesAndRanges) {
-  EXPECT_TRUE(test::refuses(read("[output]\nwidth_px = \"wide\"\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read("[output]\nwidth_px = \"wide\"\n"), Code::kMalformedData,
                             {":2", "output.width_px", "whole number", "wide"}));
-  EXPECT_TRUE(test::refuses(read("[output]\nwidth_px = -3\n"), Code::kMalformedData, {"-3"}));
-  EXPECT_TRUE(test::refuses(read("[view]\nfov_deg = nan\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read("[output]\nwidth_px = -3\n"), Code::kMalformedData, {"-3"}));
+  EXPECT_TRUE(test::rejects(read("[view]\nfov_deg = nan\n"), Code::kMalformedData,
                             {"view.fov_deg", "finite", "nan"}));
-  EXPECT_TRUE(test::refuses(read("[output]\nengine = \"vulkan\"\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read("[output]\nengine = \"vulkan\"\n"), Code::kMalformedData,
                             {"output.engine", "vulkan"}));
   EXPECT_TRUE(
-      test::refuses(read("[output]\nstep_voxels = 0\n"), Code::kMalformedData, {"step_voxels"}));
+      test::rejects(read("[output]\nstep_voxels = 0\n"), Code::kMalformedData, {"step_voxels"}));
   EXPECT_TRUE(
-      test::refuses(read("[output]\npixel_error = 1.5\n"), Code::kMalformedData, {"pixel_error"}));
-  EXPECT_TRUE(test::refuses(read("[placement]\nct_from_reference_mm = [1,2,3]\n"),
+      test::rejects(read("[output]\npixel_error = 1.5\n"), Code::kMalformedData, {"pixel_error"}));
+  EXPECT_TRUE(test::rejects(read("[placement]\nct_from_reference_mm = [1,2,3]\n"),
                             Code::kMalformedData, {"16 finite numbers"}));
-  EXPECT_TRUE(test::refuses(read("[source]\nkind = \"telepathy\"\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read("[source]\nkind = \"telepathy\"\n"), Code::kMalformedData,
                             {"source.kind", "telepathy"}));
-  EXPECT_TRUE(test::refuses(read("[source]\nkind = \"device\"\n"), Code::kUnavailable,
+  EXPECT_TRUE(test::rejects(read("[source]\nkind = \"device\"\n"), Code::kUnavailable,
                             {"source.kind", "device"}));
 }
 
 TEST_F(SessionConfigTest, RejectsTextThatIsNotToml) {
-  EXPECT_TRUE(test::refuses(read("[ct\npath"), Code::kMalformedData, {"session.toml:1"}));
+  EXPECT_TRUE(test::rejects(read("[ct\npath"), Code::kMalformedData, {"session.toml:1"}));
   EXPECT_TRUE(
-      test::refuses(read_session_config(folder_ / "none.toml"), Code::kNotFound, {"none.toml"}));
-  EXPECT_TRUE(test::refuses(read_session_config(folder_.path()), Code::kNotFound, {"not a file"}));
+      test::rejects(read_session_config(folder_ / "none.toml"), Code::kNotFound, {"none.toml"}));
+  EXPECT_TRUE(test::rejects(read_session_config(folder_.path()), Code::kNotFound, {"not a file"}));
 }
 
 }  // namespace

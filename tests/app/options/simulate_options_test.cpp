@@ -12,7 +12,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-std::string refusal(const SimulateOptions& options) {
+std::string rejection(const SimulateOptions& options) {
   const auto ok = validate(options);
   if (ok) return "accepted";
   EXPECT_EQ(ok.error().code, ErrorCode::kUsage);
@@ -45,7 +45,7 @@ TEST(SimulateOptionsTest, ErrorsOfNumbersGiveNameRangeAndFoundValue) {
       {"--clock-drift-ppm", &O::clock_drift_ppm, 10000, 1e9,
        "-10000 to 10000 ppm, found 1000000000"},
       {"--loss", &O::loss, 1, 1.5, "0 to 1, found 1.5"},
-      {"--picture-offset-ms", &O::picture_offset_ms, -10000, 1e6,
+      {"--picture-offset-ms", &O::image_offset_ms, -10000, 1e6,
        "-10000 to 10000 ms, found 1000000"},
       {"--duration-s", &O::duration_s, 3600, 1e9,
        "more than 0 and at most 3600 s, found 1000000000"},
@@ -54,14 +54,14 @@ TEST(SimulateOptionsTest, ErrorsOfNumbersGiveNameRangeAndFoundValue) {
   for (const Case& c : cases) {
     SimulateOptions options;
     options.*c.number = c.accepted;
-    EXPECT_EQ(refusal(options), "accepted") << c.name;
+    EXPECT_EQ(rejection(options), "accepted") << c.name;
     options.*c.number = c.refused;
-    EXPECT_EQ(refusal(options), std::string(c.name) + ": expected " + c.expected);
+    EXPECT_EQ(rejection(options), std::string(c.name) + ": expected " + c.expected);
     options.*c.number = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_THAT(refusal(options), StartsWith(std::string(c.name) + ": expected "));
-    EXPECT_THAT(refusal(options), HasSubstr(", found nan"));
+    EXPECT_THAT(rejection(options), StartsWith(std::string(c.name) + ": expected "));
+    EXPECT_THAT(rejection(options), HasSubstr(", found nan"));
     options.*c.number = std::numeric_limits<double>::infinity();
-    EXPECT_THAT(refusal(options), StartsWith(std::string(c.name) + ": expected "));
+    EXPECT_THAT(rejection(options), StartsWith(std::string(c.name) + ": expected "));
   }
 }
 
@@ -70,12 +70,12 @@ TEST(SimulateOptionsTest, AnImageHasTheSizeOfTheProbeOrAtMostAFewThousandPixels)
     SimulateOptions options;
     for (const int accepted : {0, 16, 4096}) {
       options.*side = accepted;
-      EXPECT_EQ(refusal(options), "accepted") << accepted;
+      EXPECT_EQ(rejection(options), "accepted") << accepted;
     }
     for (const int refused : {-4, 8, 4097}) {
       options.*side = refused;
-      EXPECT_THAT(refusal(options), HasSubstr("0 (the probe's own) or 16 to 4096 pixels, found " +
-                                              std::to_string(refused)));
+      EXPECT_THAT(rejection(options), HasSubstr("0 (the probe's own) or 16 to 4096 pixels, found " +
+                                                std::to_string(refused)));
     }
   }
 }
@@ -83,44 +83,44 @@ TEST(SimulateOptionsTest, AnImageHasTheSizeOfTheProbeOrAtMostAFewThousandPixels)
 TEST(SimulateOptionsTest, RejectsBreathingNumbersWithoutBreathing) {
   SimulateOptions options;
   options.breathing_mm = 5;
-  EXPECT_THAT(refusal(options), StartsWith("--breathing-mm requires --breathing rigid"));
+  EXPECT_THAT(rejection(options), StartsWith("--breathing-mm requires --breathing rigid"));
   options.breathing = "smooth";
-  EXPECT_EQ(refusal(options), "accepted");
+  EXPECT_EQ(rejection(options), "accepted");
   options.breathing_mm = -5;
-  EXPECT_EQ(refusal(options), "--breathing-mm: expected 0 to 60 mm, found -5");
+  EXPECT_EQ(rejection(options), "--breathing-mm: expected 0 to 60 mm, found -5");
   options = SimulateOptions();
   options.breathing_period_s = 5;
-  EXPECT_THAT(refusal(options), StartsWith("--breathing-period-s requires --breathing rigid"));
+  EXPECT_THAT(rejection(options), StartsWith("--breathing-period-s requires --breathing rigid"));
   options.breathing = "rigid";
-  EXPECT_EQ(refusal(options), "accepted");
+  EXPECT_EQ(rejection(options), "accepted");
   options.breathing_period_s = 0;
-  EXPECT_EQ(refusal(options), "--breathing-period-s: expected 0.5 to 30 s, found 0");
+  EXPECT_EQ(rejection(options), "--breathing-period-s: expected 0.5 to 30 s, found 0");
 }
 
 TEST(SimulateOptionsTest, AStraightNeedleDoesNotBend) {
   SimulateOptions options;
   options.needle = "straight";
   options.needle_bending_mm = 4;
-  EXPECT_EQ(refusal(options), "--needle-bending-mm: expected 0 mm of a straight needle, found 4");
+  EXPECT_EQ(rejection(options), "--needle-bending-mm: expected 0 mm of a straight needle, found 4");
   options.needle = "bevel";
-  EXPECT_EQ(refusal(options), "accepted");
+  EXPECT_EQ(rejection(options), "accepted");
   options.needle_bending_mm = -3;
-  EXPECT_EQ(refusal(options), "--needle-bending-mm: expected 0 to 200 mm, found -3");
+  EXPECT_EQ(rejection(options), "--needle-bending-mm: expected 0 to 200 mm, found -3");
 }
 
 TEST(SimulateOptionsTest, RejectsAPointThatIsNotFinite) {
   SimulateOptions options;
   options.look_at_mm = {1, 2, std::numeric_limits<double>::infinity()};
-  EXPECT_EQ(refusal(options), "--look-at: expected 3 finite numbers, mm, found inf");
+  EXPECT_EQ(rejection(options), "--look-at: expected 3 finite numbers, mm, found inf");
 }
 
 TEST(SimulateOptionsTest, ARecordingHasAtLeastTwoImages) {
   SimulateOptions options;
   options.frame_rate_hz = 5;
   options.duration_s = 0.2;
-  EXPECT_EQ(refusal(options), "accepted");
+  EXPECT_EQ(rejection(options), "accepted");
   options.duration_s = 0.1;
-  EXPECT_THAT(refusal(options), HasSubstr("--duration-s: expected time for two pictures"));
+  EXPECT_THAT(rejection(options), HasSubstr("--duration-s: expected time for two pictures"));
 }
 
 }  // namespace

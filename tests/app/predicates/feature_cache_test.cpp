@@ -239,8 +239,8 @@ TEST_F(FeatureMakerTest, CtrlCEndsTheComputationWithOneSentenceAndCachesNothing)
     });
     const auto made = maker.make("confidence", slow);
     user.join();
-    EXPECT_TRUE(test::refuses(made, ErrorCode::kCancelled, {"confidence", "cancelled"}));
-    EXPECT_TRUE(test::refuses(maker.make("snr", request()), ErrorCode::kCancelled, {"snr"}));
+    EXPECT_TRUE(test::rejects(made, ErrorCode::kCancelled, {"confidence", "cancelled"}));
+    EXPECT_TRUE(test::rejects(maker.make("snr", request()), ErrorCode::kCancelled, {"snr"}));
   }
   EXPECT_FALSE(std::filesystem::exists(folder_ / "features"));
   FeatureMaker next(1, folder_ / "features", console_);

@@ -23,10 +23,10 @@ class PredicateFileTest : public ::testing::Test {
     std::ofstream(path_) << text;
     return read_predicate_file(path_);
   }
-  ::testing::AssertionResult refuses(const std::string& text,
+  ::testing::AssertionResult rejects(const std::string& text,
                                      std::initializer_list<std::string> pieces,
                                      ErrorCode code = ErrorCode::kMalformedData) {
-    return test::refuses(read(text), code, pieces);
+    return test::rejects(read(text), code, pieces);
   }
   std::filesystem::path path_ = std::filesystem::temp_directory_path() /
                                 ("sonde_predicates_" + std::to_string(getpid()) + ".json");
@@ -119,7 +119,7 @@ TEST_F(PredicateFileTest, TheDeepestCombinationsSurviveARoundTrip) {
       EXPECT_TRUE(back->model == file.model) << depth;
     }
     EXPECT_TRUE(
-        refuses(to_json_text(nested(17, combine)), {path_.string(), "deep: ", "at most 16 deep"}));
+        rejects(to_json_text(nested(17, combine)), {path_.string(), "deep: ", "at most 16 deep"}));
   };
   check(all);
   check(any);
@@ -138,7 +138,7 @@ TEST_F(PredicateFileTest, AnglesAreDegreesInTheFile) {
 }
 
 TEST_F(PredicateFileTest, ANewerVersionIsRejectedWithOneSentence) {
-  EXPECT_TRUE(refuses(R"({"sonde_predicates": 2, "somethings": []})",
+  EXPECT_TRUE(rejects(R"({"sonde_predicates": 2, "somethings": []})",
                       {"expected version 1", "found 2", "newer"}, ErrorCode::kUnsupportedData));
 }
 
@@ -146,51 +146,51 @@ TEST_F(PredicateFileTest, ErrorsNameThePositionInTheFile) {
   const auto with = [](const std::string& where) {
     return R"({"sonde_predicates": 1, "predicates": [{"name": "a", "where": )" + where + "}]}";
   };
-  EXPECT_TRUE(refuses("[1, 2]", {"an object"}));
-  EXPECT_TRUE(refuses("{\"sonde_predicates\": 1", {"expected JSON"}));
-  EXPECT_TRUE(refuses(R"({"predicates": []})", {"sonde_predicates"}));
-  EXPECT_TRUE(refuses(R"({"sonde_predicates": 1})", {"1 to 32", "found 0"}));
-  EXPECT_TRUE(refuses(with(R"({"sharpness": {}})"), {"predicates[0].where", "sharpness"},
+  EXPECT_TRUE(rejects("[1, 2]", {"an object"}));
+  EXPECT_TRUE(rejects("{\"sonde_predicates\": 1", {"expected JSON"}));
+  EXPECT_TRUE(rejects(R"({"predicates": []})", {"sonde_predicates"}));
+  EXPECT_TRUE(rejects(R"({"sonde_predicates": 1})", {"1 to 32", "found 0"}));
+  EXPECT_TRUE(rejects(with(R"({"sharpness": {}})"), {"predicates[0].where", "sharpness"},
                       ErrorCode::kNotFound));
-  EXPECT_TRUE(refuses(with(R"({"snr": {"low": "x"}})"), {"where.snr.low", "a number"}));
-  EXPECT_TRUE(refuses(with(R"({"snr": {"lowest": 1}})"), {"where.snr.lowest", "no such member"}));
-  EXPECT_TRUE(refuses(with(R"({"snr": {"low": 2, "high": 1}})"), {"low <= high"}));
-  EXPECT_TRUE(refuses(with(R"({"all": [{"not": {}}]})"), {"where.all[0].not", "one of"}));
-  EXPECT_TRUE(refuses(R"({"sonde_predicates": 1, "vessels": {"largest_radius_mm": 0.1}})",
+  EXPECT_TRUE(rejects(with(R"({"snr": {"low": "x"}})"), {"where.snr.low", "a number"}));
+  EXPECT_TRUE(rejects(with(R"({"snr": {"lowest": 1}})"), {"where.snr.lowest", "no such member"}));
+  EXPECT_TRUE(rejects(with(R"({"snr": {"low": 2, "high": 1}})"), {"low <= high"}));
+  EXPECT_TRUE(rejects(with(R"({"all": [{"not": {}}]})"), {"where.all[0].not", "one of"}));
+  EXPECT_TRUE(rejects(R"({"sonde_predicates": 1, "vessels": {"largest_radius_mm": 0.1}})",
                       {"vessels.largest_radius_mm", "at least", "0.1"}));
-  EXPECT_TRUE(refuses(with(R"({"entry": "a"})"), {"cycle"}));
-  EXPECT_TRUE(refuses(with(R"({"gradient_angle": {"high_deg": 400}})"),
+  EXPECT_TRUE(rejects(with(R"({"entry": "a"})"), {"cycle"}));
+  EXPECT_TRUE(rejects(with(R"({"gradient_angle": {"high_deg": 400}})"),
                       {"gradient_angle.high_deg: expected a number in [0, 180], found 400"}));
-  EXPECT_TRUE(refuses(with(R"({"gradient_angle": {"low_deg": 50, "high_deg": 20}})"),
+  EXPECT_TRUE(rejects(with(R"({"gradient_angle": {"low_deg": 50, "high_deg": 20}})"),
                       {"gradient_angle: expected low_deg <= high_deg, found 50 and 20"}));
-  EXPECT_TRUE(refuses(R"({"sonde_predicates": 1, "predicates": [
+  EXPECT_TRUE(rejects(R"({"sonde_predicates": 1, "predicates": [
                           {"name": "a", "importance": 0, "where": {"snr": {}}},
                           {"name": "b", "importance": 0, "where": {"snr": {}}}]})",
                       {"an importance above 0, found 0"}));
-  EXPECT_TRUE(refuses(with(R"({"label": {"mask": 4294967296}})"),
+  EXPECT_TRUE(rejects(with(R"({"label": {"mask": 4294967296}})"),
                       {"label.mask", "[1, 4294967295]", "found 4294967296"}));
-  EXPECT_TRUE(refuses(with(R"({"snr": {"low": 1e300}})"), {"snr.low", "[-1000000, 1000]"}));
+  EXPECT_TRUE(rejects(with(R"({"snr": {"low": 1e300}})"), {"snr.low", "[-1000000, 1000]"}));
   const auto also = [](const std::string& member) {
     return R"({"sonde_predicates": 1, "predicates": [{"name": "a", "where": {"snr": {}}}], )" +
            member + "}";
   };
   const std::string file = path_.string();
-  EXPECT_TRUE(refuses(also(R"("cutaway_importance": 2)"), {file, "cutaway_importance", "[0, 1]"}));
+  EXPECT_TRUE(rejects(also(R"("cutaway_importance": 2)"), {file, "cutaway_importance", "[0, 1]"}));
   for (const char* length : {"0", "-3", "1e300"}) {
-    EXPECT_TRUE(refuses(also(R"("opacity_length_mm": )" + std::string(length)),
+    EXPECT_TRUE(rejects(also(R"("opacity_length_mm": )" + std::string(length)),
                         {file, "opacity_length_mm", "[0.001, 10000]"}));
   }
-  EXPECT_TRUE(refuses(also(R"("gradient": {"smoothing_mm": -1})"),
+  EXPECT_TRUE(rejects(also(R"("gradient": {"smoothing_mm": -1})"),
                       {file, "gradient.smoothing_mm", "[0, 20]"}));
-  EXPECT_TRUE(refuses(also(R"("snr": {"window_voxels": 4})"),
+  EXPECT_TRUE(rejects(also(R"("snr": {"window_voxels": 4})"),
                       {file, "snr.window_voxels", "odd", "found 4"}));
-  EXPECT_TRUE(refuses(also(R"("snr": {"weights": "flat"})"), {"snr.weights", "gaussian", "flat"}));
-  EXPECT_TRUE(refuses(also(R"("confidence": {"alpha": 200})"), {file, "alpha in [0, 20]", "200"}));
-  EXPECT_TRUE(refuses(also(R"("confidence": {"delta": 2})"), {"confidence.delta", "no such"}));
-  EXPECT_TRUE(refuses(also(R"("vessels": {"largest_radius_mm": 1000})"),
+  EXPECT_TRUE(rejects(also(R"("snr": {"weights": "flat"})"), {"snr.weights", "gaussian", "flat"}));
+  EXPECT_TRUE(rejects(also(R"("confidence": {"alpha": 200})"), {file, "alpha in [0, 20]", "200"}));
+  EXPECT_TRUE(rejects(also(R"("confidence": {"delta": 2})"), {"confidence.delta", "no such"}));
+  EXPECT_TRUE(rejects(also(R"("vessels": {"largest_radius_mm": 1000})"),
                       {file, "vessels.largest_radius_mm", "at most 100"}));
-  EXPECT_TRUE(refuses(also(R"("name": "b", "name": "c")"), {file, "once", "\"name\" twice"}));
-  EXPECT_TRUE(refuses(R"({"sonde_predicates": 1, "predicates": [{"name": "a", "importance": 1e300,
+  EXPECT_TRUE(rejects(also(R"("name": "b", "name": "c")"), {file, "once", "\"name\" twice"}));
+  EXPECT_TRUE(rejects(R"({"sonde_predicates": 1, "predicates": [{"name": "a", "importance": 1e300,
                           "where": {"snr": {}}}]})",
                       {file, "an importance >= 0, at most 1e100, found 1e+300"}));
   const auto broken = read("{\"sonde_predicates\": 1");
@@ -200,9 +200,9 @@ TEST_F(PredicateFileTest, ErrorsNameThePositionInTheFile) {
   for (int n = 0; n < 33; ++n) {
     many += (n > 0 ? ", " : "") + (R"({"snr": {"low": )" + std::to_string(n) + "}}");
   }
-  EXPECT_TRUE(refuses(with(R"({"any": [)" + many + "]}"), {file, "at most 32", "found 33"}));
-  EXPECT_TRUE(refuses(with("7"), {"where", "an object"}));
-  EXPECT_TRUE(test::refuses(read_predicate_file("/nowhere/x.json"), ErrorCode::kNotFound,
+  EXPECT_TRUE(rejects(with(R"({"any": [)" + many + "]}"), {file, "at most 32", "found 33"}));
+  EXPECT_TRUE(rejects(with("7"), {"where", "an object"}));
+  EXPECT_TRUE(test::rejects(read_predicate_file("/nowhere/x.json"), ErrorCode::kNotFound,
                             {"/nowhere/x.json"}));
 }
 

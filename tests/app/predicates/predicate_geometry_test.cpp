@@ -50,14 +50,14 @@ TEST(PredicateLayersTest, FlatSurfacesLieAtTheirDepthInMillimetres) {
 TEST(PredicateLayersTest, RejectsErrorsByName) {
   const VoxelGrid grid = grid_of({6, 12, 5});
   const auto refused = [&](const std::string& text, std::initializer_list<std::string> parts) {
-    return test::refuses(read_layers(written("bad_layers.json", text), grid),
+    return test::rejects(read_layers(written("bad_layers.json", text), grid),
                          ErrorCode::kMalformedData, parts);
   };
   EXPECT_TRUE(refused(layers_text("{\"heights_mm\": [1, 2]}"), {"surfaces[0]", "16 numbers"}));
   EXPECT_TRUE(refused(layers_text("{}"), {"surfaces[0]", "heights_mm", "16 numbers"}));
   EXPECT_TRUE(refused(layers_text(flat_surface(1), ", \"colour\": 1"), {"colour"}));
   EXPECT_TRUE(refused("{\"sonde_layers\": 0}", {"sonde_layers", "expected 1", "0"}));
-  EXPECT_TRUE(test::refuses(read_layers(written("bad_layers.json", "{\"sonde_layers\": 2}"), grid),
+  EXPECT_TRUE(test::rejects(read_layers(written("bad_layers.json", "{\"sonde_layers\": 2}"), grid),
                             ErrorCode::kUnsupportedData,
                             {"sonde_layers", "version 1", "found 2", "a newer Sonde"}));
   EXPECT_TRUE(refused("{\"sonde_layers\": 1, \"axis\": 3}", {"axis", "0 to 2", "3"}));
@@ -92,20 +92,20 @@ TEST(PredicateScanLinesTest, RejectsErrorsByName) {
   Console console(false);
   const VoxelGrid grid = grid_of({6, 12, 5});
   render::PredicateScene predicates;
-  const auto refusal = [&](const std::string& text) {
+  const auto rejection = [&](const std::string& text) {
     const auto found =
         add_scan_lines(written("bad_lines.json", text), grid, 1, predicates, console);
     return found ? std::string("accepted") : found.error().message;
   };
-  EXPECT_NE(refusal(sweep_text("[2,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]")).find("planes[0]"),
+  EXPECT_NE(rejection(sweep_text("[2,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]")).find("planes[0]"),
             std::string::npos);
-  EXPECT_NE(refusal(sweep_text("[1,0]")).find("16 numbers"), std::string::npos);
+  EXPECT_NE(rejection(sweep_text("[1,0]")).find("16 numbers"), std::string::npos);
   EXPECT_NE(
-      refusal("{\"sonde_scan_lines\": 1, \"planes\": []}").find("planes: expected at least one"),
+      rejection("{\"sonde_scan_lines\": 1, \"planes\": []}").find("planes: expected at least one"),
       std::string::npos);
-  EXPECT_NE(refusal("{\"sonde_scan_lines\": 1, \"plane\": []}").find("no such member"),
+  EXPECT_NE(rejection("{\"sonde_scan_lines\": 1, \"plane\": []}").find("no such member"),
             std::string::npos);
-  EXPECT_NE(refusal("{\"sonde_scan_lines\": 2}").find("version 1, found 2, which a newer Sonde"),
+  EXPECT_NE(rejection("{\"sonde_scan_lines\": 2}").find("version 1, found 2, which a newer Sonde"),
             std::string::npos);
   EXPECT_FALSE(predicates.scan);
 }

@@ -65,19 +65,19 @@ TEST(PredicateOptionsTest, EditsKeepTheSumOfTheHistogram) {
   EXPECT_EQ(bars[0].saturation, 0.5);
   EXPECT_NEAR(bars[0].importance + bars[1].importance + bars[2].importance, 1, 1e-12);
   EXPECT_NEAR(bars[1].importance / bars[2].importance, 5, 1e-9) << "the others keep proportions";
-  EXPECT_TRUE(test::refuses(apply_edits({{"liver", 0.5}}, model), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(apply_edits({{"liver", 0.5}}, model), ErrorCode::kUsage,
                             {"histogram", "vessel, tissue, skin", "'liver'"}));
   for (const char* text : {"vessel", "=1", "vessel=", "vessel=x", "vessel=1:2", "vessel=nan"}) {
-    EXPECT_TRUE(test::refuses(parse_importance(text), ErrorCode::kUsage, {"--importance", text}));
+    EXPECT_TRUE(test::rejects(parse_importance(text), ErrorCode::kUsage, {"--importance", text}));
   }
-  EXPECT_TRUE(test::refuses(parse_colour("a=1"), ErrorCode::kUsage, {"NAME=HUE:SATURATION"}));
+  EXPECT_TRUE(test::rejects(parse_colour("a=1"), ErrorCode::kUsage, {"NAME=HUE:SATURATION"}));
 }
 
 TEST(PredicateOptionsTest, RejectsInvalidNumbersByKey) {
   const auto refused = [](auto change, std::initializer_list<std::string> pieces) {
     PredicateOptions options;
     change(options);
-    return test::refuses(validate(options), ErrorCode::kUsage, pieces);
+    return test::rejects(validate(options), ErrorCode::kUsage, pieces);
   };
   EXPECT_TRUE(test::has_value(validate(PredicateOptions{})));
   EXPECT_TRUE(refused([](auto& o) { o.white = -1; }, {"predicates.white", "more than black"}));
@@ -117,17 +117,17 @@ TEST(PredicateOptionsTest, HuesAreTakenModulo360) {
     EXPECT_EQ(file->model.histogram.bars()[0].hue_deg, 40) << text;
   }
   options.histogram = {{"vessel", {}, std::nan(""), {}}};
-  EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(validate(options), ErrorCode::kUsage,
                             {"predicates.histogram.hue_deg", "finite"}));
   options.histogram = {{"vessel", {}, {}, 1.5}};
-  EXPECT_TRUE(test::refuses(validate(options), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(validate(options), ErrorCode::kUsage,
                             {"predicates.histogram.saturation", "0 to 1", "1.5"}));
 }
 
 TEST(PredicateOptionsTest, RejectsASetThatIsNeitherFileNorPresetByKey) {
   PredicateOptions options;
   options.set_up = "nope.json";
-  EXPECT_TRUE(test::refuses(set_up_of(options), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(set_up_of(options), ErrorCode::kUsage,
                             {"predicates.set_up: expected a file, or a predicate preset",
                              "carotid-vessel", "nope.json"}));
 }
@@ -194,11 +194,11 @@ TEST(PredicateOptionsTest, OptionsOverrideThePredicateSetAndContradictionsAreRej
   options.bright_vessels.reset();
   EXPECT_TRUE(set_up_of(options)->vessels.bright);
   options.smallest_radius_mm = 6;
-  EXPECT_TRUE(test::refuses(set_up_of(options), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(set_up_of(options), ErrorCode::kUsage,
                             {"smallest_radius_mm", "at most the largest radius, 4.5", "found 6"}));
   options.smallest_radius_mm.reset();
   options.largest_radius_mm = 1;
-  EXPECT_TRUE(test::refuses(set_up_of(options), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(set_up_of(options), ErrorCode::kUsage,
                             {"largest_radius_mm", "at least the smallest radius, 2", "found 1"}));
   std::filesystem::remove(path);
 }
@@ -207,7 +207,7 @@ TEST(PredicateOptionsTest, ASingleBarKeepsAllImportance) {
   render::PredicateModel one;
   one.entries.push_back({"vessel", render::PredicateExpression::kind("intensity")});
   one.histogram = *render::PredicateHistogram::create({{1, 0, 0}});
-  EXPECT_TRUE(test::refuses(apply_edits({{"vessel", 0.2}}, one), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(apply_edits({{"vessel", 0.2}}, one), ErrorCode::kUsage,
                             {"histogram.importance", "only one predicate", "0.2"}));
   EXPECT_TRUE(test::has_value(apply_edits({{"vessel", 1.0}}, one)));
 }
@@ -224,7 +224,7 @@ TEST(PredicateScribblesTest, ParsesStrokesAndFindsTheirSlice) {
   EXPECT_EQ(turned->plane_normal.v, Eigen::Vector3d::UnitX());
   for (const char* text :
        {"", "1,2", "1,2,3,4", "1,2,x", "radius=1", "1,2,3 radius=x", "1,2,3 normal=1,2"}) {
-    EXPECT_TRUE(test::refuses(parse_stroke("--show", Paint::kShow, text), ErrorCode::kUsage,
+    EXPECT_TRUE(test::rejects(parse_stroke("--show", Paint::kShow, text), ErrorCode::kUsage,
                               {"--show", std::string("'") + text + "'"}));
   }
   const auto thick = parse_stroke("--show", Paint::kShow, "1,2,3 normal=0,0,1 thickness=3");
@@ -240,7 +240,7 @@ TEST(PredicateScribblesTest, ParsesStrokesAndFindsTheirSlice) {
         Bad{"1e300,2,3", "points_mm", "1e6 mm", "1e+300"}}) {
     const auto refused = parse_stroke("--hide", Paint::kHide, text);
     EXPECT_TRUE(
-        test::refuses(refused, ErrorCode::kUsage, {"--hide", member, expected, found, text}));
+        test::rejects(refused, ErrorCode::kUsage, {"--hide", member, expected, found, text}));
   }
 }
 
@@ -278,7 +278,7 @@ TEST(PredicateScribblesTest, StrokesChangeTheHistogram) {
     }
   }
   const auto outside = parse_stroke("--show", Paint::kShow, "500,0,0");
-  EXPECT_TRUE(test::refuses(scribble(scene, {*show, *outside}, 0.25), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(scribble(scene, {*show, *outside}, 0.25), ErrorCode::kUsage,
                             {"stroke 2", "found none"}));
 }
 
@@ -296,19 +296,19 @@ TEST(PredicateScribblesTest, ReadsFilesAndNamesThePositionOfErrors) {
   EXPECT_EQ(strokes->front().paint, Paint::kHide);
   EXPECT_EQ(strokes->front().half_thickness_mm, 0.5);
   EXPECT_EQ(strokes->front().points[1].mm, Eigen::Vector3d(4, 5, 6));
-  const auto refuses = [&](const std::string& text, std::initializer_list<std::string> pieces,
+  const auto rejects = [&](const std::string& text, std::initializer_list<std::string> pieces,
                            ErrorCode code = ErrorCode::kMalformedData) {
-    return test::refuses(read(text), code, pieces);
+    return test::rejects(read(text), code, pieces);
   };
   EXPECT_TRUE(
-      refuses(R"({"sonde_scribbles": 2})", {"version 1", "newer"}, ErrorCode::kUnsupportedData));
-  EXPECT_TRUE(refuses(R"({"sonde_scribbles": 1})", {"strokes", "at least one"}));
-  EXPECT_TRUE(refuses(R"({"sonde_scribbles": 1, "strokes": [{"points_mm": [[1, 2]]}]})",
+      rejects(R"({"sonde_scribbles": 2})", {"version 1", "newer"}, ErrorCode::kUnsupportedData));
+  EXPECT_TRUE(rejects(R"({"sonde_scribbles": 1})", {"strokes", "at least one"}));
+  EXPECT_TRUE(rejects(R"({"sonde_scribbles": 1, "strokes": [{"points_mm": [[1, 2]]}]})",
                       {"strokes[0].points_mm[0]", "3 numbers"}));
   EXPECT_TRUE(
-      refuses(R"({"sonde_scribbles": 1, "strokes": [{"points_mm": [[1, 2, 3]], "paint": "blue"}]})",
+      rejects(R"({"sonde_scribbles": 1, "strokes": [{"points_mm": [[1, 2, 3]], "paint": "blue"}]})",
               {"strokes[0].paint", "show, hide or erase"}));
-  EXPECT_TRUE(refuses(R"({"sonde_scribbles": 1, "strokes": [{"points_mm": []}]})",
+  EXPECT_TRUE(rejects(R"({"sonde_scribbles": 1, "strokes": [{"points_mm": []}]})",
                       {"strokes[0].points_mm", "at least one point"}));
 }
 
@@ -336,14 +336,14 @@ TEST(PredicateLabelsTest, OneFileHasMasksSeveralHaveOneBitEach) {
   EXPECT_EQ(both->bits()[2], 1U);
   VoxelGrid other = grid;
   other.size = {2, 3, 2};
-  EXPECT_TRUE(test::refuses(read_labels({masks}, other, diagnostics), ErrorCode::kMalformedData,
+  EXPECT_TRUE(test::rejects(read_labels({masks}, other, diagnostics), ErrorCode::kMalformedData,
                             {"masks.mha", "2 x 3 x 2", "3 x 2 x 2"}));
   other = grid;
   other.origin_mm.x() += 1;
-  EXPECT_TRUE(test::refuses(read_labels({masks}, other, diagnostics), ErrorCode::kMalformedData,
+  EXPECT_TRUE(test::rejects(read_labels({masks}, other, diagnostics), ErrorCode::kMalformedData,
                             {"masks.mha", "at (1 0 0)"}));
   const auto negative = write("negative.mha", {0, -5, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}, grid);
-  EXPECT_TRUE(test::refuses(read_labels({negative}, grid, diagnostics), ErrorCode::kMalformedData,
+  EXPECT_TRUE(test::rejects(read_labels({negative}, grid, diagnostics), ErrorCode::kMalformedData,
                             {"0 to 4294967295", "-5"}));
 }
 
@@ -386,14 +386,14 @@ engine = "reference"
   ASSERT_TRUE(test::has_value(back));
   EXPECT_EQ(*to_toml(*back), *to_toml(*config));
   std::ofstream(path) << "[predicates]\nhistogram = [{entry = \"a\", height = 1}]\n";
-  EXPECT_TRUE(test::refuses(read_session_config(path), ErrorCode::kMalformedData,
+  EXPECT_TRUE(test::rejects(read_session_config(path), ErrorCode::kMalformedData,
                             {"predicates.histogram.height"}));
   std::ofstream(path) << "[predicates]\nhistogram = [{importance = 0.5}]\n";
   EXPECT_TRUE(
-      test::refuses(read_session_config(path), ErrorCode::kMalformedData,
+      test::rejects(read_session_config(path), ErrorCode::kMalformedData,
                     {"session.toml:2: predicates.histogram.entry: expected text, found nothing"}));
   std::ofstream(path) << "[predicates]\nlabels = \"a.mha\"\n";
-  EXPECT_TRUE(test::refuses(read_session_config(path), ErrorCode::kMalformedData,
+  EXPECT_TRUE(test::rejects(read_session_config(path), ErrorCode::kMalformedData,
                             {"predicates.labels", "a list of texts"}));
 }
 

@@ -52,23 +52,23 @@ TEST_F(LandmarkFileTest, ReadsTheAxesOfTheErrorsInBothFrames) {
   EXPECT_NEAR(list->shaped[0].ct_covariance_mm2(2, 2), 4, 1e-12);
   EXPECT_EQ(list->shaped[0].ct_covariance_mm2(0, 2), 0);
   EXPECT_NEAR(list->pairs[0].sigma_mm, std::sqrt((0.01 + 0.04 + 0.09 + 4) / 3), 1e-12);
-  EXPECT_TRUE(test::refuses(read(std::string(kHeader) + ",sigma_mm,reference_sigma_x_mm\n"),
+  EXPECT_TRUE(test::rejects(read(std::string(kHeader) + ",sigma_mm,reference_sigma_x_mm\n"),
                             ErrorCode::kMalformedData, {"column 8", "reference_sigma_x_mm"}));
 }
 
 TEST_F(LandmarkFileTest, RejectsErrorsByLineAndColumn) {
   using Code = ErrorCode;
   const std::string header = std::string(kHeader) + "\n";
-  EXPECT_TRUE(test::refuses(read("x,y,z\n1,2,3\n"), Code::kMalformedData, {":1:", "name", "x"}));
-  EXPECT_TRUE(test::refuses(read(header + "Tip,1,2,3,4,5\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read("x,y,z\n1,2,3\n"), Code::kMalformedData, {":1:", "name", "x"}));
+  EXPECT_TRUE(test::rejects(read(header + "Tip,1,2,3,4,5\n"), Code::kMalformedData,
                             {":2:", "7 values", "found 6"}));
-  EXPECT_TRUE(test::refuses(read(header + "Tip,1,2,nan,4,5,6\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read(header + "Tip,1,2,nan,4,5,6\n"), Code::kMalformedData,
                             {":2:", "reference_z_mm", "nan"}));
-  EXPECT_TRUE(test::refuses(read(header + "Tip,1,2,3,4,5,6mm\n"), Code::kMalformedData,
+  EXPECT_TRUE(test::rejects(read(header + "Tip,1,2,3,4,5,6mm\n"), Code::kMalformedData,
                             {"ct_z_mm", "6mm"}));
-  EXPECT_TRUE(test::refuses(read(header), Code::kMalformedData, {"found none"}));
+  EXPECT_TRUE(test::rejects(read(header), Code::kMalformedData, {"found none"}));
   EXPECT_TRUE(
-      test::refuses(read_landmarks(folder_ / "missing.csv"), Code::kNotFound, {"missing.csv"}));
+      test::rejects(read_landmarks(folder_ / "missing.csv"), Code::kNotFound, {"missing.csv"}));
 }
 
 /// Lines of a landmark file for pairs of points.

@@ -254,11 +254,11 @@ TEST(PanelsTest, SmallImagesShowTheNotes) {
     return compose_panels(view, {epoch, *ct, {}, {}, banner, {}, note, warning});
   };
   const auto silent = said("", "");
-  for (const auto& picture : {said("distance from the needle withdrawn: lost", ""),
-                              said("", "registration warning: few images")}) {
+  for (const auto& image : {said("distance from the needle withdrawn: lost", ""),
+                            said("", "registration warning: few images")}) {
     int changed = 0;
     for (int y = 0; y < 60; ++y) {
-      for (int x = 0; x < 300; ++x) changed += picture.at(x, y) == silent.at(x, y) ? 0 : 1;
+      for (int x = 0; x < 300; ++x) changed += image.at(x, y) == silent.at(x, y) ? 0 : 1;
     }
     EXPECT_GT(changed, 100);
   }

@@ -73,16 +73,16 @@ class PresenterTest : public ::testing::Test {
       : presenter_(*Presenter::create({{}, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0}, cube(),
                                       render::make_cpu_engine({.threads = 1}))) {}
   Image2d<Rgba8> present(const session::Epoch& shown) {
-    auto picture = presenter_.present(shown);
-    EXPECT_TRUE(test::has_value(picture));
-    return *picture;
+    auto image = presenter_.present(shown);
+    EXPECT_TRUE(test::has_value(image));
+    return *image;
   }
   /// Number of bright grey pixels in the ultrasound panel, away from its text and scale.
-  static int bright_pixels(const Image2d<Rgba8>& picture) {
+  static int bright_pixels(const Image2d<Rgba8>& image) {
     int count = 0;
     for (int y = 40; y < kViewHeight / 2 - 10; ++y) {
       for (int x = kViewWidth + 20; x < kViewWidth + kSide - 20; ++x) {
-        const Rgba8& p = picture.at(x, y);
+        const Rgba8& p = image.at(x, y);
         count += p.r > 240 && p.g > 240 && p.b > 240 ? 1 : 0;
       }
     }
@@ -92,9 +92,9 @@ class PresenterTest : public ::testing::Test {
 };
 
 TEST_F(PresenterTest, ShowsALiveImageInItsPanel) {
-  const auto picture = present(epoch(SafetyState::kValid, ""));
-  EXPECT_EQ(picture.width(), kViewWidth + kSide);
-  EXPECT_GT(bright_pixels(picture), 1000);
+  const auto image = present(epoch(SafetyState::kValid, ""));
+  EXPECT_EQ(image.width(), kViewWidth + kSide);
+  EXPECT_GT(bright_pixels(image), 1000);
 }
 
 TEST_F(PresenterTest, DrawsThePlannedPathAndTheMarginOfTheTarget) {
@@ -230,12 +230,12 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeByPredicatesWithPlaneAndCtSlice) {
 }
 
 /// Number of pixels of the 3D view with the hue of a predicate, without the legend.
-int green_pixels(const Image2d<Rgba8>& picture) {
+int green_pixels(const Image2d<Rgba8>& image) {
   constexpr int kLegend = 24;
   int count = 0;
   for (int y = 80; y < kViewHeight; ++y) {
     for (int x = kLegend; x < kViewWidth; ++x) {
-      const Rgba8& p = picture.at(x, y);
+      const Rgba8& p = image.at(x, y);
       count += p.g > p.r + 10 && p.g > p.b + 10 ? 1 : 0;
     }
   }
@@ -259,7 +259,7 @@ TEST_F(PresenterTest, DistancesUseTheLiveNeedleAndNeverItsLastPose) {
     const auto by_predicates = [&] {
       render::Scene scene = presenter_.scene(shown);
       if (!alone) scene.ct = scene.ultrasound->volume;
-      return place_of(scene);
+      return position_of(scene);
     };
     EXPECT_EQ(by_predicates().needle->a, Eigen::Vector3d(39, 39, 39)) << "grid mm";
     EXPECT_GT(green_pixels(present(shown)), 500);
@@ -292,8 +292,8 @@ TEST_F(PresenterTest, DistancesUseTheTargetOfTheSession) {
   plan.target_ct = {{1, 1, 1}};
   plan.target_radius_mm = 3;
   presenter_.set_facts({.plan = plan});
-  EXPECT_EQ(place_of(presenter_.scene(shown)).target->a, Eigen::Vector3d(46, 36, 41));
-  EXPECT_EQ(place_of(presenter_.scene(shown)).target->radius_mm, 4);
+  EXPECT_EQ(position_of(presenter_.scene(shown)).target->a, Eigen::Vector3d(46, 36, 41));
+  EXPECT_EQ(position_of(presenter_.scene(shown)).target->radius_mm, 4);
   EXPECT_GT(green_pixels(present(shown)), 500);
 }
 
@@ -520,7 +520,7 @@ TEST_F(PresenterTest, ProjectionsReachTheWantedError) {
     PresenterOptions options;
     options.width = kViewWidth;
     options.height = kViewHeight;
-    options.look.projection = projection;
+    options.appearance.projection = projection;
     std::vector<double> steps;
     for (const double rms : {2e-2, 2e-3}) {
       options.rms_error = rms;
@@ -562,16 +562,16 @@ TEST_F(PresenterTest, LooksFromTheFrontByDefault) {
 
 TEST_F(PresenterTest, RejectsAnUnknownPresetByName) {
   PresenterOptions options;
-  options.look.preset = "ct-magic";
+  options.appearance.preset = "ct-magic";
   const auto made = Presenter::create(options, cube(), render::make_cpu_engine());
-  EXPECT_TRUE(test::refuses(made, ErrorCode::kNotFound, {"ct-magic", "ct-bone"}));
+  EXPECT_TRUE(test::rejects(made, ErrorCode::kNotFound, {"ct-magic", "ct-bone"}));
 }
 
 TEST_F(PresenterTest, AProjectionKeepsTheGreyWindowOfItsFirstImage) {
-  SessionConfig::Look look;
-  look.projection = "maximum";
-  auto projecting = Presenter::create({look, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0}, marbles(),
-                                      render::make_cpu_engine({.threads = 1}));
+  SessionConfig::Appearance appearance;
+  appearance.projection = "maximum";
+  auto projecting = Presenter::create({appearance, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0},
+                                      marbles(), render::make_cpu_engine({.threads = 1}));
   ASSERT_TRUE(test::has_value(projecting));
   EXPECT_FALSE(projecting->grey());
   const session::Epoch shown = epoch(SafetyState::kValid, "");
@@ -590,10 +590,10 @@ TEST_F(PresenterTest, AProjectionKeepsTheGreyWindowOfItsFirstImage) {
 }
 
 TEST_F(PresenterTest, AProjectionWithASingleValueHasANote) {
-  SessionConfig::Look look;
-  look.projection = "mean";
-  auto projecting = Presenter::create({look, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0}, cube(),
-                                      render::make_cpu_engine({.threads = 1}));
+  SessionConfig::Appearance appearance;
+  appearance.projection = "mean";
+  auto projecting = Presenter::create({appearance, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0},
+                                      cube(), render::make_cpu_engine({.threads = 1}));
   ASSERT_TRUE(test::has_value(projecting));
   ASSERT_TRUE(test::has_value(projecting->present(epoch(SafetyState::kValid, ""))));
   EXPECT_NE(projecting->note().find("projection mean: every ray finds one value"),

@@ -166,19 +166,19 @@ TEST(AnisotropicLandmarksTest, RejectsInvalidCovariancesByName) {
   auto list = exact();
   list[1].ct_covariance_mm2(0, 1) += 1;
   EXPECT_TRUE(
-      test::refuses(register_anisotropic_landmarks(list), code, {"point 1", "Ct", "symmetric"}));
+      test::rejects(register_anisotropic_landmarks(list), code, {"point 1", "Ct", "symmetric"}));
   list = exact();
   list[2].reference_covariance_mm2(2, 2) = -4;
-  EXPECT_TRUE(test::refuses(register_anisotropic_landmarks(list), code, {"point 2", "Reference"}));
+  EXPECT_TRUE(test::rejects(register_anisotropic_landmarks(list), code, {"point 2", "Reference"}));
   list = exact();
   list[0].reference_covariance_mm2(0, 0) = std::nan("");
-  EXPECT_TRUE(test::refuses(register_anisotropic_landmarks(list), code, {"point 0", "finite"}));
+  EXPECT_TRUE(test::rejects(register_anisotropic_landmarks(list), code, {"point 0", "finite"}));
   list = exact();
   list[4].reference_covariance_mm2.setZero();
   list[4].ct_covariance_mm2.setZero();
-  EXPECT_TRUE(test::refuses(register_anisotropic_landmarks(list), code, {"point 4", "0.001"}));
+  EXPECT_TRUE(test::rejects(register_anisotropic_landmarks(list), code, {"point 4", "0.001"}));
   list.resize(2);
-  EXPECT_TRUE(test::refuses(register_anisotropic_landmarks(list), code, {"at least 3"}));
+  EXPECT_TRUE(test::rejects(register_anisotropic_landmarks(list), code, {"at least 3"}));
 }
 
 TEST(TreMapTest, EqualsTheFormulaAtItsNodes) {

@@ -145,15 +145,15 @@ TEST(LandmarksTest, LeaveOneOutErrorIdentifiesTheBadPoint) {
 TEST(LandmarksTest, RejectsPointsThatDetermineNoPose) {
   const auto code = ErrorCode::kMalformedData;
   auto pairs = exact_pairs();
-  EXPECT_TRUE(test::refuses(register_landmarks(std::span(pairs).first(2)), code,
+  EXPECT_TRUE(test::rejects(register_landmarks(std::span(pairs).first(2)), code,
                             {"at least 3", "found 2"}));
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     pairs[i].reference.mm = Eigen::Vector3d(static_cast<double>(i) * 20, 5, 5);
   }
-  EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"Reference", "collinear"}));
+  EXPECT_TRUE(test::rejects(register_landmarks(pairs), code, {"Reference", "collinear"}));
   pairs = exact_pairs();
   for (auto& pair : pairs) pair.ct.mm = Eigen::Vector3d(1, 2, 3);
-  EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"Ct", "coincident"}));
+  EXPECT_TRUE(test::rejects(register_landmarks(pairs), code, {"Ct", "coincident"}));
 }
 
 TEST(LandmarksTest, RejectsInvalidPairsByName) {
@@ -161,43 +161,43 @@ TEST(LandmarksTest, RejectsInvalidPairsByName) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   auto pairs = exact_pairs();
   pairs[1].ct.mm.x() = nan;
-  EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"point 1", "Ct", "NaN"}));
+  EXPECT_TRUE(test::rejects(register_landmarks(pairs), code, {"point 1", "Ct", "NaN"}));
   pairs = exact_pairs();
   pairs[4].reference.mm.z() = std::numeric_limits<double>::infinity();
-  EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"point 4", "Reference"}));
+  EXPECT_TRUE(test::rejects(register_landmarks(pairs), code, {"point 4", "Reference"}));
   for (const double sigma : {0.0, -1.0, nan}) {
     pairs = exact_pairs();
     pairs[3].sigma_mm = sigma;
-    EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"point 3", "sigma"}));
+    EXPECT_TRUE(test::rejects(register_landmarks(pairs), code, {"point 3", "sigma"}));
   }
   pairs = exact_pairs();
   pairs[5].name = "point 0";
-  EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"point 0", "twice"}));
+  EXPECT_TRUE(test::rejects(register_landmarks(pairs), code, {"point 0", "twice"}));
   pairs[5].name.clear();
-  EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"landmark 5", "name"}));
+  EXPECT_TRUE(test::rejects(register_landmarks(pairs), code, {"landmark 5", "name"}));
 }
 
 TEST(LandmarksTest, RejectsHugeCoordinatesAndTooManyPairs) {
   const auto code = ErrorCode::kMalformedData;
   auto pairs = exact_pairs();
   for (auto& pair : pairs) pair.ct.mm *= 1e200;  // The squares of these coordinates are infinite.
-  EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"point 0", "Ct", "1e7 mm"}));
+  EXPECT_TRUE(test::rejects(register_landmarks(pairs), code, {"point 0", "Ct", "1e7 mm"}));
   pairs = exact_pairs();
   pairs[2].reference.mm.y() = -2e7;
-  EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"point 2", "Reference", "-2e+07"}));
+  EXPECT_TRUE(test::rejects(register_landmarks(pairs), code, {"point 2", "Reference", "-2e+07"}));
   const auto some = exact_pairs();
   pairs.clear();
   for (std::size_t i = 0; i < 1001; ++i) {
     pairs.push_back(some[i % some.size()]);
     pairs.back().name = std::to_string(i);
   }
-  EXPECT_TRUE(test::refuses(register_landmarks(pairs), code, {"at most 1000", "found 1001"}));
+  EXPECT_TRUE(test::rejects(register_landmarks(pairs), code, {"at most 1000", "found 1001"}));
 }
 
 TEST(LandmarksTest, RejectsAMirroredList) {
   auto pairs = exact_pairs();
   for (auto& pair : pairs) pair.ct.mm.x() = -pair.ct.mm.x();
-  EXPECT_TRUE(test::refuses(register_landmarks(pairs), ErrorCode::kMalformedData, {"reflection"}));
+  EXPECT_TRUE(test::rejects(register_landmarks(pairs), ErrorCode::kMalformedData, {"reflection"}));
 }
 
 TEST(LandmarksTest, NearlyPlanarNoisyPointsAreNotMirrored) {

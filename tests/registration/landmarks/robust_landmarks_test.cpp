@@ -118,14 +118,14 @@ TEST(RobustLandmarksTest, RejectsAListWithoutAMajority) {
     pairs[i].ct.mm += 30.0 * Eigen::Vector3d(std::sin(2.0 * static_cast<double>(i)),
                                              std::cos(3.0 * static_cast<double>(i)), 1);
   }
-  EXPECT_TRUE(test::refuses(register_landmarks_robustly(pairs), ErrorCode::kRefused,
+  EXPECT_TRUE(test::rejects(register_landmarks_robustly(pairs), ErrorCode::kRefused,
                             {"more than half of the 8 pairs", "'0'"}));
 }
 
 TEST(RobustLandmarksTest, RejectsFourPairsWithOneWrong) {
   auto pairs = pairs_of(4, 4);
   pairs[3].ct.mm.x() += 25;
-  EXPECT_TRUE(test::refuses(register_landmarks_robustly(pairs), ErrorCode::kRefused,
+  EXPECT_TRUE(test::rejects(register_landmarks_robustly(pairs), ErrorCode::kRefused,
                             {"at least 4", "found 3"}));
 }
 
@@ -134,12 +134,12 @@ TEST(RobustLandmarksTest, RejectsWhatTheClosedFormRejects) {
   for (auto& pair : pairs) pair.ct.mm.x() *= -1;  // A flipped axis.
   EXPECT_FALSE(register_landmarks_robustly(pairs).has_value());
   pairs = pairs_of(2, 6);
-  EXPECT_TRUE(test::refuses(register_landmarks_robustly(pairs), ErrorCode::kMalformedData,
+  EXPECT_TRUE(test::rejects(register_landmarks_robustly(pairs), ErrorCode::kMalformedData,
                             {"at least 3 pairs"}));
   pairs = pairs_of(5, 7);
   pairs[1].ct.mm.x() = std::nan("");
   EXPECT_FALSE(register_landmarks_robustly(pairs).has_value());
-  EXPECT_TRUE(test::refuses(register_landmarks_robustly(pairs_of(5, 7), {.inlier_sigmas = 0}),
+  EXPECT_TRUE(test::rejects(register_landmarks_robustly(pairs_of(5, 7), {.inlier_sigmas = 0}),
                             ErrorCode::kUsage, {"inlier_sigmas"}));
 }
 

@@ -54,10 +54,10 @@ Pose true_pose(const Transform<Reference, Reference>& tissue) {
   return test::true_pose() * tissue.inverse();
 }
 
-TrackedFrame carried(const TrackedFrame& picture, const Transform<Reference, Reference>& tissue) {
-  TrackedFrame moved_picture = picture;
-  moved_picture.reference_from_image = tissue * picture.reference_from_image;
-  return moved_picture;
+TrackedFrame carried(const TrackedFrame& image, const Transform<Reference, Reference>& tissue) {
+  TrackedFrame moved_image = image;
+  moved_image.reference_from_image = tissue * image.reference_from_image;
+  return moved_image;
 }
 
 /// Displacement by a breath of 4 s and \p mm amplitude, mostly along one axis.
@@ -68,11 +68,11 @@ Transform<Reference, Reference> breath(double mm, std::size_t frame) {
           depth * mm * Vec(0.3, 0.2, 0.93)};
 }
 
-double error_mm(const TrackedFrame& picture, const Pose& found, const Pose& truth) {
+double error_mm(const TrackedFrame& image, const Pose& found, const Pose& truth) {
   double sum = 0;
   for (const double column : {0.0, 79.0}) {
     for (const double row : {0.0, 79.0}) {
-      const auto p = picture.reference_from_image * picture.frame.grid.at(column, row);
+      const auto p = image.reference_from_image * image.frame.grid.at(column, row);
       sum += ((found * p).mm - (truth * p).mm).squaredNorm() / 4;
     }
   }
@@ -91,12 +91,12 @@ TEST(LiveRegistrationTest, FollowsABreathingPatient) {
   double without = 0;
   for (std::size_t i = 0; i < scene().frames.size(); ++i) {
     const auto tissue = breath(10, i);
-    const auto picture = carried(scene().frames[i], tissue);
-    const auto update = live.update(picture);
+    const auto image = carried(scene().frames[i], tissue);
+    const auto update = live.update(image);
     ASSERT_TRUE(update) << update.error().message;
     EXPECT_EQ(update->state, LiveState::kFollowing) << update->cause;
-    errors.push_back(error_mm(picture, update->ct_from_reference, true_pose(tissue)));
-    without = std::max(without, error_mm(picture, test::true_pose(), true_pose(tissue)));
+    errors.push_back(error_mm(image, update->ct_from_reference, true_pose(tissue)));
+    without = std::max(without, error_mm(image, test::true_pose(), true_pose(tissue)));
   }
   EXPECT_GT(without, 8) << "the patient does move";
   std::ranges::sort(errors);
@@ -117,14 +117,14 @@ TEST(LiveRegistrationTest, ManyImagesOfAnotherPatientWithdrawTheRegistration) {
   options.max_cost = 1;   // No single image is rejected.
   options.drift_mm = 90;  // The registration follows the pose wherever it leads.
   options.jump_mm = 100;
-  options.evidence_pictures = 39;
+  options.evidence_images = 39;
   auto right = start(options);
   auto wrong = start(options);
   for (std::size_t i = 0; i < other.frames().size(); ++i) {
-    TrackedFrame picture = other.frames()[i];
-    picture.frame.acquired = scene().frames[i].frame.acquired;
+    TrackedFrame image = other.frames()[i];
+    image.frame.acquired = scene().frames[i].frame.acquired;
     const auto own = right.update(scene().frames[i]);
-    const auto update = wrong.update(picture);
+    const auto update = wrong.update(image);
     ASSERT_TRUE(own);
     ASSERT_TRUE(update);
     EXPECT_EQ(own->state, LiveState::kFollowing) << own->cause;
@@ -140,10 +140,10 @@ TEST(LiveRegistrationTest, ManyImagesOfAnotherPatientWithdrawTheRegistration) {
 TEST(LiveRegistrationTest, StaysFixedForAPatientWhoDoesNotMove) {
   auto live = start({});
   double worst = 0;
-  for (const auto& picture : scene().frames) {
-    const auto update = live.update(picture);
+  for (const auto& image : scene().frames) {
+    const auto update = live.update(image);
     ASSERT_TRUE(update);
-    worst = std::max(worst, error_mm(picture, update->ct_from_reference, test::true_pose()));
+    worst = std::max(worst, error_mm(image, update->ct_from_reference, test::true_pose()));
     EXPECT_EQ(update->state, LiveState::kFollowing);
     EXPECT_GT(update->predicted_rms_mm, 0);
   }
@@ -153,10 +153,10 @@ TEST(LiveRegistrationTest, StaysFixedForAPatientWhoDoesNotMove) {
 TEST(LiveRegistrationTest, ReducesASmallErrorOfTheAcceptedPose) {
   auto live = start({}, test::off_by(test::true_pose(), 3, 0.03, 4));
   double last = 0;
-  for (const auto& picture : scene().frames) {
-    const auto update = live.update(picture);
+  for (const auto& image : scene().frames) {
+    const auto update = live.update(image);
     ASSERT_TRUE(update);
-    last = error_mm(picture, update->ct_from_reference, test::true_pose());
+    last = error_mm(image, update->ct_from_reference, test::true_pose());
   }
   EXPECT_LT(last, 1.6);
 }
@@ -241,8 +241,8 @@ TEST(LiveRegistrationTest, AnotherPatientIsNotFollowedSilently) {
                            // of 0.2.
   auto live = start(options);
   int following = 0;
-  for (const auto& picture : sweep.frames()) {
-    const auto update = live.update(picture);
+  for (const auto& image : sweep.frames()) {
+    const auto update = live.update(image);
     ASSERT_TRUE(update);
     following += update->state == LiveState::kFollowing ? 1 : 0;
   }
@@ -253,18 +253,18 @@ TEST(LiveRegistrationTest, ToleratesSaturationRepeatedImagesAndDistantOrigins) {
   auto live = start({});
   double worst = 0;
   for (std::size_t i = 0; i < scene().frames.size(); ++i) {
-    TrackedFrame picture = scene().frames[i];
+    TrackedFrame image = scene().frames[i];
     if (i % 3 == 1) {  // A saturated image.
       std::vector<std::uint8_t> grey;
-      for (const auto v : picture.frame.pixels.pixels()) {
+      for (const auto v : image.frame.pixels.pixels()) {
         grey.push_back(static_cast<std::uint8_t>(std::min(255, 2 * v)));
       }
-      picture.frame.pixels = Image2d<std::uint8_t>(80, 80, std::move(grey));
+      image.frame.pixels = Image2d<std::uint8_t>(80, 80, std::move(grey));
     }
-    const auto update = live.update(picture);
+    const auto update = live.update(image);
     ASSERT_TRUE(update);
     ASSERT_TRUE(update->ct_from_reference.translation_mm().allFinite());
-    worst = std::max(worst, error_mm(picture, update->ct_from_reference, test::true_pose()));
+    worst = std::max(worst, error_mm(image, update->ct_from_reference, test::true_pose()));
   }
   EXPECT_LT(worst, 3.2);
   EXPECT_FALSE(live.update(scene().frames.back())) << "the same time again";

@@ -44,15 +44,15 @@ struct Breathing {
     volume = test::blob_ct(patient, grid);
     ct = *make_ct_channels(*volume, box_of(grid), 1.2);
     for (int f = 0; f < 36; ++f) phases.push_back(std::fmod(0.17 * f, 1.0));
-    const auto pictures = test::moved_pictures(
+    const auto images = test::moved_images(
         patient, 36, 2.6, [&](int f, const Vec& now, const Vec& beam) -> test::AtRest {
           const auto back = motion(phases[static_cast<std::size_t>(f)], mm).inverse();
           return {(back * Point<frames::Ct>{now}).mm, back.rotation() * beam};
         });
-    for (const Vec& p : pictures.places_ct_mm) {
+    for (const Vec& p : images.places_ct_mm) {
       places.push_back((test::true_pose().inverse() * Point<frames::Ct>{p}).mm);
     }
-    sweep = pictures.sweep;
+    sweep = images.sweep;
     patches = make_patches(*sweep, *shadow_masks(*sweep, {}), {1.6, 9, 1500, 1}, 1.2);
   }
 

@@ -270,7 +270,7 @@ TEST(SkinSearchTest, TheTimeLimitBoundsTheSearch) {
   const double wall_s = seconds_since(start);
   // Parts that cannot be interrupted: the skin of the CT and one level of patches.
   constexpr double kUninterrupted = 0.5;
-  EXPECT_TRUE(test::refuses(run(1e-9), ErrorCode::kTimeout, {"time limit", "found none"}));
+  EXPECT_TRUE(test::rejects(run(1e-9), ErrorCode::kTimeout, {"time limit", "found none"}));
   EXPECT_LT(process_s() - before_s - whole_s, kUninterrupted * whole_s);
   for (const double share : {0.05, 0.2, 0.4, 0.6, 0.8, 0.9}) {
     const auto found = run(share * wall_s);
@@ -292,7 +292,7 @@ TEST(SkinSearchTest, ACancelledSearchReportsIt) {
     asked = 0;
     const auto found = register_on_skin(trunk_ct(), side_sweep(Trunk()), options, {}, diagnostics,
                                         [&](double) { return ++asked < after; });
-    EXPECT_TRUE(test::refuses(found, ErrorCode::kCancelled, {"cancelled"})) << after;
+    EXPECT_TRUE(test::rejects(found, ErrorCode::kCancelled, {"cancelled"})) << after;
   }
 }
 

@@ -147,13 +147,13 @@ struct Case {
     return mm * w * Vec(0.3, 0.5, 0.81);
   }
   explicit Case(double mm) {
-    auto pictures = test::moved_pictures(patient, 24, 4,
-                                         [&](int, const Vec& now, const Vec& beam) -> test::AtRest {
-                                           return {now + bump(now, mm), beam};
-                                         });
-    targets = std::move(pictures.places_ct_mm);
+    auto images = test::moved_images(patient, 24, 4,
+                                     [&](int, const Vec& now, const Vec& beam) -> test::AtRest {
+                                       return {now + bump(now, mm), beam};
+                                     });
+    targets = std::move(images.places_ct_mm);
     const Volume volume = test::blob_ct(patient, test::cubic_grid(75));
-    auto seen = *motion_evidence(volume, pictures.sweep, test::true_pose(), {});
+    auto seen = *motion_evidence(volume, images.sweep, test::true_pose(), {});
     ct = std::move(seen.ct);
     patches = std::move(seen.patches);
   }

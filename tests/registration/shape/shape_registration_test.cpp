@@ -341,27 +341,27 @@ TEST(ShapeRegistrationTest, RejectsInvalidInput) {
   auto points = touched(landscape, 50, 0, 1);
   const auto solve = [&] { return register_points(points, landscape_field(), test::true_pose()); };
   points[7].mm.x() = std::nan("");
-  EXPECT_TRUE(test::refuses(solve(), code, {"point 7", "NaN"}));
+  EXPECT_TRUE(test::rejects(solve(), code, {"point 7", "NaN"}));
   points[7].mm.x() = 1e300;  // The square of this coordinate is infinite.
-  EXPECT_TRUE(test::refuses(solve(), code, {"point 7", "1e7 mm", "1e+300"}));
+  EXPECT_TRUE(test::rejects(solve(), code, {"point 7", "1e7 mm", "1e+300"}));
   points = touched(landscape, 19, 0, 1);
-  EXPECT_TRUE(test::refuses(solve(), code, {"20 points", "19"}));
+  EXPECT_TRUE(test::rejects(solve(), code, {"20 points", "19"}));
   points.assign(50, points[0]);
-  EXPECT_TRUE(test::refuses(solve(), ErrorCode::kRefused, {"one position"}));
-  EXPECT_TRUE(test::refuses(register_points(touched(landscape, 50, 0, 1), landscape_field(),
+  EXPECT_TRUE(test::rejects(solve(), ErrorCode::kRefused, {"one position"}));
+  EXPECT_TRUE(test::rejects(register_points(touched(landscape, 50, 0, 1), landscape_field(),
                                             test::true_pose(), {.keep_fraction = 0}),
                             ErrorCode::kUsage, {"keep_fraction"}));
-  EXPECT_TRUE(test::refuses(register_points(touched(landscape, 50, 0, 1), landscape_field(),
+  EXPECT_TRUE(test::rejects(register_points(touched(landscape, 50, 0, 1), landscape_field(),
                                             test::true_pose(), {}, [] { return false; }),
                             ErrorCode::kCancelled, {}));
   TriangleMesh mesh{{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}}, "thin.stl"};
-  EXPECT_TRUE(test::refuses(surface_shape(mesh, 2), code, {"thin.stl", "area"}));
+  EXPECT_TRUE(test::rejects(surface_shape(mesh, 2), code, {"thin.stl", "area"}));
   mesh.triangles = {{0, 1, 3}};
-  EXPECT_TRUE(test::refuses(surface_shape(mesh, 2), code, {"triangle 0", "0 to 2"}));
+  EXPECT_TRUE(test::rejects(surface_shape(mesh, 2), code, {"triangle 0", "0 to 2"}));
   mesh = {{{0, 0, 0}, {1, 0, 0}, {0, std::nan(""), 0}}, {{0, 1, 2}}, "thin.stl"};
-  EXPECT_TRUE(test::refuses(surface_shape(mesh, 2), code, {"triangle 0", "finite"}));
+  EXPECT_TRUE(test::rejects(surface_shape(mesh, 2), code, {"triangle 0", "finite"}));
   mesh.points_mm[2] = {0, 1e6, 0};
-  EXPECT_TRUE(test::refuses(surface_shape(mesh, 1), code, {"2^24"}));
+  EXPECT_TRUE(test::rejects(surface_shape(mesh, 1), code, {"2^24"}));
 }
 
 }  // namespace

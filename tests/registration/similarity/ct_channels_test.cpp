@@ -444,10 +444,10 @@ TEST(PatchChannelsTest, ANonFinitePatchIsNoMatch) {
 TEST(CtChannelsTest, ReportsHowFarABoxLiesOutsideTheCt) {
   const Volume ct = random_ct({20, 20, 20}, {2, 2, 3});  // The CT spans 0 to 38, 38 and 57 mm.
   const CtBox beyond{{0, 0, 60.5}, {10, 10, 70}};
-  EXPECT_TRUE(test::refuses(make_ct_channels(ct, beyond, 2), ErrorCode::kRefused,
+  EXPECT_TRUE(test::rejects(make_ct_channels(ct, beyond, 2), ErrorCode::kRefused,
                             {"random", "outside along axis 2, 3.5 mm beyond"}));
   const CtBox before{{0, -30, 0}, {10, -25, 10}};
-  EXPECT_TRUE(test::refuses(make_ct_channels(ct, before, 2), ErrorCode::kRefused,
+  EXPECT_TRUE(test::rejects(make_ct_channels(ct, before, 2), ErrorCode::kRefused,
                             {"outside along axis 1, 25.0 mm beyond"}));
 }
 

@@ -229,11 +229,11 @@ struct Pulls {
   LocalShape shape{{{0, 0, 0}}, Matrix6d::Identity(), {}, {}};
   PatchSet patches;
   SweepPoints sweep;
-  Pulls(int pictures, int each) {
-    for (int i = 0; i < pictures * each; ++i) {
+  Pulls(int images, int each) {
+    for (int i = 0; i < images * each; ++i) {
       Patch patch{};
       patch.frame = i / each;
-      patch.weight = 1.0 / (pictures * each);
+      patch.weight = 1.0 / (images * each);
       patches.patches.push_back(patch);
       Vector6d pull = Vector6d::Zero();
       pull[3] = (patch.frame % 2 == 0 ? 3 : -3) * patch.weight;

@@ -6,7 +6,7 @@
 #include <functional>
 #include <gtest/gtest.h>
 
-#include "registration/similarity/picture_outline.hpp"
+#include "registration/similarity/image_outline.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace nav::registration {
@@ -149,28 +149,28 @@ TEST(ShadowMaskTest, RejectsInvalidOptionsAndGeometry) {
   const Sweep sweep = painted([](int, const Eigen::Vector2d&) { return 100; });
   ShadowMaskOptions options;
   options.near_field_mm = std::nan("");
-  EXPECT_TRUE(test::refuses(shadow_masks(sweep, options), ErrorCode::kUsage, {"near_field_mm"}));
+  EXPECT_TRUE(test::rejects(shadow_masks(sweep, options), ErrorCode::kUsage, {"near_field_mm"}));
   options = {};
   options.drop_grey = 0;
-  EXPECT_TRUE(test::refuses(shadow_masks(sweep, options), ErrorCode::kUsage, {"drop_grey"}));
+  EXPECT_TRUE(test::rejects(shadow_masks(sweep, options), ErrorCode::kUsage, {"drop_grey"}));
   const SectorOutline inverted{{0, -60}, 150, 60, 0.5};
-  EXPECT_TRUE(test::refuses(
+  EXPECT_TRUE(test::rejects(
       shadow_masks(painted([](int, const Eigen::Vector2d&) { return 100; }, inverted), {}),
       ErrorCode::kMalformedData, {"image 0", "radius"}));
   // Depth bins and lines are one millimetre apart. These outlines would need 10^10 of them.
   for (const SectorOutline& far :
        {SectorOutline{{0, -60}, 60, 1e10, 0.5}, SectorOutline{{0, -1e10}, 1e10, 1e10 + 100, 1.0}}) {
-    EXPECT_TRUE(test::refuses(
+    EXPECT_TRUE(test::rejects(
         shadow_masks(painted([](int, const Eigen::Vector2d&) { return 100; }, far), {}),
         ErrorCode::kMalformedData, {"image 0", "1000 mm deep", "radii in mm"}));
   }
   std::vector<TrackedFrame> frames = sweep.frames();
   for (TrackedFrame& tracked : frames) tracked.frame.grid.mm_per_pixel *= 100;
-  EXPECT_TRUE(test::refuses(shadow_masks(*Sweep::create(std::move(frames), "metres"), {}),
+  EXPECT_TRUE(test::rejects(shadow_masks(*Sweep::create(std::move(frames), "metres"), {}),
                             ErrorCode::kMalformedData, {"image 0", "at most 1000 mm", "pixels"}));
 }
 
-TEST(PictureOutlineTest, FindsTheSectorOfARecordingWithoutOutline) {
+TEST(ImageOutlineTest, FindsTheSectorOfARecordingWithoutOutline) {
   const SectorOutline truth{{2, -30}, 42, 118, 0.45};
   // With shadows, a vessel, and a lack of contact at one side of the face.
   const auto grey = [&](int f, const Eigen::Vector2d& p) {
@@ -191,7 +191,7 @@ TEST(PictureOutlineTest, FindsTheSectorOfARecordingWithoutOutline) {
             found->half_angle_rad);
 }
 
-TEST(PictureOutlineTest, ALinearProbeOrABlackSweepHasNoSector) {
+TEST(ImageOutlineTest, ALinearProbeOrABlackSweepHasNoSector) {
   const auto none = [](const std::function<int(int, Eigen::Vector2d)>& grey) {
     return !sector_of(painted(grey)).has_value();
   };
@@ -203,7 +203,7 @@ TEST(PictureOutlineTest, ALinearProbeOrABlackSweepHasNoSector) {
       none([](int, const Eigen::Vector2d& p) { return p.x() > 0.6 * p.y() - 50 ? 80 : 0; }));
 }
 
-TEST(PictureOutlineTest, KeepsAnOutlineFromTheRecording) {
+TEST(ImageOutlineTest, KeepsAnOutlineFromTheRecording) {
   const SectorOutline own{{0, -20}, 25, 100, 0.3};
   const auto sweep = with_outline(painted([](int, const Eigen::Vector2d&) { return 80; }, own));
   EXPECT_EQ(sweep.frames().front().frame.outline->radius_max_mm, 100);

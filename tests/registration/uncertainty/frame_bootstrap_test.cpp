@@ -19,7 +19,7 @@ namespace {
 constexpr double kWayMm = 2;
 
 /// Images with random gradients around a minimum. Each image has an equal share of the Hessian.
-LocalShape shape_of(int pictures, unsigned seed = 3) {
+LocalShape shape_of(int images, unsigned seed = 3) {
   std::mt19937 random(seed);
   std::normal_distribution<double> normal;
   LocalShape shape{{{10, -20, 30}}, Matrix6d::Zero(), {}, {}};
@@ -28,25 +28,25 @@ LocalShape shape_of(int pictures, unsigned seed = 3) {
   shape.hessian = diagonal.asDiagonal();
   shape.hessian(0, 4) = shape.hessian(4, 0) = 0.5;
   Vector6d mean = Vector6d::Zero();
-  for (int i = 0; i < pictures; ++i) {
-    PictureShape picture{i, 1.0 / pictures, i == 0 ? 0 : kWayMm, Vector6d::Zero(),
-                         shape.hessian / pictures};
-    for (int k = 0; k < 6; ++k) picture.gradient[k] = normal(random) / pictures;
-    mean += picture.gradient / pictures;
-    shape.pictures.push_back(picture);
+  for (int i = 0; i < images; ++i) {
+    ImageShape image{i, 1.0 / images, i == 0 ? 0 : kWayMm, Vector6d::Zero(),
+                     shape.hessian / images};
+    for (int k = 0; k < 6; ++k) image.gradient[k] = normal(random) / images;
+    mean += image.gradient / images;
+    shape.images.push_back(image);
   }
-  for (PictureShape& picture : shape.pictures) picture.gradient -= mean;
+  for (ImageShape& image : shape.images) image.gradient -= mean;
   return shape;
 }
 
 BootstrapOptions many(double block_mm) { return {20000, block_mm, 1}; }
 
-TEST(PictureDrawsTest, DrawsBlocksOfNeighboursEvenly) {
+TEST(ImageDrawsTest, DrawsBlocksOfNeighboursEvenly) {
   const std::vector<double> ways(29, kWayMm);
-  const PictureDraws draws(ways, many(3 * kWayMm));
+  const ImageDraws draws(ways, many(3 * kWayMm));
   EXPECT_EQ(draws.block(), 3);
   EXPECT_EQ(draws.blocks(), 10);
-  EXPECT_EQ(draws.starts(7), PictureDraws(ways, many(3 * kWayMm)).starts(7));
+  EXPECT_EQ(draws.starts(7), ImageDraws(ways, many(3 * kWayMm)).starts(7));
   EXPECT_NE(draws.starts(7), draws.starts(8));
   std::vector<double> mean(30, 0);
   constexpr int kReplicates = 4000;
@@ -59,10 +59,10 @@ TEST(PictureDrawsTest, DrawsBlocksOfNeighboursEvenly) {
   for (const double one : mean) EXPECT_NEAR(one, 1, 5 * std::sqrt(1.0 / kReplicates));
 }
 
-TEST(PictureDrawsTest, ImagesOfOnePlaneAreOneBlock) {
-  EXPECT_EQ(PictureDraws(std::vector<double>(11, 0.0), {}).block(), 12);
-  EXPECT_EQ(PictureDraws({}, {}).block(), 1);
-  EXPECT_EQ(PictureDraws(std::vector<double>(11, 50.0), {}).block(), 1);
+TEST(ImageDrawsTest, ImagesOfOnePlaneAreOneBlock) {
+  EXPECT_EQ(ImageDraws(std::vector<double>(11, 0.0), {}).block(), 12);
+  EXPECT_EQ(ImageDraws({}, {}).block(), 1);
+  EXPECT_EQ(ImageDraws(std::vector<double>(11, 50.0), {}).block(), 1);
 }
 
 TEST(FrameBootstrapTest, AgreesWithItsClosedForm) {
@@ -79,7 +79,7 @@ TEST(FrameBootstrapTest, AgreesWithItsClosedForm) {
     for (std::size_t first = 0; first < 32; ++first) {
       Vector6d sum = Vector6d::Zero();
       for (std::size_t i = 0; i < static_cast<std::size_t>(block); ++i) {
-        sum += shape.pictures[(first + i) % 32].gradient;
+        sum += shape.images[(first + i) % 32].gradient;
       }
       scatter += sum * sum.transpose() / block;
     }
@@ -105,15 +105,15 @@ TEST(FrameBootstrapTest, TheSeedDeterminesTheBits) {
 }
 
 TEST(FrameBootstrapTest, TooFewImagesAreReportedAndNeverGiveNan) {
-  for (const int pictures : {0, 1, 2, 3, kLeastPictures - 1}) {
-    const FrameBootstrap found = frame_bootstrap(shape_of(pictures), {});
+  for (const int images : {0, 1, 2, 3, kLeastImages - 1}) {
+    const FrameBootstrap found = frame_bootstrap(shape_of(images), {});
     EXPECT_FALSE(found.valid);
-    EXPECT_NE(found.fault.find("found " + std::to_string(pictures)), std::string::npos)
+    EXPECT_NE(found.fault.find("found " + std::to_string(images)), std::string::npos)
         << found.fault;
     EXPECT_TRUE(std::isinf(found.tre_rms_mm({{0, 0, 0}})));
     EXPECT_TRUE(std::isinf(found.tre_quantile_mm({{0, 0, 0}}, 0.95)));
   }
-  EXPECT_TRUE(frame_bootstrap(shape_of(kLeastPictures), {}).valid);
+  EXPECT_TRUE(frame_bootstrap(shape_of(kLeastImages), {}).valid);
   EXPECT_FALSE(frame_bootstrap(shape_of(20), {.replicates = 0}).valid);
 }
 
@@ -134,11 +134,11 @@ TEST(FrameBootstrapTest, ImagesWithoutWeightAreNotDrawn) {
   const LocalShape shape = shape_of(20);
   LocalShape more = shape;
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  more.pictures.insert(more.pictures.begin() + 5,
-                       {99, 0, 0.5 * kWayMm, Vector6d::Constant(kNan), Matrix6d::Zero()});
-  more.pictures[6].way_mm = 0.5 * kWayMm;
+  more.images.insert(more.images.begin() + 5,
+                     {99, 0, 0.5 * kWayMm, Vector6d::Constant(kNan), Matrix6d::Zero()});
+  more.images[6].way_mm = 0.5 * kWayMm;
   const FrameBootstrap found = frame_bootstrap(more, {});
-  EXPECT_EQ(found.pictures, 20);
+  EXPECT_EQ(found.images, 20);
   EXPECT_EQ(found.twists, frame_bootstrap(shape, {}).twists);
 }
 
@@ -146,7 +146,7 @@ TEST(FrameBootstrapTest, AnUndeterminedDirectionIsReported) {
   LocalShape shape = shape_of(20);
   shape.hessian.row(5).setZero();
   shape.hessian.col(5).setZero();
-  for (PictureShape& picture : shape.pictures) picture.hessian = shape.hessian / 20;
+  for (ImageShape& image : shape.images) image.hessian = shape.hessian / 20;
   const FrameBootstrap found = frame_bootstrap(shape, {});
   EXPECT_FALSE(found.valid);
   EXPECT_NE(found.fault.find("translation along Ct (0.00, 0.00, 1.00)"), std::string::npos)
@@ -155,14 +155,14 @@ TEST(FrameBootstrapTest, AnUndeterminedDirectionIsReported) {
   EXPECT_NE(frame_bootstrap(shape, {}).fault.find("NaN"), std::string::npos);
 }
 
-/// A shape whose sixth direction is determined only by the first \p pictures of 30 images.
-LocalShape known_from(int pictures) {
+/// A shape whose sixth direction is determined only by the first \p images of 30 images.
+LocalShape known_from(int images) {
   LocalShape shape = shape_of(30);
-  for (PictureShape& picture : shape.pictures) {
-    const double share = picture.frame < pictures ? 1.0 / pictures : 0;
-    picture.hessian.row(5).setZero();
-    picture.hessian.col(5).setZero();
-    picture.hessian(5, 5) = share * shape.hessian(5, 5);
+  for (ImageShape& image : shape.images) {
+    const double share = image.frame < images ? 1.0 / images : 0;
+    image.hessian.row(5).setZero();
+    image.hessian.col(5).setZero();
+    image.hessian(5, 5) = share * shape.hessian(5, 5);
   }
   return shape;
 }
@@ -183,8 +183,8 @@ TEST(FrameBootstrapTest, DrawsThatDetermineNoPoseAreCountedOrReported) {
 
 TEST(FrameBootstrapTest, ANonFiniteGradientGivesNoTwist) {
   LocalShape shape = shape_of(12);
-  for (PictureShape& picture : shape.pictures) {
-    picture.gradient[2] = std::numeric_limits<double>::infinity();
+  for (ImageShape& image : shape.images) {
+    image.gradient[2] = std::numeric_limits<double>::infinity();
   }
   const FrameBootstrap found = frame_bootstrap(shape, {});
   EXPECT_FALSE(found.valid);
@@ -245,9 +245,9 @@ TEST(FrameBootstrapTest, IsEqualForAnyNumberOfThreads) {
 }
 
 TEST(FrameBootstrapTest, RejectsOptionsOutOfRangeByName) {
-  EXPECT_TRUE(test::refuses(validate(BootstrapOptions{.replicates = 19}), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(validate(BootstrapOptions{.replicates = 19}), ErrorCode::kUsage,
                             {"replicates"}));
-  EXPECT_TRUE(test::refuses(validate(BootstrapOptions{.block_mm = std::nan("")}), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(validate(BootstrapOptions{.block_mm = std::nan("")}), ErrorCode::kUsage,
                             {"block_mm"}));
   EXPECT_TRUE(validate(BootstrapOptions{}));
 }

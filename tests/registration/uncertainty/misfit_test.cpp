@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 using ImagePose = Transform<frames::Ct, frames::Image>;
 using Rest = std::function<test::AtRest(int, const Vec&, const Vec&)>;
 
-constexpr int kPictures = 48;
+constexpr int kImages = 48;
 constexpr double kStepS = 0.1;  // Time between images.
 
 const test::BlobPatient& patient() {
@@ -36,7 +36,7 @@ const Volume& ct() {
 
 /// A hand that moves at an uneven speed, tilts and turns.
 ImagePose hand_at(double seconds) {
-  const double t = seconds / (kStepS * (kPictures - 1));  // Ranges from 0 to 1.
+  const double t = seconds / (kStepS * (kImages - 1));  // Ranges from 0 to 1.
   const Eigen::Quaterniond turn = Eigen::AngleAxisd(0.5 * std::sin(5 * t), Vec::UnitY()) *
                                   Eigen::AngleAxisd(0.25 * std::sin(9 * t), Vec::UnitX());
   const double along = 70 * (t - 0.5) + 6 * std::sin(7 * t);
@@ -44,8 +44,8 @@ ImagePose hand_at(double seconds) {
 }
 
 Sweep sweep_of(const Rest& rest) {
-  return test::pictures_along(
-             patient(), kPictures, [](int f) { return hand_at(kStepS * f); }, rest)
+  return test::images_along(
+             patient(), kImages, [](int f) { return hand_at(kStepS * f); }, rest)
       .sweep;
 }
 
@@ -60,7 +60,7 @@ const Sweep& right_sweep() {
 
 Sweep altered(const std::function<void(int, TrackedFrame&)>& change) {
   std::vector<TrackedFrame> frames = right_sweep().frames();
-  for (int f = 0; f < kPictures; ++f) change(f, frames[static_cast<std::size_t>(f)]);
+  for (int f = 0; f < kImages; ++f) change(f, frames[static_cast<std::size_t>(f)]);
   return *Sweep::create(std::move(frames), "altered");
 }
 
@@ -85,7 +85,7 @@ std::map<MisfitCause, Misfit> by_cause(const std::vector<Misfit>& misfits) {
 }
 
 /// Expects a rejection with a reason that contains \p words.
-void expect_refused(const ImageRegistrationResult& result, const std::string& words) {
+void expect_rejected(const ImageRegistrationResult& result, const std::string& words) {
   const Decision decision = decide(result, {}, {{0, 0, 0}});
   EXPECT_FALSE(decision.accepted);
   std::string reasons;
@@ -114,8 +114,8 @@ TEST(MisfitTest, FindsADelayWithItsSignAndSize) {
     const Misfit delay = by_cause(result.misfits).at(MisfitCause::kDelay);
     EXPECT_NEAR(delay.values.at(0), late_s, 0.35 * std::abs(late_s));
     EXPECT_GT(delay.excess_mm(), 0.7);
-    expect_refused(result, late_s > 0 ? "later than their poses: lower --temporal-offset-ms"
-                                      : "earlier than their poses: raise --temporal-offset-ms");
+    expect_rejected(result, late_s > 0 ? "later than their poses: lower --temporal-offset-ms"
+                                       : "earlier than their poses: raise --temporal-offset-ms");
   }
 }
 
@@ -135,7 +135,7 @@ TEST(MisfitTest, FindsAWrongPixelSizeAlongEachAxis) {
     const auto off = [&](std::size_t i) { return size.values[i] - right.values[i]; };
     EXPECT_NEAR(off(depth_first), -0.04, 0.02) << axis;
     EXPECT_NEAR(off(1 - depth_first), 0, 0.012) << axis;
-    expect_refused(result, "pixel size");
+    expect_rejected(result, "pixel size");
   }
 }
 
@@ -147,7 +147,7 @@ TEST(MisfitTest, FindsAWrongCalibrationOfTheProbe) {
     tracked.reference_from_image = tracked.reference_from_image * error;
   });
   const auto result = fitted(sweep);
-  expect_refused(result, "probe calibration error");
+  expect_rejected(result, "probe calibration error");
 }
 
 TEST(MisfitTest, FindsThatThePatientMoved) {
@@ -156,7 +156,7 @@ TEST(MisfitTest, FindsThatThePatientMoved) {
   });
   const auto result = fitted(sweep);
   EXPECT_GT(by_cause(result.misfits).at(MisfitCause::kMotion).excess_mm(), 1.0);
-  expect_refused(result, "motion of the patient");
+  expect_rejected(result, "motion of the patient");
 }
 
 TEST(MisfitTest, FindsDeformedTissue) {
@@ -165,7 +165,7 @@ TEST(MisfitTest, FindsDeformedTissue) {
     return {now - 3 * Vec(z * z, x * x, x * z), beam};
   });
   const auto result = fitted(sweep);
-  expect_refused(result, "deformed relative to the CT");
+  expect_rejected(result, "deformed relative to the CT");
   const Misfit bend = by_cause(result.misfits).at(MisfitCause::kBend);
   EXPECT_GT(bend.excess_mm(), 0.9);
   EXPECT_TRUE(bend.values.empty());
@@ -230,15 +230,14 @@ TEST(MisfitTest, DescribesTheErrorsThatItWouldNotNotice) {
 
 /// A hand that turns only about the lateral axis of its images.
 ImagePose fanning_hand_at(int f) {
-  const double t = static_cast<double>(f) / (kPictures - 1);
+  const double t = static_cast<double>(f) / (kImages - 1);
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.9 * (t - 0.5), Vec::UnitX()));
   return {turn, Vec(0, 0, 30 * (t - 0.5)) - turn * Vec(0, 45, 0)};
 }
 
 /// A fan whose images have a calibration error.
 Sweep fan_off_by(const Vec& shift_mm, const Vec& turn_rad = Vec::Zero()) {
-  static const Sweep fan =
-      test::pictures_along(patient(), kPictures, fanning_hand_at, at_rest()).sweep;
+  static const Sweep fan = test::images_along(patient(), kImages, fanning_hand_at, at_rest()).sweep;
   std::vector<TrackedFrame> frames = fan.frames();
   for (TrackedFrame& tracked : frames) {
     const UltrasoundFrame& frame = tracked.frame;
@@ -374,12 +373,12 @@ TEST(MisfitTest, OnlySignificantMisfitsArePartOfThePredictedError) {
   EXPECT_TRUE(std::isnan(telling_excess_mm({delay, {MisfitCause::kMotion, NAN, 0, 1}})));
 }
 
-TEST(PictureMotionTest, EqualsTheMotionOfTheHand) {
-  const auto motions = picture_motions(right_sweep(), right_sweep());
-  ASSERT_EQ(motions.size(), static_cast<std::size_t>(kPictures));
+TEST(ImageMotionTest, EqualsTheMotionOfTheHand) {
+  const auto motions = image_motions(right_sweep(), right_sweep());
+  ASSERT_EQ(motions.size(), static_cast<std::size_t>(kImages));
   const auto reference_from_ct = test::true_pose().inverse();
   for (const int f : {5, 20, 40}) {
-    const PictureMotion& motion = motions[static_cast<std::size_t>(f)];
+    const ImageMotion& motion = motions[static_cast<std::size_t>(f)];
     EXPECT_NEAR(motion.time_s, kStepS * f, 1e-9);
     const auto at = [&](double s) {
       const double middle = 0.5 * (90 - 1);
@@ -398,22 +397,22 @@ TEST(PictureMotionTest, EqualsTheMotionOfTheHand) {
   }
 }
 
-TEST(PictureMotionTest, MotionOfSomeImagesUsesTheWholeSweep) {
+TEST(ImageMotionTest, MotionOfSomeImagesUsesTheWholeSweep) {
   std::vector<TrackedFrame> some;
   for (std::size_t f = 0; f < right_sweep().frames().size(); f += 10) {
     some.push_back(right_sweep().frames()[f]);
   }
-  const auto all = picture_motions(right_sweep(), right_sweep());
-  const auto motions = picture_motions(*Sweep::create(some, "some"), right_sweep());
+  const auto all = image_motions(right_sweep(), right_sweep());
+  const auto motions = image_motions(*Sweep::create(some, "some"), right_sweep());
   ASSERT_EQ(motions.size(), some.size());
   for (std::size_t i = 0; i < some.size(); ++i) {
     EXPECT_EQ(motions[i].velocity_mm_s, all[10 * i].velocity_mm_s);
   }
 }
 
-TEST(PictureMotionTest, MotionOfOneImageIsZero) {
+TEST(ImageMotionTest, MotionOfOneImageIsZero) {
   const auto one = Sweep::create({right_sweep().frames()[3]}, "one");
-  const auto motions = picture_motions(*one, *one);
+  const auto motions = image_motions(*one, *one);
   ASSERT_EQ(motions.size(), 1U);
   EXPECT_EQ(motions[0].time_s, 0);
   EXPECT_EQ(motions[0].velocity_mm_s, Vec::Zero());

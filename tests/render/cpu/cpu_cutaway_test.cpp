@@ -37,7 +37,7 @@ Scene random_scene(std::mt19937& random) {
   scene.cutaway->theta2_rad = scene.cutaway->theta1_rad + 0.1 * (1 + unit(random));
   scene.cutaway->around_needle = scene.cutaway->around_spheres = true;
   if (unit(random) > 0) {
-    scene.plane = test::upright_plane(test::grey_picture(90, 120, 0), 1, vector(30));
+    scene.plane = test::upright_plane(test::grey_image(90, 120, 0), 1, vector(30));
     scene.plane->frame.outline = SectorOutline{{0, -10}, 15, 100, 0.5};
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(3 * unit(random), vector(1).normalized()));
     scene.plane->ct_from_image = {turn, vector(30)};

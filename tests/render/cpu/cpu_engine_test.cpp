@@ -113,7 +113,7 @@ void add_surfaces(std::mt19937& random, Scene& scene) {
     return Eigen::Vector3d(size * unit(random), size * unit(random), size * unit(random));
   };
   if (unit(random) > 0) {
-    scene.plane = test::upright_plane(test::grey_picture(30, 20, 120), 1, vector(10));
+    scene.plane = test::upright_plane(test::grey_image(30, 20, 120), 1, vector(10));
     scene.plane->opacity = 0.6;
     if (unit(random) > 0) scene.plane->frame.outline = SectorOutline{{0, -4}, 6, 20, 0.5};
   }
@@ -233,7 +233,7 @@ TEST_P(SkippingTest, VisibleCellsOfASpeckledVolumeChangeNoBit) {
       scene.shading.enabled = kind == 3 || kind == 4;
       if (kind == 4) scene.shading.style = ShadingStyle::kGooch;
       if (kind == 5) {
-        scene.plane = test::upright_plane(test::grey_picture(50, 50, 120), 1, {0, 20, 25});
+        scene.plane = test::upright_plane(test::grey_image(50, 50, 120), 1, {0, 20, 25});
         scene.cutaway = Cutaway{};
         scene.cutaway->theta2_rad = 1.2;  // Much of the volume lies in the transition.
       }
@@ -362,7 +362,7 @@ TEST_P(SkippingTest, TakesNoSampleWhereTheCutawayHidesTheVolume) {
       TransferFunction::create("unimportant", {{0, {1, 1, 1}, 1e-3, 0}, {300, {1, 1, 1}, 1e-3, 0}});
   Scene scene = test::plain_scene(ct, *haze, test::frontal(120, 40, true));
   // The plane fills the view, so half of the volume lies in front of it and nothing is empty.
-  scene.plane = test::upright_plane(test::grey_picture(60, 60, 120), 1, {0, 0, 30});
+  scene.plane = test::upright_plane(test::grey_image(60, 60, 120), 1, {0, 0, 30});
   scene.cutaway = Cutaway{};
   const auto engine = make_cpu_engine({1, GetParam()});
   const RenderedImage skipped = test::draw(*engine, scene);
@@ -532,12 +532,12 @@ TEST(CpuEngineTest, ProjectionsOfGrazingRaysStayWithinTheVolume) {
   for (const Projection projection :
        {Projection::kMaximum, Projection::kMinimum, Projection::kMean}) {
     scene.projection = projection;
-    const auto picture = engine->render(scene);
-    ASSERT_TRUE(test::has_value(picture));
+    const auto image = engine->render(scene);
+    ASSERT_TRUE(test::has_value(image));
     int inside = 0;
     for (int y = 0; y < 16; ++y) {
       for (const int x : {0, 15}) {
-        const float grey = picture->pixels.at(x, y).r;
+        const float grey = image->pixels.at(x, y).r;
         EXPECT_TRUE(grey == 0 || std::abs(grey - 0.5F) < 1e-3F) << x << ' ' << y << ' ' << grey;
         inside += grey > 0 ? 1 : 0;
       }
@@ -604,7 +604,7 @@ TEST(CpuEngineTest, AgreesWithTheReferenceOnAnAbdomen) {
   for (const char* preset : test::trials({"ct-bone", "ct-soft-tissue", "cta-vessels"})) {
     Camera camera{{{-180, -620, 160}}, {{0, 0, 0}}, {{0, 0, 1}}};
     Scene scene{ct, *preset_transfer_function(preset), {}, {}, {}, {}, camera, {}};
-    scene.plane = test::upright_plane(test::grey_picture(150, 120, 120), 1, {-50, -20, 90});
+    scene.plane = test::upright_plane(test::grey_image(150, 120, 120), 1, {-50, -20, 90});
     scene.needle = test::needle({-30, -30, 55}, {-110, -190, 90}, SafetyState::kValid);
     scene.width = 160;
     scene.height = 120;

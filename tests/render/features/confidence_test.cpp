@@ -209,11 +209,11 @@ std::vector<std::uint8_t> turned(const std::filesystem::path& path, int width, i
 TEST(ConfidenceTest, AgreesWithTheMapOfItsAuthors) {
   SONDE_REQUIRE_DATA(map, "us-predicate/cm.raw");
   constexpr int kWidth = 720, kHeight = 500;
-  const auto picture = turned(map.parent_path() / "us.raw", kWidth, kHeight);
+  const auto image = turned(map.parent_path() / "us.raw", kWidth, kHeight);
   const auto theirs = turned(map, kWidth, kHeight);
   const auto volume = test::make_scalar(
       test::centred_grid({kWidth, kHeight, 1}, {1, 1, 1}), [&](int i, int j, int) {
-        return static_cast<double>(picture[static_cast<std::size_t>(j * kWidth + i)]);
+        return static_cast<double>(image[static_cast<std::size_t>(j * kWidth + i)]);
       });
   const auto ours = confidence(volume, down(), {});
   ASSERT_TRUE(test::has_value(ours));
@@ -386,10 +386,10 @@ TEST(ConfidenceTest, RejectsInvalidInputByNameAndStopsOnRequest) {
   ConfidenceOptions options;
   options.solve.error = 1e-9;
   options.solve.max_iterations = 1;
-  EXPECT_TRUE(test::refuses(confidence(volume, down(), options), ErrorCode::kNumerical,
+  EXPECT_TRUE(test::rejects(confidence(volume, down(), options), ErrorCode::kNumerical,
                             {"estimated error", "found an unknown one after 1"}));
   options.solve.error = 0.02;
-  EXPECT_TRUE(test::refuses(confidence(volume, down(), options), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(confidence(volume, down(), options), ErrorCode::kUsage,
                             {"error", "0.01", "0.02"}));
   options.solve.error = 1e-9;
   options.beta = -1;

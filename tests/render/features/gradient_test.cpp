@@ -249,26 +249,26 @@ TEST(ScanLinesTest, LinesOfRotatedConvexImagesStartAtTheirApex) {
 
 TEST(ScanLinesTest, OverlappingImagesAreWeightedByTheirDistance) {
   const auto grid = test::centred_grid({5, 21, 5}, {1, 1, 1});
-  const auto picture = [](const Eigen::Quaterniond& turn, double y, double z) {
+  const auto image = [](const Eigen::Quaterniond& turn, double y, double z) {
     return SweepPlane{{turn, {0, y, z}}, {-8, 0}, {8, 40}, {}};
   };
   const auto straight = Eigen::Quaterniond::Identity();
   // The distances to the voxels in the middle are 0.2 and 0.6 mm, so the weights are 0.8 and 0.4.
   // The second image starts 3 mm earlier.
   const auto both = compound_scan_lines(
-      grid, std::vector{picture(straight, -10, -0.2), picture(straight, -13, 0.6)}, 1.0);
+      grid, std::vector{image(straight, -10, -0.2), image(straight, -13, 0.6)}, 1.0);
   ASSERT_TRUE(test::has_value(both));
   EXPECT_NEAR(both->depth_mm(grid, 2, 6, 2), 6 + 3 * 0.4 / 1.2, 1e-5);
   // Rotated by 0.5 rad with a share of 0.4 of 1.2: the weighted mean of the two directions.
   const Eigen::Quaterniond aside(Eigen::AngleAxisd(0.5, Eigen::Vector3d::UnitZ()));
   const auto turned = compound_scan_lines(
-      grid, std::vector{picture(straight, -10, -0.2), picture(aside, -13, 0.6)}, 1.0);
+      grid, std::vector{image(straight, -10, -0.2), image(aside, -13, 0.6)}, 1.0);
   const Eigen::Vector3d mean =
       0.8 * Eigen::Vector3d::UnitY() + 0.4 * (aside * Eigen::Vector3d::UnitY());
   EXPECT_LT((turned->away(grid, 2, 10, 2) - mean.normalized()).norm(), 1e-4);
   const Eigen::Quaterniond back(Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitZ()));
-  const auto opposite = compound_scan_lines(
-      grid, std::vector{picture(straight, -10, -0.5), picture(back, 10, 0.5)}, 1.0);
+  const auto opposite =
+      compound_scan_lines(grid, std::vector{image(straight, -10, -0.5), image(back, 10, 0.5)}, 1.0);
   EXPECT_TRUE(opposite->away(grid, 2, 10, 2).hasNaN());
   EXPECT_TRUE(std::isnan(opposite->depth_mm(grid, 2, 10, 2)));
 }

@@ -209,8 +209,8 @@ TEST(ScribbleTest, RejectsPointsThatLeaveTheirSlice) {
   EXPECT_TRUE(test::has_value(mask.add(stroke))) << "within half a voxel";
   stroke.points.push_back({{3, 0, -0.75}});
   const auto refused = [&](const Stroke& one, std::initializer_list<std::string> pieces) {
-    return test::refuses(mask.add(one), ErrorCode::kUsage, pieces) &&
-           test::refuses(check(one, grid), ErrorCode::kUsage, pieces);
+    return test::rejects(mask.add(one), ErrorCode::kUsage, pieces) &&
+           test::rejects(check(one, grid), ErrorCode::kUsage, pieces);
   };
   EXPECT_TRUE(
       refused(stroke, {"within 0.25 mm", "point 3", "(    3     0 -0.75)", "0.75 mm away"}));

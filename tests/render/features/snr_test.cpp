@@ -71,7 +71,7 @@ TEST(SnrTest, SignalIsRelativeToBlack) {
     EXPECT_NEAR((*plain->values)[n], (*shifted->values)[n], kRounding);
   }
   expect_definition(at(600), {.black = 600}, kFloatRounding);
-  EXPECT_TRUE(test::refuses(signal_to_noise(at(0), {.black = std::nan("")}), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(signal_to_noise(at(0), {.black = std::nan("")}), ErrorCode::kUsage,
                             {"black", "nan"}));
 }
 

@@ -9,7 +9,7 @@
 #include "render/gl/gl_device.hpp"
 #include "render/gl/gl_speed_probe.hpp"
 #include "render/two_volumes.hpp"
-#include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/gl/gl_images.hpp"
 #include "tests/render/gl/gl_random_scenes.hpp"
 #include "tests/render/gl/gl_view.hpp"
 #include "tests/render/predicates/two_volume_scenes.hpp"
@@ -196,7 +196,7 @@ TEST_F(GlComputeTest, ReadsAndTimesImagesWithoutChangingThem) {
     EXPECT_EQ(statistics().rays, summed.rays);
     EXPECT_EQ(statistics().cutaway_rays, summed.cutaway_rays);
   }
-  caster().forget_picture();
+  caster().forget_image();
   EXPECT_TRUE(test::same_bits(draw(scene), direct));
   EXPECT_GT(statistics().cast_s, 0);
   EXPECT_GE(statistics().prepare_s, 0);
@@ -215,7 +215,7 @@ TEST_F(GlComputeTest, ReadsAndTimesImagesWithoutChangingThem) {
 TEST_F(GlComputeTest, ADriverWithoutComputeShadersUsesFragmentShaders) {
   Scene scene = test::ball_scene(test::cube_grid(24, 2), 61, 47);
   const Drawn fragment = drawn(scene, false);
-  caster().refuse_compute();
+  caster().reject_compute();
   scene.quality.jitter = true;  // Needs another program.
   const Drawn jittered = drawn(scene, true);
   EXPECT_FALSE(caster().computes());

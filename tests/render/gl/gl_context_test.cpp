@@ -14,16 +14,16 @@ namespace {
 TEST(GlContextTest, WithoutEglTheErrorNamesWhatIsMissing) {
   ::setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nonexistent/vendor.json", 1);
   CollectingDiagnostics diagnostics;
-  EXPECT_TRUE(test::refuses(make_gl_engine(diagnostics), ErrorCode::kUnavailable,
+  EXPECT_TRUE(test::rejects(make_gl_engine(diagnostics), ErrorCode::kUnavailable,
                             {"off-screen OpenGL", "an EGL display"}));
 }
 
 TEST(GlContextTest, WithoutADisplayTheWindowIsUnavailable) {
   const ImageSource nothing = [](const WindowInput&) { return Image2d<Rgba8>(); };
   ::unsetenv("DISPLAY");
-  EXPECT_TRUE(test::refuses(show_window(nothing), ErrorCode::kUnavailable, {"DISPLAY not set"}));
+  EXPECT_TRUE(test::rejects(show_window(nothing), ErrorCode::kUnavailable, {"DISPLAY not set"}));
   ::setenv("DISPLAY", ":4711", 1);
-  EXPECT_TRUE(test::refuses(show_window(nothing), ErrorCode::kUnavailable, {"DISPLAY=:4711"}));
+  EXPECT_TRUE(test::rejects(show_window(nothing), ErrorCode::kUnavailable, {"DISPLAY=:4711"}));
 }
 
 }  // namespace

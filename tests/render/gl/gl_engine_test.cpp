@@ -6,7 +6,7 @@
 #include <string>
 
 #include "render/engine.hpp"
-#include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/gl/gl_images.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
 #include "tests/render/scene_support.hpp"
 #include "tests/support/matchers.hpp"
@@ -72,8 +72,8 @@ TEST_P(GlAgreementTest, AgreesWithTheReferenceAtTheSameStep) {
   const auto expected = make_reference_engine()->render(scene);
   ASSERT_TRUE(test::has_value(actual));
   ASSERT_TRUE(test::has_value(expected));
-  test::keep_picture(GetParam().name + "_gl", to_8bit(actual->pixels));
-  test::keep_picture(GetParam().name + "_reference", to_8bit(expected->pixels));
+  test::keep_image(GetParam().name + "_gl", to_8bit(actual->pixels));
+  test::keep_image(GetParam().name + "_reference", to_8bit(expected->pixels));
   EXPECT_GT(drawn_part(scene, *expected), 0.05);
   EXPECT_TRUE(test::agree(actual->pixels, expected->pixels, test::kAgreement255));
 }

@@ -6,7 +6,7 @@
 
 #include "render/gl/gl_device.hpp"
 #include "render/two_volumes.hpp"
-#include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/gl/gl_images.hpp"
 #include "tests/render/gl/gl_random_scenes.hpp"
 #include "tests/render/gl/gl_view.hpp"
 #include "tests/render/predicates/two_volume_scenes.hpp"
@@ -23,9 +23,9 @@ class GlFilterTest : public test::GlViewTest {
   }
   Image2d<RgbaF> drawn(const Scene& scene, GlFilter filter) {
     caster().set_filter(filter);
-    Image2d<RgbaF> picture(scene.width, scene.height, draw(scene));
+    Image2d<RgbaF> image(scene.width, scene.height, draw(scene));
     EXPECT_EQ(caster().gathers(), filter == GlFilter::kGathers);
-    return picture;
+    return image;
   }
   /// Both filters interpolate in the shader, by the same formula.
   void expect_same(const Scene& scene, const std::string& which) {

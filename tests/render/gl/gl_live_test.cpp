@@ -13,11 +13,11 @@ namespace nav::render {
 namespace {
 
 /// Another image of the same size.
-Image2d<std::uint8_t> noise_like(const Image2d<std::uint8_t>& picture, unsigned seed) {
+Image2d<std::uint8_t> noise_like(const Image2d<std::uint8_t>& image, unsigned seed) {
   std::mt19937 random(seed);
-  std::vector<std::uint8_t> pixels(picture.pixels().size());
+  std::vector<std::uint8_t> pixels(image.pixels().size());
   for (std::uint8_t& value : pixels) value = static_cast<std::uint8_t>(random());
-  return {picture.width(), picture.height(), std::move(pixels)};
+  return {image.width(), image.height(), std::move(pixels)};
 }
 
 class GlLiveTest : public test::GlViewTest {};
@@ -78,7 +78,7 @@ TEST_F(GlLiveTest, AnUnchangedSceneIsNotDrawnAgain) {
   scene.background_rgb.setConstant(0.7);  // The background does not concern the ray caster.
   const auto after = draw(scene);
   EXPECT_EQ(statistics().volume_samples, 0U);
-  EXPECT_EQ(caster().uploads().pictures, sent.pictures);
+  EXPECT_EQ(caster().uploads().images, sent.images);
   EXPECT_TRUE(test::same_bits(before, after));
 }
 
@@ -131,7 +131,7 @@ Scene small_cutaway() {
 }
 
 TEST_F(GlLiveTest, AMovedPlaneCastsOnlyTheRaysItCanAffect) {
-  const std::vector<std::function<void(Scene&)>> looks{
+  const std::vector<std::function<void(Scene&)>> appearances{
       [](Scene&) {},
       [](Scene& s) { s.camera.orthographic = true; },
       [](Scene& s) { s.quality.jitter = true; },
@@ -140,9 +140,9 @@ TEST_F(GlLiveTest, AMovedPlaneCastsOnlyTheRaysItCanAffect) {
       [](Scene& s) { s.cutaway->meshes = {test::ball_mesh(s.ct->grid().centre().mm, 3)}; }};
   std::mt19937 random(3);
   std::normal_distribution<double> jitter(0, 0.4);
-  for (std::size_t look = 0; look < looks.size(); ++look) {
+  for (std::size_t appearance = 0; appearance < appearances.size(); ++appearance) {
     Scene scene = small_cutaway();
-    looks[look](scene);
+    appearances[appearance](scene);
     (void)draw(scene);
     const RenderStatistics all = statistics();
     ASSERT_EQ(all.rays, 96U * 72U);
@@ -154,10 +154,10 @@ TEST_F(GlLiveTest, AMovedPlaneCastsOnlyTheRaysItCanAffect) {
       if (i == 2) scene.plane->frame.pixels = noise_like(scene.plane->frame.pixels, 5);
       const auto moved = draw(scene);
       const RenderStatistics cast = statistics();
-      EXPECT_GT(cast.rays, 0U) << look;
-      EXPECT_LT(cast.rays, all.rays / 2) << look;
-      EXPECT_LT(cast.volume_samples, all.volume_samples / 2) << look;
-      EXPECT_TRUE(test::same_bits(moved, draw_anew(scene))) << look << " " << i;
+      EXPECT_GT(cast.rays, 0U) << appearance;
+      EXPECT_LT(cast.rays, all.rays / 2) << appearance;
+      EXPECT_LT(cast.volume_samples, all.volume_samples / 2) << appearance;
+      EXPECT_TRUE(test::same_bits(moved, draw_anew(scene))) << appearance << " " << i;
     }
   }
 }

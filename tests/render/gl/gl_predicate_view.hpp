@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/gl/gl_images.hpp"
 #include "tests/render/gl/gl_view.hpp"
 #include "tests/render/scene_support.hpp"
 

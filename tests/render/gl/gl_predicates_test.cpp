@@ -275,10 +275,10 @@ TEST_F(GlPredicatesTest, CachesFollowEveryEdit) {
 TEST_F(GlPredicatesTest, ANewUltrasoundImageTakesNoSample) {
   Scene scene = scene_with(
       test::model_of({{E::kind("vesselness", {0.4, 1}), 3}, {E::kind("intensity", {0.1, 1}), 1}}));
-  scene.plane = test::upright_plane(test::grey_picture(20, 16, 120), 1, {0, 0, 0});
+  scene.plane = test::upright_plane(test::grey_image(20, 16, 120), 1, {0, 0, 0});
   scene.plane->opacity = 0.5;
   EXPECT_LE(share_beyond(scene), kShare);
-  scene.plane->frame.pixels = test::grey_picture(20, 16, 33);
+  scene.plane->frame.pixels = test::grey_image(20, 16, 33);
   EXPECT_LE(share_beyond(scene), kShare);
   EXPECT_EQ(caster().statistics().volume_samples, 0U);
 }
@@ -387,7 +387,7 @@ TEST_F(GlPredicatesTest, TooFewTexturesAreReportedBeforeCompiling) {
 TEST_F(GlPredicatesTest, AMovedPlaneCastsOnlyTheRaysThatMeetIt) {
   Scene scene = scene_with(
       test::model_of({{E::kind("vesselness", {0.4, 1}), 3}, {E::kind("intensity", {0.1, 1}), 1}}));
-  scene.plane = test::upright_plane(test::grey_picture(20, 16, 120), 0.5, {0, 0, 0});
+  scene.plane = test::upright_plane(test::grey_image(20, 16, 120), 0.5, {0, 0, 0});
   draw(scene);
   scene.plane->ct_from_image = {
       scene.plane->ct_from_image.rotation(),
@@ -413,7 +413,7 @@ TEST_F(GlPredicatesTest, RejectsAVolumeThatTheDeviceCannotHold) {
   caster().set_largest_edge(16);
   const auto drawn = try_to_draw(scene);
   ASSERT_FALSE(drawn);
-  EXPECT_TRUE(test::refuses(drawn, ErrorCode::kUnsupportedData,
+  EXPECT_TRUE(test::rejects(drawn, ErrorCode::kUnsupportedData,
                             {"predicates", "29 x 26 x 25 voxels", "CPU engine"}));
 }
 

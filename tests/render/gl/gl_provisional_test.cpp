@@ -11,8 +11,8 @@ namespace {
 
 using E = PredicateExpression;
 
-constexpr std::size_t kFewBytesAPicture = std::size_t{16} << 10U;
-constexpr int kMostPictures = 200;  // More than any test here needs.
+constexpr std::size_t kFewBytesAImage = std::size_t{16} << 10U;
+constexpr int kMostImages = 200;  // More than any test here needs.
 
 /// Runs with pairs of voxels and with textures.
 class GlProvisionalTest : public test::GlPredicateViewTest,
@@ -21,7 +21,7 @@ class GlProvisionalTest : public test::GlPredicateViewTest,
   void SetUp() override {
     test::GlPredicateViewTest::SetUp();
     caster().set_voxel_pairs(GetParam());
-    caster().set_bytes_a_picture(kFewBytesAPicture);
+    caster().set_bytes_a_image(kFewBytesAImage);
     ct_ = test::small_ultrasound(test::centred_grid({37, 33, 26}, {1, 0.8, 0.9}), 5);
     features_ = test::random_features(ct_, 4);
   }
@@ -44,12 +44,12 @@ class GlProvisionalTest : public test::GlPredicateViewTest,
   }
   Scene confidence() { return asking({{E::kind("confidence", {0.4, 0.9}), 1}}); }
   /// Number of provisional images until the image is complete. last_ is then the complete image.
-  int pictures_until_whole(const Scene& scene) {
-    int pictures = 0;
+  int images_until_whole(const Scene& scene) {
+    int images = 0;
     do {
       last_ = draw(scene);
-    } while (last_.statistics.provisional && ++pictures < kMostPictures);
-    return pictures;
+    } while (last_.statistics.provisional && ++images < kMostImages);
+    return images;
   }
   /// Returns the image of a caster that must not draw provisionally.
   std::vector<RgbaF> whole(Scene scene) {
@@ -78,9 +78,9 @@ TEST_P(GlProvisionalTest, TheCompleteImageHasEqualBytes) {
   for (int i = 0; i < 6; ++i) {
     Scene scene = test::random_predicate_scene(random, ct_, features_);
     scene.quality.provisional = true;
-    const int pictures = pictures_until_whole(scene);
-    ASSERT_LT(pictures, kMostPictures) << i;
-    provisional += pictures;
+    const int images = images_until_whole(scene);
+    ASSERT_LT(images, kMostImages) << i;
+    provisional += images;
     expect_whole(scene);
   }
   EXPECT_GT(provisional, 10);
@@ -92,10 +92,10 @@ TEST_P(GlProvisionalTest, UploadingEndsAfterAsManyImagesAsThereAreParts) {
   // Two features, marks of voxels without a value, labels, and two ranges of bricks to search. A
   // texture holds four components.
   const std::size_t bytes = voxels * (2 * (GetParam() ? 4 : 8) + 2 + 4 + 2 * 2);
-  const auto parts = static_cast<int>(bytes / kFewBytesAPicture);
-  const int pictures = pictures_until_whole(features());
-  EXPECT_LE(pictures, parts + 2);
-  EXPECT_GE(pictures, parts / 2);
+  const auto parts = static_cast<int>(bytes / kFewBytesAImage);
+  const int images = images_until_whole(features());
+  EXPECT_LE(images, parts + 2);
+  EXPECT_GE(images, parts / 2);
   expect_whole(features());
 }
 
@@ -113,7 +113,7 @@ TEST_P(GlProvisionalTest, ProvisionalImagesUseCoarseVolumes) {
   const Scene scene = features();
   const RenderedImage found = draw(scene);
   EXPECT_TRUE(found.statistics.provisional);
-  const auto set = PredicateSet::create(*scene.predicates, ct_, place_of(scene));
+  const auto set = PredicateSet::create(*scene.predicates, ct_, position_of(scene));
   ASSERT_TRUE(test::has_value(set));
   const RenderedImage expected = test::draw(*reference_, CoarseVolumes().of(scene, *set));
   EXPECT_LE(test::difference(found.pixels, expected.pixels, 2).fraction_above, 0.002);
@@ -156,9 +156,9 @@ TEST_P(GlProvisionalTest, HandlesPredicateSetsThatChangeDuringTheUpload) {
   draw(features());
   last_ = draw(intensity());
   expect_whole(intensity());
-  EXPECT_LT(pictures_until_whole(confidence()), kMostPictures);
+  EXPECT_LT(images_until_whole(confidence()), kMostImages);
   expect_whole(confidence());
-  EXPECT_LT(pictures_until_whole(features()), kMostPictures);
+  EXPECT_LT(images_until_whole(features()), kMostImages);
   expect_whole(features());
 }
 
@@ -167,29 +167,29 @@ TEST_P(GlProvisionalTest, HandlesFeaturesThatChangeDuringTheUpload) {
   for (int i = 0; i < 4; ++i) EXPECT_TRUE(draw(features()).statistics.provisional);
   features_ = test::random_features(ct_, 9);
   EXPECT_TRUE(draw(features()).statistics.provisional);
-  EXPECT_LT(pictures_until_whole(features()), kMostPictures);
+  EXPECT_LT(images_until_whole(features()), kMostImages);
   expect_whole(features());
 }
 
 TEST_P(GlProvisionalTest, DataOnTheDeviceAreNotUploadedAgain) {
   draw(intensity());
-  pictures_until_whole(features());
+  images_until_whole(features());
   const int sent = uploads();
-  const int alone = pictures_until_whole(asking({{E::kind("vesselness", {0.2, 1}), 1}}));
+  const int alone = images_until_whole(asking({{E::kind("vesselness", {0.2, 1}), 1}}));
   EXPECT_EQ(alone, 0);
   EXPECT_EQ(uploads(), sent);
-  EXPECT_EQ(pictures_until_whole(intensity()), 0);
-  EXPECT_EQ(pictures_until_whole(features()), 0);
+  EXPECT_EQ(images_until_whole(intensity()), 0);
+  EXPECT_EQ(images_until_whole(features()), 0);
   EXPECT_EQ(uploads(), sent);
 }
 
 TEST_P(GlProvisionalTest, ANewVolumeIsCompleteAtOnce) {
-  EXPECT_EQ(pictures_until_whole(features()), 0);
+  EXPECT_EQ(images_until_whole(features()), 0);
   expect_whole(features());
   draw(intensity());
   ct_ = test::small_ultrasound(ct_->grid(), 7);
   features_ = test::random_features(ct_, 8);
-  EXPECT_EQ(pictures_until_whole(features()), 0);
+  EXPECT_EQ(images_until_whole(features()), 0);
   expect_whole(features());
 }
 

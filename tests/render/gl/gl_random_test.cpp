@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "render/engine.hpp"
-#include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/gl/gl_images.hpp"
 #include "tests/render/gl/gl_random_scenes.hpp"
 #include "tests/render/scene_support.hpp"
 #include "tests/support/matchers.hpp"
@@ -37,8 +37,8 @@ TEST_P(GlRandomTest, AgreesWithTheReferenceAndSkippingChangesNoBit) {
   ASSERT_TRUE(test::has_value(skipped));
   ASSERT_TRUE(test::has_value(expected));
   const std::string name = "random" + std::to_string(GetParam());
-  test::keep_picture(name + "_gl", to_8bit(skipped->pixels));
-  test::keep_picture(name + "_reference", to_8bit(expected->pixels));
+  test::keep_image(name + "_gl", to_8bit(skipped->pixels));
+  test::keep_image(name + "_reference", to_8bit(expected->pixels));
   EXPECT_TRUE(test::agree(skipped->pixels, expected->pixels, test::kAgreement255));
   scene.quality.skip_empty_bricks = false;
   const auto all = gl_->render(scene);

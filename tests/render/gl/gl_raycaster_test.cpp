@@ -12,7 +12,7 @@
 #include "render/gl/gl_packed_rays.hpp"
 #include "render/gl/gl_volume_fit.hpp"
 #include "render/vtk/vtk_convert.hpp"
-#include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/gl/gl_images.hpp"
 #include "tests/render/gl/gl_random_scenes.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
 #include "tests/render/gl/gl_view.hpp"
@@ -25,7 +25,7 @@ namespace {
 class GlRaycasterTest : public test::GlViewTest {
  protected:
   void draw() { ASSERT_TRUE(test::has_value(try_to_draw(scene_))); }
-  Image2d<Rgba8> picture() {
+  Image2d<Rgba8> image() {
     draw();
     return read_pixels(window_->window());
   }
@@ -93,7 +93,7 @@ TEST_F(GlRaycasterTest, OmitsTheSameRaysAsTheCpuEngine) {
     scene_ = test::ball_scene(test::cube_grid(48, 1.0), 240, 180);
     const auto expect_same = [&](const std::string& where) {
       const auto expected = test::draw(*make_cpu_engine(), scene_);
-      const auto found = test::difference(picture(), to_8bit(expected.pixels), 2);
+      const auto found = test::difference(image(), to_8bit(expected.pixels), 2);
       EXPECT_LT(found.fraction_above, kRounding) << where << (plane ? ", plane" : "");
       return static_cast<double>(expected.statistics.pixels_without_ray);
     };
@@ -142,10 +142,10 @@ TEST_F(GlRaycasterTest, PackedRaysAreThoseOfTheDepthTest) {
         scene_.lines.clear();
       }
       caster().set_voxel_pairs(false);
-      const Image2d<Rgba8> tested = picture();
+      const Image2d<Rgba8> tested = image();
       const RenderStatistics by_depth = statistics();
       caster().set_voxel_pairs(true);
-      const Image2d<Rgba8> packed = picture();
+      const Image2d<Rgba8> packed = image();
       const RenderStatistics by_list = statistics();
       EXPECT_EQ(by_list.rays + by_list.pixels_without_ray, 157U * 118U) << seed;
       EXPECT_LE(by_list.pixels_without_ray, by_depth.pixels_without_ray + 40) << seed;
@@ -230,7 +230,7 @@ TEST_F(GlRaycasterTest, UploadsOnlyWhatChanged) {
   EXPECT_EQ(caster().uploads().volumes, 1);
   EXPECT_EQ(caster().uploads().transfers, 1);
   EXPECT_EQ(caster().uploads().bricks, 1);
-  EXPECT_EQ(caster().uploads().pictures, 1);
+  EXPECT_EQ(caster().uploads().images, 1);
   scene_.transfer = *preset_transfer_function("ct-bone");
   draw();
   EXPECT_EQ(caster().uploads().volumes, 1);
@@ -238,7 +238,7 @@ TEST_F(GlRaycasterTest, UploadsOnlyWhatChanged) {
   EXPECT_EQ(caster().uploads().bricks, 2);
   scene_.plane->frame.pixels = {40, 30, std::vector<std::uint8_t>(40 * 30, 99)};
   draw();
-  EXPECT_EQ(caster().uploads().pictures, 2);
+  EXPECT_EQ(caster().uploads().images, 2);
   scene_.ct = test::ball_phantom(test::cube_grid(40, 1.0));
   draw();
   EXPECT_EQ(caster().uploads().volumes, 2);
@@ -312,7 +312,7 @@ TEST_F(GlRaycasterTest, AVolumeThatFillsTheMemoryIsHalvedUntilItFits) {
 
 TEST_F(GlRaycasterTest, AVolumeThatNeverFitsIsRejectedByName) {
   caster().set_memory(0);
-  EXPECT_TRUE(test::refuses(try_to_draw(scene_), ErrorCode::kUnsupportedData,
+  EXPECT_TRUE(test::rejects(try_to_draw(scene_), ErrorCode::kUnsupportedData,
                             {"ball phantom", "free memory of this OpenGL device"}));
   caster().set_memory(1 << 30);
   scene_.ct = test::ball_phantom(test::cube_grid(20, 1.0));
@@ -322,7 +322,7 @@ TEST_F(GlRaycasterTest, AVolumeThatNeverFitsIsRejectedByName) {
 
 TEST_F(GlRaycasterTest, ACoarseImageAgreesWithTheFullOne) {
   scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
-  const Image2d<Rgba8> whole = picture();
+  const Image2d<Rgba8> whole = image();
   ASSERT_TRUE(test::has_value(try_to_draw(scene_, 2)));
   EXPECT_EQ(caster().statistics().rays, 48U * 36U);
   const Image2d<Rgba8> coarse = read_pixels(window_->window());
@@ -330,7 +330,7 @@ TEST_F(GlRaycasterTest, ACoarseImageAgreesWithTheFullOne) {
   constexpr int kBlur255 = 24;
   EXPECT_LT(test::difference(coarse, whole, kBlur255).fraction_above, 0.15);
   EXPECT_GT(test::difference(coarse, whole, 0).fraction_above, 0.1);
-  EXPECT_EQ(test::difference(picture(), whole, 0).max, 0);
+  EXPECT_EQ(test::difference(image(), whole, 0).max, 0);
 }
 
 TEST_F(GlRaycasterTest, LeapsOverPartsOfBricks) {
@@ -466,9 +466,9 @@ TEST_F(GlRaycasterTest, RaysStopAtVtkGeometry) {
     constexpr double kRadiusMm = 10;
     const vtkNew<vtkActor> ball = green_ball({0, 0, 0}, kRadiusMm);
     view_->renderer().AddActor(ball);
-    const Image2d<Rgba8> seen = picture();
+    const Image2d<Rgba8> seen = image();
     view_->renderer().RemoveActor(ball);
-    test::keep_picture(orthographic ? "shared_depth_orthographic" : "shared_depth", seen);
+    test::keep_image(orthographic ? "shared_depth_orthographic" : "shared_depth", seen);
     // The middle ray crosses the block from -20 to -10 mm with 5 % opacity per mm, and then meets
     // the ball.
     const double through = std::pow(0.95, 20 - kRadiusMm);
@@ -504,8 +504,8 @@ TEST_F(GlRaycasterTest, ObliqueRaysStopAtVtkGeometry) {
   const double through = std::pow(0.95, ball_mm - face_mm);
   // Using the depth instead of the distance would cause an error of 2.3 mm, or 12/255.
   constexpr double kTolerance255 = 2.5;
-  EXPECT_NEAR(picture().at(66, 36).r, 255 * (1 - through), kTolerance255);
-  EXPECT_NEAR(picture().at(66, 36).g, 255 * through, kTolerance255);
+  EXPECT_NEAR(image().at(66, 36).r, 255 * (1 - through), kTolerance255);
+  EXPECT_NEAR(image().at(66, 36).g, 255 * through, kTolerance255);
 }
 
 TEST_F(GlRaycasterTest, PixelsOfVtkGeometryKeepTheirRays) {
@@ -513,9 +513,9 @@ TEST_F(GlRaycasterTest, PixelsOfVtkGeometryKeepTheirRays) {
   scene_ = block_scene(true);
   const vtkNew<vtkActor> ball = green_ball({0, 0, 0}, 10);
   view_->renderer().AddActor(ball);
-  const Image2d<Rgba8> dense = picture();
+  const Image2d<Rgba8> dense = image();
   scene_.quality.pixel_error = 0.05;
-  const Image2d<Rgba8> sparse = picture();
+  const Image2d<Rgba8> sparse = image();
   EXPECT_GT(statistics().pixels_without_ray, 500U);
   for (int y = 0; y < dense.height(); ++y) {
     for (int x = 0; x < dense.width(); ++x) {
@@ -531,7 +531,7 @@ TEST_F(GlRaycasterTest, VtkGeometryInFrontHidesSolids) {
   scene_.spheres = {{{{0, 30, 0}}, 6, {0, 0, 1}, 1}};
   const vtkNew<vtkActor> ball = green_ball({0, -40, 0}, 3);
   view_->renderer().AddActor(ball);
-  EXPECT_EQ(picture().at(48, 36), (Rgba8{0, 255, 0, 255}));
+  EXPECT_EQ(image().at(48, 36), (Rgba8{0, 255, 0, 255}));
 }
 
 }  // namespace

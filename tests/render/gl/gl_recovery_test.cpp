@@ -23,7 +23,7 @@ TEST(GlRecoveryTest, AProgramThatDoesNotLinkReportsTheReason) {
       GlProgram::link(assembled_shader("fullscreen.vert"),
                       "#version 410 core\nvec4 missing();\nlayout(location = 0) out vec4 colour;\n"
                       "void main() { colour = missing(); }\n");
-  EXPECT_TRUE(test::refuses(linked, ErrorCode::kUnsupportedData, {"shader", "the driver says"}));
+  EXPECT_TRUE(test::rejects(linked, ErrorCode::kUnsupportedData, {"shader", "the driver says"}));
 }
 
 TEST(GlRecoveryTest, ALostContextIsReplaced) {

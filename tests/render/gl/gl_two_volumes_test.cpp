@@ -228,9 +228,9 @@ TEST_F(GlTwoVolumesTest, AMovedPlaneCastsOnlyTheRaysThatMeetIt) {
   Scene scene = test::fog_scene(test::centred_grid({21, 21, 21}, {1, 1, 1}), 0.05);
   scene.width = 48;
   scene.height = 36;
-  scene.plane = test::upright_plane(test::grey_picture(8, 8, 120), 0.5, {0, 0, 0});
+  scene.plane = test::upright_plane(test::grey_image(8, 8, 120), 0.5, {0, 0, 0});
   EXPECT_LE(share_beyond(scene), kShare);
-  scene.plane->frame.pixels = test::grey_picture(8, 8, 33);
+  scene.plane->frame.pixels = test::grey_image(8, 8, 33);
   EXPECT_LE(share_beyond(scene), kShare);
   EXPECT_EQ(caster().statistics().volume_samples, 0U) << "a new picture needs no sample";
   scene.plane->ct_from_image = {
@@ -247,7 +247,7 @@ TEST_F(GlTwoVolumesTest, RejectsAnUltrasoundThatTheDeviceCannotHold) {
   caster().set_largest_edge(32);
   const auto drawn = try_to_draw(scene);
   ASSERT_FALSE(drawn);
-  EXPECT_TRUE(test::refuses(drawn, ErrorCode::kUnsupportedData,
+  EXPECT_TRUE(test::rejects(drawn, ErrorCode::kUnsupportedData,
                             {"predicates", "33 x 9 x 9 voxels", "CPU engine"}));
 }
 

@@ -43,7 +43,7 @@ class GlViewTest : public testing::Test {
   /// Returns the image of draw(), with every ray cast again.
   std::vector<RgbaF> draw_anew(const render::Scene& scene) {
     if (!other_) other_ = std::make_unique<render::SceneView>(window_->window());
-    other_->raycaster().forget_picture();
+    other_->raycaster().forget_image();
     view_->renderer().DrawOff();
     other_->renderer().DrawOn();
     EXPECT_TRUE(has_value(other_->draw(std::make_shared<const render::Scene>(scene))));

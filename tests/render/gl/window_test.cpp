@@ -13,7 +13,7 @@
 #include "render/engine.hpp"
 #include "render/gl/gl_volume_prop.hpp"
 #include "render/vtk/vtk_convert.hpp"
-#include "tests/render/gl/gl_pictures.hpp"
+#include "tests/render/gl/gl_images.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
 #include "tests/render/predicates/two_volume_scenes.hpp"
 #include "tests/support/matchers.hpp"
@@ -44,7 +44,7 @@ TEST(SceneInAWindowTest, IsTheSameImageAsOfTheHeadlessEngine) {
   SceneView view(*window);
   ASSERT_TRUE(test::has_value(view.draw(std::make_shared<const Scene>(scene))));
   const Image2d<Rgba8> shown = read_pixels(*window);
-  test::keep_picture("window", shown);
+  test::keep_image("window", shown);
   // The window blends in 8 bits and rounds colour and background separately. The engine rounds
   // once.
   constexpr int kTwoRoundings = 1;
@@ -298,7 +298,7 @@ TEST(WindowTest, AnErrorOfTheSourceClosesTheWindow) {
     if (++asked < 3) return colours(20, 20);
     return Error{ErrorCode::kNumerical, "no image"};
   };
-  EXPECT_TRUE(test::refuses(show_window(source, {.refresh_hz = 100, .close_after_s = 10}),
+  EXPECT_TRUE(test::rejects(show_window(source, {.refresh_hz = 100, .close_after_s = 10}),
                             ErrorCode::kNumerical, {"no image"}));
   EXPECT_EQ(asked, 3);
 }
@@ -306,7 +306,7 @@ TEST(WindowTest, AnErrorOfTheSourceClosesTheWindow) {
 TEST(WindowTest, RejectsAnInvalidRefreshRate) {
   const ImageSource nothing = [](const WindowInput&) { return Image2d<Rgba8>(); };
   EXPECT_TRUE(
-      test::refuses(show_window(nothing, {.refresh_hz = 0}), ErrorCode::kUsage, {"refresh_hz"}));
+      test::rejects(show_window(nothing, {.refresh_hz = 0}), ErrorCode::kUsage, {"refresh_hz"}));
 }
 
 constexpr double kRoundingMm = 1e-9;

@@ -26,7 +26,7 @@ class CoarseVolumesTest : public ::testing::Test {
     return scene;
   }
   Scene coarse_of(const Scene& scene) {
-    const auto set = PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+    const auto set = PredicateSet::create(*scene.predicates, scene.ct, position_of(scene));
     EXPECT_TRUE(test::has_value(set));
     return coarse_volumes_.of(scene, *set);
   }

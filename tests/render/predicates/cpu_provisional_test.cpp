@@ -13,7 +13,7 @@ namespace {
 
 using E = PredicateExpression;
 
-constexpr int kMostPictures = 20;  // More than any test here needs.
+constexpr int kMostImages = 20;  // More than any test here needs.
 
 class CpuProvisionalTest : public ::testing::Test {
  protected:
@@ -35,7 +35,7 @@ class CpuProvisionalTest : public ::testing::Test {
     scene.width = 40;
     scene.height = 30;
     scene.quality.provisional = true;
-    scene.plane = test::upright_plane(test::grey_picture(20, 16, 120), 1, {0, 0, 0});
+    scene.plane = test::upright_plane(test::grey_image(20, 16, 120), 1, {0, 0, 0});
     scene.plane->opacity = 0.5;
     scene.predicates.emplace();
     scene.predicates->model = test::model_of(std::move(entries));
@@ -65,14 +65,14 @@ class CpuProvisionalTest : public ::testing::Test {
     return test::draw(*make_cpu_engine({1}), scene);
   }
   /// Number of provisional images until the image is complete. Expects that it has the right bytes.
-  int pictures_until_whole(const Scene& scene) {
-    for (int pictures = 0; pictures < kMostPictures; ++pictures) {
+  int images_until_whole(const Scene& scene) {
+    for (int images = 0; images < kMostImages; ++images) {
       const RenderedImage image = draw(scene);
       if (image.statistics.provisional) continue;
       EXPECT_TRUE(test::same_bytes(image, whole(scene)));
-      return pictures;
+      return images;
     }
-    return kMostPictures;
+    return kMostImages;
   }
 
   static std::shared_ptr<const StoredVolume> ct_;
@@ -86,11 +86,11 @@ std::shared_ptr<const StoredVolume> CpuProvisionalTest::inside_;
 Features CpuProvisionalTest::features_;
 
 TEST_F(CpuProvisionalTest, TheCompleteImageFollowsWithEqualBytes) {
-  EXPECT_EQ(pictures_until_whole(intensity()), 0) << "a new volume";
-  const int pictures = pictures_until_whole(features());
-  EXPECT_GE(pictures, 2);
-  EXPECT_LT(pictures, 6);
-  EXPECT_EQ(pictures_until_whole(intensity()), 0);
+  EXPECT_EQ(images_until_whole(intensity()), 0) << "a new volume";
+  const int images = images_until_whole(features());
+  EXPECT_GE(images, 2);
+  EXPECT_LT(images, 6);
+  EXPECT_EQ(images_until_whole(intensity()), 0);
 }
 
 TEST_F(CpuProvisionalTest, ProvisionalImagesUseCoarseVolumes) {
@@ -98,7 +98,7 @@ TEST_F(CpuProvisionalTest, ProvisionalImagesUseCoarseVolumes) {
   const Scene scene = features();
   const RenderedImage found = draw(scene);
   EXPECT_TRUE(found.statistics.provisional);
-  const auto set = PredicateSet::create(*scene.predicates, ct_, place_of(scene));
+  const auto set = PredicateSet::create(*scene.predicates, ct_, position_of(scene));
   ASSERT_TRUE(test::has_value(set));
   EXPECT_TRUE(test::same_bytes(found, whole(CoarseVolumes().of(scene, *set))));
   EXPECT_FALSE(test::same_bytes(found, whole(scene)));
@@ -120,7 +120,7 @@ TEST_F(CpuProvisionalTest, ProvisionalImagesAreNeitherKeptNorDrawnTwice) {
   EXPECT_TRUE(test::same_bytes(full, whole(scene)));
   scene.quality.provisional = true;
   EXPECT_EQ(draw(scene).statistics.volume_samples, 0U) << "it is there";
-  EXPECT_EQ(pictures_until_whole(scene), 0);
+  EXPECT_EQ(images_until_whole(scene), 0);
 }
 
 TEST_F(CpuProvisionalTest, HandlesPredicateSetsThatChangeDuringPreparation) {
@@ -128,18 +128,18 @@ TEST_F(CpuProvisionalTest, HandlesPredicateSetsThatChangeDuringPreparation) {
   for (const Scene& scene : {features(), other_features(), features()}) {
     EXPECT_TRUE(draw(scene).statistics.provisional);
   }
-  EXPECT_EQ(pictures_until_whole(intensity()), 0);
-  EXPECT_LT(pictures_until_whole(other_features()), kMostPictures);
-  EXPECT_LT(pictures_until_whole(features()), kMostPictures);
+  EXPECT_EQ(images_until_whole(intensity()), 0);
+  EXPECT_LT(images_until_whole(other_features()), kMostImages);
+  EXPECT_LT(images_until_whole(features()), kMostImages);
 }
 
 TEST_F(CpuProvisionalTest, BesideACtOnlyTheUltrasoundIsCoarse) {
-  EXPECT_EQ(pictures_until_whole(beside_ct(intensity())), 0) << "a new volume";
+  EXPECT_EQ(images_until_whole(beside_ct(intensity())), 0) << "a new volume";
   const Scene alone = features();
   const Scene scene = beside_ct(alone);
   const RenderedImage found = draw(scene);
   EXPECT_TRUE(found.statistics.provisional);
-  const auto set = PredicateSet::create(*alone.predicates, ct_, place_of(alone));
+  const auto set = PredicateSet::create(*alone.predicates, ct_, position_of(alone));
   ASSERT_TRUE(test::has_value(set));
   const Scene coarse = CoarseVolumes().of(alone, *set);
   Scene expected = scene;
@@ -148,9 +148,9 @@ TEST_F(CpuProvisionalTest, BesideACtOnlyTheUltrasoundIsCoarse) {
   EXPECT_TRUE(test::same_bytes(found, whole(expected)));
   EXPECT_FALSE(test::same_bytes(found, whole(scene)));
   EXPECT_EQ(draw(scene).statistics.volume_samples, 0U) << "drawn twice";
-  const int pictures = pictures_until_whole(scene);
-  EXPECT_GE(pictures, 1);
-  EXPECT_LT(pictures, 6);
+  const int images = images_until_whole(scene);
+  EXPECT_GE(images, 1);
+  EXPECT_LT(images, 6);
 }
 
 }  // namespace

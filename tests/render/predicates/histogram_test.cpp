@@ -154,14 +154,14 @@ TEST(PredicateHistogramTest, HuesAreReducedToOneTurn) {
 
 TEST(PredicateHistogramTest, RejectsBarsThatCannotBeNormalised) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  using test::refuses;
+  using test::rejects;
   const auto code = ErrorCode::kMalformedData;
-  EXPECT_TRUE(refuses(PredicateHistogram::create({{1, 0, 0}, {-0.1, 0, 0}}), code,
+  EXPECT_TRUE(rejects(PredicateHistogram::create({{1, 0, 0}, {-0.1, 0, 0}}), code,
                       {"predicate 1", "importance >= 0", "-0.1"}));
-  EXPECT_TRUE(refuses(PredicateHistogram::create({{nan, 0, 0}}), code, {"predicate 0"}));
-  EXPECT_TRUE(refuses(PredicateHistogram::create({{1, nan, 0}}), code, {"hue"}));
-  EXPECT_TRUE(refuses(PredicateHistogram::create({{1, 0, 1.5}}), code, {"saturation", "1.5"}));
-  EXPECT_TRUE(refuses(PredicateHistogram::create(std::vector<PredicateHistogram::Bar>(33)), code,
+  EXPECT_TRUE(rejects(PredicateHistogram::create({{nan, 0, 0}}), code, {"predicate 0"}));
+  EXPECT_TRUE(rejects(PredicateHistogram::create({{1, nan, 0}}), code, {"hue"}));
+  EXPECT_TRUE(rejects(PredicateHistogram::create({{1, 0, 1.5}}), code, {"saturation", "1.5"}));
+  EXPECT_TRUE(rejects(PredicateHistogram::create(std::vector<PredicateHistogram::Bar>(33)), code,
                       {"at most 32", "33"}));
 }
 

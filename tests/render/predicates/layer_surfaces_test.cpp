@@ -66,8 +66,8 @@ Scene scene_of(double spacing_mm, bool exact) {
 double differing(double spacing_mm) {
   const Scene exact = scene_of(spacing_mm, true);
   const Scene raster = scene_of(spacing_mm, false);
-  const auto exact_set = *PredicateSet::create(*exact.predicates, exact.ct, place_of(exact));
-  const auto raster_set = *PredicateSet::create(*raster.predicates, raster.ct, place_of(raster));
+  const auto exact_set = *PredicateSet::create(*exact.predicates, exact.ct, position_of(exact));
+  const auto raster_set = *PredicateSet::create(*raster.predicates, raster.ct, position_of(raster));
   const PredicateSampler by_surfaces(exact_set);
   const PredicateSampler by_voxels(raster_set);
   std::mt19937 random(5);
@@ -83,7 +83,7 @@ double differing(double spacing_mm) {
 
 TEST(LayerSurfacesTest, TheReferenceUsesTheSurfaceNotTheVoxel) {
   const Scene scene = scene_of(2, true);
-  const auto set = *PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+  const auto set = *PredicateSet::create(*scene.predicates, scene.ct, position_of(scene));
   const PredicateSampler sampler(set);
   const LayerModel& model = *scene.predicates->features.labels->layers();
   std::mt19937 random(3);
@@ -139,7 +139,8 @@ TEST(LayerSurfacesTest, ScribblesCountVoxelsLikeTheRaster) {
   std::vector<std::size_t> voxels(exact.ct->grid().voxel_count());
   for (std::size_t i = 0; i < voxels.size(); ++i) voxels[i] = i;
   const auto count = [&](const Scene& scene) {
-    return count_true(*PredicateSet::create(*scene.predicates, scene.ct, place_of(scene)), voxels);
+    return count_true(*PredicateSet::create(*scene.predicates, scene.ct, position_of(scene)),
+                      voxels);
   };
   EXPECT_EQ(count(exact), count(raster));
 }

@@ -18,7 +18,7 @@ class PredicateBrickCacheTest : public ::testing::Test {
     scene.predicates.emplace();
     scene.predicates->model = test::model_of({{E::kind(kind, {0.2, 0.7}), 1}});
     scene.predicates->features = features_;
-    auto set = PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+    auto set = PredicateSet::create(*scene.predicates, scene.ct, position_of(scene));
     EXPECT_TRUE(test::has_value(set));
     return *std::move(set);
   }
@@ -53,7 +53,7 @@ TEST_F(PredicateBrickCacheTest, LeavesOfAMovedObjectAreTestedAgain) {
   scene.spheres.push_back({{{2, 1, 0}}, 3});
   const auto set_of_kind = [&](const char* kind) {
     scene.predicates->model = test::model_of({{E::kind(kind, {1, 6}), 1}});
-    auto set = PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+    auto set = PredicateSet::create(*scene.predicates, scene.ct, position_of(scene));
     EXPECT_TRUE(test::has_value(set));
     return *std::move(set);
   };

@@ -304,10 +304,10 @@ TEST(PredicateCpuEngineTest, ANewUltrasoundImageTakesNoSample) {
   const auto engine = make_cpu_engine();
   for (int i = 0; i < 10; ++i) {
     Scene scene = test::random_predicate_scene(random, ct, test::random_features(ct, 1));
-    scene.plane = test::upright_plane(test::grey_picture(20, 16, 120), 1, {0, 0, 8});
+    scene.plane = test::upright_plane(test::grey_image(20, 16, 120), 1, {0, 0, 8});
     scene.plane->opacity = 0.5;
     test::draw(*engine, scene);
-    scene.plane->frame.pixels = test::grey_picture(20, 16, 33);
+    scene.plane->frame.pixels = test::grey_image(20, 16, 33);
     const RenderedImage live = test::draw(*engine, scene);
     EXPECT_EQ(live.statistics.volume_samples, 0U);
     EXPECT_LT(test::max_difference(live, test::draw(*make_reference_engine(), scene)), 0.05F);

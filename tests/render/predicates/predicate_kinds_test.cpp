@@ -16,8 +16,8 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-PredicatePlace place_with_everything() {
-  PredicatePlace place;
+PredicatePosition place_with_everything() {
+  PredicatePosition place;
   place.grid.size = {20, 20, 20};
   place.grid.spacing_mm = {0.2, 0.2, 1};
   place.scan = ParallelScan{{{0, 0, 0}}, {{0.2, 2, -1}}};
@@ -106,7 +106,7 @@ TEST(PredicateKindsTest, DistancesAreMeasuredFromTheSurface) {
 }
 
 TEST(PredicateKindsTest, NothingIsNearALostNeedle) {
-  PredicatePlace place = place_with_everything();
+  PredicatePosition place = place_with_everything();
   place.needle->a.setConstant(kNaN);
   place.needle->b = place.needle->a;
   const std::vector<double> anywhere{-1e4, 1e4};
@@ -117,7 +117,7 @@ TEST(PredicateKindsTest, NothingIsNearALostNeedle) {
 }
 
 TEST(PredicateKindsTest, DepthWorksForParallelLinesAndForAFan) {
-  PredicatePlace place = place_with_everything();
+  PredicatePosition place = place_with_everything();
   place.scan = ParallelScan{{{5, 1, 5}}, {{0, 10, 0}}};
   PredicateSample sample = sample_of(kNaN);
   sample.position_mm = {2, 4, 9};
@@ -132,7 +132,7 @@ TEST(PredicateKindsTest, DepthWorksForParallelLinesAndForAFan) {
 }
 
 TEST(PredicateKindsTest, UnknownNamesListTheKnownOnes) {
-  EXPECT_TRUE(test::refuses(find_predicate_kind("sharpness"), ErrorCode::kNotFound,
+  EXPECT_TRUE(test::rejects(find_predicate_kind("sharpness"), ErrorCode::kNotFound,
                             {"intensity", "vesselness", "target_distance", "\"sharpness\""}));
 }
 
@@ -217,7 +217,7 @@ PredicateSample random_sample(std::mt19937& random, const RandomBrick& brick) {
 
 TEST(PredicateKindsTest, BoundsAreNeverWrong) {
   std::mt19937 random(5);
-  const PredicatePlace place = place_with_everything();
+  const PredicatePosition place = place_with_everything();
   for (const PredicateKind* kind : predicate_kinds()) {
     int decided = 0;
     for (int i = 0; i < 1500; ++i) {

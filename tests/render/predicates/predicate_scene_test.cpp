@@ -115,7 +115,7 @@ TEST_P(PredicateSceneTest, AnOpaqueSurfaceEndsTheRay) {
                                     [](int, int j, int) { return j > 25 ? 255 : 0; });
   Scene scene = frontal_scene(
       ct, test::model_of({{E::kind("intensity", {0.01, 1}), 0.9}, {everything(), 0.1}}));
-  scene.plane = test::upright_plane(test::grey_picture(20, 20, 51), 1, {0, 0, 10});
+  scene.plane = test::upright_plane(test::grey_image(20, 20, 51), 1, {0, 0, 10});
   EXPECT_NEAR(test::middle(test::draw(*engine_, scene)).r, 0.2, 1e-5) << "behind it, nothing";
 }
 
@@ -222,7 +222,7 @@ class PredicateRefusalTest : public ::testing::Test {
  protected:
   ::testing::AssertionResult refused(std::initializer_list<std::string> pieces,
                                      ErrorCode code = ErrorCode::kMalformedData) const {
-    return test::refuses(validate(scene_), code, pieces);
+    return test::rejects(validate(scene_), code, pieces);
   }
   void use(std::vector<std::pair<E, double>> entries) {
     scene_.predicates->model = test::model_of(std::move(entries));
@@ -295,17 +295,17 @@ TEST_F(PredicateRefusalTest, AStaleOrLostNeedleHasNoDistances) {
   for (const SafetyState state :
        {SafetyState::kValid, SafetyState::kDegraded, SafetyState::kStale, SafetyState::kLost}) {
     scene_.needle->safety = {state, state == SafetyState::kValid ? "" : "no pose"};
-    ASSERT_TRUE(place_of(scene_).needle);
-    EXPECT_EQ(place_of(scene_).needle->a.allFinite(), state <= SafetyState::kDegraded);
+    ASSERT_TRUE(position_of(scene_).needle);
+    EXPECT_EQ(position_of(scene_).needle->a.allFinite(), state <= SafetyState::kDegraded);
   }
   scene_.needle.reset();
-  EXPECT_FALSE(place_of(scene_).needle);
+  EXPECT_FALSE(position_of(scene_).needle);
   PredicateScene lost = *scene_.predicates;
   lost.needle_lost = true;
   EXPECT_FALSE(same_drawing(*scene_.predicates, lost));
   scene_.predicates = lost;
   EXPECT_TRUE(test::has_value(validate(scene_)));
-  EXPECT_FALSE(place_of(scene_).needle->a.allFinite());
+  EXPECT_FALSE(position_of(scene_).needle->a.allFinite());
 }
 
 TEST_F(PredicateRefusalTest, RejectsCyclesAndUnknownEntries) {
@@ -356,7 +356,7 @@ TEST_F(PredicateRefusalTest, PresetsAreValidAndAnUnknownNameListsThem) {
     ASSERT_TRUE(test::has_value(model)) << name;
     EXPECT_TRUE(test::has_value(validate(*model))) << name;
   }
-  EXPECT_TRUE(test::refuses(preset_predicates("kidney"), ErrorCode::kNotFound,
+  EXPECT_TRUE(test::rejects(preset_predicates("kidney"), ErrorCode::kNotFound,
                             {"carotid-context", "\"kidney\""}));
 }
 
@@ -365,7 +365,7 @@ TEST(PredicateSetTest, CountsTheVoxelsOfScribbles) {
   const auto ct = test::make_volume(grid, [](int i, int, int) { return 51 * (i + 1); });
   Scene scene = frontal_scene(ct, test::model_of({{E::kind("intensity", {0, 0.5}), 1},
                                                   {E::kind("intensity", {0.3, 1}), 1}}));
-  const auto set = PredicateSet::create(*scene.predicates, ct, place_of(scene));
+  const auto set = PredicateSet::create(*scene.predicates, ct, position_of(scene));
   ASSERT_TRUE(test::has_value(set));
   const std::vector<std::size_t> painted{0, 1, 2, 2};
   EXPECT_EQ(count_true(*set, painted), (std::vector<std::uint64_t>{2, 3}));

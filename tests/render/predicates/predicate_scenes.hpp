@@ -171,7 +171,7 @@ inline render::Scene random_predicate_scene(std::mt19937& random,
   scene.needle = needle(vector(8), vector(30));
   scene.spheres.push_back({{vector(8)}, 2, {1, 0.8, 0.1}, 0.5});
   if (unit(random) > 0) {
-    scene.plane = upright_plane(grey_picture(20, 16, 120), 1, vector(8));
+    scene.plane = upright_plane(grey_image(20, 16, 120), 1, vector(8));
     scene.plane->opacity = 0.6;
   }
   render::PredicateScene predicates{random_model(random), features};

@@ -14,7 +14,7 @@ namespace {
 using E = PredicateExpression;
 
 PredicateSet set_of(const Scene& scene) {
-  return *PredicateSet::create(*scene.predicates, scene.ct, place_of(scene));
+  return *PredicateSet::create(*scene.predicates, scene.ct, position_of(scene));
 }
 
 /// Puts the channels into two textures: the last channel into the second one, the others into the

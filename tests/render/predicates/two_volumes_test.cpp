@@ -70,7 +70,7 @@ TEST_P(TwoVolumesTest, InvisibleUltrasoundDoesNotChangeTheCt) {
   Scene scene = test::fog_scene(test::centred_grid({21, 21, 21}, {0.7, 0.9, 0.8}), 0.1);
   scene.ultrasound->volume =
       test::make_volume(scene.ultrasound->volume->grid(), [](int, int, int) { return 0; });
-  scene.plane = test::upright_plane(test::grey_picture(8, 8, 200), 1, {0, 2, 4});
+  scene.plane = test::upright_plane(test::grey_image(8, 8, 200), 1, {0, 2, 4});
   scene.plane->opacity = 0.5;
   const RenderedImage both = test::draw(*engine_, scene);
   scene.ultrasound.reset();

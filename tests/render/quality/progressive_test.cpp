@@ -44,7 +44,7 @@ Scene scene() {
   Scene scene = test::plain_scene(ct, test::fog(0.1), test::frontal(100, 10, false));
   scene.width = 81;
   scene.height = 61;
-  scene.plane = test::upright_plane(test::grey_picture(4, 4, 100), 1, {0, 0, 0});
+  scene.plane = test::upright_plane(test::grey_image(4, 4, 100), 1, {0, 0, 0});
   return scene;
 }
 
@@ -165,13 +165,13 @@ TEST_F(ProgressiveTest, ProvisionalImagesAreNotReportedAsRefined) {
 
 TEST_F(ProgressiveTest, NewUltrasoundPixelsNeitherCoarsenNorDelayRefinement) {
   EXPECT_TRUE(draw(0));
-  scene_.plane->frame.pixels = test::grey_picture(4, 4, 101);
+  scene_.plane->frame.pixels = test::grey_image(4, 4, 101);
   EXPECT_TRUE(draw(0.02));
   turn();
   EXPECT_FALSE(draw(0.04));
-  scene_.plane->frame.pixels = test::grey_picture(4, 4, 102);
+  scene_.plane->frame.pixels = test::grey_image(4, 4, 102);
   EXPECT_FALSE(draw(0.1));
-  scene_.plane->frame.pixels = test::grey_picture(4, 4, 103);
+  scene_.plane->frame.pixels = test::grey_image(4, 4, 103);
   EXPECT_TRUE(draw(0.145));
 }
 

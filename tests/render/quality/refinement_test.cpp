@@ -30,7 +30,7 @@ Scene plane_scene() {
   const auto ct = test::make_volume(test::centred_grid({4, 4, 4}, {1, 1, 1}),
                                     [](int, int, int) { return 0.0; });
   Scene scene = test::plain_scene(ct, test::fog(0.1), test::frontal(100, 10, false));
-  scene.plane = test::upright_plane(test::grey_picture(4, 4, 100), 1, {0, 0, 0});
+  scene.plane = test::upright_plane(test::grey_image(4, 4, 100), 1, {0, 0, 0});
   return scene;
 }
 

@@ -41,7 +41,7 @@ Scene wavy(double pixels_per_voxel, bool orthographic) {
 }
 
 Scene with_plane_and_shapes(Scene scene) {
-  scene.plane = test::upright_plane(test::grey_picture(30, 30, 100), 1, {-15, 3, 15});
+  scene.plane = test::upright_plane(test::grey_image(30, 30, 100), 1, {-15, 3, 15});
   scene.needle = test::needle({-8, -14, -5}, {12, -16, 20});
   scene.spheres.push_back({{{5, -15, 5}}, 2.5});
   scene.lines.push_back({{{-20, -15, -20}}, {{20, -15, -10}}});
@@ -84,7 +84,7 @@ TEST(SparseRaysRuleTest, RejectsInvalidErrors) {
   Scene scene = wavy(2.2, false);
   for (const double error : {-0.1, 1.1, std::nan("")}) {
     scene.quality.pixel_error = error;
-    EXPECT_TRUE(test::refuses(validate(scene), ErrorCode::kMalformedData, {"quality.pixel_error"}));
+    EXPECT_TRUE(test::rejects(validate(scene), ErrorCode::kMalformedData, {"quality.pixel_error"}));
   }
 }
 
@@ -184,12 +184,12 @@ TEST_P(SparseRaysTest, MovedObjectsLeaveNoTrace) {
   scene.needle = test::needle({-2, -14, -5}, {18, -16, 20});
   EXPECT_TRUE(test::same_bytes(test::draw(*engine_, scene), anew()));
   scene.plane->ct_from_image =
-      test::upright_plane(test::grey_picture(30, 30, 100), 1, {-9, 1, 12}).ct_from_image;
+      test::upright_plane(test::grey_image(30, 30, 100), 1, {-9, 1, 12}).ct_from_image;
   EXPECT_TRUE(test::same_bytes(test::draw(*engine_, scene), anew()));
   scene.needle.reset();
   scene.spheres.clear();
   EXPECT_TRUE(test::same_bytes(test::draw(*engine_, scene), anew()));
-  scene.plane->frame.pixels = test::grey_picture(30, 30, 200);
+  scene.plane->frame.pixels = test::grey_image(30, 30, 200);
   const RenderedImage live = test::draw(*engine_, scene);
   EXPECT_EQ(live.statistics.volume_samples, 0U);
   EXPECT_TRUE(test::same_bytes(live, anew()));

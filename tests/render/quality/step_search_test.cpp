@@ -80,14 +80,14 @@ TEST(StepSearchTest, TheErrorIsNearTheEstimateAndAtMostTheRequestedOne) {
 }
 
 /// The error of an image as shown, against an image without rounding.
-double shown_error(const Image2d<RgbaF>& picture, const Image2d<RgbaF>& truth) {
-  const Image2d<Rgba8> bytes = to_8bit(picture);
+double shown_error(const Image2d<RgbaF>& image, const Image2d<RgbaF>& truth) {
+  const Image2d<Rgba8> bytes = to_8bit(image);
   std::vector<RgbaF> shown;
   for (const Rgba8& p : bytes.pixels()) {
     shown.push_back({static_cast<float>(p.r) / 255, static_cast<float>(p.g) / 255,
                      static_cast<float>(p.b) / 255, 1});
   }
-  return rms_difference({picture.width(), picture.height(), std::move(shown)}, truth);
+  return rms_difference({image.width(), image.height(), std::move(shown)}, truth);
 }
 
 TEST(StepSearchTest, EightBitImagesStayWithinTheRequestedError) {
@@ -258,7 +258,7 @@ TEST(StepSearchTest, TheErrorOfACutawayIsAtMostTheEstimate) {
     for (const double overlay_mm : test::trials({0.0, 15.0})) {
       Scene scene = abdomen(preset, false);
       const auto bare = step_for_error(*engine, scene, kDefaultRms);
-      scene.plane = test::upright_plane(test::grey_picture(120, 120, 90), 1, {-60, -40, 60});
+      scene.plane = test::upright_plane(test::grey_image(120, 120, 90), 1, {-60, -40, 60});
       scene.cutaway.emplace().overlay_mm = overlay_mm;
       const auto cut = step_for_error(*engine, scene, kDefaultRms);
       ASSERT_TRUE(test::has_value(bare) && test::has_value(cut));
@@ -282,7 +282,7 @@ TEST(StepSearchTest, TheErrorOfACutawayIsAtMostTheEstimate) {
 TEST(StepSearchTest, RejectsAnInvalidError) {
   for (const double rms : {0.0, -1.0, 1.5, std::nan("")}) {
     const auto choice = step_for_error(*make_cpu_engine(), abdomen("ct-bone", true), rms);
-    EXPECT_TRUE(test::refuses(choice, ErrorCode::kUsage, {"rms in (0, 1]"}));
+    EXPECT_TRUE(test::rejects(choice, ErrorCode::kUsage, {"rms in (0, 1]"}));
   }
 }
 

@@ -253,7 +253,7 @@ TEST(SliceTest, RejectsInvalidPlanesAndOptions) {
     SlicePlane plane = good;
     SliceOptions o{10, 10, 1};
     change(plane, o);
-    return test::refuses(slice_values(*ct, plane, o), ErrorCode::kUsage, {"slice", field});
+    return test::rejects(slice_values(*ct, plane, o), ErrorCode::kUsage, {"slice", field});
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(refused([](auto&, auto& o) { o.width = 0; }, "width"));
@@ -282,7 +282,7 @@ bool is_green(const Rgba8& p) { return p.g > p.r + 50; }
 
 class FusionTest : public ::testing::Test {
  protected:
-  FusionTest() : us_(test::upright_plane(test::grey_picture(40, 30, 200), 1, {0, 0, 15})) {
+  FusionTest() : us_(test::upright_plane(test::grey_image(40, 30, 200), 1, {0, 0, 15})) {
     plane_ = ultrasound_slice(us_.ct_from_image, {0, 15});
     options_ = {101, 81, 0.5};
     ct_ = Image2d<Rgba8>(101, 81, std::vector<Rgba8>(101 * 81, Rgba8{40, 40, 40, 255}));
@@ -396,7 +396,7 @@ SlicePlane turned(const SlicePlane& plane, double about_rad, double by_rad) {
 
 TEST_F(FusionTest, ACrossingPlaneIsALineInTheColourOfItsStateWithoutGaps) {
   constexpr double kDeg = M_PI / 180;
-  constexpr double kHalfPictureMm = 12;  // Image of 40 mm × 30 mm, without border.
+  constexpr double kHalfImageMm = 12;  // Image of 40 mm × 30 mm, without border.
   for (const double mm_per_pixel : {0.1, 0.5, 1.2, 3.0}) {
     for (const double by_deg : {90.0, 60.0, -30.0, 16.0}) {
       for (const double about_deg : {0.0, 35.0, 90.0, 120.0}) {
@@ -405,7 +405,7 @@ TEST_F(FusionTest, ACrossingPlaneIsALineInTheColourOfItsStateWithoutGaps) {
         const auto fused = fuse(ct_, crossing, options_, us_, {});
         ASSERT_TRUE(test::has_value(fused));
         const Eigen::Vector2d along(std::cos(about_deg * kDeg), std::sin(about_deg * kDeg));
-        const double half_px = std::min(kHalfPictureMm / mm_per_pixel, 38.0);
+        const double half_px = std::min(kHalfImageMm / mm_per_pixel, 38.0);
         int gaps = 0;
         for (double t = -half_px; t <= half_px; t += 0.1) {
           const Eigen::Vector2d p = Eigen::Vector2d(50, 40) + t * along;
@@ -454,13 +454,13 @@ TEST_F(FusionTest, ASecondVolumeIsFusedLikeAnImage) {
   EXPECT_EQ(at_of(55, 40, {FusionMode::kWipe}), 40);
   ct_ = Image2d<Rgba8>(101, 81, std::vector<Rgba8>(101 * 81, kOutsideCt));
   EXPECT_EQ(at_of(50, 40, {FusionMode::kBlend, 0.25}), 200) << "the second alone reaches";
-  EXPECT_TRUE(test::refuses(fuse(ct_, second, options_, {FusionMode::kBlend, 2}), ErrorCode::kUsage,
+  EXPECT_TRUE(test::rejects(fuse(ct_, second, options_, {FusionMode::kBlend, 2}), ErrorCode::kUsage,
                             {"share"}));
 }
 
 TEST_F(FusionTest, RejectsInvalidFusionOptions) {
   const auto refused = [&](const Fusion& fusion, const std::string& field) {
-    return test::refuses(fuse(ct_, plane_, options_, us_, fusion), ErrorCode::kUsage, {field});
+    return test::rejects(fuse(ct_, plane_, options_, us_, fusion), ErrorCode::kUsage, {field});
   };
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_TRUE(refused({FusionMode::kBlend, 1.5}, "share"));
@@ -476,14 +476,14 @@ TEST(SliceTest, ASliceAlongAnImageHasThePixelPositionsOfTheImage) {
       Eigen::Quaterniond(0.8, 0.3, -0.4, 0.2).normalized(), V(1, -2, 3)};
   const Eigen::Vector2d origin_mm(-6, -4);
   const HuWindow window{10, 255};
-  const auto picture = slice_along_image(*ct, ct_from_image, origin_mm, 0.5, 25, 17, window);
+  const auto image = slice_along_image(*ct, ct_from_image, origin_mm, 0.5, 25, 17, window);
   int inside = 0;
   for (int row = 0; row < 17; ++row) {
     for (int column = 0; column < 25; ++column) {
       const Eigen::Vector2d p = origin_mm + 0.5 * Eigen::Vector2d(column, row);
       const auto place = ct_from_image * Point<frames::Image>{{p.x(), p.y(), 0}};
       const auto hu = ct->sample(place);
-      const Rgba8& found = picture.at(column, row);
+      const Rgba8& found = image.at(column, row);
       if (!hu) {
         EXPECT_EQ(found.b, kOutsideCt.b);
         continue;

@@ -54,7 +54,7 @@ TEST(TransferFunctionTest, NamesTheInvalidNode) {
     return TransferFunction::create("bad", nodes);
   };
   const auto refused = [](const auto& f, std::initializer_list<std::string> pieces) {
-    return test::refuses(f, ErrorCode::kMalformedData, pieces);
+    return test::rejects(f, ErrorCode::kMalformedData, pieces);
   };
   EXPECT_TRUE(refused(TransferFunction::create("bad", {ramp()[0]}), {"bad", "two nodes", "1"}));
   EXPECT_TRUE(refused(with([](auto& n) { n.hu = 0; }), {"node 1", "more than the 0 HU"}));
@@ -198,7 +198,7 @@ TEST(TransferFunctionBlendTest, RejectsInvalidComponents) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const auto refused = [](const std::vector<TransferComponent>& components,
                           std::initializer_list<std::string> pieces) {
-    return test::refuses(TransferFunction::blend("look", components), ErrorCode::kMalformedData,
+    return test::rejects(TransferFunction::blend("look", components), ErrorCode::kMalformedData,
                          pieces);
   };
   EXPECT_TRUE(refused({}, {"look", "at least one component"}));
@@ -271,7 +271,7 @@ TEST(PresetTransferFunctionTest, ShowsTheTissueThatItsNameStates) {
 }
 
 TEST(PresetTransferFunctionTest, AnUnknownNameListsTheKnownOnes) {
-  EXPECT_TRUE(test::refuses(preset_transfer_function("mri"), ErrorCode::kNotFound,
+  EXPECT_TRUE(test::rejects(preset_transfer_function("mri"), ErrorCode::kNotFound,
                             {"mri", "ct-bone", "ct-soft-tissue", "ct-liver", "cta-vessels",
                              "cta-liver-vessels", "mr-default"}));
 }

@@ -33,7 +33,7 @@ TEST(PresetTest, EachNameGivesAFunctionWithOrderedImportance) {
     }
     EXPECT_GE(greatest, 0.99) << name << ": something stays in front of the plane";
   }
-  EXPECT_TRUE(test::refuses(preset_for("x-ray", *ct), ErrorCode::kNotFound, {"x-ray", "ct-liver"}));
+  EXPECT_TRUE(test::rejects(preset_for("x-ray", *ct), ErrorCode::kNotFound, {"x-ray", "ct-liver"}));
 }
 
 TEST(PresetTest, CtAppearancesRankTissuesAsInThePaper) {
@@ -104,11 +104,11 @@ TEST(RescaledTest, MapsValuesAndGradientWindows) {
 TEST(RescaledTest, RejectsValuesThatBecomeEqualOrExceedTheNumberRange) {
   const auto near = *TransferFunction::create(
       "near", {{0, {1, 0, 0}, 0.1, 0.3}, {std::nextafter(0.0, 1.0), {0, 1, 0}, 0.5, 0.6}});
-  EXPECT_TRUE(test::refuses(rescaled(near, {0, 10}, {100, 300}), ErrorCode::kMalformedData,
+  EXPECT_TRUE(test::rejects(rescaled(near, {0, 10}, {100, 300}), ErrorCode::kMalformedData,
                             {"near", "node 1"}));
   const auto far = *TransferFunction::create(
       "far", {{-1e308, {1, 0, 0}, 0.1, 0.3}, {1e308, {0, 1, 0}, 0.5, 0.6}});
-  EXPECT_TRUE(test::refuses(rescaled(far, {0, 1}, {100, 300}), ErrorCode::kMalformedData,
+  EXPECT_TRUE(test::rejects(rescaled(far, {0, 1}, {100, 300}), ErrorCode::kMalformedData,
                             {"far", "finite"}));
 }
 
@@ -143,7 +143,7 @@ TEST(WithImportanceTest, RulesApplyInOrderAndByComponent) {
 TEST(WithImportanceTest, RejectsInvalidRules) {
   const auto f = *preset_transfer_function("ct-bone");
   const auto refused = [&](const ImportanceRule& rule, const std::string& piece) {
-    return test::refuses(with_importance(f, {rule}), ErrorCode::kUsage, {"importance of", piece});
+    return test::rejects(with_importance(f, {rule}), ErrorCode::kUsage, {"importance of", piece});
   };
   EXPECT_TRUE(refused({100, 50, 0.5}, "range"));
   EXPECT_TRUE(refused({std::nan(""), 50, 0.5}, "range"));

@@ -82,34 +82,34 @@ TEST(NeedleInsertionTest, TheShaftRunsFromTheTipThroughTheSkinToTheHub) {
 }
 
 TEST(NeedleInsertionTest, RejectsInvalidOptionsByName) {
-  const auto refusal = [](const NeedleInsertionOptions& o) {
+  const auto rejection = [](const NeedleInsertionOptions& o) {
     const auto made = NeedleInsertion::create(plan(), o, kBegin, kEnd);
     EXPECT_FALSE(made);
     return made ? std::string() : made.error().message;
   };
   NeedleInsertionOptions o = with(BendingKind::kBevelArc);
   o.speed_mm_s = -3;
-  EXPECT_THAT(refusal(o), HasSubstr("speed"));
-  EXPECT_THAT(refusal(o), HasSubstr("found -3.00 mm/s"));
+  EXPECT_THAT(rejection(o), HasSubstr("speed"));
+  EXPECT_THAT(rejection(o), HasSubstr("found -3.00 mm/s"));
   o.speed_mm_s = std::nan("");
-  EXPECT_THAT(refusal(o), HasSubstr("found nan mm/s"));
+  EXPECT_THAT(rejection(o), HasSubstr("found nan mm/s"));
   o = with(BendingKind::kStraight);
   o.length_mm = 59;
-  EXPECT_THAT(refusal(o),
+  EXPECT_THAT(rejection(o),
               HasSubstr("at least the path from the skin to the target, 60.00 mm, found 59.00 mm"));
   o.length_mm = 1e5;
-  EXPECT_THAT(refusal(o), HasSubstr("a length of 0 to 1000 mm"));
+  EXPECT_THAT(rejection(o), HasSubstr("a length of 0 to 1000 mm"));
   o = with(BendingKind::kStraight);
   o.aside_at_target_mm = 2;
-  EXPECT_THAT(refusal(o), HasSubstr("straight"));
+  EXPECT_THAT(rejection(o), HasSubstr("straight"));
   o = with(BendingKind::kTipLoad);
   o.aside_at_target_mm = -2;
-  EXPECT_THAT(refusal(o), HasSubstr("-2.00 mm"));
+  EXPECT_THAT(rejection(o), HasSubstr("-2.00 mm"));
   o.aside_at_target_mm = 20;
-  EXPECT_THAT(refusal(o), HasSubstr("0 to 12 mm (a fifth of the path), found 20 mm"));
+  EXPECT_THAT(rejection(o), HasSubstr("0 to 12 mm (a fifth of the path), found 20 mm"));
   o.aside_at_target_mm.reset();
   o.bending.tip_force_n = 5;
-  EXPECT_THAT(refusal(o), HasSubstr("a fifth of the path"));
+  EXPECT_THAT(rejection(o), HasSubstr("a fifth of the path"));
   o = with(BendingKind::kStraight);
   EXPECT_FALSE(NeedleInsertion::create(plan(), o, kEnd, kBegin));
   EXPECT_FALSE(NeedleInsertion::create({{{0, 0, 0}}, {{0, 0, 0}}, 0, 0}, o, kBegin, kEnd));

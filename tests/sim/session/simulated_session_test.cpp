@@ -4,8 +4,8 @@
 
 #include <gmock/gmock.h>
 
-#include "sim/simulated_source.hpp"
 #include "sim/session/simulated_devices.hpp"
+#include "sim/simulated_source.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace nav::sim {
@@ -172,11 +172,11 @@ TEST(SimulatedSessionTest, EveryListedDeviceStartsAndDeliversData) {
     }
     const auto session = make(options);
     const auto pose = session.probe_poses()->next(Timestamp::max());
-    const auto picture = session.frames()->next(Timestamp::max());
-    ASSERT_TRUE(pose && picture) << device.name;
+    const auto image = session.frames()->next(Timestamp::max());
+    ASSERT_TRUE(pose && image) << device.name;
     EXPECT_EQ(pose->status, TrackingStatus::kOk) << device.name;
-    EXPECT_GE(picture->received, picture->acquired) << device.name;
-    EXPECT_FALSE(picture->pixels.empty()) << device.name;
+    EXPECT_GE(image->received, image->acquired) << device.name;
+    EXPECT_FALSE(image->pixels.empty()) << device.name;
   }
   EXPECT_FALSE(probe_model_from("banana"));
 }

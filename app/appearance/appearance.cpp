@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/appearance/appearance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <sstream>
+
+#include "app/appearance/appearance_file.hpp"
+#include "render/default_window.hpp"
+
+namespace nav::app {
+namespace {
+
+Result<render::TransferFunction> transfer_of(const SessionConfig::Appearance& appearance,
+                                             const Volume& ct,
+                                             const std::optional<AppearanceFile>& file) {
+  const auto base = [&]() -> Result<render::TransferFunction> {
+    if (file) return file->transfer;
+    if (!appearance.nodes.empty())
+      return render::TransferFunction::create("session file", appearance.nodes);
+    return render::preset_for(appearance.preset, ct);
+  }();
+  if (!base) return base.error();
+  return render::with_importance(*base, appearance.importance);
+}
+
+/// True when the session sets any property of the cutaway's shape.
+bool shapes(const SessionConfig::Appearance::Cutaway& said) {
+  return said.theta1_deg || said.theta2_deg || said.overlay_mm || said.around_plane ||
+         said.around_needle || said.around_targets;
+}
+
+Result<std::optional<render::Cutaway>> cutaway_of(const SessionConfig::Appearance::Cutaway& said,
+                                                  const std::optional<AppearanceFile>& file) {
+  const bool file_says = file && file->cutaway;
+  const bool in_file = !file_says || file->cutaway->has_value();
+  if (!in_file && !said.enabled && shapes(said)) {
+    return Error{ErrorCode::kUsage,
+                 "look.cutaway: angles, overlay and objects require enabled = true, because the "
+                 "appearance file does not cut"};
+  }
+  if (!said.enabled.value_or(in_file)) return std::optional<render::Cutaway>{};
+  render::Cutaway cutaway =
+      file_says ? file->cutaway->value_or(render::Cutaway{}) : render::Cutaway{};
+  constexpr double kRadPerDeg = M_PI / 180;
+  if (said.theta1_deg) cutaway.theta1_rad = *said.theta1_deg * kRadPerDeg;
+  if (said.theta2_deg) cutaway.theta2_rad = *said.theta2_deg * kRadPerDeg;
+  cutaway.overlay_mm = said.overlay_mm.value_or(cutaway.overlay_mm);
+  cutaway.around_plane = said.around_plane.value_or(cutaway.around_plane);
+  cutaway.around_needle = said.around_needle.value_or(cutaway.around_needle);
+  cutaway.around_spheres = said.around_targets.value_or(cutaway.around_spheres);
+  if (cutaway.theta1_rad > cutaway.theta2_rad) {
+    std::ostringstream text;
+    text << "look.cutaway.theta1_deg: expected at most theta2_deg, "
+         << cutaway.theta2_rad / kRadPerDeg << ", found " << cutaway.theta1_rad / kRadPerDeg;
+    return Error{ErrorCode::kUsage, text.str()};
+  }
+  return std::optional<render::Cutaway>(cutaway);
+}
+
+}  // namespace
+
+Result<ResolvedLook> resolve_appearance(const SessionConfig::Appearance& appearance,
+                                        const Volume& ct) {
+  if (const auto ok = validate(appearance); !ok) return ok.error();
+  std::optional<AppearanceFile> file;
+  if (!appearance.file.empty()) {
+    auto read = read_appearance_file(appearance.file);
+    if (!read) return read.error();
+    auto laid = look_for(*std::move(read), ct);
+    if (!laid)
+      return Error{laid.error().code, appearance.file.string() + ": " + laid.error().message};
+    file = *std::move(laid);
+  }
+  auto transfer = transfer_of(appearance, ct, file);
+  if (!transfer) return transfer.error();
+  auto cutaway = cutaway_of(appearance.cutaway, file);
+  if (!cutaway) return cutaway.error();
+  ResolvedLook resolved{*std::move(transfer), {}, *std::move(cutaway), {}};
+  if (file) {
+    resolved.shading = file->shading.value_or(render::Shading{});
+    resolved.value_range = file->value_range;
+  } else if (appearance.nodes.empty() && appearance.preset == "mr-default") {
+    resolved.value_range = render::value_range(ct);
+    resolved.shading = render::rescaled({}, render::kNominalRange, *resolved.value_range);
+  }
+  // A style in the session turns shading on, even when the file turns it off.
+  const bool in_file = resolved.shading.enabled || appearance.style.has_value();
+  if (appearance.shading && !in_file && appearance.emphasis) {
+    return Error{ErrorCode::kUsage,
+                 "look.emphasis: requires shading, which is off in " + appearance.file.string()};
+  }
+  resolved.shading.enabled = in_file && appearance.shading;
+  resolved.shading.emphasis = appearance.emphasis.value_or(resolved.shading.emphasis);
+  if (appearance.style) {
+    resolved.shading.style =
+        *appearance.style == "gooch" ? render::ShadingStyle::kGooch : render::ShadingStyle::kPhong;
+  }
+  resolved.projection = appearance.projection == "maximum"   ? render::Projection::kMaximum
+                        : appearance.projection == "minimum" ? render::Projection::kMinimum
+                        : appearance.projection == "mean"    ? render::Projection::kMean
+                                                             : render::Projection::kComposite;
+  return resolved;
+}
+
+namespace {
+
+/// Opacity of a component at a value.
+double opacity_at(const render::TransferComponent& component, double value) {
+  const auto& nodes = component.nodes;
+  const auto next = std::ranges::upper_bound(nodes, value, {}, &render::TransferNode::hu);
+  if (next == nodes.begin()) return nodes.front().opacity;
+  if (next == nodes.end()) return nodes.back().opacity;
+  const auto& before = *std::prev(next);
+  return std::lerp(before.opacity, next->opacity, (value - before.hu) / (next->hu - before.hu));
+}
+
+}  // namespace
+
+void warn_of_lost_components(const render::TransferFunction& transfer, Diagnostics& diagnostics) {
+  constexpr double kLeastShare = 0.5;  // Share of the component's greatest opacity.
+  for (const render::TransferComponent& component : transfer.components()) {
+    const auto most = std::ranges::max_element(component.nodes, {}, &render::TransferNode::opacity);
+    const double drawn = std::max(opacity_at(component, std::floor(most->hu)),
+                                  opacity_at(component, std::ceil(most->hu)));
+    if (drawn >= kLeastShare * most->opacity) continue;
+    std::ostringstream text;
+    text << (component.name.empty() ? "transfer function" : "component " + component.name)
+         << ": expected nodes at least 1 apart, because values are classified at whole numbers, "
+            "found an opacity of "
+         << most->opacity << " at " << most->hu << ", of which " << drawn
+         << " is drawn: multiply the volume's values and the nodes by a constant";
+    diagnostics.report(Severity::kWarning, "look", text.str());
+  }
+}
+
+void warn_of_units(const SessionConfig::Appearance& appearance, const Volume& ct,
+                   Diagnostics& diagnostics) {
+  const bool of_hounsfield_units =
+      appearance.file.empty() && appearance.nodes.empty() && appearance.preset.starts_with("ct");
+  if (!of_hounsfield_units || appearance.projection != "composite" || render::is_hounsfield(ct))
+    return;
+  diagnostics.report(
+      Severity::kWarning, "look",
+      appearance.preset + ": expected a CT in Hounsfield units, found less than 1 % of " +
+          ct.name() +
+          " below -200 (air): if it is an MR or has another unit, its colours have "
+          "no meaning (use --transfer-function mr-default, or a --look made for it)");
+}
+
+Result<void> save_appearance(const std::filesystem::path& path, const ResolvedLook& appearance) {
+  if (path.empty()) return {};
+  return write_appearance_file(
+      path, {appearance.transfer, appearance.shading, appearance.cutaway, appearance.value_range});
+}
+
+}  // namespace nav::app

@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "app/options/session_config.hpp"
+#include "nav/diagnostics.hpp"
+#include "nav/volume.hpp"
+#include "render/scene.hpp"
+#include "render/transfer/transfer_presets.hpp"
+
+namespace nav::app {
+
+/// Appearance of one volume in a session, in the form that a scene uses.
+struct ResolvedLook {
+  render::TransferFunction transfer;
+  render::Shading shading;
+  std::optional<render::Cutaway> cutaway;
+  render::Projection projection = render::Projection::kComposite;
+  /// Value range of the volume; present when the values of the transfer function hold only for this
+  /// volume (MR).
+  std::optional<render::ValueRange> value_range{};
+};
+
+/// Warns of components that are opaque only between whole numbers: values are classified at whole
+/// numbers, so these components are lost.
+void warn_of_lost_components(const render::TransferFunction& transfer, Diagnostics& diagnostics);
+
+/// Warns when a preset for Hounsfield units is used on a volume whose values do not seem to be
+/// Hounsfield units.
+void warn_of_units(const SessionConfig::Appearance& appearance, const Volume& ct,
+                   Diagnostics& diagnostics);
+
+/// Stores an appearance for use with another data set: colours with the importance of the session,
+/// shading, and the kinds of objects that cut. Does nothing when the path is empty.
+Result<void> save_appearance(const std::filesystem::path& path, const ResolvedLook& appearance);
+
+/// Reads the appearance file, if there is one, fits the preset or file to the volume and applies
+/// the session's settings on top. Rejects unknown presets, bad files and importance rules, and
+/// values that contradict each other only in combination (theta1 of the session above theta2 of the
+/// file).
+Result<ResolvedLook> resolve_appearance(const SessionConfig::Appearance& appearance,
+                                        const Volume& ct);
+
+}  // namespace nav::app

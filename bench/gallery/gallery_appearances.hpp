@@ -1,0 +1,42 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+
+#include "nav/volume.hpp"
+#include "render/transfer/transfer_function.hpp"
+#include "sim/abdomen_phantom.hpp"
+
+/// Transfer functions and volumes of the gallery's pictures.
+namespace nav::bench {
+
+/// Importances of the materials of an abdominal CT, [0, 1].
+struct AbdomenImportance {
+  double skin = 0.1;
+  double flesh = 0.01;
+  double organs = 0.5;
+  double vessels = 1;
+  double bone = 1;
+};
+
+/// CT of the abdomen in the portal phase: skin and fat brown, flesh red, organs yellow, vessels
+/// blue, bone white (Burns et al. 2007, Figure 5). Vessels are told from the rims of bones by their
+/// gradient.
+render::TransferFunction abdomen_appearance(const AbdomenImportance& importance);
+
+/// The same colours for a CT without contrast agent, where vessels do not show.
+render::TransferFunction plain_ct_appearance(const AbdomenImportance& importance);
+
+/// CT angiography of the thorax: vessels red, bone ivory, flesh and skin; vessels matter, nothing
+/// else does.
+render::TransferFunction angiography_appearance();
+
+/// Contrast-enhanced, fat-suppressed T1 of the simulated patient, 1.6 mm: tissue values of its own,
+/// uneven receiver gain, Rician noise. Values are intensities, not HU.
+Result<std::shared_ptr<const Volume>> simulated_mr(const sim::AbdomenPhantom& phantom);
+
+/// For simulated_mr(). vessels: their importance.
+render::TransferFunction mr_appearance(double vessels);
+
+}  // namespace nav::bench

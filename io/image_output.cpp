@@ -1,0 +1,158 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "io/image_output.hpp"
+
+#include <limits>
+#include <memory>
+#include <png.h>
+#include <webp/encode.h>
+#include <webp/mux.h>
+
+#include "io/atomic_file.hpp"
+
+namespace nav::io {
+
+namespace {
+
+constexpr std::uint64_t kMaxPngBytes = 1ULL << 30;
+constexpr std::uint64_t kMaxPixels = 1ULL << 28;
+
+Error reject(const std::filesystem::path& path, const std::string& what) {
+  return {ErrorCode::kUsage, path.string() + ": " + what};
+}
+
+std::span<const std::byte> bytes_of(const Image2d<Rgba8>& picture) {
+  return std::as_bytes(picture.pixels());
+}
+
+}  // namespace
+
+Result<void> write_png(const Image2d<Rgba8>& picture, const std::filesystem::path& path) {
+  if (picture.empty()) return reject(path, "expected an image with pixels, found none");
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = static_cast<png_uint_32>(picture.width());
+  image.height = static_cast<png_uint_32>(picture.height());
+  image.format = PNG_FORMAT_RGBA;
+  const std::unique_ptr<png_image, void (*)(png_image*)> guard(&image, png_image_free);
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+  std::vector<std::byte> encoded(size);
+  const int ok = png_image_write_to_memory(&image, encoded.data(), &size, 0,
+                                           bytes_of(picture).data(), 0, nullptr);
+  if (ok == 0) return Error{ErrorCode::kIo, path.string() + ": cannot encode: " + image.message};
+  encoded.resize(size);
+  return write_file(path, std::span<const std::byte>(encoded));
+}
+
+Result<Image2d<Rgba8>> read_png(const std::filesystem::path& path) {
+  const auto content = read_file(path, kMaxPngBytes);
+  if (!content) return content.error();
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  const std::unique_ptr<png_image, void (*)(png_image*)> guard(&image, png_image_free);
+  const auto fail = [&] {
+    return Error{ErrorCode::kMalformedData,
+                 path.string() + ": expected a PNG, found: " + image.message};
+  };
+  if (png_image_begin_read_from_memory(&image, content->data(), content->size()) == 0) {
+    return fail();
+  }
+  if (static_cast<std::uint64_t>(image.width) * image.height > kMaxPixels) {
+    return Error{ErrorCode::kUnsupportedData,
+                 path.string() + ": expected at most 2^28 pixels, found " +
+                     std::to_string(image.width) + " x " + std::to_string(image.height)};
+  }
+  image.format = PNG_FORMAT_RGBA;
+  std::vector<Rgba8> pixels(static_cast<std::size_t>(image.width) * image.height);
+  if (png_image_finish_read(&image, nullptr, pixels.data(), 0, nullptr) == 0) return fail();
+  return Image2d<Rgba8>(static_cast<int>(image.width), static_cast<int>(image.height),
+                        std::move(pixels));
+}
+
+namespace {
+
+Result<void> check_animation(const std::vector<Image2d<Rgba8>>& frames, int frame_duration_ms,
+                             const std::filesystem::path& path, const AnimationOptions& options) {
+  constexpr int kMaxSide = WEBP_MAX_DIMENSION;
+  constexpr int kMaxDurationMs = 60000;
+  if (frames.empty() || frames[0].empty()) {
+    return reject(path, "expected at least 1 image with pixels, found none");
+  }
+  if (frame_duration_ms < 1 || frame_duration_ms > kMaxDurationMs) {
+    return reject(
+        path, "expected a duration of 1 to 60000 ms, found " + std::to_string(frame_duration_ms));
+  }
+  const std::int64_t total_ms =
+      static_cast<std::int64_t>(frames.size()) * static_cast<std::int64_t>(frame_duration_ms);
+  if (total_ms > std::numeric_limits<int>::max()) {
+    return reject(path, "expected less than 2^31 ms in all, found " + std::to_string(total_ms));
+  }
+  if (!(options.quality >= 0 && options.quality <= 100)) {
+    return reject(path, "expected a quality of 0 to 100, found " + std::to_string(options.quality));
+  }
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const auto& frame = frames[i];
+    if (frame.width() != frames[0].width() || frame.height() != frames[0].height() ||
+        frame.width() > kMaxSide || frame.height() > kMaxSide) {
+      return reject(
+          path, "image " + std::to_string(i) + ": expected " + std::to_string(frames[0].width()) +
+                    " x " + std::to_string(frames[0].height()) +
+                    " pixels, at most 16383 a side, found " + std::to_string(frame.width()) +
+                    " x " + std::to_string(frame.height()));
+    }
+  }
+  return {};
+}
+
+/// Adds one image to the encoder, which copies the pixels.
+bool add_frame(WebPAnimEncoder* encoder, const Image2d<Rgba8>& frame, int time_ms,
+               const WebPConfig& config) {
+  WebPPicture picture;
+  if (WebPPictureInit(&picture) == 0) return false;
+  const std::unique_ptr<WebPPicture, void (*)(WebPPicture*)> guard(&picture, WebPPictureFree);
+  picture.width = frame.width();
+  picture.height = frame.height();
+  picture.use_argb = 1;
+  const auto* rgba = reinterpret_cast<const std::uint8_t*>(bytes_of(frame).data());
+  return WebPPictureImportRGBA(&picture, rgba, 4 * frame.width()) != 0 &&
+         WebPAnimEncoderAdd(encoder, &picture, time_ms, &config) != 0;
+}
+
+}  // namespace
+
+Result<void> write_animation(const std::vector<Image2d<Rgba8>>& frames, int frame_duration_ms,
+                             const std::filesystem::path& path, const AnimationOptions& options) {
+  if (const auto ok = check_animation(frames, frame_duration_ms, path, options); !ok) return ok;
+  WebPConfig config;
+  WebPAnimEncoderOptions encoder_options;
+  const auto fail = [&](const std::string& why) {
+    return Error{ErrorCode::kIo, path.string() + ": cannot encode: " + why};
+  };
+  if (WebPConfigInit(&config) == 0 || WebPAnimEncoderOptionsInit(&encoder_options) == 0) {
+    return fail("libwebp has an unexpected version");
+  }
+  config.quality = options.quality;
+  config.lossless = options.lossless ? 1 : 0;
+  config.exact = options.lossless ? 1 : 0;  // Keeps the colours of fully transparent pixels.
+  const std::unique_ptr<WebPAnimEncoder, void (*)(WebPAnimEncoder*)> encoder(
+      WebPAnimEncoderNew(frames[0].width(), frames[0].height(), &encoder_options),
+      WebPAnimEncoderDelete);
+  if (!encoder) return fail("no encoder");
+  int time_ms = 0;
+  for (const auto& frame : frames) {
+    if (!add_frame(encoder.get(), frame, time_ms, config)) {
+      return fail(WebPAnimEncoderGetError(encoder.get()));
+    }
+    time_ms += frame_duration_ms;
+  }
+  WebPData data;
+  WebPDataInit(&data);
+  const std::unique_ptr<WebPData, void (*)(WebPData*)> guard(&data, WebPDataClear);
+  if (WebPAnimEncoderAdd(encoder.get(), nullptr, time_ms, nullptr) == 0 ||
+      WebPAnimEncoderAssemble(encoder.get(), &data) == 0) {
+    return fail(WebPAnimEncoderGetError(encoder.get()));
+  }
+  return write_file(path, std::as_bytes(std::span(data.bytes, data.size)));
+}
+
+}  // namespace nav::io
