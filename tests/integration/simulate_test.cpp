@@ -321,17 +321,17 @@ TEST(SimulateTest, AnOffsetThatLosesManyImagesCausesAWarning) {
     const io::Json& registration = json.at("registration");
     EXPECT_TRUE(registration.at("accepted")) << registration.at("reasons");
     EXPECT_GT(json.at("ledger").at("rejected").at("Probe.before_first_pose"), 0);
-    const std::string said = "pictures without a pose: by --temporal-offset-ms";
+    const std::string said = "images without a pose: by --temporal-offset-ms";
     EXPECT_EQ(json.at("diagnostics").dump().find(said) != std::string::npos,
               registration.at("warnings").dump().find(said) != std::string::npos);
     return registration.at("warnings").dump();
   };
   const std::string lost = warnings_of(600);
   EXPECT_NE(lost.find("by --temporal-offset-ms 600, "), std::string::npos) << lost;
-  EXPECT_NE(lost.find(" pictures lie before the first pose, by 0 to 600 ms"), std::string::npos)
+  EXPECT_NE(lost.find(" images lie before the first pose, by 0 to 600 ms"), std::string::npos)
       << lost;
   const std::string few = warnings_of(150);
-  EXPECT_EQ(few.find("pictures without a pose"), std::string::npos) << few;
+  EXPECT_EQ(few.find("images without a pose"), std::string::npos) << few;
 }
 
 TEST(SimulateTest, AReplayWarnsAboutImagesLostByAnOffset) {
@@ -351,7 +351,7 @@ TEST(SimulateTest, AReplayWarnsAboutImagesLostByAnOffset) {
     EXPECT_TRUE(ok) << ok.error().message;
     return std::ranges::any_of(console.entries(), [](const DiagnosticEntry& entry) {
       return entry.severity == Severity::kWarning &&
-             entry.message.starts_with("pictures without a pose: by --temporal-offset-ms");
+             entry.message.starts_with("images without a pose: by --temporal-offset-ms");
     });
   };
   EXPECT_TRUE(warned(600));
