@@ -98,7 +98,7 @@ void RecordingSource::note_unknown_status(const RecordingFrame& frame) {
   diagnostics_->report(Severity::kWarning, "recording",
                        name_ +
                            ": expected a status with every pose, found some without: their "
-                           "pictures are drawn as degraded");
+                           "images are drawn as degraded");
 }
 
 Result<void> RecordingSource::read_frame() {

@@ -35,7 +35,7 @@ class RecordingSource final : public Source {
   /// Back to the first frame.
   void rewind();
 
-  /// Where the images lie on the probe, and their pixel grid.
+  /// Position of the images on the probe, and their pixel grid.
   [[nodiscard]] const ImageCalibration& calibration() const { return *reader_.calibration(); }
   [[nodiscard]] RecordingForm form() const { return reader_.form(); }
   [[nodiscard]] const std::string& reference_frame() const { return reader_.reference_frame(); }
@@ -83,7 +83,7 @@ class RecordingSource final : public Source {
   RecordingReader reader_;
   std::string name_;
   std::vector<StreamInfo> streams_;
-  std::deque<Sample> waiting_;  ///< Of the newest frame.
+  std::deque<Sample> waiting_;  ///< Samples of the newest frame.
   std::atomic<bool> stopped_{false};
   Timestamp now_{};  ///< The newest stamp so far; the origin while there is none.
   std::int64_t frames_read_ = 0;

@@ -25,8 +25,8 @@ ImageGeometry geometry_of(const UltrasoundFrame& image);
 /// True for the same size in pixels, and pixels that differ by less than 0.1 % of their spacing.
 bool same_pixels(const ImageGeometry& a, const ImageGeometry& b);
 
-/// Where the images of one geometry lie on the probe. A change of the scanner's depth or zoom makes
-/// another geometry, for which this calibration does not hold.
+/// Position of the images of one geometry on the probe. A change of the scanner's depth or zoom
+/// makes another geometry, for which this calibration does not hold.
 struct ProbeCalibration {
   Transform<frames::Probe, frames::Image> probe_from_image;
   /// Geometry of the images that the calibration was made with; absent: it holds for every image.

@@ -55,7 +55,7 @@ class Driver {
   bool waiting_ = false;
   bool finished_ = false;  ///< The sources have ended; a last refresh may be due.
   bool over_ = false;
-  std::optional<Timestamp> origin_;  ///< Of session time, by the clock of next_at_pace().
+  std::optional<Timestamp> origin_;  ///< Session time 0 on the clock of next_at_pace().
 };
 
 }  // namespace nav::session

@@ -4,10 +4,10 @@
 
 namespace nav::session {
 
-/// Of a straight needle, as it is drawn and as distances from its surface count.
+/// Size of a straight needle, for drawing it and for distances from its surface.
 struct NeedleSize {
   double length_mm = 150;    ///< Hub to tip, [1, 1000].
-  double diameter_mm = 1.8;  ///< Of its shaft, [0.1, 20].
+  double diameter_mm = 1.8;  ///< Shaft, [0.1, 20].
 };
 
 }  // namespace nav::session

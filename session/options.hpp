@@ -21,7 +21,7 @@ struct CtOptions {
 
 enum class SourceKind { kSimulated, kRecording };
 
-/// Where the tracked ultrasound comes from, and the names of its coordinate frames.
+/// Source of the tracked ultrasound, and the names of its coordinate frames.
 struct SourceOptions {
   SourceKind kind = SourceKind::kRecording;
   std::filesystem::path recording;    ///< PLUS sequence metafile.
@@ -45,7 +45,7 @@ struct SourceOptions {
   std::uint64_t seed = 1;  ///< Seed of a simulation.
 };
 
-/// Where the CT lies relative to the patient reference.
+/// Position of the CT relative to the patient reference.
 struct PlacementOptions {
   /// Declared ct_from_reference, 4 x 4, mm; absent: the sweep's centre lies at the CT's centre.
   std::optional<Eigen::Matrix4d> ct_from_reference;

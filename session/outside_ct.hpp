@@ -21,8 +21,8 @@ double mm_outside(const Volume& ct, std::span<const Point<frames::Ct>> points);
 void warn_outside(const std::string& name, std::span<const Point<frames::Ct>> points,
                   double slack_mm, const Volume& ct, Diagnostics& diagnostics);
 
-/// The same of a target that does not meet the CT, and of an entry: the skin may be a few
-/// centimetres beside a CT of the organ.
+/// Warns of a target that does not meet the CT, and of an entry that lies more than a few
+/// centimetres outside of it: the skin may lie beside a CT of the organ.
 void warn_outside(const NeedlePlan& plan, const Volume& ct, Diagnostics& diagnostics);
 
 }  // namespace nav::session

@@ -14,7 +14,7 @@
 namespace nav::session {
 namespace {
 
-/// Reference to CT by the mean axes of the pictures. Where they cancel out, the axes stay.
+/// Reference to CT by the mean axes of the images. The axes stay if the mean axes cancel out.
 Transform<frames::Ct, frames::Reference> centred(const Volume& ct, const SweepSurvey& sweep) {
   const Eigen::Matrix3d axes = mean_axes(sweep).value_or(Eigen::Matrix3d::Identity());
   // LPS: +x left, +y posterior, +z superior.

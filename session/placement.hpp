@@ -17,13 +17,13 @@ namespace nav::session {
 Result<std::shared_ptr<const Volume>> read_session_ct(const CtOptions& options,
                                                       Diagnostics& diagnostics);
 
-/// Where a recording's CT lies and why it is believed to.
+/// Position of a recording's CT and the reason for it.
 struct Placement {
   CtPlacement placement;
   std::string kind;                        ///< "registered", "declared", "centred".
   std::string statement;                   ///< One sentence for the report.
-  std::vector<std::string> warnings = {};  ///< Of a registration that was accepted with some.
-  /// One sentence where no picture of the sweep meets the CT, with the distance; else empty.
+  std::vector<std::string> warnings = {};  ///< Warnings of an accepted registration.
+  /// One sentence with the distance if no image of the sweep meets the CT; else empty.
   std::string outside = {};
 };
 

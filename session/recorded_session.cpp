@@ -136,7 +136,7 @@ Result<void> check_frames(const RecordedSession& session, bool skip_bad_frames) 
 
 namespace {
 
-/// How many pictures the temporal offset moved out of the time that poses are of.
+/// Number of images that the temporal offset moved out of the time of the poses.
 std::uint64_t count_moved(const RecordedSession& session) {
   const Duration offset = session.temporal_offset();
   if (offset == Duration(0)) return 0;
@@ -149,8 +149,8 @@ std::uint64_t count_moved(const RecordedSession& session) {
   return moved;
 }
 
-/// The same in words, and by how much; empty: none. Frames hold a picture and its poses by one
-/// stamp.
+/// Text with that number and by how much the images were moved past the poses; empty: none. An
+/// image and its poses have one stamp in a recording.
 std::string moved_past_poses(const RecordedSession& session) {
   const std::uint64_t moved = count_moved(session);
   if (moved == 0) return "";

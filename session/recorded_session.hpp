@@ -122,7 +122,7 @@ class RecordedSession {
 
 /// Facts of a sweep; only some of its images are kept.
 struct SweepSurvey {
-  RecordingRead recording;  ///< Of a whole recording only.
+  RecordingRead recording;  ///< Set for a whole recording only.
   std::size_t paired = 0;
   Point<frames::Reference> centroid{{0, 0, 0}};
   Eigen::Vector3d lateral = Eigen::Vector3d::Zero();  ///< Sum of the images' x axes, Reference.

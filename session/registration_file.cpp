@@ -86,7 +86,7 @@ std::optional<RecordingRead> recording_of(const io::Json& json) {
   return read;
 }
 
-/// What is not known of one of them is not compared.
+/// True for the same name and times. Values that are unknown in one of them are not compared.
 bool same_recording(const RecordingRead& a, const RecordingRead& b) {
   constexpr double kStampS = 1e-6;
   if (a.name != b.name || std::abs(a.first_s - b.first_s) > kStampS) return false;
@@ -94,8 +94,9 @@ bool same_recording(const RecordingRead& a, const RecordingRead& b) {
   return !a.last_s || !b.last_s || std::abs(*a.last_s - *b.last_s) <= kStampS;
 }
 
-/// The pose of a recording took up how it was read: read otherwise, its pictures lie elsewhere.
-/// Another recording may be of another probe.
+/// Rejects the same recording with another calibration or offset: the pose depends on how the
+/// recording was read, and its images would lie elsewhere. Another recording may be of another
+/// probe.
 Result<void> check_recording(const io::Json& json, const RecordingRead& now,
                              const std::string& file) {
   constexpr double kSameMs = 1e-6;
@@ -126,12 +127,12 @@ Result<void> check_recording(const io::Json& json, const RecordingRead& now,
   if (apart_mm <= kSameMm) return {};
   text.precision(3);
   text << "the calibration of the probe that " << now.name
-       << " was registered with, found one that puts a corner of its pictures " << apart_mm
+       << " was registered with, found one that puts a corner of its images " << apart_mm
        << " mm elsewhere";
   return reject();
 }
 
-/// What only a refused one has.
+/// Rejects an accepted registration with entries that only a refused one has.
 Result<void> check_accepted(const io::Json& registration, const std::string& file) {
   const auto reject = [&](const std::string& expected, const io::Json& found) {
     return Error{ErrorCode::kMalformedData,
@@ -140,7 +141,7 @@ Result<void> check_accepted(const io::Json& registration, const std::string& fil
   };
   const io::Json reasons = registration.value("reasons", io::Json::array());
   if (!reasons.is_array() || !reasons.empty()) {
-    return reject("without registration.reasons to refuse it", reasons);
+    return reject("with empty registration.reasons", reasons);
   }
   if (registration.contains(kRefusedPose)) {
     return reject(std::string("without registration.") + kRefusedPose,

@@ -44,16 +44,16 @@ struct ReadRegistration {
   std::vector<std::string> warnings;  ///< Empty unless it was accepted with warnings.
 };
 
-/// What a registration is taken for.
+/// Use of a registration, which it has to fit.
 struct RegistrationUse {
   std::string reference_frame;             ///< The patient's, by its name in the recording.
   std::optional<RecordingRead> recording;  ///< Absent: of another one, or not known.
   bool follows = false;                    ///< The CT follows the tissue from there.
 };
 
-/// Reads the JSON that 'sonde register' wrote. Refuses a file that is not one, a registration that
+/// Reads the JSON that 'sonde register' wrote. Rejects a file that is not one, a registration that
 /// was not accepted, one of another CT or frame, one that contradicts itself (a verdict that is
-/// unknown or is not as `accepted` says, reasons to refuse it, a refused pose), one of the same
+/// unknown or contradicts `accepted`, entries in `reasons`, a refused pose), one of the same
 /// recording with another calibration or offset, and a matrix that is not rigid; one with the
 /// breath, whose pose is that of rest, unless the CT follows. A file without a verdict has no
 /// warnings, one without a recording (of landmarks, or older) is of any.

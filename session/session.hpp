@@ -113,7 +113,7 @@ class Session {
     StreamInfo info;
     std::unique_ptr<StreamQueue> queue;
     bool used = false;
-    tracking::StreamLedger unused;  ///< Of a stream that the navigator has no use for.
+    tracking::StreamLedger unused;  ///< Counts of a stream that the navigator does not use.
   };
   struct Feed {
     std::shared_ptr<Source> source;

@@ -44,7 +44,7 @@ Safety safety_of(const LiveUpdate& update) {
     case LiveState::kFollowing:
       return {SafetyState::kValid, ""};
     case LiveState::kHolding:
-      return {SafetyState::kStale, "the CT lies where an earlier picture put it: " + update.cause};
+      return {SafetyState::kStale, "the CT lies where an earlier image put it: " + update.cause};
     case LiveState::kDrifted:
       return {SafetyState::kDegraded, "the patient has moved, register anew: " + update.cause};
     case LiveState::kLost:
@@ -60,7 +60,7 @@ Result<TissueFollower> TissueFollower::create(std::shared_ptr<const Volume> ct,
                                               const TrackedFrame& first, int threads,
                                               Diagnostics& diagnostics) {
   registration::LiveOptions options;
-  constexpr int kMostThreads = 64;  // As LiveOptions allow.
+  constexpr int kMostThreads = 64;  // Limit of LiveOptions::threads.
   options.threads = usable_threads(threads > 0 ? std::min(threads, kMostThreads) : kMostThreads);
   const auto around = box_around(first, accepted.ct_from_reference, options.jump_mm + kAheadMm);
   const registration::CtBox box{around.min(), around.max()};

@@ -16,9 +16,9 @@
 
 namespace nav::session {
 
-/// Keeps the CT with tissue that moves: each new picture refines where the CT lies, from an
-/// accepted registration on. A picture that cannot be matched makes the placement stale, a patient
-/// who lies no more as when the CT was registered degrades it, and one who is lost takes it away.
+/// Keeps the CT with tissue that moves: each new image refines the position of the CT, from an
+/// accepted registration on. An image that cannot be matched makes the placement stale, a patient
+/// who has moved since the CT was registered degrades it, and one who is lost takes it away.
 /// Not thread-safe.
 class TissueFollower {
  public:
@@ -32,8 +32,8 @@ class TissueFollower {
                                        const CtPlacement& accepted, const TrackedFrame& first,
                                        int threads, Diagnostics& diagnostics);
 
-  /// Where the CT lies for this picture. Pictures that cannot be judged (not later than the last,
-  /// impossible geometry) leave it as it was, as stale. Never fails for what a picture shows.
+  /// Position of the CT for this image. Images that cannot be judged (not later than the last,
+  /// impossible geometry) leave it unchanged, as stale. Never fails because of an image's content.
   CtPlacement follow(const TrackedFrame& image);
 
   /// A change to a state that the user must act on.
@@ -52,7 +52,7 @@ class TissueFollower {
     std::ptrdiff_t updates_over_limit = 0;
   };
   [[nodiscard]] Summary summary() const;
-  /// A line of text for every picture: sequence, acquired_ns, state, cost, displacement_mm,
+  /// A line of text for every image: sequence, acquired_ns, state, cost, displacement_mm,
   /// mean_displacement_mm, predicted_rms_mm, distinctness (empty at first), ct_from_reference as tx
   /// ty tz (mm) qx qy qz qw.
   [[nodiscard]] const std::string& text() const { return text_; }

@@ -599,7 +599,7 @@ def registration_section(kept: dict, docs: pathlib.Path) -> str:
     """Section about cohort, curve, peer and faults; draws the curve."""
     report = kept["result"]
     panels = []
-    for axis, label in [("patches", "share of the patches"), ("pictures", "pictures in the sweep"),
+    for axis, label in [("patches", "share of the patches"), ("pictures", "images in the sweep"),
                         ("levels", "levels, coarse to fine"),
                         ("precision", "mm between the finest samples"),
                         ("quick", "share of a quick one's patches")]:

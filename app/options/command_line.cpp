@@ -66,7 +66,7 @@ void CommandLine::add_info() {
 void CommandLine::add_bench_program() {
   for (const auto& [name, description] :
        {std::pair{"bench", "Measure run time against error (program sonde-bench)"},
-        {"gallery", "Draw the pictures of docs/gallery.md (program sonde-bench)"}}) {
+        {"gallery", "Draw the images of docs/gallery.md (program sonde-bench)"}}) {
     CLI::App* verb = app_.add_subcommand(name, description);
     // run() hands the command line over before it is parsed.
     verb->callback([this, name = std::string(name)] {

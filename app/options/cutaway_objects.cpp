@@ -32,7 +32,7 @@ Vec3 doubled_area(const Vertices& vertices) {
   return sum;
 }
 
-/// Whether two edges of a flat polygon meet, ends included.
+/// True if two edges of a flat polygon meet, ends included.
 bool edges_meet(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d, const Vec3& normal) {
   const auto side = [&](const Vec3& p, const Vec3& q, const Vec3& r) {
     return (q - p).cross(r - p).dot(normal);
@@ -70,7 +70,7 @@ Result<void> validate_polygon(const std::string& name, const Vertices& vertices)
     }
   }
   if (!(area.norm() > kLeastMm2)) return rejected_object(name, "an area", area.norm() / 2);
-  constexpr double kFlatMm = 0.01;  // As in render::PolygonObject.
+  constexpr double kFlatMm = 0.01;  // Limit of render::PolygonObject.
   for (const Vec3& v : vertices) {
     const double off = std::abs((v - vertices[0]).dot(normal));
     if (off > kFlatMm) return rejected_object(name, "vertices in one plane within 0.01 mm", off);
@@ -80,7 +80,7 @@ Result<void> validate_polygon(const std::string& name, const Vertices& vertices)
 
 Result<void> validate_box(const std::string& name, const CutawayObject& box) {
   if (!(box.centre_ct.norm() <= kMaxMm)) {
-    return rejected_object(name + ".centre_mm", "a place within 10^6 mm",
+    return rejected_object(name + ".centre_mm", "a position within 10^6 mm",
                            box.centre_ct.transpose());
   }
   for (int axis = 0; axis < 3; ++axis) {
@@ -89,7 +89,7 @@ Result<void> validate_box(const std::string& name, const CutawayObject& box) {
     if (!(edge.norm() > 1e-3 && edge.norm() <= kMaxMm)) {
       return rejected_object(name + ".half_edges_mm", "edges of 0.001 to 10^6 mm", edge.norm());
     }
-    constexpr double kMaxCosine = 1e-6;  // As in render::BoxObject.
+    constexpr double kMaxCosine = 1e-6;  // Limit of render::BoxObject.
     const double cosine = edge.dot(next) / (edge.norm() * next.norm());
     if (std::abs(cosine) > kMaxCosine) {
       return rejected_object(name + ".half_edges_mm", "edges at right angles", cosine);

@@ -18,10 +18,10 @@ namespace nav::app {
 struct CutawayObject {
   enum class Type { kBox, kPolygon, kMesh };
   Type type = Type::kBox;
-  Eigen::Vector3d centre_ct = Eigen::Vector3d::Zero();          ///< Of a box.
-  Eigen::Matrix3d half_edges_ct = Eigen::Matrix3d::Identity();  ///< Of a box: BoxObject's.
-  std::vector<Eigen::Vector3d> vertices_ct;                     ///< Of a polygon, in order.
-  std::filesystem::path file;                                   ///< Of a mesh.
+  Eigen::Vector3d centre_ct = Eigen::Vector3d::Zero();          ///< Centre of a box.
+  Eigen::Matrix3d half_edges_ct = Eigen::Matrix3d::Identity();  ///< Half edges of a box, columns.
+  std::vector<Eigen::Vector3d> vertices_ct;  ///< Vertices of a polygon, in order.
+  std::filesystem::path file;                ///< File of a mesh.
 };
 
 /// The objects as a cutaway takes them.
@@ -31,8 +31,8 @@ struct CutawayShapes {
   std::vector<std::shared_ptr<const render::MeshObject>> meshes;
 };
 
-/// Refuses, by cutaway_objects[i]: places beyond 10^6 mm or NaN, boxes whose edges have no length
-/// or are not at right angles, polygons that are not flat, cross themselves or have no area.
+/// Rejects, by cutaway_objects[i]: positions beyond 10^6 mm or NaN, boxes whose edges have no
+/// length or are not at right angles, polygons that are not flat, cross themselves or have no area.
 /// kUsage.
 Result<void> validate(const std::vector<CutawayObject>& objects);
 

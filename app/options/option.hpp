@@ -21,7 +21,8 @@ namespace nav::app {
 class Section;
 struct KeyWriter;
 
-/// Where an option stores its value. A slot of vectors holds as many numbers as it has rows.
+/// Variable in which an option stores its value. A slot of vectors holds as many numbers as it has
+/// rows.
 using Slot =
     std::variant<std::monostate, bool*, int*, std::uint64_t*, double*, std::string*,
                  std::filesystem::path*, std::optional<bool>*, std::optional<int>*,
@@ -51,7 +52,7 @@ struct Requirement {
   std::vector<Condition> any_of{};
   bool (*met)(const Settings&) = nullptr;           ///< A rule; replaces the conditions.
   std::string text{};                               ///< The rule in words: "a DICOM folder".
-  std::string (*found)(const Settings&) = nullptr;  ///< What was found instead; null: not said.
+  std::string (*found)(const Settings&) = nullptr;  ///< Text of what was found; null: not said.
   std::string_view verb{};                          ///< Only for this verb; empty: for all.
 };
 
@@ -77,7 +78,7 @@ struct Option {
   bool in_order = false;  ///< Stored as soon as it is read: the order among such options counts.
   bool may_be_empty = false;             ///< An empty value has a meaning.
   char delimiter = '\0';                 ///< Between the values of a list.
-  std::string key{};                     ///< Of the session file: "output.width_px"; empty: none.
+  std::string key{};                     ///< Session file key: "output.width_px"; empty: none.
   std::vector<std::string> more_keys{};  ///< Further keys that it sets.
   bool written_when_set = false;         ///< An empty value is left out of a session file.
   std::vector<Requirement> needs{};
@@ -139,10 +140,11 @@ bool is_set(const Option& option, const Settings& settings);
 /// "16 to 8192 pixels", "cpu, gl or reference"; empty: any value.
 std::string range_text(const Option& option);
 
-/// What the option takes, for messages: "a whole number of 16 to 8192 pixels", "3 finite numbers".
+/// Values that the option takes, for messages: "a whole number of 16 to 8192 pixels", "3 finite
+/// numbers".
 std::string expected_text(const Option& option);
 
-/// Refuses a number out of the option's range or a text that is none of its choices, as `expected
+/// Rejects a number out of the option's range or a text that is none of its choices, as `expected
 /// …, found …`.
 Result<void> check_value(const Option& option, const Settings& settings);
 

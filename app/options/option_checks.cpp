@@ -52,7 +52,7 @@ std::string kind_of(const CLI::Option& option) {
   return count == 1 ? "a " + noun : std::to_string(count) + " " + noun + "s";
 }
 
-/// What was not given, with what help says of it.
+/// Message about a value that was not given, with the help text of the option.
 std::string nothing_for(const CLI::Option& option) {
   const std::string& description = option.get_description();
   const std::size_t given = option.results().size();
@@ -61,7 +61,8 @@ std::string nothing_for(const CLI::Option& option) {
          (given == 0 ? "none" : std::to_string(given));
 }
 
-/// Of a value that is not of the option's kind, or a whole number too large to be held.
+/// Message about a value that is not of the option's kind, or a whole number that is too large to
+/// be held.
 std::string not_converted(const CLI::Option& option) {
   std::string expected = kind_of(option);
   std::string found;

@@ -12,8 +12,8 @@
 
 namespace nav::app {
 
-// What an option may be. Each refuses as `expected …, found …`, to which the parser adds the name;
-// the parser's own checks say it in other words. Each describes itself in the help.
+// Checks of values. Each rejects with `expected …, found …`, to which the parser adds the name; the
+// parser's own checks have other texts. Each describes itself in the help.
 
 /// low to high, ends included. unit, such as "pixels", may be empty.
 CLI::Validator in_range(double low, double high, const std::string& unit = "");
@@ -29,11 +29,11 @@ CLI::Option* add_choice(CLI::App& verb, const std::string& option, T& value,
 /// "a, b or c".
 std::string listed(const std::vector<std::string>& names);
 
-/// What is wrong with a command line that app could not parse: the option or verb, what was
+/// Message about a command line that app could not parse: the option or verb, what was
 /// expected and what was found. One sentence.
 std::string in_words(const CLI::App& app, const CLI::ParseError& problem);
 
-/// Refuses options of a parsed command line that were given an empty value, for which a variable
+/// Rejects options of a parsed command line that were given an empty value, for which a variable
 /// stood that was never set, unless the table says that an empty value has a meaning.
 Result<void> reject_empty(const CLI::App& app);
 

@@ -18,9 +18,9 @@ void add_options(CLI::App& parser, std::string_view verb, Settings& settings);
 /// Adds one option. It stores into \p settings; both outlive the parser.
 void add_option(CLI::App& parser, const Option& option, Settings& settings);
 
-/// Refuses the first option of a verb that was given and would have no effect, because of what it
-/// needs is not there or another setting replaces it. Values of a session file count as there, but
-/// its own keys are not refused: a resolved file holds all of them. kUsage.
+/// Rejects the first option of a verb that was given and would have no effect, because something
+/// that it needs is not there or another setting replaces it. Values of a session file count as
+/// there, but its own keys are not rejected: a resolved file holds all of them. kUsage.
 Result<void> reject_idle(const CLI::App& parser, std::string_view verb, const Settings& settings);
 
 /// An error of a check that names a key of the session file, by the option that set the key: where

@@ -7,7 +7,7 @@
 
 #include "app/options/option.hpp"
 
-/// Where a row stores its value: a member of Settings.
+/// Member of Settings in which a row stores its value.
 #define NAV_SLOT(member) [](Settings& s) -> Slot { return &s.member; }
 
 namespace nav::app {

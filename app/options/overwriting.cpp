@@ -19,7 +19,7 @@ bool may_be_replaced(const std::filesystem::path& path) {
          std::filesystem::is_other(std::filesystem::status(path, failed));
 }
 
-/// As it would be called from anywhere; it need not be there.
+/// Absolute path without links, . and ..; the file need not exist.
 std::filesystem::path whole_name(const std::filesystem::path& path) {
   std::error_code failed;
   return std::filesystem::weakly_canonical(std::filesystem::absolute(path, failed), failed);
@@ -31,7 +31,7 @@ bool same(const std::filesystem::path& a, const std::filesystem::path& b) {
   return whole_name(a) == whole_name(b);
 }
 
-/// Whether a file is one of the pictures of a folder, by whatever name and link.
+/// True if a file is one of the DICOM images in a folder, under any name or link.
 bool is_image_of(const std::filesystem::path& file, const std::filesystem::path& folder) {
   std::error_code failed;
   if (!std::filesystem::is_directory(folder, failed) || !io::is_dicom(file)) return false;
@@ -43,7 +43,7 @@ bool is_image_of(const std::filesystem::path& file, const std::filesystem::path&
   return false;
 }
 
-/// What files of the inputs are beyond the ones that options name: pixels beside a header.
+/// Files that belong to the inputs, but that no option names: pixels beside a header.
 std::vector<NamedFile> pixels_of(const std::vector<NamedFile>& inputs) {
   std::vector<NamedFile> pixels;
   for (const NamedFile& input : inputs) {
@@ -55,7 +55,7 @@ std::vector<NamedFile> pixels_of(const std::vector<NamedFile>& inputs) {
   return pixels;
 }
 
-/// Whether a path is in a folder, by its name: neither has to be there.
+/// True if a path is in a folder, by its name: neither has to exist.
 bool lies_below(const std::filesystem::path& path, const std::filesystem::path& folder) {
   const auto inside = whole_name(path).lexically_relative(whole_name(folder));
   return !inside.empty() && *inside.begin() != "..";
@@ -84,7 +84,7 @@ Result<void> reject_overwriting(const std::vector<NamedFile>& outputs,
     for (const NamedFile& other : others) {
       if (other.path.empty()) continue;
       if (is_image_of(out.path, other.path)) {
-        return reject("is a picture of that of " + other.name);
+        return reject("is an image of that of " + other.name);
       }
       if (same(out.path, other.path)) return reject("is that of " + other.name);
     }

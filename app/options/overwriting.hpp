@@ -16,13 +16,13 @@ struct NamedFile {
   std::filesystem::path path;  ///< Empty: none.
 };
 
-/// Refuses outputs that would replace an input, a DICOM picture in a folder that is one, the pixels
+/// Rejects outputs that would replace an input, a DICOM image in a folder that is one, the pixels
 /// beside a header that is one, or one another, by both names. Pipes, /dev/null and "-" may be
 /// written to more than once.
 Result<void> reject_overwriting(const std::vector<NamedFile>& outputs,
                                 const std::vector<NamedFile>& inputs);
 
-/// Refuses outputs that cannot be written, by name, before anything is computed; leaves nothing
+/// Rejects outputs that cannot be written, by name, before anything is computed; leaves nothing
 /// behind. What lies in one of the folders that the verb makes by itself is taken as it is.
 Result<void> reject_unwritable(const std::vector<NamedFile>& outputs,
                                const std::vector<std::filesystem::path>& made = {});

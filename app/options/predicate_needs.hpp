@@ -8,7 +8,7 @@
 
 namespace nav::app {
 
-/// Refuses the first option that no predicate of the set reads: scan lines without a predicate of
+/// Rejects the first option that no predicate of the set reads: scan lines without a predicate of
 /// depth, labels without a predicate of labels. Reads the set only where such an option was given.
 /// kUsage, and the errors of reading the set.
 Result<void> reject_idle_of_set(const CLI::App& parser, const PredicateOptions& options);

@@ -142,7 +142,7 @@ void drop_empty_tables(toml::table& table) {
   }
 }
 
-/// Refuses values out of range, of the keys that begin so.
+/// Rejects values out of range of the keys that begin with \p begin.
 Result<void> check_keys(std::string_view begin, const Settings& settings) {
   for (const Option* option : rows_of_keys()) {
     if (option->slot == nullptr || !option->key.starts_with(begin)) continue;
@@ -153,7 +153,7 @@ Result<void> check_keys(std::string_view begin, const Settings& settings) {
   return {};
 }
 
-/// Reads the keys of one table and the tables inside of it, and refuses all other keys.
+/// Reads the keys of one table and the tables inside of it, and rejects all other keys.
 void read_table(Section& section, const std::string& name,
                 const std::map<std::string, std::vector<const Option*>>& tables,
                 Settings& settings) {
@@ -287,7 +287,7 @@ Result<void> validate(const SessionConfig& config) {
     for (const auto& [key, point] :
          {std::pair("plan.entry_mm", plan.entry_ct.mm), {"plan.target_mm", plan.target_ct.mm}}) {
       if (!(point.norm() <= 1e6)) {
-        return reject(key, "a place within 10^6 mm", point.transpose());
+        return reject(key, "a position within 10^6 mm", point.transpose());
       }
     }
     if (!within(plan.target_radius_mm, 0.1, 500)) {

@@ -20,8 +20,8 @@
 namespace nav::app {
 
 /// One procedure: what goes in, how it is placed, how it is shown, where it goes. The TOML form is
-/// documented in docs/session-file.md; units stand in the keys, unknown keys are refused, paths are
-/// relative to the file.
+/// documented in docs/session-file.md; units stand in the keys, unknown keys are rejected, paths
+/// are relative to the file.
 struct SessionConfig {
   std::filesystem::path file;  ///< Empty when made from the command line.
 
@@ -38,12 +38,12 @@ struct SessionConfig {
     std::vector<render::TransferNode> nodes{};  ///< Replaces the preset when not empty.
     bool shading = true;                        ///< false: off, whatever the file says.
     double plane_opacity = 1.0;
-    std::filesystem::path file{};        ///< Of a look or a Slicer preset; replaces both above.
+    std::filesystem::path file{};        ///< Appearance or Slicer preset; replaces preset, nodes.
     std::optional<std::string> style{};  ///< phong or gooch.
     std::optional<double> emphasis{};    ///< [0, 1].
     std::vector<render::ImportanceRule> importance{};
-    /// Where the ultrasound and the objects of the plan are cut free; absent: as the file says, or
-    /// render::Cutaway's own values.
+    /// Regions in which the ultrasound and the objects of the plan are cut free; absent: values of
+    /// the file, or render::Cutaway's own values.
     struct Cutaway {
       std::optional<bool> enabled{};  ///< Absent here and in the file: on.
       std::optional<double> theta1_deg{};
@@ -53,17 +53,19 @@ struct SessionConfig {
       std::optional<bool> around_needle{};
       std::optional<bool> around_targets{};
     } cutaway{};
-    std::filesystem::path save{};          ///< Where the look as it is drawn is stored; empty: not.
+    std::filesystem::path save{};          ///< Stores the appearance that is drawn; empty: no.
     std::string projection = "composite";  ///< Or maximum, minimum, mean.
-    /// Of projections other than composite; absent: render::window_of_projection()'s.
+    /// Grey window of projections other than composite; absent: that of
+    /// render::window_of_projection().
     std::optional<double> grey_level_hu{};
     std::optional<double> grey_width_hu{};
   } appearance;
 
-  /// Of a replay; the simulated procedure has its own. Absent: no target, path or entry is drawn.
+  /// Plan of a replay; the simulated procedure has its own. Absent: no target, path or entry is
+  /// drawn.
   std::optional<NeedlePlan> plan;
 
-  /// What is cut free beside the plane, the needle and the targets.
+  /// Objects that are cut free beside the plane, the needle and the targets.
   std::vector<CutawayObject> cutaway_objects;
 
   /// How the 3D view is sampled.
@@ -72,7 +74,7 @@ struct SessionConfig {
     bool jitter = false;
   } quality;
 
-  /// Of 'sonde predicates'; 'sonde replay' draws by them when they name a volume.
+  /// Options of 'sonde predicates'; 'sonde replay' draws by them when they name a volume.
   PredicateOptions predicates;
 
   /// About the point that the plane shows. Azimuth 0 looks from the front (anterior), 90 from the
@@ -84,7 +86,7 @@ struct SessionConfig {
         0;  ///< 0: so that the CT, or the plane with its surroundings, fills the view.
     double fov_deg = 30;
     bool orthographic = false;  ///< Parallel rays; what the view looks at keeps its size.
-    /// Grey window of the flat pictures of the CT, HU. Absent: as suits what they show, by
+    /// Grey window of the flat images of the CT, HU. Absent: depends on the shown values, by
     /// ct_window().
     std::optional<double> window_level = std::nullopt;
     std::optional<double> window_width = std::nullopt;
@@ -94,13 +96,13 @@ struct SessionConfig {
     std::filesystem::path folder;
     std::string engine = "cpu";
     int threads = 0;
-    int width = 800;   ///< Of the 3D view, pixels.
-    int height = 600;  ///< Of the 3D view, pixels.
-    /// Absent: what rms_error needs, found out at the first picture; by predicates half a voxel.
+    int width = 800;   ///< Width of the 3D view, pixels.
+    int height = 600;  ///< Height of the 3D view, pixels.
+    /// Absent: the step that rms_error needs, found at the first image; by predicates half a voxel.
     std::optional<double> step_voxels = std::nullopt;
-    double rms_error = render::kDefaultRms;  ///< Of the picture of the CT, estimated.
-    double pixel_error = 0;                  ///< Of the engine's quality: rays are spared; 0: none.
-    int frames = 0;                          ///< Most pictures written; 0: all.
+    double rms_error = render::kDefaultRms;  ///< Estimated rms error of the image of the CT.
+    double pixel_error = 0;                  ///< Allowed error of interpolated pixels; 0: none.
+    int frames = 0;                          ///< Largest number of written images; 0: all.
     bool window = false;
   } output;
 };
@@ -108,16 +110,16 @@ struct SessionConfig {
 /// Reads a session file. Errors name file, line, key, what was expected and what was found.
 Result<SessionConfig> read_session_config(const std::filesystem::path& path);
 
-/// Refuses values out of range, by key.
+/// Rejects values out of range, by key.
 Result<void> validate(const SessionConfig& config);
 
 Result<void> validate(const SessionConfig::Appearance& appearance);
 
-/// Refuses a path that neither the session nor an option gave, by that option. what: "a CT".
+/// Rejects a path that neither the session nor an option gave, by that option. what: "a CT".
 Result<void> require_path(const std::filesystem::path& path, const char* option, const char* what);
 
-/// The resolved form, as TOML: what the program really uses. Refuses, by key, a text that is not
-/// UTF-8, as names of files may be: TOML has no room for it.
+/// The resolved form, as TOML: what the program really uses. Rejects, by key, a text that is not
+/// UTF-8, as names of files may be: TOML cannot hold it.
 Result<std::string> to_toml(const SessionConfig& config);
 
 }  // namespace nav::app

@@ -18,7 +18,7 @@ std::vector<NamedFile> session_inputs(const SessionConfig& config);
 std::vector<NamedFile> files_in(const std::filesystem::path& folder,
                                 const std::vector<std::string>& names);
 
-/// Refuses outputs of a session that would replace what it reads, or one another. json: of --json;
+/// Rejects outputs of a session that would replace what it reads, or one another. json: of --json;
 /// names: of what goes into the session's folder, the report among it.
 Result<void> reject_overwriting_of(const SessionConfig& config, const std::string& json,
                                    const std::vector<std::string>& names);

@@ -10,7 +10,7 @@ using Type = CutawayObject::Type;
 toml::array array_of(const Eigen::Vector3d& v) { return toml::array{v.x(), v.y(), v.z()}; }
 
 void read_box(Section& one, CutawayObject& box) {
-  // What is left out is refused with what cannot be, by validate().
+  // Missing values are NaN, which validate() rejects together with impossible values.
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> centre(3, kNone);
   std::vector<double> edges(9, kNone);

@@ -29,8 +29,8 @@ struct KeyWriter {
   toml::table& table;
 };
 
-/// One table of the file: hands out its values by type and, at the end, refuses what nobody asked
-/// for. The first problem is kept; later calls do nothing.
+/// One table of the file: hands out its values by type and, at the end, rejects keys that nobody
+/// asked for. The first problem is kept; later calls do nothing.
 class Section {
  public:
   Section(const std::string& file, const std::string& name, const toml::table* table,
@@ -96,12 +96,12 @@ class Section {
       return found && std::isfinite(*found);
     });
   }
-  /// A number that has no usual value: finish() refuses a table without it.
+  /// A number that has no usual value: finish() rejects a table without it.
   void required_number(const char* key, double& value) {
     number(key, value);
     required_.emplace_back(key, "a finite number");
   }
-  /// The same of a text.
+  /// A text that has no usual value: finish() rejects a table without it.
   void required_text(const char* key, std::string& value) {
     text(key, value);
     required_.emplace_back(key, "text");
@@ -136,7 +136,7 @@ class Section {
       return true;
     });
   }
-  /// Numbers that have no usual value: finish() refuses a table without them.
+  /// Numbers that have no usual value: finish() rejects a table without them.
   void required_numbers(const char* key, std::size_t count, std::vector<double>& value) {
     numbers(key, count, value);
     required_.emplace_back(key, std::to_string(count) + " finite numbers");
@@ -203,7 +203,7 @@ class Section {
     });
     return found;
   }
-  /// Refuses what nobody asked for, and a table without what it must have.
+  /// Rejects keys that nobody asked for, and a table without a key that it must have.
   void finish() {
     if (table_ == nullptr || error_) return;
     for (const auto& [key, node] : *table_) {

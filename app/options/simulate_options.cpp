@@ -52,7 +52,7 @@ Result<void> validate(const SimulateOptions& options) {
   }
   if (!(options.duration_s * options.frame_rate_hz >= 1)) {
     return out_of_range("--duration-s",
-                        "time for two pictures at --frame-rate-hz, at least " +
+                        "time for two images at --frame-rate-hz, at least " +
                             std::to_string(1 / options.frame_rate_hz) + " s",
                         options.duration_s);
   }

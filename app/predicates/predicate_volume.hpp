@@ -15,8 +15,8 @@ namespace nav::app {
 
 /// Volume that is ready to be drawn by predicates.
 struct PreparedPredicates {
-  PredicateFile file;              ///< The set-up, edits applied.
-  render::PredicateVolume volume;  ///< With the scene part that the set-up and its features give.
+  PredicateFile file;              ///< Predicate set, edits applied.
+  render::PredicateVolume volume;  ///< With the scene part of the set and its features.
 };
 
 /// Option as a stored value of 16 bits. Precondition: its range was checked.

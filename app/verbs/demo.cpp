@@ -186,7 +186,7 @@ Result<void> Demo::run() {
   if (decision_.accepted) {
     // Nobody looks while the probe changes hands.
     if (auto passed = driver_.pass(phases.back().begin); !passed) return passed;
-    // Two pictures arrive between two refreshes.
+    // Two images arrive between two refreshes.
     const Timestamp end = session_.now() + phases.back().frame_count / 2 * kRefreshPeriod;
     if (auto played = play(kApproachSeries, end, true); !played) return played;
   } else {
@@ -199,7 +199,7 @@ Result<void> Demo::run() {
   }
   out_.list(kDemoAnimationFile);
   if (auto written = write_report(); !written) return written;
-  console_.say("pictures and report: " + (out_ / kDemoPageFile).string());
+  console_.say("images and report: " + (out_ / kDemoPageFile).string());
   if (!decision_.accepted) {
     std::string reasons;
     for (const std::string& reason : decision_.reasons) {
@@ -254,7 +254,7 @@ Result<void> Demo::write_report() {
   html.summary =
       "Simulated patient " + std::to_string(options_.seed) +
       ". The CT was registered to a sweep of " + std::to_string(sweep_.size()) +
-      " ultrasound pictures from a start error of " + quantity(start_mm, 1, "mm") +
+      " ultrasound images from a start error of " + quantity(start_mm, 1, "mm") +
       " at the target; " +
       (decision_.accepted ? "accepted, with a true target error of " + quantity(error_mm, 2, "mm") +
                                 " (known only because the patient is simulated)."
@@ -263,8 +263,8 @@ Result<void> Demo::write_report() {
       {kDemoAnimationFile,
        "The whole procedure: sweep, registration, needle approach. Left: the live "
        "ultrasound plane inside the CT with needle and target. Right: the ultrasound "
-       "picture and the CT along the same plane."},
-      {kRegistrationImage, "One picture of the sweep, and checkerboards of ultrasound and CT."}};
+       "image and the CT along the same plane."},
+      {kRegistrationImage, "One image of the sweep, and checkerboards of ultrasound and CT."}};
   for (const std::string& file : out_.files()) {
     if (file.starts_with(kApproachSeries) && file.ends_with("0.png")) {
       html.images.emplace_back(file, file);
@@ -285,7 +285,7 @@ Result<void> Demo::write_report() {
   for (const std::string& reason : decision_.reasons) {
     html.tables.back().second.emplace_back("reason", reason);
   }
-  html.tables.push_back({"Pictures",
+  html.tables.push_back({"Ultrasound images",
                          {{"received", std::to_string(ledger.received())},
                           {"shown", std::to_string(ledger.delivered())},
                           {"superseded", std::to_string(ledger.superseded())},
@@ -337,7 +337,7 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   auto shared_ct = std::make_shared<const Volume>(std::move(*ct));
   console.end("CT of " + std::to_string(shared_ct->grid().voxel_count()) + " voxels");
 
-  // By the plane in which the needle comes.
+  // The grey window depends on the plane in which the needle comes.
   const auto& probe = procedure.options().probe;
   const Eigen::AlignedBox2d image_mm(Eigen::Vector2d(-probe.depth_mm / 2, 0),
                                      Eigen::Vector2d(probe.depth_mm / 2, probe.depth_mm));

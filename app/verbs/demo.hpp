@@ -15,7 +15,7 @@ namespace nav::app {
 
 /// The simulated procedure: sweep, registration from a planted start error, needle approach.
 struct DemoOptions {
-  SessionConfig::Output output;  ///< frames: pictures of the approach; 0: the default of 30.
+  SessionConfig::Output output;  ///< frames: images of the approach; 0: the default of 30.
   SessionConfig::Appearance appearance{.preset = "cta-liver-vessels", .nodes = {}};
   SessionConfig::View view{.distance_mm = 560};
   SessionConfig::Quality quality;
@@ -30,7 +30,7 @@ struct DemoOptions {
 /// was not accepted.
 Result<void> run_demo(const DemoOptions& options, Console& console);
 
-/// Names of what it writes into the folder, but for the numbered pictures.
+/// Names of the files that the demo writes into the folder, without the numbered images.
 std::vector<std::string> demo_outputs();
 
 }  // namespace nav::app

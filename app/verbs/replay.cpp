@@ -45,7 +45,7 @@ std::string banner_of(const session::Placement& placement, bool follows) {
   return follows ? "recording, CT follows the tissue" : "recording";
 }
 
-/// Null: pictures are drawn whole.
+/// Null: images are drawn whole.
 io::Json sector_json(const std::optional<SectorOutline>& sector) {
   if (!sector) return nullptr;
   return {{"apex_mm", {sector->apex_mm.x(), sector->apex_mm.y()}},
@@ -91,7 +91,7 @@ Result<void> draw_by_predicates(const SessionConfig& config, const Volume& ct, P
   return {};
 }
 
-/// Whether the 3D ultrasound of a scene shows anywhere, asked of a small picture.
+/// True if the 3D ultrasound of a scene shows anywhere in a small image.
 Result<bool> shows_ultrasound(render::Scene scene) {
   constexpr int kWidth = 160;
   constexpr double kTransparentMm = 1e6;
@@ -110,7 +110,7 @@ Result<bool> shows_ultrasound(render::Scene scene) {
 
 constexpr const char* kEnded = "the recording has ended";
 
-/// What a replay needs before its first image.
+/// Parts that a replay needs before its first image.
 struct ReplayParts {
   std::optional<OutputFolder> out;  ///< Folder of images and report; none: the window alone.
   std::shared_ptr<const Volume> ct;
@@ -249,10 +249,10 @@ class Replay {
     if (!shows) return shows.error();
     if (*shows) return {};
     console_.report(Severity::kWarning, config_.predicates.volume.string(),
-                    "nothing of it shows in the first picture: no sample in view satisfies a "
+                    "nothing of it shows in the first image: no sample in view satisfies a "
                     "predicate of importance above 0, the CT is more important "
                     "(--ct-importance), or the cutaway takes it away (--no-cutaway, "
-                    "cutaway_importance of the set-up)");
+                    "cutaway_importance of the predicate set)");
     return {};
   }
 
@@ -385,7 +385,7 @@ class Replay {
   session::OutsideWatch outside_;
   Presenter presenter_;
   std::optional<session::TissueFollower> follower_;
-  std::optional<Error> failure_;  ///< Of the listener.
+  std::optional<Error> failure_;  ///< Failure of the listener.
   session::Driver driver_;
   int shown_ = 0;
   bool ultrasound_checked_ = false;
@@ -463,13 +463,13 @@ Result<void> Replay::write_folder(const io::Json& report) {
   if (!animation_.empty()) {
     html.images.emplace_back(kAnimationFile,
                              "The replay. Left: the ultrasound plane inside the CT. Right: the "
-                             "ultrasound picture and the CT along the same plane.");
+                             "ultrasound image and the CT along the same plane.");
   }
   const std::size_t count = animation_.empty() ? files.size() : files.size() - 1;
   for (std::size_t i = 0; i < count; i += std::max<std::size_t>(1, count / 4)) {
     html.images.emplace_back(files[i], files[i]);
   }
-  html.tables.push_back({"Pictures",
+  html.tables.push_back({"Ultrasound images",
                          {{"received", std::to_string(ledger.received())},
                           {"shown", std::to_string(ledger.delivered())},
                           {"superseded", std::to_string(ledger.superseded())},
@@ -532,7 +532,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   const std::shared_ptr<const Volume> shared_ct = *ct;
   console.end(std::to_string(shared_ct->grid().voxel_count()) + " voxels");
   std::optional<session::SweepSurvey> sweep;
-  // What comes out of a pipe comes once.
+  // A pipe can be read only once.
   const bool pipe = std::filesystem::is_fifo(config.source.recording);
   if (config.source.survey && pipe) {
     console.report(Severity::kInfo, "recording",

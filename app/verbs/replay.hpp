@@ -16,29 +16,30 @@
 namespace nav::app {
 
 /// Replays a recorded sweep through the live pipeline on the virtual clock and shows its plane in a
-/// CT. Writes pictures, pose log, HTML report, session file and report.json into the output folder.
+/// CT. Writes images, pose log, HTML report, session file and report.json into the output folder.
 /// With a window it plays at the recording's own pace; without a folder it then shows what is
 /// newest and writes nothing but the JSON report. Ctrl-C closes the window.
 Result<void> run_replay(const SessionConfig& config, const std::optional<std::string>& json,
                         Console& console);
 
-/// Names of what it writes into the folder, but for the pictures.
+/// Names of the files that the replay writes into the folder, without the images.
 std::vector<std::string> replay_outputs();
 
 struct RegisterOptions {
   std::filesystem::path landmarks;  ///< Start pose, or the whole registration.
-  /// Where the left edge of the pictures, the marker's, points in the patient: right, left,
-  /// anterior, posterior, superior or inferior; empty: not known. For a search without a start.
+  /// Direction in the patient to which the images' left edge, that of the marker, points: right,
+  /// left, anterior, posterior, superior or inferior; empty: not known. For a search without a
+  /// start.
   std::string marker_towards;
   std::string effort = "usual";              ///< quick or usual: registration::Effort.
-  std::optional<double> time_limit_s;        ///< Of a registration by image; absent: none.
+  std::optional<double> time_limit_s;        ///< For registration by images; absent: none.
   std::string loss = "cauchy";               ///< none, cauchy or geman-mcclure.
   std::string stretch = "none";              ///< none, sound-speed or affine.
   double calibration_sigma_mm = 0;           ///< ImageRegistrationOptions'.
   MotionOptions motion;                      ///< Refined after the common pose.
   ShapeFiles shape;                          ///< Points onto a surface or vessels; empty: none.
-  std::optional<Eigen::Vector3d> target_ct;  ///< Where the error is judged, LPS mm; absent: centre
-                                             ///< of the sweep or of the landmarks.
+  std::optional<Eigen::Vector3d> target_ct;  ///< Point at which the error is judged, LPS mm;
+                                             ///< absent: centre of the sweep or of the landmarks.
 };
 
 /// Registers a CT to a recorded sweep (from a declared pose or landmarks), or, when the

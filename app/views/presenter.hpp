@@ -67,7 +67,8 @@ void say_sampling(const std::optional<render::StepChoice>& step, double wanted_r
 /// that it is cast only once. Not thread-safe.
 class Presenter {
  public:
-  /// Refuses an unknown preset, a bad look file or transfer function, and angles that contradict.
+  /// Rejects an unknown preset, a bad appearance file or transfer function, and angles that
+  /// contradict.
   static Result<Presenter> create(const PresenterOptions& options, std::shared_ptr<const Volume> ct,
                                   std::unique_ptr<render::Engine> engine);
 

@@ -27,8 +27,8 @@ using Pose = Transform<frames::Ct, frames::Image>;
 
 constexpr double kDeg = M_PI / 180;
 
-/// Where the probe of the simulated pictures lies: on the skin, looking at a point of the liver,
-/// its face along a direction.
+/// Pose of the probe of the simulated images: on the skin, looking at a point of the liver, its
+/// face along a direction.
 Pose probe_at(const sim::AbdomenPhantom& phantom, double angle_rad, double z_mm, const Vec& aim,
               const Vec& along) {
   const Vec face = phantom.skin_point(angle_rad, z_mm).mm;
@@ -39,7 +39,7 @@ Pose probe_at(const sim::AbdomenPhantom& phantom, double angle_rad, double z_mm,
   return {Eigen::Quaterniond(axes), face};
 }
 
-/// A coronal picture of the CT itself, as the textured plane of the paper's Figure 5.
+/// A coronal image of the CT itself, as the textured plane of the paper's Figure 5.
 render::UltrasoundPlane coronal_slice(const Volume& ct, const Vec& centre) {
   constexpr int kWidth = 300;
   constexpr int kHeight = 240;
@@ -100,13 +100,13 @@ class GalleryPatient {
   std::shared_ptr<const Volume> ct_;
 };
 
-/// A picture of the gallery.
+/// An image of the gallery.
 struct ProgressiveImage {
   std::string name;
   Scene scene;
 };
 
-/// Draws what is asked for and keeps the volumes that several pictures share.
+/// Draws what is asked for and keeps the volumes that several images share.
 class Gallery {
  public:
   Gallery(const GalleryOptions& options, app::Console& console)
@@ -278,7 +278,7 @@ Result<void> Gallery::add_mr() {
   return {};
 }
 
-/// Refuses what no picture's name contains.
+/// Rejects a text that no image's name contains.
 Result<void> check_only(const std::string& only) {
   std::vector<std::string> names{"fig2a", "fig2b", "fig2c", "fig3a", "fig3b", "fig5a", "fig5b",
                                  "fig5c", "fig5d", "fig6a", "fig6b", "fig7",  "fig8a", "fig8b"};
@@ -299,7 +299,7 @@ Result<void> check_only(const std::string& only) {
 
 Result<void> run_gallery(const GalleryOptions& options, app::Console& console) {
   if (auto ok = check_only(options.only); !ok) return ok;
-  // Not every picture needs it; that its name is wrong is said all the same.
+  // Reports a wrong name also if no chosen image needs the engine.
   if (auto engine = app::make_engine(options.engine, 0, console); !engine) return engine.error();
   auto folder = app::OutputFolder::create(options.out);
   if (!folder) return folder.error();
@@ -310,10 +310,10 @@ Result<void> run_gallery(const GalleryOptions& options, app::Console& console) {
     if (auto ok = (gallery.*add)(); !ok) return ok;
   }
   console.end();
-  console.begin("pictures");
+  console.begin("images");
   double done = 0;
   for (const ProgressiveImage& picture : gallery.images()) {
-    // An engine of its own for each: no picture can depend on the one before.
+    // An engine of its own for each: no image can depend on the one before.
     auto engine = app::make_engine(options.engine, 0, console);
     if (!engine) return engine.error();
     const auto image = (*engine)->render(picture.scene);

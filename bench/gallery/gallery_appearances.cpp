@@ -83,7 +83,7 @@ render::TransferFunction angiography_appearance() {
 
 namespace {
 
-/// Intensity of a tissue in contrast-enhanced, fat-suppressed T1; made up to order as such pictures
+/// Intensity of a tissue in contrast-enhanced, fat-suppressed T1; made up to order as such images
 /// do: enhanced blood and kidneys brightest, then spleen, liver, muscle; bone and air dark.
 double mr_value(sim::Tissue tissue) {
   switch (tissue) {

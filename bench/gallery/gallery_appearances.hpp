@@ -8,7 +8,7 @@
 #include "render/transfer/transfer_function.hpp"
 #include "sim/abdomen_phantom.hpp"
 
-/// Transfer functions and volumes of the gallery's pictures.
+/// Transfer functions and volumes of the gallery's images.
 namespace nav::bench {
 
 /// Importances of the materials of an abdominal CT, [0, 1].
@@ -25,7 +25,7 @@ struct AbdomenImportance {
 /// gradient.
 render::TransferFunction abdomen_appearance(const AbdomenImportance& importance);
 
-/// The same colours for a CT without contrast agent, where vessels do not show.
+/// Colours of abdomen_appearance() for a CT without contrast agent, in which vessels do not show.
 render::TransferFunction plain_ct_appearance(const AbdomenImportance& importance);
 
 /// CT angiography of the thorax: vessels red, bone ivory, flesh and skin; vessels matter, nothing

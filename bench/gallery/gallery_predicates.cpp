@@ -33,7 +33,7 @@ render::PredicateModel model_of(std::vector<render::PredicateEntry> entries,
   return {std::move(entries), *render::PredicateHistogram::create(std::move(bars))};
 }
 
-/// One part of a picture: a volume by a model, or by the standard transfer function.
+/// One part of an image: a volume by a model, or by the standard transfer function.
 struct Part {
   std::string title;
   std::optional<render::PredicateModel> model{};
@@ -99,7 +99,7 @@ Result<render::Scene> PredicateGallery::scene_of(const render::PredicateModel& m
   return scene;
 }
 
-/// An engine of its own for each: no picture can depend on the one before.
+/// An engine of its own for each: no image can depend on the one before.
 Result<Image2d<Rgba8>> PredicateGallery::rendered(const render::Scene& scene) {
   auto engine = app::make_engine(options_.engine, 0, console_);
   if (!engine) return engine.error();
@@ -142,7 +142,7 @@ Result<void> PredicateGallery::patient(const std::string& name, const Step& b, c
               {}, *volume);
 }
 
-/// Figure 9: one set-up, two patients.
+/// Figure 9: one predicate set, two patients.
 Result<void> PredicateGallery::carried() {
   if (!wanted("carried")) return {};
   const auto model = *render::preset_predicates("carotid-vessel");

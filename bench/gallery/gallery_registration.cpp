@@ -21,11 +21,11 @@ namespace {
 constexpr std::uint64_t kSeed = 1;
 constexpr double kStartMm = 40;
 constexpr int kImages = 4;         // Along the sweep.
-constexpr int kEmpty = 56;         // Rows of a registration picture below its fans.
+constexpr int kEmpty = 56;         // Rows of a registration image below its fans.
 constexpr int kSlice = 520;        // Pixels of a side.
-constexpr double kSliceMm = 0.65;  // Of a pixel.
+constexpr double kSliceMm = 0.65;  // Side of a pixel.
 constexpr double kMapStepMm = 10;
-constexpr double kMostMm = 1;  // Of the colours.
+constexpr double kMostMm = 1;  // Upper end of the colour scale.
 constexpr double kOpacity = 0.35;
 constexpr std::array<double, 4> kContoursMm = {0.25, 0.5, 0.75, 1};
 
@@ -147,7 +147,7 @@ Result<void> draw_tre_map(const Run& run, app::OutputFolder& folder) {
   const Rgba8 ink = render::rgb8(0xd8dee4);
   canvas.text(8, 20, 15, "Axial, through the middle of the targets", ink);
   canvas.text(kSlice + 8, 20, 15, "Coronal", ink);
-  // Through the targets, with the whole CT in the middle of the picture.
+  // Through the targets, with the whole CT in the middle of the image.
   const Eigen::Vector3d ct = run.patient.ct->grid().centre().mm, target = run.target.mm;
   const Point<frames::Ct> axial{{ct.x(), ct.y(), target.z()}};
   const Point<frames::Ct> coronal{{ct.x(), target.y(), ct.z()}};

@@ -11,10 +11,10 @@
 
 namespace nav::bench {
 
-/// Names of its pictures.
+/// Names of its images.
 std::vector<std::string> registration_gallery_names();
 
-/// The pictures of docs/gallery.md that show a registration from a start 40 mm off, without
+/// Draws the images of docs/gallery.md that show a registration from a start 40 mm off, without
 /// landmarks: checkerboards of ultrasound and CT along the sweep, before and after, and the
 /// expected target error over CT slices. Says the numbers of the captions. Simulated.
 Result<void> draw_registration_gallery(const GalleryOptions& options, app::OutputFolder& folder,

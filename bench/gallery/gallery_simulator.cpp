@@ -19,17 +19,17 @@ constexpr int kPanel = 400;
 constexpr int kPanelHeight = 500;
 constexpr int kCaption = 28;
 
-/// Where the ultrasound lies in a recorded picture, and its scale.
+/// Rectangle of the ultrasound in a recorded image, and its scale.
 struct Crop {
   int x, y, width, height;  ///< Pixels.
   double mm_x, mm_y;        ///< Per pixel.
 };
 
-/// A recorded picture and the simulated view that comes nearest to it.
+/// A recorded image and the simulated view that comes nearest to it.
 struct Comparison {
   std::string name, title;
   std::filesystem::path recording;  ///< Below the data folder.
-  int frame;                        ///< Of a sequence; of a raw file 0.
+  int frame;                        ///< Index in a sequence; 0 in a raw file.
   Crop crop;
   std::string family;
   std::size_t view;
@@ -91,11 +91,11 @@ Result<Image2d<std::uint8_t>> raw_image(const std::filesystem::path& file) {
   return Image2d<std::uint8_t>(kColumns, kRows, std::move(pixels));
 }
 
-/// The part of a picture that shows ultrasound, with its scale.
+/// The part of an image that shows ultrasound, with its scale.
 Result<UltrasoundFrame> cropped(const Image2d<std::uint8_t>& image, const Crop& crop) {
   if (crop.x + crop.width > image.width() || crop.y + crop.height > image.height()) {
     return Error{ErrorCode::kMalformedData,
-                 "recorded picture: expected 820 x 616 or 720 x 500, "
+                 "recorded image: expected 820 x 616 or 720 x 500, "
                  "found " +
                      std::to_string(image.width()) + " x " + std::to_string(image.height())};
   }

@@ -11,11 +11,11 @@
 
 namespace nav::bench {
 
-/// Names of its pictures.
+/// Names of its images.
 std::vector<std::string> simulator_gallery_names();
 
-/// The pictures of docs/simulator.md: simulated ultrasound by both acoustic models beside a
-/// recorded picture of like anatomy at the same scale. Where SONDE_DATA_DIR lacks the recording its
+/// Draws the images of docs/simulator.md: simulated ultrasound by both acoustic models beside a
+/// recorded image of like anatomy at the same scale. If SONDE_DATA_DIR lacks the recording its
 /// panel says so.
 Result<void> draw_simulator_gallery(const GalleryOptions& options, app::OutputFolder& folder,
                                     app::Console& console);

@@ -21,9 +21,9 @@
 namespace nav::bench {
 namespace {
 
-/// How far two pictures of the same scene are apart, in 8-bit steps.
+/// Difference of two images of the same scene, in 8-bit steps.
 struct Difference {
-  double share_above_two;  ///< Of pixels whose largest channel differs by more than 2.
+  double share_above_two;  ///< Share of pixels whose largest channel differs by more than 2.
   int max;
   double rms;
 };
@@ -45,7 +45,7 @@ Difference compare(const Image2d<Rgba8>& a, const Image2d<Rgba8>& b) {
   return {static_cast<double>(above) / count, max, std::sqrt(sum / (3 * count))};
 }
 
-/// The demo's picture in the middle of its approach: CT, live plane, needle, target.
+/// The demo's image in the middle of its approach: CT, live plane, needle, target.
 Result<render::Scene> demo_scene(std::shared_ptr<const Volume> ct, const sim::Procedure& procedure,
                                  int width, int height) {
   app::PresenterOptions options;
@@ -128,7 +128,7 @@ Result<void> expect_some(const std::vector<NamedScene>& scenes, const BenchRende
                    options.scene};
 }
 
-/// One scene of each volume, another look, camera and shading each time.
+/// One scene of each volume, another appearance, camera and shading each time.
 std::vector<NamedScene> stratified(const std::vector<NamedScene>& scenes) {
   std::vector<NamedScene> few;
   std::string volume;
@@ -157,7 +157,7 @@ std::vector<NamedScene> stratified(const std::vector<NamedScene>& scenes) {
   return few;
 }
 
-/// Samples are counted on pictures of 200 x 150 pixels.
+/// Samples are counted on images of 200 x 150 pixels.
 Result<void> add_skipping(NamedScene named, BenchRenderReport& report) {
   named.scene.width = 200;
   named.scene.height = 150;
@@ -203,7 +203,8 @@ Result<void> measure_motion(bool quick, BenchRenderReport& report, app::Console&
   return {};
 }
 
-/// What the navigation scene costs: always cutaway and update, costs of every element when asked.
+/// Measures the costs of the navigation scene: always cutaway and update, and those of every
+/// element if the options ask for them.
 Result<void> measure_navigation(const render::Scene& scene, const BenchRenderOptions& options,
                                 BenchRenderReport& report) {
   const Repeats repeats{options.quick ? 3 : 9, 3};
@@ -263,7 +264,8 @@ Result<void> measure_comparison(const BenchRenderOptions& options, int width, in
   return {};
 }
 
-/// What is skipped in the scenes of the set and about a cubic patient, beside what could be.
+/// Measures the skipped samples in the scenes of the set and around a cubic patient, beside those
+/// that could be skipped.
 Result<void> measure_skip_bounds(const BenchRenderOptions& options, BenchRenderReport& report,
                                  app::Console& console) {
   constexpr int kWidth = 200;
@@ -299,7 +301,7 @@ Result<void> measure_skip_bounds(const BenchRenderOptions& options, BenchRenderR
   return {};
 }
 
-/// What each element costs in the scenes of the set.
+/// Measures the cost of each element in the scenes of the set.
 Result<void> measure_scene_costs(const BenchRenderOptions& options, int width, int height,
                                  BenchRenderReport& report, app::Console& console) {
   console.begin("costs");
@@ -321,7 +323,7 @@ Result<void> measure_scene_costs(const BenchRenderOptions& options, int width, i
   return {};
 }
 
-/// What a live session asks for; returns the agreement of the engines on its scene.
+/// Measures the demands of a live session; returns the agreement of the engines on its scene.
 Result<io::Json> measure_live(const BenchRenderOptions& options, int width, int height,
                               BenchRenderReport& report, app::Console& console) {
   console.begin("a live session");

@@ -12,19 +12,19 @@
 
 namespace nav::bench {
 
-/// Whether a part of a bench is asked for; none named: all are.
+/// True if a part of a bench is asked for; none named: all are.
 bool asks_for(const std::vector<std::string>& parts, const std::string& part);
-/// Whether a part is named, of those that are not drawn unless they are.
+/// True if a part is named. For parts that run only if they are named.
 bool names_part(const std::vector<std::string>& parts, const std::string& part);
 
 struct BenchRenderOptions {
   std::filesystem::path ct;          ///< Instead of the scene set; empty: the set.
   std::string scene;                 ///< Only scenes whose name contains it; empty: all.
   std::vector<std::string> parts{};  ///< compare, live, skipping, costs; empty: the first two.
-  bool quick = false;  ///< A few scenes, small pictures: about two minutes on two cores.
-  bool costs = false;  ///< Also the cost of every element of a picture.
-  int width = 832;     ///< Of the timed pictures, pixels, an odd multiple of 64.
-  int height = 624;    ///< The same multiple of 48.
+  bool quick = false;  ///< A few scenes, small images: about two minutes on two cores.
+  bool costs = false;  ///< Also the cost of every element of an image.
+  int width = 832;     ///< Width of the timed images, pixels, an odd multiple of 64.
+  int height = 624;    ///< Height, pixels: 48 times that odd number.
   std::optional<std::string> json;
 };
 
@@ -32,7 +32,7 @@ struct BenchRenderOptions {
 /// run, then what the CPU engine skips, what cutaway, new images and edits cost, how fast it is
 /// when the camera moves, and the agreement of the engines with the reference on the demo's scene.
 /// Prints tables; JSON keys are in docs/bench-json.md. The parts skipping and costs draw no
-/// VTK: what is skipped in every scene, beside what could be; what each element of a picture costs
+/// VTK: what is skipped in every scene, beside what could be; what each element of an image costs
 /// in every scene, with plane, needle and the like in it.
 Result<void> run_bench_render(const BenchRenderOptions& options, app::Console& console);
 
@@ -45,13 +45,13 @@ struct BenchScalingOptions {
 Result<void> run_bench_scaling(const BenchScalingOptions& options, app::Console& console);
 
 struct BenchPredicatesOptions {
-  bool quick = false;  ///< A phantom of 96 voxels a side, small pictures: some seconds.
-  int side = 256;      ///< Of the phantom, voxels, [32, 768].
-  int width = 800;     ///< Of pictures, pixels, [32, 4096]; half of it where OpenGL is software.
-  int height = 600;    ///< As width.
-  int threads = 0;     ///< 0: all cores.
-  std::string volume;  ///< Only volumes whose name begins so.
-  std::string appearance;       ///< Only set-ups whose name begins so.
+  bool quick = false;      ///< A phantom of 96 voxels a side, small images: some seconds.
+  int side = 256;          ///< Side of the phantom, voxels, [32, 768].
+  int width = 800;         ///< Width of images, pixels, [32, 4096]; halved if OpenGL is software.
+  int height = 600;        ///< Height of images, pixels; range and halving of width.
+  int threads = 0;         ///< 0: all cores.
+  std::string volume;      ///< Only volumes whose name begins with this.
+  std::string appearance;  ///< Only predicate sets whose name begins with this.
   std::string engine = "both";  ///< cpu, gl or both.
   std::optional<std::string> json;
 };

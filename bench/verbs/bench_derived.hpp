@@ -13,7 +13,7 @@
 namespace nav::bench {
 
 struct BenchDerivedOptions {
-  int side = 256;      ///< Of the timed volume, voxels, [32, 512].
+  int side = 256;      ///< Side of the timed volume, voxels, [32, 512].
   bool quick = false;  ///< 96 voxels a side, once each.
   int threads = 0;     ///< 0: all cores.
   std::optional<std::string> json;

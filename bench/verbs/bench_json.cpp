@@ -27,7 +27,7 @@ io::Json summary(const RenderBenchReport& report, const std::string& name,
           {"scenes", std::move(scenes)}};
 }
 
-/// Sonde's time to 5e-3 rms over VTK's cheapest picture, besides the summary.
+/// Sonde's time to 5e-3 rms over VTK's cheapest image, besides the summary.
 io::Json fixed_point_summary(const RenderBenchReport& report) {
   io::Json out = summary(report, "cpu_vs_vtk_fixedpoint", {});
   io::Json scenes = io::Json::object();
@@ -303,7 +303,7 @@ std::string live_text(const BenchRenderReport& report) {
       << "New ultrasound image, same pose: " << std::setprecision(2) << report.update->wall_ms
       << " ms wall, " << report.update->cpu_ms << " ms process, " << report.update->samples
       << " volume samples, " << (report.update->identical ? "identical" : "NOT identical")
-      << " to a full picture.\n";
+      << " to a full image.\n";
   if (report.edit) {
     out << "Transfer function edited at " << report.edit->side << "^3: " << report.edit->prepare_ms
         << " ms to classify anew, " << report.edit->frame_ms << " ms process for the next frame.\n";

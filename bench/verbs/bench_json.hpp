@@ -14,11 +14,11 @@
 
 namespace nav::bench {
 
-/// What 'sonde bench render' measured; absent, empty or NaN: not asked for.
+/// Measurements of 'sonde bench render'; absent, empty or NaN: not asked for.
 struct BenchRenderReport {
   RenderBenchReport comparison;
   std::vector<SkipRatio> skipping;
-  std::vector<SkipBound> skip_bounds;  ///< Of the part skipping.
+  std::vector<SkipBound> skip_bounds;  ///< Result of the part skipping.
   double full_volume_overhead = std::numeric_limits<double>::quiet_NaN();
   std::optional<CutawayCost> cutaway;
   std::optional<ImageUpdate> update;
@@ -29,7 +29,7 @@ struct BenchRenderReport {
     std::string scene;
     CostTable costs;
   };
-  std::vector<SceneCosts> scene_costs;  ///< Of the part costs.
+  std::vector<SceneCosts> scene_costs;  ///< Result of the part costs.
 };
 
 /// Keys as docs/bench-json.md has them, from gl_device on.
@@ -40,7 +40,7 @@ io::Json json_of(const std::vector<ScalingPoint>& points);
 /// Precondition: they were measured.
 std::string live_text(const BenchRenderReport& report);
 
-/// What is skipped in every scene, beside what could be.
+/// Text of the skipped samples in every scene, beside those that could be skipped.
 std::string skip_text(const std::vector<SkipBound>& bounds);
 
 }  // namespace nav::bench

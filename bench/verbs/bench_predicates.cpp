@@ -118,7 +118,7 @@ io::Json report_json(const TwoVolumesReport& report) {
           {"steps", std::move(rows)}};
 }
 
-/// Of `two_volumes`, by the names of the engines.
+/// JSON of `two_volumes`, by the names of the engines.
 Result<io::Json> measure_two(const PredicateBenchOptions& options, app::Console& console) {
   std::vector<EngineMaker> engines;
   if (options.cpu) engines.emplace_back([] { return render::make_cpu_engine({.threads = 1}); });
@@ -147,7 +147,7 @@ Result<io::Json> measure_two(const PredicateBenchOptions& options, app::Console&
   return json;
 }
 
-/// What predicates read and what takes long to derive, beside ITK.
+/// Measures features that predicates read and that take long to derive, beside ITK.
 Result<io::Json> measure_features(bool quick, int threads, app::Console& console) {
   DerivedBenchOptions derived;
   derived.features = {"snr", "vesselness", "confidence"};

@@ -25,7 +25,7 @@ constexpr std::uint64_t kEvaluationSeed = 901;
 constexpr std::uint64_t kSkinSeed = 1;
 constexpr int kQuickThreads = 2;
 
-/// The bench as the options ask for it; parts that follow one another share their patients.
+/// The bench with its options; parts that follow one another share their patients.
 class RegistrationBench {
  public:
   RegistrationBench(const BenchRegistrationOptions& options, app::Console& console)
@@ -177,7 +177,7 @@ void RegistrationBench::measure_effort() {
 }
 
 void RegistrationBench::measure_bootstrap() {
-  console_.begin("pictures drawn anew");
+  console_.begin("resampled images");
   BootstrapCurveOptions bootstrap;
   bootstrap.first_seed = kDevelopmentSeed;
   if (options_.quick) {

@@ -16,11 +16,11 @@ namespace nav::bench {
 struct BenchRegistrationOptions {
   bool quick = false;    ///< A stratified part of the cohort: about two minutes on two cores.
   bool evaluate = true;  ///< False: only the development seeds.
-  int patients = 0;      ///< Of each cohort; 0: as many as the cohort has.
-  registration::Effort effort = registration::Effort::kUsual;  ///< Of cohort, faults, starts.
+  int patients = 0;      ///< Patients of each cohort; 0: as many as the cohort has.
+  registration::Effort effort = registration::Effort::kUsual;  ///< Used by cohort, faults, starts.
   /// How echoes of the sweeps are computed.
   sim::AcousticModel model = sim::AcousticModel::kRays;
-  std::vector<std::string> parts;  ///< Of those of --part; none: all.
+  std::vector<std::string> parts;  ///< Parts to run, values of --part; none: all.
   std::optional<std::string> json;
   std::optional<std::string> trials;  ///< CSV with a line for each registration of the cohorts.
 };

@@ -17,13 +17,13 @@ void BenchCommandLine::add_render() {
       ->add_option("--part", render_.parts, "compare, live, skipping, costs; default the first two")
       ->check(app::among({"compare", "live", "skipping", "costs"}))
       ->delimiter(',');
-  render->add_flag("--quick", render_.quick, "few scenes, small pictures: about two minutes");
+  render->add_flag("--quick", render_.quick, "few scenes, small images: about two minutes");
   render->add_flag("--costs", render_.costs,
-                   "also the cost of every element of the live session's picture");
-  render->add_option("--width", render_.width, "of the timed pictures, pixels")
+                   "also the cost of every element of the live session's image");
+  render->add_option("--width", render_.width, "width of the timed images, pixels")
       ->check(app::in_range(16, 8192, "pixels"))
       ->capture_default_str();
-  render->add_option("--height", render_.height, "of the timed pictures, pixels")
+  render->add_option("--height", render_.height, "height of the timed images, pixels")
       ->check(app::in_range(16, 8192, "pixels"))
       ->capture_default_str();
   add_json(*render);
@@ -55,19 +55,19 @@ void BenchCommandLine::add_scaling() {
 
 void BenchCommandLine::add_registration() {
   CLI::App* verb = app_.add_subcommand(
-      "registration", "Registration on simulated patients: error, success, refusals, time");
+      "registration", "Registration on simulated patients: error, success, refused results, time");
   verb->add_flag("--quick", registration_.quick, "part of the cohort: about two minutes");
   verb->add_flag("!--no-evaluation", registration_.evaluate,
-                 "leave the evaluation seeds alone: for tuning");
+                 "leave the evaluation seeds out: for tuning");
   app::add_choice<sim::AcousticModel>(
       *verb, "--model", registration_.model,
       {{"rays", sim::AcousticModel::kRays}, {"scatterers", sim::AcousticModel::kScatterers}},
-      "how echoes are computed: rays, scatterers");
+      "acoustic model of the echoes: rays, scatterers");
   app::add_choice<registration::Effort>(
       *verb, "--effort", registration_.effort,
       {{"quick", registration::Effort::kQuick}, {"usual", registration::Effort::kUsual}},
-      "of cohort, faults and starts: quick or usual");
-  verb->add_option("--patients", registration_.patients, "of each cohort")
+      "effort of cohort, faults and starts: quick or usual");
+  verb->add_option("--patients", registration_.patients, "number of patients of each cohort")
       ->check(app::in_range(1, 100, "patients"));
   verb->add_option(
           "--part", registration_.parts,
@@ -92,20 +92,22 @@ void BenchCommandLine::add_registration() {
 void BenchCommandLine::add_predicates() {
   CLI::App* verb = app_.add_subcommand(
       "predicates", "Ultrasound by predicates beside a standard transfer function");
-  verb->add_flag("--quick", predicates_.quick, "a small phantom, small pictures: some seconds");
-  verb->add_option("--side", predicates_.side, "of the phantom, voxels")
+  verb->add_flag("--quick", predicates_.quick, "a small phantom, small images: some seconds");
+  verb->add_option("--side", predicates_.side, "side of the phantom, voxels")
       ->check(app::in_range(32, 768, "voxels"))
       ->capture_default_str();
-  verb->add_option("--width", predicates_.width, "pixels; half of it where OpenGL is software")
+  verb->add_option("--width", predicates_.width,
+                   "width of the images, pixels; halved if OpenGL is software")
       ->check(app::in_range(32, 4096, "pixels"))
       ->capture_default_str();
-  verb->add_option("--height", predicates_.height, "as --width")
+  verb->add_option("--height", predicates_.height,
+                   "height of the images, pixels; halved if OpenGL is software")
       ->check(app::in_range(32, 4096, "pixels"))
       ->capture_default_str();
   verb->add_option("--volume", predicates_.volume,
-                   "only volumes whose name begins so: neck, …, two-volumes, features");
+                   "only volumes whose name begins with this: neck, …, two-volumes, features");
   verb->add_option("--look", predicates_.appearance,
-                   "only set-ups whose name begins so, of a --volume that has some");
+                   "only predicate sets whose name begins with this, of a --volume that has some");
   verb->add_option("--engine", predicates_.engine, "cpu, gl or both")
       ->check(app::among({"cpu", "gl", "both"}))
       ->capture_default_str();
@@ -125,7 +127,7 @@ void BenchCommandLine::add_predicates() {
 void BenchCommandLine::add_derived() {
   CLI::App* derived = app_.add_subcommand(
       "derived", "Time, memory and error of the features that predicates read, beside ITK's");
-  derived->add_option("--side", derived_.side, "of the timed volume, voxels")
+  derived->add_option("--side", derived_.side, "side of the timed volume, voxels")
       ->check(app::in_range(32, 512, "voxels"))
       ->capture_default_str();
   derived->add_option("--threads", derived_.threads, "0: all cores")
@@ -143,14 +145,14 @@ void BenchCommandLine::add_derived() {
 }
 
 void BenchCommandLine::add_gallery() {
-  CLI::App* gallery = app_.add_subcommand("gallery", "Draw the pictures of docs/gallery.md");
+  CLI::App* gallery = app_.add_subcommand("gallery", "Draw the images of docs/gallery.md");
   gallery->add_option("--out", gallery_.out, "folder to write to")->required();
   gallery->add_option("--engine", gallery_.engine, "cpu, gl or reference")->capture_default_str();
-  gallery->add_option("--only", gallery_.only, "only pictures whose name contains this");
-  gallery->add_option("--width", gallery_.width)
+  gallery->add_option("--only", gallery_.only, "only images whose name contains this");
+  gallery->add_option("--width", gallery_.width, "width of the images, pixels")
       ->check(app::in_range(16, 4096, "pixels"))
       ->capture_default_str();
-  gallery->add_option("--height", gallery_.height)
+  gallery->add_option("--height", gallery_.height, "height of the images, pixels")
       ->check(app::in_range(16, 4096, "pixels"))
       ->capture_default_str();
   gallery->callback(

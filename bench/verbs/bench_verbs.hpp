@@ -31,7 +31,7 @@ class BenchCommandLine {
   void add_derived();
   void add_gallery();
   void add_json(CLI::App& verb) {
-    verb.add_option("--json", json_, "write the report as JSON here too; -: standard output");
+    verb.add_option("--json", json_, "also write the report as JSON here; -: standard output");
   }
   [[nodiscard]] std::optional<std::string> json() const {
     return json_.empty() ? std::nullopt : std::optional(json_);

@@ -18,8 +18,8 @@ class InputFile {
   /// Opens a regular file. Rejects paths that are missing, unreadable, or not regular files, and
   /// does not touch a pipe.
   static Result<InputFile> open(const std::filesystem::path& path);
-  /// The same, but accepts a pipe too and waits for its writer. The bytes of a pipe are kept in a
-  /// file without a name, so that they can be read at any offset as they come.
+  /// Opens a regular file, as open() does, or a pipe, and waits for its writer. The bytes of a pipe
+  /// are kept in a file without a name, so that they can be read at any offset as they come.
   static Result<InputFile> open_or_pipe(const std::filesystem::path& path);
   InputFile(InputFile&& other) noexcept;
   InputFile& operator=(InputFile&& other) noexcept;

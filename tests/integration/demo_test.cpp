@@ -46,7 +46,7 @@ TEST(DemoTest, RegistersGuidesAndCountsEveryImage) {
   EXPECT_LT(report["target_error_mm"].get<double>(), kPromisedErrorMm);
   EXPECT_LT(report["final_tip_to_target_mm"].get<double>(), kFinalTipMm);
   EXPECT_TRUE(report["ledger"]["balanced"]);
-  EXPECT_GT(report["ledger"]["superseded"], 0) << "pictures come faster than refreshes";
+  EXPECT_GT(report["ledger"]["superseded"], 0) << "images come faster than refreshes";
   for (const auto& file : report["frames"]) {
     EXPECT_TRUE(std::filesystem::exists(folder / "one" / file.get<std::string>())) << file;
   }

@@ -129,7 +129,7 @@ class Session {
     if (!judged_) return;
     ASSERT_TRUE(epoch.frame);
     const Timestamp physical = ImageSource::physical(epoch.frame->frame.sequence);
-    EXPECT_LE(epoch.now - physical, milliseconds(100)) << "an old picture is shown as live";
+    EXPECT_LE(epoch.now - physical, milliseconds(100)) << "an old image is shown as live";
     const Transform<frames::Probe, frames::Image> mount(Eigen::Quaterniond::Identity(), {0, 0, 0});
     const auto truth = reference_at(physical).inverse() * probe_at(physical) * mount;
     const auto& shown = epoch.frame->reference_from_image;

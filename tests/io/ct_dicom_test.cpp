@@ -483,7 +483,7 @@ TEST_F(CtDicomTest, RejectsDeflatedFiles) {
 
 TEST_F(CtDicomTest, RejectsFoldersWithoutAStack) {
   EXPECT_TRUE(rejects(read(), Code::kNotFound, {"DICOM", "0 files"}));
-  test::put(folder_ / "note.txt", "hello, this is no picture at all");
+  test::put(folder_ / "note.txt", "hello, this is no image at all");
   EXPECT_TRUE(rejects(read(), Code::kNotFound, {"1 files"}));
   put_stack(1);
   EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"at least 2 slices", "found 1"}));

@@ -231,7 +231,7 @@ TEST_F(CtFileTest, RejectsASequenceOfImages) {
       read("a.mha",
            meta(kTurn, "MET_SHORT", "2 3 4", one + "Seq_Frame0001_ImageStatus = OK\n") + pixels),
       Code::kUnsupportedData,
-      {"a.mha: expected a volume, found a sequence of pictures (Seq_Frame fields)"}));
+      {"a.mha: expected a volume, found a sequence of images (Seq_Frame fields)"}));
   const auto volume = read("a.mha", meta(kTurn, "MET_SHORT", "2 3 4", one) + pixels);
   ASSERT_TRUE(test::has_value(volume));
   expect_voxels(*volume);

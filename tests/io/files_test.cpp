@@ -157,7 +157,7 @@ TEST(PngTest, RejectsEmptyImagesAndInvalidFiles) {
   const test::TemporaryFolder folder;
   EXPECT_TRUE(rejects(write_png({}, folder / "a.png"), Code::kUsage, {"a.png", "pixels"}));
   EXPECT_TRUE(rejects(write_png(image(0), "/dev/full"), Code::kIo, {"No space left"}));
-  test::put(folder / "bad.png", "not a picture");
+  test::put(folder / "bad.png", "not an image");
   EXPECT_TRUE(rejects(read_png(folder / "bad.png"), Code::kMalformedData, {"bad.png"}));
   ASSERT_TRUE(test::has_value(write_png(image(0), folder / "a.png")));
   const std::string whole = test::get(folder / "a.png");
@@ -208,7 +208,7 @@ TEST(AnimationTest, RejectsInvalidImagesAndOptions) {
   EXPECT_TRUE(rejects(write_animation({}, 40, path), Code::kUsage, {"a.webp", "at least 1"}));
   EXPECT_TRUE(rejects(write_animation({image(0)}, 0, path), Code::kUsage, {"1 to 60000 ms"}));
   EXPECT_TRUE(rejects(write_animation({image(0), Image2d<Rgba8>(1, 1, {Rgba8{}})}, 40, path),
-                      Code::kUsage, {"picture 1", "13 x 9", "1 x 1"}));
+                      Code::kUsage, {"image 1", "13 x 9", "1 x 1"}));
   AnimationOptions options;
   options.quality = 200;
   EXPECT_TRUE(rejects(write_animation({image(0)}, 40, path, options), Code::kUsage, {"quality"}));

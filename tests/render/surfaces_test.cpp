@@ -150,7 +150,7 @@ TEST_P(SurfacesTest, BorderShowsTheState) {
   EXPECT_TRUE(is(test::middle(degraded), grey, grey, 0.5 + grey));
   const RenderedImage stale = seen(SafetyState::kStale);
   EXPECT_TRUE(is_colour(border(stale), spec::kStaleRgb));
-  EXPECT_TRUE(is(test::middle(stale), 0, 0, 1)) << "no old picture";
+  EXPECT_TRUE(is(test::middle(stale), 0, 0, 1)) << "no old image";
   const RenderedImage lost = seen(SafetyState::kLost);
   EXPECT_TRUE(is(border(lost), 0, 0, 1));
   EXPECT_TRUE(is(test::middle(lost), 0, 0, 1));

@@ -127,7 +127,7 @@ TEST_F(NavigatorTest, AnEpochThatIsStillShownAges) {
   const Epoch live = refresh(100);
   ASSERT_EQ(live.plane.state, SafetyState::kValid);
   ASSERT_TRUE(live.guidance);
-  // Pictures are stale after two periods of 50 ms, lost after five times that; needles after 40 ms.
+  // Images are stale after two periods of 50 ms, lost after five times that; needles after 40 ms.
   const Epoch soon = navigator_.aged(live, ms(140));
   EXPECT_EQ(soon.plane.state, SafetyState::kValid);
   EXPECT_TRUE(soon.guidance);
@@ -184,7 +184,7 @@ TEST_F(NavigatorTest, AccountsForEveryImage) {
   navigator_.add_image(image(9, 0));  // Backwards in time.
   navigator_.add_missing({"no_image", "0 x 0"});
   EXPECT_TRUE(refresh(100).frame_is_new);
-  EXPECT_FALSE(refresh(101).frame_is_new) << "the same picture is not shown twice";
+  EXPECT_FALSE(refresh(101).frame_is_new) << "the same image is not shown twice";
   navigator_.add_image(image(11, 95));
   navigator_.settle(ms(102), true, [](const auto&) {});
   navigator_.finish();

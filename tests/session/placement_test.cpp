@@ -31,7 +31,7 @@ TEST(PlacementTest, SaysWhetherTheUserDeclaredItOrNobodyDid) {
 }
 
 TEST(PlacementTest, SaysHowFarASweepLiesFromACtThatItNeverMeets) {
-  // Voxels from -0.5 to 9.5 mm along each axis; two pictures of 4 mm, 2 mm apart.
+  // Voxels from -0.5 to 9.5 mm along each axis; two images of 4 mm, 2 mm apart.
   VoxelGrid grid{{10, 10, 10}};
   SweepSurvey sweep;
   sweep.paired = 2;

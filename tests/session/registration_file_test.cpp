@@ -157,10 +157,10 @@ TEST_F(RegistrationFileTest, BelongsToOneReadingOfItsRecording) {
                             {"expected the temporal offset that sweep.igs.mha was registered with, "
                              "-40 ms, found 25 ms"}));
   other = recording;
-  other.corners[2].mm.y() += 1.5;  // As with other pixels.
+  other.corners[2].mm.y() += 1.5;  // Other pixels do this.
   EXPECT_TRUE(test::rejects(read(json, false, other), Code::kMalformedData,
                             {"expected the calibration of the probe that sweep.igs.mha was",
-                             "found one that puts a corner of its pictures 1.5 mm elsewhere"}));
+                             "found one that puts a corner of its images 1.5 mm elsewhere"}));
   // Another recording may be of another probe.
   for (const auto& change : std::vector<std::function<void(RecordingRead&)>>{
            [](RecordingRead& r) { r.name = "fan.igs.mha"; },
@@ -191,7 +191,7 @@ TEST_F(RegistrationFileTest, RefusesWhatContradictsItself) {
   json = good();
   json["registration"]["reasons"] = {"cost of the match: 0.6"};
   EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData,
-                            {"without registration.reasons to refuse it", "cost of the match"}));
+                            {"with empty registration.reasons", "cost of the match"}));
 }
 
 TEST_F(RegistrationFileTest, OneMadeWithoutACtIsOfNone) {

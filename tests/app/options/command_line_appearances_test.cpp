@@ -163,7 +163,7 @@ TEST_F(CommandLineTest, EnginesAgreeOnAnOrthographicImage) {
   const auto reference = image("--orthographic --engine reference");
   const auto perspective = image("");
   ASSERT_TRUE(cpu && reference && perspective);
-  constexpr int kEnginesApart = 4;  // Of 255.
+  constexpr int kEnginesApart = 4;  // On a scale of 255.
   EXPECT_LE(difference(*cpu, *reference), kEnginesApart);
   EXPECT_GT(difference(*cpu, *perspective), 40) << "another image";
   if (const auto gl = image("--orthographic --engine gl")) {

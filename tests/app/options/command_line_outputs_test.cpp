@@ -122,13 +122,13 @@ TEST_F(CommandLineTest, NoOutputReplacesAnImageInAFolder) {
   for (const std::string& verb :
        {"info " + ct, "register --landmarks l.csv --ct " + ct, "replay s.mha --out o --ct " + ct}) {
     expect_rejection(verb + " --json " + slice, 2,
-                     {"--json: expected a file of its own", slice, "a picture of that of"});
+                     {"--json: expected a file of its own", slice, "an image of that of"});
   }
   EXPECT_EQ(*io::read_file(slice, 1000), dicom);
   // read_ct accepts DICOM without the preamble; a file that only begins like it is not DICOM.
   const std::string old = (folder_ / "ct/old.dcm").string();
   std::ofstream(old, std::ios::binary) << std::string("\x08\0\x60\0CS\x02\0CT", 10);
-  expect_rejection("info " + ct + " --json " + old, 2, {old, "a picture of that of file"});
+  expect_rejection("info " + ct + " --json " + old, 2, {old, "an image of that of file"});
   const std::string alike = (folder_ / "ct/alike.json").string();
   std::ofstream(alike, std::ios::binary) << std::string("\x08\0\x60\0nothing of DICOM", 20);
   expect_rejection("info " + ct + " --json " + alike, 3, {"expected DICOM images, found none"});
@@ -136,7 +136,7 @@ TEST_F(CommandLineTest, NoOutputReplacesAnImageInAFolder) {
   const std::string linked = (folder_ / "elsewhere.dcm").string();
   std::ofstream(linked, std::ios::binary) << dicom;
   std::filesystem::create_symlink("../elsewhere.dcm", folder_ / "ct/link.dcm");
-  expect_rejection("info " + ct + " --json " + linked, 2, {linked, "a picture of that of file"});
+  expect_rejection("info " + ct + " --json " + linked, 2, {linked, "an image of that of file"});
 }
 
 TEST_F(CommandLineTest, NoOutputReplacesThePixelsOfAHeader) {

@@ -35,7 +35,7 @@ TEST_F(CommandLineTest, AReplayMeasuresDistancesFromItsNeedleAndItsTarget) {
                              " --needle-frame NeedleTip --ct-from-reference "
                              "'1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1'");
   EXPECT_EQ(live.code, 0) << live.errors;
-  EXPECT_EQ(read_json("replay.json")["frames"].size(), 7U) << "6 pictures and the animation";
+  EXPECT_EQ(read_json("replay.json")["frames"].size(), 7U) << "6 images and the animation";
   const std::string target = base + " --predicates " + set("target_distance");
   expect_rejection(target, 2, {"target_distance", "predicates.target_mm"});
   const auto session = folder_ / "target.toml";
@@ -93,13 +93,13 @@ TEST_F(CommandLineTest, AReplayWarnsOfASweepFarFromTheCt) {
         sonde(arguments + " --ct-from-reference \"1 0 0 " + x_mm + " 0 1 0 0 0 0 1 0 0 0 0 1\"");
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
     const io::Json report = read_json("replay.json");
-    const bool said = outcome.errors.find("the sweep lies outside of the CT") != std::string::npos;
+    const bool said = outcome.errors.find("the sweep lies outside the CT") != std::string::npos;
     EXPECT_EQ(said, !report["placement"]["warnings"].empty()) << outcome.errors;
     return report["placement"]["warnings"].dump();
   };
   EXPECT_EQ(warnings("0"), "[]");
   // The CT ends at x = 58 mm.
-  EXPECT_NE(warnings("5000").find("its nearest picture 49"), std::string::npos);
+  EXPECT_NE(warnings("5000").find("its nearest image is 49"), std::string::npos);
   EXPECT_NE(text_of(folder_ / "out/report.html").find("the sweep lies outside"), std::string::npos);
 }
 
@@ -205,7 +205,7 @@ TEST_F(CommandLineTest, NamesTimesThatDoNotIncrease) {
   expect_rejection(replay_arguments(write_sweep({},
                                                 [](io::SequenceFrame& frame) {
                                                   if (frame.index == 4)
-                                                    frame.timestamp_s = 10.3;  // As frame 3.
+                                                    frame.timestamp_s = 10.3;  // That of frame 3.
                                                 })),
                    3, {"frame 4", "Timestamp", "after 10.3", "found 10.3"});
 }
@@ -251,10 +251,9 @@ TEST_F(CommandLineTest, ImagesWaitForThePosesOfTheirOffset) {
   expect_rejection(replay + " --temporal-offset-ms=-2000", 3,
                    {"none of 6 frames usable: by --temporal-offset-ms -2000, 6 of 6 images lie "
                     "after the last pose, by 1500 to 2000 ms"});
-  expect_rejection(
-      replay + " --temporal-offset-ms=600", 3,
-      {"by --temporal-offset-ms 600, 6 of 6 images lie before the first pose, by 100 "
-       "to 600 ms"});
+  expect_rejection(replay + " --temporal-offset-ms=600", 3,
+                   {"by --temporal-offset-ms 600, 6 of 6 images lie before the first pose, by 100 "
+                    "to 600 ms"});
 }
 
 TEST_F(CommandLineTest, RejectsAnInvalidCalibration) {

@@ -120,7 +120,7 @@ TEST(SimulateOptionsTest, ARecordingHasAtLeastTwoImages) {
   options.duration_s = 0.2;
   EXPECT_EQ(rejection(options), "accepted");
   options.duration_s = 0.1;
-  EXPECT_THAT(rejection(options), HasSubstr("--duration-s: expected time for two pictures"));
+  EXPECT_THAT(rejection(options), HasSubstr("--duration-s: expected time for two images"));
 }
 
 }  // namespace

@@ -223,7 +223,7 @@ TEST(ConfidenceTest, AgreesWithTheMapOfItsAuthors) {
     squares += apart * apart;
   }
   EXPECT_LT(std::sqrt(squares / static_cast<double>(theirs.size())), 0.005);
-  expect_honest_estimates("their picture", volume, down());
+  expect_honest_estimates("their image", volume, down());
 }
 
 TEST(ConfidenceTest, UnknownVoxelsInFrontDoNotCount) {

@@ -72,7 +72,7 @@ ImageDifference difference(const Image2d<RgbaF>& a, const Image2d<RgbaF>& b, dou
 ::testing::AssertionResult agree(const Image2d<RgbaF>& actual, const Image2d<RgbaF>& expected,
                                  double limit_255) {
   if (actual.width() != expected.width() || actual.height() != expected.height()) {
-    return ::testing::AssertionFailure() << "pictures of different size";
+    return ::testing::AssertionFailure() << "images of different size";
   }
   constexpr double kOutliers = 1e-3;  // Share of rays that graze an edge, where single and double
                                       // precision differ.

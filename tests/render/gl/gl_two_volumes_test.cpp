@@ -185,7 +185,7 @@ TEST_F(GlTwoVolumesTest, ParameterEditsNeverCompileOrUploadVolumes) {
   scene.transfer = *preset_transfer_function("ct-soft-tissue");
   check("the transfer function");
   scene = test::moved_ct(scene, {3, 2, 1});
-  check("another place");
+  check("another position");
   EXPECT_EQ(caster().second_uploads().volumes, 1);
 }
 
@@ -232,7 +232,7 @@ TEST_F(GlTwoVolumesTest, AMovedPlaneCastsOnlyTheRaysThatMeetIt) {
   EXPECT_LE(share_beyond(scene), kShare);
   scene.plane->frame.pixels = test::grey_image(8, 8, 33);
   EXPECT_LE(share_beyond(scene), kShare);
-  EXPECT_EQ(caster().statistics().volume_samples, 0U) << "a new picture needs no sample";
+  EXPECT_EQ(caster().statistics().volume_samples, 0U) << "a new image needs no sample";
   scene.plane->ct_from_image = {
       scene.plane->ct_from_image.rotation(),
       scene.plane->ct_from_image.translation_mm() + Eigen::Vector3d(0.5, 0, 0.25)};

@@ -126,7 +126,7 @@ TEST(LayerSurfacesTest, ImagesOfTheRasterConvergeToTheReference) {
     ASSERT_TRUE(test::has_value(a));
     ASSERT_TRUE(test::has_value(b));
     const double rms = rms_difference(a->pixels, b->pixels);
-    std::printf("voxels of %.2f mm: pictures differ by %.5f rms\n", spacing_mm, rms);
+    std::printf("voxels of %.2f mm: images differ by %.5f rms\n", spacing_mm, rms);
     EXPECT_GT(rms, 0);
     EXPECT_LT(rms, 0.75 * before);
     before = rms;

@@ -431,7 +431,7 @@ TEST_F(FusionTest, TheLineOfAStalePlaneIsGreyAndALostPlaneHasNone) {
   const Rgba8 line = at(50, 40, {});
   EXPECT_EQ(line.r, line.g);
   EXPECT_NE(line.r, 40);
-  EXPECT_NE(line.r, 120) << "nor its picture";
+  EXPECT_NE(line.r, 120) << "nor its image";
   us_.safety.state = SafetyState::kLost;
   EXPECT_EQ(at(50, 40, {}).r, 40);
 }
