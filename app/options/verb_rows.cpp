@@ -40,8 +40,9 @@ void add_replay_rows(std::vector<Option>& rows) {
        .key = "source.whole_picture",
        .needs = {recording_session(), recording_to_slice()}},
       {.name = "--no-survey",
-       .text = "choose camera and grey window for the first image, not for the whole sweep: nothing "
-               "is read ahead",
+       .text =
+           "choose camera and grey window for the first image, not for the whole sweep: nothing "
+           "is read ahead",
        .group = group::kGroupReplay,
        .verbs = {"replay"},
        .slot = NAV_SLOT(config.source.survey),
