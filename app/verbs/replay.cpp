@@ -139,7 +139,8 @@ class Replay {
     if (auto played = config_.output.window ? play_in_window() : play(); !played) return played;
     console_.end(std::to_string(shown_) + " images");
     session_.navigator().finish();
-    if (!placement_) return session::nothing_paired(session_);
+    if (!placement_ && driver_.over()) return session::nothing_paired(session_);
+    if (!placement_) return {};  // The window was closed before the first image.
     if (const std::string outside = outside_.warning(); !outside.empty()) {
       console_.report(Severity::kWarning, "placement", outside);
     }
@@ -303,7 +304,10 @@ class Replay {
       if (failure_) return *failure_;
       if (!*epoch) return {};
       if (auto shown = show(**epoch); !shown) return shown;
-      if (!survey_ && config_.output.frames > 0 && shown_ >= config_.output.frames) return {};
+      if (!survey_ && config_.output.frames > 0 && shown_ >= config_.output.frames) {
+        session_.session().finish();
+        return {};
+      }
     }
   }
 
