@@ -55,7 +55,7 @@ std::vector<std::vector<std::uint8_t>> importance_levels(const TransferTable& ta
 
 /// Turns a row of 0 and 255 into distances to the nearest 0, at most 255.
 void spread_row(std::uint8_t* row, int count) {
-  if (std::memchr(row, 0, as_size(count)) == nullptr) return;
+  if (count <= 0 || std::memchr(row, 0, as_size(count)) == nullptr) return;
   int near = 255;
   for (int x = 0; x < count; ++x) {
     near = row[x] == 0 ? 0 : std::min(near + 1, 255);
