@@ -76,7 +76,7 @@ TEST_F(ResolveLookTest, WarnsOfComponentsBetweenWholeNumbers) {
   // A step between neighbouring values loses nothing.
   EXPECT_TRUE(
       warnings({{"step", {{99.999, {1, 1, 1}, 0, 1}, {100, {1, 1, 1}, 0.8, 1}}, {}}}).empty());
-  for (const std::string& name : {"ct-bone", "ct-liver", "cta-vessels", "mr-default"}) {
+  for (const char* name : {"ct-bone", "ct-liver", "cta-vessels", "mr-default"}) {
     CollectingDiagnostics diagnostics;
     warn_of_lost_components(*render::preset_transfer_function(name), diagnostics);
     EXPECT_TRUE(diagnostics.entries().empty()) << name;
