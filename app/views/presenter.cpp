@@ -122,8 +122,16 @@ std::string Presenter::note_of(const session::Epoch& epoch) const {
 }
 
 render::Scene Presenter::scene(const session::Epoch& epoch) const {
-  render::Scene scene{ct_, appearance_.transfer, appearance_.shading, {}, {}, {}, camera(), {},
-                      {},  options_.width,       options_.height};
+  render::Scene scene{.ct = ct_,
+                      .transfer = appearance_.transfer,
+                      .shading = appearance_.shading,
+                      .plane = {},
+                      .needle = {},
+                      .spheres = {},
+                      .camera = camera(),
+                      .quality = {},
+                      .width = options_.width,
+                      .height = options_.height};
   scene.cutaway = appearance_.cutaway;
   scene.projection = appearance_.projection;
   scene.grey = grey_.value_or(render::GreyWindow{});

@@ -123,7 +123,7 @@ TEST_F(CtFileTest, ReadsStoredValuesWithoutAUnitAndWithoutTheLimitOfAir) {
   EXPECT_EQ(v->at(0, 1, 0), -3024);
   EXPECT_EQ(v->at(1, 1, 0), -32768);
   EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"b.mha", "above 32767 set to 32767"}));
-  EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"b.mha", "below -32768 set to -32768"}));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"b.mha", "below -32768 set to -32768"}));
 }
 
 TEST_F(CtFileTest, RejectsNanVoxelsAndReportsTheirCountAndIndex) {
