@@ -228,7 +228,7 @@ TEST(SandwichTest, DistinguishesADirectionThatFallsFromAFlatOne) {
 struct Pulls {
   LocalShape shape{{{0, 0, 0}}, Matrix6d::Identity(), {}, {}};
   PatchSet patches;
-  SweepPoints sweep;
+  SweepPoints sweep{{}, {{0, 0, 0}}};
   Pulls(int images, int each) {
     for (int i = 0; i < images * each; ++i) {
       Patch patch{};

@@ -178,7 +178,7 @@ TEST(FrameBootstrapTest, DrawsThatDetermineNoPoseAreCountedOrReported) {
   for (const Vector6d& twist : seldom.twists) EXPECT_TRUE(twist.allFinite());
   const FrameBootstrap often = frame_bootstrap(known_from(1), single);
   EXPECT_FALSE(often.valid);
-  EXPECT_NE(often.fault.find("of 400 draws"), std::string::npos) << often.fault;
+  EXPECT_NE(often.fault.find("of 400 samples"), std::string::npos) << often.fault;
 }
 
 TEST(FrameBootstrapTest, ANonFiniteGradientGivesNoTwist) {
