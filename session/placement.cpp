@@ -59,8 +59,8 @@ Result<Placement> place_ct(const PlacementOptions& options, const Volume& ct,
       {centred(ct, sweep),
        {SafetyState::kDegraded, "the CT is only centred on the sweep, not registered"}},
       "centred",
-      "No registration given: the sweep is centred on the CT. The depth of the images points "
-      "to posterior, their lateral axis to the patient's left."};
+      "The CT is not registered. No registration given: the ultrasound is centred on the CT; the "
+      "depth of its images points to posterior, their lateral axis to the patient's left."};
   if (!options.registration.empty()) {
     auto registered =
         read_registration(options.registration, ct, {reference_frame, recording, options.follow});

@@ -535,6 +535,12 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   if (!ct) return ct.error();
   const std::shared_ptr<const Volume> shared_ct = *ct;
   console.end(std::to_string(shared_ct->grid().voxel_count()) + " voxels");
+  // The first image decides where the CT lies; what is wrong in itself is said before any work.
+  if (const auto sound = session::place_ct(config.placement, *shared_ct, {}, std::nullopt,
+                                           session->reference_frame());
+      !sound) {
+    return sound.error();
+  }
   std::optional<session::SweepSurvey> sweep;
   // A pipe can be read only once.
   const bool pipe = std::filesystem::is_fifo(config.source.recording);

@@ -318,7 +318,7 @@ TEST_F(CommandLineTest, ASessionNeverNamesAnotherFileThanTheGivenOne) {
   std::ofstream(folder_ / "out/report.html") << "earlier";
   const std::string appearance = (folder_ / "\xff.json").string();
   expect_rejection(replay_arguments(sweep) + " --save-look " + appearance, 2,
-                   {"look.save: expected", "UTF-8", appearance});
+                   {"--save-look", "UTF-8", appearance});
   EXPECT_TRUE(std::filesystem::exists(folder_ / "out/report.html"));
   EXPECT_EQ(sonde("replay c\xc3\xa9t.mha --print-session").code, 0);
 }

@@ -128,7 +128,7 @@ TEST_F(CommandLineTest, WritesObliqueSlicesAndSlicesAlongANeedle) {
   expect_rejection(arguments + " --right 1 0 0 --down 2 0 0", 2, {"--down", "other than --right"});
   expect_rejection(arguments + " --right 1 0 0 --normal 0 0 1", 2,
                    {"--normal cannot be combined with --right"});
-  expect_rejection(arguments + " --needle 1 1 1 1 1 1", 2, {"--needle", "apart from it"});
+  expect_rejection(arguments + " --needle 1 1 1 1 1 1", 2, {"--needle", "apart from each other"});
   expect_rejection(arguments + " --needle 900 0 0 0 0 0", 2, {"--needle", "inside the CT"});
   expect_rejection(arguments + " --frame 1", 2, {"--frame requires --recording"});
   expect_rejection(arguments + " --share 1", 2, {"--share requires --recording or --second"});

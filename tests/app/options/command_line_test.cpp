@@ -166,10 +166,14 @@ TEST_F(CommandLineTest, ParseErrorsHaveTheFormOfOtherErrors) {
            {"predicates --apex 1 2 3 --into 0 1 0", "--into cannot be combined with --apex"},
            {"demo --out x --foo",
             "sonde demo: expected an option that 'sonde demo --help-all' lists, found --foo"},
-           {"demo --out x --widht 3", "lists, found --widht; did you mean --width?"},
-           {"demo --out x --rms_error=3", "lists, found --rms_error=3; did you mean --rms-error?"},
-           {"reply", "found 'reply'; did you mean replay?"},
-           {"help levitate", "found 'levitate'"},
+           {"demo --out x --widht 3",
+            "sonde demo: expected an option that 'sonde demo --help-all' lists, found --widht; did "
+            "you mean --width?"},
+           {"demo --out x --rms_error=3",
+            "sonde demo: expected an option that 'sonde demo --help-all' lists, found "
+            "--rms_error=3; did you mean --rms-error?"},
+           {"reply", "verb: expected one of " + verbs + ", found 'reply'; did you mean replay?"},
+           {"help levitate", "help: expected a verb, or --man and a verb, found 'levitate'"},
            {"help --man levitate", "help: expected a verb, or --man and a verb, found 'levitate'"},
            {"completion fish", "completion: expected bash, found 'fish'"},
            {"", "verb: expected one of " + verbs + ", found none"},
