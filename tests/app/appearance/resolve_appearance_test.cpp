@@ -222,8 +222,8 @@ TEST_F(ResolveLookTest, RejectsContradictingValues) {
                             {"look.cutaway.theta1_deg", "at most theta2_deg, 20", "45"}));
   said = {};
   said.preset = "x-ray";
-  EXPECT_TRUE(test::rejects(resolve_appearance(said, voxel()), ErrorCode::kNotFound,
-                            {"x-ray", "ct-liver"}));
+  EXPECT_TRUE(
+      test::rejects(resolve_appearance(said, voxel()), ErrorCode::kUsage, {"x-ray", "ct-liver"}));
   said = {};
   said.file = folder_ / "nothing.vp";
   EXPECT_TRUE(

@@ -564,7 +564,7 @@ TEST_F(PresenterTest, RejectsAnUnknownPresetByName) {
   PresenterOptions options;
   options.appearance.preset = "ct-magic";
   const auto made = Presenter::create(options, cube(), render::make_cpu_engine());
-  EXPECT_TRUE(test::rejects(made, ErrorCode::kNotFound, {"ct-magic", "ct-bone"}));
+  EXPECT_TRUE(test::rejects(made, ErrorCode::kUsage, {"ct-magic", "ct-bone"}));
 }
 
 TEST_F(PresenterTest, AProjectionKeepsTheGreyWindowOfItsFirstImage) {
