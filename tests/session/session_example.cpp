@@ -31,7 +31,7 @@ int main(int, char** arguments) {
   if (!played) return fail(played.error());
   const auto sweep = Sweep::create(std::move(images), "calibration of the recording");
   if (!sweep) return fail(sweep.error());
-  const auto effort = registration::Effort::kQuick;
+  const auto effort = registration::Effort::kUsual;
   const auto found = registration::register_on_skin(**ct, *sweep, registration::with_effort(effort),
                                                     {}, diagnostics);
   if (!found) return fail(found.error());
