@@ -22,22 +22,14 @@ class FirstWarning final : public Diagnostics {
  public:
   explicit FirstWarning(Diagnostics& outer) : outer_(outer) {}
   void report(Severity severity, std::string_view source, std::string_view message) override {
-    if (severity != Severity::kInfo) {
-      if (first_.empty()) first_ = message;
-      last_ = message;
-      ++count_;
-    }
+    if (severity != Severity::kInfo && first_.empty()) first_ = message;
     outer_.report(severity, source, message);
   }
   [[nodiscard]] const std::string& message() const { return first_; }
-  [[nodiscard]] const std::string& last() const { return last_; }
-  [[nodiscard]] std::size_t count() const { return count_; }
 
  private:
   Diagnostics& outer_;
   std::string first_;
-  std::string last_;
-  std::size_t count_ = 0;
 };
 
 /// A recording as a session on the virtual clock. Not thread-safe.

@@ -46,7 +46,7 @@ void Session::add(std::shared_ptr<Source> source) {
 }
 
 /// Fills the head of a source.
-Result<void> Session::appearance(Feed& feed) {
+Result<void> Session::fill_head(Feed& feed) {
   if (feed.head || feed.ended) return {};
   auto sample = feed.source->next(Timestamp::max());
   if (sample) {
@@ -62,7 +62,7 @@ Result<void> Session::appearance(Feed& feed) {
 Result<std::optional<Timestamp>> Session::next_arrival() {
   std::optional<Timestamp> next;
   for (const auto& feed : feeds_) {
-    if (auto ok = appearance(*feed); !ok) return ok.error();
+    if (auto ok = fill_head(*feed); !ok) return ok.error();
     if (feed->head && (!next || feed->head->received < *next)) next = feed->head->received;
   }
   return next;

@@ -125,7 +125,7 @@ class Session {
     bool failure_known = false;
     std::jthread thread;
   };
-  Result<void> appearance(Feed& feed);
+  Result<void> fill_head(Feed& feed);
   void run(Feed& feed, const std::stop_token& stop);
   void deliver(std::size_t stream, Sample sample, const Listener& listener);
   void drain(const Listener& listener);

@@ -37,8 +37,8 @@ NeedleEcho::NeedleEcho(const NeedleShaft& needle,
   }
 }
 
-void NeedleEcho::appearance(const Piece& piece, const ScanLine& ray,
-                            std::span<Nearest> best) const {
+void NeedleEcho::find_nearest(const Piece& piece, const ScanLine& ray,
+                              std::span<Nearest> best) const {
   const double step = geometry_.sample_mm();
   // Only the samples beside the piece receive its echo.
   const Eigen::Vector2d front = piece.front.head<2>() - ray.start;
@@ -67,7 +67,7 @@ void NeedleEcho::add(int line, std::span<const float> left,
   NAV_CHECK(left.size() == samples.size(), left.size(), samples.size());
   const ScanLine ray = geometry_.line(line);
   std::vector<Nearest> best(samples.size(), Nearest{kSilent, 0, 0});
-  for (const Piece& piece : pieces_) appearance(piece, ray, best);
+  for (const Piece& piece : pieces_) find_nearest(piece, ray, best);
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const Nearest& n = best[i];
     if (!(n.exponent < kSilent)) continue;

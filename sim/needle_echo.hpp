@@ -38,7 +38,7 @@ class NeedleEcho {
     double behind_tip_mm;
     double facing;  ///< Squared sine of the angle between beam and shaft.
   };
-  void appearance(const Piece& piece, const ScanLine& ray, std::span<Nearest> best) const;
+  void find_nearest(const Piece& piece, const ScanLine& ray, std::span<Nearest> best) const;
 
   const ScanGeometry& geometry_;
   const ProbeModel& probe_;

@@ -18,7 +18,7 @@ void SimulatedSource::add(const std::string& name, std::unique_ptr<ImageStream> 
 }
 
 /// Fills the head of a stream.
-Result<void> SimulatedSource::appearance(std::size_t stream) {
+Result<void> SimulatedSource::fill_head(std::size_t stream) {
   Feed& feed = feeds_[stream];
   if (feed.head || feed.ended) return {};
   const auto ended_or = [&](const Error& error) -> Result<void> {
@@ -48,7 +48,7 @@ Result<void> SimulatedSource::appearance(std::size_t stream) {
 Result<Sample> SimulatedSource::next(Deadline deadline) {
   Feed* first = nullptr;
   for (std::size_t i = 0; i < feeds_.size(); ++i) {
-    if (const auto ok = appearance(i); !ok) return ok.error();
+    if (const auto ok = fill_head(i); !ok) return ok.error();
     Feed& feed = feeds_[i];
     if (feed.head && (first == nullptr || feed.head->received < first->head->received)) {
       first = &feed;

@@ -38,7 +38,7 @@ class SimulatedSource final : public Source {
     std::uint64_t count = 0;
     bool ended = false;
   };
-  Result<void> appearance(std::size_t stream);
+  Result<void> fill_head(std::size_t stream);
 
   std::function<void(Timestamp)> wait_;
   std::vector<StreamInfo> streams_;
