@@ -53,20 +53,17 @@ render::Scene scene() {
                                 static_cast<double>(i / 2304));
     hu[i] = static_cast<std::int16_t>(1200 - 40 * (index.array() - 23.5).matrix().norm());
   }
+  const render::Camera camera{{{0, -600, 0}}, {{0, 0, 0}}, {{0, 0, 1}}};
   render::Scene made{std::make_shared<const Volume>(*Volume::create(grid, std::move(hu), "ball")),
                      *render::preset_transfer_function("ct-bone"),
                      {},
                      {},
                      {},
                      {},
-                     {},
-                     {},
-                     {},
-                     96,
-                     64};
-  made.camera.eye_ct = {{0, -600, 0}};
-  made.camera.look_at_ct = {{0, 0, 0}};
-  made.camera.up_ct = {{0, 0, 1}};
+                     camera,
+                     {}};
+  made.width = 96;
+  made.height = 64;
   return made;
 }
 
@@ -78,7 +75,8 @@ TEST(ThreadsTest, EnginesRunInParallelAndGiveEqualImages) {
     threads.emplace_back([&, t] {
       const auto engine = render::make_cpu_engine({.threads = 1 + t % 3});
       const auto image = engine->render(shown);
-      if (image) images[static_cast<std::size_t>(t)] = render::to_8bit(image->pixels);
+      ASSERT_TRUE(image) << image.error().message;
+      images[static_cast<std::size_t>(t)] = render::to_8bit(image->pixels);
     });
   }
   for (std::thread& thread : threads) thread.join();
