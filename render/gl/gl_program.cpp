@@ -91,7 +91,6 @@ std::string transfer_defines(const GlFeatures& features) {
   define(defines, composite && (features.cutaway || (shading && features.emphasis)), "IMPORTANCE");
   define(defines, features.skipping, "SKIPPING");
   define(defines, features.sparse, "SPARSE");
-  define(defines, features.listed, "PACKED_RAYS");
   return defines;
 }
 
@@ -160,7 +159,7 @@ int samplers_of(const GlFeatures& f) {
   };
   // From the pass before: front and spent; with a plane also behind and live_at.
   if (f.means) return count({true, f.solids, f.shared_depth}) + (f.plane ? 4 : 2);
-  int samplers = count({true, f.solids, f.cutaway, f.shared_depth, f.signature(), f.listed});
+  int samplers = count({true, f.solids, f.cutaway, f.shared_depth, f.signature()});
   if (f.predicates) {
     const GlPredicateForm& p = *f.predicates;
     // Textures of bricks, appearances and opacity.

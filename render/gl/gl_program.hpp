@@ -58,7 +58,6 @@ struct GlFeatures {
   bool unrolled = false;      ///< Several cells are written one after the other: march.glsl.
   bool means = false;         ///< sparse_means.frag instead.
   bool sparse = false;        ///< Fewer rays than pixels.
-  bool listed = false;        ///< A list holds the pixels that get rays: gl_packed_rays.hpp.
   bool plane = false;         ///< An ultrasound image or its border.
   bool solids = false;        ///< Needle, spheres or lines.
   bool capsules = false;      ///< Some of them are longer than a sphere.

@@ -119,7 +119,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   features.storage = *compute_ && *storage_;
   // A ray for every pixel errs less. Choosing among rays would cost such a device more than casting
   // them.
-  if (features.compute) features.sparse = features.listed = false;
+  if (features.compute) features.sparse = false;
   if (shows_predicates(scene)) features.predicates = form_now(features);
   const bool keep = same_view && drawn_with_ == features && features.signature() &&
                     (!features.predicates || source_->predicates.unchanged());
@@ -129,13 +129,11 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
     return ok;
   }
   const auto sparse = features.sparse ? sparse_rays(scene) : std::nullopt;
-  const bool packed = features.listed;
-  if (sparse && !packed) {
+  if (sparse) {
     if (auto ok = lattice_.prepare(width_, height_, layers_, framebuffer_, *sparse); !ok) return ok;
   } else {
     lattice_.release();
   }
-  if (!packed) packed_rays_.release();
   const int compiled = programs_.compiled();
   auto program = programs_.get(features);
   if (!program && features.compute && programs_.fits(features)) {
@@ -151,7 +149,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   begin_keeping(**program, keep);
   if (first) draw_one_pixel(features);
   GlProgram* means = nullptr;
-  if (sparse && !packed) {
+  if (sparse) {
     const GlFeatures of_means = means_features(features);
     auto got = programs_.get(of_means);
     if (!got) return got.error();
@@ -161,13 +159,7 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
   }
   timer_.begin(*in_software_);
   write_everything();
-  if (packed) {
-    const bool leaps = features.skipping && features.projection == Projection::kComposite;
-    const BrickShell* shell = leaps ? &textures.shell() : nullptr;
-    auto drawn = packed_rays_.draw(
-        scene, *sparse, shell, layers_, **program, [this] { draw_triangle(); }, targets_);
-    if (!drawn) return drawn;
-  } else if (sparse) {
+  if (sparse) {
     lattice_.draw(**program, *means, [this] { draw_triangle(); });
   } else {
     cast_every_pixel(features);
@@ -481,7 +473,6 @@ void GlRaycaster::release() {
   field_spans_.release();
   release_targets();
   lattice_.release();
-  packed_rays_.release();
   programs_.clear();
   resolve_program_.reset();
   composite_program_.reset();

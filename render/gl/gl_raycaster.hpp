@@ -12,7 +12,6 @@
 #include "render/engine.hpp"
 #include "render/gl/gl_cost_sums.hpp"
 #include "render/gl/gl_lattice.hpp"
-#include "render/gl/gl_packed_rays.hpp"
 #include "render/gl/gl_predicates.hpp"
 #include "render/gl/gl_program.hpp"
 #include "render/gl/gl_read.hpp"
@@ -187,7 +186,6 @@ class GlRaycaster {
   std::optional<GlFeatures> wanted_;  ///< Last features wanted, with the set's own program.
   int images_wanted_ = 0;             ///< Images drawn with them by the generic program.
   GlLattice lattice_;                 ///< Casts fewer rays than pixels.
-  GlPackedRays packed_rays_;          ///< Does the same if OpenGL runs on the processor.
   std::optional<CutawayField> field_;
   GlTexture field_spans_;
   GlLayers targets_;

@@ -277,22 +277,15 @@ void GlTextures::update_bricks() {
   update_ranges();
   if (part_ranges_of_ != volume_) part_ranges_ = make_part_grid(*volume_, 0);
   part_ranges_of_ = volume_;
-  hidden_ = hidden_bricks(ranges_, *table_, 0);
-  const BrickTexels made = brick_texels(ranges_, part_ranges_, hidden_, *table_);
+  const BrickTexels made =
+      brick_texels(ranges_, part_ranges_, hidden_bricks(ranges_, *table_, 0), *table_);
   bricks_occupied_ = made.occupied;
   glBindTexture(GL_TEXTURE_3D, bricks.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_NEAREST);
   glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA8UI, ranges_.count.x(), ranges_.count.y(),
                ranges_.count.z(), 0, GL_RGBA_INTEGER, GL_UNSIGNED_BYTE, made.texels.data());
   bricks_valid_ = true;
-  shell_.reset();
   ++uploads_.bricks;
-}
-
-const BrickShell& GlTextures::shell() {
-  NAV_CHECK(bricks_valid_, "bricks of a scene that skips them");
-  if (!shell_) shell_ = brick_shell(ranges_, hidden_);
-  return *shell_;
 }
 
 void GlTextures::update_image(const Image2d<std::uint8_t>& pixels) {

@@ -15,7 +15,6 @@
 #include "render/gl/gl_volume_fit.hpp"
 #include "render/scene.hpp"
 #include "render/skipping/brick_grid.hpp"
-#include "render/skipping/visible_spans.hpp"
 #include "render/transfer/transfer_table.hpp"
 
 namespace nav::render {
@@ -87,9 +86,6 @@ class GlTextures {
   [[nodiscard]] const TransferTable& table() const { return *table_; }
   [[nodiscard]] Eigen::Vector3i brick_count() const { return ranges_.count; }
   [[nodiscard]] std::uint64_t bricks_occupied() const { return bricks_occupied_; }
-  /// The shell of the volume for the transfer function, computed on first use. Precondition: the
-  /// last update() was of a scene that skips empty bricks.
-  const BrickShell& shell();
 
   /// The volume to draw in place of one that the device may not hold: the same volume, or one with
   /// fewer voxels, made once. Leaves the bindings of the active texture unit changed.
@@ -161,8 +157,6 @@ class GlTextures {
   /// The volume whose ranges are on the device.
   std::shared_ptr<const StoredVolume> brick_ranges_of_;
   std::uint64_t bricks_occupied_ = 0;
-  std::vector<std::uint8_t> hidden_;  ///< hidden_bricks() of the bricks on the device.
-  std::optional<BrickShell> shell_;
   Image2d<std::uint8_t> pixels_;
   spec::CutawayObjects<double> cut_;
   GlRows solid_rows_, cut_rows_;

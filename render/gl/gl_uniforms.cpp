@@ -210,7 +210,6 @@ GlFeatures features_of(const Scene& scene, const GlTextures& textures, bool shar
   // Leaps over cells longer than a brick would be neither exact nor worthwhile.
   features.skipping = !drawn_by_predicates(scene) && scene.quality.skip_empty_bricks &&
                       scene.quality.step_voxels <= kBrickVoxels;
-  features.listed = features.sparse && features.voxel_pairs && !shared_depth;
   if (scene.projection != Projection::kComposite) return features;
   features.cut_field = CutawayField::needed(scene);
   features.cutaway = features.cut_field || !textures.cut().empty();
@@ -268,7 +267,6 @@ void set_uniforms(GlProgram& program, const GlFeatures& features, const Scene& s
                   const GlTextures& textures, const std::optional<SharedDepth>& depth) {
   const VoxelGrid& grid = scene.ct->grid();
   set_rays(program, scene);
-  if (features.listed) program.set("ray_list", kRayList);
   const bool transfer = !features.predicates || features.beside_ct;
   if (transfer) program.set("opaque_at", opaque_at(scene));
   if (features.shaded == GlFeatures::Shaded::kPhong || features.solids) {

@@ -44,8 +44,7 @@ enum GlUnit {
   kLooks,
   kLeaves,
   kOpacity,
-  kTarget,
-  kRayList = kLooks  ///< Sparse rays are never rays of predicates.
+  kTarget
 };
 
 /// The parts of a scene that must be compiled in. A lost plane or needle needs nothing. textures:

@@ -24,8 +24,8 @@ namespace nav::render {
 /// so that its pixels stay sharp.
 ///
 /// Both engines draw the same image by this rule, up to rounding, except near shapes. The CPU
-/// engine, and OpenGL on the processor, decide by blocks of 8 x 8 pixels what a needle, sphere or
-/// line may reach. OpenGL on a graphics card decides by pixels and so spares more rays there.
+/// engine decides by blocks of 8 x 8 pixels what a needle, sphere or line may reach. OpenGL decides
+/// by pixels and so spares more rays there.
 ///
 /// The error of a mean has no bound: structures between the rays of a lattice are not seen. So the
 /// lattice is never wider than two voxels in the middle of the volume, the narrowest structure that

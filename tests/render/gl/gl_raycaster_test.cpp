@@ -9,7 +9,6 @@
 #include <vtkSphereSource.h>
 
 #include "render/gl/gl_device.hpp"
-#include "render/gl/gl_packed_rays.hpp"
 #include "render/gl/gl_volume_fit.hpp"
 #include "render/vtk/vtk_convert.hpp"
 #include "tests/render/gl/gl_images.hpp"
@@ -69,21 +68,13 @@ TEST_F(GlRaycasterTest, InterpolatedPixelsCompileOnce) {
   scene_.quality.pixel_error = 0.1;
   draw();
   EXPECT_GT(statistics().pixels_without_ray, 1000U);
-  const int of_packed = caster().voxel_pairs() ? 2 : 3;  // One program for packed rays, otherwise
-                                                         // also one for the means.
-  EXPECT_EQ(caster().compiled(), of_packed);
+  EXPECT_EQ(caster().compiled(), 3) << "one for fewer rays, one for the means";
   for (const double error : {0.2, 0.0, 0.05}) {
     scene_.quality.pixel_error = error;
     scene_.camera.eye_ct.mm.x() += 1;
     draw();
   }
-  EXPECT_EQ(caster().compiled(), of_packed);
-  caster().set_voxel_pairs(false);
-  draw();
-  const int of_means = caster().compiled();
-  scene_.quality.pixel_error = 0.1;
-  draw();
-  EXPECT_EQ(caster().compiled(), of_means);
+  EXPECT_EQ(caster().compiled(), 3);
 }
 
 TEST_F(GlRaycasterTest, OmitsTheSameRaysAsTheCpuEngine) {
@@ -103,18 +94,15 @@ TEST_F(GlRaycasterTest, OmitsTheSameRaysAsTheCpuEngine) {
     }
     for (const double error : {0.1, 0.3}) {
       scene_.quality.pixel_error = error;
-      caster().set_voxel_pairs(false);
-      expect_same("by depth");
-      caster().set_voxel_pairs(true);
-      const double means = expect_same("packed");
-      EXPECT_NEAR(static_cast<double>(statistics().pixels_without_ray), means, 0.001 * means);
+      for (const bool pairs : {false, true}) {
+        caster().set_voxel_pairs(pairs);
+        const double means = expect_same(pairs ? "pairs of voxels" : "texture");
+        EXPECT_NEAR(static_cast<double>(statistics().pixels_without_ray), means, 0.001 * means);
+      }
     }
     if (plane) {
       scene_.plane->safety = {SafetyState::kStale, "test"};
-      expect_same("a border alone, packed");
-      caster().set_voxel_pairs(false);
-      expect_same("a border alone, by depth");
-      caster().set_voxel_pairs(true);
+      expect_same("a border alone");
     }
     scene_.spheres = {{{{6, -12, 4}}, 4, {1, 0.8, 0.1}, 1}};
     expect_same("sphere");
@@ -123,10 +111,10 @@ TEST_F(GlRaycasterTest, OmitsTheSameRaysAsTheCpuEngine) {
   }
 }
 
-TEST_F(GlRaycasterTest, PackedRaysAreThoseOfTheDepthTest) {
+TEST_F(GlRaycasterTest, RandomScenesWithInterpolatedPixelsAgreeWithTheCpuEngine) {
   caster().set_compute(false);
-  // Lists treat the surroundings of shapes in blocks. This share of an image has rays only with
-  // lists.
+  // The CPU engine treats the surroundings of shapes in blocks. This share of an image has rays
+  // only there.
   constexpr double kAroundShapes = 0.05;
   constexpr double kRounding = 0.001;
   for (unsigned seed = 0; seed < 12; ++seed) {
@@ -141,40 +129,10 @@ TEST_F(GlRaycasterTest, PackedRaysAreThoseOfTheDepthTest) {
         scene_.spheres.clear();
         scene_.lines.clear();
       }
-      caster().set_voxel_pairs(false);
-      const Image2d<Rgba8> tested = image();
-      const RenderStatistics by_depth = statistics();
-      caster().set_voxel_pairs(true);
-      const Image2d<Rgba8> packed = image();
-      const RenderStatistics by_list = statistics();
-      EXPECT_EQ(by_list.rays + by_list.pixels_without_ray, 157U * 118U) << seed;
-      EXPECT_LE(by_list.pixels_without_ray, by_depth.pixels_without_ray + 40) << seed;
-      const auto found = test::difference(packed, tested, 2);
+      const auto expected = to_8bit(test::draw(*make_cpu_engine(), scene_).pixels);
+      const auto found = test::difference(image(), expected, 2);
+      EXPECT_EQ(statistics().rays + statistics().pixels_without_ray, 157U * 118U) << seed;
       EXPECT_LT(found.fraction_above, shapes ? kAroundShapes : kRounding) << seed;
-    }
-  }
-}
-
-TEST(PackedOrderTest, EveryRayHasItsOwnPositionInBlocksOfFour) {
-  for (const std::size_t count :
-       {std::size_t{1}, std::size_t{16}, std::size_t{17}, std::size_t{4099}, std::size_t{600000}}) {
-    const PackedOrder order = PackedOrder::of(count);
-    const int rows = order.rows(count);
-    EXPECT_EQ(order.columns % PackedOrder::kBlock, 0);
-    EXPECT_LE(rows, 8192);
-    std::vector<bool> taken(static_cast<std::size_t>(order.columns) *
-                            static_cast<std::size_t>(rows));
-    ASSERT_GE(taken.size(), count);
-    for (std::size_t n = 0; n < count; ++n) {
-      const auto [column, row] = order.place(n);
-      ASSERT_LT(column, order.columns);
-      ASSERT_LT(row, rows);
-      // The formula of the shader.
-      const int block = (row >> 2) * (order.columns >> 2) + (column >> 2);
-      ASSERT_EQ(static_cast<std::size_t>(block * 16 + (row & 3) * 4 + (column & 3)), n);
-      const auto at = static_cast<std::size_t>(row * order.columns + column);
-      ASSERT_FALSE(taken[at]);
-      taken[at] = true;
     }
   }
 }
