@@ -24,38 +24,18 @@ Error option_error(const std::string& key, const std::string& text) {
   return {ErrorCode::kUsage, "predicates." + key + ": " + text};
 }
 
-struct Range {
-  const char* key;
-  double value, low, high;
-};
-
-Result<void> check_ranges(const PredicateOptions& o) {
-  constexpr double kWhole = 1e6;
-  std::vector<Range> ranges{
-      {"phantom_side", static_cast<double>(o.phantom_side), 32, 512},
-      {"scribble_share", o.scribble_share, 1e-6, 1},
-      {"black", o.black, -kWhole, kWhole},
-      {"white", o.white, -kWhole, kWhole},
-      {"opacity_length_mm", o.opacity_length_mm.value_or(1), 1e-3, 1e4},
-      {"face_radius_mm", o.face_radius_mm, 0, 1e4},
-      {"smoothing_mm", o.smoothing_mm.value_or(0), 0, 20},
-      {"smallest_radius_mm", o.smallest_radius_mm.value_or(1), 1e-3, 100},
-      {"largest_radius_mm", o.largest_radius_mm.value_or(1), 1e-3, 100},
-  };
-  for (const HistogramEdit& edit : o.histogram) {
+Result<void> check_histogram(const std::vector<HistogramEdit>& edits) {
+  const auto is_share = [](double value) { return value >= 0 && value <= 1; };
+  for (const HistogramEdit& edit : edits) {
     if (edit.hue_deg && !std::isfinite(*edit.hue_deg)) {
       return rejected_option("histogram.hue_deg", "a finite number", *edit.hue_deg);
     }
-    ranges.push_back({"histogram.importance", edit.importance.value_or(0), 0, 1});
-    ranges.push_back({"histogram.saturation", edit.saturation.value_or(0), 0, 1});
-  }
-  ranges.push_back({"ct_importance", o.ct_importance, 0, 1024});
-  for (const Range& r : ranges) {
-    if (r.value >= r.low && r.value <= r.high) continue;
-    std::ostringstream expected;
-    expected.precision(12);
-    expected << r.low << " to " << r.high;
-    return rejected_option(r.key, expected.str(), r.value);
+    if (edit.importance && !is_share(*edit.importance)) {
+      return rejected_option("histogram.importance", "0 to 1", *edit.importance);
+    }
+    if (edit.saturation && !is_share(*edit.saturation)) {
+      return rejected_option("histogram.saturation", "0 to 1", *edit.saturation);
+    }
   }
   return {};
 }
@@ -98,7 +78,7 @@ Result<std::vector<double>> numbers_after_name(const std::string& option, const 
 }  // namespace
 
 Result<void> validate(const PredicateOptions& o) {
-  if (const auto ok = check_ranges(o); !ok) return ok;
+  if (const auto ok = check_histogram(o.histogram); !ok) return ok;
   if (!(o.black < o.white)) return rejected_option("white", "more than black", o.white);
   if (o.smallest_radius_mm && o.largest_radius_mm && *o.smallest_radius_mm > *o.largest_radius_mm) {
     return rejected_option("smallest_radius_mm", "at most largest_radius_mm",
@@ -130,12 +110,6 @@ Result<void> validate(const PredicateOptions& o) {
   if (!near(o.needle) || (o.needle && o.needle->head<3>() == o.needle->tail<3>())) {
     return rejected_option("needle_mm", "a tip and a hub apart from each other, within 1e7 mm",
                            o.needle->transpose());
-  }
-  if (o.hue_mean && *o.hue_mean != "circular" && *o.hue_mean != "linear") {
-    return rejected_option("hue_mean", "circular or linear", "'" + *o.hue_mean + "'");
-  }
-  if (o.unknown && (*o.unknown < -32768 || *o.unknown > 32767)) {
-    return rejected_option("unknown", "a stored value of -32768 to 32767", *o.unknown);
   }
   return {};
 }

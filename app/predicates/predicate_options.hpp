@@ -27,7 +27,7 @@ struct HistogramEdit {
 struct PredicateOptions {
   std::filesystem::path volume;  ///< 3D ultrasound; empty: the phantom.
   std::string phantom = "neck";  ///< "neck", or a simulated patient (sim/predicate_patient.hpp).
-  int phantom_side = 192;        ///< Voxels, [32, 512].
+  int phantom_side = 192;        ///< Voxels.
   bool alone = false;            ///< In a replay: drawn instead of the CT, not inside it.
   double ct_importance = 1;      ///< Impact of the CT beside the ultrasound: see
                                  ///< render::UltrasoundVolume.
@@ -39,7 +39,7 @@ struct PredicateOptions {
   std::filesystem::path scan_lines;           ///< File of a sweep's planes, not into or apex.
   std::filesystem::path scribbles;            ///< File of strokes; applied before strokes.
   std::vector<render::features::Stroke> strokes;
-  double scribble_share = 0.25;  ///< q of Eq. 9, (0, 1].
+  double scribble_share = 0.25;  ///< q of Eq. 9.
   std::filesystem::path
       save_set_up;     ///< File for the predicate set as it was drawn; empty: not written.
   double black = 0;    ///< Stored value that is drawn black.
@@ -68,8 +68,10 @@ struct PredicateOptions {
   std::optional<Eigen::Matrix<double, 6, 1>> needle{};  ///< Tip and hub, LPS mm.
 };
 
-/// Rejects numbers that are not finite or out of range, and both kinds of scan lines at once. The
-/// message names the key of the session file.
+/// Rejects histogram edits, points and directions that are not finite or out of range, and values
+/// that contradict each other, such as both kinds of scan lines. The message names the key of the
+/// session file. Ranges of single numbers stand in the option table, which
+/// validate(SessionConfig) checks.
 Result<void> validate(const PredicateOptions& options);
 
 /// Applies edits in order. Rejects entries that the predicate set does not have, naming those that

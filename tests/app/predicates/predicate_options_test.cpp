@@ -75,11 +75,11 @@ TEST(PredicateOptionsTest, EditsKeepTheSumOfTheHistogram) {
 
 TEST(PredicateOptionsTest, RejectsInvalidNumbersByKey) {
   const auto refused = [](auto change, std::initializer_list<std::string> pieces) {
-    PredicateOptions options;
-    change(options);
-    return test::rejects(validate(options), ErrorCode::kUsage, pieces);
+    SessionConfig config;
+    change(config.predicates);
+    return test::rejects(validate(config), ErrorCode::kUsage, pieces);
   };
-  EXPECT_TRUE(test::has_value(validate(PredicateOptions{})));
+  EXPECT_TRUE(test::has_value(validate(SessionConfig{})));
   EXPECT_TRUE(refused([](auto& o) { o.white = -1; }, {"predicates.white", "more than black"}));
   EXPECT_TRUE(refused([](auto& o) { o.scribble_share = 0; }, {"scribble_share"}));
   EXPECT_TRUE(refused([](auto& o) { o.black = std::nan(""); }, {"black", "nan"}));
