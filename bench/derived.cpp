@@ -80,7 +80,7 @@ struct Subject {
   DerivedOptions options;
   double goal_s;
   std::string peer;
-  std::function<void(ItkPeer&)> run_peer;
+  std::function<void(ItkPeer&)> run_peer{};
   std::optional<ScanLines> lines{};  ///< None: scan lines run straight down.
 };
 
@@ -88,34 +88,61 @@ std::vector<Subject> subjects(const ScalarVolume& volume, int threads) {
   const VesselnessOptions vessels;
   const auto sigmas = sigmas_mm(vessels);
   const ItkTubes tubes{
-      vessels.polarity == Polarity::kBright,
-      vessels.alpha,
-      vessels.beta,
-      contrast_of(vessels, volume, threads) / (std::numbers::sqrt2 * std::numbers::e),
-      sigmas.front(),
-      sigmas.back(),
-      vessels.scales};
+      .bright = vessels.polarity == Polarity::kBright,
+      .alpha = vessels.alpha,
+      .beta = vessels.beta,
+      .c = contrast_of(vessels, volume, threads) / (std::numbers::sqrt2 * std::numbers::e),
+      .first_sigma_mm = sigmas.front(),
+      .last_sigma_mm = sigmas.back(),
+      .scales = vessels.scales};
   return {
-      {"snr", SnrOptions{}, 1, "NoiseImageFilter + MeanImageFilter",
-       [](ItkPeer& p) { p.signal_to_noise(); }},
-      {"vesselness", vessels, 6, "MultiScaleHessianBasedMeasure, 4 scales",
-       [=](ItkPeer& p) { p.vesselness(tubes); }},
-      {"confidence", ConfidenceOptions{}, 10, "none", {}},
-      {"confidence_of_fan", ConfidenceOptions{}, 10, "none", {}, fan(volume)},
-      {"gradient_magnitude", GradientPartOptions{}, kNaN, "GradientMagnitudeImageFilter",
-       [](ItkPeer& p) { p.gradient_magnitude(0); }},
-      {"gradient_angle", GradientPartOptions{GradientPart::kAngle}, kNaN, "none", {}},
-      {"smooth_gradient_magnitude", smooth(GradientPart::kMagnitude), kNaN,
-       "GradientMagnitudeRecursiveGaussianImageFilter",
-       [](ItkPeer& p) { p.gradient_magnitude(kUsualSmoothingMm); }},
-      {"smooth_gradient_along", smooth(GradientPart::kAlong), kNaN, "none", {}},
-      {"smooth_gradient_across", smooth(GradientPart::kAcross), kNaN, "none", {}},
+      {.name = "snr",
+       .options = SnrOptions{},
+       .goal_s = 1,
+       .peer = "NoiseImageFilter + MeanImageFilter",
+       .run_peer = [](ItkPeer& p) { p.signal_to_noise(); }},
+      {.name = "vesselness",
+       .options = vessels,
+       .goal_s = 6,
+       .peer = "MultiScaleHessianBasedMeasure, 4 scales",
+       .run_peer = [=](ItkPeer& p) { p.vesselness(tubes); }},
+      {.name = "confidence", .options = ConfidenceOptions{}, .goal_s = 10, .peer = "none"},
+      {.name = "confidence_of_fan",
+       .options = ConfidenceOptions{},
+       .goal_s = 10,
+       .peer = "none",
+       .lines = fan(volume)},
+      {.name = "gradient_magnitude",
+       .options = GradientPartOptions{},
+       .goal_s = kNaN,
+       .peer = "GradientMagnitudeImageFilter",
+       .run_peer = [](ItkPeer& p) { p.gradient_magnitude(0); }},
+      {.name = "gradient_angle",
+       .options = GradientPartOptions{GradientPart::kAngle},
+       .goal_s = kNaN,
+       .peer = "none"},
+      {.name = "smooth_gradient_magnitude",
+       .options = smooth(GradientPart::kMagnitude),
+       .goal_s = kNaN,
+       .peer = "GradientMagnitudeRecursiveGaussianImageFilter",
+       .run_peer = [](ItkPeer& p) { p.gradient_magnitude(kUsualSmoothingMm); }},
+      {.name = "smooth_gradient_along",
+       .options = smooth(GradientPart::kAlong),
+       .goal_s = kNaN,
+       .peer = "none"},
+      {.name = "smooth_gradient_across",
+       .options = smooth(GradientPart::kAcross),
+       .goal_s = kNaN,
+       .peer = "none"},
   };
 }
 
 Result<DerivedTiming> time_subject(const Subject& subject, const ScalarVolume& volume,
                                    const DerivedBenchOptions& options, ItkPeer& peer) {
-  DerivedTiming timing{subject.name, {}, subject.goal_s, 0, "", subject.peer, {kNaN, kNaN}};
+  DerivedTiming timing{.feature = subject.name,
+                       .goal_s = subject.goal_s,
+                       .peer = subject.peer,
+                       .peer_taken = {kNaN, kNaN}};
   const DerivedRequest request{volume, subject.options,
                                subject.lines ? *subject.lines : down(volume)};
   std::size_t before = 0;
@@ -189,7 +216,12 @@ Result<void> add_point(const std::string& feature, const std::string& setting,
   auto taken = time_in_turn({task}, {3, 5});
   if (!taken) return taken.error();
   const Difference d = difference(found->volume, truth);
-  report.errors.push_back({feature, setting, taken->front().cpu_s, d.rms, d.max, d.median_value});
+  report.errors.push_back({.feature = feature,
+                           .setting = setting,
+                           .cpu_s = taken->front().cpu_s,
+                           .rms = d.rms,
+                           .max = d.max,
+                           .median_value = d.median_value});
   return {};
 }
 

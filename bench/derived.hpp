@@ -28,10 +28,10 @@ struct DerivedTiming {
   /// gradient_magnitude, gradient_angle, and smoothed by 0.4 mm: smooth_gradient_magnitude, _along,
   /// _across.
   std::string feature;
-  Taken taken;
+  Taken taken{};
   double goal_s = 0;           ///< Wall time, 256^3, two cores; NaN: no goal.
   double bytes_per_voxel = 0;  ///< Largest increase of resident memory.
-  std::string note;            ///< Remark of the computation about itself.
+  std::string note{};          ///< Remark of the computation about itself.
   std::string peer;            ///< Filter of ITK; "none": ITK has no such filter; "not built".
   Taken peer_taken;            ///< On the same voxels with as many threads; NaN without a peer.
   [[nodiscard]] double ratio() const { return peer_taken.cpu_s / taken.cpu_s; }

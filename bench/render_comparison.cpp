@@ -62,7 +62,12 @@ Contestant contestant(const std::shared_ptr<render::Engine>& engine) {
     if (!image) return image.error();
     return colours(middles(render::to_8bit(image->pixels), factor));
   };
-  return {engine->name(), true, true, engine->name() == "gl", draw, picture};
+  return {.name = engine->name(),
+          .ours = true,
+          .by_rays = true,
+          .by_opengl = engine->name() == "gl",
+          .draw = draw,
+          .picture = picture};
 }
 
 /// stays: the timed image is not read back.
@@ -75,12 +80,12 @@ Contestant contestant(VtkBaseline::Mapper mapper, const std::shared_ptr<VtkBasel
   const auto picture = [baseline](const render::Scene& scene, int factor) {
     return Result<ProgressiveImage>(colours(middles(baseline->render_unsmoothed(scene), factor)));
   };
-  return {to_string(mapper),
-          false,
-          mapper != VtkBaseline::Mapper::kGpuHalf,
-          mapper != VtkBaseline::Mapper::kFixedPoint,
-          draw,
-          picture};
+  return {.name = to_string(mapper),
+          .ours = false,
+          .by_rays = mapper != VtkBaseline::Mapper::kGpuHalf,
+          .by_opengl = mapper != VtkBaseline::Mapper::kFixedPoint,
+          .draw = draw,
+          .picture = picture};
 }
 
 /// Root mean square and largest difference over pixels and channels.
@@ -314,8 +319,11 @@ Result<void> Comparison::run_step(const NamedScene& named, const std::vector<Con
     const Contestant& who = all[i];
     const auto found = seen(who, scene);
     if (!found) return found.error();
-    RenderBenchRow row{named.name, who.name, quality.step_voxels, quality.pixel_error, 0, 0, 0,
-                       0,          kNone};
+    RenderBenchRow row{.scene = named.name,
+                       .engine = who.name,
+                       .step = quality.step_voxels,
+                       .pixel_error = quality.pixel_error,
+                       .rms_own = kNone};
     std::tie(row.rms, row.max) = difference(*found, truth);
     if (!who.ours) row.rms_own = difference(*found, own_truths[i]).first;
     rows.push_back(std::move(row));
@@ -350,9 +358,11 @@ void Comparison::add_ratio(const NamedScene& named, const std::string& name,
   const ErrorCurve our = curve_of(report_, named.name, ours);
   const ErrorCurve their = curve_of(report_, named.name, theirs);
   const double cheapest_s = their.front().empty() ? kNone : their.front().front().time_s;
-  report_.ratios.push_back({named.name, name, named.scene.shading.enabled,
-                            equal_error_ratios(our, their, options_.levels),
-                            our.time_at(kFineRms) / cheapest_s});
+  report_.ratios.push_back({.scene = named.name,
+                            .name = name,
+                            .shaded = named.scene.shading.enabled,
+                            .levels = equal_error_ratios(our, their, options_.levels),
+                            .fine_over_their_cheapest = our.time_at(kFineRms) / cheapest_s});
 }
 
 RenderBenchReport Comparison::finish() { return std::move(report_); }

@@ -81,19 +81,45 @@ std::vector<Plan> plans(const ScalingOptions& o) {
   NAV_CHECK(bone.has_value() && vessels.has_value());
   std::vector<Plan> all;
   for (const int side : o.sides) {
-    all.push_back({"side", 1.0 * side, side, *bone, o.width, o.height});
-    all.push_back({"side", 1.0 * side, side, *vessels, o.width, o.height});
+    all.push_back({.axis = "side",
+                   .x = 1.0 * side,
+                   .side = side,
+                   .transfer = *bone,
+                   .width = o.width,
+                   .height = o.height});
+    all.push_back({.axis = "side",
+                   .x = 1.0 * side,
+                   .side = side,
+                   .transfer = *vessels,
+                   .width = o.width,
+                   .height = o.height});
   }
   for (const double scale : {0.25, 0.5, 1.0, 1.5, 2.0}) {
     const int width = static_cast<int>(o.width * scale);
     const int height = static_cast<int>(o.height * scale);
-    all.push_back({"pixels", 1.0 * width * height, o.side, *vessels, width, height});
+    all.push_back({.axis = "pixels",
+                   .x = 1.0 * width * height,
+                   .side = o.side,
+                   .transfer = *vessels,
+                   .width = width,
+                   .height = height});
   }
   for (const int threads : {1, 2}) {
-    all.push_back({"threads", 1.0 * threads, o.side, *vessels, o.width, o.height, threads});
+    all.push_back({.axis = "threads",
+                   .x = 1.0 * threads,
+                   .side = o.side,
+                   .transfer = *vessels,
+                   .width = o.width,
+                   .height = o.height,
+                   .threads = threads});
   }
   for (const double hu : {900.0, 450.0, 250.0, 180.0, 140.0, 100.0, 40.0, -150.0, -1100.0}) {
-    all.push_back({"occupied", 0, o.side, above(hu), o.width, o.height});
+    all.push_back({.axis = "occupied",
+                   .x = 0,
+                   .side = o.side,
+                   .transfer = above(hu),
+                   .width = o.width,
+                   .height = o.height});
   }
   return all;
 }

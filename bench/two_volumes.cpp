@@ -182,8 +182,9 @@ Result<render::Scene> two_volumes_scene(int side, int width, int height) {
   const auto& appearance = volume->appearances.back();
   if (auto ok = add_features(appearance.model, *volume); !ok) return ok.error();
   const auto& into = std::get<render::ParallelScan>(*volume->predicates.scan).into_ct.v;
-  render::Scene scene{*ct, *render::preset_transfer_function("ct-bone"),         {}, {}, {},
-                      {},  camera_at(volume->ultrasound->grid().centre(), into), {}};
+  render::Scene scene{.ct = *ct,
+                      .transfer = *render::preset_transfer_function("ct-bone"),
+                      .camera = camera_at(volume->ultrasound->grid().centre(), into)};
   scene.width = width;
   scene.height = height;
   scene.ultrasound = render::UltrasoundVolume{volume->ultrasound, volume->predicates};

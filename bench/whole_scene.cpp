@@ -52,13 +52,24 @@ render::Scene with_everything(render::Scene scene) {
   const Eigen::Vector3d target = centre + 0.1 * side_mm * right;
   const Eigen::Vector3d entry = target + side_mm * (towards + 0.5 * up + 0.3 * right);
   const Eigen::Vector3d tip = target + 0.3 * (entry - target);
-  scene.needle = render::NeedleShape{
-      {tip}, {tip + 1.2 * (entry - target)}, 0.01 * side_mm, {0.95, 0.95, 1.0}, valid};
+  scene.needle = render::NeedleShape{.tip_ct = {tip},
+                                     .hub_ct = {tip + 1.2 * (entry - target)},
+                                     .radius_mm = 0.01 * side_mm,
+                                     .rgb = {0.95, 0.95, 1.0},
+                                     .safety = valid};
   scene.spheres = {{{target}, 0.08 * side_mm, {1.0, 0.85, 0.1}, 0.45},
                    {{target}, 0.12 * side_mm, {1.0, 0.45, 0.2}, 0.25},
                    {{entry}, 0.02 * side_mm, {0.2, 0.7, 1.0}, 1.0}};
-  scene.lines = {{{entry}, {target}, 0.005 * side_mm, {0.2, 0.7, 1.0}, 1.0},
-                 {{entry}, {tip}, 0.005 * side_mm, {1.0, 1.0, 1.0}, 0.5}};
+  scene.lines = {{.from_ct = {entry},
+                  .to_ct = {target},
+                  .radius_mm = 0.005 * side_mm,
+                  .rgb = {0.2, 0.7, 1.0},
+                  .opacity = 1.0},
+                 {.from_ct = {entry},
+                  .to_ct = {tip},
+                  .radius_mm = 0.005 * side_mm,
+                  .rgb = {1.0, 1.0, 1.0},
+                  .opacity = 0.5}};
   scene.cutaway.emplace();
   return scene;
 }

@@ -41,9 +41,11 @@ Result<std::vector<UsbDevice>> list_usb() {
   for (std::ptrdiff_t i = 0; i < count; ++i) {
     libusb_device_descriptor descriptor{};
     if (libusb_get_device_descriptor(list[i], &descriptor) != 0) continue;
-    devices.push_back({libusb_get_bus_number(list[i]), libusb_get_device_address(list[i]),
-                       descriptor.idVendor, descriptor.idProduct,
-                       product_name(list[i], descriptor)});
+    devices.push_back({.bus = libusb_get_bus_number(list[i]),
+                       .address = libusb_get_device_address(list[i]),
+                       .vendor_id = descriptor.idVendor,
+                       .product_id = descriptor.idProduct,
+                       .product = product_name(list[i], descriptor)});
   }
   libusb_free_device_list(list, 1);
   libusb_exit(context);

@@ -19,8 +19,8 @@ struct CoordinateDefinition {
   std::string from;
   std::string to;
   Eigen::Matrix4d to_from_from;
-  std::optional<double> error;  ///< Value stored by PLUS, usually mm; not used.
-  std::string date;             ///< Text of the file.
+  std::optional<double> error{};  ///< Value stored by PLUS, usually mm; not used.
+  std::string date{};             ///< Text of the file.
 };
 
 /// DataSource of a device: a tool, a video port or a field.

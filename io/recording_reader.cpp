@@ -262,7 +262,7 @@ Result<RecordingFrame> RecordingReader::next() {
   const auto frame = s.reader.read(index);
   if (!frame && frame.error().code != ErrorCode::kMalformedData) return frame.error();
   const auto reject = [&](const Error& error) {
-    RecordingFrame event{index, {}, error, {}, {}, {}};
+    RecordingFrame event{.index = index, .image = error};
     event.probe.status = TrackingStatus::kInvalid;
     if (s.chains.reference) event.reference = event.probe;
     if (s.chains.needle) event.needle = event.probe;
@@ -274,8 +274,10 @@ Result<RecordingFrame> RecordingReader::next() {
                    "frame " + std::to_string(index) + ": expected a Timestamp, found none usable"});
   }
   const Timestamp time(from_seconds(*frame->timestamp_s));
-  RecordingFrame event{index, time, s.image(*frame, time), s.pose(s.chains.probe, *frame, time),
-                       {},    {}};
+  RecordingFrame event{.index = index,
+                       .acquired = time,
+                       .image = s.image(*frame, time),
+                       .probe = s.pose(s.chains.probe, *frame, time)};
   if (s.chains.reference) event.reference = s.pose(*s.chains.reference, *frame, time);
   if (s.chains.needle) event.needle = s.pose(*s.chains.needle, *frame, time);
   return event;

@@ -41,18 +41,18 @@ enum class RecordingForm {
 /// One frame of a recording, not yet checked.
 struct RecordingFrame {
   std::int64_t index = 0;
-  std::optional<Timestamp> acquired;  ///< Recorded time; absent when the frame has no timestamp.
+  std::optional<Timestamp> acquired{};  ///< Recorded time; absent when the frame has no timestamp.
   /// Ultrasound image, or the reason why there is none; kMalformedData also for an impossible
   /// calibration of the frame itself.
   Result<UltrasoundFrame> image;
   /// tracker_from_probe, status and numbers as recorded. An unreadable pose is kInvalid with NaN
   /// and is reported in the diagnostics.
-  RawPose probe;
+  RawPose probe{};
   /// tracker_from_reference; absent without a reference, or when the reference is used as the
   /// tracker.
-  std::optional<RawPose> reference;
+  std::optional<RawPose> reference{};
   /// tracker_from_needle; absent when no needle was named.
-  std::optional<RawPose> needle;
+  std::optional<RawPose> needle{};
 };
 
 /// Streams a PLUS recording through the live pipeline on the virtual clock: one frame at a time, no

@@ -127,7 +127,8 @@ Result<void> RecordingSource::read_frame() {
 void RecordingSource::deliver(RecordingFrame frame) {
   const auto sequence = static_cast<std::uint64_t>(frame.index);
   const auto add = [&](std::size_t stream, auto what) {
-    waiting_.push_back({stream, sequence, now_, std::nullopt, std::move(what)});
+    waiting_.push_back(
+        {.stream = stream, .sequence = sequence, .received = now_, .what = std::move(what)});
   };
   const std::size_t images = streams_.size() - 1;
   const auto missing = [&](const char* cause, const std::string& message) {

@@ -126,8 +126,8 @@ struct SequenceWriter::State {
   SequenceHeader header;
   bool nrrd = false;
   detail::ScratchFile pixels;
-  std::optional<detail::Deflater> deflater;
-  std::string frame_lines;
+  std::optional<detail::Deflater> deflater{};
+  std::string frame_lines{};
   std::int64_t frames = 0;
   bool broken = false;  ///< An append failed half-way: the file would be wrong.
 
@@ -263,7 +263,7 @@ Result<SequenceWriter> SequenceWriter::create(const std::filesystem::path& path,
   auto pixels = detail::ScratchFile::create(path);
   if (!pixels) return pixels.error();
   auto state = std::make_unique<State>(
-      State{path, header, nrrd, std::move(*pixels), std::nullopt, {}, 0, false});
+      State{.path = path, .header = header, .nrrd = nrrd, .pixels = std::move(*pixels)});
   if (header.orientation.empty()) state->header.orientation = "MF";
   if (header.image_type.empty()) state->header.image_type = "BRIGHTNESS";
   if (!is_one_line(header.orientation) || !is_one_line(header.image_type)) {

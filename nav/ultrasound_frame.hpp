@@ -50,12 +50,12 @@ struct SectorOutline {
 /// One B-mode ultrasound image. Columns increase towards the marked side, rows increase with depth
 /// (PLUS "MF").
 struct UltrasoundFrame {
-  Timestamp acquired;  ///< Time of the echoes, session clock.
-  Timestamp received;  ///< Time at which the bytes arrived, session clock.
+  Timestamp acquired{};  ///< Time of the echoes, session clock.
+  Timestamp received{};  ///< Time at which the bytes arrived, session clock.
   std::uint64_t sequence = 0;
   Image2d<std::uint8_t> pixels;
   PixelGrid grid;
-  std::optional<SectorOutline> outline;
+  std::optional<SectorOutline> outline{};
 };
 
 /// Lower and upper corner of the box around the image's pixel centres, Image frame, mm.

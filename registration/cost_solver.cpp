@@ -88,12 +88,12 @@ CostSolution minimise(ceres::CostFunction* residuals, Eigen::Ref<Eigen::VectorXd
   // Ceres counts ½‖R‖²; its costs are -1 if it never computed one.
   const double initial = summary.initial_cost >= 0 ? 2 * summary.initial_cost : 1.0;
   const double last = usable && summary.final_cost >= 0 ? 2 * summary.final_cost : initial;
-  return {initial,
-          last,
-          std::max(static_cast<int>(summary.iterations.size()) - 1, 0),
-          termination_of(summary.termination_type, watch.converged),
-          message,
-          watch.cancelled};
+  return {.initial_cost = initial,
+          .final_cost = last,
+          .iterations = std::max(static_cast<int>(summary.iterations.size()) - 1, 0),
+          .termination = termination_of(summary.termination_type, watch.converged),
+          .message = message,
+          .cancelled = watch.cancelled};
 }
 
 }  // namespace nav::registration

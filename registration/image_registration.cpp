@@ -184,14 +184,21 @@ bool Registrar::keep_going() {
 /// First level: the plain solve, and a search if the plain solve is not clearly right.
 void Registrar::solve_starts(const Level& level) {
   const auto start = std::chrono::steady_clock::now();
-  const SearchOptions box{
-      options_.starts,         options_.start_range_mm, options_.start_range_rad,
-      options_.max_iterations, options_.seed,           options_.threads};
+  const SearchOptions box{.starts = options_.starts,
+                          .range_mm = options_.start_range_mm,
+                          .range_rad = options_.start_range_rad,
+                          .max_iterations = options_.max_iterations,
+                          .seed = options_.seed,
+                          .threads = options_.threads};
   for (Found& found : search(
            level.cost, initial_, points_, box, [this] { return keep_going() && !late(); },
            non_finite_)) {
     const PoseSolution& solution = found.solution;
-    const LevelSolve solve{solution.initial_cost, solution.final_cost, 0, solution.iterations, 0};
+    const LevelSolve solve{.initial_cost = solution.initial_cost,
+                           .final_cost = solution.final_cost,
+                           .seconds = 0,
+                           .iterations = solution.iterations,
+                           .candidates = 0};
     candidates_.push_back({std::move(found.solution), found.plain, {solve}});
   }
   for (Candidate& candidate : candidates_) {
@@ -258,8 +265,11 @@ void Registrar::solve_candidates(const Level& level, std::size_t keep) {
     candidate.solution = solve(level, candidate.solution.pose);
     const PoseSolution& solution = candidate.solution;
     non_finite_ = std::max(non_finite_, solution.non_finite);
-    candidate.history.push_back(
-        {solution.initial_cost, solution.final_cost, 0, solution.iterations, 0});
+    candidate.history.push_back({.initial_cost = solution.initial_cost,
+                                 .final_cost = solution.final_cost,
+                                 .seconds = 0,
+                                 .iterations = solution.iterations,
+                                 .candidates = 0});
   }
   for (Candidate& candidate : candidates_) {
     candidate.history.back().seconds = seconds_since(start);
@@ -359,23 +369,18 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
       sandwich_covariance(shape, patches, pose, options_.bias_floor_mm);
   FrameBootstrap bootstrap = frame_bootstrap(shape, options_.bootstrap);
   ImageRegistrationResult result{
-      pose,
-      best.solution.termination,
-      best.solution.message,
-      0,
-      0,
-      best.solution.final_cost,
-      overlap(ct_, points_, pose),
-      static_cast<int>(finest.patches().patches.size()),
-      with_bootstrap(covariance, bootstrap, options_.bias_floor_mm),
-      covariance.valid,
-      covariance.fault,
-      z_score(levels_.front().cost, points_, pose, options_.z_score_poses, options_.seed + 1),
-      margin(best),
-      0,
-      0,
-      {},
-      0};
+      .ct_from_reference = pose,
+      .termination = best.solution.termination,
+      .message = best.solution.message,
+      .final_cost = best.solution.final_cost,
+      .overlap = overlap(ct_, points_, pose),
+      .patches = static_cast<int>(finest.patches().patches.size()),
+      .uncertainty = with_bootstrap(covariance, bootstrap, options_.bias_floor_mm),
+      .covariance_valid = covariance.valid,
+      .covariance_fault = covariance.fault,
+      .z_score =
+          z_score(levels_.front().cost, points_, pose, options_.z_score_poses, options_.seed + 1),
+      .margin = margin(best)};
   result.clusters = covariance.uncertainty;
   result.misfits = find_misfits(shape, patches, pose, sweep_.motions());
   result.uncertainty.widen(telling_excess_mm(result.misfits));
@@ -398,10 +403,15 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
     const Level& level = levels_[i];
     const LevelSolve& solve = best.history[i];
     result.iterations += solve.iterations;
-    result.levels.push_back(
-        {level.prepared.options.sample_step_mm, static_cast<int>(level.patches().patches.size()),
-         level.patches().frames, solve.candidates, solve.iterations, solve.initial_cost,
-         solve.final_cost, level.prepared.seconds + level.channels_s, solve.seconds});
+    result.levels.push_back({.sample_step_mm = level.prepared.options.sample_step_mm,
+                             .patches = static_cast<int>(level.patches().patches.size()),
+                             .frames = level.patches().frames,
+                             .candidates = solve.candidates,
+                             .iterations = solve.iterations,
+                             .initial_cost = solve.initial_cost,
+                             .final_cost = solve.final_cost,
+                             .preparation_s = level.prepared.seconds + level.channels_s,
+                             .solve_s = solve.seconds});
   }
   result.initial_cost = initial_cost(finest);  // Last, because it may need other parts of the CT.
   result.total_s = seconds_since(start_);

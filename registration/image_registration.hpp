@@ -78,7 +78,13 @@ struct ImageRegistrationOptions {
   /// patches do not fit into the ultrasound images is left out and reported; the last level must
   /// fit.
   std::vector<LevelOptions> levels = {
-      {5.0, 7, 250, 9.0}, {3.0, 9, 500, 6.0}, {1.2, 9, 7500, 1.0, PatchChoice::kEven}};
+      {.sample_step_mm = 5.0, .patch_side = 7, .patches = 250, .frame_step_mm = 9.0},
+      {.sample_step_mm = 3.0, .patch_side = 9, .patches = 500, .frame_step_mm = 6.0},
+      {.sample_step_mm = 1.2,
+       .patch_side = 9,
+       .patches = 7500,
+       .frame_step_mm = 1.0,
+       .choice = PatchChoice::kEven}};
   ShadowMaskOptions mask;
   /// The limits of acceptance are for LC²; the costs of the other measures are not comparable.
   Similarity similarity = Similarity::kLc2;
@@ -183,10 +189,10 @@ struct ImageRegistrationResult {
   Transform<frames::Ct, frames::Reference> ct_from_reference;
   Termination termination;
   std::string message;  ///< Why the solve stopped, in the words of the solver.
-  int iterations;       ///< Iterations of the chosen candidate on all levels.
+  int iterations = 0;   ///< Iterations of the chosen candidate on all levels.
   /// Finest-level cost at the initial pose, [0, 1]; 0 is a perfect match. If the CT was prepared
   /// near the patches only, it is the cost of every third patch.
-  double initial_cost;
+  double initial_cost = 0;
   /// Finest-level cost at the result, [0, 1]: of the patches of highest contrast, without the loss.
   /// If ultrasound images are so small that only the finest level fits, it is the cost of all
   /// patches with the loss, which is higher.
@@ -197,22 +203,22 @@ struct ImageRegistrationResult {
   /// Uncertainty about the sweep's centroid; includes the largest misfit that is not chance.
   /// Meaningless unless covariance_valid.
   PoseUncertainty uncertainty;
-  bool covariance_valid;         ///< False: the sweep does not determine one of the directions.
-  std::string covariance_fault;  ///< Which direction and why; empty if valid.
+  bool covariance_valid;           ///< False: the sweep does not determine one of the directions.
+  std::string covariance_fault{};  ///< Which direction and why; empty if valid.
 
   double z_score;  ///< (mean cost of random poses − cost) / their standard deviation, first level.
   /// (cost of the best other minimum − cost) / cost; another minimum is more than 5 mm away. It is
   /// computed on the finest level that the other minimum was followed to: a minimum that costs 1.4
   /// times as much is given up. Absent if no start ended in another minimum.
-  std::optional<double> margin;
+  std::optional<double> margin{};
   /// RMS over the sweep between the poses that odd and even ultrasound images would each move to,
   /// one Newton step from the result, mm; infinite if split_fault says why it is not known.
-  double split_disagreement_mm;
-  double halves_disagreement_mm;  ///< Disagreement between the first and the second half.
+  double split_disagreement_mm = 0;
+  double halves_disagreement_mm = 0;  ///< Disagreement between the first and the second half.
 
-  std::vector<LevelReport> levels;  ///< Coarse to fine.
-  double total_s;                   ///< Wall time of the whole call.
-  ImageScale stretch = {};          ///< Identity unless the options ask for it.
+  std::vector<LevelReport> levels{};  ///< Coarse to fine.
+  double total_s = 0;                 ///< Wall time of the whole call.
+  ImageScale stretch = {};            ///< Identity unless the options ask for it.
   /// The two covariances that uncertainty takes the larger of, in every direction
   /// (frame_bootstrap.hpp): by clusters of patches alone, and by resampled ultrasound images.
   PoseUncertainty clusters = {};

@@ -43,8 +43,17 @@ const char* to_string(Effort effort) { return effort == Effort::kQuick ? "quick"
 ImageRegistrationOptions with_effort(Effort effort) {
   ImageRegistrationOptions options;
   if (effort == Effort::kUsual) return options;
-  options.levels = {{5.0, 7, 60, 9.0, PatchChoice::kContrast, 1.5},
-                    {2.0, 7, 250, 1.0, PatchChoice::kEven}};
+  options.levels = {{.sample_step_mm = 5.0,
+                     .patch_side = 7,
+                     .patches = 60,
+                     .frame_step_mm = 9.0,
+                     .choice = PatchChoice::kContrast,
+                     .texel_sigmas = 1.5},
+                    {.sample_step_mm = 2.0,
+                     .patch_side = 7,
+                     .patches = 250,
+                     .frame_step_mm = 1.0,
+                     .choice = PatchChoice::kEven}};
   options.least_judging = 40;
   options.most_images = 8;
   options.average_pixels = true;

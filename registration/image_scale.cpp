@@ -167,9 +167,14 @@ ScaleSolution solve_scale(const Lc2Cost& cost, const Pose& start,
   // Ceres takes ownership.
   auto* residuals = new ScaleCost(cost, start, centroid, model, non_finite);
   const CostSolution found = minimise(residuals, delta, limits, keep_going);
-  return {{moved(start, (start * centroid).mm, ScaleCost::twist_of(delta)), found.initial_cost,
-           found.final_cost, found.iterations, non_finite, found.termination, found.message,
-           found.cancelled},
+  return {{.pose = moved(start, (start * centroid).mm, ScaleCost::twist_of(delta)),
+           .initial_cost = found.initial_cost,
+           .final_cost = found.final_cost,
+           .iterations = found.iterations,
+           .non_finite = non_finite,
+           .termination = found.termination,
+           .message = found.message,
+           .cancelled = found.cancelled},
           stretch_of(model, delta.tail(delta.size() - kPose), centroid)};
 }
 

@@ -128,9 +128,13 @@ std::vector<RegionAgreement> region_agreement(const CostsAround& around, const L
     const RegionCosts costs = around.here.patch_costs.empty()
                                   ? costs_of_all(around, cost, region.members)
                                   : costs_of(around, region.members);
-    out.push_back({static_cast<int>(r) / kThirds, static_cast<int>(r) % kThirds, region.patches,
-                   costs.here, pull_mm(costs),
-                   around.pose * Point<frames::Reference>{region.middle_mm / region.patches}});
+    out.push_back(
+        {.along = static_cast<int>(r) / kThirds,
+         .deep = static_cast<int>(r) % kThirds,
+         .patches = region.patches,
+         .cost = costs.here,
+         .pull_mm = pull_mm(costs),
+         .centre = around.pose * Point<frames::Reference>{region.middle_mm / region.patches}});
   }
   return out;
 }

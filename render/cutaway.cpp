@@ -69,7 +69,8 @@ std::vector<Vec2<double>> outline_of(const UltrasoundFrame& frame) {
 }
 
 CutawayObjects<double> make_cutaway(const Scene& scene, bool with_meshes) {
-  CutawayObjects<double> objects{0, 0, 0, {}, {}};
+  CutawayObjects<double> objects{
+      .cot1 = 0, .cot2 = 0, .overlay_mm = 0, .polygons = {}, .balls = {}};
   if (!scene.cutaway || scene.projection != Projection::kComposite) return objects;
   const Cutaway& cutaway = *scene.cutaway;
   const Eigen::Vector3d origin = scene.ct->grid().origin_mm;

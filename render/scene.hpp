@@ -69,7 +69,7 @@ struct NeedleShape {
   Point<frames::Ct> hub_ct;
   double radius_mm = 0.8;
   Eigen::Vector3d rgb{0.95, 0.95, 1.0};
-  Safety safety;
+  Safety safety{};
 };
 
 /// A sphere: target lesion, entry point or margin.
@@ -177,12 +177,12 @@ struct Scene {
   /// Required: the CT, or 3D ultrasound that is drawn alone by its predicates.
   std::shared_ptr<const StoredVolume> ct;
   TransferFunction transfer;
-  Shading shading;
-  std::optional<UltrasoundPlane> plane;
-  std::optional<NeedleShape> needle;
-  std::vector<SphereShape> spheres;
-  Camera camera;
-  Quality quality;
+  Shading shading{};
+  std::optional<UltrasoundPlane> plane{};
+  std::optional<NeedleShape> needle{};
+  std::vector<SphereShape> spheres{};
+  Camera camera{};
+  Quality quality{};
   Eigen::Vector3d background_rgb{0, 0, 0};
   int width = 800;
   int height = 600;

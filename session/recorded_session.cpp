@@ -33,8 +33,11 @@ Result<RecordedSession> RecordedSession::open(const SourceOptions& source,
     if (!read) return read.error();
     plus = std::move(*read);
   }
-  io::RecordingOptions options{source.image_frame, source.probe_frame, source.tracker_frame,
-                               source.reference_frame, source.needle_frame};
+  io::RecordingOptions options{.image_frame = source.image_frame,
+                               .probe_frame = source.probe_frame,
+                               .tracker_frame = source.tracker_frame,
+                               .reference_frame = source.reference_frame,
+                               .needle_frame = source.needle_frame};
   RecordedSession session;
   session.diagnostics_ = std::make_unique<FirstWarning>(diagnostics);
   auto opened = io::RecordingSource::open(source.recording, plus ? &*plus : nullptr, options,
@@ -184,12 +187,10 @@ RecordingRead recording_read(const RecordedSession& session, const UltrasoundFra
   const auto on_probe = [&](double column, double row) {
     return session.probe_from_image() * image.grid.at(column, row);
   };
-  return {std::filesystem::path(session.name()).filename().string(),
-          std::nullopt,
-          to_seconds(*session.first_time()),
-          std::nullopt,
-          kMs * to_seconds(session.temporal_offset()),
-          {on_probe(0, 0), on_probe(right, 0), on_probe(0, bottom)}};
+  return {.name = std::filesystem::path(session.name()).filename().string(),
+          .first_s = to_seconds(*session.first_time()),
+          .temporal_offset_ms = kMs * to_seconds(session.temporal_offset()),
+          .corners = {on_probe(0, 0), on_probe(right, 0), on_probe(0, bottom)}};
 }
 
 namespace {

@@ -77,9 +77,11 @@ std::optional<RecordingRead> recording_of(const io::Json& json) {
   }
   for (std::size_t i = 0; good && i < corners.size(); ++i) good = corners[i].is_number();
   if (!good) return {};
-  RecordingRead read{name.get<std::string>(), number("frames").get<std::int64_t>(),
-                     number("first_s").get<double>(), number("last_s").get<double>(),
-                     number("temporal_offset_ms").get<double>()};
+  RecordingRead read{.name = name.get<std::string>(),
+                     .frames = number("frames").get<std::int64_t>(),
+                     .first_s = number("first_s").get<double>(),
+                     .last_s = number("last_s").get<double>(),
+                     .temporal_offset_ms = number("temporal_offset_ms").get<double>()};
   for (std::size_t i = 0; i < corners.size(); ++i) {
     read.corners[i / 3].mm[static_cast<int>(i % 3)] = corners[i].get<double>();
   }

@@ -25,11 +25,11 @@ std::string ct_digest(const Volume& ct);
 
 /// The recording that a registration by images was made from, and how it was read.
 struct RecordingRead {
-  std::string name;                    ///< File name without the folder.
-  std::optional<std::int64_t> frames;  ///< All frames, usable or not; absent before the end.
-  double first_s = 0;                  ///< First stamp.
-  std::optional<double> last_s;        ///< Last stamp; absent before the end.
-  double temporal_offset_ms = 0;       ///< Image stamps minus pose stamps, as configured.
+  std::string name;                      ///< File name without the folder.
+  std::optional<std::int64_t> frames{};  ///< All frames, usable or not; absent before the end.
+  double first_s = 0;                    ///< First stamp.
+  std::optional<double> last_s{};        ///< Last stamp; absent before the end.
+  double temporal_offset_ms = 0;         ///< Image stamps minus pose stamps, as configured.
   /// Calibration: positions of the first pixel, the end of the first row and the end of the first
   /// column of the images on the probe, mm.
   std::array<Point<frames::Probe>, 3> corners{{{{0, 0, 0}}, {{0, 0, 0}}, {{0, 0, 0}}}};

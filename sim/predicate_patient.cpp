@@ -21,14 +21,35 @@ struct Recipe {
 };
 
 Recipe carotid_of(const char* name, std::uint64_t seed) {
-  return {name, "neck", seed, 0, 36, 40, 44, {Tissue::kArtery, Tissue::kVesselWall}};
+  return {.name = name,
+          .family = "neck",
+          .seed = seed,
+          .view = 0,
+          .width_mm = 36,
+          .depth_mm = 40,
+          .thickness_mm = 44,
+          .target = {Tissue::kArtery, Tissue::kVesselWall}};
 }
 
 const std::vector<Recipe>& recipes() {
   static const std::vector<Recipe> all{carotid_of("carotid", 2),
                                        carotid_of("carotid-2", 5),
-                                       {"shoulder", "shoulder", 1, 0, 40, 40, 40, {Tissue::kBone}},
-                                       {"tendon", "tendon", 1, 0, 36, 30, 44, {Tissue::kTendon}}};
+                                       {.name = "shoulder",
+                                        .family = "shoulder",
+                                        .seed = 1,
+                                        .view = 0,
+                                        .width_mm = 40,
+                                        .depth_mm = 40,
+                                        .thickness_mm = 40,
+                                        .target = {Tissue::kBone}},
+                                       {.name = "tendon",
+                                        .family = "tendon",
+                                        .seed = 1,
+                                        .view = 0,
+                                        .width_mm = 36,
+                                        .depth_mm = 30,
+                                        .thickness_mm = 44,
+                                        .target = {Tissue::kTendon}}};
   return all;
 }
 

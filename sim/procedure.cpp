@@ -183,10 +183,16 @@ Procedure::Procedure(const ProcedureOptions& options)
   const double period = 1.0 / options.frame_rate_hz;
   const double sweep_end = kStartSeconds + period * (options.sweep_frames - 1);
   const double approach = sweep_end + kPauseSeconds;
-  phases_.push_back({Phase::kSweep, at(kStartSeconds), at(sweep_end), 0, options.sweep_frames});
-  phases_.push_back({Phase::kApproach, at(approach),
-                     at(approach + period * (options.approach_frames - 1)), options.sweep_frames,
-                     options.approach_frames});
+  phases_.push_back({.phase = Phase::kSweep,
+                     .begin = at(kStartSeconds),
+                     .end = at(sweep_end),
+                     .first_frame = 0,
+                     .frame_count = options.sweep_frames});
+  phases_.push_back({.phase = Phase::kApproach,
+                     .begin = at(approach),
+                     .end = at(approach + period * (options.approach_frames - 1)),
+                     .first_frame = options.sweep_frames,
+                     .frame_count = options.approach_frames});
 }
 
 int Procedure::frame_count() const { return options_.sweep_frames + options_.approach_frames; }

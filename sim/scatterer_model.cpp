@@ -127,8 +127,11 @@ class Model {
     double half_mm;  ///< Half thickness at the widest position, with the bulge.
   };
   [[nodiscard]] Slab rest_slab() const {
-    Slab slab{pose_.translation_mm(), (pose_ * Direction<frames::Image>{Vec3d::UnitZ()}).v, 0, 0,
-              kSlab * std::max(sigma_elevation(0), sigma_elevation(probe_.depth_mm))};
+    Slab slab{.point = pose_.translation_mm(),
+              .normal = (pose_ * Direction<frames::Image>{Vec3d::UnitZ()}).v,
+              .bulge_mm = 0,
+              .thin = 0,
+              .half_mm = kSlab * std::max(sigma_elevation(0), sigma_elevation(probe_.depth_mm))};
     if (warp_ != nullptr) fit_plane(slab);
     slab.normal.cwiseAbs().maxCoeff(&slab.thin);
     slab.half_mm += slab.bulge_mm;

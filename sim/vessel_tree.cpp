@@ -33,13 +33,18 @@ class Grower {
       : territory_(territory), random_(random) {}
 
   int force(int parent, const Vec& from, const Vec& to, double radius_mm, Tissue tissue) {
-    segments_.push_back({{from}, {to}, radius_mm, tissue, parent});
+    segments_.push_back(
+        {.from = {from}, .to = {to}, .radius_mm = radius_mm, .tissue = tissue, .parent = parent});
     return static_cast<int>(segments_.size()) - 1;
   }
 
   void bud(int parent, const Vec& direction, double radius_mm) {
     const VesselSegment& s = segments_[static_cast<std::size_t>(parent)];
-    buds_.push_back({parent, s.to.mm, direction.normalized(), radius_mm, s.tissue});
+    buds_.push_back({.parent = parent,
+                     .from = s.to.mm,
+                     .direction = direction.normalized(),
+                     .radius_mm = radius_mm,
+                     .tissue = s.tissue});
   }
 
   void grow() {

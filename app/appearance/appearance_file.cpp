@@ -110,14 +110,10 @@ render::Cutaway read_cutaway(const io::Json& json, const std::string& where,
 Result<void> check_in_scene(const std::string& name, const AppearanceFile& appearance) {
   static const auto voxel = std::make_shared<const Volume>(
       *Volume::create(VoxelGrid{{1, 1, 1}}, std::vector<std::int16_t>(1), "look"));
-  render::Scene scene{voxel,
-                      appearance.transfer,
-                      appearance.shading.value_or(render::Shading{}),
-                      {},
-                      {},
-                      {},
-                      render::Camera{{{0, -10, 0}}, {{0, 0, 0}}, {{0, 0, 1}}},
-                      {}};
+  render::Scene scene{.ct = voxel,
+                      .transfer = appearance.transfer,
+                      .shading = appearance.shading.value_or(render::Shading{}),
+                      .camera = render::Camera{{{0, -10, 0}}, {{0, 0, 0}}, {{0, 0, 1}}}};
   if (appearance.cutaway) scene.cutaway = *appearance.cutaway;
   const auto ok = render::validate(scene);
   if (ok) return {};

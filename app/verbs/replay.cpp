@@ -594,9 +594,12 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
     if (!fresh) return fresh.error();
     out = *std::move(made);
   }
-  Replay replay(
-      config, console,
-      {std::move(out), shared_ct, std::move(*session), std::move(sweep), std::move(*presenter)});
+  Replay replay(config, console,
+                {.out = std::move(out),
+                 .ct = shared_ct,
+                 .session = std::move(*session),
+                 .survey = std::move(sweep),
+                 .presenter = std::move(*presenter)});
   return replay.run(json);
 }
 

@@ -20,10 +20,10 @@ struct PanelContext {
   const session::Epoch& epoch;
   const Volume& ct;
   const std::optional<NeedlePlan>& plan;
-  render::HuWindow window;
+  render::HuWindow window{};
   const std::string& banner;
-  render::Camera camera;  ///< Camera of the 3D view, for its orientation letters.
-  std::string note;       ///< Engine's note about the 3D view ("down-sampled …"); may be empty.
+  render::Camera camera{};  ///< Camera of the 3D view, for its orientation letters.
+  std::string note{};       ///< Engine's note about the 3D view ("down-sampled …"); may be empty.
   std::string warning = {};      ///< Warning about registration or placement; may be empty.
   bool needle_expected = false;  ///< True: show the needle's state even without a plan.
   double needle_length_mm = session::NeedleSize{}.length_mm;

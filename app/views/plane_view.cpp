@@ -13,7 +13,12 @@ PlaneView fit(const UltrasoundFrame& frame, int x, int y, int width, int height)
   const Eigen::Vector2d size = (high - low).cwiseMax(1e-3);
   const double scale = kMargin * std::max(size.x() / width, size.y() / height);
   const Eigen::Vector2d centre = 0.5 * (low + high);
-  return {x, y, width, height, centre - 0.5 * scale * Eigen::Vector2d(width, height), scale};
+  return {.x = x,
+          .y = y,
+          .width = width,
+          .height = height,
+          .origin_mm = centre - 0.5 * scale * Eigen::Vector2d(width, height),
+          .mm_per_px = scale};
 }
 
 double intensity(const UltrasoundFrame& frame, const Eigen::Vector2d& p_mm) {

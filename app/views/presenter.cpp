@@ -154,12 +154,12 @@ render::Scene Presenter::scene(const session::Epoch& epoch) const {
   }
   if (epoch.ct_from_needle && epoch.needle.state != SafetyState::kLost) {
     const auto& needle = *epoch.ct_from_needle;
-    scene.needle =
-        render::NeedleShape{needle * Point<frames::Needle>{{0, 0, 0}},
-                            needle * Point<frames::Needle>{{0, 0, -options_.needle.length_mm}},
-                            options_.needle.diameter_mm / 2,
-                            {0.95, 0.95, 1.0},
-                            epoch.needle};
+    scene.needle = render::NeedleShape{
+        .tip_ct = needle * Point<frames::Needle>{{0, 0, 0}},
+        .hub_ct = needle * Point<frames::Needle>{{0, 0, -options_.needle.length_mm}},
+        .radius_mm = options_.needle.diameter_mm / 2,
+        .rgb = {0.95, 0.95, 1.0},
+        .safety = epoch.needle};
   }
   if (asks_needle_ && !scene.needle) {
     (without_ct_ ? *scene.predicates : scene.ultrasound->predicates).needle_lost = true;
@@ -170,7 +170,11 @@ render::Scene Presenter::scene(const session::Epoch& epoch) const {
   if (const auto& plan = facts_.plan) {
     scene.spheres.push_back({plan->target_ct, plan->target_radius_mm, {1.0, 0.85, 0.1}, 0.45});
     scene.spheres.push_back({plan->entry_ct, 2.5, {0.2, 0.7, 1.0}, 1.0});
-    scene.lines.push_back({plan->entry_ct, plan->target_ct, 0.5, {0.2, 0.7, 1.0}, 1.0});
+    scene.lines.push_back({.from_ct = plan->entry_ct,
+                           .to_ct = plan->target_ct,
+                           .radius_mm = 0.5,
+                           .rgb = {0.2, 0.7, 1.0},
+                           .opacity = 1.0});
     if (plan->margin_mm > 0) {
       // Faint, so that its contents and the plane behind it stay visible.
       constexpr double kMarginOpacity = 0.25;

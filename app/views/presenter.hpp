@@ -21,8 +21,8 @@ namespace nav::app {
 
 /// Options for the display of a session.
 struct PresenterOptions {
-  SessionConfig::Appearance appearance;
-  SessionConfig::View view;
+  SessionConfig::Appearance appearance{};
+  SessionConfig::View view{};
   int width = 800;                                   ///< Width of the 3D view, pixels.
   int height = 600;                                  ///< Height of the 3D view, pixels.
   std::optional<double> step_voxels = std::nullopt;  ///< Absent: chosen for rms_error.

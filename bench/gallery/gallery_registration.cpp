@@ -57,8 +57,12 @@ Result<Run> run_registration(app::Console& console) {
   const Point<frames::Ct> middle{sum / static_cast<double>(recorded.targets.size())};
   auto decision = registration::decide(*result, {}, middle);
   console.end(decision.accepted ? "accepted" : "refused");
-  return Run{std::move(patient), std::move(recorded), start,
-             std::move(*result), std::move(decision), middle};
+  return Run{.patient = std::move(patient),
+             .recorded = std::move(recorded),
+             .start = start,
+             .result = std::move(*result),
+             .decision = std::move(decision),
+             .target = middle};
 }
 
 Result<void> draw_checkerboards(const Run& run, app::OutputFolder& folder) {

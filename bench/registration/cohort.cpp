@@ -39,15 +39,35 @@ Hand hand_at(SweepPath path, double share) {
   const double wave = std::sin(2 * std::numbers::pi * share);
   switch (path) {
     case SweepPath::kSubcostal:
-      return {4.50 - 0.70 * way, 14 - 26 * way, 0.18 + 0.38 * wave, 0.35 * wave, 0.1 * wave};
+      return {.around = 4.50 - 0.70 * way,
+              .z_mm = 14 - 26 * way,
+              .tilt = 0.18 + 0.38 * wave,
+              .turn = 0.35 * wave,
+              .rock = 0.1 * wave};
     case SweepPath::kFan:
-      return {4.25, 4, -0.30 + 0.95 * way, 0.1 * wave, 0.05 * wave};
+      return {.around = 4.25,
+              .z_mm = 4,
+              .tilt = -0.30 + 0.95 * way,
+              .turn = 0.1 * wave,
+              .rock = 0.05 * wave};
     case SweepPath::kSlide:
-      return {4.55 - 0.75 * way, 12 - 22 * way, 0.30 + 0.04 * wave, 0.08 * wave, 0.04 * wave};
+      return {.around = 4.55 - 0.75 * way,
+              .z_mm = 12 - 22 * way,
+              .tilt = 0.30 + 0.04 * wave,
+              .turn = 0.08 * wave,
+              .rock = 0.04 * wave};
     case SweepPath::kSagittal:
-      return {4.55 - 0.60 * way, 8 - 16 * way, 0.06 * wave, 1.45 + 0.1 * wave, -0.25 - 0.2 * wave};
+      return {.around = 4.55 - 0.60 * way,
+              .z_mm = 8 - 16 * way,
+              .tilt = 0.06 * wave,
+              .turn = 1.45 + 0.1 * wave,
+              .rock = -0.25 - 0.2 * wave};
     case SweepPath::kCross:
-      return {4.20, 4, 0.35 * std::sin(3 * std::numbers::pi * share) + 0.1, 1.5 * way, 0.05 * wave};
+      return {.around = 4.20,
+              .z_mm = 4,
+              .tilt = 0.35 * std::sin(3 * std::numbers::pi * share) + 0.1,
+              .turn = 1.5 * way,
+              .rock = 0.05 * wave};
   }
   return {};
 }
@@ -68,8 +88,11 @@ ImagePose view_of(const sim::AbdomenPhantom& phantom, const Hand& hand) {
 /// The path with the deviations of this hand: offset and wobble.
 std::vector<ImagePose> views(const Patient& patient, const SweepRequest& request) {
   sim::Random random(request.seed, 0x68616e64);
-  const Hand off{random.uniform(-0.06, 0.06), random.uniform(-5, 5), random.uniform(-0.06, 0.06),
-                 random.uniform(-0.1, 0.1), random.uniform(-0.05, 0.05)};
+  const Hand off{.around = random.uniform(-0.06, 0.06),
+                 .z_mm = random.uniform(-5, 5),
+                 .tilt = random.uniform(-0.06, 0.06),
+                 .turn = random.uniform(-0.1, 0.1),
+                 .rock = random.uniform(-0.05, 0.05)};
   const double phase = random.uniform(0, 2 * std::numbers::pi);
   std::vector<ImagePose> all;
   for (int i = 0; i < request.frames; ++i) {

@@ -20,7 +20,7 @@ EffortPoint measure(const std::string& axis, double x, CohortOptions cohort, Cas
   cohort.keep = true;
   cohort.global = cohort.local;
   const CohortResult result = run_cohort(cohort, store);
-  EffortPoint point{axis, x, 0, 0, 0, 0, 0, 0};
+  EffortPoint point{.axis = axis, .x = x};
   std::vector<double> errors, solve, whole;
   for (const Trial& trial : result.trials) {
     ++point.trials;

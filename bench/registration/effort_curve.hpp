@@ -22,10 +22,10 @@ struct EffortPoint {
   /// quick registration), `slices` (slice thickness of the CT, mm).
   std::string axis;
   double x;
-  int trials, right;
-  double error_median_mm, error_p95_mm;  ///< Error of the right results; NaN if there are none.
+  int trials = 0, right = 0;
+  double error_median_mm = 0, error_p95_mm = 0;  ///< Error of right results; NaN for none.
   /// Medians: with everything prepared; with the preparation of the sweep.
-  double solve_cpu_s, cpu_s;
+  double solve_cpu_s = 0, cpu_s = 0;
 };
 
 struct EffortOptions {

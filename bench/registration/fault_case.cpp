@@ -175,12 +175,12 @@ FaultCase fault_case(const Fault& fault, const Patient& patient, const RecordedS
                      std::shared_ptr<const ReadyCt> ct) {
   // The sweeps of one patient have different hand motions and calibrations.
   const std::uint64_t seed = 100 * patient.seed + static_cast<std::uint64_t>(recorded.path);
-  return {std::move(ct),
-          with_fault(recorded.sweep, fault, seed),
-          start_at(kFaultStartMm, patient.truth, recorded, seed),
-          patient.truth,
-          recorded.targets,
-          recorded.targets};
+  return {.ct = std::move(ct),
+          .sweep = with_fault(recorded.sweep, fault, seed),
+          .start = start_at(kFaultStartMm, patient.truth, recorded, seed),
+          .truth = patient.truth,
+          .targets = recorded.targets,
+          .lying = recorded.targets};
 }
 
 Result<SessionCase> make_faulty_session(const Fault& fault, sim::SimulatedSessionOptions options) {
@@ -195,12 +195,10 @@ Result<SessionCase> make_faulty_session(const Fault& fault, sim::SimulatedSessio
 
 FaultCase fault_case(const SessionCase& session, std::uint64_t seed,
                      std::shared_ptr<const ReadyCt> ct) {
-  FaultCase made{std::move(ct),
-                 with_tracker_errors(session.sweep, seed),
-                 session.truth,
-                 session.truth,
-                 {},
-                 {}};
+  FaultCase made{.ct = std::move(ct),
+                 .sweep = with_tracker_errors(session.sweep, seed),
+                 .start = session.truth,
+                 .truth = session.truth};
   keep_seen(session, made);
   made.start = start_at(kFaultStartMm, session.truth,
                         {SweepPath::kSlide, session.sweep, made.targets}, seed);

@@ -63,8 +63,8 @@ struct FaultCase {
   Sweep sweep;
   CtPose start;  ///< Target error of 5 mm if nothing is deformed.
   CtPose truth;
-  std::vector<Point<frames::Ct>> targets;  ///< Targets that the sweep shows.
-  std::vector<Point<frames::Ct>> lying;    ///< Their true positions: different in deformed tissue.
+  std::vector<Point<frames::Ct>> targets{};  ///< Targets that the sweep shows.
+  std::vector<Point<frames::Ct>> lying{};  ///< Their true positions: different in deformed tissue.
 };
 
 /// Applies a fault to a sweep. Precondition: not a fault of the patient, otherwise a Bug.

@@ -36,7 +36,12 @@ void run(benchmark::State& state, Evaluate evaluate) {
   const auto count = static_cast<std::size_t>(side) * static_cast<std::size_t>(side);
   std::vector<float> u(count);
   for (std::size_t i = 0; i < count; ++i) u[i] = std::sin(static_cast<float>(i));
-  PlacedPatch patch{{0, 0, 0}, {0.8, 0.1, 0}, {0, 0.7, 0.4}, {0, 0.87, 0.5}, side, u};
+  PlacedPatch patch{.centre = {0, 0, 0},
+                    .step_a = {0.8, 0.1, 0},
+                    .step_b = {0, 0.7, 0.4},
+                    .beam = {0, 0.87, 0.5},
+                    .side = side,
+                    .u = u};
   std::mt19937 random(2);
   benchmark::DoNotOptimize(channels().texels.data());  // Made before the measurement starts.
   for (auto _ : state) {

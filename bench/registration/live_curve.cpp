@@ -119,16 +119,16 @@ Result<LivePoint> measure(const std::vector<LiveCase>& cases, sim::BreathingKind
     predicted.insert(predicted.end(), trial->predicted.begin(), trial->predicted.end());
     cpu_ms.insert(cpu_ms.end(), trial->cpu_ms.begin(), trial->cpu_ms.end());
   }
-  return LivePoint{kind,
-                   window,
-                   patches,
-                   static_cast<int>(cases.size()),
-                   static_cast<double>(all.size()) / images,
-                   median(still),
-                   median(following),
-                   quantile(all, 0.95),
-                   median(predicted),
-                   median(cpu_ms)};
+  return LivePoint{.kind = kind,
+                   .window = window,
+                   .patches = patches,
+                   .trials = static_cast<int>(cases.size()),
+                   .shown = static_cast<double>(all.size()) / images,
+                   .still_mm = median(still),
+                   .following_mm = median(following),
+                   .p95_mm = quantile(all, 0.95),
+                   .predicted_mm = median(predicted),
+                   .update_cpu_ms = median(cpu_ms)};
 }
 
 Result<LiveEvidence> weigh(const std::vector<LiveCase>& cases) {

@@ -92,7 +92,7 @@ Result<MotionTrial> run(const MotionCase& one, int stride, int harmonics, int th
 
 Result<MotionPoint> measure(const std::vector<MotionCase>& cases, sim::BreathingKind kind,
                             int stride, int harmonics, int threads) {
-  MotionPoint point{kind, 0, harmonics, 0, 0, 0, 0, 0, 0, 0};
+  MotionPoint point{.kind = kind, .harmonics = harmonics};
   std::vector<double> commons, errors, cpu, wall;
   for (const MotionCase& one : cases) {
     const auto trial = run(one, stride, harmonics, threads);

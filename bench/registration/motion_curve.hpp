@@ -16,16 +16,17 @@ namespace nav::bench {
 /// Setting of the refinement of sweeps of breathing patients: run time against error at rest.
 struct MotionPoint {
   sim::BreathingKind kind;
-  int images;  ///< Evenly chosen images of the sweep.
+  int images = 0;  ///< Evenly chosen images of the sweep.
   int harmonics;
-  int trials;
-  int supported;     ///< Trials in which the images support a motion.
-  double common_mm;  ///< Median error of the common pose at the targets, RMS for each trial.
+  int trials = 0;
+  int supported = 0;     ///< Trials in which the images support a motion.
+  double common_mm = 0;  ///< Median error of the common pose at the targets, RMS for each trial.
   /// Median error of the pose at rest, over the supported; NaN if there are none.
-  double error_median_mm;
-  double error_worst_mm;
-  double motion_cpu_s;   ///< Median processor time of register_moving(), including its preparation.
-  double motion_wall_s;  ///< Median wall time of the same.
+  double error_median_mm = 0;
+  double error_worst_mm = 0;
+  /// Median processor time of register_moving(), including its preparation.
+  double motion_cpu_s = 0;
+  double motion_wall_s = 0;  ///< Median wall time of the same.
 };
 
 struct MotionCurveOptions {

@@ -144,9 +144,14 @@ void add_theirs(const PeerOptions& options, const fs::path& elastix, const fs::p
 std::vector<PeerRow> rows_of(const Tallies& tallies) {
   std::vector<PeerRow> rows;
   for (const auto& [key, tally] : tallies) {
-    rows.push_back({key.first, key.second, tally.trials, tally.right, median(tally.errors_mm),
-                    median(tally.cpu_s), median(tally.solve_cpu_s),
-                    median(tally.end_to_end_cpu_s)});
+    rows.push_back({.name = key.first,
+                    .start_mm = key.second,
+                    .trials = tally.trials,
+                    .right = tally.right,
+                    .error_median_mm = median(tally.errors_mm),
+                    .cpu_s = median(tally.cpu_s),
+                    .solve_cpu_s = median(tally.solve_cpu_s),
+                    .end_to_end_cpu_s = median(tally.end_to_end_cpu_s)});
   }
   return rows;
 }
@@ -178,11 +183,10 @@ void add_ratios(const PeerOptions& options, PeerComparison& out) {
   for (const LocalEffort& effort : options.local_efforts) {
     const PeerRow* ours = effort.patch_share == 1 ? find(name_of(effort)) : nullptr;
     if (ours == nullptr || !(ours->error_median_mm < theirs->error_median_mm)) continue;
-    PeerRatios ratios{theirs->cpu_s / ours->cpu_s,
-                      theirs->solve_cpu_s / ours->solve_cpu_s,
-                      {},
-                      ours->name,
-                      theirs->name};
+    PeerRatios ratios{.cpu = theirs->cpu_s / ours->cpu_s,
+                      .solve = theirs->solve_cpu_s / ours->solve_cpu_s,
+                      .ours = ours->name,
+                      .theirs = theirs->name};
     const double end_to_end = theirs->end_to_end_cpu_s / ours->end_to_end_cpu_s;
     if (std::isfinite(end_to_end)) ratios.end_to_end = end_to_end;
     out.ratios = ratios;
@@ -208,8 +212,11 @@ Result<PeerComparison> compare_with_elastix(const PeerOptions& options, CaseStor
       if (auto ok = write_elastix_case(patient, recorded, folder); !ok) return ok.error();
     }
     for (const double mm : options.starts_mm) {
-      const Case c{patient, recorded, mm, start_at(mm, patient.truth, recorded, patient.seed),
-                   mm == options.starts_mm.front() ? options.repeats : 1};
+      const Case c{.patient = patient,
+                   .recorded = recorded,
+                   .mm = mm,
+                   .start = start_at(mm, patient.truth, recorded, patient.seed),
+                   .repeats = mm == options.starts_mm.front() ? options.repeats : 1};
       const auto add_ours = [&](const std::string& name, const LocalEffort& effort, bool global) {
         const ImageRegistrationOptions with = options_of(effort, global);
         const auto ct = store.ready_ct(seed, with);

@@ -71,7 +71,7 @@ struct PeerRow {
 /// that a user can request, is right on all of them, and has a lower error.
 struct PeerRatios {
   double cpu, solve;
-  std::optional<double> end_to_end;
+  std::optional<double> end_to_end{};
   std::string ours, theirs;  ///< Names of the rows.
 };
 

@@ -39,8 +39,12 @@ Result<SessionCase> make_session_case(sim::SimulatedSessionOptions options) {
   if (const auto deformation = session->deformation()) {
     for (auto& target : lying) target.mm = deformation->apply(target.mm);
   }
-  return SessionCase{std::move(*ct), std::move(*sweep), truth,
-                     targets,        std::move(lying),  std::move(following_truth)};
+  return SessionCase{.ct = std::move(*ct),
+                     .sweep = std::move(*sweep),
+                     .truth = truth,
+                     .targets = targets,
+                     .lying = std::move(lying),
+                     .following_truth = std::move(following_truth)};
 }
 
 double error_mm(const SessionCase& one, const registration::Pose& found) {

@@ -99,7 +99,7 @@ struct SkinCase {
 
 SkinCurvePoint measure(const std::vector<SkinCase>& cases, const std::string& axis, double x,
                        const SkinSearchOptions& search) {
-  SkinCurvePoint point{axis, x, 0, 0, 0, 0, 0, 0, 0, 0};
+  SkinCurvePoint point{.axis = axis, .x = x};
   std::vector<double> errors, cpu, hopeless_cpu;
   for (const SkinCase& one : cases) {
     const SkinTrial own = run(one.own, one.own.ct, search);

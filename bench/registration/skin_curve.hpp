@@ -19,13 +19,13 @@ struct SkinCurvePoint {
   std::string axis;  ///< "tried", "spacing_mm", "turns": members of SkinSearchOptions.
   double x;
   /// Patient's own CT; right: targets off by less than kSuccessMm, RMS.
-  int trials, right, accepted;
+  int trials = 0, right = 0, accepted = 0;
   /// CTs of another patient, and own CTs without the region that the sweep shows.
-  int hopeless;
-  int false_accepts;       ///< In both groups: accepted, and not right within kFalseAcceptMm.
-  double error_median_mm;  ///< Error of the right results; NaN if there are none.
-  double cpu_s;  ///< Median with own CTs: everything, including the preparation of the CT.
-  double hopeless_cpu_s;
+  int hopeless = 0;
+  int false_accepts = 0;       ///< In both groups: accepted, and not right within kFalseAcceptMm.
+  double error_median_mm = 0;  ///< Error of the right results; NaN if there are none.
+  double cpu_s = 0;  ///< Median with own CTs: everything, including the preparation of the CT.
+  double hopeless_cpu_s = 0;
 };
 
 struct SkinCurveOptions {

@@ -100,9 +100,14 @@ std::vector<EffortPoint> measure_slices(const SliceOptions& options, CaseStore& 
   std::vector<EffortPoint> points;
   for (std::size_t k = 0; k < found.size(); ++k) {
     const OfThickness& of = found[k];
-    points.push_back({"slices", static_cast<double>(options.thickness_mm[k]), of.trials,
-                      static_cast<int>(of.errors.size()), median(of.errors),
-                      quantile(of.errors, 0.95), median(of.solve), median(of.whole)});
+    points.push_back({.axis = "slices",
+                      .x = static_cast<double>(options.thickness_mm[k]),
+                      .trials = of.trials,
+                      .right = static_cast<int>(of.errors.size()),
+                      .error_median_mm = median(of.errors),
+                      .error_p95_mm = quantile(of.errors, 0.95),
+                      .solve_cpu_s = median(of.solve),
+                      .cpu_s = median(of.whole)});
   }
   return points;
 }

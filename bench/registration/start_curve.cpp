@@ -41,8 +41,11 @@ StartTrial judged(const ImageRegistrationResult& result, const StartCase& one,
                   const registration::AcceptanceLimits& limits) {
   const auto target =
       result.ct_from_reference * (one.truth.inverse() * one.targets[one.targets.size() / 2]);
-  return {result.ct_from_reference, result.final_cost, decide(result, limits, target).accepted,
-          predicted_error_mm(result, one.targets), hidden_mm(result)};
+  return {.pose = result.ct_from_reference,
+          .cost = result.final_cost,
+          .accepted = decide(result, limits, target).accepted,
+          .predicted_mm = predicted_error_mm(result, one.targets),
+          .hidden_mm = hidden_mm(result)};
 }
 
 StartSweep from_all_starts(const StartCase& one, const PreparedCt& ct,

@@ -143,7 +143,7 @@ void add_rows(const std::vector<Trial>& trials, CohortSummary& out) {
   }
   out.hopeless_refused = share(refused, count);
   for (const auto& [key, of] : distances) {
-    DistanceRow row{key.first, key.second, 0, 0, 0, 0, 0};
+    DistanceRow row{.global = key.first, .start_mm = key.second};
     std::vector<double> errors;
     for (const Trial* trial : of) {
       ++row.trials;

@@ -13,8 +13,8 @@ namespace nav::bench {
 struct DistanceRow {
   bool global;
   double start_mm;
-  int trials, right, accepted, false_accepts;
-  double error_median_mm;  ///< Error of the right results; NaN if there are none.
+  int trials = 0, right = 0, accepted = 0, false_accepts = 0;
+  double error_median_mm = 0;  ///< Error of the right results; NaN if there are none.
 };
 
 /// Results of one kind of hopeless input.

@@ -22,7 +22,7 @@ std::shared_ptr<const Volume> abdomen(int n) {
 
 Scene scene_of(const char* preset, int n) {
   const Camera camera{{{-180, -620, 160}}, {{0, 0, 0}}, {{0, 0, 1}}};
-  return {abdomen(n), *preset_transfer_function(preset), {}, {}, {}, {}, camera, {}};
+  return {.ct = abdomen(n), .transfer = *preset_transfer_function(preset), .camera = camera};
 }
 
 void add_plane(Scene& scene) {

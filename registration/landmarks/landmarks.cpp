@@ -178,7 +178,8 @@ Result<LandmarkRegistration> register_landmarks(std::span<const LandmarkPair> pa
     return reject("landmarks", "a rotation to map Reference to Ct",
                   "a reflection: one list is mirrored");
   }
-  LandmarkRegistration result{found.pose, {}, 0, 0, 0, uncertainty_of(sets, found.pose)};
+  LandmarkRegistration result{.ct_from_reference = found.pose,
+                              .uncertainty = uncertainty_of(sets, found.pose)};
   double sum2 = 0;
   double sigma2 = 0;
   for (std::size_t i = 0; i < list.size(); ++i) {

@@ -41,13 +41,13 @@ struct LandmarkResidual {
 /// the error at the target; show tre_rms_mm() there.
 struct LandmarkRegistration {
   Transform<frames::Ct, frames::Reference> ct_from_reference;
-  std::vector<LandmarkResidual> residuals;  ///< In the order of the pairs.
-  double fre_rms_mm;                        ///< Root mean square of the distances, unweighted.
+  std::vector<LandmarkResidual> residuals{};  ///< In the order of the pairs.
+  double fre_rms_mm = 0;                      ///< Root mean square of the distances, unweighted.
   /// Localisation error per axis estimated from the residuals, in units of the given sigmas: sqrt(Σ
   /// (d/σ)² / (3N − 6)). Near 1 if the sigmas are realistic.
-  double sigma_scale;
+  double sigma_scale = 0;
   /// Estimated 3D localisation error (FLE) of the pairs, mm RMS: sqrt(3)·sigma_scale·rms(σ).
-  double fle_rms_mm;
+  double fle_rms_mm = 0;
   /// Uncertainty from the given sigmas (not rescaled by the residuals), about the weighted centroid
   /// in Ct.
   PoseUncertainty uncertainty;

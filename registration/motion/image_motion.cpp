@@ -52,9 +52,11 @@ std::vector<ImageMotion> image_motions(const Sweep& images, const Sweep& recorde
       ++to;
     }
     const Point<frames::Image> middle = middle_of(image.frame);
-    ImageMotion motion{to_seconds(time - first), (image.reference_from_image * middle).mm,
-                       image.reference_from_image.rotation().toRotationMatrix(),
-                       Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+    ImageMotion motion{.time_s = to_seconds(time - first),
+                       .middle_mm = (image.reference_from_image * middle).mm,
+                       .axes = image.reference_from_image.rotation().toRotationMatrix(),
+                       .turn_rad_s = Eigen::Vector3d::Zero(),
+                       .velocity_mm_s = Eigen::Vector3d::Zero()};
     set_motion(*from, *to, middle, motion);
     motions.push_back(motion);
   }

@@ -217,7 +217,7 @@ LiveRegistration::Solution LiveRegistration::solve(const PatchSet& patches, cons
   const Lc2Cost cost(*ct_, patches, options_.ridge, options_.threads);
   const Matrix6d scale = twist_from_scaled();
   const auto terms_at = [&](const Pose& pose) { return cost.terms(pose, centre); };
-  Solution best{pose_, 1, prior, 0, false};
+  Solution best{.pose = pose_, .cost = 1, .information = prior, .iterations = 0, .finite = false};
   CostTerms terms = terms_at(pose_);
   if (terms.non_finite > 0 || !std::isfinite(terms.cost)) return best;
   const double measurements =
@@ -226,7 +226,7 @@ LiveRegistration::Solution LiveRegistration::solve(const PatchSet& patches, cons
   Vector6d twist = Vector6d::Zero();
   double value = kappa * terms.cost;
   double damping = 1e-3;
-  best = {pose_, terms.cost, prior, 0, true};
+  best = {.pose = pose_, .cost = terms.cost, .information = prior, .iterations = 0, .finite = true};
   while (best.iterations < options_.max_iterations) {
     ++best.iterations;
     const Matrix6d h = kappa * scale * terms.hessian * scale;
@@ -324,7 +324,8 @@ Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& image) {
   const auto own = static_cast<int>(patches->patches.size());
   const bool enough = patches->patches.size() >= kMinImagePatches;
   predict(now, image_points(image, pose_)[4]);
-  LiveUpdate out{pose_, LiveState::kFollowing, "", 1, 0, 0, 0, 0, own, 0};
+  LiveUpdate out{
+      .ct_from_reference = pose_, .state = LiveState::kFollowing, .cost = 1, .patches = own};
   bool usable = false;
   if (enough) {
     window_.push_back({image, std::move(*patches)});

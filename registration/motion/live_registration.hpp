@@ -75,15 +75,15 @@ const char* to_string(LiveState state);
 struct LiveUpdate {
   Pose ct_from_reference;  ///< Pose that follows the tissue; not the accepted registration.
   LiveState state;
-  std::string cause;  ///< One sentence; empty while following.
-  double cost;        ///< Cost of the window at the pose, [0, 1]; 1 if not usable.
+  std::string cause{};  ///< One sentence; empty while following.
+  double cost;          ///< Cost of the window at the pose, [0, 1]; 1 if not usable.
   /// Predicted error in the middle of the image, from the filter's covariance.
-  double predicted_rms_mm;
-  double displacement_mm;       ///< Distance from the accepted pose, RMS over the image.
-  double mean_displacement_mm;  ///< Distance of the mean pose over drift_s.
-  double distinctness;          ///< Mean over the evidence; NaN until there is enough.
+  double predicted_rms_mm = 0;
+  double displacement_mm = 0;       ///< Distance from the accepted pose, RMS over the image.
+  double mean_displacement_mm = 0;  ///< Distance of the mean pose over drift_s.
+  double distinctness = 0;          ///< Mean over the evidence; NaN until there is enough.
   int patches;
-  int iterations;
+  int iterations = 0;
 };
 
 /// Refines a registration with each new ultrasound image. It is an iterated extended Kalman filter

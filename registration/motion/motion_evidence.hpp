@@ -19,7 +19,11 @@ struct MotionEvidence {
 
 /// Level that a deformation is fitted to: many patches, spread evenly. Patches of highest contrast
 /// deformed patients who lay still by up to 9 mm, and images that were left out of the fit agreed.
-inline constexpr LevelOptions kMotionLevel{1.2, 9, 5000, 1.5, PatchChoice::kEven};
+inline constexpr LevelOptions kMotionLevel{.sample_step_mm = 1.2,
+                                           .patch_side = 9,
+                                           .patches = 5000,
+                                           .frame_step_mm = 1.5,
+                                           .choice = PatchChoice::kEven};
 
 /// A pose farther than this from the pose that a motion or deformation was fitted about is another
 /// minimum.

@@ -20,9 +20,16 @@ using Vec = Eigen::Vector3d;
 // A breath moves farther than the fine level can capture from the common pose. Patches are spread
 // evenly: patches of highest contrast dominate all others and shift a patient who lies still by
 // millimetres.
-constexpr std::array<LevelOptions, 2> kLevels = {
-    LevelOptions{2.4, 9, 3000, 1.0, PatchChoice::kEven},
-    LevelOptions{1.2, 9, 6000, 1.0, PatchChoice::kEven}};
+constexpr std::array<LevelOptions, 2> kLevels = {LevelOptions{.sample_step_mm = 2.4,
+                                                              .patch_side = 9,
+                                                              .patches = 3000,
+                                                              .frame_step_mm = 1.0,
+                                                              .choice = PatchChoice::kEven},
+                                                 LevelOptions{.sample_step_mm = 1.2,
+                                                              .patch_side = 9,
+                                                              .patches = 6000,
+                                                              .frame_step_mm = 1.0,
+                                                              .choice = PatchChoice::kEven}};
 constexpr int kRestSteps = 64;
 constexpr double kRestHalfWidth = 1.0 / 6;
 // The pose at rest is found and judged by the images of the half of the breath around rest. Breaths
@@ -109,7 +116,8 @@ Result<MovingRegistration> register_moving(const Volume& ct, const Sweep& sweep,
   for (const MotionEvidence& level : *evidence) levels.push_back({level.ct, level.patches});
   auto found = refine_by_phase(levels, phases, common, fit);
   if (!found) return found.error();
-  MovingRegistration moving{*found, found->motion, 0, {}, {}, 0};
+  MovingRegistration moving{
+      .phases = *found, .motion = found->motion, .rest_phase = 0, .settled_mm = 0};
   if (!found->supported) return moving;
   moving.rest_phase = rest_phase(found->motion, common * sweep.centroid());
   const Pose expected = found->motion.ct_from_reference(moving.rest_phase);

@@ -22,8 +22,9 @@ struct MovingRegistration {
   double rest_phase;
   /// Registration of the images near rest, with the motion removed; absent if no motion is
   /// supported.
-  std::optional<ImageRegistrationResult> at_rest;
-  std::optional<Sweep> held_still;  ///< The images that at_rest registered; present if at_rest is.
+  std::optional<ImageRegistrationResult> at_rest{};
+  /// The images that at_rest registered; present if at_rest is.
+  std::optional<Sweep> held_still{};
   /// Distance of at_rest from the pose that the phases gave, RMS over the sweep, mm.
   double settled_mm;
 };

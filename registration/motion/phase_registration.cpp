@@ -210,18 +210,13 @@ Result<PhaseResult> refine(const std::vector<PhaseImages>& levels, const Pose& c
     unseen.push_back(others.moving.motion());
   }
   if (!check.finite()) return not_finite;
-  PhaseResult result{whole.still.motion(),
-                     false,
-                     "",
-                     whole.still.cost,
-                     whole.still.cost,
-                     0,
-                     0,
-                     0,
-                     static_cast<int>(finest.images.size()),
-                     whole.still.iterations,
-                     std::move(unseen),
-                     std::move(parts)};
+  PhaseResult result{.motion = whole.still.motion(),
+                     .rigid_cost = whole.still.cost,
+                     .final_cost = whole.still.cost,
+                     .images = static_cast<int>(finest.images.size()),
+                     .iterations = whole.still.iterations,
+                     .unseen = std::move(unseen),
+                     .part = std::move(parts)};
   choose(check, options, result);
   if (!result.supported) return result;
   result.motion = whole.moving.motion();

@@ -35,15 +35,15 @@ struct PhaseOptions {
 Result<void> validate(const PhaseOptions& options);
 
 struct PhaseResult {
-  PhaseMotion motion;  ///< The refined rigid pose if not supported.
-  bool supported;      ///< True if the data support a motion with the breath.
-  std::string reason;  ///< One sentence, whether supported or not.
-  double rigid_cost;   ///< Cost of all images at their best common pose, [0, 1].
+  PhaseMotion motion;      ///< The refined rigid pose if not supported.
+  bool supported = false;  ///< True if the data support a motion with the breath.
+  std::string reason{};    ///< One sentence, whether supported or not.
+  double rigid_cost;       ///< Cost of all images at their best common pose, [0, 1].
   double final_cost;
   /// Mean cost of images that were left out of the fit: at the best common pose, and with the
   /// motion.
-  double held_out_rigid, held_out_moving;
-  double gain_sigmas;  ///< Their difference over its standard error.
+  double held_out_rigid = 0, held_out_moving = 0;
+  double gain_sigmas = 0;  ///< Their difference over its standard error.
   int images;
   int iterations;
   /// unseen[p]: the motion that was fitted to all but part p of the breaths.

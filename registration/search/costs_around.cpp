@@ -19,7 +19,10 @@ CostsAround costs_around(const Lc2Cost& cost, const SweepPoints& sweep, const Po
   std::size_t index = 0;
   const auto kept = [&](const Patch&) { return index++ % stride == 0; };
   const double turn_rad = kAroundMm / std::max(sweep.radius_mm, kLeastEdgeMm);
-  CostsAround out{subset(cost.patches(), kept), stride, pose, turn_rad, {}, {}};
+  CostsAround out{.patches = subset(cost.patches(), kept),
+                  .stride = stride,
+                  .pose = pose,
+                  .turn_rad = turn_rad};
   const Lc2Cost few = cost.on(out.patches);
   out.here = few.cost(pose, true);
   const Eigen::Vector3d centre = (pose * sweep.centroid).mm;

@@ -27,11 +27,11 @@ struct CostsAround {
   PatchSet patches;    ///< Every stride-th patch of the set.
   std::size_t stride;  ///< >= 1.
   Pose pose;
-  double turn_rad;  ///< Angle that moves the sweep's edge by kAroundMm.
-  CostTerms here;   ///< cost and patch_costs at the pose.
+  double turn_rad;   ///< Angle that moves the sweep's edge by kAroundMm.
+  CostTerms here{};  ///< cost and patch_costs at the pose.
   /// Sorted by axis of a twist: first rotations about the axes of Ct, then shifts along them; back
   /// and forth for each.
-  std::vector<Beside> beside;
+  std::vector<Beside> beside{};
 
   /// The pose that is shifted along axis 0 to 2; side 0 is back and 1 is forth.
   [[nodiscard]] const Beside& shifted(std::size_t axis, std::size_t side) const {

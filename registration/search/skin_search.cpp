@@ -282,7 +282,8 @@ Result<ImageRegistrationResult> register_on_skin(
   if (!channels) return channels.error();
   const Lc2Cost cost(*channels, level.patches, options.ridge, options.threads, options.similarity);
   int non_finite = 0;
-  const SearchOptions about{0, 0, 0, options.max_iterations, options.seed, options.threads};
+  const SearchOptions about{
+      .max_iterations = options.max_iterations, .seed = options.seed, .threads = options.threads};
   const Places places{poses, search_options.spacing_mm,
                       static_cast<std::size_t>(search_options.tried)};
   const auto found = search_among(cost, places, prepared->points(), about, keep_going, non_finite);

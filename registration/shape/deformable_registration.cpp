@@ -128,7 +128,8 @@ Result<DeformableResult> choose(const DeformedCost& cost, const Choices& choices
   const CtBox box = box_of_patches(cost);
   if (auto ok = check_extent(box, options.spacing_mm); !ok) return ok.error();
   const SplineField empty(box, options.spacing_mm);
-  DeformableResult result{empty, false, "", mean_cost(cost, nullptr), 0, 0, 0, 0, 0, 0, 1, 0, 0, 0};
+  DeformableResult result{
+      .field = empty, .rigid_cost = mean_cost(cost, nullptr), .min_determinant = 1};
   result.final_cost = result.rigid_cost;
   const Error not_finite{ErrorCode::kNumerical,
                          "deformable registration: expected a finite similarity of every patch"};

@@ -35,25 +35,25 @@ Result<void> validate(const DeformableOptions& options);
 
 /// Result of a free-form refinement. p_ct = y + field(y), y = ct_from_reference p.
 struct DeformableResult {
-  SplineField field;   ///< Zero if not supported.
-  bool supported;      ///< True if the data support a deformation.
-  std::string reason;  ///< One sentence, whether supported or not.
-  double rigid_cost;   ///< Cost of all patches, [0, 1].
-  double final_cost;
+  SplineField field;       ///< Zero if not supported.
+  bool supported = false;  ///< True if the data support a deformation.
+  std::string reason{};    ///< One sentence, whether supported or not.
+  double rigid_cost;       ///< Cost of all patches, [0, 1].
+  double final_cost = 0;
   /// Mean cost of images that were left out of the fit, without and with deformation.
-  double held_out_rigid, held_out_deformed;
-  double gain_sigmas;  ///< Their difference over its standard error.
+  double held_out_rigid = 0, held_out_deformed = 0;
+  double gain_sigmas = 0;  ///< Their difference over its standard error.
   /// Displacement by the fitted field, RMS over the patches; 0 if none was fitted.
-  double displacement_mm;
+  double displacement_mm = 0;
   /// Difference between the fields of the two halves of the images, RMS over the patches, mm.
-  double halves_disagreement_mm;
+  double halves_disagreement_mm = 0;
   /// Least determinant of the fitted map over the box; 1 if none was fitted.
   double min_determinant;
   /// The distance of two points shrinks by at most this fraction. Below 1 the map is one-to-one
   /// everywhere, see SplineField::gradient_bound(). 0 if none was fitted.
-  double max_gradient;
-  double bending_energy_mm;  ///< Bending energy of the field, see SplineField::bending().
-  int iterations;            ///< Iterations of all fits.
+  double max_gradient = 0;
+  double bending_energy_mm = 0;  ///< Bending energy of the field, see SplineField::bending().
+  int iterations = 0;            ///< Iterations of all fits.
 };
 
 /// Refines a rigid registration by a smooth displacement: LC² of each patch, which moves as a

@@ -216,19 +216,24 @@ DeformedCost::DeformedCost(const CtChannels& ct, const PatchSet& set, const Pose
     const Patch& p = set.patches[i];
     const double weight = std::pow(p.weight, options.contrast_power / kPatchWeightPower);
     total += weight;
-    patches_.push_back({(pose * Point<frames::Reference>{p.centre_mm}).mm, turn * p.step_a,
-                        turn * p.step_b, turn * p.beam, weight, p.frame, i});
+    patches_.push_back({.centre_ct = (pose * Point<frames::Reference>{p.centre_mm}).mm,
+                        .step_a = turn * p.step_a,
+                        .step_b = turn * p.step_b,
+                        .beam = turn * p.beam,
+                        .weight = weight,
+                        .frame = p.frame,
+                        .index = i});
   }
   for (RestingPatch& p : patches_) p.weight /= total;
 }
 
 PlacedPatch DeformedCost::placed(const RestingPatch& p, const Vec& displacement) const {
-  return {ct_.grid_of(p.centre_ct + displacement),
-          p.step_a,
-          p.step_b,
-          p.beam,
-          set_.side,
-          set_.u(p.index)};
+  return {.centre = ct_.grid_of(p.centre_ct + displacement),
+          .step_a = p.step_a,
+          .step_b = p.step_b,
+          .beam = p.beam,
+          .side = set_.side,
+          .u = set_.u(p.index)};
 }
 
 double DeformedCost::cost(const RestingPatch& p, const Vec& displacement) const {

@@ -200,18 +200,18 @@ ShapeRegistration ShapeRegistrar::report(const std::vector<ShapeSolution>& found
   const ShapeSolution& best = found.front();
   const ShapeCurvature at = curvature_at(points_, shape_, best.pose, options_);
   const Observability seen = observability(at.curvature, at.lever_mm, options_.least_strength);
-  return {best.pose,
-          summary_of(points_, shape_, initial_),
-          summary_of(points_, shape_, best.pose),
-          static_cast<int>(points_.size()),
-          static_cast<int>(points_.size() - at.counted.size()),
-          at.scale_mm,
-          best.iterations,
-          best.converged,
-          sliding_directions(seen, at.centre_ct_mm),
-          margin(found),
-          uncertainty(at, seen),
-          shape_discrepancy_mm(at.places_ct_mm, at.offsets_mm, shape_.kind())};
+  return {.ct_from_reference = best.pose,
+          .before = summary_of(points_, shape_, initial_),
+          .after = summary_of(points_, shape_, best.pose),
+          .points = static_cast<int>(points_.size()),
+          .trimmed = static_cast<int>(points_.size() - at.counted.size()),
+          .scale_mm = at.scale_mm,
+          .iterations = best.iterations,
+          .converged = best.converged,
+          .sliding = sliding_directions(seen, at.centre_ct_mm),
+          .margin = margin(found),
+          .uncertainty = uncertainty(at, seen),
+          .discrepancy_mm = shape_discrepancy_mm(at.places_ct_mm, at.offsets_mm, shape_.kind())};
 }
 
 }  // namespace

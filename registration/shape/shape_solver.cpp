@@ -139,7 +139,10 @@ double solve_round(const ReferencePoints& points, const ShapeField& shape, const
 
 ShapeCurvature curvature_at(const ReferencePoints& points, const ShapeField& shape,
                             const Pose& pose, const ShapeRegistrationOptions& options) {
-  ShapeCurvature out{Eigen::Vector3d::Zero(), 0, 0, {}, {}, {}, {}, Matrix6d::Zero()};
+  ShapeCurvature out{.centre_ct_mm = Eigen::Vector3d::Zero(),
+                     .lever_mm = 0,
+                     .scale_mm = 0,
+                     .curvature = Matrix6d::Zero()};
   out.counted = nearest_share(points, shape, pose, options.keep_fraction);
   const auto n = static_cast<double>(out.counted.size());
   for (const std::size_t i : out.counted) out.centre_ct_mm += (pose * points[i]).mm / n;

@@ -21,13 +21,13 @@ struct ShapeSolution {
 
 /// Quantities of the points at a pose that the report needs.
 struct ShapeCurvature {
-  Eigen::Vector3d centre_ct_mm;      ///< Centroid of the points.
-  double lever_mm;                   ///< RMS distance from the centroid, >= 1.
-  double scale_mm;                   ///< Robust standard deviation of the offsets.
-  std::vector<std::size_t> counted;  ///< Points that are not trimmed.
-  std::vector<Eigen::Vector3d> places_ct_mm, offsets_mm;  ///< Values of the counted points.
+  Eigen::Vector3d centre_ct_mm;        ///< Centroid of the points.
+  double lever_mm;                     ///< RMS distance from the centroid, >= 1.
+  double scale_mm;                     ///< Robust standard deviation of the offsets.
+  std::vector<std::size_t> counted{};  ///< Points that are not trimmed.
+  std::vector<Eigen::Vector3d> places_ct_mm{}, offsets_mm{};  ///< Values of the counted points.
   /// Gradient of ½ offset² of each counted point, including its robust weight.
-  std::vector<Vector6d> gradients;
+  std::vector<Vector6d> gradients{};
   Matrix6d curvature;  ///< Mean JᵀJ over the counted points, by a twist [rad | mm].
 };
 

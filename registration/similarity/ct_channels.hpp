@@ -37,13 +37,13 @@ using TexelArray = std::vector<std::array<float, 4>, UnsetAllocator<std::array<f
 /// CT's own axes. "Grid" coordinates are mm along the axes of the voxel grid from its first voxel:
 /// y = directionsᵀ (p_ct − origin). Grid may be left-handed.
 struct CtChannels {
-  std::array<int, 3> size{};     ///< >= 2 along each axis; i fastest.
-  Eigen::Vector3d spacing_mm;    ///< > 0.
-  Eigen::Vector3d origin_ct_mm;  ///< Centre of texel (0, 0, 0).
-  Eigen::Matrix3d directions;    ///< ct_from_grid, orthonormal, det ±1.
+  std::array<int, 3> size{};       ///< >= 2 along each axis; i fastest.
+  Eigen::Vector3d spacing_mm;      ///< > 0.
+  Eigen::Vector3d origin_ct_mm{};  ///< Centre of texel (0, 0, 0).
+  Eigen::Matrix3d directions;      ///< ct_from_grid, orthonormal, det ±1.
   /// [f, gx, gy, gz]: f = clamp(HU, −150, 250)/100 smoothed; g = σ·∇f in Grid axes, so that both
   /// have the same unit and the same noise.
-  TexelArray texels;
+  TexelArray texels{};
 
   [[nodiscard]] Eigen::Vector3d grid_of(const Eigen::Vector3d& p_ct_mm) const {
     return directions.transpose() * (p_ct_mm - origin_ct_mm);

@@ -107,8 +107,8 @@ struct Axis {
   int texels;  ///< Number of texels of the lattice.
   int radius;  ///< Radius of the Gaussian.
   /// Smoothed texels: those requested, and one more on each side for their differences.
-  int low, high;
-  int means_low, means_high;  ///< Block means: those within reach of the Gaussian.
+  int low = 0, high = 0;
+  int means_low = 0, means_high = 0;  ///< Block means: those within reach of the Gaussian.
 
   [[nodiscard]] int held(int texel) const { return std::clamp(texel, 0, texels - 1); }
   [[nodiscard]] std::size_t smoothed() const { return as_size(high - low + 1); }
@@ -116,7 +116,7 @@ struct Axis {
 };
 
 Axis axis_of(const TexelLattice& lattice, std::span<const TexelOrder> orders, std::size_t a) {
-  Axis axis{lattice.size[a], static_cast<int>(lattice.kernel[a].size()) - 1, 0, 0, 0, 0};
+  Axis axis{.texels = lattice.size[a], .radius = static_cast<int>(lattice.kernel[a].size()) - 1};
   axis.low = axis.texels;
   for (const TexelOrder& order : orders) {
     axis.low = std::min(axis.low, axis.held(order.part.first[a] - 1));

@@ -43,12 +43,12 @@ GridPose grid_pose(const CtChannels& ct, const Pose& pose) {
 
 PlacedPatch place(const PatchSet& set, std::size_t i, const GridPose& pose) {
   const Patch& patch = set.patches[i];
-  return {pose.rotation * patch.centre_mm + pose.translation_mm,
-          pose.rotation * patch.step_a,
-          pose.rotation * patch.step_b,
-          pose.rotation * patch.beam,
-          set.side,
-          set.u(i)};
+  return {.centre = pose.rotation * patch.centre_mm + pose.translation_mm,
+          .step_a = pose.rotation * patch.step_a,
+          .step_b = pose.rotation * patch.step_b,
+          .beam = pose.rotation * patch.beam,
+          .side = set.side,
+          .u = set.u(i)};
 }
 
 Matrix6d patch_from_common(const Eigen::Vector3d& r) {

@@ -129,8 +129,11 @@ class Histogram {
       for (int a = -half; a <= half; ++a, ++k) {
         const double grey = patch.mean_grey + patch.norm_grey * static_cast<double>(placed.u[k]);
         Sample sample{
-            index, std::clamp(static_cast<int>(grey * kGreyBins / 256.0), 0, kGreyBins - 1),
-            patch.weight / static_cast<double>(f.size()), window_at(f[k]), Vector6d::Zero()};
+            .patch = index,
+            .grey_bin = std::clamp(static_cast<int>(grey * kGreyBins / 256.0), 0, kGreyBins - 1),
+            .weight = patch.weight / static_cast<double>(f.size()),
+            .window = window_at(f[k]),
+            .motion = Vector6d::Zero()};
         if (!df.empty() && f[k] > kLowest && f[k] < kHighest) {
           const Eigen::Vector3d slope = df[k].cast<double>();
           const Eigen::Vector3d r = placed.centre + a * placed.step_a + b * placed.step_b - centre;

@@ -78,8 +78,8 @@ std::optional<TexelPart> PatchChannels::part_for(const PlacedPatch& placed,
 }
 
 std::shared_ptr<PatchChannels::Box> PatchChannels::empty_box(const TexelPart& part) const {
-  auto box =
-      std::make_shared<Box>(Box{part, {part.size, whole_.spacing_mm, {}, whole_.directions, {}}});
+  auto box = std::make_shared<Box>(Box{
+      part, {.size = part.size, .spacing_mm = whole_.spacing_mm, .directions = whole_.directions}});
   const Eigen::Vector3d first(part.first[0], part.first[1], part.first[2]);
   box->channels.origin_ct_mm =
       whole_.origin_ct_mm + whole_.directions * first.cwiseProduct(whole_.spacing_mm);

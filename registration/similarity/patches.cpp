@@ -305,11 +305,15 @@ bool add_patch(const LevelImage& image, const Eigen::Vector2d& centre, const Lev
   const double depth = outline ? (centre - outline->apex_mm).norm() - outline->radius_min_mm
                                : centre.y() - image.tracked.frame.grid.at(0, 0).mm.y();
   const auto& pose = image.tracked.reference_from_image;
-  out.patches.push_back({(pose * Point<frames::Image>{{centre.x(), centre.y(), 0}}).mm,
-                         pose.rotation() * Eigen::Vector3d(step, 0, 0),
-                         pose.rotation() * Eigen::Vector3d(0, step, 0),
-                         pose.rotation() * Eigen::Vector3d(beam.x(), beam.y(), 0),
-                         std::pow(deviation, kPatchWeightPower), image.index, mean, norm, depth});
+  out.patches.push_back({.centre_mm = (pose * Point<frames::Image>{{centre.x(), centre.y(), 0}}).mm,
+                         .step_a = pose.rotation() * Eigen::Vector3d(step, 0, 0),
+                         .step_b = pose.rotation() * Eigen::Vector3d(0, step, 0),
+                         .beam = pose.rotation() * Eigen::Vector3d(beam.x(), beam.y(), 0),
+                         .weight = std::pow(deviation, kPatchWeightPower),
+                         .frame = image.index,
+                         .mean_grey = mean,
+                         .norm_grey = norm,
+                         .depth_mm = depth});
   return true;
 }
 

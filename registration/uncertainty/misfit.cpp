@@ -267,12 +267,12 @@ Witnesses witnesses_of(const LocalShape& shape, const PatchSet& patches, const P
         (pose * Point<frames::Reference>{patch.centre_mm} - shape.centre_ct).v;
     const Eigen::Array3d cell = (r / kCubeMm).array().floor();
     out.all.push_back(
-        {&patch,
-         &motions[as_size(patch.frame)],
-         r,
-         {static_cast<int>(cell[0]), static_cast<int>(cell[1]), static_cast<int>(cell[2])},
-         shape.patch_gradients[i],
-         softer * shape.patch_hessians[i] * softer.transpose()});
+        {.patch = &patch,
+         .motion = &motions[as_size(patch.frame)],
+         .from_centre = r,
+         .cube = {static_cast<int>(cell[0]), static_cast<int>(cell[1]), static_cast<int>(cell[2])},
+         .gradient = shape.patch_gradients[i],
+         .hessian = softer * shape.patch_hessians[i] * softer.transpose()});
     out.gradient += shape.patch_gradients[i];
     const ByPose by_pose = displacement_by_pose(r);
     out.pose_moves += by_pose.transpose() * by_pose;

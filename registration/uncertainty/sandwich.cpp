@@ -73,7 +73,11 @@ std::vector<ImageShape> shapes_of_images(const std::vector<Patch>& patches,
   std::vector<ImageShape> images;
   const std::vector<const Patch*>* before = nullptr;
   for (const auto& [frame, of] : patches_of) {
-    ImageShape image{frame, 0, 0, Vector6d::Zero(), Matrix6d::Zero()};
+    ImageShape image{.frame = frame,
+                     .weight = 0,
+                     .way_mm = 0,
+                     .gradient = Vector6d::Zero(),
+                     .hessian = Matrix6d::Zero()};
     if (before != nullptr) image.way_mm = way_mm(*before, of);
     for (const Patch* patch : of) {
       const auto i = static_cast<std::size_t>(patch - patches.data());

@@ -54,15 +54,15 @@ CutPlan::CutPlan(const spec::CutawayObjects<double>& objects) : centre_(middle_o
     set(ball.centre - centre_, out.centre);
     balls_.push_back(out);
   }
-  view_ = {edges_.data(),
-           static_cast<int>(edges_.size()),
-           polygons_.data(),
-           static_cast<int>(polygons_.size()),
-           balls_.data(),
-           static_cast<int>(balls_.size()),
-           {},
-           {},
-           {}};
+  view_ = {.edges = edges_.data(),
+           .edge_count = static_cast<int>(edges_.size()),
+           .polygons = polygons_.data(),
+           .polygon_count = static_cast<int>(polygons_.size()),
+           .balls = balls_.data(),
+           .ball_count = static_cast<int>(balls_.size()),
+           .cot = {},
+           .per_sine = {},
+           .sine = {}};
   const double cot[2] = {objects.cot1, objects.cot2};
   for (int k = 0; k < 2; ++k) {
     view_.cot[k] = static_cast<float>(cot[k]);
@@ -73,7 +73,12 @@ CutPlan::CutPlan(const spec::CutawayObjects<double>& objects) : centre_(middle_o
 
 void CutPlan::add(const spec::CutawayPolygon<double>& polygon) {
   const auto id = static_cast<int>(polygons_.size());
-  CutPolygon out{{}, {}, {}, {}, static_cast<int>(edges_.size()), 0};
+  CutPolygon out{.normal = {},
+                 .axis_u = {},
+                 .axis_v = {},
+                 .vertex = {},
+                 .first_edge = static_cast<int>(edges_.size()),
+                 .edges = 0};
   set(polygon.normal, out.normal);
   set(polygon.axis_u, out.axis_u);
   set(polygon.axis_v, out.axis_v);
@@ -86,12 +91,12 @@ void CutPlan::add(const spec::CutawayPolygon<double>& polygon) {
     const double va = a.dot(polygon.axis_v);
     const double ub = b.dot(polygon.axis_u);
     const double vb = b.dot(polygon.axis_v);
-    CutEdge edge{{},
-                 {},
-                 {static_cast<float>(ua), static_cast<float>(ub)},
-                 {static_cast<float>(va), static_cast<float>(vb)},
-                 0,
-                 id};
+    CutEdge edge{.a = {},
+                 .along = {},
+                 .u = {static_cast<float>(ua), static_cast<float>(ub)},
+                 .v = {static_cast<float>(va), static_cast<float>(vb)},
+                 .u_per_v = 0,
+                 .polygon = id};
     if (edge.v[0] != edge.v[1]) edge.u_per_v = static_cast<float>((ub - ua) / (vb - va));
     set(a, edge.a);
     set(b - a, edge.along);
@@ -106,8 +111,12 @@ CutSelection::CutSelection(const CutObjects& objects)
       polygons_(static_cast<std::size_t>(objects.polygon_count) + kSpare),
       inside_(std::make_unique<bool[]>(polygons_.size())),
       upper_(2 * edges_.size()),
-      choice_{edges_.data(), objects.edge_count,    polygons_.data(),
-              inside_.get(), objects.polygon_count, upper_.data()} {
+      choice_{.edges = edges_.data(),
+              .edge_count = objects.edge_count,
+              .polygons = polygons_.data(),
+              .inside = inside_.get(),
+              .polygon_count = objects.polygon_count,
+              .upper = upper_.data()} {
   std::iota(edges_.begin(), edges_.end(), 0);
   std::iota(polygons_.begin(), polygons_.end(), 0);
 }

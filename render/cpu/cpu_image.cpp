@@ -42,7 +42,11 @@ void CpuImage::collect(bool plane, int threads) {
     for (int x = 0; x < width_; ++x) {
       const PixelRecord& r = row[x];
       if (!(r.weight > 0)) continue;
-      seen.push_back({x, {r.base[0], r.base[1], r.base[2]}, r.weight, r.column, r.row});
+      seen.push_back({.x = x,
+                      .base = {r.base[0], r.base[1], r.base[2]},
+                      .weight = r.weight,
+                      .column = r.column,
+                      .row = r.row});
     }
   });
 }

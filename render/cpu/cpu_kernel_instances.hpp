@@ -65,8 +65,12 @@ March composite_march(const MarchKey& key) {
 /// All functions compiled for one V.
 template <class V>
 MarchSet march_set() {
-  return {composite_march<V>, project_march<V>, cull_with<V>,
-          meet_with<V>,       start_rays<V>,    aim_cut_rays<V>};
+  return {.composite = composite_march<V>,
+          .project = project_march<V>,
+          .cull = cull_with<V>,
+          .meet = meet_with<V>,
+          .start = start_rays<V>,
+          .aim = aim_cut_rays<V>};
 }
 
 }  // namespace nav::render

@@ -264,21 +264,21 @@ static void merge_rows(const ConstMomentRows* windows, const double* weights, in
 #include "render/features/graph_kernels_body.hpp"
 
 static constexpr Kernels make_kernels(const char* name) {
-  return {name,
-          filter_any,
-          tube_rows,
-          eigenvalue_rows,
-          merge_rows,
-          laplacian_rows,
-          packed_laplacian_rows,
-          packed_residual_rows,
-          line_forward_rows,
-          line_backward_rows,
-          damped_step_rows,
-          dot_rows,
-          step_rows,
-          edge_penalty_rows,
-          edge_weight_rows};
+  return {.name = name,
+          .filter_rows = filter_any,
+          .tube_response = tube_rows,
+          .eigenvalues = eigenvalue_rows,
+          .merge_moments = merge_rows,
+          .laplacian = laplacian_rows,
+          .packed_laplacian = packed_laplacian_rows,
+          .packed_residual = packed_residual_rows,
+          .line_forward = line_forward_rows,
+          .line_backward = line_backward_rows,
+          .damped_step = damped_step_rows,
+          .dot = dot_rows,
+          .step = step_rows,
+          .edge_penalties = edge_penalty_rows,
+          .edge_weights = edge_weight_rows};
 }
 
 #undef SONDE_INLINE

@@ -115,8 +115,12 @@ class ScalePlane {
   }
   void respond(float* best, DerivativeRows& s) const {
     std::copy_n(best, field_.size[0], s.best.data());
-    const HessianRows rows{s.second[0].data(), s.second[2].data(), s.second[5].data(),
-                           s.second[1].data(), s.second[3].data(), s.second[4].data()};
+    const HessianRows rows{.xx = s.second[0].data(),
+                           .yy = s.second[2].data(),
+                           .zz = s.second[5].data(),
+                           .xy = s.second[1].data(),
+                           .xz = s.second[3].data(),
+                           .yz = s.second[4].data()};
     kernels().tube_response(rows, constants_, s.best.data(), field_.stride);
     std::copy_n(s.best.data(), field_.size[0], best);
   }

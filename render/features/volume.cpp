@@ -197,11 +197,15 @@ ValueRange value_range(const ScalarVolume& volume, double low_share, double high
                        int threads) {
   const Extremes range = extremes_of(volume, threads, [](float) { return true; });
   const double nan = std::nan("");
-  if (range.known == 0) return {nan, nan, nan, nan, 0};
+  if (range.known == 0) return {.least = nan, .greatest = nan, .low = nan, .high = nan};
   const auto known = static_cast<double>(range.known);
   const auto [low, high] =
       quantiles(volume, range, {low_share * known, high_share * known}, threads);
-  return {range.least, range.greatest, low, high, range.known};
+  return {.least = range.least,
+          .greatest = range.greatest,
+          .low = low,
+          .high = high,
+          .known = range.known};
 }
 
 }  // namespace nav::render::features

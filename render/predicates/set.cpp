@@ -42,8 +42,12 @@ class PredicateSetBuilder {
     const double scale = 1 / (window.white - window.black);
     // Integer stored values are exact, except for the rounding of the window.
     constexpr double kRounding = 1e-6;
-    set_.channels_.push_back(
-        {feature::kIntensity, ct, -window.black * scale, scale, kRounding * scale, false});
+    set_.channels_.push_back({.name = feature::kIntensity,
+                              .codes = ct,
+                              .offset = -window.black * scale,
+                              .scale = scale,
+                              .quantum = kRounding * scale,
+                              .has_undefined = false});
     set_.place_ = std::move(place);
     set_.hue_mean_ = predicates.hue_mean;
   }
@@ -143,7 +147,10 @@ class PredicateSetBuilder {
     if (needs.target && !place.target) {
       return malformed_predicates(name + ": expected a target in the scene, found none");
     }
-    PredicateSet::Leaf leaf{&kind, std::move(values), {}, needs.labels, needs.position};
+    PredicateSet::Leaf leaf{.kind = &kind,
+                            .values = std::move(values),
+                            .labels = needs.labels,
+                            .position = needs.position};
     for (const std::string& channel : needs.channels) {
       const auto at = channel_of(name, channel);
       if (!at) return at.error();
@@ -173,8 +180,12 @@ class PredicateSetBuilder {
     }
     const FeatureVolume& volume = found->second;
     if (const auto ok = check_grid(name, volume.grid(), ct_->grid()); !ok) return ok.error();
-    set_.channels_.push_back({name, volume.codes(), volume.offset(), volume.scale(),
-                              volume.quantum(), volume.has_undefined()});
+    set_.channels_.push_back({.name = name,
+                              .codes = volume.codes(),
+                              .offset = volume.offset(),
+                              .scale = volume.scale(),
+                              .quantum = volume.quantum(),
+                              .has_undefined = volume.has_undefined()});
     return static_cast<int>(set_.channels_.size() - 1);
   }
 

@@ -35,7 +35,7 @@ class PredicateSet {
   struct Leaf {
     const PredicateKind* kind;
     std::vector<double> values;
-    std::vector<int> channels;  ///< Indices into channels().
+    std::vector<int> channels{};  ///< Indices into channels().
     bool labels;
     bool position;
   };

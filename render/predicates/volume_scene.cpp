@@ -18,14 +18,10 @@ Scene predicate_scene(const PredicateVolume& volume, const PredicateModel& model
       grid.directions * Eigen::Vector3d(-0.5, -1, 0.45).normalized() * grid.extent_mm().norm();
   Camera camera{{centre.mm + 1.9 * from}, centre, {grid.directions.col(0)}};
   camera.vertical_fov_rad = 0.5;
-  Scene scene{volume.ultrasound,
-              *TransferFunction::create("grey", {{0, {0, 0, 0}, 0, 1}, {255, {1, 1, 1}, 0.5, 1}}),
-              {},
-              {},
-              {},
-              {},
-              camera,
-              {}};
+  Scene scene{.ct = volume.ultrasound,
+              .transfer = *TransferFunction::create(
+                  "grey", {{0, {0, 0, 0}, 0, 1}, {255, {1, 1, 1}, 0.5, 1}}),
+              .camera = camera};
   scene.shading.enabled = false;
   scene.width = width;
   scene.height = height;

@@ -68,7 +68,8 @@ Refinement::Plan Refinement::plan(const Scene& scene, Timestamp now) {
   const auto cost = static_cast<std::size_t>(since_drawn(scene));
   const double whole_s = dearer * cost_s_[cost];
   const bool needed = changed || wants_refinement();
-  planned_ = Asked{scene, {scene, 1, true}, cost, false, false};
+  planned_ =
+      Asked{.scene = scene, .plan = {scene, 1, true}, .cost = cost, .anew = false, .sparse = false};
   Plan& plan = planned_->plan;
   const bool in_motion = needed && !is_still(now);
   plan.refined = !in_motion || whole_s <= options_.budget_s;

@@ -148,7 +148,8 @@ class Caster {
     span_ = spec::meet_cutaway(p_.cutaway, ray_);
     bow_from_ = std::floor(in.begin / p_.step_mm - shift_) + 2;
     if (p_.predicates) {
-      const auto light = p_.predicates->cast({ray_, in, shift_, span_, hits_}, counts_.samples);
+      const auto light = p_.predicates->cast(
+          {.ray = ray_, .in = in, .shift = shift_, .span = span_, .hits = hits_}, counts_.samples);
       rgb_ = light.alpha * light.rgb;
       alpha_ = light.alpha;
       return;
@@ -169,7 +170,8 @@ class Caster {
     const SecondVolume& second = *p_.second;
     const VoxelGrid& grid = second.scene.ct->grid();
     const auto in_other = spec::clip_to_box(spec::index_ray(other, grid), grid.size);
-    const ReferencePredicates::Ray ray{other, in_other, shift_, span_, hits_};
+    const ReferencePredicates::Ray ray{
+        .ray = other, .in = in_other, .shift = shift_, .span = span_, .hits = hits_};
     spec::ImportanceState<double> light;
     double begin = std::min(in.begin, in_other.begin);
     for (const auto& hit : hits_) {
@@ -231,7 +233,7 @@ class Caster {
     double before_k = last_k;  // Begin of the previous cell.
     double before_value = 0;
     for_each_cell(begin, end, [&](double k, double t_a, double t_b) {
-      Cell cell{t_a, t_b, 0, 0, k};
+      Cell cell{.t_a = t_a, .t_b = t_b, .v_a = 0, .v_b = 0, .k = k};
       if (p_.pre_integrated) {
         const double v0 = k == last_k ? last_value : sample(index_at(k));
         const double v1 = sample(index_at(k + 1));

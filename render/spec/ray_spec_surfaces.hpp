@@ -72,23 +72,23 @@ std::optional<PlaneSurface<S>> make_plane(const UltrasoundPlane& plane, const Vo
                                  : state == SafetyState::kDegraded ? kDegradedRgb
                                                                    : kStaleRgb;
   return PlaneSurface<S>{
-      rotation.cast<S>(),
-      origin.cast<S>(),
-      inverse.cast<S>(),
-      frame.grid.origin_mm.cast<S>(),
-      {static_cast<S>(area / m.col(1).norm()), static_cast<S>(area / m.col(0).norm())},
-      frame.pixels.width(),
-      frame.pixels.height(),
-      frame.pixels.pixels().data(),
-      frame.outline.has_value(),
-      outline.apex_mm.cast<S>(),
-      static_cast<S>(outline.radius_min_mm),
-      static_cast<S>(outline.radius_max_mm),
-      static_cast<S>(std::sin(outline.half_angle_rad)),
-      static_cast<S>(std::cos(outline.half_angle_rad)),
-      state != SafetyState::kStale,
-      border.cast<S>(),
-      static_cast<S>(plane.opacity)};
+      .image_from_local = rotation.cast<S>(),
+      .origin = origin.cast<S>(),
+      .pixel_from_mm = inverse.cast<S>(),
+      .grid_origin_mm = frame.grid.origin_mm.cast<S>(),
+      .mm_across = {static_cast<S>(area / m.col(1).norm()), static_cast<S>(area / m.col(0).norm())},
+      .width = frame.pixels.width(),
+      .height = frame.pixels.height(),
+      .pixels = frame.pixels.pixels().data(),
+      .has_outline = frame.outline.has_value(),
+      .apex_mm = outline.apex_mm.cast<S>(),
+      .radius_min_mm = static_cast<S>(outline.radius_min_mm),
+      .radius_max_mm = static_cast<S>(outline.radius_max_mm),
+      .sin_half = static_cast<S>(std::sin(outline.half_angle_rad)),
+      .cos_half = static_cast<S>(std::cos(outline.half_angle_rad)),
+      .shows_image = state != SafetyState::kStale,
+      .border_rgb = border.cast<S>(),
+      .opacity = static_cast<S>(plane.opacity)};
 }
 
 /// Grey of the ultrasound image, [0, 1]: bilinear between pixel centres, clamped to the outermost
@@ -193,7 +193,8 @@ std::optional<Hit<S>> reach_plane(const PlaneSurface<S>& plane, const View<S>& v
     return Hit<S>{t, plane.border_rgb, S(1)};
   }
   if (!plane.shows_image) return {};
-  return Hit<S>{t, Vec3<S>::Zero(), plane.opacity, true, pixel};
+  return Hit<S>{
+      .t = t, .rgb = Vec3<S>::Zero(), .alpha = plane.opacity, .image = true, .pixel = pixel};
 }
 
 /// Does the same as reach_plane() and reads the grey of the ultrasound image.
@@ -228,23 +229,32 @@ std::optional<CapsuleSurface<S>> make_needle(const NeedleShape& needle, const Vo
       needle.tip_ct.mm + back * (std::min(needle.radius_mm, length) / length) - grid.origin_mm;
   const Eigen::Vector3d b = needle.hub_ct.mm - grid.origin_mm;
   const double alpha = needle.safety.state == SafetyState::kStale ? kGhostOpacity : 1.0;
-  return CapsuleSurface<S>{a.cast<S>(), b.cast<S>(), static_cast<S>(needle.radius_mm),
-                           needle.rgb.cast<S>(), static_cast<S>(alpha)};
+  return CapsuleSurface<S>{.a = a.cast<S>(),
+                           .b = b.cast<S>(),
+                           .radius = static_cast<S>(needle.radius_mm),
+                           .rgb = needle.rgb.cast<S>(),
+                           .alpha = static_cast<S>(alpha)};
 }
 
 template <class S>
 CapsuleSurface<S> make_line(const LineShape& line, const VoxelGrid& grid) {
   const Eigen::Vector3d a = line.from_ct.mm - grid.origin_mm;
   const Eigen::Vector3d b = line.to_ct.mm - grid.origin_mm;
-  return {a.cast<S>(), b.cast<S>(), static_cast<S>(line.radius_mm), line.rgb.cast<S>(),
-          static_cast<S>(line.opacity)};
+  return {.a = a.cast<S>(),
+          .b = b.cast<S>(),
+          .radius = static_cast<S>(line.radius_mm),
+          .rgb = line.rgb.cast<S>(),
+          .alpha = static_cast<S>(line.opacity)};
 }
 
 template <class S>
 CapsuleSurface<S> make_sphere(const SphereShape& sphere, const VoxelGrid& grid) {
   const Vec3<S> centre = (sphere.centre_ct.mm - grid.origin_mm).template cast<S>();
-  return {centre, centre, static_cast<S>(sphere.radius_mm), sphere.rgb.cast<S>(),
-          static_cast<S>(sphere.opacity)};
+  return {.a = centre,
+          .b = centre,
+          .radius = static_cast<S>(sphere.radius_mm),
+          .rgb = sphere.rgb.cast<S>(),
+          .alpha = static_cast<S>(sphere.opacity)};
 }
 
 /// Distance at which a ray enters a sphere, mm; negative: behind the origin; infinity: no

@@ -81,8 +81,14 @@ View<S> make_view(const Camera& camera, int width, int height, const VoxelGrid& 
   const double half = camera.orthographic ? 0.5 * camera.orthographic_height_mm
                                           : std::tan(0.5 * camera.vertical_fov_rad);
   const Eigen::Vector3d eye = camera.eye_ct.mm - grid.origin_mm;
-  return {eye.cast<S>(),        right.cast<S>(),     up.cast<S>(), forward.cast<S>(),
-          static_cast<S>(half), camera.orthographic, width,        height};
+  return {.eye = eye.cast<S>(),
+          .right = right.cast<S>(),
+          .up = up.cast<S>(),
+          .forward = forward.cast<S>(),
+          .half_height = static_cast<S>(half),
+          .orthographic = camera.orthographic,
+          .width = width,
+          .height = height};
 }
 
 /// The ray through the centre of pixel (x, y); pixels are square, row 0 is at the top.

@@ -110,6 +110,13 @@ Patient finish(std::string family, const PatientOptions& options, Layout layout)
   return patient;
 }
 
-Grain muscle_grain(const Vec3d& along) { return {along.normalized(), 16, 1.5, 0.8, 0.3, 4.2}; }
+Grain muscle_grain(const Vec3d& along) {
+  return {.along = along.normalized(),
+          .length_mm = 16,
+          .spacing_mm = 1.5,
+          .strength = 0.8,
+          .between = 0.3,
+          .septa_mm = 4.2};
+}
 
 }  // namespace nav::sim

@@ -110,8 +110,11 @@ NeedleTruth NeedleInsertion::truth(Timestamp time) const {
   const double inserted = inserted_mm(time);
   const BentNeedle needle(options_.bending, inserted);
   const auto pose = ct_from_needle(time);
-  return {inserted, pose, pose * needle.tip(), pose * Point<frames::Needle>{Vec::Zero()},
-          needle.tip_error_mm()};
+  return {.inserted_mm = inserted,
+          .ct_from_needle = pose,
+          .tip_ct = pose * needle.tip(),
+          .straight_tip_ct = pose * Point<frames::Needle>{Vec::Zero()},
+          .tip_error_mm = needle.tip_error_mm()};
 }
 
 std::vector<Point<frames::Ct>> NeedleInsertion::shaft_ct(Timestamp time) const {

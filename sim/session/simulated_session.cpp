@@ -294,7 +294,11 @@ FrameTruth SimulatedSession::truth(int index) const {
   std::shared_ptr<const Warp> moved = warp(time);
   const RestView rest =
       rest_view(*moved, pose, ultrasound_.grid(), options_.probe.columns, options_.probe.rows);
-  FrameTruth truth{time, pose, rest, breathing_.state(time), std::move(moved), std::nullopt};
+  FrameTruth truth{.physical = time,
+                   .ct_from_image = pose,
+                   .rest = rest,
+                   .breathing = breathing_.state(time),
+                   .warp = std::move(moved)};
   if (needle_) truth.needle = needle_->truth(time);
   return truth;
 }

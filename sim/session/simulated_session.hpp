@@ -61,8 +61,8 @@ struct FrameTruth {
   Transform<frames::Ct, frames::Image> ct_from_image;
   RestView rest;  ///< Pose in the patient of the CT: at rest, undeformed.
   BreathingState breathing;
-  std::shared_ptr<const Warp> warp;   ///< Motion of the patient at that time. Never null.
-  std::optional<NeedleTruth> needle;  ///< Relative to the reference, if present.
+  std::shared_ptr<const Warp> warp;     ///< Motion of the patient at that time. Never null.
+  std::optional<NeedleTruth> needle{};  ///< Relative to the reference, if present.
 };
 
 /// Simulated session: a patient who breathes and may be deformed, a hand that moves a probe, a

@@ -79,7 +79,14 @@ TEST(CohortSummaryTest, RegistrationsOfOneSweepCountOnceForTheStandardError) {
 /// from files.
 PeerRow row(const std::string& name, int right, double error_mm, double cpu_s, double solve_cpu_s,
             double end_to_end_cpu_s) {
-  return {name, 5, 4, right, error_mm, cpu_s, solve_cpu_s, end_to_end_cpu_s};
+  return {.name = name,
+          .start_mm = 5,
+          .trials = 4,
+          .right = right,
+          .error_median_mm = error_mm,
+          .cpu_s = cpu_s,
+          .solve_cpu_s = solve_cpu_s,
+          .end_to_end_cpu_s = end_to_end_cpu_s};
 }
 
 PeerComparison planted() {

@@ -15,8 +15,11 @@ namespace {
 
 /// Returns a result at a distance along x from the truth.
 StartTrial result(double along_mm, double cost, bool accepted, double predicted_mm) {
-  return {CtPose(Eigen::Quaterniond::Identity(), {along_mm, 0, 0}), cost, accepted, predicted_mm,
-          40.0};
+  return {.pose = CtPose(Eigen::Quaterniond::Identity(), {along_mm, 0, 0}),
+          .cost = cost,
+          .accepted = accepted,
+          .predicted_mm = predicted_mm,
+          .hidden_mm = 40.0};
 }
 
 StartSweep planted(std::vector<StartTrial> trials) {

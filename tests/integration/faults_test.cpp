@@ -63,12 +63,11 @@ class ImageSource final : public sim::ImageStream {
     const Timestamp acquired = physical(sequence_);
     if (acquired > Timestamp(kLength)) return Error{ErrorCode::kEndOfStream, "end"};
     if (acquired + milliseconds(30) > deadline) return Error{ErrorCode::kTimeout, "later"};
-    return UltrasoundFrame{acquired,
-                           acquired + milliseconds(30),
-                           sequence_++,
-                           Image2d<std::uint8_t>(2, 2, {1, 2, 3, 4}),
-                           PixelGrid::centred(2, 1, 1),
-                           std::nullopt};
+    return UltrasoundFrame{.acquired = acquired,
+                           .received = acquired + milliseconds(30),
+                           .sequence = sequence_++,
+                           .pixels = Image2d<std::uint8_t>(2, 2, {1, 2, 3, 4}),
+                           .grid = PixelGrid::centred(2, 1, 1)};
   }
   void stop() noexcept override {}
 

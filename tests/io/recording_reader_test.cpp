@@ -99,7 +99,7 @@ std::vector<Frame> tracked_frames(int count) {
 
 io::PlusConfig calibration_config() {
   io::PlusConfig config;
-  config.transforms.push_back({"Image", "Probe", image_to_probe(), std::nullopt, ""});
+  config.transforms.push_back({.from = "Image", .to = "Probe", .to_from_from = image_to_probe()});
   return config;
 }
 

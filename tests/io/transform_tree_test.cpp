@@ -42,9 +42,10 @@ SequenceFrame frame(TrackingStatus probe = TrackingStatus::kOk) {
 }
 
 TransformTree tree() {
-  auto t = TransformTree::create({"ProbeToTracker", "ReferenceToTracker", "Odd"},
-                                 {{"Image", "Probe", probe_from_image(), {}, ""},
-                                  {"Phantom", "Wire", Eigen::Matrix4d::Identity(), {}, ""}});
+  auto t = TransformTree::create(
+      {"ProbeToTracker", "ReferenceToTracker", "Odd"},
+      {{.from = "Image", .to = "Probe", .to_from_from = probe_from_image()},
+       {.from = "Phantom", .to = "Wire", .to_from_from = Eigen::Matrix4d::Identity()}});
   return std::move(t).value();
 }
 
@@ -116,7 +117,8 @@ TEST(TransformTreeTest, NamesTheMissingLinkAndTheKnownTransforms) {
   set_transform(flat, {"ReferenceToTracker", Eigen::Matrix4d::Zero(), TrackingStatus::kOk});
   EXPECT_TRUE(rejects(chain->evaluate(flat), Code::kMalformedData,
                       {"frame 3", "ReferenceToTrackerTransform", "inverted"}));
-  EXPECT_TRUE(rejects(TransformTree::create({}, {{"A", "B", Eigen::Matrix4d::Zero(), {}, ""}}),
+  EXPECT_TRUE(rejects(TransformTree::create(
+                          {}, {{.from = "A", .to = "B", .to_from_from = Eigen::Matrix4d::Zero()}}),
                       Code::kMalformedData, {"AToB", "inverted"}));
 }
 
@@ -153,16 +155,18 @@ TEST(TransformTreeTest, RejectsAPoseThatContradictsItsInverse) {
   // A pose whose status is not OK contradicts nothing.
   EXPECT_TRUE(test::has_value(chain->evaluate(with(moved, TrackingStatus::kOccluded))));
   EXPECT_TRUE(rejects(
-      TransformTree::create({}, {{"A", "B", kTrackerFromProbe, {}, ""}, {"B", "A", moved, {}, ""}}),
+      TransformTree::create({}, {{.from = "A", .to = "B", .to_from_from = kTrackerFromProbe},
+                                 {.from = "B", .to = "A", .to_from_from = moved}}),
       Code::kMalformedData, {"configuration", "AToB", "BToA", "inverse"}));
   EXPECT_TRUE(test::has_value(TransformTree::create(
-      {},
-      {{"A", "B", probe_from_image(), {}, ""}, {"B", "A", probe_from_image().inverse(), {}, ""}})));
+      {}, {{.from = "A", .to = "B", .to_from_from = probe_from_image()},
+           {.from = "B", .to = "A", .to_from_from = probe_from_image().inverse()}})));
 }
 
 TEST(TransformTreeTest, TransformsOfFramesOverrideTheConfiguration) {
   const auto t = TransformTree::create(
-      {"ProbeToTracker"}, {{"Probe", "Tracker", rigid(1, {1, 0, 0}, {0, 0, 0}), {}, ""}});
+      {"ProbeToTracker"},
+      {{.from = "Probe", .to = "Tracker", .to_from_from = rigid(1, {1, 0, 0}, {0, 0, 0})}});
   const auto chain = t->find("Probe", "Tracker");
   ASSERT_TRUE(test::has_value(chain));
   EXPECT_TRUE(chain->links.at(0).from_frame);

@@ -51,12 +51,10 @@ TEST(SectorOutlineTest, ContainsOnlyTheRingSegment) {
 }
 
 TrackedFrame tracked(int ms, int width = 2) {
-  UltrasoundFrame frame{Timestamp(std::chrono::milliseconds(ms)),
-                        Timestamp(std::chrono::milliseconds(ms)),
-                        0,
-                        Image2d<std::uint8_t>(width, 1, std::vector<std::uint8_t>(width)),
-                        PixelGrid::centred(width, 1, 1),
-                        std::nullopt};
+  UltrasoundFrame frame{.acquired = Timestamp(std::chrono::milliseconds(ms)),
+                        .received = Timestamp(std::chrono::milliseconds(ms)),
+                        .pixels = Image2d<std::uint8_t>(width, 1, std::vector<std::uint8_t>(width)),
+                        .grid = PixelGrid::centred(width, 1, 1)};
   return {
       std::move(frame),
       Transform<frames::Reference, frames::Image>(Eigen::Quaterniond::Identity(), {0, 0, 1.0 * ms}),

@@ -15,23 +15,20 @@ const Point<frames::Ct> kTarget{{10, 20, 30}};
 
 /// A result that is within every default limit.
 ImageRegistrationResult good() {
-  ImageRegistrationResult result{{Eigen::Quaterniond::Identity(), {0, 0, 0}},
-                                 Termination::kConverged,
-                                 "done",
-                                 20,
-                                 0.7,
-                                 0.2,
-                                 0.95,
-                                 1000,
-                                 {{{0, 0, 0}}, Eigen::Matrix<double, 6, 6>::Zero()},
-                                 true,
-                                 "",
-                                 20,
-                                 {},
-                                 0.3,
-                                 0.4,
-                                 {},
-                                 1.0};
+  ImageRegistrationResult result{.ct_from_reference = {Eigen::Quaterniond::Identity(), {0, 0, 0}},
+                                 .termination = Termination::kConverged,
+                                 .message = "done",
+                                 .iterations = 20,
+                                 .initial_cost = 0.7,
+                                 .final_cost = 0.2,
+                                 .overlap = 0.95,
+                                 .patches = 1000,
+                                 .uncertainty = {{{0, 0, 0}}, Eigen::Matrix<double, 6, 6>::Zero()},
+                                 .covariance_valid = true,
+                                 .z_score = 20,
+                                 .split_disagreement_mm = 0.3,
+                                 .halves_disagreement_mm = 0.4,
+                                 .total_s = 1.0};
   result.uncertainty.covariance.diagonal() << 1e-5, 1e-5, 1e-5, 0.04, 0.04, 0.04;
   return result;
 }
@@ -156,7 +153,8 @@ TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndNoRejection) {
        }},
       {"(images about 70 ms later than their poses: lower --temporal-offset-ms): 0.5 mm",
        [](auto& r) {
-         r.misfits = {{MisfitCause::kDelay, 0.5, 0, 0.01, {0.068}}};
+         r.misfits = {
+             {.cause = MisfitCause::kDelay, .found_mm = 0.5, .gain = 0.01, .values = {0.068}}};
        }},
   };
   for (const auto& [name, spoil] : cases) {
@@ -176,7 +174,11 @@ TEST(AcceptanceTest, EachValueNearItsLimitIsOneWarningAndNoRejection) {
 TEST(AcceptanceTest, TheSimplestMisfitThatExplainsMuchIsNamed) {
   ImageRegistrationResult result = good();
   // A delay also resembles a motion.
-  result.misfits = {{MisfitCause::kDelay, 1.0, 0.1, 0.02, {-0.1}},
+  result.misfits = {{.cause = MisfitCause::kDelay,
+                     .found_mm = 1.0,
+                     .noise_mm = 0.1,
+                     .gain = 0.02,
+                     .values = {-0.1}},
                     {MisfitCause::kMotion, 2.0, 0.1, 0.03},
                     {MisfitCause::kBend, 1.0, 0.1, 0.2}};  // This misfit only causes a warning.
   Decision decision = decide(result, {}, kTarget);

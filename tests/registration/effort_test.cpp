@@ -199,7 +199,11 @@ TEST(PatchesTest, UprightPixelsAreSampledExactlyLikeShearedOnes) {
   ASSERT_TRUE(test::has_value(leaning));
   for (const PatchChoice choice : {PatchChoice::kContrast, PatchChoice::kEven}) {
     for (const int side : {5, 7, 21}) {
-      const LevelOptions level{2.0, side, 120, 6.0, choice};
+      const LevelOptions level{.sample_step_mm = 2.0,
+                               .patch_side = side,
+                               .patches = 120,
+                               .frame_step_mm = 6.0,
+                               .choice = choice};
       const PatchSet expected = make_patches(*leaning, *masks, level, 1.5);
       const PatchSet found = make_patches(upright, *masks, level, 1.5);
       ASSERT_EQ(found.patches.size(), expected.patches.size());
@@ -274,7 +278,11 @@ TEST(PatchesTest, AreSpreadEvenlyForAllImageSizes) {
   for (const int width : {70, 97, 128, 174, 200}) {
     for (const double step_mm : {1.7, 1.8, 1.9, 2.0, 2.1, 2.2}) {
       const Sweep sweep = noisy_sweep(8, width, 122);
-      const LevelOptions level{step_mm, 7, 160, 1.0, PatchChoice::kEven};
+      const LevelOptions level{.sample_step_mm = step_mm,
+                               .patch_side = 7,
+                               .patches = 160,
+                               .frame_step_mm = 1.0,
+                               .choice = PatchChoice::kEven};
       LevelOptions every = level;
       every.patches = 100'000;
       const PatchSet found = make_patches(sweep, open_masks(sweep), level, 0.6);
@@ -288,7 +296,11 @@ TEST(PatchesTest, AreSpreadEvenlyForAllImageSizes) {
 
 TEST(PatchesTest, TakesEverySquareOnceIfAllAreRequested) {
   const Sweep sweep = noisy_sweep(3, 40, 33);
-  const LevelOptions level{2.0, 7, 100'000, 1.0, PatchChoice::kEven};
+  const LevelOptions level{.sample_step_mm = 2.0,
+                           .patch_side = 7,
+                           .patches = 100'000,
+                           .frame_step_mm = 1.0,
+                           .choice = PatchChoice::kEven};
   std::set<std::array<double, 3>> found;
   const PatchSet set = make_patches(sweep, open_masks(sweep), level, 0.6);
   for (const Patch& patch : set.patches) {

@@ -66,11 +66,9 @@ inline render::spec::CutawayPolygon<double> polygon_of(std::vector<Eigen::Vector
   const VoxelGrid grid{{1, 1, 1}};
   static const auto ct = std::make_shared<const StoredVolume>(
       *StoredVolume::create(grid, std::vector<std::int16_t>(1), "voxel"));
-  render::Scene scene{
-      ct, *render::TransferFunction::create("none", {{0, {1, 1, 1}, 0, 0}, {1, {1, 1, 1}, 0, 0}}),
-      {}, {},
-      {}, {},
-      {}, {}};
+  render::Scene scene{.ct = ct,
+                      .transfer = *render::TransferFunction::create(
+                          "none", {{0, {1, 1, 1}, 0, 0}, {1, {1, 1, 1}, 0, 0}})};
   scene.cutaway.emplace();
   render::PolygonObject polygon;
   for (const auto& v : vertices) polygon.vertices_ct.push_back({v});

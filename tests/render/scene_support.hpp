@@ -70,7 +70,7 @@ inline render::Camera frontal(double distance_mm, double height_mm, bool orthogr
 /// A scene without shading and early termination, on black.
 inline render::Scene plain_scene(std::shared_ptr<const StoredVolume> ct,
                                  render::TransferFunction transfer, render::Camera camera) {
-  render::Scene scene{std::move(ct), std::move(transfer), {}, {}, {}, {}, camera, {}};
+  render::Scene scene{.ct = std::move(ct), .transfer = std::move(transfer), .camera = camera};
   scene.shading.enabled = false;
   scene.quality.opaque_at = 1;
   scene.width = 33;
@@ -175,7 +175,11 @@ inline Image2d<std::uint8_t> grey_image(int width, int height, std::uint8_t valu
 
 inline render::NeedleShape needle(const Eigen::Vector3d& tip_ct, const Eigen::Vector3d& hub_ct,
                                   SafetyState state = SafetyState::kValid) {
-  return {{tip_ct}, {hub_ct}, 0.8, {0.95, 0.95, 1.0}, {state, "test"}};
+  return {.tip_ct = {tip_ct},
+          .hub_ct = {hub_ct},
+          .radius_mm = 0.8,
+          .rgb = {0.95, 0.95, 1.0},
+          .safety = {state, "test"}};
 }
 
 /// The name of the vector instructions that the CPU engine uses for these lanes. If the processor

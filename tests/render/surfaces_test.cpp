@@ -157,7 +157,11 @@ TEST_P(SurfacesTest, BorderShowsTheState) {
 }
 
 NeedleShape needle_across(double y) {
-  return {{{-5, y, 0}}, {{25, y, 0}}, 2.0, {0, 1, 0}, {SafetyState::kValid, ""}};
+  return {.tip_ct = {{-5, y, 0}},
+          .hub_ct = {{25, y, 0}},
+          .radius_mm = 2.0,
+          .rgb = {0, 1, 0},
+          .safety = {SafetyState::kValid, ""}};
 }
 
 TEST_P(SurfacesTest, NeedleHidesAndIsHidden) {

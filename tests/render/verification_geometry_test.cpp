@@ -186,7 +186,11 @@ Scene full_scene() {
   scene.plane = test::upright_plane(test::grey_image(30, 20, 120), 1, {0, 2, 10});
   scene.needle = test::needle({2, -1, 3}, {20, -30, 20});
   scene.spheres.push_back({{{2, -1, 3}}, 5, {1, 0.8, 0.1}, 0.4});
-  scene.lines.push_back({{{2, -1, 3}}, {{20, -30, 20}}, 0.5, {0.2, 0.7, 1}, 0.8});
+  scene.lines.push_back({.from_ct = {{2, -1, 3}},
+                         .to_ct = {{20, -30, 20}},
+                         .radius_mm = 0.5,
+                         .rgb = {0.2, 0.7, 1},
+                         .opacity = 0.8});
   scene.cutaway = Cutaway{};
   return scene;
 }

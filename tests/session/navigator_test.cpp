@@ -21,12 +21,11 @@ RawPose pose(int acquired_ms, const Eigen::Vector3d& position_mm,
 }
 
 UltrasoundFrame image(std::uint64_t sequence, int acquired_ms) {
-  return {ms(acquired_ms),
-          ms(acquired_ms),
-          sequence,
-          Image2d<std::uint8_t>(2, 2, {1, 2, 3, 4}),
-          PixelGrid::centred(2, 1, 1),
-          std::nullopt};
+  return {.acquired = ms(acquired_ms),
+          .received = ms(acquired_ms),
+          .sequence = sequence,
+          .pixels = Image2d<std::uint8_t>(2, 2, {1, 2, 3, 4}),
+          .grid = PixelGrid::centred(2, 1, 1)};
 }
 
 class NavigatorTest : public ::testing::Test {

@@ -21,7 +21,7 @@ UltrasoundFrame image(bool convex) {
       if (lit) pixels[static_cast<std::size_t>(y * kSide + x)] = 100;
     }
   }
-  return {{}, {}, 0, Image2d<std::uint8_t>(kSide, kSide, std::move(pixels)), grid, std::nullopt};
+  return {.pixels = Image2d<std::uint8_t>(kSide, kSide, std::move(pixels)), .grid = grid};
 }
 
 TEST(OutlineEstimatorTest, DecidesOnceAfterTwoEstimatesAgree) {

@@ -8,9 +8,11 @@ namespace nav::session {
 namespace {
 
 tracking::PairedFrame paired() {
-  UltrasoundFrame frame{
-      Timestamp(Duration(1500)),        Timestamp(Duration(2500)),   7,
-      Image2d<std::uint8_t>(1, 1, {0}), PixelGrid::centred(1, 1, 1), std::nullopt};
+  UltrasoundFrame frame{.acquired = Timestamp(Duration(1500)),
+                        .received = Timestamp(Duration(2500)),
+                        .sequence = 7,
+                        .pixels = Image2d<std::uint8_t>(1, 1, {0}),
+                        .grid = PixelGrid::centred(1, 1, 1)};
   return {7,
           TrackedFrame{frame,
                        Transform<frames::Reference, frames::Image>(Eigen::Quaterniond(-1, 0, 0, 0),

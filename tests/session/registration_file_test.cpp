@@ -141,7 +141,11 @@ TEST_F(RegistrationFileTest, TakesNoTextThatCanBeReadInTwoWays) {
 }
 
 TEST_F(RegistrationFileTest, BelongsToOneReadingOfItsRecording) {
-  RecordingRead recording{"sweep.igs.mha", 46, 10.25, 13.5, -40};
+  RecordingRead recording{.name = "sweep.igs.mha",
+                          .frames = 46,
+                          .first_s = 10.25,
+                          .last_s = 13.5,
+                          .temporal_offset_ms = -40};
   recording.corners[0].mm = {-18.5, 2, 0.1};
   recording.corners[1].mm = {18.5, 2, 0.3};
   recording.corners[2].mm = {-18.5, 62, 0.2};

@@ -162,8 +162,8 @@ TEST(StreamQueueTest, NewestOnlySupersedesAndLosslessDropsWhatDoesNotFit) {
   StreamQueue newest(QueuePolicy::kNewestOnly, 8);
   StreamQueue lossless(QueuePolicy::kLossless, 2);
   for (std::uint64_t i = 0; i < 3; ++i) {
-    newest.push({0, i, at_ms(1), std::nullopt, MissingImage{}});
-    lossless.push({0, i, at_ms(1), std::nullopt, MissingImage{}});
+    newest.push({.sequence = i, .received = at_ms(1), .what = MissingImage{}});
+    lossless.push({.sequence = i, .received = at_ms(1), .what = MissingImage{}});
   }
   EXPECT_EQ(newest.ledger().superseded(), 2u);
   EXPECT_EQ(newest.ledger().waiting(), 1u);

@@ -23,12 +23,11 @@ inline RawPose pose_at(int ms, const Eigen::Vector3d& position_mm = Eigen::Vecto
 
 /// Image of 2 x 2 pixels, acquired and received at one time.
 inline UltrasoundFrame image_at(std::uint64_t sequence, int ms) {
-  return {at_ms(ms),
-          at_ms(ms),
-          sequence,
-          Image2d<std::uint8_t>(2, 2, {1, 2, 3, 4}),
-          PixelGrid::centred(2, 1, 1),
-          std::nullopt};
+  return {.acquired = at_ms(ms),
+          .received = at_ms(ms),
+          .sequence = sequence,
+          .pixels = Image2d<std::uint8_t>(2, 2, {1, 2, 3, 4}),
+          .grid = PixelGrid::centred(2, 1, 1)};
 }
 
 /// Source with samples that the test wrote down; then it ends, fails, or throws.
@@ -44,7 +43,10 @@ class ScriptedSource final : public Source {
   }
   template <class What>
   void add(std::size_t stream, int received_ms, What what) {
-    samples_.push_back({stream, count_++, at_ms(received_ms), std::nullopt, std::move(what)});
+    samples_.push_back({.stream = stream,
+                        .sequence = count_++,
+                        .received = at_ms(received_ms),
+                        .what = std::move(what)});
   }
   void then(std::function<Error()> end) { end_ = std::move(end); }
 

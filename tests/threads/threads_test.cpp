@@ -54,14 +54,10 @@ render::Scene scene() {
     hu[i] = static_cast<std::int16_t>(1200 - 40 * (index.array() - 23.5).matrix().norm());
   }
   const render::Camera camera{{{0, -600, 0}}, {{0, 0, 0}}, {{0, 0, 1}}};
-  render::Scene made{std::make_shared<const Volume>(*Volume::create(grid, std::move(hu), "ball")),
-                     *render::preset_transfer_function("ct-bone"),
-                     {},
-                     {},
-                     {},
-                     {},
-                     camera,
-                     {}};
+  render::Scene made{
+      .ct = std::make_shared<const Volume>(*Volume::create(grid, std::move(hu), "ball")),
+      .transfer = *render::preset_transfer_function("ct-bone"),
+      .camera = camera};
   made.width = 96;
   made.height = 64;
   return made;

@@ -34,12 +34,11 @@ RawPose raw(const Eigen::Matrix4d& matrix, int acquired_ms, int received_ms) {
 }
 
 UltrasoundFrame image(std::uint64_t sequence, int acquired_ms, int received_ms) {
-  return {Timestamp(milliseconds(acquired_ms)),
-          Timestamp(milliseconds(received_ms)),
-          sequence,
-          Image2d<std::uint8_t>(2, 2, {1, 2, 3, 4}),
-          PixelGrid::centred(2, 0.5, 0.5),
-          std::nullopt};
+  return {.acquired = Timestamp(milliseconds(acquired_ms)),
+          .received = Timestamp(milliseconds(received_ms)),
+          .sequence = sequence,
+          .pixels = Image2d<std::uint8_t>(2, 2, {1, 2, 3, 4}),
+          .grid = PixelGrid::centred(2, 0.5, 0.5)};
 }
 
 class FramePairerTest : public ::testing::Test {

@@ -42,7 +42,11 @@ void add(const std::string& name, const std::array<double, kAllNumbers>& v, std:
     const Eigen::Vector3d reference = Eigen::Vector3d(v[6], v[7], v[8]).cwiseAbs2();
     const Eigen::Vector3d ct = Eigen::Vector3d(v[9], v[10], v[11]).cwiseAbs2();
     pair.sigma_mm = std::sqrt((reference + ct).sum() / 3);
-    list.shaped.push_back({name, pair.reference, pair.ct, reference.asDiagonal(), ct.asDiagonal()});
+    list.shaped.push_back({.name = name,
+                           .reference = pair.reference,
+                           .ct = pair.ct,
+                           .reference_covariance_mm2 = reference.asDiagonal(),
+                           .ct_covariance_mm2 = ct.asDiagonal()});
   }
   list.pairs.push_back(std::move(pair));
 }

@@ -60,11 +60,10 @@ Result<LandmarkOutcome> fit_list(const LandmarkList& list) {
              : robust             ? Result(robust->fit)
                                   : registration::register_landmarks(list.pairs);
   if (!fit) return fit.error();
-  LandmarkOutcome outcome{std::move(*fit),
-                          {},
-                          options.inlier_sigmas,
-                          !list.shaped.empty(),
-                          robust ? "" : robust.error().message};
+  LandmarkOutcome outcome{.fit = std::move(*fit),
+                          .gate_sigmas = options.inlier_sigmas,
+                          .shaped = !list.shaped.empty(),
+                          .no_majority = robust ? "" : robust.error().message};
   std::vector<registration::LandmarkPair> kept;
   for (const auto& pair : list.pairs) {
     if (std::find(rejected.begin(), rejected.end(), pair.name) == rejected.end()) {

@@ -30,7 +30,7 @@ struct SwappedLandmarks {
 /// Result of 'sonde register --landmarks'.
 struct LandmarkOutcome {
   registration::LandmarkRegistration fit;  ///< Fit of the pairs that agree.
-  std::vector<RejectedLandmark> rejected;
+  std::vector<RejectedLandmark> rejected{};
   double gate_sigmas;  ///< Pairs farther than this from the fit, in their sigmas, are rejected.
   bool shaped;         ///< The file has the axes of the errors, and they were used.
   /// Reason why no majority of pairs agrees; empty when there is one. Without a majority the fit

@@ -108,7 +108,9 @@ Result<SimulatedRecording> record(const sim::SimulatedSession& session,
   const PoseTrack needle =
       with_needle ? collect(session.needle_poses(), options.pose_faults, 2) : PoseTrack();
   sim::FaultyFrameSource frames(session.frames(), options.frame_faults);
-  SimulatedRecording recording{{}, probe.faults, reference.faults, needle.faults, {}};
+  SimulatedRecording recording{.probe_faults = probe.faults,
+                               .reference_faults = reference.faults,
+                               .needle_faults = needle.faults};
   for (;;) {
     const auto frame = frames.next(Timestamp::max());
     if (!frame) {

@@ -18,8 +18,8 @@ struct RecordedFrame {
 
 /// Recording and the faults of its streams.
 struct SimulatedRecording {
-  std::vector<RecordedFrame> frames;  ///< Images in the order of the file.
-  std::vector<sim::FaultRecord> probe_faults, reference_faults, needle_faults, frame_faults;
+  std::vector<RecordedFrame> frames{};  ///< Images in the order of the file.
+  std::vector<sim::FaultRecord> probe_faults{}, reference_faults{}, needle_faults{}, frame_faults{};
 };
 
 /// Records a session as a PLUS server does. The file has one entry per image, in order of arrival.

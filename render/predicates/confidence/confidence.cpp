@@ -7,7 +7,9 @@ namespace nav::render {
 const PredicateKind& confidence_predicate() {
   static const RangePredicate kind(
       "confidence", "Share of the ultrasound that reaches the voxel, within a range.",
-      feature::kConfidence, {{"low", "1", 0, 1, 0.3}, {"high", "1", 0, 1, 1}});
+      feature::kConfidence,
+      {{.name = "low", .unit = "1", .low = 0, .high = 1, .initial = 0.3},
+       {.name = "high", .unit = "1", .low = 0, .high = 1, .initial = 1}});
   return kind;
 }
 

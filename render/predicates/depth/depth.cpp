@@ -34,7 +34,8 @@ class Depth final : public PredicateKind {
     return "Distance from the probe's face along the scan line, within a range.";
   }
   [[nodiscard]] std::vector<PredicateParameter> parameters() const override {
-    return {{"low_mm", "mm", -1e4, 1e4, 0}, {"high_mm", "mm", -1e4, 1e4, 30}};
+    return {{.name = "low_mm", .unit = "mm", .low = -1e4, .high = 1e4, .initial = 0},
+            {.name = "high_mm", .unit = "mm", .low = -1e4, .high = 1e4, .initial = 30}};
   }
   [[nodiscard]] PredicateNeeds needs(const PredicatePosition& place) const override {
     PredicateNeeds needs;

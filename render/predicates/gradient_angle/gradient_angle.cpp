@@ -68,9 +68,13 @@ class GradientAngle final : public PredicateKind {
     return "Angle between the gradient and the scan line, within a range; 0: brighter with depth.";
   }
   [[nodiscard]] std::vector<PredicateParameter> parameters() const override {
-    return {{"low_rad", "rad", 0, M_PI, 0},
-            {"high_rad", "rad", 0, M_PI, 0.5},
-            {"least_gradient_per_mm", "1/mm", 1e-6, 1e6, 1e-3}};
+    return {{.name = "low_rad", .unit = "rad", .low = 0, .high = M_PI, .initial = 0},
+            {.name = "high_rad", .unit = "rad", .low = 0, .high = M_PI, .initial = 0.5},
+            {.name = "least_gradient_per_mm",
+             .unit = "1/mm",
+             .low = 1e-6,
+             .high = 1e6,
+             .initial = 1e-3}};
   }
   [[nodiscard]] PredicateNeeds needs(const PredicatePosition&) const override {
     PredicateNeeds needs;

@@ -8,7 +8,8 @@ const PredicateKind& gradient_magnitude_predicate() {
   static const RangePredicate kind(
       "gradient_magnitude", "Magnitude of the brightness gradient, within a range.",
       feature::kGradientMagnitude,
-      {{"low_per_mm", "1/mm", 0, 1e6, 0.05}, {"high_per_mm", "1/mm", 0, 1e6, 1e6}});
+      {{.name = "low_per_mm", .unit = "1/mm", .low = 0, .high = 1e6, .initial = 0.05},
+       {.name = "high_per_mm", .unit = "1/mm", .low = 0, .high = 1e6, .initial = 1e6}});
   return kind;
 }
 

@@ -5,9 +5,10 @@
 namespace nav::render {
 
 const PredicateKind& intensity_predicate() {
-  static const RangePredicate kind("intensity", "Brightness as a share of white, within a range.",
-                                   feature::kIntensity,
-                                   {{"low", "1", -1e6, 1e6, 0.2}, {"high", "1", -1e6, 1e6, 1e6}});
+  static const RangePredicate kind(
+      "intensity", "Brightness as a share of white, within a range.", feature::kIntensity,
+      {{.name = "low", .unit = "1", .low = -1e6, .high = 1e6, .initial = 0.2},
+       {.name = "high", .unit = "1", .low = -1e6, .high = 1e6, .initial = 1e6}});
   return kind;
 }
 

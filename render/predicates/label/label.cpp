@@ -18,7 +18,7 @@ class Label final : public PredicateKind {
     return "The nearest voxel is labelled with at least one bit of a mask.";
   }
   [[nodiscard]] std::vector<PredicateParameter> parameters() const override {
-    return {{"mask", "1", 1, 4294967295.0, 1}};
+    return {{.name = "mask", .unit = "1", .low = 1, .high = 4294967295.0, .initial = 1}};
   }
   [[nodiscard]] PredicateNeeds needs(const PredicatePosition&) const override {
     PredicateNeeds needs;

@@ -13,7 +13,8 @@ class NeedleDistance final : public PredicateKind {
     return "Distance from the needle's surface, within a range; negative inside.";
   }
   [[nodiscard]] std::vector<PredicateParameter> parameters() const override {
-    return {{"low_mm", "mm", -1e4, 1e4, -1e4}, {"high_mm", "mm", -1e4, 1e4, 10}};
+    return {{.name = "low_mm", .unit = "mm", .low = -1e4, .high = 1e4, .initial = -1e4},
+            {.name = "high_mm", .unit = "mm", .low = -1e4, .high = 1e4, .initial = 10}};
   }
   [[nodiscard]] PredicateNeeds needs(const PredicatePosition&) const override {
     PredicateNeeds needs;

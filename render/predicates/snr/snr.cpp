@@ -8,7 +8,8 @@ const PredicateKind& snr_predicate() {
   // Features end at 1000 (derived_features.hpp), so a greater upper limit has no effect.
   static const RangePredicate kind(
       "snr", "Signal-to-noise ratio of the neighbourhood, within a range.", feature::kSnr,
-      {{"low", "1", -1e6, 1e3, 2}, {"high", "1", -1e6, 1e6, 1e6}});
+      {{.name = "low", .unit = "1", .low = -1e6, .high = 1e3, .initial = 2},
+       {.name = "high", .unit = "1", .low = -1e6, .high = 1e6, .initial = 1e6}});
   return kind;
 }
 

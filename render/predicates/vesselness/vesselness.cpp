@@ -5,9 +5,10 @@
 namespace nav::render {
 
 const PredicateKind& vesselness_predicate() {
-  static const RangePredicate kind("vesselness", "Frangi's measure of a tube, within a range.",
-                                   feature::kVesselness,
-                                   {{"low", "1", 0, 1, 0.1}, {"high", "1", 0, 1, 1}});
+  static const RangePredicate kind(
+      "vesselness", "Frangi's measure of a tube, within a range.", feature::kVesselness,
+      {{.name = "low", .unit = "1", .low = 0, .high = 1, .initial = 0.1},
+       {.name = "high", .unit = "1", .low = 0, .high = 1, .initial = 1}});
   return kind;
 }
 

@@ -39,15 +39,9 @@ render::Scene scene_of_halves() {
   predicates.model = {
       {{"bright", E::kind("intensity", {0.5, 1})}, {"dark", E::kind("intensity", {0, 0.5})}},
       *render::PredicateHistogram::create({{0.5, 0, 0}, {0.5, 90, 0}})};
-  render::Scene scene{
-      halves(),
-      *render::TransferFunction::create("grey", {{0, {1, 1, 1}, 0, 1}, {1, {1, 1, 1}, 0, 1}}),
-      {},
-      {},
-      {},
-      {},
-      {},
-      {}};
+  render::Scene scene{.ct = halves(),
+                      .transfer = *render::TransferFunction::create(
+                          "grey", {{0, {1, 1, 1}, 0, 1}, {1, {1, 1, 1}, 0, 1}})};
   scene.predicates = predicates;
   return scene;
 }

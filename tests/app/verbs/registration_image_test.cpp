@@ -21,12 +21,9 @@ Volume soft_ct() {
 
 Image2d<Rgba8> image(bool accepted) {
   const Transform<frames::Ct, frames::Reference> pose(Eigen::Quaterniond::Identity(), {20, 0, 20});
-  const UltrasoundFrame frame{{},
-                              {},
-                              0,
-                              Image2d<std::uint8_t>(8, 8, std::vector<std::uint8_t>(64, 90)),
-                              PixelGrid::centred(8, 4, 4),
-                              {}};
+  const UltrasoundFrame frame{
+      .pixels = Image2d<std::uint8_t>(8, 8, std::vector<std::uint8_t>(64, 90)),
+      .grid = PixelGrid::centred(8, 4, 4)};
   const TrackedFrame tracked{
       frame, {Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()}, Duration(0)};
   return registration_image(soft_ct(), tracked, pose, pose, accepted, {});

@@ -19,7 +19,9 @@ Image2d<Rgba8> composed(const std::string& note, const std::string& warning = ""
                             std::vector<Rgba8>(std::size_t{kWidth} * kHeight, {40, 40, 40, 255}));
   const session::Epoch epoch;
   const std::string banner = "SIMULATED";
-  return compose_panels(view, {epoch, *ct, {}, {}, banner, {}, note, warning});
+  return compose_panels(
+      view,
+      {.epoch = epoch, .ct = *ct, .plan = {}, .banner = banner, .note = note, .warning = warning});
 }
 
 TEST(PanelsTest, ShowTheEnginesNoteOverThe3dViewOnly) {
@@ -81,7 +83,7 @@ Image2d<Rgba8> composed(const session::Epoch& epoch, int width = kWidth, int hei
       width, height,
       std::vector<Rgba8>(static_cast<std::size_t>(width) * static_cast<std::size_t>(height),
                          {40, 40, 40, 255}));
-  PanelContext context{epoch, *ct, {}, {}, banner, {}, "", ""};
+  PanelContext context{.epoch = epoch, .ct = *ct, .plan = {}, .banner = banner};
   context.needle_expected = needle;
   return compose_panels(view, context);
 }
@@ -136,7 +138,7 @@ TEST(PanelsTest, TheMarginIsARingAroundTheTargetInThePlane) {
     plan.target_radius_mm = 4;
     plan.margin_mm = margin_mm;
     const std::optional<NeedlePlan> planned = plan;
-    return compose_panels(view, {epoch, *ct, planned, {}, "", {}, "", ""});
+    return compose_panels(view, {.epoch = epoch, .ct = *ct, .plan = planned, .banner = ""});
   };
   EXPECT_GT(changed_in_panels(drawn(0, 0), drawn(5, 0)), 100);
   EXPECT_GT(changed_in_panels(drawn(0, 6), drawn(5, 6)), 100) << "the margin alone meets it";
@@ -187,7 +189,7 @@ Image2d<Rgba8> window_image(int width, int height, const std::string& banner, bo
   const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   const Image2d<Rgba8> view(width, height, std::vector<Rgba8>(count, {40, 40, 40, 255}));
   const session::Epoch epoch;
-  PanelContext context{epoch, *ct, {}, {}, banner, {}, "", ""};
+  PanelContext context{.epoch = epoch, .ct = *ct, .plan = {}, .banner = banner};
   context.needle_expected = true;
   context.in_window = in_window;
   context.ended = ended;
@@ -251,7 +253,12 @@ TEST(PanelsTest, SmallImagesShowTheNotes) {
   const session::Epoch epoch;
   const std::string banner;
   const auto said = [&](const std::string& note, const std::string& warning) {
-    return compose_panels(view, {epoch, *ct, {}, {}, banner, {}, note, warning});
+    return compose_panels(view, {.epoch = epoch,
+                                 .ct = *ct,
+                                 .plan = {},
+                                 .banner = banner,
+                                 .note = note,
+                                 .warning = warning});
   };
   const auto silent = said("", "");
   for (const auto& image : {said("distance from the needle withdrawn: lost", ""),

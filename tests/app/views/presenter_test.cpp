@@ -39,12 +39,11 @@ std::shared_ptr<const Volume> marbles() {
 
 /// Epoch with a bright ultrasound image in the middle of the cube.
 session::Epoch epoch(SafetyState state, const std::string& cause) {
-  UltrasoundFrame frame{Timestamp{},
-                        Timestamp{},
-                        0,
-                        Image2d<std::uint8_t>(20, 20, std::vector<std::uint8_t>(400, 250)),
-                        PixelGrid::centred(20, 2, 2),
-                        std::nullopt};
+  UltrasoundFrame frame{
+      .acquired = Timestamp{},
+      .received = Timestamp{},
+      .pixels = Image2d<std::uint8_t>(20, 20, std::vector<std::uint8_t>(400, 250)),
+      .grid = PixelGrid::centred(20, 2, 2)};
   session::Epoch made;
   made.ct_from_image =
       Transform<frames::Ct, frames::Image>(Eigen::Quaterniond::Identity(), {0, -20, 0});
@@ -70,8 +69,9 @@ TEST(MostTellingTest, IsThePredictedErrorThenTheNeedleThenTheFirst) {
 class PresenterTest : public ::testing::Test {
  protected:
   PresenterTest()
-      : presenter_(*Presenter::create({{}, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0}, cube(),
-                                      render::make_cpu_engine({.threads = 1}))) {}
+      : presenter_(*Presenter::create(
+            {.width = kViewWidth, .height = kViewHeight, .step_voxels = 2.0, .rms_error = 0.1},
+            cube(), render::make_cpu_engine({.threads = 1}))) {}
   Image2d<Rgba8> present(const session::Epoch& shown) {
     auto image = presenter_.present(shown);
     EXPECT_TRUE(test::has_value(image));
@@ -119,8 +119,12 @@ TEST_F(PresenterTest, WithParallelRaysTheWholeCtLiesBeforeTheEye) {
   for (const double distance_mm : {0.0, 20.0, 500.0}) {
     SessionConfig::View view{.distance_mm = distance_mm};
     view.orthographic = true;
-    auto parallel = Presenter::create({{}, view, kViewWidth, kViewHeight, 2.0, 0.1, 0}, cube(),
-                                      render::make_cpu_engine({.threads = 1}));
+    auto parallel = Presenter::create({.view = view,
+                                       .width = kViewWidth,
+                                       .height = kViewHeight,
+                                       .step_voxels = 2.0,
+                                       .rms_error = 0.1},
+                                      cube(), render::make_cpu_engine({.threads = 1}));
     ASSERT_TRUE(test::has_value(parallel));
     parallel->set_facts({.focus_ct = Point<frames::Ct>{{5, 5, -7}}});
     const render::Scene scene = parallel->scene(epoch(SafetyState::kValid, ""));
@@ -460,8 +464,12 @@ TEST(PresenterOptionsTest, SamplingOptionsReachTheScene) {
 }
 
 TEST(PresenterOptionsTest, StepAndPixelErrorReachTheScene) {
-  const auto made = Presenter::create({{}, {}, kViewWidth, kViewHeight, 0.25, 0.1, 0.125}, cube(),
-                                      render::make_cpu_engine());
+  const auto made = Presenter::create({.width = kViewWidth,
+                                       .height = kViewHeight,
+                                       .step_voxels = 0.25,
+                                       .rms_error = 0.1,
+                                       .pixel_error = 0.125},
+                                      cube(), render::make_cpu_engine());
   ASSERT_TRUE(test::has_value(made));
   const render::Quality quality = made->scene(session::Epoch{}).quality;
   EXPECT_EQ(quality.step_voxels, 0.25);
@@ -570,7 +578,11 @@ TEST_F(PresenterTest, RejectsAnUnknownPresetByName) {
 TEST_F(PresenterTest, AProjectionKeepsTheGreyWindowOfItsFirstImage) {
   SessionConfig::Appearance appearance;
   appearance.projection = "maximum";
-  auto projecting = Presenter::create({appearance, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0},
+  auto projecting = Presenter::create({.appearance = appearance,
+                                       .width = kViewWidth,
+                                       .height = kViewHeight,
+                                       .step_voxels = 2.0,
+                                       .rms_error = 0.1},
                                       marbles(), render::make_cpu_engine({.threads = 1}));
   ASSERT_TRUE(test::has_value(projecting));
   EXPECT_FALSE(projecting->grey());
@@ -592,7 +604,11 @@ TEST_F(PresenterTest, AProjectionKeepsTheGreyWindowOfItsFirstImage) {
 TEST_F(PresenterTest, AProjectionWithASingleValueHasANote) {
   SessionConfig::Appearance appearance;
   appearance.projection = "mean";
-  auto projecting = Presenter::create({appearance, {}, kViewWidth, kViewHeight, 2.0, 0.1, 0},
+  auto projecting = Presenter::create({.appearance = appearance,
+                                       .width = kViewWidth,
+                                       .height = kViewHeight,
+                                       .step_voxels = 2.0,
+                                       .rms_error = 0.1},
                                       cube(), render::make_cpu_engine({.threads = 1}));
   ASSERT_TRUE(test::has_value(projecting));
   ASSERT_TRUE(test::has_value(projecting->present(epoch(SafetyState::kValid, ""))));

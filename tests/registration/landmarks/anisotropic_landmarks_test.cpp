@@ -30,9 +30,11 @@ std::vector<AnisotropicLandmark> exact(const Eigen::Vector3d& offset = Eigen::Ve
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double x = static_cast<double>(i);
     const Point<frames::Reference> reference{points[i]};
-    out.push_back({"point " + std::to_string(i), reference, truth * reference,
-                   shaped(0.2, 0.3, 1.0 + 0.2 * x, {1, x, -1}, 0.3 * x),
-                   shaped(0.2, 0.2, 0.5 + 0.1 * x, {0, 1, x}, 0.2)});
+    out.push_back({.name = "point " + std::to_string(i),
+                   .reference = reference,
+                   .ct = truth * reference,
+                   .reference_covariance_mm2 = shaped(0.2, 0.3, 1.0 + 0.2 * x, {1, x, -1}, 0.3 * x),
+                   .ct_covariance_mm2 = shaped(0.2, 0.2, 0.5 + 0.1 * x, {0, 1, x}, 0.2)});
   }
   return out;
 }

@@ -53,12 +53,12 @@ TestPatch oblique_patch(int side = 9, unsigned seed = 4) {
   u.normalize();
   for (int i = 0; i < n; ++i) patch.u.push_back(static_cast<float>(u[i]));
   // No sample lies on a texel border, where the interpolant has a kink.
-  patch.placed = {{16.313, 20.117, 9.211},
-                  Eigen::Vector3d(1.0, 0.3, 0.1),
-                  Eigen::Vector3d(-0.2, 0.9, 0.4),
-                  Eigen::Vector3d(-0.2, 0.9, 0.4).normalized(),
-                  side,
-                  {}};
+  patch.placed = {.centre = {16.313, 20.117, 9.211},
+                  .step_a = Eigen::Vector3d(1.0, 0.3, 0.1),
+                  .step_b = Eigen::Vector3d(-0.2, 0.9, 0.4),
+                  .beam = Eigen::Vector3d(-0.2, 0.9, 0.4).normalized(),
+                  .side = side,
+                  .u = {}};
   return patch;
 }
 PlacedPatch placed(const TestPatch& patch) {

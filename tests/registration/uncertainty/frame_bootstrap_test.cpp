@@ -29,8 +29,11 @@ LocalShape shape_of(int images, unsigned seed = 3) {
   shape.hessian(0, 4) = shape.hessian(4, 0) = 0.5;
   Vector6d mean = Vector6d::Zero();
   for (int i = 0; i < images; ++i) {
-    ImageShape image{i, 1.0 / images, i == 0 ? 0 : kWayMm, Vector6d::Zero(),
-                     shape.hessian / images};
+    ImageShape image{.frame = i,
+                     .weight = 1.0 / images,
+                     .way_mm = i == 0 ? 0 : kWayMm,
+                     .gradient = Vector6d::Zero(),
+                     .hessian = shape.hessian / images};
     for (int k = 0; k < 6; ++k) image.gradient[k] = normal(random) / images;
     mean += image.gradient / images;
     shape.images.push_back(image);
@@ -134,8 +137,11 @@ TEST(FrameBootstrapTest, ImagesWithoutWeightAreNotDrawn) {
   const LocalShape shape = shape_of(20);
   LocalShape more = shape;
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  more.images.insert(more.images.begin() + 5,
-                     {99, 0, 0.5 * kWayMm, Vector6d::Constant(kNan), Matrix6d::Zero()});
+  more.images.insert(more.images.begin() + 5, {.frame = 99,
+                                               .weight = 0,
+                                               .way_mm = 0.5 * kWayMm,
+                                               .gradient = Vector6d::Constant(kNan),
+                                               .hessian = Matrix6d::Zero()});
   more.images[6].way_mm = 0.5 * kWayMm;
   const FrameBootstrap found = frame_bootstrap(more, {});
   EXPECT_EQ(found.images, 20);

@@ -66,7 +66,11 @@ Sweep altered(const std::function<void(int, TrackedFrame&)>& change) {
 
 ImageRegistrationOptions options() {
   ImageRegistrationOptions solver = test::small_options(0);
-  solver.levels.back() = {1.6, 9, 1500, 1, PatchChoice::kEven};
+  solver.levels.back() = {.sample_step_mm = 1.6,
+                          .patch_side = 9,
+                          .patches = 1500,
+                          .frame_step_mm = 1,
+                          .choice = PatchChoice::kEven};
   return solver;
 }
 

@@ -122,7 +122,11 @@ void add_surfaces(std::mt19937& random, Scene& scene) {
   }
   if (unit(random) > 0) scene.spheres.push_back({{vector(10)}, 3, {1, 0.8, 0.1}, 0.5});
   if (unit(random) > 0) {
-    scene.lines.push_back({{vector(10)}, {vector(40)}, 0.7, {0.2, 0.7, 1.0}, 0.4});
+    scene.lines.push_back({.from_ct = {vector(10)},
+                           .to_ct = {vector(40)},
+                           .radius_mm = 0.7,
+                           .rgb = {0.2, 0.7, 1.0},
+                           .opacity = 0.4});
   }
 }
 
@@ -137,7 +141,7 @@ Scene random_scene(std::mt19937& random, std::shared_ptr<const StoredVolume> ct)
   camera.orthographic_height_mm = 45;
   camera.vertical_fov_rad = 0.8;
   if (unit(random) > 0.7) camera.eye_ct.mm = camera.look_at_ct.mm + Eigen::Vector3d(0, -40, 0);
-  Scene scene{std::move(ct), random_transfer(random), {}, {}, {}, {}, camera, {}};
+  Scene scene{.ct = std::move(ct), .transfer = random_transfer(random), .camera = camera};
   scene.shading = random_shading(random);
   scene.quality.step_voxels = std::pow(2.0, 1.5 * unit(random));
   if (unit(random) > 0.9) scene.quality.step_voxels = 5 + 4 * std::abs(unit(random));
@@ -390,8 +394,9 @@ TEST_P(SkippingTest, EmptyAndFullVolumesGiveIdenticalImages) {
   for (const int hu : {-1000, 40, 900}) {
     const auto ct = test::make_volume(test::centred_grid({33, 25, 17}, {1, 1, 1}),
                                       [&](int, int, int) { return hu; });
-    Scene scene{ct, *preset_transfer_function("ct-bone"), {}, {}, {},
-                {}, test::frontal(70, 40, false),         {}};
+    Scene scene{.ct = ct,
+                .transfer = *preset_transfer_function("ct-bone"),
+                .camera = test::frontal(70, 40, false)};
     scene.width = 33;
     scene.height = 25;
     const RenderedImage skipped = test::draw(*engine, scene);
@@ -603,7 +608,7 @@ TEST(CpuEngineTest, AgreesWithTheReferenceOnAnAbdomen) {
   const auto reference = make_reference_engine();
   for (const char* preset : test::trials({"ct-bone", "ct-soft-tissue", "cta-vessels"})) {
     Camera camera{{{-180, -620, 160}}, {{0, 0, 0}}, {{0, 0, 1}}};
-    Scene scene{ct, *preset_transfer_function(preset), {}, {}, {}, {}, camera, {}};
+    Scene scene{.ct = ct, .transfer = *preset_transfer_function(preset), .camera = camera};
     scene.plane = test::upright_plane(test::grey_image(150, 120, 120), 1, {-50, -20, 90});
     scene.needle = test::needle({-30, -30, 55}, {-110, -190, 90}, SafetyState::kValid);
     scene.width = 160;

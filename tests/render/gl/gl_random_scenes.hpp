@@ -164,11 +164,11 @@ class RandomScenes {
     if (coin(0.4)) scene.needle = test_needle(grid, state());
     if (coin(0.4)) scene.spheres = test_spheres(grid);
     for (int i = pick(3); i > 0; --i) {
-      scene.lines.push_back({{centre + vector(0.5 * size)},
-                             {centre + vector(0.5 * size)},
-                             number(0.01, 0.05) * size,
-                             colour(),
-                             number(0.1, 1)});
+      scene.lines.push_back({.from_ct = {centre + vector(0.5 * size)},
+                             .to_ct = {centre + vector(0.5 * size)},
+                             .radius_mm = number(0.01, 0.05) * size,
+                             .rgb = colour(),
+                             .opacity = number(0.1, 1)});
     }
   }
 

@@ -59,7 +59,13 @@ TEST_P(PredicateBricks, HaveTheRangeOfTheirDefinedVoxels) {
         return first || percent(random) == 0 ? FeatureVolume::kUndefined : value;
       });
   for (const int threads : {1, 2}) {
-    const ChannelBricks found = channel_bricks({"feature", codes, 0, 1, 1, true}, threads);
+    const ChannelBricks found = channel_bricks({.name = "feature",
+                                                .codes = codes,
+                                                .offset = 0,
+                                                .scale = 1,
+                                                .quantum = 1,
+                                                .has_undefined = true},
+                                               threads);
     ASSERT_EQ(found.range.count, bricks());
     for_each_brick([&](std::size_t b, const std::vector<std::size_t>& voxels) {
       int low = std::numeric_limits<std::int16_t>::max();

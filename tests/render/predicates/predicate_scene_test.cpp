@@ -291,7 +291,8 @@ TEST_F(PredicateRefusalTest, RejectsAMissingScanNeedleOrTarget) {
 
 TEST_F(PredicateRefusalTest, AStaleOrLostNeedleHasNoDistances) {
   use({{E::kind("needle_distance"), 1}});
-  scene_.needle = NeedleShape{{{0, 0, 0}}, {{0, 0, -9}}, 0.8, {1, 1, 1}, {}};
+  scene_.needle = NeedleShape{
+      .tip_ct = {{0, 0, 0}}, .hub_ct = {{0, 0, -9}}, .radius_mm = 0.8, .rgb = {1, 1, 1}};
   for (const SafetyState state :
        {SafetyState::kValid, SafetyState::kDegraded, SafetyState::kStale, SafetyState::kLost}) {
     scene_.needle->safety = {state, state == SafetyState::kValid ? "" : "no pose"};

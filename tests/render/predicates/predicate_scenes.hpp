@@ -162,7 +162,8 @@ inline render::Scene random_predicate_scene(std::mt19937& random,
   camera.orthographic = unit(random) > 0.5;
   camera.orthographic_height_mm = 35;
   camera.vertical_fov_rad = 0.7;
-  render::Scene scene{ct, *render::preset_transfer_function("ct-bone"), {}, {}, {}, {}, camera, {}};
+  render::Scene scene{
+      .ct = ct, .transfer = *render::preset_transfer_function("ct-bone"), .camera = camera};
   scene.quality.step_voxels = std::pow(2.0, unit(random));
   scene.quality.jitter = unit(random) > 0.5;
   scene.width = 27;

@@ -18,7 +18,7 @@ namespace {
 
 Scene abdomen(const char* preset, bool shaded) {
   static const auto ct = sim::SyntheticAbdomen::volume(64);
-  Scene scene{ct, *preset_transfer_function(preset), {}, {}, {}, {}, {}, {}};
+  Scene scene{.ct = ct, .transfer = *preset_transfer_function(preset)};
   scene.camera = {{{-180, -620, 160}}, {{0, 0, 0}}, {{0, 0, 1}}};
   scene.shading.enabled = shaded;
   scene.width = 320;

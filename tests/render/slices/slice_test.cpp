@@ -45,7 +45,8 @@ SlicePlane oblique() {
 }
 
 void expect_planted(const StoredVolume& ct, const SlicePlane& plane, double tolerance) {
-  const SliceOptions o{91, 77, 0.7, 0, SlabMode::kMaximum, 2};
+  const SliceOptions o{
+      .width = 91, .height = 77, .mm_per_pixel = 0.7, .slab = SlabMode::kMaximum, .threads = 2};
   const auto values = slice_values(ct, plane, o);
   ASSERT_TRUE(test::has_value(values));
   int inside = 0;
@@ -165,7 +166,8 @@ TEST(SliceTest, ASlabAlongVoxelPlanesHasTheirExtremes) {
 TEST(SliceTest, TheMeanOfASlabIsTheMeanOfTheCtInIt) {
   const auto ct = ramp_volume(Eigen::Matrix3d::Identity());
   const auto at = [&](const SlicePlane& plane, double slab_mm) {
-    const SliceOptions o{1, 1, 1, slab_mm, SlabMode::kMean};
+    const SliceOptions o{
+        .width = 1, .height = 1, .mm_per_pixel = 1, .slab_mm = slab_mm, .slab = SlabMode::kMean};
     return slice_values(*ct, plane, o)->at(0, 0);
   };
   const Point<frames::Ct> centre{{1.3, -2.2, 4.1}};
@@ -189,7 +191,8 @@ TEST(SliceTest, TheMeanOfAnObliqueSlabIsAnIntegral) {
   plane.down.v = V(0, std::cos(0.4), std::sin(0.4));
   // Half a period, from one zero to the next.
   const double slab_mm = 0.5 * kPeriodMm / std::cos(0.4);
-  const SliceOptions o{1, 1, 1, slab_mm, SlabMode::kMean};
+  const SliceOptions o{
+      .width = 1, .height = 1, .mm_per_pixel = 1, .slab_mm = slab_mm, .slab = SlabMode::kMean};
   constexpr double kLinear = 0.02;  // The error between voxels: (2 pi / 16)^2 / 12.
   EXPECT_NEAR(slice_values(*ct, plane, o)->at(0, 0), 2000 / M_PI, kLinear * 2000 / M_PI);
 }
@@ -467,7 +470,9 @@ TEST_F(FusionTest, RejectsInvalidFusionOptions) {
   EXPECT_TRUE(refused({FusionMode::kBlend, nan}, "share"));
   EXPECT_TRUE(refused({FusionMode::kCheckerboard, 0.5, 0}, "square_mm"));
   EXPECT_TRUE(refused({FusionMode::kWipe, 0.5, 10, -1}, "wipe"));
-  EXPECT_TRUE(refused({FusionMode::kBlend, 0.5, 10, 0.5, -1}, "reach_mm"));
+  EXPECT_TRUE(refused(
+      {.mode = FusionMode::kBlend, .share = 0.5, .square_mm = 10, .wipe = 0.5, .reach_mm = -1},
+      "reach_mm"));
 }
 
 TEST(SliceTest, ASliceAlongAnImageHasThePixelPositionsOfTheImage) {

@@ -46,7 +46,11 @@ TEST(EnterCapsuleTest, AgreesWithSphereTracing) {
   std::mt19937 random(5);
   int hits = 0;
   for (int i = 0; i < 5000; ++i) {
-    CapsuleSurface<double> c{random_vector(random, 5), random_vector(random, 5), 1.5, V::Zero(), 1};
+    CapsuleSurface<double> c{.a = random_vector(random, 5),
+                             .b = random_vector(random, 5),
+                             .radius = 1.5,
+                             .rgb = V::Zero(),
+                             .alpha = 1};
     if (i % 10 == 0) c.b = c.a;
     Ray<double> ray{random_vector(random, 20), random_vector(random, 1).normalized()};
     if (i % 7 == 0) ray.direction = (c.b - c.a).normalized();  // Along the axis, or undefined.
