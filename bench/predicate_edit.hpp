@@ -28,10 +28,10 @@ inline render::Scene plain_set(render::Scene scene) {
 inline Result<ProgressiveEdit> time_progressive_edit(render::Engine& fresh,
                                                      const render::Scene& scene,
                                                      const render::Scene& other_set) {
-  constexpr int kLooks = 2 * render::GlRaycaster::kSettledAfter;
+  constexpr int kAppearances = 2 * render::GlRaycaster::kSettledAfter;
   render::ProgressiveRenderer renderer(fresh);
   const MonotonicClock clock;
-  for (int i = 0; i < kLooks; ++i) {
+  for (int i = 0; i < kAppearances; ++i) {
     if (auto ok = renderer.draw(nudged(other_set, i), clock.now()); !ok) return ok.error();
   }
   if (auto ok = draw_until_whole(renderer, other_set, clock); !ok) return ok.error();

@@ -21,16 +21,16 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFineRms = 5e-3;
 constexpr const char* kGlFragments = "gl-fragment";
 
-using ProgressiveImage = std::vector<Eigen::Vector3f>;
+using Colours = std::vector<Eigen::Vector3f>;
 
-ProgressiveImage colours(const Image2d<RgbaF>& image) {
-  ProgressiveImage out;
+Colours colours(const Image2d<RgbaF>& image) {
+  Colours out;
   for (const RgbaF& p : image.pixels()) out.emplace_back(p.r, p.g, p.b);
   return out;
 }
 
-ProgressiveImage colours(const Image2d<Rgba8>& image) {
-  ProgressiveImage out;
+Colours colours(const Image2d<Rgba8>& image) {
+  Colours out;
   for (const Rgba8& p : image.pixels()) {
     out.emplace_back(static_cast<float>(p.r) / 255, static_cast<float>(p.g) / 255,
                      static_cast<float>(p.b) / 255);
@@ -48,7 +48,7 @@ struct Contestant {
   bool by_opengl;
   std::function<Result<void>(const render::Scene&)> draw;  ///< Operation that is timed.
   /// Image that is compared, 8 bits: middles() of an image.
-  std::function<Result<ProgressiveImage>(const render::Scene&, int factor)> picture;
+  std::function<Result<Colours>(const render::Scene&, int factor)> image_of;
 };
 
 Contestant contestant(const std::shared_ptr<render::Engine>& engine) {
@@ -56,8 +56,7 @@ Contestant contestant(const std::shared_ptr<render::Engine>& engine) {
     if (auto image = engine->render(scene); !image) return image.error();
     return {};
   };
-  const auto picture = [engine](const render::Scene& scene,
-                                int factor) -> Result<ProgressiveImage> {
+  const auto image_of = [engine](const render::Scene& scene, int factor) -> Result<Colours> {
     auto image = engine->render(scene);
     if (!image) return image.error();
     return colours(middles(render::to_8bit(image->pixels), factor));
@@ -67,7 +66,7 @@ Contestant contestant(const std::shared_ptr<render::Engine>& engine) {
           .by_rays = true,
           .by_opengl = engine->name() == "gl",
           .draw = draw,
-          .picture = picture};
+          .image_of = image_of};
 }
 
 /// stays: the timed image is not read back.
@@ -77,19 +76,19 @@ Contestant contestant(VtkBaseline::Mapper mapper, const std::shared_ptr<VtkBasel
     stays ? baseline->draw(scene) : void(baseline->render(scene));
     return {};
   };
-  const auto picture = [baseline](const render::Scene& scene, int factor) {
-    return Result<ProgressiveImage>(colours(middles(baseline->render_unsmoothed(scene), factor)));
+  const auto image_of = [baseline](const render::Scene& scene, int factor) {
+    return Result<Colours>(colours(middles(baseline->render_unsmoothed(scene), factor)));
   };
   return {.name = to_string(mapper),
           .ours = false,
           .by_rays = mapper != VtkBaseline::Mapper::kGpuHalf,
           .by_opengl = mapper != VtkBaseline::Mapper::kFixedPoint,
           .draw = draw,
-          .picture = picture};
+          .image_of = image_of};
 }
 
 /// Root mean square and largest difference over pixels and channels.
-std::pair<double, double> difference(const ProgressiveImage& found, const ProgressiveImage& truth) {
+std::pair<double, double> difference(const Colours& found, const Colours& truth) {
   double sum = 0;
   double max = 0;
   for (std::size_t i = 0; i < truth.size(); ++i) {
@@ -162,13 +161,13 @@ class Comparison {
     ours_.back().draw = contestant(std::shared_ptr<render::Engine>(*std::move(frames))).draw;
     return {};
   }
-  Result<ProgressiveImage> truth_of(const render::Scene& scene, double step) const;
+  Result<Colours> truth_of(const render::Scene& scene, double step) const;
   Result<std::vector<Contestant>> theirs(const render::Scene& scene);
   Result<void> run_step(const NamedScene& named, const std::vector<Contestant>& all,
-                        const SparsePoint& quality, const ProgressiveImage& truth,
-                        const std::vector<ProgressiveImage>& own_truths);
-  Result<void> run_chosen(const NamedScene& named, const ProgressiveImage& truth,
-                          const std::vector<ProgressiveImage>& own_truths);
+                        const SparsePoint& quality, const Colours& truth,
+                        const std::vector<Colours>& own_truths);
+  Result<void> run_chosen(const NamedScene& named, const Colours& truth,
+                          const std::vector<Colours>& own_truths);
   Result<std::vector<Taken>> time_on_device(const std::vector<Task>& tasks);
   void add_ratios(const NamedScene& named);
   void add_ratio(const NamedScene& named, const std::string& name, const RenderBenchCurve& ours,
@@ -180,8 +179,7 @@ class Comparison {
     return out;
   }
   /// Colours of a contestant at the positions of the reference's pixels.
-  [[nodiscard]] Result<ProgressiveImage> seen(const Contestant& who,
-                                              const render::Scene& scene) const;
+  [[nodiscard]] Result<Colours> seen(const Contestant& who, const render::Scene& scene) const;
 
   const RenderBenchOptions& options_;
   Diagnostics& diagnostics_;
@@ -189,15 +187,15 @@ class Comparison {
   RenderBenchReport report_;
 };
 
-Result<ProgressiveImage> Comparison::truth_of(const render::Scene& scene, double step) const {
+Result<Colours> Comparison::truth_of(const render::Scene& scene, double step) const {
   auto image = render::make_reference_engine()->render(at_step(small(scene), step));
   if (!image) return image.error();
   return colours(image->pixels);
 }
 
-Result<ProgressiveImage> Comparison::seen(const Contestant& who, const render::Scene& scene) const {
-  if (who.by_rays && scene.quality.pixel_error == 0) return who.picture(small(scene), 1);
-  return who.picture(scene, scene.width / options_.reference_width);
+Result<Colours> Comparison::seen(const Contestant& who, const render::Scene& scene) const {
+  if (who.by_rays && scene.quality.pixel_error == 0) return who.image_of(small(scene), 1);
+  return who.image_of(scene, scene.width / options_.reference_width);
 }
 
 Result<std::vector<Contestant>> Comparison::theirs(const render::Scene& scene) {
@@ -227,7 +225,7 @@ Result<void> Comparison::run(const NamedScene& named) {
   if (!vtk) return vtk.error();
   std::vector<Contestant> all = ours_;
   all.insert(all.end(), vtk->begin(), vtk->end());
-  std::vector<ProgressiveImage> own_truths(all.size());
+  std::vector<Colours> own_truths(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
     // First image at full size, so that uploads, gradients and compilation are not timed.
     render::Scene first = named.scene;
@@ -238,7 +236,7 @@ Result<void> Comparison::run(const NamedScene& named) {
       own_truths[i] = own_truths[i - 1];
       continue;
     }
-    auto own = all[i].picture(at_step(small(named.scene), options_.reference_step), 1);
+    auto own = all[i].image_of(at_step(small(named.scene), options_.reference_step), 1);
     if (!own) return own.error();
     own_truths[i] = std::move(*own);
   }
@@ -272,8 +270,8 @@ Result<double> whole_error(render::Engine& engine, render::Scene scene,
   return difference(colours(render::to_8bit(image->pixels)), colours(truth->pixels)).first;
 }
 
-Result<void> Comparison::run_chosen(const NamedScene& named, const ProgressiveImage& truth,
-                                    const std::vector<ProgressiveImage>& own_truths) {
+Result<void> Comparison::run_chosen(const NamedScene& named, const Colours& truth,
+                                    const std::vector<Colours>& own_truths) {
   const auto engine = render::make_cpu_engine();
   // Prepares the volume first: every image needs this, so it is not part of the search time.
   if (auto warm = engine->render(small(named.scene)); !warm) return warm.error();
@@ -308,8 +306,8 @@ void Comparison::add_ratios(const NamedScene& named) {
 }
 
 Result<void> Comparison::run_step(const NamedScene& named, const std::vector<Contestant>& all,
-                                  const SparsePoint& quality, const ProgressiveImage& truth,
-                                  const std::vector<ProgressiveImage>& own_truths) {
+                                  const SparsePoint& quality, const Colours& truth,
+                                  const std::vector<Colours>& own_truths) {
   render::Scene scene = at_step(named.scene, quality.step_voxels);
   scene.quality.pixel_error = quality.pixel_error;
   std::vector<RenderBenchRow> rows;

@@ -21,25 +21,25 @@ Error reject(const std::filesystem::path& path, const std::string& what) {
   return {ErrorCode::kUsage, path.string() + ": " + what};
 }
 
-std::span<const std::byte> bytes_of(const Image2d<Rgba8>& picture) {
-  return std::as_bytes(picture.pixels());
+std::span<const std::byte> bytes_of(const Image2d<Rgba8>& image) {
+  return std::as_bytes(image.pixels());
 }
 
 }  // namespace
 
-Result<void> write_png(const Image2d<Rgba8>& picture, const std::filesystem::path& path) {
-  if (picture.empty()) return reject(path, "expected an image with pixels, found none");
-  png_image image{};
-  image.version = PNG_IMAGE_VERSION;
-  image.width = static_cast<png_uint_32>(picture.width());
-  image.height = static_cast<png_uint_32>(picture.height());
-  image.format = PNG_FORMAT_RGBA;
-  const std::unique_ptr<png_image, void (*)(png_image*)> guard(&image, png_image_free);
-  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+Result<void> write_png(const Image2d<Rgba8>& image, const std::filesystem::path& path) {
+  if (image.empty()) return reject(path, "expected an image with pixels, found none");
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.width());
+  png.height = static_cast<png_uint_32>(image.height());
+  png.format = PNG_FORMAT_RGBA;
+  const std::unique_ptr<png_image, void (*)(png_image*)> guard(&png, png_image_free);
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
   std::vector<std::byte> encoded(size);
-  const int ok = png_image_write_to_memory(&image, encoded.data(), &size, 0,
-                                           bytes_of(picture).data(), 0, nullptr);
-  if (ok == 0) return Error{ErrorCode::kIo, path.string() + ": cannot encode: " + image.message};
+  const int ok =
+      png_image_write_to_memory(&png, encoded.data(), &size, 0, bytes_of(image).data(), 0, nullptr);
+  if (ok == 0) return Error{ErrorCode::kIo, path.string() + ": cannot encode: " + png.message};
   encoded.resize(size);
   return write_file(path, std::span<const std::byte>(encoded));
 }
@@ -107,15 +107,15 @@ Result<void> check_animation(const std::vector<Image2d<Rgba8>>& frames, int fram
 /// Adds one image to the encoder, which copies the pixels.
 bool add_frame(WebPAnimEncoder* encoder, const Image2d<Rgba8>& frame, int time_ms,
                const WebPConfig& config) {
-  WebPPicture picture;
-  if (WebPPictureInit(&picture) == 0) return false;
-  const std::unique_ptr<WebPPicture, void (*)(WebPPicture*)> guard(&picture, WebPPictureFree);
-  picture.width = frame.width();
-  picture.height = frame.height();
-  picture.use_argb = 1;
+  WebPPicture image;
+  if (WebPPictureInit(&image) == 0) return false;
+  const std::unique_ptr<WebPPicture, void (*)(WebPPicture*)> guard(&image, WebPPictureFree);
+  image.width = frame.width();
+  image.height = frame.height();
+  image.use_argb = 1;
   const auto* rgba = reinterpret_cast<const std::uint8_t*>(bytes_of(frame).data());
-  return WebPPictureImportRGBA(&picture, rgba, 4 * frame.width()) != 0 &&
-         WebPAnimEncoderAdd(encoder, &picture, time_ms, &config) != 0;
+  return WebPPictureImportRGBA(&image, rgba, 4 * frame.width()) != 0 &&
+         WebPAnimEncoderAdd(encoder, &image, time_ms, &config) != 0;
 }
 
 }  // namespace

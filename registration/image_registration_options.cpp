@@ -93,7 +93,7 @@ Result<void> validate(const ImageRegistrationOptions& options) {
     return reject("least_judging", "20 to 1000000", options.least_judging);
   }
   if (options.most_images < 0 || options.most_images > 1000000) {
-    return reject("most_pictures", "0 to 1000000", options.most_images);
+    return reject("most_images", "0 to 1000000", options.most_images);
   }
   if (options.max_iterations < 1 || options.max_iterations > 1000) {
     return reject("max_iterations", "1 to 1000", options.max_iterations);

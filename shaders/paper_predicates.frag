@@ -75,7 +75,8 @@ vec4 cast_ray(vec2 fragment_centre) {
 void main() {
 #ifdef COMPUTE
   ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
-  if (all(lessThan(vec2(pixel), picture_size))) imageStore(target, pixel, cast_ray(vec2(pixel) + 0.5));
+  if (all(lessThan(vec2(pixel), image_size)))
+    imageStore(target, pixel, cast_ray(vec2(pixel) + 0.5));
 #else
   colour = cast_ray(gl_FragCoord.xy);
 #endif

@@ -29,7 +29,7 @@
 #ifdef GENERIC
 #include "include/predicate_generic.glsl"
 #endif
-#include "include/predicate_look.glsl"
+#include "include/predicate_appearance.glsl"
 #include "include/predicate_light.glsl"
 #include "include/predicate_march.glsl"
 #if defined(PLANE) || defined(SOLIDS)
@@ -85,7 +85,7 @@ void cast_ray(Ray ray, float t_eye, float t_stop, vec2 box) {
   spent = cost;
   colour = vec4(light.alpha * light.rgb, light.alpha);
 #ifdef PLANE
-  behind = vec4(light.alpha * light.picture, 0.0, 0.0, 0.0);
+  behind = vec4(light.alpha * light.image, 0.0, 0.0, 0.0);
 #endif
 }
 

@@ -46,7 +46,7 @@
 
 uniform float opaque_at;  // The ray ends at this alpha; > 1: never.
 
-vec4 picture;  // The layer that is being composited, premultiplied.
+vec4 layer;  // The layer that is being composited, premultiplied.
 float enough;  // The alpha of the layer at which the ray ends.
 #ifdef PREINTEGRATED
 int bow_from;  // The first cell with a bow.
@@ -85,12 +85,12 @@ bool split = false;
 // Ends the layer in front of the ultrasound image. The alpha at which the layer behind it ends
 // depends on how much that layer can show. Returns false if it can show nothing.
 bool begin_behind(Surface surface) {
-  front = picture;
+  front = layer;
   live_at = surface.rgb.xy;
   split = true;
   float total = front.a + (1.0 - front.a) * surface.alpha;
   float left = (1.0 - front.a) * (1.0 - surface.alpha);
-  picture = vec4(0.0);
+  layer = vec4(0.0);
   if (!(left > 0.0) || total >= opaque_at) return false;
   enough = (opaque_at - total) / left;
   return true;
@@ -104,7 +104,7 @@ bool cast_surfaces(Ray ray, float t_eye, float t_stop, vec2 box) {
   Surface surface = next_surface(ray, t_eye, t_stop, t_eye, -1);
   for (;;) {
     march_between(begin, min(box.y, surface.t));
-    if (picture.a >= enough) return false;
+    if (layer.a >= enough) return false;
     if (surface.t >= kNever) return true;
 #ifdef PLANE
     if (surface.live) {
@@ -112,8 +112,8 @@ bool cast_surfaces(Ray ray, float t_eye, float t_stop, vec2 box) {
     } else
 #endif
     {
-      put_behind(picture, surface.rgb, surface.alpha);
-      if (surface.alpha >= 1.0 || picture.a >= enough) return false;
+      put_behind(layer, surface.rgb, surface.alpha);
+      if (surface.alpha >= 1.0 || layer.a >= enough) return false;
     }
     begin = max(box.x, surface.t);
     surface = next_surface(ray, t_eye, t_stop, surface.t, surface.order);
@@ -123,7 +123,7 @@ bool cast_surfaces(Ray ray, float t_eye, float t_stop, vec2 box) {
 
 // box: the part of the ray in the volume, t.
 void cast_ray(Ray ray, float t_eye, float t_stop, vec2 box) {
-  picture = vec4(0.0);
+  layer = vec4(0.0);
   enough = taken_over(opaque_at);
 #ifdef PREINTEGRATED
   bow_from = int(floor(cells_of(box.x))) + 2;
@@ -139,14 +139,14 @@ void cast_ray(Ray ray, float t_eye, float t_stop, vec2 box) {
 #endif
 #ifdef PROJECTION
   if (open && box.y > box.x)
-    put_behind(picture, vec3(projected_grey(cells_of(box.x), cells_of(box.y))), 1.0);
+    put_behind(layer, vec3(projected_grey(cells_of(box.x), cells_of(box.y))), 1.0);
 #endif
   spent = cost;
 #ifdef PLANE
-  colour = split ? front : picture;
-  behind = split ? picture : vec4(0.0);
+  colour = split ? front : layer;
+  behind = split ? layer : vec4(0.0);
 #else
-  colour = closed(picture, opaque_at);
+  colour = closed(layer, opaque_at);
 #endif
 }
 

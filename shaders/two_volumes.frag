@@ -36,7 +36,7 @@
 
 uniform float opaque_at;  // A stretch of the CT ends at this alpha; > 1: never.
 
-vec4 picture;  // The stretch of the CT that is being composited, premultiplied.
+vec4 layer;  // The stretch of the CT that is being composited, premultiplied.
 float enough;  // The alpha of the stretch at which it ends.
 #ifdef PREINTEGRATED
 int bow_from;  // The first cell with a bow.
@@ -56,7 +56,7 @@ int bow_from;  // The first cell with a bow.
 #ifdef GENERIC
 #include "include/predicate_generic.glsl"
 #endif
-#include "include/predicate_look.glsl"
+#include "include/predicate_appearance.glsl"
 #include "include/predicate_light.glsl"
 #include "include/predicate_march.glsl"
 #include "include/second_names_end.glsl"
@@ -77,14 +77,14 @@ uniform float ray_ends_at;       // A ray ends when this share of its colour is 
 // Composites the part of the CT between two positions, in cells, as one sample.
 void add_ct(float first, float last) {
   if (!(last > first) || last <= clear_to) return;
-  picture = vec4(0.0);
+  layer = vec4(0.0);
   enough = taken_over(opaque_at);
 #ifdef CUTAWAY
   march_cut(first, last);
 #else
   march(first, last, false);
 #endif
-  if (picture.a > 0.0) blend(picture.rgb / picture.a, picture.a, ct_importance, 0.0);
+  if (layer.a > 0.0) blend(layer.rgb / layer.a, layer.a, ct_importance, 0.0);
 }
 
 void add_ultrasound(float first, float last) {
@@ -187,7 +187,7 @@ void cast_ray(Ray ray, float t_eye, float t_stop, vec2 ct_box, vec2 ultrasound_b
   spent = vec4(cost.xyz + second_cost.xyz, cost.w);
   colour = vec4(light.alpha * light.rgb, light.alpha);
 #ifdef PLANE
-  behind = vec4(light.alpha * light.picture, 0.0, 0.0, 0.0);
+  behind = vec4(light.alpha * light.image, 0.0, 0.0, 0.0);
 #endif
 }
 

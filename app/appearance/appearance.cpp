@@ -62,14 +62,14 @@ Result<std::optional<render::Cutaway>> cutaway_of(const SessionConfig::Appearanc
 
 }  // namespace
 
-Result<ResolvedLook> resolve_appearance(const SessionConfig::Appearance& appearance,
-                                        const Volume& ct) {
+Result<ResolvedAppearance> resolve_appearance(const SessionConfig::Appearance& appearance,
+                                              const Volume& ct) {
   if (const auto ok = validate(appearance); !ok) return ok.error();
   std::optional<AppearanceFile> file;
   if (!appearance.file.empty()) {
     auto read = read_appearance_file(appearance.file);
     if (!read) return read.error();
-    auto laid = look_for(*std::move(read), ct);
+    auto laid = appearance_for(*std::move(read), ct);
     if (!laid)
       return Error{laid.error().code, appearance.file.string() + ": " + laid.error().message};
     file = *std::move(laid);
@@ -78,7 +78,7 @@ Result<ResolvedLook> resolve_appearance(const SessionConfig::Appearance& appeara
   if (!transfer) return transfer.error();
   auto cutaway = cutaway_of(appearance.cutaway, file);
   if (!cutaway) return cutaway.error();
-  ResolvedLook resolved{*std::move(transfer), {}, *std::move(cutaway), {}};
+  ResolvedAppearance resolved{*std::move(transfer), {}, *std::move(cutaway), {}};
   if (file) {
     resolved.shading = file->shading.value_or(render::Shading{});
     resolved.value_range = file->value_range;
@@ -150,7 +150,8 @@ void warn_of_units(const SessionConfig::Appearance& appearance, const Volume& ct
           "no meaning (use --transfer-function mr-default, or a --look made for it)");
 }
 
-Result<void> save_appearance(const std::filesystem::path& path, const ResolvedLook& appearance) {
+Result<void> save_appearance(const std::filesystem::path& path,
+                             const ResolvedAppearance& appearance) {
   if (path.empty()) return {};
   return write_appearance_file(
       path, {appearance.transfer, appearance.shading, appearance.cutaway, appearance.value_range});

@@ -15,7 +15,7 @@
 namespace nav::app {
 
 /// Appearance of one volume in a session, in the form that a scene uses.
-struct ResolvedLook {
+struct ResolvedAppearance {
   render::TransferFunction transfer;
   render::Shading shading;
   std::optional<render::Cutaway> cutaway;
@@ -36,13 +36,14 @@ void warn_of_units(const SessionConfig::Appearance& appearance, const Volume& ct
 
 /// Stores an appearance for use with another data set: colours with the importance of the session,
 /// shading, and the kinds of objects that cut. Does nothing when the path is empty.
-Result<void> save_appearance(const std::filesystem::path& path, const ResolvedLook& appearance);
+Result<void> save_appearance(const std::filesystem::path& path,
+                             const ResolvedAppearance& appearance);
 
 /// Reads the appearance file, if there is one, fits the preset or file to the volume and applies
 /// the session's settings on top. Rejects unknown presets, bad files and importance rules, and
 /// values that contradict each other only in combination (theta1 of the session above theta2 of the
 /// file).
-Result<ResolvedLook> resolve_appearance(const SessionConfig::Appearance& appearance,
-                                        const Volume& ct);
+Result<ResolvedAppearance> resolve_appearance(const SessionConfig::Appearance& appearance,
+                                              const Volume& ct);
 
 }  // namespace nav::app

@@ -249,7 +249,7 @@ Result<void> write_appearance_file(const std::filesystem::path& path,
   return io::write_file(path, to_json_text(appearance));
 }
 
-Result<AppearanceFile> look_for(AppearanceFile appearance, const Volume& volume) {
+Result<AppearanceFile> appearance_for(AppearanceFile appearance, const Volume& volume) {
   if (!appearance.value_range) return appearance;
   const render::ValueRange range = render::value_range(volume);
   auto laid = render::rescaled(appearance.transfer, *appearance.value_range, range);

@@ -41,6 +41,6 @@ Result<void> write_appearance_file(const std::filesystem::path& path,
 /// and the gradients of the shading, given or default, are mapped from look.value_range to the
 /// volume's own range; otherwise they are absolute. Rejects nodes that become equal by this
 /// mapping.
-Result<AppearanceFile> look_for(AppearanceFile appearance, const Volume& volume);
+Result<AppearanceFile> appearance_for(AppearanceFile appearance, const Volume& volume);
 
 }  // namespace nav::app

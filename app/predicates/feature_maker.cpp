@@ -44,8 +44,8 @@ Result<DerivedVolume> FeatureMaker::make(const std::string& name, const DerivedR
   }
   auto ticket = service_.request(request);
   if (!ticket) return ticket.error();
-  constexpr std::chrono::milliseconds kBetweenLooks(50);
-  while (!ticket->wait_for(kBetweenLooks)) {
+  constexpr std::chrono::milliseconds kBetweenChecks(50);
+  while (!ticket->wait_for(kBetweenChecks)) {
     console_.progress(ticket->progress());
     if (interrupt_.asked()) ticket->cancel();
   }

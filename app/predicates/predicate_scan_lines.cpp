@@ -139,8 +139,8 @@ Result<render::features::ScanLines> compounded(const VoxelGrid& grid, const Scan
   auto lines = std::async(std::launch::async, [&] {
     return render::features::compound_scan_lines(grid, sweep.planes, sweep.reach_mm, run);
   });
-  constexpr std::chrono::milliseconds kBetweenLooks(50);
-  while (lines.wait_for(kBetweenLooks) != std::future_status::ready) {
+  constexpr std::chrono::milliseconds kBetweenChecks(50);
+  while (lines.wait_for(kBetweenChecks) != std::future_status::ready) {
     console.progress(done);
     if (interrupt.asked()) stop.request_stop();
   }

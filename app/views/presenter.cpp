@@ -30,7 +30,7 @@ Result<Presenter> Presenter::create(const PresenterOptions& options,
   return Presenter(options, std::move(*appearance), std::move(ct), std::move(engine));
 }
 
-Presenter::Presenter(const PresenterOptions& options, ResolvedLook appearance,
+Presenter::Presenter(const PresenterOptions& options, ResolvedAppearance appearance,
                      std::shared_ptr<const Volume> ct, std::unique_ptr<render::Engine> engine)
     : options_(options),
       appearance_(std::move(appearance)),

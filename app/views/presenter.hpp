@@ -86,7 +86,7 @@ class Presenter {
   /// Legend for the colours of predicates; empty without predicates.
   [[nodiscard]] const std::vector<LegendEntry>& legend() const { return legend_; }
   /// Appearance of the 3D view.
-  [[nodiscard]] const ResolvedLook& appearance() const { return appearance_; }
+  [[nodiscard]] const ResolvedAppearance& appearance() const { return appearance_; }
   /// Sets the warning that every image shows from now on: one sentence about the registration or
   /// the position of the CT. May be empty.
   void set_warning(std::string warning) { warning_ = std::move(warning); }
@@ -131,7 +131,7 @@ class Presenter {
   [[nodiscard]] double cast_seconds() const { return cast_seconds_; }
 
  private:
-  Presenter(const PresenterOptions& options, ResolvedLook appearance,
+  Presenter(const PresenterOptions& options, ResolvedAppearance appearance,
             std::shared_ptr<const Volume> ct, std::unique_ptr<render::Engine> engine);
   [[nodiscard]] PanelContext context(const session::Epoch& epoch,
                                      const render::Camera& camera) const;
@@ -141,7 +141,7 @@ class Presenter {
   [[nodiscard]] std::string note_of(const session::Epoch& epoch) const;
 
   PresenterOptions options_;
-  ResolvedLook appearance_;
+  ResolvedAppearance appearance_;
   std::shared_ptr<const Volume> ct_;
   std::optional<render::UltrasoundVolume> ultrasound_;
   bool without_ct_ = false;                    ///< The 3D view shows the ultrasound volume alone.

@@ -101,7 +101,7 @@ class GalleryPatient {
 };
 
 /// An image of the gallery.
-struct ProgressiveImage {
+struct GalleryImage {
   std::string name;
   Scene scene;
 };
@@ -117,7 +117,7 @@ class Gallery {
   Result<void> add_fusion();
   Result<void> add_plain_ct();
   Result<void> add_mr();
-  [[nodiscard]] const std::vector<ProgressiveImage>& images() const { return images_; }
+  [[nodiscard]] const std::vector<GalleryImage>& images() const { return images_; }
 
  private:
   [[nodiscard]] bool wanted(const std::string& name) const {
@@ -135,7 +135,7 @@ class Gallery {
 
   const GalleryOptions& options_;
   app::Console& console_;
-  std::vector<ProgressiveImage> images_;
+  std::vector<GalleryImage> images_;
 };
 
 Scene Gallery::scene_of(std::shared_ptr<const Volume> ct, render::TransferFunction appearance,
@@ -312,13 +312,13 @@ Result<void> run_gallery(const GalleryOptions& options, app::Console& console) {
   console.end();
   console.begin("images");
   double done = 0;
-  for (const ProgressiveImage& picture : gallery.images()) {
+  for (const GalleryImage& image : gallery.images()) {
     // An engine of its own for each: no image can depend on the one before.
     auto engine = app::make_engine(options.engine, 0, console);
     if (!engine) return engine.error();
-    const auto image = (*engine)->render(picture.scene);
-    if (!image) return image.error();
-    if (auto ok = folder->write_image(picture.name + ".png", render::to_8bit(image->pixels)); !ok) {
+    const auto drawn = (*engine)->render(image.scene);
+    if (!drawn) return drawn.error();
+    if (auto ok = folder->write_image(image.name + ".png", render::to_8bit(drawn->pixels)); !ok) {
       return ok;
     }
     console.progress(++done / static_cast<double>(gallery.images().size()));

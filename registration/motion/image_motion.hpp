@@ -18,7 +18,7 @@ struct ImageMotion {
   Eigen::Vector3d velocity_mm_s;  ///< Velocity of the middle.
 };
 
-/// Returns the motion of each image in `pictures`. It is estimated from the recorded images up to
+/// Returns the motion of each image in `images`. It is estimated from the recorded images up to
 /// 0.15 s before and after; 0 if there are none. Precondition: every image has the time of one of
 /// the recorded images.
 std::vector<ImageMotion> image_motions(const Sweep& images, const Sweep& recorded);

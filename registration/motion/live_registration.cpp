@@ -93,7 +93,7 @@ Result<void> validate(const LiveOptions& o) {
   }
   if (o.level.patches < 50) return reject("at least 50 patches");
   if (o.window < 1 || o.window > 30) return reject("a window of 1 to 30 images");
-  if (o.mask_images < 1 || o.mask_images > 30) return reject("1 to 30 mask_pictures");
+  if (o.mask_images < 1 || o.mask_images > 30) return reject("1 to 30 mask_images");
   if (o.max_iterations < 1 || o.max_iterations > 50) return reject("1 to 50 iterations");
   if (!positive(o.ridge)) return reject("ridge > 0");
   if (!positive(o.wander_mm) || !positive(o.wander_rad) || !positive(o.return_s)) {
@@ -104,7 +104,7 @@ Result<void> validate(const LiveOptions& o) {
   if (o.threads < 1 || o.threads > 64) return reject("1 to 64 threads");
   if (!(o.max_cost > 0 && o.max_cost <= 1)) return reject("max_cost in (0, 1]");
   if (o.evidence_images < 1 || o.evidence_images > 10000) {
-    return reject("1 to 10000 evidence_pictures");
+    return reject("1 to 10000 evidence_images");
   }
   if (!(o.min_distinctness >= 0 && o.min_distinctness < 1)) {
     return reject("min_distinctness in [0, 1)");

@@ -110,7 +110,7 @@ class LiveRegistration {
   void replace_ct(std::shared_ptr<const CtChannels> ct);
 
  private:
-  struct ProgressiveImage {
+  struct WindowImage {
     TrackedFrame tracked;
     PatchSet patches;
   };
@@ -139,7 +139,7 @@ class LiveRegistration {
   Matrix6d covariance_ = Matrix6d::Identity();
   Eigen::Vector3d centre_ct_ = Eigen::Vector3d::Zero();
   std::optional<Timestamp> newest_;
-  std::deque<ProgressiveImage> window_;
+  std::deque<WindowImage> window_;
   /// Low-pass filtered twist from the accepted pose, about mean_centre_ct_.
   Vector6d mean_twist_ = Vector6d::Zero();
   std::optional<Eigen::Vector3d> mean_centre_ct_;

@@ -238,7 +238,7 @@ Result<void> validate(const PhaseOptions& o) {
   if (!(o.cost_tolerance > 0 && o.cost_tolerance < 1)) return reject("cost_tolerance in (0, 1)");
   if (!(o.ridge > 0 && std::isfinite(o.ridge))) return reject("ridge > 0");
   if (o.threads < 1 || o.threads > 64) return reject("1 to 64 threads");
-  if (o.min_images < 8) return reject("min_pictures >= 8");
+  if (o.min_images < 8) return reject("min_images >= 8");
   if (!(o.max_gap > 0 && o.max_gap < 1)) return reject("max_gap in (0, 1)");
   if (!(o.min_gain_sigmas > 0)) return reject("min_gain_sigmas > 0");
   if (!(o.min_gain_share >= 0 && o.min_gain_share < 1)) return reject("min_gain_share in [0, 1)");

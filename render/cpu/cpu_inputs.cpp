@@ -24,9 +24,9 @@ constexpr double kLongestCellOverParts = 3.5;
 
 /// Number of voxels that are marched between two brick tests: measured, the best of 1 to 4. The
 /// second value is for runs of cells.
-constexpr double kVoxelsPerLook = 2;
-constexpr double kVoxelsPerLookInRuns = 4;
-constexpr double kMostRunsPerLook = 8;
+constexpr double kVoxelsPerTest = 2;
+constexpr double kVoxelsPerTestInRuns = 4;
+constexpr double kMostRunsPerTest = 8;
 
 /// Replaces infinity, because infinity · 0 would be NaN.
 constexpr double kFar = 1e30;
@@ -72,10 +72,10 @@ void set_bricks(const Scene& scene, const CpuCache& cache, const MarchKey& key, 
   if (scene.quality.step_voxels <= kLongestCellOverParts) in.brick_parts = cache.parts().data();
   if (key.cells == MarchCells::kVisible) in.visible_cells = cache.visible_cells();
   const bool in_runs = key.classify == MarchClassify::kPreIntegrated;
-  in.cells_per_look =
-      in_runs ? cells_per_look_in_runs(scene.quality) : cells_per_look(scene.quality);
+  in.cells_per_test =
+      in_runs ? cells_per_test_in_runs(scene.quality) : cells_per_test(scene.quality);
   // A run without visible cells costs little, and brick tests cannot skip the other runs.
-  if (key.cells == MarchCells::kVisible) in.cells_per_look *= 2;
+  if (key.cells == MarchCells::kVisible) in.cells_per_test *= 2;
   if (key.fade) in.brick_importance = cache.importance().data();
 }
 
@@ -127,8 +127,8 @@ void set_index_axis(const Eigen::Vector3d& v, const VoxelGrid& grid, double* out
 
 }  // namespace
 
-int cells_per_look(const Quality& quality) {
-  const double cells = std::round(kVoxelsPerLook / quality.step_voxels);
+int cells_per_test(const Quality& quality) {
+  const double cells = std::round(kVoxelsPerTest / quality.step_voxels);
   return static_cast<int>(std::clamp(cells, 1.0, 16.0));
 }
 
@@ -139,9 +139,9 @@ MarchPrefetch march_prefetch(const VoxelGrid& grid, const Quality& quality) {
   return voxels > kPrefetchVoxelsAtCorners ? MarchPrefetch::kCorners : MarchPrefetch::kNone;
 }
 
-int cells_per_look_in_runs(const Quality& quality) {
-  const double runs = std::round(kVoxelsPerLookInRuns / (kMarchRun * quality.step_voxels));
-  return kMarchRun * static_cast<int>(std::clamp(runs, 1.0, kMostRunsPerLook));
+int cells_per_test_in_runs(const Quality& quality) {
+  const double runs = std::round(kVoxelsPerTestInRuns / (kMarchRun * quality.step_voxels));
+  return kMarchRun * static_cast<int>(std::clamp(runs, 1.0, kMostRunsPerTest));
 }
 
 RayInputs ray_inputs(const Scene& scene, double first_sample) {

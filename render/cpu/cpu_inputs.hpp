@@ -11,10 +11,10 @@ namespace nav::render {
 /// The variant of the march that a scene needs.
 MarchKey march_key(const Scene& scene, const CpuCache& cache, bool with_cutaway);
 
-/// Value for MarchInputs::cells_per_look.
-int cells_per_look(const Quality& quality);
+/// Value for MarchInputs::cells_per_test.
+int cells_per_test(const Quality& quality);
 /// The value for cells in runs of kMarchRun: whole runs, because a part of a run costs as much.
-int cells_per_look_in_runs(const Quality& quality);
+int cells_per_test_in_runs(const Quality& quality);
 
 /// Value for MarchInputs::prefetch.
 MarchPrefetch march_prefetch(const VoxelGrid& grid, const Quality& quality);

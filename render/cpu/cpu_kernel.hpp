@@ -56,8 +56,8 @@ class Marcher {
     // marching a little through empty space, which changes nothing. The more tests find nothing to
     // skip, the fewer are made.
     int patience = 1;
-    for (int until_look = 0; true;) {
-      if (skipping && until_look == 0) {
+    for (int until_test = 0; true;) {
+      if (skipping && until_test == 0) {
         if (leaper.leap(cell, end_, active, fresh)) {
           active = V::both(active, V::less(cell, end_));
           if (!V::any(active)) break;
@@ -65,16 +65,16 @@ class Marcher {
         } else {
           patience = std::min(patience + 1, kMarchPatience);
         }
-        until_look = patience * in_.cells_per_look;
+        until_test = patience * in_.cells_per_test;
       }
       int run = 1;
       if constexpr (kPre) {
-        run = skipping && until_look < kMarchRun ? until_look : kMarchRun;
+        run = skipping && until_test < kMarchRun ? until_test : kMarchRun;
         add_run(cell, run, active, fresh);
       } else {
         add_cell(cell, active);
       }
-      until_look -= run;
+      until_test -= run;
       fresh = V::none();
       cell = V::add(cell, cells(run));
       active = V::both(active, V::both(V::less(cell, end_), V::less(alpha_, opaque)));

@@ -66,7 +66,7 @@ struct MarchInputs {
   /// VisibleCells::words(). Null: every cell is sampled. Readable one word past that of the last
   /// cell.
   const std::int32_t* visible_cells;
-  int cells_per_look;  ///< Number of cells that are marched between two brick tests, >= 1.
+  int cells_per_test;  ///< Number of cells that are marched between two brick tests, >= 1.
   /// Greatest importance of samples that may be visible in a brick, in steps of 1/254 rounded up;
   /// 255: 1. Null without a cutaway. Readable 3 bytes past the end.
   const std::uint8_t* brick_importance;

@@ -26,7 +26,7 @@ struct CpuPredicatePainter::Packet : CpuPacket {
 struct CpuPredicatePainter::Light {
   spec::Rgb<float> rgb;
   float alpha;
-  float importance;  ///< In the units of PredicateLook.
+  float importance;  ///< In the units of PredicateAppearance.
   float image;       ///< Share of the ultrasound image in the colour.
 };
 

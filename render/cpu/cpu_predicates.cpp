@@ -23,7 +23,7 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-bool same_appearance(const PredicateLook& a, const PredicateLook& b) {
+bool same_appearance(const PredicateAppearance& a, const PredicateAppearance& b) {
   if (!(a.importance > 0) && !(b.importance > 0)) return true;
   return a.importance == b.importance && std::equal(a.tint, a.tint + 3, b.tint);
 }
@@ -55,7 +55,7 @@ void CpuPredicates::update(const Scene& scene, int threads, std::optional<double
     take_channels(threads);
     make_atoms();
   }
-  make_looks();
+  make_appearances();
   make_bricks(threads);
   make_opacities(scene);
 }
@@ -120,25 +120,25 @@ float CpuPredicates::measure(double importance) const {
   return static_cast<float>(std::exp(importance - set_->greatest_impact()));
 }
 
-PredicateLook CpuPredicates::appearance_of(std::uint32_t leaves) const {
+PredicateAppearance CpuPredicates::appearance_of(std::uint32_t leaves) const {
   const spec::PredicateClass c = set_->class_of(set_->mask_of(leaves));
   if (!(c.importance > 0)) return {{0, 0, 0}, 0};
   const Eigen::Vector3f tint = spec::hsl_tint(c.hue_deg, c.saturation).cast<float>();
   return {{tint.x(), tint.y(), tint.z()}, measure(c.importance)};
 }
 
-void CpuPredicates::make_looks() {
+void CpuPredicates::make_appearances() {
   static std::atomic<std::uint64_t> generations{0};
   generation_ = ++generations;
   appearances_.clear();
-  few_looks_.clear();
-  look_numbers_.clear();
-  numbered_looks_.clear();
+  few_appearances_.clear();
+  appearance_numbers_.clear();
+  numbered_appearances_.clear();
   matters_.clear();
   if (atoms_.size() > kMostTabulated) return;
   for (std::uint32_t bits = 0; bits < (1U << atoms_.size()); ++bits)
     appearances_.push_back(appearance_of(bits));
-  make_few_looks();
+  make_few_appearances();
   make_matters();
 }
 
@@ -163,9 +163,9 @@ void CpuPredicates::make_matters() {
   }
 }
 
-/// Makes PredicateInputs::few_looks.
+/// Makes PredicateInputs::few_appearances.
 std::vector<CpuPredicates::Eight> CpuPredicates::columns_of(
-    const std::vector<PredicateLook>& appearances) {
+    const std::vector<PredicateAppearance>& appearances) {
   const std::size_t eights = eights_of(appearances.size());
   std::vector<Eight> out(4 * eights);
   const auto put = [&](std::size_t column, std::size_t at, float value) {
@@ -178,41 +178,43 @@ std::vector<CpuPredicates::Eight> CpuPredicates::columns_of(
   return out;
 }
 
-void CpuPredicates::make_few_looks() {
-  std::vector<PredicateLook> different;
+void CpuPredicates::make_few_appearances() {
+  std::vector<PredicateAppearance> different;
   std::vector<std::int32_t> numbers;
-  for (const PredicateLook& appearance : appearances_) {
-    const auto same = std::ranges::find_if(
-        different, [&](const PredicateLook& other) { return same_appearance(appearance, other); });
+  for (const PredicateAppearance& appearance : appearances_) {
+    const auto same = std::ranges::find_if(different, [&](const PredicateAppearance& other) {
+      return same_appearance(appearance, other);
+    });
     numbers.push_back(static_cast<std::int32_t>(same - different.begin()));
     if (same == different.end()) different.push_back(appearance);
-    if (different.size() > static_cast<std::size_t>(kFewLooks)) return;
+    if (different.size() > static_cast<std::size_t>(kFewAppearances)) return;
   }
-  if (appearances_.size() <= static_cast<std::size_t>(kFewLooks)) {
-    few_looks_ = columns_of(appearances_);
+  if (appearances_.size() <= static_cast<std::size_t>(kFewAppearances)) {
+    few_appearances_ = columns_of(appearances_);
   } else {
-    few_looks_ = columns_of(different);
-    look_numbers_ = numbers;
+    few_appearances_ = columns_of(different);
+    appearance_numbers_ = numbers;
   }
   const bool shorter = eights_of(different.size()) < eights_of(appearances_.size());
   if (!shorter || appearances_.size() > std::size_t{1} << kWeighedLeaves ||
-      different.size() > static_cast<std::size_t>(kLooksOfNibbles))
+      different.size() > static_cast<std::size_t>(kAppearancesOfNibbles))
     return;
   constexpr std::size_t kNibblesAWord = 8;
-  numbered_looks_ = columns_of(different);
-  look_nibbles_ = {};
+  numbered_appearances_ = columns_of(different);
+  appearance_nibbles_ = {};
   for (std::size_t b = 0; b < numbers.size(); ++b) {
     const auto nibble = static_cast<std::uint32_t>(numbers[b]) << (4 * (b % kNibblesAWord));
-    look_nibbles_.of[b / kNibblesAWord] |= static_cast<std::int32_t>(nibble);
+    appearance_nibbles_.of[b / kNibblesAWord] |= static_cast<std::int32_t>(nibble);
   }
 }
 
 // Each thread keeps its last results, because neighbours have the same appearance.
-void CpuPredicates::find_look(const void* self, std::uint32_t leaves, PredicateLook* out) {
+void CpuPredicates::find_appearance(const void* self, std::uint32_t leaves,
+                                    PredicateAppearance* out) {
   struct Kept {
     std::uint64_t generation = 0;
     std::uint32_t leaves = 0;
-    PredicateLook appearance{};
+    PredicateAppearance appearance{};
   };
   constexpr std::size_t kSlots = 4096;
   thread_local std::array<Kept, kSlots> slots;
@@ -269,7 +271,7 @@ void CpuPredicates::set_grid(const Scene& scene, PredicateInputs& in) const {
   in.brick_importance = importance_.data();
   if (scene.quality.skip_empty_bricks) {
     base.brick_leap = leaps_.data();
-    base.cells_per_look = cells_per_look_in_runs(scene.quality);
+    base.cells_per_test = cells_per_test_in_runs(scene.quality);
     // A test of the volume's own value costs less than looking up whether it is needed.
     const bool costly = std::any_of(atoms_.begin(), atoms_.end(), [](const PredicateAtom& atom) {
       return atom.kind != PredicateAtom::kRange || atom.channel[0] != 0;
@@ -338,14 +340,15 @@ PredicateInputs CpuPredicates::inputs(const Scene& scene) const {
       }));
   in.matters = matters_.empty() ? nullptr : matters_.data();
   in.appearances = appearances_.empty() ? nullptr : appearances_.data();
-  in.find_look = &CpuPredicates::find_look;
-  in.look_finder = this;
-  in.few_looks = few_looks_.empty() ? nullptr : few_looks_.front().of;
-  in.few_eights = static_cast<int>(few_looks_.size() / 4);
-  in.look_numbers = look_numbers_.empty() ? nullptr : look_numbers_.data();
-  in.look_nibbles = numbered_looks_.empty() ? nullptr : look_nibbles_.of;
-  in.numbered_looks = numbered_looks_.empty() ? nullptr : numbered_looks_.front().of;
-  in.numbered_eights = static_cast<int>(numbered_looks_.size() / 4);
+  in.find_appearance = &CpuPredicates::find_appearance;
+  in.appearance_finder = this;
+  in.few_appearances = few_appearances_.empty() ? nullptr : few_appearances_.front().of;
+  in.few_eights = static_cast<int>(few_appearances_.size() / 4);
+  in.appearance_numbers = appearance_numbers_.empty() ? nullptr : appearance_numbers_.data();
+  in.appearance_nibbles = numbered_appearances_.empty() ? nullptr : appearance_nibbles_.of;
+  in.numbered_appearances =
+      numbered_appearances_.empty() ? nullptr : numbered_appearances_.front().of;
+  in.numbered_eights = static_cast<int>(numbered_appearances_.size() / 4);
   return in;
 }
 

@@ -36,9 +36,9 @@ class CpuPredicates {
   [[nodiscard]] PredicateBlend blend() const { return blend_; }
   /// Inputs for the scene of the last update(); valid until the next update().
   [[nodiscard]] PredicateInputs inputs(const Scene& scene) const;
-  /// Importance of surfaces, in the units of PredicateLook.
+  /// Importance of surfaces, in the units of PredicateAppearance.
   [[nodiscard]] float greatest() const { return measure(set_->greatest_impact()); }
-  /// Importance of an impact, limited to the greatest, in the units of PredicateLook.
+  /// Importance of an impact, limited to the greatest, in the units of PredicateAppearance.
   [[nodiscard]] float of_impact(double impact) const {
     return measure(std::min(impact, set_->greatest_impact()));
   }
@@ -62,15 +62,15 @@ class CpuPredicates {
                       std::map<const StoredVolume*, Prepared>& into);
   void take_channels(int threads);
   void make_atoms();
-  void make_looks();
-  void make_few_looks();
-  static std::vector<Eight> columns_of(const std::vector<PredicateLook>& appearances);
+  void make_appearances();
+  void make_few_appearances();
+  static std::vector<Eight> columns_of(const std::vector<PredicateAppearance>& appearances);
   void make_matters();
   void make_opacities(const Scene& scene);
   void make_bricks(int threads);
   [[nodiscard]] float measure(double importance) const;
-  [[nodiscard]] PredicateLook appearance_of(std::uint32_t leaves) const;
-  static void find_look(const void* self, std::uint32_t leaves, PredicateLook* out);
+  [[nodiscard]] PredicateAppearance appearance_of(std::uint32_t leaves) const;
+  static void find_appearance(const void* self, std::uint32_t leaves, PredicateAppearance* out);
   void set_grid(const Scene& scene, PredicateInputs& in) const;
   void set_opacity(const Scene& scene, PredicateInputs& in) const;
 
@@ -82,12 +82,12 @@ class CpuPredicates {
   std::vector<std::int8_t> leaps_;
   std::size_t occupied_ = 0;
   std::vector<PredicateAtom> atoms_;
-  std::vector<PredicateLook> appearances_;
+  std::vector<PredicateAppearance> appearances_;
   std::vector<std::uint64_t> matters_;  ///< PredicateInputs::matters.
-  std::vector<Eight> few_looks_;        ///< PredicateInputs::few_looks.
-  std::vector<std::int32_t> look_numbers_;
-  std::vector<Eight> numbered_looks_;
-  Nibbles look_nibbles_;
+  std::vector<Eight> few_appearances_;  ///< PredicateInputs::few_appearances.
+  std::vector<std::int32_t> appearance_numbers_;
+  std::vector<Eight> numbered_appearances_;
+  Nibbles appearance_nibbles_;
   std::vector<float> tau_;  ///< PredicateInputs::tau.
   std::optional<OpacityPieces> opacity_;
   std::uint64_t generation_ = 0;  ///< Version of the appearances that threads keep.

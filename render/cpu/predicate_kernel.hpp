@@ -214,17 +214,17 @@ class PredicateMarcher {
     const bool skipping = in_.base.brick_leap != nullptr;
     // Marching on until the next brick test changes nothing: see Marcher::march().
     int patience = 1;
-    for (int until_look = 0; V::any(active);) {
-      if (skipping && until_look == 0) {
+    for (int until_test = 0; V::any(active);) {
+      if (skipping && until_test == 0) {
         const bool leapt = leaper.leap(cell, end_, active, moved);
         patience = leapt ? 1 : std::min(patience + 1, kMarchPatience);
         active = V::both(active, V::less(cell, end_));
         if (!V::any(active)) break;
-        until_look = patience * in_.base.cells_per_look;
+        until_test = patience * in_.base.cells_per_test;
       }
-      const int run = skipping && until_look < kMarchRun ? until_look : kMarchRun;
+      const int run = skipping && until_test < kMarchRun ? until_test : kMarchRun;
       cell = add_run(cell, run, active);
-      until_look -= run;
+      until_test -= run;
       active = V::both(active, V::less(cell, end_));
     }
     V::store(rays_.alpha + lane_, alpha_);
@@ -476,7 +476,7 @@ class PredicateMarcher {
 
   void classify(Part& part) {
     if (!V::any(part.shown)) return;
-    find_looks(part.leaves, part.shown, part.appearance);
+    find_appearances(part.leaves, part.shown, part.appearance);
     part.shown = V::both(part.shown, V::less(V::set(0.0F), part.appearance[3]));
     if (!V::any(part.shown)) return;
     const F cell = part.sample.cell;
@@ -531,43 +531,43 @@ class PredicateMarcher {
   }
 
   /// Finds the appearance of the lanes in \p asked.
-  void find_looks(I leaves, M asked, F* appearance) const {
-    const bool reads_numbers = in_.look_numbers != nullptr;
-    if (in_.look_nibbles != nullptr && (reads_numbers || in_.few_eights > V::kEightsAtOnce)) {
-      const I at = V::nibble(in_.look_nibbles, leaves);
-      pick_looks(in_.numbered_looks, in_.numbered_eights, at, appearance);
+  void find_appearances(I leaves, M asked, F* appearance) const {
+    const bool reads_numbers = in_.appearance_numbers != nullptr;
+    if (in_.appearance_nibbles != nullptr && (reads_numbers || in_.few_eights > V::kEightsAtOnce)) {
+      const I at = V::nibble(in_.appearance_nibbles, leaves);
+      pick_appearances(in_.numbered_appearances, in_.numbered_eights, at, appearance);
       return;
     }
-    if (in_.few_looks != nullptr) {
-      const I at = reads_numbers ? V::load_int(in_.look_numbers, leaves) : leaves;
-      pick_looks(in_.few_looks, in_.few_eights, at, appearance);
+    if (in_.few_appearances != nullptr) {
+      const I at = reads_numbers ? V::load_int(in_.appearance_numbers, leaves) : leaves;
+      pick_appearances(in_.few_appearances, in_.few_eights, at, appearance);
       return;
     }
     std::uint32_t bits[V::kLanes];
     if (V::same(leaves, asked, bits[0])) {
-      PredicateLook found;
-      const PredicateLook* one = appearance_of(bits[0], found);
+      PredicateAppearance found;
+      const PredicateAppearance* one = appearance_of(bits[0], found);
       for (int c = 0; c < 3; ++c) appearance[c] = V::set(one->tint[c]);
       appearance[3] = V::set(one->importance);
       return;
     }
-    const PredicateLook* entries[V::kLanes];
-    PredicateLook found[V::kLanes];
+    const PredicateAppearance* entries[V::kLanes];
+    PredicateAppearance found[V::kLanes];
     V::store_int(reinterpret_cast<std::int32_t*>(bits), leaves);
     for (int lane = 0; lane < V::kLanes; ++lane) {
       const bool again = lane > 0 && bits[lane] == bits[lane - 1];
       entries[lane] = again ? entries[lane - 1] : appearance_of(bits[lane], found[lane]);
     }
-    V::load_looks(entries, appearance);
+    V::load_appearances(entries, appearance);
   }
 
-  static void pick_looks(const float* columns, int eights, I at, F* appearance) {
+  static void pick_appearances(const float* columns, int eights, I at, F* appearance) {
     for (int c = 0; c < 4; ++c) appearance[c] = V::pick(columns + 8 * c * eights, eights, at);
   }
 
-  const PredicateLook* appearance_of(std::uint32_t leaves, PredicateLook& found) const {
+  const PredicateAppearance* appearance_of(std::uint32_t leaves, PredicateAppearance& found) const {
     if (in_.appearances != nullptr) return in_.appearances + leaves;
-    in_.find_look(in_.look_finder, leaves, &found);
+    in_.find_appearance(in_.appearance_finder, leaves, &found);
     return &found;
   }
 

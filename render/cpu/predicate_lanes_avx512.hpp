@@ -95,7 +95,7 @@ struct PredicateAvx512 : Avx512 {
     }
     return out;
   }
-  static void load_looks(const PredicateLook* const* appearances, F* out) {
+  static void load_appearances(const PredicateAppearance* const* appearances, F* out) {
     F four[4];
     for (int i = 0; i < 4; ++i) {
       four[i] = load_four(appearances[i]->tint, appearances[i + 4]->tint, appearances[i + 8]->tint,

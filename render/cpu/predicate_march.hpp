@@ -16,8 +16,8 @@ inline constexpr int kMostChannels = 65;
 inline constexpr float kMarchFullImportance = 1 - 1.0F / 4096;
 
 /// Greatest number of appearances that are picked from registers.
-inline constexpr int kFewLooks = 32;
-inline constexpr int kLooksOfNibbles = 16;
+inline constexpr int kFewAppearances = 32;
+inline constexpr int kAppearancesOfNibbles = 16;
 /// Greatest number of leaves for which PredicateInputs::matters is computed.
 inline constexpr int kWeighedLeaves = 6;
 
@@ -45,7 +45,7 @@ constexpr int channels_of(std::int32_t kind) {
 }
 
 /// Appearance of the samples for which the same leaves are true.
-struct alignas(16) PredicateLook {
+struct alignas(16) PredicateAppearance {
   float tint[3];     ///< spec::hsl_tint().
   float importance;  ///< I, or exp(I - I_max) in the weight form; <= 0: invisible.
 };
@@ -89,27 +89,29 @@ struct PredicateInputs {
   /// Bit b of entry leaf_count · known + i is set if leaf i may decide the appearance when the
   /// leaves of the bits `known` are as in b. All other bits of b are 0. Null above kWeighedLeaves.
   const std::uint64_t* matters;
-  /// Appearances by leaf bits. Null above 12 leaves; then find_look() is called.
-  const PredicateLook* appearances;
-  void (*find_look)(const void* appearances, std::uint32_t leaves, PredicateLook* out);
-  const void* look_finder;
+  /// Appearances by leaf bits. Null above 12 leaves; then find_appearance() is called.
+  const PredicateAppearance* appearances;
+  void (*find_appearance)(const void* appearances, std::uint32_t leaves, PredicateAppearance* out);
+  const void* appearance_finder;
   /// The different appearances in columns, importance last, each of 8 · few_eights floats. Null
-  /// above kFewLooks.
-  const float* few_looks;
+  /// above kFewAppearances.
+  const float* few_appearances;
   int few_eights;
-  const std::int32_t* look_numbers;  ///< Positions in few_looks, by leaf bits; null: the bits are
-                                     ///< the positions.
-  /// Positions in numbered_looks, which holds at most kLooksOfNibbles different appearances, by the
-  /// bits b of at most kWeighedLeaves leaves: four bits from bit 4 (b mod 8) on of word b / 8 of
-  /// eight. Null: there are more, or so few leaves that few_looks is no larger.
-  const std::int32_t* look_nibbles;
-  const float* numbered_looks;  ///< Columns of 8 · numbered_eights floats; see few_looks.
+  const std::int32_t* appearance_numbers;  ///< Positions in few_appearances, by leaf bits; null:
+                                           ///< the bits are the positions.
+  /// Positions in numbered_appearances, which holds at most kAppearancesOfNibbles different
+  /// appearances, by the bits b of at most kWeighedLeaves leaves: four bits from bit 4 (b mod 8) on
+  /// of word b / 8 of eight. Null: there are more, or so few leaves that few_appearances is no
+  /// larger.
+  const std::int32_t* appearance_nibbles;
+  const float*
+      numbered_appearances;  ///< Columns of 8 · numbered_eights floats; see few_appearances.
   int numbered_eights;
 
   /// Per brick: leaves that are true everywhere, and leaves that must be tested. Null: test all.
   const std::int32_t* brick_sure;
   const std::int32_t* brick_open;
-  /// Per brick: upper bound of the importance of its samples, in the units of PredicateLook.
+  /// Per brick: upper bound of the importance of its samples, in the units of PredicateAppearance.
   const float* brick_importance;
 
   float intensity_offset;  ///< Intensity = offset + scale · code of codes[0].

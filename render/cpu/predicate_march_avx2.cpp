@@ -111,7 +111,7 @@ struct PredicateAvx2 : Avx2 {
     }
     return out;
   }
-  static void load_looks(const PredicateLook* const* appearances, F* out) {
+  static void load_appearances(const PredicateAppearance* const* appearances, F* out) {
     F pair[4];
     for (int i = 0; i < 4; ++i) pair[i] = load_two(appearances[i]->tint, appearances[i + 4]->tint);
     transpose(pair, out);

@@ -54,7 +54,7 @@ struct PredicateScalar : Scalar {
   }
   static constexpr int kEightsAtOnce = 4;
   static F pick(const float* table, int /*eights*/, I at) { return table[at]; }
-  static void load_looks(const PredicateLook* const* appearances, F* out) {
+  static void load_appearances(const PredicateAppearance* const* appearances, F* out) {
     for (int i = 0; i < 3; ++i) out[i] = appearances[0]->tint[i];
     out[3] = appearances[0]->importance;
   }

@@ -75,8 +75,9 @@ Result<void> GlPredicates::update(const Scene& scene) {
   auto made = PredicateSet::create(*scene.predicates, scene.ct, position_of(scene));
   if (!made) return made.error();
   const gl::PackedRows packed;
-  const bool other_looks = !set_ || !same_weights(*set_, *made) || !same_programs(*set_, *made) ||
-                           set_->leaves().size() != made->leaves().size();
+  const bool other_appearances = !set_ || !same_weights(*set_, *made) ||
+                                 !same_programs(*set_, *made) ||
+                                 set_->leaves().size() != made->leaves().size();
   set_ = *std::move(made);
   // Runs while data is sent, because sending to a new texture mostly touches pages of memory one
   // after the other.
@@ -109,14 +110,14 @@ Result<void> GlPredicates::update(const Scene& scene) {
            .undefined = features_.has_undefined(),
            .labels = set_->labels().has_value(),
            .log_importance = set_->size() > kMostWeighed,
-           .look_table = classes_of(*set_) != PredicateClasses::kNone};
+           .appearance_table = classes_of(*set_) != PredicateClasses::kNone};
   std::vector<std::uint32_t> undefined;
   for (const auto& leaf : set_->leaves()) undefined.push_back(undefined_of(leaf));
   rows_ = predicate_rows(*set_, features_, undefined, labels_.bits());
   const bool leaves_changed = other_leaves.valid() && other_leaves.get();
-  unchanged_ = !other_looks && !leaves_changed;
-  if (other_looks) form_.look_table ? send_looks() : send_weights();
-  if (other_looks || leaves_changed) send_bricks();
+  unchanged_ = !other_appearances && !leaves_changed;
+  if (other_appearances) form_.appearance_table ? send_appearances() : send_weights();
+  if (other_appearances || leaves_changed) send_bricks();
   if (opacity_length_mm_ != scene.predicates->opacity_length_mm)
     send_opacity(scene.predicates->opacity_length_mm);
   return {};
@@ -147,7 +148,7 @@ double GlPredicates::measure(double importance) const {
   return form_.log_importance ? importance : std::exp(importance - set_->greatest_impact());
 }
 
-void GlPredicates::send_looks() {
+void GlPredicates::send_appearances() {
   const bool by_leaves = classes_of(*set_) == PredicateClasses::kLeaves;
   const std::uint32_t count = 1U << (by_leaves ? set_->leaves().size() : set_->size());
   std::vector<Eigen::Vector4f> appearances;
@@ -160,7 +161,7 @@ void GlPredicates::send_looks() {
     }
     appearances.push_back(appearance.cast<float>());
   }
-  send_roomy_table(look_table_, GL_RGBA32F, std::move(appearances));
+  send_roomy_table(appearance_table_, GL_RGBA32F, std::move(appearances));
 }
 
 void GlPredicates::send_weights() {
@@ -221,7 +222,7 @@ std::optional<GlPredicateForm> GlPredicates::generic_form() const {
                          .undefined = true,
                          .labels = true,
                          .log_importance = form_.log_importance,
-                         .look_table = form_.look_table,
+                         .appearance_table = form_.appearance_table,
                          .generic = true};
 }
 
@@ -259,9 +260,10 @@ void GlPredicates::bind(GlProgram& program, bool generic, const Scene& scene,
   bind_texture(kPredicateBricks, GL_TEXTURE_3D, brick_texture_.id());
   bind_texture(kOpacity, GL_TEXTURE_BUFFER, opacity_table_.texture.id());
   gl::bind_storage(gl::kOpacityStorage, opacity_table_.buffer_id());
-  gl::bind_storage(gl::kLooksStorage, look_table_.buffer_id());
-  bind_texture(kLooks, GL_TEXTURE_BUFFER,
-               form_.look_table ? look_table_.texture.id() : weight_table_.texture.id());
+  gl::bind_storage(gl::kAppearancesStorage, appearance_table_.buffer_id());
+  bind_texture(
+      kAppearances, GL_TEXTURE_BUFFER,
+      form_.appearance_table ? appearance_table_.texture.id() : weight_table_.texture.id());
 }
 
 void GlPredicates::set_ends(GlProgram& program, const Scene& scene) const {
@@ -270,7 +272,7 @@ void GlPredicates::set_ends(GlProgram& program, const Scene& scene) const {
   const auto budget = spec::early_ends<double>(error, !Surfaces(scene).empty());
   // Plain over never makes hidden material visible again.
   const bool over = set_->uniform();
-  program.set("looks_at_bricks", static_cast<int>(scene.quality.skip_empty_bricks || ends));
+  program.set("tests_bricks", static_cast<int>(scene.quality.skip_empty_bricks || ends));
   program.set("leave_out_from", ends && !over ? budget.leave_out_from : kNeverReached);
   program.set("leave_out_for", budget.leave_out_for);
   program.set("end_at", !ends ? kNeverReached : over ? 1 - error : budget.end_at);
@@ -283,7 +285,7 @@ void GlPredicates::set_beside(GlProgram& program, const Scene& scene, const Besi
   const double greatest = set_->greatest_impact();
   const bool over = set_->uniform() && beside.importance >= greatest;
   const double error = scene.predicates->termination_error;
-  program.set("looks_at_bricks", static_cast<int>(scene.quality.skip_empty_bricks));
+  program.set("tests_bricks", static_cast<int>(scene.quality.skip_empty_bricks));
   program.set("leave_out_from", kNeverReached);
   program.set("leave_out_for", 0.0);
   program.set("end_at", kNeverReached);
@@ -309,8 +311,8 @@ void GlPredicates::set_march(GlProgram& program, const Scene& scene,
   program.set("greatest_impact", greatest);
   program.set("entry_count", static_cast<int>(set_->size()));
   program.set("linear_hue", static_cast<int>(set_->hue_mean() == spec::HueMean::kLinear));
-  for (const auto& [name, unit] : {std::pair{"looks", kLooks},
-                                   {"weights", kLooks},
+  for (const auto& [name, unit] : {std::pair{"appearances", kAppearances},
+                                   {"weights", kAppearances},
                                    {"opacity", kOpacity},
                                    {"labels", kLabels},
                                    {"undefined_cells", kUndefined}}) {
@@ -376,7 +378,7 @@ void GlPredicates::release() {
   stand_ins_.release();
   labels_.release();
   brick_texture_.release();
-  for (GlTable* table : {&look_table_, &weight_table_, &opacity_table_, &leaf_table_}) {
+  for (GlTable* table : {&appearance_table_, &weight_table_, &opacity_table_, &leaf_table_}) {
     table->release();
   }
   set_.reset();

@@ -60,7 +60,7 @@ class GlPredicates {
   [[nodiscard]] const GlFeatureTextures& features() const { return features_; }
 
  private:
-  void send_looks();
+  void send_appearances();
   void send_weights();
   void send_bricks();
   void send_opacity(double opacity_length_mm);
@@ -87,7 +87,7 @@ class GlPredicates {
   double opacity_length_mm_ = 0;
   GlTexture brick_texture_;
   GlStandIns stand_ins_;
-  GlTable look_table_, weight_table_, opacity_table_, leaf_table_;
+  GlTable appearance_table_, weight_table_, opacity_table_, leaf_table_;
   std::optional<GlPredicateRows> rows_;
 };
 

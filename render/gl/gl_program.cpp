@@ -104,7 +104,7 @@ std::string predicate_defines(const GlPredicateForm& form) {
   define(defines, form.undefined, "UNDEFINED");
   define(defines, form.labels, "LABELS");
   define(defines, form.log_importance, "LOG_IMPORTANCE");
-  define(defines, form.look_table, "LOOK_TABLE");
+  define(defines, form.appearance_table, "APPEARANCE_TABLE");
   define(defines, form.generic, "GENERIC");
   return defines + form.text;
 }

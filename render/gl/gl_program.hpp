@@ -25,9 +25,9 @@ struct GlPredicateForm {
   bool volume_in_features = false;  ///< VOLUME_IN_FEATURES of predicate_march.glsl.
   bool undefined = false;           ///< Some feature has undefined voxels.
   bool labels = false;
-  bool log_importance = false;  ///< false: weights.
-  bool look_table = false;      ///< false: Eqs. 6 to 8 for every sample.
-  bool generic = false;         ///< Reads any set from a table; text is empty.
+  bool log_importance = false;    ///< false: weights.
+  bool appearance_table = false;  ///< false: Eqs. 6 to 8 for every sample.
+  bool generic = false;           ///< Reads any set from a table; text is empty.
   auto operator<=>(const GlPredicateForm&) const = default;
 };
 

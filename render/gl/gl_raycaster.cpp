@@ -32,7 +32,7 @@ void bind_volume(GlUnit unit, GlTextures& textures) {
 
 void unbind_all() {
   for (const auto unit :
-       {gl::kOpacityStorage, gl::kLooksStorage, gl::kPointsStorage, gl::kTransferStorage})
+       {gl::kOpacityStorage, gl::kAppearancesStorage, gl::kPointsStorage, gl::kTransferStorage})
     gl::bind_storage(unit, 0);
   // In one call: a hundred calls took a card 0.2 ms.
   if (GLEW_VERSION_4_4 != 0 || GLEW_ARB_multi_bind != 0) {
@@ -324,7 +324,7 @@ Result<void> GlRaycaster::resolve(const Scene& scene) {
   resolve_program_->set("front", kFront);
   resolve_program_->set("behind", kBehind);
   resolve_program_->set("live_at", kLiveAt);
-  resolve_program_->set("us_picture", kImage);
+  resolve_program_->set("us_image", kImage);
   resolve_program_->set("plane_opacity", scene.plane->opacity);
   resolve_program_->set("opaque_at", opaque_at(scene));
   resolve_program_->set("by_weight", static_cast<int>(shows_predicates(scene)));
@@ -347,7 +347,7 @@ Result<void> GlRaycaster::composite(const std::array<int, 4>& at) {
   glEnable(GL_BLEND);
   glBlendFuncSeparate(GL_ONE, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
   composite_program_->use();
-  composite_program_->set("picture", kTarget);
+  composite_program_->set("image", kTarget);
   // Pixels are square: heights give the scale, and both images have the same middle.
   const double scale = static_cast<double>(height_) / at[3];
   const Eigen::Vector2d corner(at[0], at[1]);

@@ -48,10 +48,10 @@ void set_camera(GlProgram& program, const Scene& scene) {
   program.set("up", view.up);
   program.set("forward", view.forward);
   program.set("pixel_size", 2 * view.half_height / scene.height);
-  program.set("picture_size", Eigen::Vector2d(scene.width, scene.height));
+  program.set("image_size", Eigen::Vector2d(scene.width, scene.height));
   program.set("orthographic", static_cast<int>(view.orthographic));
   program.set("step_mm", step_mm);
-  if (scene.quality.jitter) program.set("picture_height", static_cast<double>(scene.height));
+  if (scene.quality.jitter) program.set("image_height", static_cast<double>(scene.height));
 }
 
 void set_volume(GlProgram& program, const VoxelGrid& grid, int unit,
@@ -80,7 +80,7 @@ void set_two_volumes(GlProgram& program, const Scene& scene) {
   program.set("lattice_phase", phase(spec::step_mm(scene.quality, scene.ct->grid())));
   program.set("slab_mm", slab_mm(scene));
   if (scene.quality.jitter) {
-    program.set("second_picture_height", static_cast<double>(scene.height));
+    program.set("second_image_height", static_cast<double>(scene.height));
   }
 }
 
@@ -95,7 +95,7 @@ void set_plane(GlProgram& program, const spec::PlaneSurface<double>& plane) {
   program.set("outline", Eigen::Vector4d(plane.apex_mm.x(), plane.apex_mm.y(), plane.radius_min_mm,
                                          plane.radius_max_mm));
   program.set("outline_half", Eigen::Vector2d(plane.sin_half, plane.cos_half));
-  program.set("shows_picture", static_cast<int>(plane.shows_image));
+  program.set("shows_image", static_cast<int>(plane.shows_image));
   program.set("border_rgb", plane.border_rgb);
   program.set("plane_opacity", plane.opacity);
 }

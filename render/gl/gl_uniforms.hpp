@@ -41,7 +41,7 @@ enum GlUnit {
   kUndefined = kFeatures + 3,
   kLabels,
   kPredicateBricks,
-  kLooks,
+  kAppearances,
   kLeaves,
   kOpacity,
   kTarget

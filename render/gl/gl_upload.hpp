@@ -30,7 +30,7 @@ inline GLenum kind_of_volumes(bool slices) { return slices ? GL_TEXTURE_2D_ARRAY
 
 /// Bindings at which compute shaders find tables as storage buffers, which some devices read faster
 /// than textures: the bindings in shaders/include/ where STORAGE is defined.
-enum StorageUnit { kOpacityStorage, kLooksStorage, kPointsStorage, kTransferStorage };
+enum StorageUnit { kOpacityStorage, kAppearancesStorage, kPointsStorage, kTransferStorage };
 
 inline void bind_storage(StorageUnit unit, unsigned buffer) {
   if (GLEW_VERSION_4_3 != 0) glBindBufferBase(GL_SHADER_STORAGE_BUFFER, unit, buffer);

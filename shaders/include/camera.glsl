@@ -10,7 +10,7 @@ uniform vec3 right;        // Unit axes of the view.
 uniform vec3 up;
 uniform vec3 forward;
 uniform float pixel_size;  // Perspective: size at distance 1, unitless. Orthographic: mm.
-uniform vec2 picture_size;  // In pixels.
+uniform vec2 image_size;  // In pixels.
 uniform bool orthographic;
 
 struct Ray {
@@ -19,7 +19,7 @@ struct Ray {
 };
 
 Ray ray_of_pixel(vec2 centre) {  // centre: in pixels, row 0 at the bottom.
-  vec2 ab = (centre - 0.5 * picture_size) * pixel_size;
+  vec2 ab = (centre - 0.5 * image_size) * pixel_size;
   vec3 offset = ab.x * right + ab.y * up;
   if (orthographic) return Ray(base_local + offset, forward);
   float square = dot(ab, ab);

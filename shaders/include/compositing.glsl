@@ -20,11 +20,11 @@ float opacity_of(float x) {
 }
 
 // Completes a ray that ended early: what it has gathered stands for its rest too.
-vec4 closed(vec4 picture, float opaque_at) {
-  return picture.a >= opaque_at ? picture / picture.a : picture;
+vec4 closed(vec4 layer, float opaque_at) {
+  return layer.a >= opaque_at ? layer / layer.a : layer;
 }
 
-void put_behind(inout vec4 picture, vec3 rgb, float alpha) {
-  float part = (1.0 - picture.a) * alpha;
-  picture += vec4(part * rgb, part);
+void put_behind(inout vec4 layer, vec3 rgb, float alpha) {
+  float part = (1.0 - layer.a) * alpha;
+  layer += vec4(part * rgb, part);
 }

@@ -12,7 +12,7 @@ vec4 cost;            // CT samples, shaded samples, faded cells; 1, or 2 if the
 float lattice_shift;  // Part of a cell, [0, 1).
 
 #ifdef JITTER
-uniform float picture_height;  // In pixels.
+uniform float image_height;  // In pixels.
 
 // The integer hash of spec::jitter_of; row 0 at the top.
 float jitter_of(ivec2 pixel) {
@@ -30,7 +30,7 @@ void set_lattice(Ray ray) {
   cell_mm = taken_over(step_mm);
 #ifdef JITTER
   ivec2 pixel = ivec2(fragment_centre);
-  lattice_shift = jitter_of(ivec2(pixel.x, int(picture_height) - 1 - pixel.y));
+  lattice_shift = jitter_of(ivec2(pixel.x, int(image_height) - 1 - pixel.y));
 #else
   lattice_shift = 0.0;
 #endif

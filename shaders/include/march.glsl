@@ -14,7 +14,7 @@ struct Cell {
   float middle;       // Middle of the whole cell, in cells.
   float begin, end;   // Limits of the part, in cells.
   float v_a, v_b;     // Values at the limits, HU.
-  vec4 look;          // rgb, not premultiplied, and extinction per mm.
+  vec4 appearance;    // rgb, not premultiplied, and extinction per mm.
   float importance;   // 1 if it is not needed.
 };
 
@@ -27,20 +27,20 @@ void classify_in_steps(inout Cell cell, float gradient, bool fading) {
   for (int i = 0; i < kFadeSteps; ++i) {
     float w = (float(i) + 0.5) / float(kFadeSteps);
     float importance;
-    vec4 look = transfer_at(cell.v_a + w * (cell.v_b - cell.v_a), gradient, importance);
-    float tau = look.a;
+    vec4 appearance = transfer_at(cell.v_a + w * (cell.v_b - cell.v_a), gradient, importance);
+    float tau = appearance.a;
 #ifdef CUTAWAY
     if (fading) {
       float t = t_of(cell.begin + w * (cell.end - cell.begin));
       tau = faded(tau, visibility(importance, occlusion(cut_span, t)));
     }
 #endif
-    sum += vec4(tau * look.rgb, tau);
+    sum += vec4(tau * appearance.rgb, tau);
     weighted += tau * importance;
   }
   bool visible = sum.a > 0.0;
   cell.importance = visible ? weighted / sum.a : 1.0;
-  cell.look = visible ? vec4(sum.rgb / sum.a, sum.a / float(kFadeSteps)) : vec4(0.0);
+  cell.appearance = visible ? vec4(sum.rgb / sum.a, sum.a / float(kFadeSteps)) : vec4(0.0);
 }
 
 bool varies(vec2 ends) { return abs(ends.x - ends.y) > kFadeVaries; }
@@ -53,9 +53,9 @@ vec2 importances_of(Cell cell, float gradient) {
 // Sets the importance of a cell.
 void weigh(inout Cell cell, float gradient, vec2 ends) {
   if (varies(ends)) {
-    vec4 look = cell.look;
+    vec4 appearance = cell.appearance;
     classify_in_steps(cell, gradient, false);
-    cell.look = look;
+    cell.appearance = appearance;
   } else {
     cell.importance = 0.5 * (ends.x + ends.y);
   }
@@ -74,7 +74,7 @@ void fade(inout Cell cell, float gradient) {
 #ifdef EMPHASIS
     weigh(cell, gradient, importance);
 #endif
-    cell.look.a = faded(cell.look.a, 0.5 * (visible.x + visible.y));
+    cell.appearance.a = faded(cell.appearance.a, 0.5 * (visible.x + visible.y));
   }
 }
 #endif
@@ -82,16 +82,16 @@ void fade(inout Cell cell, float gradient) {
 float length_mm(Cell cell) { return (cell.end - cell.begin) * cell_mm; }
 
 void composite(Cell cell) {
-  put_behind(picture, cell.look.rgb, opacity_of(cell.look.a * length_mm(cell)));
+  put_behind(layer, cell.appearance.rgb, opacity_of(cell.appearance.a * length_mm(cell)));
 }
 
 #ifdef PREINTEGRATED
 // Composites a mean of mean_between() over a length.
 void composite_mean(vec4 mean, float length_mm) {
   float extinction = max(mean.a, 0.0);
-  float part = (1.0 - picture.a) * opacity_of(extinction * length_mm);
+  float part = (1.0 - layer.a) * opacity_of(extinction * length_mm);
   float per = part / max(extinction, 1.0e-30);
-  picture += vec4(per * clamp(mean.rgb, vec3(0.0), vec3(extinction)), part);
+  layer += vec4(per * clamp(mean.rgb, vec3(0.0), vec3(extinction)), part);
 }
 #endif
 
@@ -107,28 +107,28 @@ void shade_and_composite(Cell cell, bool fading) {
   const float share = 1.0;
 #endif
 #ifdef PREINTEGRATED
-  float opacity = opacity_of(cell.look.a * length_mm(cell));
+  float opacity = opacity_of(cell.appearance.a * length_mm(cell));
   if (share > 0.0) {
     // The mean of the shades at several positions: spec::shades_of().
-    float weight = (1.0 - picture.a) * opacity;
+    float weight = (1.0 - layer.a) * opacity;
     float places = clamp(floor(shades_taken * sqrt(weight) + 0.5), 1.0, kMostShades);
     float apart = 1.0 / places;
     float at = cell.middle - 0.5 + 0.5 * apart;
     vec3 sum = vec3(0.0);
     float place = 0.5;
     do {
-      sum += shaded(cell.look.rgb, gradient_at(index_at(at)), share);
+      sum += shaded(cell.appearance.rgb, gradient_at(index_at(at)), share);
       at += apart;
       place += 1.0;
     } while (place < places);
     cost.y += places;
-    cell.look.rgb = sum / places;
+    cell.appearance.rgb = sum / places;
   }
-  put_behind(picture, cell.look.rgb, opacity);
+  put_behind(layer, cell.appearance.rgb, opacity);
 #else
   if (share > 0.0) {
     cost.y += 1.0;
-    cell.look.rgb = shaded(cell.look.rgb, gradient_at(index_at(cell.middle)), share);
+    cell.appearance.rgb = shaded(cell.appearance.rgb, gradient_at(index_at(cell.middle)), share);
   }
   composite(cell);
 #endif
@@ -230,7 +230,7 @@ Cell cell_at(Walk w, int k, float v0, float v1) {
   cell.end = float(k) + to;
   cell.middle = float(k) + 0.5;
   cell.importance = 1.0;
-  cell.look = vec4(0.0);
+  cell.appearance = vec4(0.0);
   return cell;
 }
 
@@ -285,7 +285,7 @@ void take_middle(inout Walk w, out Cell cell, bool fading) {
 #else
   const float gradient = 0.0;
 #endif
-  cell.look = transfer_at(v, gradient, cell.importance);
+  cell.appearance = transfer_at(v, gradient, cell.importance);
 #ifdef CUTAWAY
   if (fading) {
     cost.z += 1.0;
@@ -305,11 +305,13 @@ Cell take_one(inout Walk w, bool may_begin) {
   Cell cell;
   vec4 mean;
   if (!take_sample(w, may_begin, cell, mean)) cell.end = cell.begin;
-  cell.look = mean;
+  cell.appearance = mean;
   return cell;
 }
 
-int bit_of(Cell cell, int bit) { return cell.end > cell.begin && cell.look.a > 0.0 ? bit : 0; }
+int bit_of(Cell cell, int bit) {
+  return cell.end > cell.begin && cell.appearance.a > 0.0 ? bit : 0;
+}
 
 bool take_four(inout Walk w) {
   Cell a = take_one(w, true);
@@ -323,18 +325,18 @@ bool take_four(inout Walk w) {
     if ((left & 4) != 0) cell = c;
     if ((left & 2) != 0) cell = b;
     if ((left & 1) != 0) cell = a;
-    cell.look = look_of(cell.look);
+    cell.appearance = appearance_of(cell.appearance);
     shade_and_composite(cell, false);
-    left = picture.a < enough ? left & (left - 1) : 0;
+    left = layer.a < enough ? left & (left - 1) : 0;
   } while (left != 0);
-  return picture.a >= enough;
+  return layer.a >= enough;
 }
 #else
 void take_one(inout Walk w, bool may_begin) {
   Cell cell;
   vec4 mean;
   bool whole = take_sample(w, may_begin, cell, mean);
-  composite_mean(mean, whole && picture.a < enough ? max(length_mm(cell), 0.0) : 0.0);
+  composite_mean(mean, whole && layer.a < enough ? max(length_mm(cell), 0.0) : 0.0);
 }
 
 bool take_four(inout Walk w) {
@@ -343,7 +345,7 @@ bool take_four(inout Walk w) {
   take_one(w, false);
   take_one(w, false);
   w.next = max(w.next, w.known);
-  return picture.a >= enough;
+  return layer.a >= enough;
 }
 #endif
 #endif
@@ -356,7 +358,7 @@ bool take_next(inout Walk w, inout Cell cell, bool fading) {
   vec4 mean;
   found = take_sample(w, true, cell, mean);
 #if defined(SHADING) || defined(CUTAWAY)
-  cell.look = look_of(mean);
+  cell.appearance = appearance_of(mean);
 #endif
 #ifdef CUTAWAY
   if (fading && found) {
@@ -371,14 +373,14 @@ bool take_next(inout Walk w, inout Cell cell, bool fading) {
   take_middle(w, cell, fading);
 #endif
 #ifdef SHADING
-  return found && cell.look.a > 0.0;
+  return found && cell.appearance.a > 0.0;
 #else
 #ifdef PREINTEGRATED
   if (fading && found) composite(cell);
 #else
   composite(cell);
 #endif
-  return picture.a >= enough;
+  return layer.a >= enough;
 #endif
 }
 
@@ -446,7 +448,7 @@ void march(float begin, float end, bool fading) {
     if (found) shade_and_composite(cell, fading);
 #endif
 #endif
-    if (picture.a >= enough) w.going = false;
+    if (layer.a >= enough) w.going = false;
 #ifndef SKIPPING
     if (!in_run(w)) w.going = false;
 #endif
@@ -468,13 +470,13 @@ void march_cut(float begin, float end) {
   float turn = fade > begin ? clamp(ceil(min(fade, 1.0e9)), begin, max(begin, end)) : begin;
 #ifdef UNROLLED
   march(begin, min(turn, end), true);
-  if (picture.a < enough) march(turn, end, false);
+  if (layer.a < enough) march(turn, end, false);
 #else
   bool fading = end > begin;
   bool going = fading;
   while (going) {
     march(fading ? begin : turn, fading ? min(turn, end) : end, fading);
-    going = fading && picture.a < enough;
+    going = fading && layer.a < enough;
     fading = false;
   }
 #endif

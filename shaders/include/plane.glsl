@@ -12,7 +12,7 @@ uniform vec2 mm_across;              // Distance of neighbouring columns, rows; 
 uniform bool has_outline;
 uniform vec4 outline;                // Apex x, y; least and greatest radius; mm.
 uniform vec2 outline_half;           // Sine and cosine of the half angle.
-uniform bool shows_picture;          // false when stale: border only.
+uniform bool shows_image;            // false when stale: border only.
 uniform vec3 border_rgb;
 uniform float plane_opacity;         // (0, 1].
 
@@ -77,6 +77,6 @@ Surface hit_plane(Ray ray, float t_eye) {
   if (!(inside >= 0.0)) return kNoSurface;
   if (on_border(p, inside, pixel_on_plane(ray, d, t - t_eye)))
     return Surface(t, 0, border_rgb, 1.0, false);
-  if (!shows_picture) return kNoSurface;
+  if (!shows_image) return kNoSurface;
   return Surface(t, 0, vec3(pixel, 0.0), plane_opacity, true);
 }

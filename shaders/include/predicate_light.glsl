@@ -13,7 +13,7 @@ struct Light {
   vec3 rgb;  // Not premultiplied; without the ultrasound image.
   float alpha;
   float importance;
-  float picture;  // Share of the ultrasound image in the colour.
+  float image;  // Share of the ultrasound image in the colour.
 };
 
 Light light;
@@ -39,12 +39,12 @@ float kept_before(float importance) {
 }
 
 // spec::composite_log() or composite_weight(). An opacity of 0 changes nothing.
-void blend(vec3 rgb, float opacity, float importance, float picture) {
+void blend(vec3 rgb, float opacity, float importance, float image) {
   precise float a = min(light.alpha, kept_before(importance));
   precise float over = (1.0 - a) * opacity;
   precise float beta = opacity > 0.0 ? over / max(a + over, 1.0e-37) : 0.0;
   light.rgb = fma(vec3(beta), rgb - light.rgb, light.rgb);
-  light.picture = fma(beta, picture - light.picture, light.picture);
+  light.image = fma(beta, image - light.image, light.image);
   light.alpha = fma(1.0 - light.alpha, opacity, light.alpha);
   float before = light.importance;
 #ifdef LOG_IMPORTANCE

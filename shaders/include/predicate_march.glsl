@@ -10,7 +10,7 @@
 // are true throughout, and the leaves that are not decided.
 
 uniform bool leaps;           // Leaps over bricks in which nothing is visible.
-uniform bool looks_at_bricks;  // Tests bricks, for leaps or for early ends.
+uniform bool tests_bricks;  // Tests bricks, for leaps or for early ends.
 uniform float run_cells;
 uniform float leave_out_from;  // spec::EarlyEnds; > 1: never.
 uniform float end_at;
@@ -74,7 +74,7 @@ bool ended;              // The light is final.
 float greatest_to_come;  // Upper bound of the importance on the rest of the stretch.
 
 // Copies: taken_over.glsl.
-bool leaps_taken, looks_taken;
+bool leaps_taken, tests_taken;
 float run_taken, leave_out_from_taken, end_at_taken, last_entry_taken;
 vec2 entry_taken;
 vec3 spacing_taken;
@@ -91,7 +91,7 @@ int label_leaves_taken;
 
 void take_over_predicates() {
   leaps_taken = taken_over(int(leaps)) != 0;
-  looks_taken = taken_over(int(looks_at_bricks)) != 0;
+  tests_taken = taken_over(int(tests_bricks)) != 0;
   run_taken = taken_over(run_cells);
   leave_out_from_taken = taken_over(leave_out_from);
   end_at_taken = taken_over(end_at);
@@ -225,21 +225,21 @@ void add_cell(int n, bool counts, float begin, float end, uint sure, uint open, 
   // Without a branch: an invisible sample is composited with an opacity of 0.
   float entry = clamp(fma(first.x, entry_taken.x, entry_taken.y), 0.0, last_entry_taken);
   uint leaves = sure | (leaves_at(index, first, open, reads) & open);
-  Look look = look_of(predicate_class(leaves));
+  Appearance appearance = appearance_of(predicate_class(leaves));
   float from = max(cell, begin);
   float to = min(cell + 1.0, end);
   precise float tau = extinction_of(entry);
 #ifdef CUTAWAY
   if (fading && t_of(from) < cut_span.t2) {
-    cost.z += float(counts && entry > 0.0 && look.importance > 0.0);
-    tau = faded_extinction(tau, look.importance, from, to);
+    cost.z += float(counts && entry > 0.0 && appearance.importance > 0.0);
+    tau = faded_extinction(tau, appearance.importance, from, to);
   }
 #endif
   precise float seen = opacity_of(max(tau * cell_mm * (to - from), 0.0));
-  seen = counts && entry > 0.0 && look.importance > 0.0 ? seen : 0.0;
+  seen = counts && entry > 0.0 && appearance.importance > 0.0 ? seen : 0.0;
   precise float grey = entry / last_entry_taken;
-  precise vec3 rgb = fma(vec3(1.0 - abs(fma(2.0, grey, -1.0))), look.tint, vec3(grey));
-  blend(rgb, seen, look.importance, 0.0);
+  precise vec3 rgb = fma(vec3(1.0 - abs(fma(2.0, grey, -1.0))), appearance.tint, vec3(grey));
+  blend(rgb, seen, appearance.importance, 0.0);
   if (counts) ended = light.alpha >= end_at_taken && !left_out &&
           light.alpha * kept_before(greatest_to_come) >= end_at_taken;
 }
@@ -319,7 +319,7 @@ void march(float begin, float end, float far, bool fading) {
     int run_end = last;
     uint sure = 0u;
     uint open = ~0u;
-    if (looks_taken) {
+    if (tests_taken) {
       bool passed;
       do {
         uvec4 known = texelFetch(bricks, brick_of(n), 0);

@@ -61,7 +61,7 @@ vec4 mean_between(Point a, Point b, float bow) {
 }
 
 // The appearance of such a mean: rgb, not premultiplied, and extinction.
-vec4 look_of(vec4 mean) {
+vec4 appearance_of(vec4 mean) {
   if (!(mean.a > 0.0)) return vec4(0.0);
   return vec4(clamp(mean.rgb / mean.a, 0.0, 1.0), mean.a);
 }

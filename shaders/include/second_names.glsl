@@ -38,7 +38,7 @@
 #define clear_to second_clear_to
 #define move_lattice second_move_lattice
 #define per_voxel second_per_voxel
-#define picture_height second_picture_height
+#define image_height second_image_height
 #define ray_direction second_ray_direction
 #define rounding second_rounding
 #define set_lattice second_set_lattice

@@ -37,7 +37,7 @@
 #undef clear_to
 #undef move_lattice
 #undef per_voxel
-#undef picture_height
+#undef image_height
 #undef ray_direction
 #undef rounding
 #undef set_lattice

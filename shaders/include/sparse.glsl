@@ -11,7 +11,7 @@ vec2 pixel_centre;  // Row 0 at the bottom.
 
 void set_pixel() {
   ivec2 fragment = ivec2(fragment_centre);
-  int height = int(picture_size.y);
+  int height = int(image_size.y);
   pixel = fragment * pixel_step;
   if (pixel_step == 1) pixel.y = height - 1 - pixel.y;
   pixel_centre = vec2(pixel.x, height - 1 - pixel.y) + 0.5;

@@ -27,7 +27,7 @@ vec2 fragment_centre;  // In pixels, row 0 at the bottom.
 // Returns false outside the image.
 bool begin_fragment() {
   fragment_centre = vec2(gl_GlobalInvocationID.xy) + 0.5;
-  return all(lessThan(fragment_centre, picture_size));
+  return all(lessThan(fragment_centre, image_size));
 }
 
 void write_fragment() {

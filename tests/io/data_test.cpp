@@ -22,7 +22,7 @@ struct Recording {
   const char* name;
   int width, height;
   std::int64_t frames;
-  const char* picture;  ///< Reason why frame 0 is no B-mode image. Empty if it is one.
+  const char* rejected;  ///< Reason why frame 0 is no B-mode image. Empty if it is one.
 };
 
 // The frame counts are those of DimSize. The reasons for a rejection come from each header.
@@ -66,10 +66,10 @@ TEST(RecordedSequenceTest, ReadsEveryRecordingToItsEnd) {
         ASSERT_TRUE(test::has_value(transform(*frame, name))) << r.name;
       }
       const auto image = brightness_image(reader->header(), *frame);
-      if (*r.picture == '\0') {
+      if (*r.rejected == '\0') {
         ASSERT_TRUE(test::has_value(image)) << r.name;
       } else {
-        ASSERT_TRUE(test::rejects(image, ErrorCode::kUnsupportedData, {r.name, r.picture}));
+        ASSERT_TRUE(test::rejects(image, ErrorCode::kUnsupportedData, {r.name, r.rejected}));
       }
     }
   }

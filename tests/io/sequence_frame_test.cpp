@@ -123,12 +123,12 @@ TEST(FrameTransformTest, WritesTransformsThatReadBackEqual) {
 }
 
 // Pixels 1 2 3 / 4 5 6. A flip or a transpose changes the image.
-struct ProgressiveImage {
+struct SmallFrame {
   SequenceHeader header;
   SequenceFrame frame;
 };
-ProgressiveImage picture(const std::string& orientation) {
-  ProgressiveImage p;
+SmallFrame small_frame(const std::string& orientation) {
+  SmallFrame p;
   p.header.path = "p.mha";
   p.header.width = 3;
   p.header.height = 2;
@@ -142,7 +142,7 @@ ProgressiveImage picture(const std::string& orientation) {
 TEST(BrightnessImageTest, FlipsEveryOrientationToMf) {
   using Pixels = std::vector<std::uint8_t>;
   const auto pixels = [](const std::string& orientation) {
-    const ProgressiveImage p = picture(orientation);
+    const SmallFrame p = small_frame(orientation);
     const auto image = brightness_image(p.header, p.frame);
     return image ? Pixels(image->pixels().begin(), image->pixels().end()) : Pixels();
   };
@@ -157,7 +157,7 @@ TEST(BrightnessImageTest, FlipsEveryOrientationToMf) {
 TEST(BrightnessImageTest, RejectsEachOtherKindOfImageInOneSentence) {
   const auto refused = [](auto change, std::initializer_list<std::string> pieces,
                           Code code = Code::kUnsupportedData) {
-    ProgressiveImage p = picture("MF");
+    SmallFrame p = small_frame("MF");
     change(p);
     return rejects(brightness_image(p.header, p.frame), code, pieces);
   };

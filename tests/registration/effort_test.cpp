@@ -111,7 +111,7 @@ TEST(EffortTest, EffortsHaveNamesAndValidOptions) {
   EXPECT_EQ(with_effort(Effort::kUsual).levels.size(), ImageRegistrationOptions{}.levels.size());
   auto options = quick();
   options.most_images = -1;
-  EXPECT_TRUE(test::rejects(validate(options), ErrorCode::kUsage, {"most_pictures"}));
+  EXPECT_TRUE(test::rejects(validate(options), ErrorCode::kUsage, {"most_images"}));
   options = quick();
   options.least_judging = 19;
   EXPECT_TRUE(test::rejects(validate(options), ErrorCode::kUsage, {"least_judging"}));

@@ -128,7 +128,7 @@ TEST_F(AppearanceFileTest, IsScaledToTheValueRangeOfAnotherVolume) {
   }
   const auto volume = *Volume::create(grid, values, "other scanner");
   AppearanceFile appearance = full_appearance();
-  const auto there = look_for(appearance, volume)->transfer;
+  const auto there = appearance_for(appearance, volume)->transfer;
   const auto range = render::value_range(volume);
   for (const double share : {0.0, 0.4, 1.0}) {
     const double here = 12 + share * (345.5 - 12);
@@ -137,8 +137,8 @@ TEST_F(AppearanceFileTest, IsScaledToTheValueRangeOfAnotherVolume) {
                 1e-9);
   }
   appearance.value_range.reset();
-  EXPECT_TRUE(
-      render::same_classification(look_for(appearance, volume)->transfer, appearance.transfer));
+  EXPECT_TRUE(render::same_classification(appearance_for(appearance, volume)->transfer,
+                                          appearance.transfer));
 }
 
 TEST_F(AppearanceFileTest, ReadsVpFilesOfSlicer) {
@@ -267,7 +267,7 @@ TEST_F(AppearanceFileTest, RejectsNodesThatBecomeEqualOnAVolume) {
   VoxelGrid grid;
   grid.size = {2, 1, 1};
   const auto volume = *Volume::create(grid, {0, 100}, "two voxels");
-  EXPECT_TRUE(test::rejects(look_for(appearance, volume), ErrorCode::kMalformedData,
+  EXPECT_TRUE(test::rejects(appearance_for(appearance, volume), ErrorCode::kMalformedData,
                             {"value_range", "node"}));
 }
 

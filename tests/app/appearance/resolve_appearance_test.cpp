@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kRadOfDeg = M_PI / 180;
 
-class ResolveLookTest : public ::testing::Test {
+class ResolveAppearanceTest : public ::testing::Test {
  protected:
   static Volume voxel() {
     return *Volume::create(VoxelGrid{{1, 1, 1}}, std::vector<std::int16_t>(1), "voxel");
@@ -43,7 +43,7 @@ class ResolveLookTest : public ::testing::Test {
   test::TemporaryFolder folder_;
 };
 
-TEST_F(ResolveLookTest, CutsAroundThePlaneByDefault) {
+TEST_F(ResolveAppearanceTest, CutsAroundThePlaneByDefault) {
   const auto appearance = resolve_appearance({}, voxel());
   ASSERT_TRUE(test::has_value(appearance));
   EXPECT_EQ(appearance->transfer.name(), "ct-bone");
@@ -56,7 +56,7 @@ TEST_F(ResolveLookTest, CutsAroundThePlaneByDefault) {
   EXPECT_FALSE(resolve_appearance(off, voxel())->cutaway.has_value());
 }
 
-TEST_F(ResolveLookTest, WarnsOfComponentsBetweenWholeNumbers) {
+TEST_F(ResolveAppearanceTest, WarnsOfComponentsBetweenWholeNumbers) {
   const auto warnings = [](std::vector<render::TransferComponent> components) {
     CollectingDiagnostics diagnostics;
     warn_of_lost_components(*render::TransferFunction::blend("t", std::move(components)),
@@ -83,7 +83,7 @@ TEST_F(ResolveLookTest, WarnsOfComponentsBetweenWholeNumbers) {
   }
 }
 
-TEST_F(ResolveLookTest, WarnsOfHounsfieldPresetsOnOtherUnits) {
+TEST_F(ResolveAppearanceTest, WarnsOfHounsfieldPresetsOnOtherUnits) {
   const auto warned = [](const std::string& preset, std::int16_t least) {
     std::vector<std::int16_t> values{least, 100, 300, 900};
     CollectingDiagnostics diagnostics;
@@ -100,7 +100,7 @@ TEST_F(ResolveLookTest, WarnsOfHounsfieldPresetsOnOtherUnits) {
   EXPECT_EQ(warned("mr-default", 0), "");
 }
 
-TEST_F(ResolveLookTest, TheSessionOverridesTheFile) {
+TEST_F(ResolveAppearanceTest, TheSessionOverridesTheFile) {
   SessionConfig::Appearance said;
   said.file = appearance_file();
   auto appearance = resolve_appearance(said, voxel());
@@ -131,7 +131,7 @@ TEST_F(ResolveLookTest, TheSessionOverridesTheFile) {
   EXPECT_EQ(appearance->projection, render::Projection::kMaximum);
 }
 
-TEST_F(ResolveLookTest, ASavedAppearanceKeepsItsVolumeAndFollowsOtherValueRanges) {
+TEST_F(ResolveAppearanceTest, ASavedAppearanceKeepsItsVolumeAndFollowsOtherValueRanges) {
   const auto bright = [](int scale) {
     std::vector<std::int16_t> values;
     for (int i = 0; i < 1000; ++i) values.push_back(static_cast<std::int16_t>(scale * (i % 100)));
@@ -179,7 +179,7 @@ TEST_F(ResolveLookTest, ASavedAppearanceKeepsItsVolumeAndFollowsOtherValueRanges
                             {"such.json"}));
 }
 
-TEST_F(ResolveLookTest, AScaledAppearanceIsShadedLikeTheOriginal) {
+TEST_F(ResolveAppearanceTest, AScaledAppearanceIsShadedLikeTheOriginal) {
   constexpr double kByte = 1.0 / 255;
   // Soft edges, so that shading is in proportion to the gradient.
   const auto blob = [](int scale, int shift) {
@@ -189,7 +189,7 @@ TEST_F(ResolveLookTest, AScaledAppearanceIsShadedLikeTheOriginal) {
     });
   };
   const auto image = [](const std::shared_ptr<const StoredVolume>& ct,
-                        const ResolvedLook& appearance) {
+                        const ResolvedAppearance& appearance) {
     auto scene = test::plain_scene(ct, appearance.transfer, test::frontal(100, 30, false));
     scene.shading = appearance.shading;
     return test::draw(*render::make_cpu_engine(), scene);
@@ -214,7 +214,7 @@ TEST_F(ResolveLookTest, AScaledAppearanceIsShadedLikeTheOriginal) {
   EXPECT_GT(test::max_difference(image(original, flat), drawn), 20 * kByte) << "nothing is shaded";
 }
 
-TEST_F(ResolveLookTest, RejectsContradictingValues) {
+TEST_F(ResolveAppearanceTest, RejectsContradictingValues) {
   SessionConfig::Appearance said;
   said.file = appearance_file();
   said.cutaway.theta1_deg = 45;
@@ -234,7 +234,7 @@ TEST_F(ResolveLookTest, RejectsContradictingValues) {
       test::rejects(resolve_appearance(said, voxel()), ErrorCode::kUsage, {"importance", "2"}));
 }
 
-TEST_F(ResolveLookTest, RejectsCutawayValuesForAnAppearanceThatDoesNotCut) {
+TEST_F(ResolveAppearanceTest, RejectsCutawayValuesForAnAppearanceThatDoesNotCut) {
   SessionConfig::Appearance said;
   said.file = folder_ / "whole.json";
   std::ofstream(said.file) << R"({"sonde_look": 1, "name": "whole", "cutaway": null, "components": [
@@ -252,7 +252,7 @@ TEST_F(ResolveLookTest, RejectsCutawayValuesForAnAppearanceThatDoesNotCut) {
   EXPECT_NEAR(resolve_appearance(said, voxel())->cutaway->theta1_rad, 20 * kRadOfDeg, 1e-12);
 }
 
-TEST_F(ResolveLookTest, ChecksEveryValueOfASession) {
+TEST_F(ResolveAppearanceTest, ChecksEveryValueOfASession) {
   const auto refused = [](auto change, const std::string& key) {
     SessionConfig::Appearance appearance;
     change(appearance);

@@ -49,7 +49,7 @@ GlPredicateForm some_form(int i) {
   form.undefined = form.feature_textures > 0 && i % 2 == 0;
   form.labels = i % 3 == 0;
   form.log_importance = i % 4 < 2;
-  form.look_table = i % 7 < 4;
+  form.appearance_table = i % 7 < 4;
   const std::string count = std::to_string(std::max(form.feature_textures, 1));
   form.text = "uint predicate_leaves(vec4 texels[" + count +
               "], float volume, uint undefined, uint labels, vec3 position) {\n"

@@ -53,11 +53,11 @@ Timestamp at(double seconds) { return Timestamp(from_seconds(seconds)); }
 class ProgressiveTest : public ::testing::Test {
  protected:
   bool draw(double seconds) {
-    auto picture = progressive_.draw(scene_, at(seconds));
-    EXPECT_TRUE(test::has_value(picture));
-    EXPECT_EQ(picture->image.pixels.width(), scene_.width);
-    EXPECT_EQ(picture->image.pixels.height(), scene_.height);
-    return picture->refined;
+    auto image = progressive_.draw(scene_, at(seconds));
+    EXPECT_TRUE(test::has_value(image));
+    EXPECT_EQ(image->image.pixels.width(), scene_.width);
+    EXPECT_EQ(image->image.pixels.height(), scene_.height);
+    return image->refined;
   }
   void turn() { scene_.camera = orbited(scene_.camera); }
   static Camera orbited(Camera camera) {

@@ -3,27 +3,27 @@
 // The appearance of samples, from the predicates that are true for them:
 // render/spec/predicate_spec.hpp, Eqs. 6 to 8.
 
-struct Look {
+struct Appearance {
   vec3 tint;         // Times the chroma; added to the grey of the intensity.
   float importance;  // In the unit of the light; <= 0: invisible.
 };
 
-#ifdef LOOK_TABLE
+#ifdef APPEARANCE_TABLE
 // Tint and importance, one texel for each class of samples.
 #ifdef STORAGE
-layout(std430, binding = 1) readonly buffer Looks { vec4 looks[]; };
-#define look_texel(i) looks[i]
+layout(std430, binding = 1) readonly buffer Appearances { vec4 appearances[]; };
+#define appearance_texel(i) appearances[i]
 #else
-uniform samplerBuffer looks;
-#define look_texel(i) texelFetch(looks, i)
+uniform samplerBuffer appearances;
+#define appearance_texel(i) texelFetch(appearances, i)
 #endif
 
-Look look_of(uint predicates) {
-  vec4 look = look_texel(int(predicates));
-  return Look(look.rgb, look.a);
+Appearance appearance_of(uint predicates) {
+  vec4 appearance = appearance_texel(int(predicates));
+  return Appearance(appearance.rgb, appearance.a);
 }
 #else
-uniform samplerBuffer weights;  // Two texels for each entry, see look_of().
+uniform samplerBuffer weights;  // Two texels for each entry, see appearance_of().
 uniform int entry_count;
 uniform bool linear_hue;
 uniform float greatest_impact;
@@ -34,7 +34,7 @@ vec3 tint_of(float hue_deg, float saturation) {
   return saturation * (clamp(abs(shifted - 3.0) - 1.0, 0.0, 1.0) - 0.5);
 }
 
-Look look_of(uint entries) {
+Appearance appearance_of(uint entries) {
   vec3 sum = vec3(0.0);   // Count, impact, impact times saturation.
   vec4 hues = vec4(0.0);  // Weighted by that: cosine, sine, degrees; weight.
   vec2 most = vec2(0.0);  // Greatest weight, and its hue.
@@ -45,7 +45,7 @@ Look look_of(uint entries) {
     hues += texelFetch(weights, 2 * j + 1);
     if (impact.y > most.x) most = impact.yz;
   }
-  if (!(sum.y > 0.0)) return Look(vec3(0.0), 0.0);
+  if (!(sum.y > 0.0)) return Appearance(vec3(0.0), 0.0);
   const float kCancelled = 1.0e-6;  // Far above the rounding of 32 terms.
   float hue = degrees(atan(hues.y, hues.x));
   if (length(hues.xy) <= kCancelled * hues.w) hue = most.y;
@@ -55,6 +55,6 @@ Look look_of(uint entries) {
 #ifndef LOG_IMPORTANCE
   importance = exp(importance - greatest_impact);
 #endif
-  return Look(tint, importance);
+  return Appearance(tint, importance);
 }
 #endif
