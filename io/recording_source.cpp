@@ -26,18 +26,18 @@ std::string rigid_defect(const RawPose& pose) {
 Result<std::unique_ptr<RecordingSource>> RecordingSource::open(
     const std::filesystem::path& sequence, const PlusConfig* config,
     const RecordingOptions& options, Diagnostics& diagnostics) {
-  auto newest = std::make_unique<NewestWarning>(diagnostics);
-  auto reader = RecordingReader::open(sequence, config, options, *newest);
+  auto memory = std::make_unique<WarningMemory>(diagnostics);
+  auto reader = RecordingReader::open(sequence, config, options, *memory);
   if (!reader) return reader.error();
   if (!reader->calibration()) {
     return Error{ErrorCode::kUnsupportedData,
                  sequence.string() + ": expected ultrasound images, found a recording without any"};
   }
   return std::unique_ptr<RecordingSource>(
-      new RecordingSource(*std::move(reader), std::move(newest), sequence.string()));
+      new RecordingSource(*std::move(reader), std::move(memory), sequence.string()));
 }
 
-RecordingSource::RecordingSource(RecordingReader reader, std::unique_ptr<NewestWarning> diagnostics,
+RecordingSource::RecordingSource(RecordingReader reader, std::unique_ptr<WarningMemory> diagnostics,
                                  std::string name)
     : diagnostics_(std::move(diagnostics)), reader_(std::move(reader)), name_(std::move(name)) {
   for (const ToolRole role : {ToolRole::kProbe, ToolRole::kReference, ToolRole::kNeedle}) {
@@ -102,11 +102,11 @@ void RecordingSource::note_unknown_status(const RecordingFrame& frame) {
 }
 
 Result<void> RecordingSource::read_frame() {
-  diagnostics_->take();
+  diagnostics_->take_newest();
   auto frame = reader_.next();
   if (!frame) return frame.error();
   ++frames_read_;
-  std::string defect = diagnostics_->take();
+  std::string defect = diagnostics_->take_newest();
   if (defect.empty()) defect = defect_of(*frame);
   if (!defect.empty() && bad_frames_++ == 0) {
     const std::string number = "frame " + std::to_string(frame->index);

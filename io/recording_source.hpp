@@ -12,6 +12,7 @@
 
 #include "io/recording_reader.hpp"
 #include "nav/source.hpp"
+#include "nav/warning_memory.hpp"
 
 namespace nav::io {
 
@@ -57,29 +58,14 @@ class RecordingSource final : public Source {
   [[nodiscard]] const std::string& first_bad_frame() const { return first_bad_frame_; }
 
  private:
-  /// Passes reports on and keeps the newest warning.
-  class NewestWarning final : public Diagnostics {
-   public:
-    explicit NewestWarning(Diagnostics& outer) : outer_(outer) {}
-    void report(Severity severity, std::string_view source, std::string_view message) override {
-      if (severity != Severity::kInfo) warning_ = message;
-      outer_.report(severity, source, message);
-    }
-    std::string take() { return std::exchange(warning_, {}); }
-
-   private:
-    Diagnostics& outer_;
-    std::string warning_;
-  };
-
-  RecordingSource(RecordingReader reader, std::unique_ptr<NewestWarning> diagnostics,
+  RecordingSource(RecordingReader reader, std::unique_ptr<WarningMemory> diagnostics,
                   std::string name);
   Result<void> read_frame();
   void deliver(RecordingFrame frame);
   [[nodiscard]] std::string defect_of(const RecordingFrame& frame) const;
   void note_unknown_status(const RecordingFrame& frame);
 
-  std::unique_ptr<NewestWarning> diagnostics_;  ///< Outlives the reader, which reports to it.
+  std::unique_ptr<WarningMemory> diagnostics_;  ///< Outlives the reader, which reports to it.
   RecordingReader reader_;
   std::string name_;
   std::vector<StreamInfo> streams_;

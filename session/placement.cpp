@@ -52,36 +52,62 @@ Result<std::shared_ptr<const Volume>> read_session_ct(const CtOptions& options,
   return std::make_shared<const Volume>(std::move(*ct));
 }
 
+Result<std::optional<Placement>> given_placement(const PlacementOptions& options, const Volume& ct,
+                                                 const std::string& reference_frame) {
+  if (!options.registration.empty()) {
+    auto registered =
+        read_registration(options.registration, ct, {reference_frame, options.follow});
+    if (!registered) return registered.error();
+    return std::optional(
+        Placement{.placement = {registered->ct_from_reference, {SafetyState::kValid, ""}},
+                  .kind = "registered",
+                  .statement = "The CT was registered: " + options.registration.string() + ".",
+                  .warnings = std::move(registered->warnings),
+                  .registered_recording = std::move(registered->recording)});
+  }
+  if (!options.ct_from_reference) return std::optional<Placement>();
+  auto declared = rigid_from_matrix<frames::Ct, frames::Reference>(*options.ct_from_reference);
+  if (!declared) {
+    return Error{declared.error().code,
+                 "placement.ct_from_reference_mm: " + declared.error().message};
+  }
+  return std::optional(Placement{
+      .placement = {*declared,
+                    {SafetyState::kDegraded, "the CT is placed by declaration, not registered"}},
+      .kind = "declared",
+      .statement = "The CT is not registered: it lies where the user declared it to lie."});
+}
+
+Result<Placement> place_sweep(const PlacementOptions& options,
+                              const std::optional<Placement>& given, const Volume& ct,
+                              const SweepSurvey& sweep,
+                              const std::optional<RecordingRead>& recording) {
+  if (given && given->registered_recording && recording) {
+    const auto fits =
+        check_recording(*given->registered_recording, *recording, options.registration);
+    if (!fits) return fits.error();
+  }
+  Placement found =
+      given ? *given
+            : Placement{.placement = {centred(ct, sweep),
+                                      {SafetyState::kDegraded,
+                                       "the CT is only centred on the sweep, not registered"}},
+                        .kind = "centred",
+                        .statement =
+                            "The CT is not registered. No registration given: the "
+                            "ultrasound is centred on the CT; the depth of its images "
+                            "points to posterior, their lateral axis to the patient's "
+                            "left."};
+  found.outside = outside_text(nearest_of(ct, sweep, found.placement.ct_from_reference));
+  return found;
+}
+
 Result<Placement> place_ct(const PlacementOptions& options, const Volume& ct,
                            const SweepSurvey& sweep, const std::optional<RecordingRead>& recording,
                            const std::string& reference_frame) {
-  Placement found{
-      {centred(ct, sweep),
-       {SafetyState::kDegraded, "the CT is only centred on the sweep, not registered"}},
-      "centred",
-      "The CT is not registered. No registration given: the ultrasound is centred on the CT; the "
-      "depth of its images points to posterior, their lateral axis to the patient's left."};
-  if (!options.registration.empty()) {
-    auto registered =
-        read_registration(options.registration, ct, {reference_frame, recording, options.follow});
-    if (!registered) return registered.error();
-    found.placement = {registered->ct_from_reference, {SafetyState::kValid, ""}};
-    found.kind = "registered";
-    found.warnings = registered->warnings;
-    found.statement = "The CT was registered: " + options.registration.string() + ".";
-  } else if (options.ct_from_reference) {
-    auto declared = rigid_from_matrix<frames::Ct, frames::Reference>(*options.ct_from_reference);
-    if (!declared) {
-      return Error{declared.error().code,
-                   "placement.ct_from_reference_mm: " + declared.error().message};
-    }
-    found.placement = {*declared,
-                       {SafetyState::kDegraded, "the CT is placed by declaration, not registered"}};
-    found.kind = "declared";
-    found.statement = "The CT is not registered: it lies where the user declared it to lie.";
-  }
-  found.outside = outside_text(nearest_of(ct, sweep, found.placement.ct_from_reference));
-  return found;
+  const auto given = given_placement(options, ct, reference_frame);
+  if (!given) return given.error();
+  return place_sweep(options, *given, ct, sweep, recording);
 }
 
 void OutsideWatch::add(const Volume& ct, const CtPlacement& placement, const TrackedFrame& image) {

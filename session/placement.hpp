@@ -25,12 +25,26 @@ struct Placement {
   std::vector<std::string> warnings = {};  ///< Warnings of an accepted registration.
   /// One sentence with the distance if no image of the sweep meets the CT; else empty.
   std::string outside = {};
+  /// Recording of the registration; absent: of any.
+  std::optional<RecordingRead> registered_recording = {};
 };
 
-/// Registration file, declared matrix, or the centre rule, in this order. The centre rule puts the
-/// sweep's centre at the CT's centre, the images' depth towards posterior and their lateral axis
-/// towards the patient's left. Only a registration is valid; the others are degraded. \p recording:
-/// what is known of the recording that the registration is to fit; absent: nothing.
+/// Placement by a registration file or a declared matrix, in this order; absent: neither is given,
+/// so the images decide. Only a registration is valid. Reads the registration file, which computes
+/// the digest of the CT.
+Result<std::optional<Placement>> given_placement(const PlacementOptions& options, const Volume& ct,
+                                                 const std::string& reference_frame);
+
+/// Placement of a recording's images. \p given: the result of given_placement(), whose registration
+/// has to fit \p recording, which is what is known of the recording; absent: nothing. Without a
+/// given placement, the centre rule puts the sweep's centre at the CT's centre, the images' depth
+/// towards posterior and their lateral axis towards the patient's left; this is degraded.
+Result<Placement> place_sweep(const PlacementOptions& options,
+                              const std::optional<Placement>& given, const Volume& ct,
+                              const SweepSurvey& sweep,
+                              const std::optional<RecordingRead>& recording);
+
+/// given_placement() and place_sweep() in one.
 Result<Placement> place_ct(const PlacementOptions& options, const Volume& ct,
                            const SweepSurvey& sweep, const std::optional<RecordingRead>& recording,
                            const std::string& reference_frame);

@@ -39,7 +39,7 @@ Result<RecordedSession> RecordedSession::open(const SourceOptions& source,
                                .reference_frame = source.reference_frame,
                                .needle_frame = source.needle_frame};
   RecordedSession session;
-  session.diagnostics_ = std::make_unique<FirstWarning>(diagnostics);
+  session.diagnostics_ = std::make_unique<WarningMemory>(diagnostics);
   auto opened = io::RecordingSource::open(source.recording, plus ? &*plus : nullptr, options,
                                           *session.diagnostics_);
   if (!opened) return opened.error();
@@ -222,7 +222,7 @@ Error nothing_paired(const RecordedSession& session) {
   if (!moved.empty()) return {ErrorCode::kMalformedData, message + ": " + moved};
   message += "; the first: " + (session.first_rejection().empty() ? "there are no frames"
                                                                   : session.first_rejection());
-  const std::string& warning = session.first_warning();
+  const std::string warning = session.first_warning();
   if (!warning.empty() && warning != session.first_rejection()) message += " (" + warning + ")";
   return {ErrorCode::kMalformedData, message};
 }

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "io/recording_source.hpp"
-#include "nav/diagnostics.hpp"
+#include "nav/warning_memory.hpp"
 #include "session/navigator.hpp"
 #include "session/options.hpp"
 #include "session/pose_log.hpp"
@@ -16,21 +16,6 @@
 #include "session/session.hpp"
 
 namespace nav::session {
-
-/// Passes reports on and remembers the first warning of a part.
-class FirstWarning final : public Diagnostics {
- public:
-  explicit FirstWarning(Diagnostics& outer) : outer_(outer) {}
-  void report(Severity severity, std::string_view source, std::string_view message) override {
-    if (severity != Severity::kInfo && first_.empty()) first_ = message;
-    outer_.report(severity, source, message);
-  }
-  [[nodiscard]] const std::string& message() const { return first_; }
-
- private:
-  Diagnostics& outer_;
-  std::string first_;
-};
 
 /// A recording as a session on the virtual clock. Not thread-safe.
 class RecordedSession {
@@ -94,12 +79,12 @@ class RecordedSession {
   [[nodiscard]] std::int64_t bad_frames() const { return source_->bad_frames(); }
   [[nodiscard]] const std::string& first_bad_frame() const { return source_->first_bad_frame(); }
   /// The first warning about a frame or pose; empty while there is none.
-  [[nodiscard]] const std::string& first_warning() const { return diagnostics_->message(); }
+  [[nodiscard]] std::string first_warning() const { return diagnostics_->first(); }
 
  private:
   RecordedSession() = default;
 
-  std::unique_ptr<FirstWarning> diagnostics_;  ///< Outlives what reports to it.
+  std::unique_ptr<WarningMemory> diagnostics_;  ///< Outlives what reports to it.
   std::shared_ptr<io::RecordingSource> source_;
   NavigatorOptions options_;
   bool fixed_reference_ = false;

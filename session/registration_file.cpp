@@ -96,42 +96,18 @@ bool same_recording(const RecordingRead& a, const RecordingRead& b) {
   return !a.last_s || !b.last_s || std::abs(*a.last_s - *b.last_s) <= kStampS;
 }
 
-/// Rejects the same recording with another calibration or offset: the pose depends on how the
-/// recording was read, and its images would lie elsewhere. Another recording may be of another
-/// probe.
-Result<void> check_recording(const io::Json& json, const RecordingRead& now,
-                             const std::string& file) {
-  constexpr double kSameMs = 1e-6;
-  constexpr double kSameMm = 1e-4;
+/// The recording that a registration was made from; absent where the file names none.
+Result<std::optional<RecordingRead>> registered_recording(const io::Json& json,
+                                                          const std::string& file) {
   const io::Json found = json.value("recording", io::Json());
-  if (found.is_null()) return {};
-  const auto then = found.is_object() ? recording_of(found) : std::nullopt;
-  std::ostringstream text;
-  text << file << ": expected ";
-  const auto reject = [&] { return Error{ErrorCode::kMalformedData, text.str()}; };
-  if (!then) {
-    text
-        << "name, frames, first_s, last_s, temporal_offset_ms and 9 corners_probe_mm in recording, "
-           "found "
-        << found.dump(-1, ' ', false, io::Json::error_handler_t::replace);
-    return reject();
-  }
-  if (!same_recording(*then, now)) return {};
-  if (!(std::abs(then->temporal_offset_ms - now.temporal_offset_ms) <= kSameMs)) {
-    text << "the temporal offset that " << now.name << " was registered with, "
-         << then->temporal_offset_ms << " ms, found " << now.temporal_offset_ms << " ms";
-    return reject();
-  }
-  double apart_mm = 0;
-  for (std::size_t i = 0; i < now.corners.size(); ++i) {
-    apart_mm = std::max(apart_mm, (then->corners[i] - now.corners[i]).v.norm());
-  }
-  if (apart_mm <= kSameMm) return {};
-  text.precision(3);
-  text << "the calibration of the probe that " << now.name
-       << " was registered with, found one that puts a corner of its images " << apart_mm
-       << " mm elsewhere";
-  return reject();
+  if (found.is_null()) return std::optional<RecordingRead>();
+  const auto read = found.is_object() ? recording_of(found) : std::nullopt;
+  if (read) return read;
+  return Error{ErrorCode::kMalformedData,
+               file +
+                   ": expected name, frames, first_s, last_s, temporal_offset_ms and 9 "
+                   "corners_probe_mm in recording, found " +
+                   found.dump(-1, ' ', false, io::Json::error_handler_t::replace)};
 }
 
 /// Rejects an accepted registration with entries that only a refused one has.
@@ -220,11 +196,8 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
     return reject("a registration to the patient's frame " + use.reference_frame,
                   "one to " + frame.dump(-1, ' ', false, io::Json::error_handler_t::replace));
   }
-  if (use.recording) {
-    if (const auto ok = check_recording(json, *use.recording, path.string()); !ok) {
-      return ok.error();
-    }
-  }
+  auto recording = registered_recording(json, path.string());
+  if (!recording) return recording.error();
   const io::Json numbers = registration.value(kAcceptedPose, io::Json());
   if (!numbers.is_array() || numbers.size() != 16) {
     return reject("16 numbers in registration.ct_from_reference_mm", numbers.dump());
@@ -238,7 +211,32 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
   }
   auto rigid = rigid_from_matrix<frames::Ct, frames::Reference>(matrix);
   if (!rigid) return Error{rigid.error().code, path.string() + ": " + rigid.error().message};
-  return ReadRegistration{*rigid, std::move(*warnings)};
+  return ReadRegistration{*rigid, std::move(*warnings), *std::move(recording)};
+}
+
+Result<void> check_recording(const RecordingRead& registered, const RecordingRead& now,
+                             const std::filesystem::path& path) {
+  constexpr double kSameMs = 1e-6;
+  constexpr double kSameMm = 1e-4;
+  if (!same_recording(registered, now)) return {};
+  std::ostringstream text;
+  text << path.string() << ": expected ";
+  const auto reject = [&] { return Error{ErrorCode::kMalformedData, text.str()}; };
+  if (!(std::abs(registered.temporal_offset_ms - now.temporal_offset_ms) <= kSameMs)) {
+    text << "the temporal offset that " << now.name << " was registered with, "
+         << registered.temporal_offset_ms << " ms, found " << now.temporal_offset_ms << " ms";
+    return reject();
+  }
+  double apart_mm = 0;
+  for (std::size_t i = 0; i < now.corners.size(); ++i) {
+    apart_mm = std::max(apart_mm, (registered.corners[i] - now.corners[i]).v.norm());
+  }
+  if (apart_mm <= kSameMm) return {};
+  text.precision(3);
+  text << "the calibration of the probe that " << now.name
+       << " was registered with, found one that puts a corner of its images " << apart_mm
+       << " mm elsewhere";
+  return reject();
 }
 
 }  // namespace nav::session

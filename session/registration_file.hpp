@@ -41,23 +41,29 @@ io::Json json_of(const RecordingRead& recording);
 /// A registration that was accepted.
 struct ReadRegistration {
   Transform<frames::Ct, frames::Reference> ct_from_reference;
-  std::vector<std::string> warnings;  ///< Empty unless it was accepted with warnings.
+  std::vector<std::string> warnings;       ///< Empty unless it was accepted with warnings.
+  std::optional<RecordingRead> recording;  ///< Recording that it was made from; absent: of any.
 };
 
 /// Use of a registration, which it has to fit.
 struct RegistrationUse {
-  std::string reference_frame;             ///< The patient's, by its name in the recording.
-  std::optional<RecordingRead> recording;  ///< Absent: of another one, or not known.
-  bool follows = false;                    ///< The CT follows the tissue from there.
+  std::string reference_frame;  ///< The patient's, by its name in the recording.
+  bool follows = false;         ///< The CT follows the tissue from there.
 };
 
 /// Reads the JSON that 'sonde register' wrote. Rejects a file that is not one, a registration that
 /// was not accepted, one of another CT or frame, one that contradicts itself (a verdict that is
-/// unknown or contradicts `accepted`, entries in `reasons`, a refused pose), one of the same
-/// recording with another calibration or offset, and a matrix that is not rigid; one with the
-/// breath, whose pose is that of rest, unless the CT follows. A file without a verdict has no
-/// warnings, one without a recording (of landmarks, or older) is of any.
+/// unknown or contradicts `accepted`, entries in `reasons`, a refused pose, a damaged recording),
+/// and a matrix that is not rigid; one with the breath, whose pose is that of rest, unless the CT
+/// follows. A file without a verdict has no warnings, one without a recording (of landmarks, or
+/// older) is of any. Computes the digest of the CT, which takes a while.
 Result<ReadRegistration> read_registration(const std::filesystem::path& path, const Volume& ct,
                                            const RegistrationUse& use);
+
+/// Rejects a registration of the recording that is read now, if that is read with another
+/// calibration or offset: the pose depends on how the recording was read, and its images would lie
+/// elsewhere. Another recording may be of another probe. \p path: file of the registration.
+Result<void> check_recording(const RecordingRead& registered, const RecordingRead& now,
+                             const std::filesystem::path& path);
 
 }  // namespace nav::session

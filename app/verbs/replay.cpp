@@ -114,6 +114,8 @@ constexpr const char* kEnded = "the recording has ended";
 struct ReplayParts {
   std::optional<OutputFolder> out;  ///< Folder of images and report; none: the window alone.
   std::shared_ptr<const Volume> ct;
+  /// Placement that the options give; none: the first image decides.
+  std::optional<session::Placement> given;
   session::RecordedSession session;
   /// The whole sweep, for camera and grey window; none: the first image decides.
   std::optional<session::SweepSurvey> survey;
@@ -127,6 +129,7 @@ class Replay {
         console_(console),
         out_(std::move(parts.out)),
         ct_(std::move(parts.ct)),
+        given_(std::move(parts.given)),
         session_(std::move(parts.session)),
         survey_(std::move(parts.survey)),
         presenter_(std::move(parts.presenter)),
@@ -190,9 +193,8 @@ class Replay {
   /// Everything that depends on where the images lie, decided with the first image.
   Result<void> begin(const TrackedFrame& image) {
     const auto first = session::survey_of(image);
-    auto placement = session::place_ct(config_.placement, *ct_, first,
-                                       session::recording_read(session_, image.frame),
-                                       session_.reference_frame());
+    auto placement = session::place_sweep(config_.placement, given_, *ct_, first,
+                                          session::recording_read(session_, image.frame));
     if (!placement) return placement.error();
     const auto& ct_from_reference = placement->placement.ct_from_reference;
     const session::SweepSurvey& seen = survey_ ? *survey_ : first;
@@ -383,6 +385,7 @@ class Replay {
   Console& console_;
   std::optional<OutputFolder> out_;
   std::shared_ptr<const Volume> ct_;
+  std::optional<session::Placement> given_;
   session::RecordedSession session_;
   std::optional<session::SweepSurvey> survey_;
   std::optional<session::Placement> placement_;  ///< Decided with the first image.
@@ -535,12 +538,9 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   if (!ct) return ct.error();
   const std::shared_ptr<const Volume> shared_ct = *ct;
   console.end(std::to_string(shared_ct->grid().voxel_count()) + " voxels");
-  // The first image decides where the CT lies; what is wrong in itself is said before any work.
-  if (const auto sound = session::place_ct(config.placement, *shared_ct, {}, std::nullopt,
-                                           session->reference_frame());
-      !sound) {
-    return sound.error();
-  }
+  // What is wrong with the placement in itself is said before any work.
+  auto given = session::given_placement(config.placement, *shared_ct, session->reference_frame());
+  if (!given) return given.error();
   std::optional<session::SweepSurvey> sweep;
   // A pipe can be read only once.
   const bool pipe = std::filesystem::is_fifo(config.source.recording);
@@ -597,6 +597,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   Replay replay(config, console,
                 {.out = std::move(out),
                  .ct = shared_ct,
+                 .given = *std::move(given),
                  .session = std::move(*session),
                  .survey = std::move(sweep),
                  .presenter = std::move(*presenter)});

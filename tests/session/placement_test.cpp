@@ -4,9 +4,13 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
 
+#include "session/registration_file.hpp"
 #include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
 
 namespace nav::session {
 namespace {
@@ -28,6 +32,34 @@ TEST(PlacementTest, SaysWhetherTheUserDeclaredItOrNobodyDid) {
   EXPECT_EQ(found->kind, "declared");
   EXPECT_EQ(found->placement.safety.state, SafetyState::kDegraded);
   EXPECT_NE(found->placement.safety.cause.find("by declaration"), std::string::npos);
+}
+
+TEST(PlacementTest, AGivenRegistrationIsReadOnceAndComparedWithTheRecordingLater) {
+  const auto ct = Volume::create(VoxelGrid{{1, 1, 1}}, {0}, "one voxel");
+  const test::TemporaryFolder folder;
+  RecordingRead recording{.name = "sweep.igs.mha", .frames = 3, .first_s = 1, .last_s = 2};
+  io::Json json;
+  json["ct_sha256"] = ct_digest(*ct);
+  json["recording"] = json_of(recording);
+  json["registration"]["accepted"] = true;
+  json["registration"][kAcceptedPose] = {1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  PlacementOptions options;
+  options.registration = folder / "registration.json";
+  std::ofstream(options.registration) << json.dump();
+  const auto given = given_placement(options, *ct, "Reference");
+  ASSERT_TRUE(test::has_value(given));
+  ASSERT_TRUE(given->has_value());
+  std::filesystem::remove(options.registration);
+  SweepSurvey sweep;
+  sweep.paired = 1;
+  const auto placed = place_sweep(options, *given, *ct, sweep, recording);
+  ASSERT_TRUE(test::has_value(placed));
+  EXPECT_EQ(placed->kind, "registered");
+  EXPECT_EQ(placed->placement.ct_from_reference.translation_mm().x(), 5);
+  recording.temporal_offset_ms = 25;
+  EXPECT_TRUE(test::rejects(place_sweep(options, *given, *ct, sweep, recording),
+                            ErrorCode::kMalformedData,
+                            {"registration.json", "temporal offset", "25 ms"}));
 }
 
 TEST(PlacementTest, SaysHowFarASweepLiesFromACtThatItNeverMeets) {

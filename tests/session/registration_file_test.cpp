@@ -27,7 +27,12 @@ class RegistrationFileTest : public ::testing::Test {
             const std::optional<RecordingRead>& recording = {}) {
     const auto path = folder_ / "registration.json";
     std::ofstream(path) << json.dump();
-    return read_registration(path, ct_, {"Reference", recording, follows});
+    auto found = read_registration(path, ct_, {"Reference", follows});
+    if (found && found->recording && recording) {
+      const auto fits = check_recording(*found->recording, *recording, path);
+      if (!fits) found = fits.error();
+    }
+    return found;
   }
   io::Json good() const {
     io::Json json;
@@ -124,7 +129,7 @@ TEST_F(RegistrationFileTest, TakesNoTextThatCanBeReadInTwoWays) {
   const auto path = folder_ / "registration.json";
   const auto read_text = [&](const std::string& text) {
     std::ofstream(path) << text;
-    return read_registration(path, ct_, {"Reference", {}, false});
+    return read_registration(path, ct_, {"Reference", false});
   };
   std::string twice = good().dump();
   const std::string accepted = "\"accepted\":true";
