@@ -28,6 +28,18 @@ double apart_mm(const ImageCalibration& a, const ImageCalibration& b,
   return most;
 }
 
+/// "corners of the image at (0 0 0), (40 0 0) and (0 60 0) mm on the probe".
+std::string corners_text(const ImageCalibration& calibration, const SequenceHeader& header) {
+  const Eigen::IOFormat numbers(6, Eigen::DontAlignCols, " ", " ", "", "", "(", ")");
+  const auto at = [&](double column, double row) {
+    return (calibration.probe_from_image * calibration.grid.at(column, row)).mm.format(numbers);
+  };
+  std::ostringstream text;
+  text << "corners of the image at " << at(0, 0) << ", " << at(header.width - 1.0, 0) << " and "
+       << at(0, header.height - 1.0) << " mm on the probe";
+  return text.str();
+}
+
 }  // namespace
 
 Result<ImageCalibration> calibration_of(const Chain& probe_from_pixels, const SequenceFrame& frame,
@@ -46,33 +58,30 @@ Result<ImageCalibration> calibration_of(const Chain& probe_from_pixels, const Se
   return calibration;
 }
 
-Result<ImageCalibration> recorded_calibration(const Chain& probe_from_pixels,
-                                              const SequenceReader& reader) {
+Result<FirstCalibration> first_calibration(const Chain& probe_from_pixels,
+                                           const SequenceReader& reader) {
   const SequenceHeader& header = reader.header();
-  std::optional<ImageCalibration> found;
-  std::int64_t first = 0;
   Error reason{ErrorCode::kNotFound, name_of(probe_from_pixels) + ": expected frames, found none"};
   for (std::int64_t i = 0; i < header.frame_count; ++i) {
     const auto frame = reader.frame_fields(i);
-    const auto calibration =
-        frame ? calibration_of(probe_from_pixels, *frame, header) : frame.error();
-    // The error is reported when the frame itself is replayed, unless no other calibration exists.
-    if (!calibration) {
-      reason = calibration.error();
-    } else if (!found) {
-      found = *calibration;
-      first = i;
-    } else if (const double mm = apart_mm(*found, *calibration, header); !(mm <= kSamePlaceMm)) {
-      std::ostringstream text;
-      text << "frame " << i << ": " << name_of(probe_from_pixels)
-           << ": expected the calibration of frame " << first
-           << " (a probe has one calibration), found one that places corners of the image " << mm
-           << " mm away";
-      return Error{ErrorCode::kMalformedData, text.str()};
-    }
+    auto found = frame ? calibration_of(probe_from_pixels, *frame, header) : frame.error();
+    if (found) return FirstCalibration{*std::move(found), i};
+    reason = found.error();
   }
-  if (!found) return reason;
-  return *found;
+  return reason;
+}
+
+Result<void> same_calibration(const Chain& probe_from_pixels, const FirstCalibration& first,
+                              const FirstCalibration& other, const SequenceHeader& header) {
+  const double mm = apart_mm(first.calibration, other.calibration, header);
+  if (mm <= kSamePlaceMm) return {};
+  std::ostringstream text;
+  text << "frame " << other.frame << ": " << name_of(probe_from_pixels)
+       << ": expected the calibration of frame " << first.frame << ", with "
+       << corners_text(first.calibration, header) << ", found one with "
+       << corners_text(other.calibration, header) << ", " << mm
+       << " mm away at a corner; a probe has one calibration";
+  return Error{ErrorCode::kMalformedData, text.str()};
 }
 
 }  // namespace nav::io

@@ -13,10 +13,20 @@ namespace nav::io {
 Result<ImageCalibration> calibration_of(const Chain& probe_from_pixels, const SequenceFrame& frame,
                                         const SequenceHeader& header);
 
-/// Calibration of a whole recording: the one that all frames with a calibration share.
-/// kMalformedData when two differ by more than the rounding of text; without any, the error of the
-/// last frame.
-Result<ImageCalibration> recorded_calibration(const Chain& probe_from_pixels,
-                                              const SequenceReader& reader);
+/// First calibration of a recording, in the order of its frames.
+struct FirstCalibration {
+  ImageCalibration calibration;
+  std::int64_t frame;  ///< Index of the frame that has it.
+};
+
+/// Reads the fields of the frames up to the first that has a calibration, and none after it.
+/// Without any, the error of the last frame.
+Result<FirstCalibration> first_calibration(const Chain& probe_from_pixels,
+                                           const SequenceReader& reader);
+
+/// Rejects a calibration that differs from the first one by more than the rounding of text:
+/// kMalformedData, which names both frames and where both calibrations put the image.
+Result<void> same_calibration(const Chain& probe_from_pixels, const FirstCalibration& first,
+                              const FirstCalibration& other, const SequenceHeader& header);
 
 }  // namespace nav::io

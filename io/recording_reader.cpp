@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <sstream>
 
 #include "io/recorded_calibration.hpp"
 #include "io/sequence.hpp"
@@ -87,21 +88,20 @@ bool same_grid(const PixelGrid& a, const PixelGrid& b) {
   return (a.mm_per_pixel - b.mm_per_pixel).cwiseAbs().maxCoeff() <= kGridTolerance * scale;
 }
 
+/// "0.2 x 0.3 mm"; with the angle between rows and columns where it is no right one.
+std::string pixel_text(const PixelGrid& grid) {
+  constexpr double kRight = 1e-3;
+  std::ostringstream text;
+  text << grid.mm_per_pixel.col(0).norm() << " x " << grid.mm_per_pixel.col(1).norm() << " mm";
+  if (std::abs(grid.shear_rad()) > kRight) {
+    text << ", sheared by " << grid.shear_rad() * 180 / M_PI << " degrees";
+  }
+  return text.str();
+}
+
 /// The image is used as the probe, so the transform between them is the identity.
 ImageCalibration without_step(const ImageCalibration& calibration) {
   return {{Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()}, calibration.grid};
-}
-
-/// Calibration of the first frame that has one, or the last error.
-Result<ImageCalibration> first_of(const SequenceReader& reader, const Chain& chain) {
-  Error reason{ErrorCode::kNotFound, describe(chain) + ": expected frames, found none"};
-  for (std::int64_t i = 0; i < reader.header().frame_count; ++i) {
-    const auto frame = reader.frame_fields(i);
-    const auto found = frame ? calibration_of(chain, *frame, reader.header()) : frame.error();
-    if (found) return found;
-    reason = found.error();
-  }
-  return reason;
 }
 
 }  // namespace
@@ -140,28 +140,31 @@ struct RecordingReader::State {
       return;
     }
     pose.status = TrackingStatus::kInvalid;
-    diagnostics.report(
-        Severity::kWarning, "recording",
-        "frame " + std::to_string(index) + ": " +
-            (placed ? std::string("expected the pixel size of the first frame, found another")
-                    : placed.error().message));
+    const std::string fault =
+        placed ? "expected the pixel size of frame " + std::to_string(calibrated_by) + ", " +
+                     pixel_text(calibration->grid) + ", found " + pixel_text(placed->grid)
+               : placed.error().message;
+    diagnostics.report(Severity::kWarning, "recording",
+                       "frame " + std::to_string(index) + ": " + fault);
   }
 
   /// Takes the calibration of the recording, or of the configuration when the frames have none.
   Result<void> calibrate(const TransformTree& tree, const RecordingOptions& options) {
     if (chains.form == RecordingForm::kImageInReference) {
-      const auto found = first_of(reader, chains.probe);
+      const auto found = first_calibration(chains.probe, reader);
       if (!found) return found.error();
-      calibration = without_step(*found);
+      calibration = without_step(found->calibration);
+      calibrated_by = found->frame;
       return {};
     }
     const auto chain = tree.find(options.image_frame, options.probe_frame);
     if (!chain) return chain.error();
     if (uses_frames(*chain)) {
-      recorded = *chain;
-      const auto found = recorded_calibration(*chain, reader);
+      auto found = first_calibration(*chain, reader);
       if (!found) return found.error();
-      calibration = *found;
+      calibration = found->calibration;
+      recorded = *chain;
+      first = *std::move(found);
       return {};
     }
     const auto value = chain->evaluate(SequenceFrame{});
@@ -173,12 +176,22 @@ struct RecordingReader::State {
     return {};
   }
 
-  Result<UltrasoundFrame> image(const SequenceFrame& frame, Timestamp time) const {
+  /// Rejects an image without a valid calibration of its own, which cannot be placed on the probe,
+  /// whatever its pose, and one whose calibration differs from that of the images before.
+  Result<void> check_calibration(const SequenceFrame& frame) {
+    auto own = calibration_of(*recorded, frame, reader.header());
+    if (!own) return own.error();
+    const FirstCalibration found{*std::move(own), frame.index};
+    const SequenceHeader& header = reader.header();
+    if (auto ok = same_calibration(*recorded, *first, found, header); ok) return ok;
+    // One message for all images of the same other calibration.
+    if (!other || !same_calibration(*recorded, *other, found, header)) other = found;
+    return same_calibration(*recorded, *first, *other, header);
+  }
+
+  Result<UltrasoundFrame> image(const SequenceFrame& frame, Timestamp time) {
     if (recorded) {
-      // Without a valid calibration of its own, this image cannot be placed on the probe, whatever
-      // its pose.
-      const auto own = calibration_of(*recorded, frame, reader.header());
-      if (!own) return own.error();
+      if (const auto ok = check_calibration(frame); !ok) return ok.error();
     }
     auto pixels = brightness_image(reader.header(), frame);
     if (!pixels) return pixels.error();
@@ -195,7 +208,10 @@ struct RecordingReader::State {
   Chains chains;
   Diagnostics& diagnostics;
   std::optional<ImageCalibration> calibration;
-  std::optional<Chain> recorded;  ///< Image to Probe, when it is in the frames.
+  std::int64_t calibrated_by = 0;         ///< Frame of the calibration in kImageInReference.
+  std::optional<Chain> recorded;          ///< Image to Probe, when it is in the frames.
+  std::optional<FirstCalibration> first;  ///< The calibration in the frames, with recorded.
+  std::optional<FirstCalibration> other;  ///< The newest that differs from it.
   std::string description;
   std::string reference_frame;
   std::int64_t position = 0;
@@ -283,7 +299,10 @@ Result<RecordingFrame> RecordingReader::next() {
   return event;
 }
 
-void RecordingReader::rewind() { state_->position = 0; }
+void RecordingReader::rewind() {
+  state_->position = 0;
+  state_->other.reset();
+}
 const std::optional<ImageCalibration>& RecordingReader::calibration() const {
   return state_->calibration;
 }

@@ -42,8 +42,8 @@ enum class RecordingForm {
 struct RecordingFrame {
   std::int64_t index = 0;
   std::optional<Timestamp> acquired{};  ///< Recorded time; absent when the frame has no timestamp.
-  /// Ultrasound image, or the reason why there is none; kMalformedData also for an impossible
-  /// calibration of the frame itself.
+  /// Ultrasound image, or the reason why there is none; kMalformedData also for a calibration of
+  /// the frame itself that is impossible, or another than the recording's.
   Result<UltrasoundFrame> image;
   /// tracker_from_probe, status and numbers as recorded. An unreadable pose is kInvalid with NaN
   /// and is reported in the diagnostics.
@@ -62,9 +62,8 @@ class RecordingReader {
   /// \p config: device set with the calibration, or nullptr when the recording contains it; needed
   /// only during the call. \p diagnostics must outlive the session. Errors: those of the reader;
   /// kNotFound when no chain of transforms gives the pose of the probe, the reference or the image
-  /// (the message lists the existing ones); kMalformedData for an impossible calibration, or for
-  /// two different ones in the frames. Reads the fields of all frames when they contain the
-  /// calibration.
+  /// (the message lists the existing ones); kMalformedData for an impossible calibration. The first
+  /// calibration in the frames is the recording's; no later one is read.
   static Result<RecordingReader> open(const std::filesystem::path& sequence,
                                       const PlusConfig* config, const RecordingOptions& options,
                                       Diagnostics& diagnostics);

@@ -538,7 +538,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   if (!ct) return ct.error();
   const std::shared_ptr<const Volume> shared_ct = *ct;
   console.end(std::to_string(shared_ct->grid().voxel_count()) + " voxels");
-  // What is wrong with the placement in itself is said before any work.
+  // A fault of the placement itself is reported before any work.
   auto given = session::given_placement(config.placement, *shared_ct, session->reference_frame());
   if (!given) return given.error();
   std::optional<session::SweepSurvey> sweep;

@@ -3,6 +3,8 @@
 #include <atomic>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <optional>
+#include <sstream>
 #include <sys/stat.h>
 #include <thread>
 
@@ -46,8 +48,10 @@ std::vector<std::string> replayed(const std::filesystem::path& recording, Sessio
   }
 }
 
-/// Copy of a recording that ends after the first frames.
-void cut(const std::filesystem::path& from, std::int64_t frames, const std::filesystem::path& to) {
+/// Copy of a recording that ends after the first frames. moved_from: first frame whose calibration
+/// lies 5 mm beside that of the frames before; absent: none.
+void cut(const std::filesystem::path& from, std::int64_t frames, const std::filesystem::path& to,
+         std::optional<std::int64_t> moved_from = {}) {
   auto reader = io::SequenceReader::open(from);
   ASSERT_TRUE(test::has_value(reader));
   auto writer = io::SequenceWriter::create(to, reader->header());
@@ -55,6 +59,14 @@ void cut(const std::filesystem::path& from, std::int64_t frames, const std::file
   for (std::int64_t i = 0; i < frames; ++i) {
     auto frame = reader->read(i);
     ASSERT_TRUE(test::has_value(frame));
+    if (moved_from && i >= *moved_from) {
+      std::istringstream numbers(frame->fields.at("ImageToProbeTransform"));
+      std::ostringstream moved;
+      moved.precision(17);
+      double number = 0;
+      for (int n = 0; numbers >> number; ++n) moved << (n == 3 ? number + 5 : number) << ' ';
+      frame->fields["ImageToProbeTransform"] = moved.str();
+    }
     ASSERT_TRUE(test::has_value(writer->append(*frame)));
   }
   ASSERT_TRUE(test::has_value(writer->finish()));
@@ -103,6 +115,36 @@ TEST(PrefixTest, ASimulatedSweepOfAConvexProbe) {
   config.source.temporal_offset_ms = -30;
   config.placement.ct_from_reference = Eigen::Matrix4d::Identity();
   expect_prefixes(options.out, config, {7});
+}
+
+TEST(PrefixTest, AnotherCalibrationChangesNothingBeforeIt) {
+  const test::TemporaryFolder folder;
+  const SimulateOptions options = simulated(folder);
+  Console console(false);
+  ASSERT_TRUE(test::has_value(run_simulate(options, console)));
+  SessionConfig config;
+  config.ct.path = options.ct;
+  std::filesystem::create_directories(folder / "whole");
+  std::filesystem::create_directories(folder / "moved");
+  const auto name = options.out.filename();
+  constexpr std::int64_t kMovedFrom = 20;
+  cut(options.out, kMovedFrom, folder / "whole" / name);
+  cut(options.out, 28, folder / "moved" / name, kMovedFrom);
+  const auto whole = replayed(folder / "whole" / name, config, folder / "whole-out");
+  const auto moved = replayed(folder / "moved" / name, config, folder / "moved-out");
+  ASSERT_GT(whole.size(), 2u);
+  ASSERT_GE(moved.size(), whole.size());
+  for (std::size_t i = 0; i < whole.size(); ++i) EXPECT_TRUE(whole[i] == moved[i]) << i;
+  const std::string report = bytes_of(folder / "moved-out" / "report.json");
+  for (const char* piece : {"frame 20: ImageToProbe: expected the calibration of frame 0",
+                            "5 mm away at a corner; a probe has one calibration"}) {
+    EXPECT_NE(report.find(piece), std::string::npos) << piece;
+  }
+  // A survey reads the recording before the replay, and stops at the first bad frame.
+  config.source.recording = folder / "moved" / name;
+  config.output.folder = folder / "surveyed-out";
+  EXPECT_TRUE(test::rejects(run_replay(config, std::nullopt, console), ErrorCode::kMalformedData,
+                            {"frame 20: ImageToProbe", "frame 0", "8 of 28 frames are bad"}));
 }
 
 TEST(PrefixTest, ARecordingFromAPipeReplaysAsItComes) {

@@ -286,25 +286,63 @@ TEST(RecordingReaderTest, AFrameWithoutAValidCalibrationHasNoImage) {
   EXPECT_LT((place(*session, events[5], 3, 2) - place(truth, 3, 2)).norm(), 1e-6);
 }
 
-TEST(RecordingReaderTest, RejectsARecordingWithTwoCalibrations) {
+TEST(RecordingReaderTest, AFrameWithAnotherCalibrationHasNoImageAndNamesBoth) {
   const test::TemporaryFolder folder;
   CollectingDiagnostics said;
-  const auto config = calibration_config();
-  auto frames = frames_with_calibration(4);
-  const auto refused = [&](const Eigen::Matrix4d& other) {
-    put(frames[2], "ImageToProbe", other);
-    const auto session = RecordingReader::open(write(folder, frames), &config, {}, said);
-    return test::rejects(session, ErrorCode::kMalformedData,
-                         {"recording.igs.mha", "frame 2: ImageToProbe", "frame 0", "mm away"});
+  auto frames = frames_with_calibration(5);
+  const auto read = [&](const Eigen::Matrix4d& other) {
+    for (const std::size_t i : {2U, 3U}) put(frames[i], "ImageToProbe", other);
+    auto session = RecordingReader::open(write(folder, frames), nullptr, {}, said);
+    EXPECT_TRUE(test::has_value(session));
+    return session ? drain(*session) : std::vector<RecordingFrame>();
   };
-  EXPECT_TRUE(refused(rigid(0, {0, 0, 1}, {0, 0.1, 0}) * image_to_probe()));
-  EXPECT_TRUE(refused(rigid(0.5, {1, 0, 0}, {0, 0, 0}) * image_to_probe()));
   Eigen::Matrix4d larger = image_to_probe();
   larger.leftCols<2>() *= 1.5;
-  EXPECT_TRUE(refused(larger));
+  for (const Eigen::Matrix4d& other :
+       {Eigen::Matrix4d(rigid(0, {0, 0, 1}, {0, 0.1, 0}) * image_to_probe()),
+        Eigen::Matrix4d(rigid(0.5, {1, 0, 0}, {0, 0, 0}) * image_to_probe()), larger}) {
+    const auto events = read(other);
+    ASSERT_EQ(events.size(), 5U);
+    for (const std::size_t i : {0U, 1U, 4U}) EXPECT_TRUE(test::has_value(events[i].image)) << i;
+    for (const std::size_t i : {2U, 3U}) {
+      EXPECT_TRUE(test::rejects(events[i].image, ErrorCode::kMalformedData,
+                                {"frame 2: ImageToProbe", "the calibration of frame 0",
+                                 "at (8 -30 80)", "found one with corners", "mm away"}));
+      EXPECT_EQ(events[i].probe.status, TrackingStatus::kOk) << "its pose is as good as any";
+    }
+  }
+  EXPECT_TRUE(test::rejects(read(rigid(0, {0, 0, 1}, {0, 0.1, 0}) * image_to_probe())[2].image,
+                            ErrorCode::kMalformedData,
+                            {"at (8 -29.9 80)", "0.1 mm away at a corner"}));
   // A calibration that is rounded like decimal text counts as equal.
-  put(frames[2], "ImageToProbe", (image_to_probe() * 1e5).array().round().matrix() / 1e5);
-  EXPECT_TRUE(test::has_value(RecordingReader::open(write(folder, frames), &config, {}, said)));
+  for (const RecordingFrame& event :
+       read((image_to_probe() * 1e5).array().round().matrix() / 1e5)) {
+    EXPECT_TRUE(test::has_value(event.image)) << event.index;
+  }
+}
+
+TEST(RecordingReaderTest, PixelsOfAnotherSizeInPosesOfImagesNameBothSizes) {
+  const test::TemporaryFolder folder;
+  CollectingDiagnostics said;
+  auto frames = tracked_frames(3);
+  for (int i = 0; i < 3; ++i) {
+    Frame& f = frames[static_cast<std::size_t>(i)];
+    std::erase_if(f.fields, [](const auto& field) {
+      return field.first.find("ToTracker") != std::string::npos;
+    });
+    Eigen::Matrix4d pose = reference_pose(i).inverse() * probe_pose(i) * image_to_probe();
+    if (i == 2) pose.col(1) *= 1.5;
+    put(f, "ImageToReference", pose);
+  }
+  auto session = RecordingReader::open(write(folder, frames), nullptr, {}, said);
+  ASSERT_TRUE(test::has_value(session));
+  const auto events = drain(*session);
+  ASSERT_EQ(events.size(), 3U);
+  EXPECT_EQ(events[1].probe.status, TrackingStatus::kOk);
+  EXPECT_EQ(events[2].probe.status, TrackingStatus::kInvalid);
+  ASSERT_EQ(said.entries().size(), 1U);
+  EXPECT_EQ(said.entries()[0].message,
+            "frame 2: expected the pixel size of frame 0, 0.2 x 0.3 mm, found 0.2 x 0.45 mm");
 }
 
 TEST(RecordingReaderTest, RejectsRecordingsWithoutAPathOfTransforms) {
