@@ -12,7 +12,11 @@ target_compile_options(nav_warnings INTERFACE -Wall -Wextra -Wpedantic -Wshadow 
                                               # False overlaps in batches: a warning, not an error.
                                               "$<$<BOOL:${SONDE_WERROR}>:-Werror;-Wno-error=array-bounds>")
 
-# Flags of every translation unit of the project: language, sanitizers.
+# Flags of every translation unit of the project: language, sanitizers, and code that can also be part of
+# a shared library, at no cost when its symbols are hidden.
+set(CMAKE_POSITION_INDEPENDENT_CODE ON)
+set(CMAKE_CXX_VISIBILITY_PRESET hidden)
+set(CMAKE_VISIBILITY_INLINES_HIDDEN ON)
 add_library(nav_common INTERFACE)
 add_library(nav::common ALIAS nav_common)
 target_compile_features(nav_common INTERFACE cxx_std_20)
@@ -108,10 +112,14 @@ if(SONDE_CCACHE AND nav_ccache AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
                                   CCACHE_SLOPPINESS=pch_defines,time_macros ${nav_ccache})
 endif()
 
-option(SONDE_BATCHES "Compile several files at a time" ${SONDE_PRECOMPILE})
+set(SONDE_BATCHES ${SONDE_PRECOMPILE} CACHE STRING "Compile several files at a time: ON, OFF, or TESTS for tests and benchmarks only")
+set_property(CACHE SONDE_BATCHES PROPERTY STRINGS ON OFF TESTS)
 # nav_in_batches(<target>): the target's files are compiled several at a time.
 function(nav_in_batches target)
   if(NOT SONDE_BATCHES)
+    return()
+  endif()
+  if(SONDE_BATCHES STREQUAL "TESTS" AND NOT CMAKE_CURRENT_SOURCE_DIR MATCHES "^${PROJECT_SOURCE_DIR}/(tests|bench)")
     return()
   endif()
   # Avoids a warning: in a batch, the types local to a file seem to belong to a header.
@@ -141,6 +149,23 @@ function(nav_add_library name)
     nav_precompile(nav_${name} nav_library_headers)
   endif()
   nav_in_batches(nav_${name})
+endfunction()
+
+# nav_with_vtk_part(<folder> ON_DEMAND a.cpp): whoever links nav::<folder> also links nav_<folder>_vtk, the
+# part of it that uses VTK. A target with the property NAV_VTK_ON_DEMAND, the program sonde, links
+# instead a.cpp, which loads that part when a command needs it: to load VTK takes longer than all the
+# rest of a short command.
+file(RELATIVE_PATH nav_vtk_folder ${CMAKE_INSTALL_FULL_BINDIR} ${CMAKE_INSTALL_FULL_LIBDIR}/sonde)
+function(nav_with_vtk_part name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "ON_DEMAND" "")
+  nav_add_library(${name}_on_demand SOURCES ${arg_ON_DEMAND} USES nav::nav)
+  target_compile_definitions(nav_${name}_on_demand PRIVATE SONDE_VTK_FOLDER="${nav_vtk_folder}")
+  set(on_demand $<BOOL:$<TARGET_PROPERTY:NAV_VTK_ON_DEMAND>>)
+  target_link_libraries(
+    nav_${name} INTERFACE $<$<NOT:${on_demand}>:nav_${name}_vtk>
+                          $<BUILD_INTERFACE:$<${on_demand}:nav_${name}_on_demand>>)
+  target_link_libraries(nav_${name}_vtk PRIVATE nav_${name})
+  target_link_libraries(nav_${name}_on_demand PRIVATE nav_${name})
 endfunction()
 
 # nav_add_test(<name> SOURCES a_test.cpp… [USES targets…] [LABELS unit;…] [TIMEOUT s] [PREFIX text]

@@ -4,7 +4,7 @@
 #   find_package(Sonde REQUIRED)
 #   target_link_libraries(my_program PRIVATE Sonde::session)
 set(nav_package_folders nav io tracking registration devices sim session)
-foreach(name common warnings ${nav_package_folders})
+foreach(name common warnings io_vtk ${nav_package_folders})
   set_target_properties(nav_${name} PROPERTIES EXPORT_NAME ${name})
   install(TARGETS nav_${name} EXPORT SondeTargets ARCHIVE COMPONENT sdk)
 endforeach()

@@ -10,6 +10,7 @@
 
 #include "io/atomic_file.hpp"
 #include "io/detail/ct_readers.hpp"
+#include "io/detail/dicom_structure.hpp"
 #include "io/detail/hu_builder.hpp"
 #include "io/detail/input_file.hpp"
 #include "io/detail/scratch_file.hpp"

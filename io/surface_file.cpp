@@ -9,51 +9,16 @@
 #include <optional>
 #include <sstream>
 #include <string_view>
-#include <vtkCellArray.h>
-#include <vtkExecutive.h>
-#include <vtkNew.h>
-#include <vtkPolyData.h>
-#include <vtkSTLReader.h>
 
 #include "io/atomic_file.hpp"
 #include "io/detail/surface_cursor.hpp"
 #include "io/detail/text.hpp"
-#include "io/detail/vtk_errors.hpp"
 
 namespace nav::io {
 namespace {
 
 constexpr std::uint64_t kMaxTextBytes = 256 << 20;
 constexpr std::uint64_t kMaxSurfaceBytes = 1 << 30;
-
-/// Rejects a truncated STL file, which VTK reads as a smaller surface.
-Result<void> check_whole_stl(const std::filesystem::path& path, std::string_view text) {
-  constexpr std::size_t kHead = 512;
-  const auto head_has = [&](std::string_view word) {
-    return text.substr(0, kHead).find(word) != std::string_view::npos;
-  };
-  const auto no_facets = [&] { return detail::malformed_surface(path, "facets", "none"); };
-  const bool solid = text.starts_with("solid");
-  if (solid && !head_has("facet") && head_has("endsolid")) return no_facets();
-  if (solid && head_has("facet")) {
-    if (text.rfind("endsolid") != std::string_view::npos) return {};
-    return detail::malformed_surface(path, "endsolid", "the end of the file before it");
-  }
-  constexpr std::size_t kHeader = 84;
-  constexpr std::size_t kFacet = 50;
-  if (text.size() < kHeader) {
-    return detail::malformed_surface(path, "STL, a header of 84 bytes",
-                                     std::to_string(text.size()));
-  }
-  std::uint32_t facets = 0;  // Little-endian.
-  for (std::size_t i = 4; i > 0; --i) {
-    facets = facets << 8U | static_cast<unsigned char>(text[kHeader - 5 + i]);
-  }
-  if (facets == 0) return no_facets();
-  if (text.size() - kHeader >= kFacet * facets) return {};
-  return detail::malformed_surface(path, std::to_string(facets) + " facets",
-                                   std::to_string((text.size() - kHeader) / kFacet));
-}
 
 /// Titles and comments of each file format; views into the text.
 constexpr std::size_t kMostHead = 64 << 10;
@@ -99,27 +64,6 @@ Result<void> turn_to_lps(std::string_view comments, TriangleMesh& mesh) {
   return {};
 }
 
-Result<TriangleMesh> read_stl(const std::filesystem::path& path) {
-  detail::VtkErrors errors;
-  vtkNew<vtkSTLReader> reader;
-  errors.watch(reader);
-  errors.watch(reader->GetExecutive());  // Reports the reader's failure again.
-  reader->SetFileName(path.c_str());
-  errors.run([&] { reader->Update(); });
-  if (!errors.first().empty()) return detail::malformed_surface(path, "a surface", errors.first());
-  vtkPolyData& poly = *reader->GetOutput();
-  detail::MeshBuilder mesh(path);
-  for (vtkIdType i = 0; i < poly.GetNumberOfPoints(); ++i) {
-    mesh.add_point(Eigen::Map<const Eigen::Vector3d>(poly.GetPoint(i)));
-  }
-  vtkIdType count = 0;
-  const vtkIdType* ids = nullptr;
-  for (poly.GetPolys()->InitTraversal(); poly.GetPolys()->GetNextCell(count, ids) != 0;) {
-    mesh.add_polygon(std::vector<std::int64_t>(ids, ids + count));
-  }
-  return std::move(mesh).take();
-}
-
 }  // namespace
 
 Result<TriangleMesh> read_surface(const std::filesystem::path& path) {
@@ -137,10 +81,7 @@ Result<TriangleMesh> read_surface(const std::filesystem::path& path) {
   }
   const auto content = read_file(path, kMaxSurfaceBytes);
   if (!content) return content.error();
-  if (stl) {
-    if (const auto ok = check_whole_stl(path, *content); !ok) return ok.error();
-  }
-  auto mesh = stl   ? read_stl(path)
+  auto mesh = stl   ? detail::read_stl(path, *content)
               : ply ? detail::read_ply(path, *content)
                     : detail::read_legacy_vtk(path, *content);
   if (!mesh) return mesh;

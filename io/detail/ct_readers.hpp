@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "io/ct.hpp"
-#include "io/detail/input_file.hpp"
 #include "io/detail/voxel_sink.hpp"
 
 namespace nav::io::detail {
@@ -39,9 +38,6 @@ std::optional<Result<VoxelGrid>> read_voxels(const std::filesystem::path& path, 
 Result<StoredVolume> read_ct_dicom(const std::vector<std::filesystem::path>& files,
                                    const std::string& name, Diagnostics& diagnostics,
                                    const VolumeReading& options);
-/// True for a DICOM file, with or without the preamble of part 10; a file with the preamble may be
-/// broken.
-bool is_dicom(const InputFile& file);
 
 /// Handles a file without axis orientation for read_ct(): a warning when the caller accepts it,
 /// otherwise an error.

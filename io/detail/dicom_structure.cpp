@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <cstring>
 #include <optional>
 #include <string_view>
 
@@ -218,8 +219,27 @@ class Walker {
   std::string defect_;
 };
 
+/// True for "DICM" after 128 bytes, which only DICOM files have.
+bool has_preamble(const InputFile& file) {
+  constexpr std::int64_t kPreamble = 128;
+  std::array<std::byte, 4> magic{};
+  const auto got = file.read_at(kPreamble, magic);
+  return got && *got == magic.size() && std::memcmp(magic.data(), "DICM", magic.size()) == 0;
+}
+
 }  // namespace
 
 std::string dicom_structure_defect(const InputFile& file) { return Walker(file).walk(); }
+
+bool is_dicom(const InputFile& file) {
+  if (has_preamble(file)) return true;
+  // Files from before part 10 begin with group 2 or 8, little-endian, low element. Other files may
+  // begin in the same way, so the structure is checked too.
+  std::array<std::byte, 8> head{};
+  const auto got = file.read_at(0, head);
+  const auto is = [&](std::size_t i, char c) { return head[i] == static_cast<std::byte>(c); };
+  return got && *got == head.size() && (is(0, 2) || is(0, 8)) && is(1, 0) && is(3, 0) &&
+         dicom_structure_defect(file).empty();
+}
 
 }  // namespace nav::io::detail

@@ -12,5 +12,8 @@ namespace nav::io::detail {
 /// within its bounds (PS3.5, section 7). The library that reads the file next crashes on some files
 /// that violate this. Returns the defect, or an empty text.
 std::string dicom_structure_defect(const InputFile& file);
+/// True for a DICOM file, with or without the preamble of part 10; a file with the preamble may be
+/// broken.
+bool is_dicom(const InputFile& file);
 
 }  // namespace nav::io::detail

@@ -76,5 +76,7 @@ Error unexpected_line(const std::filesystem::path& path, const std::string& expe
 Result<TriangleMesh> read_legacy_vtk(const std::filesystem::path& path, std::string_view content);
 /// Reads the faces of a PLY file, in text or binary of either byte order.
 Result<TriangleMesh> read_ply(const std::filesystem::path& path, std::string_view content);
+/// Reads an STL file by VTK, in text or binary. \p content: the whole file, which must be complete.
+Result<TriangleMesh> read_stl(const std::filesystem::path& path, std::string_view content);
 
 }  // namespace nav::io::detail

@@ -1,0 +1,69 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <cstdint>
+#include <string_view>
+#include <vtkCellArray.h>
+#include <vtkExecutive.h>
+#include <vtkNew.h>
+#include <vtkPolyData.h>
+#include <vtkSTLReader.h>
+
+#include "io/detail/surface_cursor.hpp"
+#include "io/detail/vtk_errors.hpp"
+
+namespace nav::io::detail {
+namespace {
+
+/// Rejects a truncated STL file, which VTK reads as a smaller surface.
+Result<void> check_whole_stl(const std::filesystem::path& path, std::string_view text) {
+  constexpr std::size_t kHead = 512;
+  const auto head_has = [&](std::string_view word) {
+    return text.substr(0, kHead).find(word) != std::string_view::npos;
+  };
+  const auto no_facets = [&] { return malformed_surface(path, "facets", "none"); };
+  const bool solid = text.starts_with("solid");
+  if (solid && !head_has("facet") && head_has("endsolid")) return no_facets();
+  if (solid && head_has("facet")) {
+    if (text.rfind("endsolid") != std::string_view::npos) return {};
+    return malformed_surface(path, "endsolid", "the end of the file before it");
+  }
+  constexpr std::size_t kHeader = 84;
+  constexpr std::size_t kFacet = 50;
+  if (text.size() < kHeader) {
+    return malformed_surface(path, "STL, a header of 84 bytes", std::to_string(text.size()));
+  }
+  std::uint32_t facets = 0;  // Little-endian.
+  for (std::size_t i = 4; i > 0; --i) {
+    facets = facets << 8U | static_cast<unsigned char>(text[kHeader - 5 + i]);
+  }
+  if (facets == 0) return no_facets();
+  if (text.size() - kHeader >= kFacet * facets) return {};
+  return malformed_surface(path, std::to_string(facets) + " facets",
+                           std::to_string((text.size() - kHeader) / kFacet));
+}
+
+}  // namespace
+
+Result<TriangleMesh> read_stl(const std::filesystem::path& path, std::string_view content) {
+  if (const auto ok = check_whole_stl(path, content); !ok) return ok.error();
+  VtkErrors errors;
+  vtkNew<vtkSTLReader> reader;
+  errors.watch(reader);
+  errors.watch(reader->GetExecutive());  // Reports the reader's failure again.
+  reader->SetFileName(path.c_str());
+  errors.run([&] { reader->Update(); });
+  if (!errors.first().empty()) return malformed_surface(path, "a surface", errors.first());
+  vtkPolyData& poly = *reader->GetOutput();
+  MeshBuilder mesh(path);
+  for (vtkIdType i = 0; i < poly.GetNumberOfPoints(); ++i) {
+    mesh.add_point(Eigen::Map<const Eigen::Vector3d>(poly.GetPoint(i)));
+  }
+  vtkIdType count = 0;
+  const vtkIdType* ids = nullptr;
+  for (poly.GetPolys()->InitTraversal(); poly.GetPolys()->GetNextCell(count, ids) != 0;) {
+    mesh.add_polygon(std::vector<std::int64_t>(ids, ids + count));
+  }
+  return std::move(mesh).take();
+}
+
+}  // namespace nav::io::detail
