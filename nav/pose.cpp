@@ -22,4 +22,20 @@ const char* to_string(TrackingStatus status) {
   return "invalid";
 }
 
+std::string sentence(PoseDoubt doubt, const std::string& body) {
+  switch (doubt) {
+    case PoseDoubt::kNone:
+      return "";
+    case PoseDoubt::kNoStatus:
+      return "the tracker gave no status for " + body;
+    case PoseDoubt::kClock:
+      return "the times of the poses of " + body + " are off: its clock drifts or was set";
+    case PoseDoubt::kStuck:
+      return "the pose of " + body + " does not change to the last digit";
+    case PoseDoubt::kMoved:
+      return body + " was moved: register again";
+  }
+  return "";
+}
+
 }  // namespace nav

@@ -26,12 +26,24 @@ struct RawPose {
   Eigen::Matrix4d tracker_from_body = Eigen::Matrix4d::Constant(std::nan(""));
 };
 
+/// Why an admitted pose is not to be relied on: it is degraded.
+enum class PoseDoubt {
+  kNone,
+  kNoStatus,  ///< The tracker gave no status.
+  kClock,     ///< The times of the tracker are off the session clock.
+  kStuck,     ///< The pose does not change to the last digit.
+  kMoved,     ///< The body is the patient's reference, and was moved.
+};
+/// One sentence about a body, such as "the probe"; empty for kNone.
+std::string sentence(PoseDoubt doubt, const std::string& body);
+
 /// Pose that passed the gate; without a transform: there was no valid pose at that time.
 template <class Body>
 struct TrackedPose {
   Timestamp acquired;
   TrackingStatus status;
   std::optional<Transform<frames::Tracker, Body>> tracker_from_body;
+  PoseDoubt doubt = PoseDoubt::kNone;
 };
 
 }  // namespace nav

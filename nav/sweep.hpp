@@ -14,8 +14,9 @@ namespace nav {
 struct TrackedFrame {
   UltrasoundFrame frame;
   Transform<frames::Reference, frames::Image> reference_from_image;
-  Duration pose_gap;      ///< Time to the nearest measured pose sample, >= 0.
-  bool degraded = false;  ///< A contributing pose had no status.
+  Duration pose_gap;  ///< Time to the nearest measured pose sample, >= 0.
+  /// Why the pose is not to be relied on, one sentence; empty when it is.
+  std::string doubt{};
 };
 
 /// Ordered tracked images of one recording, with the calibration that placed them.

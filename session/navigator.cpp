@@ -10,9 +10,9 @@ namespace nav::session {
 namespace {
 
 /// State of a pose apart from its age.
-Safety status_safety(bool degraded, const std::string& body) {
-  if (!degraded) return {SafetyState::kValid, ""};
-  return {SafetyState::kDegraded, "the tracker gave no status for " + body};
+Safety doubt_safety(PoseDoubt doubt, const std::string& body) {
+  if (doubt == PoseDoubt::kNone) return {SafetyState::kValid, ""};
+  return {SafetyState::kDegraded, sentence(doubt, body)};
 }
 
 constexpr Duration kUnknownPeriod = std::chrono::milliseconds(50);
@@ -20,9 +20,8 @@ constexpr Duration kUnknownPeriod = std::chrono::milliseconds(50);
 }  // namespace
 
 Safety tracking_safety(const TrackedFrame& frame) {
-  if (!frame.degraded) return {SafetyState::kValid, ""};
-  return {SafetyState::kDegraded,
-          "the tracker gave no status for the probe or the patient reference"};
+  if (frame.doubt.empty()) return {SafetyState::kValid, ""};
+  return {SafetyState::kDegraded, frame.doubt};
 }
 
 Epoch ended(Epoch epoch, const std::string& cause) {
@@ -194,9 +193,9 @@ void Navigator::refresh_needle(Epoch& epoch) const {
     }
     const auto& tracker_from_reference = std::get<tracking::PoseAt<frames::Reference>>(reference);
     reference_from_tracker = tracker_from_reference.tracker_from_body.inverse();
-    states.push_back(status_safety(tracker_from_reference.degraded, "the patient reference"));
+    states.push_back(doubt_safety(tracker_from_reference.doubt, "the patient reference"));
   }
-  states.push_back(status_safety(tracker_from_needle.degraded, "the needle"));
+  states.push_back(doubt_safety(tracker_from_needle.doubt, "the needle"));
   states.push_back(placement_->safety);
   epoch.needle = compose(states);
   epoch.needle_acquired = instant;

@@ -38,7 +38,8 @@ void PoseLog::add(const tracking::PairedFrame& frame) {
   const TrackedFrame& tracked = *frame.tracked;
   text_ += std::to_string(tracked.frame.acquired.time_since_epoch().count()) + ',' +
            std::to_string(tracked.frame.received.time_since_epoch().count()) + ',' +
-           (tracked.degraded ? "degraded," : "paired,") + std::to_string(tracked.pose_gap.count());
+           (!tracked.doubt.empty() ? "degraded," : "paired,") +
+           std::to_string(tracked.pose_gap.count());
   const auto& pose = tracked.reference_from_image;
   text_ += pose_columns(pose.translation_mm(), pose.rotation()) + '\n';
 }

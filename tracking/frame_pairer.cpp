@@ -10,6 +10,11 @@ namespace {
 
 Error refuse(const std::string& what) { return Error{ErrorCode::kUsage, "pairing: " + what}; }
 
+PoseGateOptions gate_of_patient(PoseGateOptions options) {
+  options.patient = true;
+  return options;
+}
+
 }  // namespace
 
 const char* to_string(PoseAbsence absence) {
@@ -46,8 +51,8 @@ FramePairer::FramePairer(
       options_(options),
       max_wait_(options.max_wait),
       probe_(options.gate, options.max_pose_gap, diagnostics),
-      reference_(options.gate, options.max_pose_gap, diagnostics),
-      frame_delay_(options.gate.max_delay_change) {
+      reference_(gate_of_patient(options.gate), options.max_pose_gap, diagnostics),
+      frame_clock_({.tolerance = options.gate.max_delay_change}) {
   NAV_CHECK(validate(options).has_value());
 }
 
@@ -60,8 +65,10 @@ void FramePairer::expect_period(Duration period) {
 
 void FramePairer::add_frame(UltrasoundFrame frame) {
   frame.acquired -= options_.temporal_offset;
-  const bool believed = frame_delay_.believes(frame.acquired, frame.received);
-  waiting_.push_back({std::move(frame), believed});
+  const DeviceTime stamp(DeviceClock::duration(frame.acquired.time_since_epoch().count()));
+  const bool believed = !frame_clock_.add(stamp, frame.received).fault;
+  const bool off = std::chrono::abs(frame_clock_.change()) > options_.gate.max_delay_change;
+  waiting_.push_back({std::move(frame), believed, off});
 }
 
 std::optional<PairedFrame> FramePairer::settle(const Waiting& waiting, Timestamp now,
@@ -98,13 +105,18 @@ std::optional<PairedFrame> FramePairer::settle(const Waiting& waiting, Timestamp
     return reject(std::string("Probe.") + to_string(*absence));
   }
   const auto& tracker_from_probe = std::get<PoseAt<frames::Probe>>(probe);
+  std::string doubt = sentence(tracker_from_probe.doubt, "the probe");
+  if (doubt.empty() && waiting.clock_off) {
+    doubt = "the times of the images are off: their clock drifts or was set";
+  }
+  if (doubt.empty()) doubt = images_.doubt(frame, tracker_from_probe.tracker_from_body);
   if (fixed_reference_from_tracker_) {
     return PairedFrame{
         frame.sequence,
         TrackedFrame{frame,
                      *fixed_reference_from_tracker_ * tracker_from_probe.tracker_from_body *
                          calibration->probe_from_image,
-                     tracker_from_probe.gap, tracker_from_probe.degraded},
+                     tracker_from_probe.gap, doubt},
         ""};
   }
   const auto reference = reference_.buffer().at(frame.acquired);
@@ -115,11 +127,12 @@ std::optional<PairedFrame> FramePairer::settle(const Waiting& waiting, Timestamp
   const auto& tracker_from_reference = std::get<PoseAt<frames::Reference>>(reference);
   return PairedFrame{
       frame.sequence,
-      TrackedFrame{frame,
-                   tracker_from_reference.tracker_from_body.inverse() *
-                       tracker_from_probe.tracker_from_body * calibration->probe_from_image,
-                   std::max(tracker_from_probe.gap, tracker_from_reference.gap),
-                   tracker_from_probe.degraded || tracker_from_reference.degraded},
+      TrackedFrame{
+          frame,
+          tracker_from_reference.tracker_from_body.inverse() *
+              tracker_from_probe.tracker_from_body * calibration->probe_from_image,
+          std::max(tracker_from_probe.gap, tracker_from_reference.gap),
+          doubt.empty() ? sentence(tracker_from_reference.doubt, "the patient reference") : doubt},
       ""};
 }
 

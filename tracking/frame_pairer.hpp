@@ -10,6 +10,7 @@
 #include "nav/diagnostics.hpp"
 #include "nav/probe_calibration.hpp"
 #include "nav/sweep.hpp"
+#include "tracking/repeated_images.hpp"
 #include "tracking/tool_poses.hpp"
 
 namespace nav::tracking {
@@ -72,6 +73,7 @@ class FramePairer {
   struct Waiting {
     UltrasoundFrame frame;
     bool clock_believed;
+    bool clock_off;  ///< Stamps are off the session clock by more than the tolerance.
   };
   std::optional<PairedFrame> settle(const Waiting& waiting, Timestamp now, bool end_of_stream);
 
@@ -82,7 +84,8 @@ class FramePairer {
   ToolPoses<frames::Probe> probe_;
   ToolPoses<frames::Reference> reference_;
   std::deque<Waiting> waiting_;
-  DelayWatch frame_delay_;
+  ClockModel frame_clock_;
+  RepeatedImages images_;
   std::optional<Timestamp> newest_frame_;
   std::string without_calibration_;
 };

@@ -26,8 +26,8 @@ const char* to_string(PoseAbsence absence);
 template <class Body>
 struct PoseAt {
   Transform<frames::Tracker, Body> tracker_from_body;
-  Duration gap;   ///< Time to the nearer measured sample, >= 0; 0: exact.
-  bool degraded;  ///< A contributing sample had no status.
+  Duration gap;     ///< Time to the nearer measured sample, >= 0; 0: exact.
+  PoseDoubt doubt;  ///< First doubt of the contributing samples that is not kNone.
 };
 
 /// Recent poses of one body, in time order. Poses are interpolated, never extrapolated. The memory
@@ -67,7 +67,7 @@ class PoseBuffer {
     const TrackedPose<Body>& b = sample(after);
     if (b.acquired == time) {
       if (!b.tracker_from_body) return PoseAbsence::kNotTracked;
-      return PoseAt<Body>{*b.tracker_from_body, Duration::zero(), unknown(b)};
+      return PoseAt<Body>{*b.tracker_from_body, Duration::zero(), doubt(b)};
     }
     const TrackedPose<Body>& a = sample(after - 1);
     if (!a.tracker_from_body || !b.tracker_from_body) return PoseAbsence::kNotTracked;
@@ -76,7 +76,8 @@ class PoseBuffer {
     const Duration before = time - a.acquired;
     const double fraction = static_cast<double>(before.count()) / static_cast<double>(span.count());
     return PoseAt<Body>{interpolate(*a.tracker_from_body, *b.tracker_from_body, fraction),
-                        std::min(before, span - before), unknown(a) || unknown(b)};
+                        std::min(before, span - before),
+                        doubt(a) != PoseDoubt::kNone ? doubt(a) : doubt(b)};
   }
 
   [[nodiscard]] std::size_t size() const { return size_; }
@@ -87,7 +88,10 @@ class PoseBuffer {
   }
 
  private:
-  static bool unknown(const TrackedPose<Body>& p) { return p.status != TrackingStatus::kOk; }
+  static PoseDoubt doubt(const TrackedPose<Body>& p) {
+    if (p.doubt != PoseDoubt::kNone) return p.doubt;
+    return p.status == TrackingStatus::kOk ? PoseDoubt::kNone : PoseDoubt::kNoStatus;
+  }
   const TrackedPose<Body>& sample(std::size_t i) const {
     return *samples_[(begin_ + i) % samples_.size()];
   }

@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tracking/pose_gate.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <sstream>
+#include <utility>
 
 namespace nav::tracking {
 
@@ -22,6 +24,8 @@ const char* to_string(PoseRejection cause) {
       return "clock_not_believed";
     case PoseRejection::kTooFast:
       return "too_fast";
+    case PoseRejection::kUnconfirmed:
+      return "off_path";
   }
   return "unknown";
 }
@@ -38,9 +42,19 @@ Result<void> validate(const PoseGateOptions& options) {
   if (!(options.rigid.orthonormality > 0 && options.rigid.orthonormality < 0.1)) {
     return Error{ErrorCode::kUsage, "pose gate: expected an orthonormality tolerance in (0, 0.1)"};
   }
-  if (!(options.max_turn_rad > 0 && options.max_turn_rad <= std::numbers::pi)) {
-    return Error{ErrorCode::kUsage, "pose gate: expected max_turn_rad in (0, pi], found " +
-                                        std::to_string(options.max_turn_rad)};
+  for (const auto& [limit, what] :
+       {std::pair{options.max_turn_rad_per_s, "max_turn_rad_per_s"},
+        std::pair{options.max_acceleration_mm_per_s2, "max_acceleration_mm_per_s2"},
+        std::pair{options.max_acceleration_rad_per_s2, "max_acceleration_rad_per_s2"},
+        std::pair{options.max_patient_speed_mm_per_s, "max_patient_speed_mm_per_s"},
+        std::pair{options.max_patient_turn_rad_per_s, "max_patient_turn_rad_per_s"}}) {
+    if (!(limit > 0)) {
+      return Error{ErrorCode::kUsage, std::string("pose gate: expected ") + what + " > 0, found " +
+                                          std::to_string(limit)};
+    }
+  }
+  if (options.max_stuck <= Duration::zero()) {
+    return Error{ErrorCode::kUsage, "pose gate: expected max_stuck > 0"};
   }
   if (options.max_delay_change <= Duration::zero()) {
     return Error{ErrorCode::kUsage, "pose gate: expected max_delay_change > 0"};
@@ -51,84 +65,250 @@ Result<void> validate(const PoseGateOptions& options) {
 namespace detail {
 namespace {
 
-std::string at(const RawPose& raw, const std::string& name) {
-  return name + " at " + std::to_string(to_seconds(raw.acquired)) + " s: ";
+constexpr double kLeastMm = 3;        // Distance from the path that noise may have, mm.
+constexpr double kLeastRad = 0.04;    // Turn from the path that noise may have, rad.
+constexpr double kOverUsual = 10;     // Largest distance from the path, as a multiple of the usual.
+constexpr double kLostAfter = 0.3;    // Seconds without a pose after which no path continues.
+constexpr double kForgetAfter = 1.0;  // Seconds without a pose after which a body may be anywhere.
+constexpr double kHandMmPerS = 600;   // Speed of a hand whose path is not known yet.
+constexpr double kHandRadPerS = 6;
+constexpr double kBackMm = 2;  // A reference this near to its place before is back.
+constexpr double kBackRad = 0.02;
+
+/// Running median: moves by a twentieth of itself.
+double towards(double usual, double found, double least) {
+  return std::max(least, usual * (found > usual ? 1.05 : 1 / 1.05));
+}
+
+std::string distance(double mm, double rad) {
+  std::ostringstream text;
+  text.precision(3);
+  text << mm << " mm and " << rad * 180 / std::numbers::pi << " degrees";
+  return text.str();
 }
 
 }  // namespace
 
-GateState::Verdict GateState::judge_time(const RawPose& raw, const std::string& name) {
-  std::ostringstream text;
-  text << at(raw, name);
+double GateState::lost_after_s() const { return std::max(kLostAfter, 3 * usual_s_); }
+
+std::string GateState::at(Timestamp time) const {
+  return name_ + " at " + std::to_string(to_seconds(time)) + " s: ";
+}
+
+GateState::Verdict GateState::judge_time(const RawPose& raw) {
   // Every pose is checked: otherwise a clock that was set back would be reported as "too old" only.
-  const bool believed = delay_.believes(raw.acquired, raw.received);
+  const DeviceTime stamp(DeviceClock::duration(raw.acquired.time_since_epoch().count()));
+  const ClockModel::Reading clock = clock_.add(stamp, raw.received);
+  const auto ms = [](Duration duration) { return std::to_string(1e3 * to_seconds(duration)); };
   if (newest_ && raw.acquired <= *newest_) {
-    text << "expected a time after " << to_seconds(*newest_) << " s";
-    return {PoseRejection::kTime, text.str()};
+    return {PoseRejection::kTime, at(raw.acquired) + "expected a time after " +
+                                      std::to_string(to_seconds(*newest_)) + " s"};
   }
   if (raw.acquired - raw.received > options_.max_future) {
-    text << "expected a time at most " << to_seconds(options_.max_future)
-         << " s after its reception at " << to_seconds(raw.received) << " s";
-    return {PoseRejection::kTime, text.str()};
+    return {PoseRejection::kTime, at(raw.acquired) + "expected a time at most " +
+                                      ms(options_.max_future) + " ms after its reception at " +
+                                      std::to_string(to_seconds(raw.received)) + " s"};
   }
-  if (!believed) {
-    text << "expected to be received " << 1e3 * to_seconds(delay_.usual())
-         << " ms after acquisition as usual, found "
-         << 1e3 * to_seconds(raw.received - raw.acquired)
-         << " ms: the device's clock was set, or its data were held up";
-    return {PoseRejection::kClock, text.str()};
+  if (clock.fault) {
+    const Duration usual = clock_.map(stamp) + clock_.usual_residual() - raw.acquired;
+    return {PoseRejection::kClock, at(raw.acquired) + "expected to be received " + ms(usual) +
+                                       " ms after acquisition as usual, found " +
+                                       ms(raw.received - raw.acquired) +
+                                       " ms: the device's clock was set, or its data were held up"};
   }
-  return {std::nullopt, ""};
+  // Stamps that are off the session clock by more than the tolerance are used, but not relied on.
+  const Duration change = clock_.change();
+  const bool was = clock_degraded_;
+  clock_degraded_ = std::chrono::abs(change) > options_.max_delay_change;
+  Verdict verdict{std::nullopt, "", clock_degraded_ ? PoseDoubt::kClock : PoseDoubt::kNone};
+  if (clock_degraded_ && !was) {
+    verdict.message = at(raw.acquired) + "the time from acquisition to reception has changed by " +
+                      ms(change) +
+                      " ms since the beginning: the device's clock drifts or was set, or its data "
+                      "take longer";
+  }
+  return verdict;
 }
 
-GateState::Verdict GateState::judge_motion(const RawPose& raw, const Eigen::Quaterniond& rotation,
-                                           const std::string& name) const {
-  std::ostringstream text;
-  text << at(raw, name);
-  const Eigen::Vector3d position_mm = raw.tracker_from_body.topRightCorner<3, 1>();
-  if (position_mm.norm() > options_.working_radius_mm) {
-    text << "expected a position within " << options_.working_radius_mm
-         << " mm of the tracker, found " << position_mm.norm() << " mm";
+/// Distance of a pose from where the path of the last poses leads.
+GateState::Distance GateState::off_path(const Place& place) const {
+  const Place& last = path_[0];
+  if (path_count_ < 2) {
+    return {(place.position_mm - last.position_mm).norm(),
+            place.rotation.angularDistance(last.rotation)};
+  }
+  const double ahead = to_seconds(place.time - last.time);
+  const double before = to_seconds(last.time - path_[1].time);
+  const double share = ahead / before;
+  const Eigen::Vector3d step = last.position_mm - path_[1].position_mm;
+  Eigen::AngleAxisd turn(last.rotation * path_[1].rotation.conjugate());
+  if (turn.angle() > std::numbers::pi) turn.angle() -= 2 * std::numbers::pi;
+  turn.angle() *= share;
+  // A body that stops at once is no surprise.
+  const double moving = (place.position_mm - last.position_mm - share * step).norm();
+  const double stopped = (place.position_mm - last.position_mm).norm();
+  return {std::min(moving, stopped), std::min(place.rotation.angularDistance(turn * last.rotation),
+                                              place.rotation.angularDistance(last.rotation))};
+}
+
+/// Largest distance from the path at which a pose is admitted at once.
+GateState::Distance GateState::limit(const Place& place) const {
+  const double seconds = to_seconds(place.time - path_[0].time);
+  if (options_.patient) {
+    return {kLeastMm + options_.max_patient_speed_mm_per_s * seconds,
+            kLeastRad + options_.max_patient_turn_rad_per_s * seconds};
+  }
+  const double half = 0.5 * seconds * seconds;
+  Distance most{kLeastMm + half * options_.max_acceleration_mm_per_s2,
+                kLeastRad + half * options_.max_acceleration_rad_per_s2};
+  if (path_count_ < 2) {
+    return {kLeastMm + kHandMmPerS * seconds, kLeastRad + kHandRadPerS * seconds};
+  }
+  // Poses further apart than the ones before may leave the path by more.
+  const double stretch = std::max(1.0, seconds / to_seconds(path_[0].time - path_[1].time));
+  return {std::min(most.mm, std::max(kLeastMm, kOverUsual * usual_.mm) * stretch * stretch),
+          std::min(most.rad, std::max(kLeastRad, kOverUsual * usual_.rad) * stretch * stretch)};
+}
+
+void GateState::follow(const Place& place) {
+  if (path_count_ > 0 && to_seconds(place.time - path_[0].time) > lost_after_s()) path_count_ = 0;
+  if (path_count_ == 2) {
+    const Distance off = off_path(place);
+    usual_ = {towards(usual_.mm, off.mm, 0.05 * kLeastMm),
+              towards(usual_.rad, off.rad, 0.05 * kLeastRad)};
+  }
+  path_[1] = path_[0];
+  path_[0] = place;
+  path_count_ = std::min(path_count_ + 1, 2);
+  aside_count_ = 0;
+  impossible_ = false;
+}
+
+/// Withholds a pose off the path. The third of three that continue each other is admitted, but for
+/// a second not where no hand could have moved the body.
+GateState::Verdict GateState::leave_path(const Place& place, const Distance& off,
+                                         const Distance& limit) {
+  const auto agrees = [&](const Place& a, const Place& b) {
+    const double seconds = to_seconds(b.time - a.time);
+    return (b.position_mm - a.position_mm).norm() <= kLeastMm + kHandMmPerS * seconds &&
+           b.rotation.angularDistance(a.rotation) <= kLeastRad + kHandRadPerS * seconds;
+  };
+  if (aside_count_ > 0 && !agrees(aside_[static_cast<std::size_t>(aside_count_ - 1)], place)) {
+    aside_count_ = 0;
+  }
+  const bool forgotten = to_seconds(place.time - path_[0].time) >= kForgetAfter;
+  if (aside_count_ == 2 && impossible_ && !forgotten) {
+    aside_[0] = aside_[1];
+    aside_count_ = 1;
+  }
+  if (aside_count_ < 2) {
+    aside_[static_cast<std::size_t>(aside_count_++)] = place;
+    return {PoseRejection::kUnconfirmed,
+            at(place.time) + "expected a pose within " + distance(limit.mm, limit.rad) +
+                " of the path of the poses before, found " + distance(off.mm, off.rad)};
+  }
+  const Place before = path_[0];
+  path_count_ = 0;
+  follow(aside_[1]);
+  follow(place);
+  if (!options_.patient) return {};
+  if (!place_before_) place_before_ = before;
+  return {std::nullopt,
+          at(place.time) + "the patient's reference was moved by " +
+              distance((place.position_mm - before.position_mm).norm(),
+                       place.rotation.angularDistance(before.rotation)) +
+              ": register again, or put it back",
+          PoseDoubt::kMoved};
+}
+
+GateState::Verdict GateState::judge_motion(const Place& place) {
+  if (place.position_mm.norm() > options_.working_radius_mm) {
+    std::ostringstream text;
+    text << at(place.time) << "expected a position within " << options_.working_radius_mm
+         << " mm of the tracker, found " << place.position_mm.norm() << " mm";
     return {PoseRejection::kOutsideVolume, text.str()};
   }
-  if (!admitted_time_) return {std::nullopt, ""};
-  const double seconds = to_seconds(raw.acquired - *admitted_time_);
-  // After a second without poses the body may be anywhere, so any motion is accepted.
-  if (seconds >= 1.0) return {std::nullopt, ""};
-  const double speed = (position_mm - admitted_position_mm_).norm() / seconds;
-  if (speed > options_.max_speed_mm_per_s) {
-    text << "expected at most " << options_.max_speed_mm_per_s << " mm/s, found " << speed
-         << " mm/s";
-    return {PoseRejection::kTooFast, text.str()};
+  if (path_count_ == 0) {
+    follow(place);
+    return {};
   }
-  const double turn = rotation.angularDistance(admitted_rotation_);
-  if (turn > options_.max_turn_rad) {
-    text << "expected a turn of at most " << options_.max_turn_rad << " rad since "
-         << to_seconds(*admitted_time_) << " s, found " << turn << " rad";
-    return {PoseRejection::kTooFast, text.str()};
+  const double seconds = to_seconds(place.time - path_[0].time);
+  if (seconds < std::max(kForgetAfter, 3 * usual_s_)) {
+    const double mm = (place.position_mm - path_[0].position_mm).norm();
+    const double turn = place.rotation.angularDistance(path_[0].rotation);
+    if (mm > kLeastMm + options_.max_speed_mm_per_s * seconds ||
+        turn > kLeastRad + options_.max_turn_rad_per_s * seconds) {
+      impossible_ = true;
+      return {PoseRejection::kTooFast, at(place.time) + "expected at most " +
+                                           std::to_string(options_.max_speed_mm_per_s) +
+                                           " mm/s, found " + distance(mm, turn) + " in " +
+                                           std::to_string(1e3 * seconds) + " ms"};
+    }
   }
-  return {std::nullopt, ""};
+  const Distance off = off_path(place);
+  const Distance most = limit(place);
+  // A body that was lost may be anywhere, unless it is where it was.
+  const bool there = (place.position_mm - path_[0].position_mm).norm() <= kLeastMm &&
+                     place.rotation.angularDistance(path_[0].rotation) <= kLeastRad;
+  const bool lost = seconds > lost_after_s() && !there && !options_.patient;
+  if (lost || off.mm > most.mm || off.rad > most.rad) return leave_path(place, off, most);
+  follow(place);
+  if (place_before_) {
+    const bool back = (place.position_mm - place_before_->position_mm).norm() <= kBackMm &&
+                      place.rotation.angularDistance(place_before_->rotation) <= kBackRad;
+    if (back) place_before_.reset();
+  }
+  return {std::nullopt, "", place_before_ ? PoseDoubt::kMoved : PoseDoubt::kNone};
 }
 
-GateState::Verdict GateState::judge(const RawPose& raw, const std::string& name) {
-  if (auto time = judge_time(raw, name); time.rejection) return time;
+/// Degrades a pose that has not changed to the last digit for too long.
+void GateState::judge_stay(const RawPose& raw, Verdict& verdict) {
+  if (options_.patient) return;
+  if (raw.tracker_from_body != same_) {
+    same_ = raw.tracker_from_body;
+    same_since_ = raw.acquired;
+    same_count_ = 0;
+    stuck_ = false;
+    return;
+  }
+  ++same_count_;
+  constexpr int kLeastRepeats = 3;
+  const Duration stuck = raw.acquired - same_since_;
+  if (stuck <= options_.max_stuck || same_count_ < kLeastRepeats) return;
+  verdict.doubt = PoseDoubt::kStuck;
+  if (!std::exchange(stuck_, true) && verdict.message.empty()) {
+    verdict.message = at(raw.acquired) + "the pose is unchanged to the last digit since " +
+                      std::to_string(to_seconds(same_since_)) +
+                      " s: the tracker may repeat the last pose of a tool that it does not see";
+  }
+}
+
+GateState::Verdict GateState::judge(const RawPose& raw) {
+  Verdict time = judge_time(raw);
+  if (time.rejection) return time;
+  if (newest_) {
+    const double seconds = to_seconds(raw.acquired - *newest_);
+    usual_s_ = usual_s_ > 0 ? towards(usual_s_, seconds, 1e-4) : seconds;
+  }
   newest_ = raw.acquired;
 
   if (raw.status != TrackingStatus::kOk && raw.status != TrackingStatus::kUnknown) {
     return {PoseRejection::kStatus,
-            at(raw, name) + "expected status ok, found " + nav::to_string(raw.status)};
+            at(raw.acquired) + "expected status ok, found " + nav::to_string(raw.status)};
   }
   const auto rotation =
-      nav::detail::rotation_from_matrix(raw.tracker_from_body, name, options_.rigid);
+      nav::detail::rotation_from_matrix(raw.tracker_from_body, name_, options_.rigid);
   if (!rotation) {
     return {PoseRejection::kNotRigid,
             rotation.error().message + " at " + std::to_string(to_seconds(raw.acquired)) + " s"};
   }
-  if (auto motion = judge_motion(raw, *rotation, name); motion.rejection) return motion;
-  admitted_time_ = raw.acquired;
-  admitted_position_mm_ = raw.tracker_from_body.topRightCorner<3, 1>();
-  admitted_rotation_ = *rotation;
-  return {std::nullopt, ""};
+  Verdict verdict =
+      judge_motion({raw.acquired, raw.tracker_from_body.topRightCorner<3, 1>(), *rotation});
+  if (verdict.rejection) return verdict;
+  if (verdict.doubt == PoseDoubt::kNone) verdict.doubt = time.doubt;
+  if (verdict.message.empty()) verdict.message = std::move(time.message);
+  judge_stay(raw, verdict);
+  return verdict;
 }
 
 }  // namespace detail

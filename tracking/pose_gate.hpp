@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 
 #include "nav/pose.hpp"
-#include "tracking/delay_watch.hpp"
+#include "tracking/clock_model.hpp"
 
 namespace nav::tracking {
 
@@ -14,10 +15,23 @@ namespace nav::tracking {
 struct PoseGateOptions {
   RigidTolerance rigid;
   double working_radius_mm = 10000;  ///< Largest |translation| in the Tracker frame.
-  double max_speed_mm_per_s = 5000;  ///< Speed between neighbouring admitted poses of one body.
-  /// Rotation between neighbouring admitted poses less than a second apart, rad, in (0, pi]. A
-  /// larger rotation means that markers were confused, not that a hand moved.
-  double max_turn_rad = 1.2;
+  /// Speed and turn since the last admitted pose, if that is less than a second old, > 0. A body
+  /// that seems to be faster was not moved by a hand: markers were confused.
+  double max_speed_mm_per_s = 2000;
+  double max_turn_rad_per_s = 15;
+  /// Limits of a hand, for the distance from the path that the last poses continue: half of it
+  /// times the square of the time since the last pose. > 0.
+  double max_acceleration_mm_per_s2 = 10000;
+  double max_acceleration_rad_per_s2 = 60;
+  /// True for the patient's reference: it was moved when it is faster than a patient. Its poses are
+  /// then degraded until it is back in its place, or confirmed.
+  bool patient = false;
+  double max_patient_speed_mm_per_s = 100;  ///< > 0.
+  double max_patient_turn_rad_per_s = 0.5;  ///< > 0.
+  /// A pose of a tool that does not change to the last digit for longer than this is degraded:
+  /// trackers repeat the last pose of a tool that they do not see. Absent for the reference, which
+  /// may lie still.
+  Duration max_stuck = std::chrono::milliseconds(500);
   /// Longest time by which a stamp may lie after its reception; beyond it the device's clock is
   /// wrong.
   Duration max_future = std::chrono::milliseconds(100);
@@ -30,7 +44,15 @@ struct PoseGateOptions {
 Result<void> validate(const PoseGateOptions& options);
 
 /// Cause of a rejection. The names are stable, for the ledger and reports.
-enum class PoseRejection { kStatus, kNotRigid, kOutsideVolume, kTime, kClock, kTooFast };
+enum class PoseRejection {
+  kStatus,
+  kNotRigid,
+  kOutsideVolume,
+  kTime,
+  kClock,
+  kTooFast,
+  kUnconfirmed,  ///< Off the path of the poses before; withheld until two more poses agree with it.
+};
 const char* to_string(PoseRejection cause);
 /// True when the time of a rejected pose may be used: it tells that there was no valid pose then.
 inline bool has_usable_time(const std::optional<PoseRejection>& cause) {
@@ -42,32 +64,74 @@ template <class Body>
 struct Admission {
   TrackedPose<Body> pose;                  ///< Has a transform if and only if it was admitted.
   std::optional<PoseRejection> rejection;  ///< Absent when admitted.
-  std::string message;                     ///< One sentence when rejected.
+  /// One sentence when rejected, and when admitted poses begin to be degraded; otherwise empty.
+  std::string message;
 };
 
 namespace detail {
 /// Frame-independent part of the gate: the state of one body.
 class GateState {
  public:
-  explicit GateState(const PoseGateOptions& options)
-      : options_(options), delay_(options.max_delay_change) {}
+  /// \p name: name of the transform in messages ("ProbeToTracker").
+  GateState(const PoseGateOptions& options, std::string name)
+      : options_(options),
+        name_(std::move(name)),
+        clock_({.tolerance = options.max_delay_change}) {}
   struct Verdict {
     std::optional<PoseRejection> rejection;
     std::string message;
+    PoseDoubt doubt = PoseDoubt::kNone;
   };
-  Verdict judge(const RawPose& raw, const std::string& name);
+  Verdict judge(const RawPose& raw);
+  /// Rotation of the pose that was admitted last.
+  [[nodiscard]] const Eigen::Quaterniond& rotation() const { return path_[0].rotation; }
+  void confirm_place() { place_before_.reset(); }
+  [[nodiscard]] bool moved() const { return place_before_.has_value(); }
 
  private:
-  [[nodiscard]] Verdict judge_time(const RawPose& raw, const std::string& name);
-  [[nodiscard]] Verdict judge_motion(const RawPose& raw, const Eigen::Quaterniond& rotation,
-                                     const std::string& name) const;
+  /// A pose on the path of a body.
+  struct Place {
+    Timestamp time;
+    Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
+    Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  };
+  /// Distance of a pose from the path that the poses before continue.
+  struct Distance {
+    double mm = 0;
+    double rad = 0;
+  };
+
+  [[nodiscard]] Verdict judge_time(const RawPose& raw);
+  [[nodiscard]] Verdict judge_motion(const Place& place);
+  [[nodiscard]] Verdict leave_path(const Place& place, const Distance& off, const Distance& limit);
+  [[nodiscard]] Distance off_path(const Place& place) const;
+  [[nodiscard]] Distance limit(const Place& place) const;
+  void follow(const Place& place);
+  void judge_stay(const RawPose& raw, Verdict& verdict);
+
+  [[nodiscard]] std::string at(Timestamp time) const;
+  [[nodiscard]] double lost_after_s() const;
 
   PoseGateOptions options_;
-  DelayWatch delay_;
+  std::string name_;
+  ClockModel clock_;
+  bool clock_degraded_ = false;
   std::optional<Timestamp> newest_;  ///< Newest usable time, of admitted and rejected poses.
-  std::optional<Timestamp> admitted_time_;
-  Eigen::Vector3d admitted_position_mm_ = Eigen::Vector3d::Zero();
-  Eigen::Quaterniond admitted_rotation_ = Eigen::Quaterniond::Identity();
+  double usual_s_ = 0;               ///< Usual time between poses.
+  // The newest two admitted poses, and the usual distance from the path.
+  std::array<Place, 2> path_{};
+  int path_count_ = 0;
+  Distance usual_{};
+  // Poses off the path that may be the beginning of another one.
+  std::array<Place, 2> aside_{};
+  int aside_count_ = 0;
+  bool impossible_ = false;  ///< Since the path's end a pose was further than a hand could move.
+  std::optional<Place> place_before_;  ///< Place of the patient's reference before it was moved.
+  // The pose that does not change.
+  Eigen::Matrix4d same_ = Eigen::Matrix4d::Zero();
+  Timestamp same_since_{};
+  int same_count_ = 0;
+  bool stuck_ = false;
 };
 }  // namespace detail
 
@@ -77,27 +141,30 @@ template <class Body>
 class PoseGate {
  public:
   /// Precondition: validate(options), otherwise a Bug.
-  explicit PoseGate(const PoseGateOptions& options = {}) : options_(options), state_(options) {
+  explicit PoseGate(const PoseGateOptions& options = {})
+      : state_(options, std::string(Body::kName) + "ToTracker") {
     NAV_CHECK(validate(options).has_value());
   }
 
   Admission<Body> admit(const RawPose& raw) {
-    const std::string name = std::string(Body::kName) + "ToTracker";
-    auto verdict = state_.judge(raw, name);
+    auto verdict = state_.judge(raw);
     TrackedPose<Body> pose{raw.acquired, raw.status, std::nullopt};
     if (!verdict.rejection) {
-      const auto rigid =
-          rigid_from_matrix<frames::Tracker, Body>(raw.tracker_from_body, options_.rigid);
-      NAV_CHECK(rigid.has_value());
-      pose.tracker_from_body = *rigid;
+      pose.tracker_from_body = Transform<frames::Tracker, Body>(
+          state_.rotation(), raw.tracker_from_body.template topRightCorner<3, 1>());
+      pose.doubt = verdict.doubt;
     } else if (pose.status == TrackingStatus::kOk || pose.status == TrackingStatus::kUnknown) {
       pose.status = TrackingStatus::kInvalid;
     }
     return {std::move(pose), verdict.rejection, std::move(verdict.message)};
   }
 
+  /// Accepts the new place of the patient's reference after it was moved.
+  void confirm_place() { state_.confirm_place(); }
+  /// True from the time when the patient's reference was moved until it is back or confirmed.
+  [[nodiscard]] bool moved() const { return state_.moved(); }
+
  private:
-  PoseGateOptions options_;
   detail::GateState state_;
 };
 

@@ -27,9 +27,11 @@ class ToolPoses {
     const Admission<Body> admission = gate_.admit(raw);
     if (admission.rejection) {
       ledger_.reject(to_string(*admission.rejection));
-      diagnostics_.report(Severity::kWarning, "tracking.gate", admission.message);
     } else {
       ledger_.deliver();
+    }
+    if (!admission.message.empty()) {
+      diagnostics_.report(Severity::kWarning, "tracking.gate", admission.message);
     }
     // A pose at a time that is taken already, or not believed, says nothing new. Any other absence
     // is kept, so that nothing is interpolated across it.

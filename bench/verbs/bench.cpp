@@ -68,7 +68,7 @@ Result<render::Scene> demo_scene(std::shared_ptr<const Volume> ct, const sim::Pr
   epoch.ct_from_needle = procedure.ct_from_needle(middle);
   epoch.frame = TrackedFrame{
       simulator.simulate(*epoch.ct_from_image, middle, 0, epoch.ct_from_needle),
-      procedure.ct_from_reference().inverse() * *epoch.ct_from_image, Duration::zero(), false};
+      procedure.ct_from_reference().inverse() * *epoch.ct_from_image, Duration::zero()};
   epoch.plane = epoch.needle = epoch.ultrasound = epoch.placement = {SafetyState::kValid, ""};
   render::Scene scene = presenter->scene(epoch);
   scene.lines.push_back({procedure.plan().entry_ct, procedure.plan().target_ct});

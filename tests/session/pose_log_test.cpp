@@ -17,7 +17,7 @@ tracking::PairedFrame paired() {
           TrackedFrame{frame,
                        Transform<frames::Reference, frames::Image>(Eigen::Quaterniond(-1, 0, 0, 0),
                                                                    {0.1, -2, -0.0}),
-                       Duration(33), false},
+                       Duration(33)},
           ""};
 }
 

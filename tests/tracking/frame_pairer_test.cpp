@@ -84,6 +84,40 @@ TEST_F(FramePairerTest, RejectsImagesWhileTheirClockIsShifted) {
   EXPECT_TRUE(ready[21].tracked);
 }
 
+TEST_F(FramePairerTest, AnImageThatRepeatsWhileTheProbeMovesIsDegraded) {
+  auto pairer = make();
+  feed_poses(pairer, 0, 2000);  // The probe moves by 100 mm per second.
+  for (int i = 0; i < 10; ++i) {
+    UltrasoundFrame made = image(static_cast<std::uint64_t>(i), 100 + 50 * i, 110 + 50 * i);
+    const bool frozen = i >= 3 && i < 7;
+    const auto corner = static_cast<std::uint8_t>(frozen ? 3 : i);
+    made.pixels = Image2d<std::uint8_t>(2, 2, {corner, 2, 3, 14});
+    pairer.add_frame(std::move(made));
+  }
+  const auto ready = pairer.take_ready(Timestamp(milliseconds(2020)));
+  ASSERT_EQ(ready.size(), 10u);
+  for (std::size_t i = 0; i < ready.size(); ++i) {
+    ASSERT_TRUE(ready[i].tracked) << ready[i].cause;
+    EXPECT_EQ(!ready[i].tracked->doubt.empty(), i > 3 && i < 7) << i;
+  }
+  EXPECT_NE(ready[5].tracked->doubt.find("frozen"), std::string::npos);
+}
+
+TEST_F(FramePairerTest, ImagesWhoseClockWasSetAreDegradedAfterwards) {
+  auto pairer = make();
+  feed_poses(pairer, 0, 6000);
+  for (int i = 0; i < 100; ++i) {
+    const int set = i < 40 ? 0 : 90;
+    pairer.add_frame(image(static_cast<std::uint64_t>(i), 100 + 50 * i + set, 110 + 50 * i));
+  }
+  const auto ready = pairer.take_ready(Timestamp(milliseconds(6020)));
+  ASSERT_EQ(ready.size(), 100u);
+  EXPECT_EQ(ready[39].tracked->doubt.find("clock"), std::string::npos);
+  EXPECT_EQ(ready[41].cause, "clock_not_believed");
+  ASSERT_TRUE(ready[99].tracked);
+  EXPECT_NE(ready[99].tracked->doubt.find("clock"), std::string::npos);
+}
+
 TEST_F(FramePairerTest, AppliesTheTemporalOffsetOnceWithItsSign) {
   PairingOptions options;
   options.temporal_offset = milliseconds(40);  // Timestamps of images are 40 ms late.

@@ -79,8 +79,8 @@ TEST(PoseBufferTest, APoseWithoutStatusIsDegraded) {
   PoseBuffer<Probe> buffer;
   buffer.push(pose_at(0, 0));
   buffer.push(pose_at(10, 1, TrackingStatus::kUnknown));
-  EXPECT_FALSE(std::get<PoseAt<Probe>>(buffer.at(ms(0))).degraded);
-  EXPECT_TRUE(std::get<PoseAt<Probe>>(buffer.at(ms(5))).degraded);
+  EXPECT_EQ(std::get<PoseAt<Probe>>(buffer.at(ms(0))).doubt, PoseDoubt::kNone);
+  EXPECT_EQ(std::get<PoseAt<Probe>>(buffer.at(ms(5))).doubt, PoseDoubt::kNoStatus);
 }
 
 TEST(PoseBufferTest, PushingAPoseThatIsNotNewerIsABug) {
