@@ -29,7 +29,8 @@ std::string sentence(PoseDoubt doubt, const std::string& body) {
     case PoseDoubt::kNoStatus:
       return "the tracker gave no status for " + body;
     case PoseDoubt::kClock:
-      return "the times of the poses of " + body + " are off: its clock drifts or was set";
+      return "the times of the poses of " + body +
+             " are unsure: the clock of the tracker drifts, was set, or is not known well yet";
     case PoseDoubt::kStuck:
       return "the pose of " + body + " does not change to the last digit";
     case PoseDoubt::kMoved:

@@ -24,6 +24,7 @@ struct RawPose {
   Timestamp received;
   TrackingStatus status = TrackingStatus::kUnknown;
   Eigen::Matrix4d tracker_from_body = Eigen::Matrix4d::Constant(std::nan(""));
+  bool clock_unsure = false;  ///< The clock of its device is not known well yet.
 };
 
 /// Why an admitted pose is not to be relied on: it is degraded.

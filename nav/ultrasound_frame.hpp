@@ -56,6 +56,7 @@ struct UltrasoundFrame {
   Image2d<std::uint8_t> pixels;
   PixelGrid grid;
   std::optional<SectorOutline> outline{};
+  bool clock_unsure = false;  ///< The clock of its device is not known well yet.
 };
 
 /// Lower and upper corner of the box around the image's pixel centres, Image frame, mm.

@@ -77,6 +77,16 @@ void Navigator::add_pose(ToolRole role, const RawPose& pose) {
   }
 }
 
+void Navigator::reject_pose(ToolRole role, const std::string& cause) {
+  if (role == ToolRole::kProbe) {
+    pairer_.reject_probe_pose(cause);
+  } else if (role == ToolRole::kReference) {
+    pairer_.reject_reference_pose(cause);
+  } else if (role == ToolRole::kNeedle) {
+    needle_.reject(cause);
+  }
+}
+
 const tracking::StreamLedger& Navigator::ledger(ToolRole role) const {
   NAV_CHECK(role == ToolRole::kProbe || role == ToolRole::kReference || role == ToolRole::kNeedle);
   if (role == ToolRole::kProbe) return pairer_.probe().ledger();

@@ -68,6 +68,8 @@ class Navigator {
   /// Role: kProbe, kReference or kNeedle; poses of other tools are of no use here.
   void add_pose(ToolRole role, const RawPose& pose);
   void add_missing(const MissingImage& missing);
+  /// Counts a pose that cannot be used because of its time stamp.
+  void reject_pose(ToolRole role, const std::string& cause);
   /// Another calibration of the probe, for images of another geometry.
   void add_calibration(const ProbeCalibration& calibration) {
     pairer_.add_calibration(calibration);

@@ -182,12 +182,45 @@ void Session::drain(const Listener& listener) {
   for (Taken& one : all) deliver(one.stream, std::move(one.sample), listener);
 }
 
+/// Maps the device time of a sample to the time of its acquisition, on the session clock. Returns a
+/// fault of the device time.
+std::optional<tracking::ClockFault> Session::map_time(Stream& stream, Sample& sample) {
+  if (!sample.device_time) return std::nullopt;
+  if (!stream.clock) stream.clock.emplace();
+  const auto reading = stream.clock->add(*sample.device_time, sample.received);
+  if (reading.began_epoch) {
+    diagnostics_.report(Severity::kWarning, "session",
+                        stream.info.name + ": the clock of the device was set, or its data take " +
+                            std::to_string(1e3 * to_seconds(stream.clock->change())) +
+                            " ms longer than at the beginning");
+  }
+  const bool unsure = stream.clock->state() != tracking::ClockState::kKnown;
+  if (auto* image = std::get_if<UltrasoundFrame>(&sample.what)) {
+    image->acquired = reading.acquired;
+    image->clock_unsure = unsure;
+  } else if (auto* pose = std::get_if<PoseSample>(&sample.what)) {
+    pose->pose.acquired = reading.acquired;
+    pose->pose.clock_unsure = unsure;
+  }
+  return reading.fault;
+}
+
 void Session::deliver(std::size_t index, Sample sample, const Listener& listener) {
   Stream& stream = streams_[index];
   if (!stream.used) {
     stream.unused.receive();
     stream.unused.drop("not_used");
     return;
+  }
+  if (const auto fault = map_time(stream, sample)) {
+    const char* cause = tracking::to_string(*fault);
+    if (stream.info.kind == StreamKind::kPoses) {
+      navigator_.reject_pose(stream.info.role, cause);
+      return;
+    }
+    sample.what =
+        MissingImage{cause, stream.info.name + ", image " + std::to_string(sample.sequence) +
+                                ": its device time cannot be used: " + cause};
   }
   if (auto* image = std::get_if<UltrasoundFrame>(&sample.what)) {
     NAV_CHECK(stream.info.kind == StreamKind::kImages);

@@ -20,6 +20,7 @@
 #include "session/outline_estimator.hpp"
 #include "session/pose_log.hpp"
 #include "session/stream_queue.hpp"
+#include "tracking/clock_model.hpp"
 
 namespace nav::session {
 
@@ -101,6 +102,11 @@ class Session {
   void set_outline(const std::optional<SectorOutline>& outline);
   [[nodiscard]] const std::optional<SectorOutline>& outline() const;
 
+  /// Clock of the device of a stream, in the order of accounts(); null: it gave no device time.
+  [[nodiscard]] const tracking::ClockModel* clock(std::size_t stream) const {
+    const auto& found = streams_.at(stream).clock;
+    return found ? &*found : nullptr;
+  }
   /// Accounts of all streams, sources and streams in order. Balanced when the session has ended.
   [[nodiscard]] std::vector<StreamAccount> accounts() const;
   /// One sentence for each source that failed.
@@ -114,6 +120,8 @@ class Session {
     std::unique_ptr<StreamQueue> queue;
     bool used = false;
     tracking::StreamLedger unused;  ///< Counts of a stream that the navigator does not use.
+    /// Clock of its device; only for samples with a device time.
+    std::optional<tracking::ClockModel> clock;
   };
   struct Feed {
     std::shared_ptr<Source> source;
@@ -129,6 +137,7 @@ class Session {
   void run(Feed& feed, const std::stop_token& stop);
   void deliver(std::size_t stream, Sample sample, const Listener& listener);
   void drain(const Listener& listener);
+  std::optional<tracking::ClockFault> map_time(Stream& stream, Sample& sample);
   void settle(bool end, const Listener& listener);
   void note_failures();
 

@@ -106,6 +106,9 @@ std::optional<PairedFrame> FramePairer::settle(const Waiting& waiting, Timestamp
   }
   const auto& tracker_from_probe = std::get<PoseAt<frames::Probe>>(probe);
   std::string doubt = sentence(tracker_from_probe.doubt, "the probe");
+  if (doubt.empty() && frame.clock_unsure) {
+    doubt = "the clock of the images is not known well yet";
+  }
   if (doubt.empty() && waiting.clock_off) {
     doubt = "the times of the images are off: their clock drifts or was set";
   }

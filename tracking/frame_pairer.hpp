@@ -51,6 +51,8 @@ class FramePairer {
 
   void add_probe_pose(const RawPose& raw) { probe_.add(raw); }
   void add_reference_pose(const RawPose& raw) { reference_.add(raw); }
+  void reject_probe_pose(const std::string& cause) { probe_.reject(cause); }
+  void reject_reference_pose(const std::string& cause) { reference_.reject(cause); }
   /// Another calibration, for images that no earlier one fits.
   void add_calibration(const ProbeCalibration& calibration) {
     calibrations_.push_back(calibration);

@@ -120,7 +120,8 @@ GateState::Verdict GateState::judge_time(const RawPose& raw) {
   const Duration change = clock_.change();
   const bool was = clock_degraded_;
   clock_degraded_ = std::chrono::abs(change) > options_.max_delay_change;
-  Verdict verdict{std::nullopt, "", clock_degraded_ ? PoseDoubt::kClock : PoseDoubt::kNone};
+  Verdict verdict{std::nullopt, "",
+                  clock_degraded_ || raw.clock_unsure ? PoseDoubt::kClock : PoseDoubt::kNone};
   if (clock_degraded_ && !was) {
     verdict.message = at(raw.acquired) + "the time from acquisition to reception has changed by " +
                       ms(change) +

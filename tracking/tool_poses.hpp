@@ -38,6 +38,12 @@ class ToolPoses {
     if (has_usable_time(admission.rejection)) buffer_.push(admission.pose);
   }
 
+  /// Counts a pose whose time stamp is of no use.
+  void reject(const std::string& cause) {
+    ledger_.receive();
+    ledger_.reject(cause);
+  }
+
   [[nodiscard]] const PoseBuffer<Body>& buffer() const { return buffer_; }
   void set_max_gap(Duration max_gap) { buffer_.set_max_gap(max_gap); }
   [[nodiscard]] const StreamLedger& ledger() const { return ledger_; }

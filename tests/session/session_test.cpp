@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session/session.hpp"
 
+#include <cmath>
 #include <gtest/gtest.h>
 
 #include "session/driver.hpp"
@@ -96,6 +97,47 @@ TEST(SessionTest, DropsStreamsThatNothingUsesAndCountsThem) {
   EXPECT_EQ(accounts[0].ledger.dropped().at("not_used"), 1u);
   EXPECT_EQ(accounts[1].ledger.received(), 0u);
   EXPECT_EQ(accounts[2].ledger.dropped().at("not_used"), 2u);
+}
+
+TEST(SessionTest, MapsTheTimesOfDevicesWhoseClocksDrift) {
+  // The tracker's clock is 150 ppm fast, the scanner's 150 ppm slow; both begin anywhere. A minute
+  // later the stamps differ by 18 ms, in which the probe moves by 2 mm.
+  ScriptedSource source = ScriptedSource::usual();
+  const auto stamp = [](double s, double ppm, double origin) {
+    return DeviceTime(DeviceClock::duration(std::llround(1e9 * (origin + s * (1 + 1e-6 * ppm)))));
+  };
+  const auto x_mm = [](double s) { return 100 * std::sin(s); };
+  std::uint64_t sequence = 0;
+  for (int i = 0; i <= 6000; ++i) {
+    const double s = 0.01 * i;
+    const Timestamp received(from_seconds(s + 0.005));
+    RawPose pose = pose_at(0, {x_mm(s), 0, 0});
+    source.add_stamped(kProbeStream, received, stamp(s, 150, 7), PoseSample{pose});
+    RawPose reference = pose_at(0);
+    source.add_stamped(kReferenceStream, received, stamp(s, 150, 7), PoseSample{reference});
+    if (i % 5 == 0) {
+      source.add_stamped(kImageStream, received, stamp(s, -150, -3000), image_at(sequence++, 0));
+    }
+  }
+  source.add_stamped(kProbeStream, Timestamp(from_seconds(60.01)), stamp(59, 150, 7),
+                     PoseSample{pose_at(0)});
+  CollectingDiagnostics diagnostics;
+  Session session(usual_setup(), diagnostics);
+  session.add(std::make_shared<ScriptedSource>(std::move(source)));
+  int sure = 0;
+  ASSERT_TRUE(
+      test::has_value(session.advance_to(at_ms(61000), [&](const tracking::PairedFrame& paired) {
+        if (!paired.tracked) return;
+        const double s = 0.05 * static_cast<double>(paired.sequence);
+        EXPECT_NEAR(paired.tracked->reference_from_image.translation_mm().x(), x_mm(s), 0.05) << s;
+        sure += paired.tracked->doubt.find("clock") == std::string::npos ? 1 : 0;
+      })));
+  EXPECT_GE(sure, 1150) << "unsure for the first two seconds only";
+  ASSERT_NE(session.clock(kProbeStream), nullptr);
+  EXPECT_NEAR(session.clock(kProbeStream)->skew_ppm(), -150, 1);
+  EXPECT_NEAR(session.clock(kImageStream)->skew_ppm(), 150, 1);
+  const auto accounts = session.accounts();
+  EXPECT_EQ(accounts[kProbeStream].ledger.rejected().at("late"), 1u);
 }
 
 TEST(SessionTest, MergesSourcesInOrderOfArrival) {

@@ -48,6 +48,15 @@ class ScriptedSource final : public Source {
                         .received = at_ms(received_ms),
                         .what = std::move(what)});
   }
+  /// Adds a sample that the device stamped.
+  template <class What>
+  void add_stamped(std::size_t stream, Timestamp received, DeviceTime stamp, What what) {
+    samples_.push_back({.stream = stream,
+                        .sequence = count_++,
+                        .received = received,
+                        .device_time = stamp,
+                        .what = std::move(what)});
+  }
   void then(std::function<Error()> end) { end_ = std::move(end); }
 
   [[nodiscard]] const std::vector<StreamInfo>& streams() const override { return streams_; }
