@@ -193,8 +193,10 @@ struct RecordingReader::State {
     if (recorded) {
       if (const auto ok = check_calibration(frame); !ok) return ok.error();
     }
-    auto pixels = brightness_image(reader.header(), frame);
+    const GreyScale before = scale;
+    auto pixels = brightness_image(reader.header(), frame, scale);
     if (!pixels) return pixels.error();
+    say_scale(before, frame.index);
     UltrasoundFrame out;
     out.acquired = time;
     out.received = time;
@@ -202,6 +204,27 @@ struct RecordingReader::State {
     out.pixels = std::move(*pixels);
     out.grid = calibration->grid;
     return out;
+  }
+
+  /// Says what the conversion to 8-bit grey changes, when it begins to.
+  void say_scale(const GreyScale& before, std::int64_t frame) {
+    const std::string where =
+        reader.header().path.string() + ": frame " + std::to_string(frame) + ": ";
+    if (scale.white != before.white) {
+      diagnostics.report(Severity::kInfo, "recording",
+                         where + "samples of 16 bits: 0 to " + std::to_string(scale.white) +
+                             " are drawn from black to white");
+    }
+    if (scale.largest > scale.white && before.largest <= before.white) {
+      diagnostics.report(Severity::kWarning, "recording",
+                         where + "expected samples up to " + std::to_string(scale.white) +
+                             ", as in the first image, found " + std::to_string(scale.largest) +
+                             ": larger ones are drawn white");
+    }
+    if (scale.colour && !before.colour) {
+      diagnostics.report(Severity::kWarning, "recording",
+                         where + "the image has colours, which are drawn as grey");
+    }
   }
 
   SequenceReader reader;
@@ -215,6 +238,7 @@ struct RecordingReader::State {
   std::string description;
   std::string reference_frame;
   std::int64_t position = 0;
+  GreyScale scale;
 };
 
 RecordingReader::RecordingReader(std::unique_ptr<State> state) : state_(std::move(state)) {}

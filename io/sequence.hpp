@@ -77,9 +77,23 @@ void set_transform(SequenceFrame& frame, const NamedTransform& transform);
 /// Meaning of a PLUS status text. Texts that PLUS does not define are kInvalid, never ok.
 TrackingStatus tracking_status_from_text(std::string_view text);
 
-/// B-mode image of a frame, flipped so that columns increase towards the marked side and rows away
-/// from the transducer ("MF"). Rejects colour, samples that are not 8-bit, radio-frequency data and
-/// their orientations, unknown or absent orientation, several slices, 0 x 0, and invalid images.
+/// Rule by which the images of one recording become 8-bit grey. It is decided by the first image
+/// and kept, so that grey values do not jump.
+struct GreyScale {
+  /// Value of 16-bit samples that becomes 255: the smallest 2^n - 1 that the first image does not
+  /// exceed, n >= 8. 0: not decided yet, or 8-bit samples.
+  std::uint32_t white = 0;
+  std::uint32_t largest = 0;  ///< Largest 16-bit sample so far; those above white become 255.
+  bool colour = false;        ///< An image had colours; they became their luma (ITU-R BT.601).
+};
+
+/// B-mode image of a frame in 8-bit grey, flipped so that columns increase towards the marked side
+/// and rows away from the transducer ("MF"). Reads 8-bit and 16-bit samples, grey or RGB. Rejects
+/// other samples, negative values, radio-frequency data and their orientations, unknown or absent
+/// orientation, several slices, 0 x 0, and invalid images.
+Result<Image2d<std::uint8_t>> brightness_image(const SequenceHeader& header,
+                                               const SequenceFrame& frame, GreyScale& scale);
+/// The image of a single frame, with a scale of its own.
 Result<Image2d<std::uint8_t>> brightness_image(const SequenceHeader& header,
                                                const SequenceFrame& frame);
 

@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <clocale>
 #include <cmath>
+#include <cstring>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <type_traits>
 
 #include "io/sequence.hpp"
 #include "tests/support/matchers.hpp"
@@ -154,6 +157,56 @@ TEST(BrightnessImageTest, FlipsEveryOrientationToMf) {
   }
 }
 
+/// Frame of 3 x 2 pixels of 16 bits.
+template <class Sample>
+SmallFrame deep_frame(const std::vector<Sample>& samples) {
+  SmallFrame p = small_frame("MF");
+  p.header.pixel_type = std::is_signed_v<Sample> ? PixelType::kInt16 : PixelType::kUint16;
+  p.frame.pixels.resize(samples.size() * sizeof(Sample));
+  std::memcpy(p.frame.pixels.data(), samples.data(), p.frame.pixels.size());
+  return p;
+}
+
+TEST(BrightnessImageTest, SixteenBitsKeepTheScaleOfTheFirstImage) {
+  GreyScale scale;
+  const auto first = deep_frame<std::uint16_t>({0, 1, 1000, 2048, 3000, 4000});
+  const auto image = brightness_image(first.header, first.frame, scale);
+  ASSERT_TRUE(image);
+  EXPECT_EQ(scale.white, 4095u);
+  EXPECT_THAT(image->pixels(), ::testing::ElementsAre(0, 0, 62, 128, 187, 249));
+  const auto brighter = deep_frame<std::int16_t>({0, 0, 0, 2048, 4095, 9000});
+  const auto second = brightness_image(brighter.header, brighter.frame, scale);
+  ASSERT_TRUE(second);
+  EXPECT_EQ(scale.white, 4095u);
+  EXPECT_EQ(scale.largest, 9000u);
+  EXPECT_THAT(second->pixels(), ::testing::ElementsAre(0, 0, 0, 128, 255, 255));
+  const auto negative = deep_frame<std::int16_t>({0, 0, 0, 0, 0, -7});
+  EXPECT_TRUE(rejects(brightness_image(negative.header, negative.frame), Code::kUnsupportedData,
+                      {"p.mha", "from 0", "-7"}));
+}
+
+TEST(BrightnessImageTest, EightBitsInSixteenKeepTheirValues) {
+  const auto p = deep_frame<std::uint16_t>({0, 1, 2, 127, 254, 255});
+  const auto image = brightness_image(p.header, p.frame);
+  ASSERT_TRUE(image);
+  EXPECT_THAT(image->pixels(), ::testing::ElementsAre(0, 1, 2, 127, 254, 255));
+}
+
+TEST(BrightnessImageTest, ColoursBecomeTheirLuma) {
+  SmallFrame p = small_frame("UF");
+  p.header.components = 3;
+  p.header.image_type = "RGB_COLOR";
+  p.frame.pixels.clear();
+  for (const int value : {255, 0, 0, 0, 255, 0, 0, 0, 255, 9, 9, 9, 255, 255, 255, 0, 0, 0}) {
+    p.frame.pixels.push_back(static_cast<std::byte>(value));
+  }
+  GreyScale scale;
+  const auto image = brightness_image(p.header, p.frame, scale);
+  ASSERT_TRUE(image);
+  EXPECT_TRUE(scale.colour);
+  EXPECT_THAT(image->pixels(), ::testing::ElementsAre(29, 150, 76, 0, 255, 9));
+}
+
 TEST(BrightnessImageTest, RejectsEachOtherKindOfImageInOneSentence) {
   const auto refused = [](auto change, std::initializer_list<std::string> pieces,
                           Code code = Code::kUnsupportedData) {
@@ -161,9 +214,10 @@ TEST(BrightnessImageTest, RejectsEachOtherKindOfImageInOneSentence) {
     change(p);
     return rejects(brightness_image(p.header, p.frame), code, pieces);
   };
-  EXPECT_TRUE(refused([](auto& p) { p.header.components = 3; }, {"p.mha", "frame 0", "colour"}));
-  EXPECT_TRUE(refused([](auto& p) { p.header.image_type = "RGB_COLOR"; }, {"colour"}));
-  EXPECT_TRUE(refused([](auto& p) { p.header.pixel_type = PixelType::kInt16; }, {"int16"}));
+  EXPECT_TRUE(
+      refused([](auto& p) { p.header.components = 3; }, {"p.mha", "frame 0", "3 of BRIGHTNESS"}));
+  EXPECT_TRUE(refused([](auto& p) { p.header.image_type = "RGB_COLOR"; }, {"1 of RGB_COLOR"}));
+  EXPECT_TRUE(refused([](auto& p) { p.header.pixel_type = PixelType::kFloat32; }, {"float32"}));
   EXPECT_TRUE(refused([](auto& p) { p.header.image_type = "RF_REAL"; }, {"RF_REAL"}));
   EXPECT_TRUE(refused([](auto& p) { p.header.orientation = "FM"; }, {"FM"}));
   EXPECT_TRUE(refused([](auto& p) { p.header.orientation = "XX"; }, {"'XX'"}));
