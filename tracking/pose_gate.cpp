@@ -70,7 +70,11 @@ constexpr double kLeastRad = 0.04;    // Turn from the path that noise may have,
 constexpr double kOverUsual = 10;     // Largest distance from the path, as a multiple of the usual.
 constexpr double kLostAfter = 0.3;    // Seconds without a pose after which no path continues.
 constexpr double kForgetAfter = 1.0;  // Seconds without a pose after which a body may be anywhere.
-constexpr double kHandMmPerS = 600;   // Speed of a hand whose path is not known yet.
+constexpr double kNearMm = 8;  // A body that was lost and is this near to its path is admitted.
+constexpr double kNearRad = 0.1;
+constexpr double kCalmMmPerS2 = 3000;  // Accelerations of a hand at work.
+constexpr double kCalmRadPerS2 = 20;
+constexpr double kHandMmPerS = 600;  // Speed of a hand whose path is not known yet.
 constexpr double kHandRadPerS = 6;
 constexpr double kBackMm = 2;  // A reference this near to its place before is back.
 constexpr double kBackRad = 0.02;
@@ -167,8 +171,9 @@ GateState::Distance GateState::limit(const Place& place) const {
   }
   // Poses further apart than the ones before may leave the path by more.
   const double stretch = std::max(1.0, seconds / to_seconds(path_[0].time - path_[1].time));
-  return {std::min(most.mm, std::max(kLeastMm, kOverUsual * usual_.mm) * stretch * stretch),
-          std::min(most.rad, std::max(kLeastRad, kOverUsual * usual_.rad) * stretch * stretch)};
+  const Distance calm{kLeastMm + half * kCalmMmPerS2, kLeastRad + half * kCalmRadPerS2};
+  return {std::min(most.mm, std::max(calm.mm, kOverUsual * usual_.mm * stretch * stretch)),
+          std::min(most.rad, std::max(calm.rad, kOverUsual * usual_.rad * stretch * stretch))};
 }
 
 void GateState::follow(const Place& place) {
@@ -248,10 +253,9 @@ GateState::Verdict GateState::judge_motion(const Place& place) {
   }
   const Distance off = off_path(place);
   const Distance most = limit(place);
-  // A body that was lost may be anywhere, unless it is where it was.
-  const bool there = (place.position_mm - path_[0].position_mm).norm() <= kLeastMm &&
-                     place.rotation.angularDistance(path_[0].rotation) <= kLeastRad;
-  const bool lost = seconds > lost_after_s() && !there && !options_.patient;
+  // A body that was lost may be anywhere, unless it is near its path.
+  const bool near = off.mm <= kNearMm && off.rad <= kNearRad;
+  const bool lost = seconds > lost_after_s() && !near && !options_.patient;
   if (lost || off.mm > most.mm || off.rad > most.rad) return leave_path(place, off, most);
   follow(place);
   if (place_before_) {
