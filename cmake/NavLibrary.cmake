@@ -162,7 +162,7 @@ function(nav_with_vtk_part name)
   target_compile_definitions(nav_${name}_on_demand PRIVATE SONDE_VTK_FOLDER="${nav_vtk_folder}")
   set(on_demand $<BOOL:$<TARGET_PROPERTY:NAV_VTK_ON_DEMAND>>)
   target_link_libraries(
-    nav_${name} INTERFACE $<$<NOT:${on_demand}>:nav_${name}_vtk>
+    nav_${name} INTERFACE $<$<NOT:${on_demand}>:$<TARGET_NAME:nav_${name}_vtk>>
                           $<BUILD_INTERFACE:$<${on_demand}:nav_${name}_on_demand>>)
   target_link_libraries(nav_${name}_vtk PRIVATE nav_${name})
   target_link_libraries(nav_${name}_on_demand PRIVATE nav_${name})
