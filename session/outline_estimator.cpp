@@ -33,7 +33,7 @@ void OutlineEstimator::add(const UltrasoundFrame& image) {
   images_.push_back({std::move(kept),
                      Transform<frames::Reference, frames::Image>(Eigen::Quaterniond::Identity(),
                                                                  Eigen::Vector3d::Zero()),
-                     Duration(0), false});
+                     Duration(0)});
   if (images_.size() >= next_) estimate();
 }
 
