@@ -58,7 +58,7 @@ TrackedFrame tracked(int ms, int width = 2) {
   return {
       std::move(frame),
       Transform<frames::Reference, frames::Image>(Eigen::Quaterniond::Identity(), {0, 0, 1.0 * ms}),
-      Duration::zero(), false};
+      Duration::zero()};
 }
 
 TEST(SweepTest, KeepsTheImagesInOrderAndComputesTheirCentroid) {

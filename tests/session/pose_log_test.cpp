@@ -35,7 +35,7 @@ TEST(PoseLogTest, WritesOneLinePerImageThatReadsBackExactly) {
 
 TEST(PoseLogTest, SaysWhenAPoseIsDegraded) {
   auto frame = paired();
-  frame.tracked->degraded = true;
+  frame.tracked->doubt = "the tracker gave no status for the probe";
   PoseLog log;
   log.add(frame);
   EXPECT_THAT(log.text(), ::testing::HasSubstr("degraded,33"));

@@ -65,7 +65,7 @@ session::Epoch with_needle(const Eigen::Vector3d& tip, const Eigen::Vector3d& al
   const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
   const auto still = Eigen::Quaterniond::Identity();
   epoch.frame = TrackedFrame{frame, Transform<frames::Reference, frames::Image>(still, zero),
-                             Duration::zero(), false};
+                             Duration::zero()};
   epoch.ultrasound = epoch.placement = epoch.plane = epoch.needle = {valid, ""};
   // The image's middle column lies at x = 20 of the CT.
   epoch.ct_from_image = Transform<frames::Ct, frames::Image>(still, {20, 0, 0});

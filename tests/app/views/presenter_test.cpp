@@ -50,7 +50,7 @@ session::Epoch epoch(SafetyState state, const std::string& cause) {
   made.frame = TrackedFrame{frame,
                             Transform<frames::Reference, frames::Image>(
                                 Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()),
-                            Duration::zero(), false};
+                            Duration::zero()};
   made.ultrasound = made.plane = {state, cause};
   made.placement = {SafetyState::kValid, ""};
   return made;
