@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // In place of nav_io_vtk: each function loads sonde-vtk.so and calls its own there.
-#include "io/detail/surface_cursor.hpp"
 #include "io/detail/io_vtk_part.hpp"
+#include "io/detail/surface_cursor.hpp"
 #include "nav/on_demand.hpp"
 
 namespace nav::io::detail {
