@@ -76,11 +76,11 @@ function(nav_precompiled name)
                             <cmath> <filesystem> <functional> <memory> <optional> <span> <sstream>
                             <string> <vector> ${arg_HEADERS})
 endfunction()
-# nav_optimise_as_test(<target>): a lower optimisation level, because the time-critical code is
-# in the libraries. It is also used for the set of precompiled headers, which must have the same level as
-# its users.
+# nav_optimise_as_test(<target>): a lower optimisation level, because the time-critical code is in the
+# libraries. The set of precompiled headers of the tests must have the same flags as its users.
 function(nav_optimise_as_test target)
   target_compile_options(${target} PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O1>)
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
 endfunction()
 # nav_precompile(<target> <set>): the target's files include that set of precompiled headers, which
 # is created at its first use.
