@@ -52,7 +52,8 @@ FramePairer::FramePairer(
       max_wait_(options.max_wait),
       probe_(options.gate, options.max_pose_gap, diagnostics),
       reference_(gate_of_patient(options.gate), options.max_pose_gap, diagnostics),
-      frame_clock_({.tolerance = options.gate.max_delay_change}) {
+      frame_clock_({.tolerance = options.gate.max_delay_change}),
+      images_(diagnostics) {
   NAV_CHECK(validate(options).has_value());
 }
 

@@ -31,7 +31,7 @@ struct PoseGateOptions {
   /// A pose of a tool that does not change to the last digit for longer than this is degraded:
   /// trackers repeat the last pose of a tool that they do not see. Absent for the reference, which
   /// may lie still.
-  Duration max_stuck = std::chrono::milliseconds(500);
+  Duration max_stuck = std::chrono::milliseconds(250);
   /// Longest time by which a stamp may lie after its reception; beyond it the device's clock is
   /// wrong.
   Duration max_future = std::chrono::milliseconds(100);

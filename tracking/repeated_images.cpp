@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <utility>
 
 namespace nav::tracking {
 namespace {
@@ -30,13 +31,16 @@ std::string RepeatedImages::doubt(
     pixels_ = image.pixels;
     first_ = tracker_from_probe;
     since_ = image.acquired;
+    said_ = false;
     return {};
   }
   const double mm = (tracker_from_probe.translation_mm() - first_->translation_mm()).norm();
   if (mm <= kStillMm && rotation_distance_rad(tracker_from_probe, *first_) <= kStillRad) return {};
   if (of_one_value(pixels_)) return {};
-  return "the image is unchanged since " + std::to_string(to_seconds(since_)) +
-         " s while the probe moves: the scanner is frozen or repeats images";
+  const std::string doubt = "the image is unchanged since " + std::to_string(to_seconds(since_)) +
+                            " s while the probe moves: the scanner is frozen or repeats images";
+  if (!std::exchange(said_, true)) diagnostics_.report(Severity::kWarning, "tracking", doubt);
+  return doubt;
 }
 
 }  // namespace nav::tracking

@@ -101,6 +101,8 @@ TEST_F(FramePairerTest, AnImageThatRepeatsWhileTheProbeMovesIsDegraded) {
     EXPECT_EQ(!ready[i].tracked->doubt.empty(), i > 3 && i < 7) << i;
   }
   EXPECT_NE(ready[5].tracked->doubt.find("frozen"), std::string::npos);
+  ASSERT_EQ(diagnostics_.entries().size(), 1u);
+  EXPECT_EQ(diagnostics_.entries()[0].message, ready[5].tracked->doubt);
 }
 
 TEST_F(FramePairerTest, ImagesWhoseClockWasSetAreDegradedAfterwards) {

@@ -145,7 +145,7 @@ TEST(PoseGateTest, APoseThatDoesNotChangeIsDegradedForAToolOnly) {
   int notes = 0;
   for (int t = 0; t <= 1000; t += 50) {
     const auto admission = probe.admit(seen_at(t, 7));
-    EXPECT_EQ(admission.pose.doubt, t <= 500 ? PoseDoubt::kNone : PoseDoubt::kStuck) << t;
+    EXPECT_EQ(admission.pose.doubt, t <= 250 ? PoseDoubt::kNone : PoseDoubt::kStuck) << t;
     notes += admission.message.empty() ? 0 : 1;
     EXPECT_EQ(reference.admit(seen_at(t, 7)).pose.doubt, PoseDoubt::kNone);
   }

@@ -235,10 +235,10 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeByPredicatesWithPlaneAndCtSlice) {
 
 /// Number of pixels of the 3D view with the hue of a predicate, without the legend.
 int green_pixels(const Image2d<Rgba8>& image) {
-  constexpr int kLegendRows = 24;
+  constexpr int kLegendColumns = 24;
   int count = 0;
   for (int y = 80; y < kViewHeight; ++y) {
-    for (int x = kLegendRows; x < kViewWidth; ++x) {
+    for (int x = kLegendColumns; x < kViewWidth; ++x) {
       const Rgba8& p = image.at(x, y);
       count += p.g > p.r + 10 && p.g > p.b + 10 ? 1 : 0;
     }
