@@ -40,11 +40,10 @@ Result<Flips> judge(const SequenceHeader& header, const SequenceFrame& frame) {
     return reject("expected an image, found 0 x 0 pixels");
   }
   const bool rgb = header.image_type == "RGB_COLOR";
-  if (header.components != (rgb ? 3 : 1) &&
-      !(header.components == 3 && header.image_type.empty())) {
-    return reject("expected 1 component, or 3 of RGB_COLOR, found " +
-                  std::to_string(header.components) + " of " +
-                  (header.image_type.empty() ? "an image without type" : header.image_type));
+  // PLUS also writes colours as BRIGHTNESS of 3 components.
+  if (header.components != 3 && (rgb || header.components != 1)) {
+    return reject("expected 1 component, or 3 of RGB, found " + std::to_string(header.components) +
+                  (header.image_type.empty() ? "" : " of " + header.image_type));
   }
   if (header.image_type.starts_with("RF_")) {
     return reject("expected brightness, found radio-frequency data (" + header.image_type + ")");

@@ -215,7 +215,7 @@ TEST(BrightnessImageTest, RejectsEachOtherKindOfImageInOneSentence) {
     return rejects(brightness_image(p.header, p.frame), code, pieces);
   };
   EXPECT_TRUE(
-      refused([](auto& p) { p.header.components = 3; }, {"p.mha", "frame 0", "3 of BRIGHTNESS"}));
+      refused([](auto& p) { p.header.components = 2; }, {"p.mha", "frame 0", "2 of BRIGHTNESS"}));
   EXPECT_TRUE(refused([](auto& p) { p.header.image_type = "RGB_COLOR"; }, {"1 of RGB_COLOR"}));
   EXPECT_TRUE(refused([](auto& p) { p.header.pixel_type = PixelType::kFloat32; }, {"float32"}));
   EXPECT_TRUE(refused([](auto& p) { p.header.image_type = "RF_REAL"; }, {"RF_REAL"}));
