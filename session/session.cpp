@@ -197,9 +197,11 @@ std::optional<tracking::ClockFault> Session::map_time(Stream& stream, Sample& sa
   const bool unsure = stream.clock->state() != tracking::ClockState::kKnown;
   if (auto* image = std::get_if<UltrasoundFrame>(&sample.what)) {
     image->acquired = reading.acquired;
+    image->received = sample.received;
     image->clock_unsure = unsure;
   } else if (auto* pose = std::get_if<PoseSample>(&sample.what)) {
     pose->pose.acquired = reading.acquired;
+    pose->pose.received = sample.received;
     pose->pose.clock_unsure = unsure;
   }
   return reading.fault;

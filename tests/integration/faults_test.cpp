@@ -63,10 +63,11 @@ class ImageSource final : public sim::ImageStream {
     const Timestamp acquired = physical(sequence_);
     if (acquired > Timestamp(kLength)) return Error{ErrorCode::kEndOfStream, "end"};
     if (acquired + milliseconds(30) > deadline) return Error{ErrorCode::kTimeout, "later"};
+    const auto grey = static_cast<std::uint8_t>(sequence_ % 251);  // No image repeats.
     return UltrasoundFrame{.acquired = acquired,
                            .received = acquired + milliseconds(30),
                            .sequence = sequence_++,
-                           .pixels = Image2d<std::uint8_t>(2, 2, {1, 2, 3, 4}),
+                           .pixels = Image2d<std::uint8_t>(2, 2, {1, 2, 3, grey}),
                            .grid = PixelGrid::centred(2, 1, 1)};
   }
   void stop() noexcept override {}

@@ -31,7 +31,7 @@ const std::array kRecordings = {
     Recording{"BkCurvilinearScanConvertedData.igs.mha", 600, 400, 1, ""},
     Recording{"BoneUltrasound_L14.igs.mha", 820, 616, 21, ""},
     Recording{"ColorNrrdSample.igs.nrrd", 1152, 648, 1, ""},
-    Recording{"NrrdSample.igs.nrrd", 256, 256, 1, "int16"},
+    Recording{"NrrdSample.igs.nrrd", 256, 256, 1, ""},
     Recording{"NwirePhantomFreehand.igs.mha", 820, 616, 97, ""},
     Recording{"NwirePhantomFreehand.igs.nrrd", 820, 616, 97, ""},
     Recording{"NwirePhantomFreehandCropped.igs.mha", 200, 150, 20, ""},
