@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <stdexcept>
 
 #include "nav/result.hpp"
 
@@ -13,6 +14,12 @@ namespace nav {
 /// that returns the table. The library stays loaded. Thread-safe. Returns kUnavailable with the
 /// path when the library or the function is not there.
 Result<const void*> functions_on_demand(const std::filesystem::path& library, const char* name);
+
+/// Thrown where a part is missing and no error can be returned; the command ends with its message.
+class PartMissing : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 
 /// Path of a library of this program: in the folder of the program, or in \p installed, which is
 /// relative to that folder.

@@ -8,6 +8,7 @@
 
 #include "app/console.hpp"
 #include "app/options/exit_code.hpp"
+#include "nav/on_demand.hpp"
 
 namespace nav::app {
 
@@ -23,6 +24,9 @@ int run_guarded(const std::string& program, const std::function<int()>& body) {
     std::fprintf(stderr,
                  "%s: error: out of memory: expected room for what was asked for, found none\n",
                  program.c_str());
+    return kExitDevice;
+  } catch (const PartMissing& missing) {
+    std::fprintf(stderr, "%s: error: %s\n", program.c_str(), missing.what());
     return kExitDevice;
   } catch (const std::exception& bug) {
     std::string what = bug.what();

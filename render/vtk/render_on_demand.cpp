@@ -1,8 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // In place of nav_render_vtk: each function loads sonde-vtk.so and calls its own there.
-#include <stdexcept>
-
 #include "nav/on_demand.hpp"
 #include "render/vtk/render_vtk_part.hpp"
 
@@ -14,9 +12,9 @@ const Result<const void*>& loaded() {
       library_of_program("sonde-vtk.so", SONDE_VTK_FOLDER), "sonde_render_vtk_part");
   return part;
 }
-/// Functions that cannot return an error throw it; the command ends with its message.
+/// For functions that cannot return an error.
 const VtkPart& part() {
-  if (!loaded()) throw std::runtime_error(loaded().error().message);
+  if (!loaded()) throw PartMissing(loaded().error().message);
   return *static_cast<const VtkPart*>(*loaded());
 }
 
