@@ -3,10 +3,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "session/needle_size.hpp"
 
@@ -19,7 +21,31 @@ struct CtOptions {
   bool accept_unknown_orientation = false;
 };
 
-enum class SourceKind { kSimulated, kRecording };
+enum class SourceKind { kSimulated, kRecording, kLive };
+
+/// A tracked body of a device.
+struct DeviceBody {
+  std::string name;  ///< Coordinate frame: "Probe", "Reference", "Needle", …
+  std::string tool;  ///< The device's name or file for it; empty: usual for the kind.
+};
+
+/// One device of a live session.
+struct DeviceOptions {
+  std::string id;       ///< Unique name in messages, reports and recordings.
+  std::string kind;     ///< One of device_kinds().
+  std::string address;  ///< "tcp:host:port" for openigtlink, the file for a recording.
+  std::vector<DeviceBody> bodies;
+  /// Name of the images on the device; empty: it gives none.
+  std::string image;
+  bool announce_version_2 = true;  ///< openigtlink: OpenIgtLinkOptions'.
+  // Simulated devices.
+  std::string family = "abdomen";   ///< Patient: sim::patient_families().
+  std::string tracker = "optical";  ///< sim::TrackerKind.
+  std::string path = "sweep";       ///< sim::HandPathKind.
+  bool needle = false;              ///< A tracked needle is inserted.
+  std::uint64_t seed = 1;
+  double duration_s = 30;  ///< (0, 3600]
+};
 
 /// Source of the tracked ultrasound, and the names of its coordinate frames.
 struct SourceOptions {
@@ -42,7 +68,14 @@ struct SourceOptions {
   /// A recording from a file: plays it once before the replay, to choose camera and grey window for
   /// the whole sweep. Otherwise they are chosen for the first image, as in a live session.
   bool survey = true;
-  std::uint64_t seed = 1;  ///< Seed of a simulation.
+  std::uint64_t seed = 1;                ///< Seed of a simulation.
+  std::vector<DeviceOptions> devices{};  ///< Live only.
+
+  /// A needle is tracked.
+  [[nodiscard]] bool has_needle() const {
+    return !needle_frame.empty() || std::any_of(devices.begin(), devices.end(),
+                                                [](const auto& device) { return device.needle; });
+  }
 };
 
 /// Position of the CT relative to the patient reference.

@@ -61,7 +61,8 @@ Result<RecordedSession> RecordedSession::open(const SourceOptions& source,
 
 void RecordedSession::rewind() {
   source_->rewind();
-  SessionSetup setup{{source_->calibration().probe_from_image}};
+  SessionSetup setup;
+  setup.calibration = ProbeCalibration{source_->calibration().probe_from_image};
   setup.navigator = options_;
   setup.images = QueuePolicy::kLossless;
   setup.learn_outline = learns_outline_;

@@ -29,6 +29,7 @@ class CommandLine {
     prepare_help();
     add_demo();
     add_replay();
+    add_live();
     add_register();
     add_info();
     add_slices();
@@ -53,6 +54,7 @@ class CommandLine {
   [[nodiscard]] Result<std::string> generated(const std::vector<std::string>& words) const;
   void add_demo();
   void add_replay();
+  void add_live();
   void add_register();
   void add_info();
   void add_slices();

@@ -85,7 +85,7 @@ class Demo {
 
  private:
   static session::SessionSetup setup(const sim::Procedure& procedure) {
-    session::SessionSetup setup{{procedure.probe_from_image()}};
+    session::SessionSetup setup{ProbeCalibration{procedure.probe_from_image()}};
     setup.navigator.pairing.temporal_offset = kStampOffset;
     setup.navigator.frame_period = from_seconds(1 / kFrameRateHz);
     setup.images = session::QueuePolicy::kLossless;

@@ -3,9 +3,13 @@
 #include "app/verbs/devices.hpp"
 
 #include <iostream>
+#include <thread>
 
+#include "app/interrupt.hpp"
 #include "app/report.hpp"
+#include "app/verbs/device_report.hpp"
 #include "devices/inventory.hpp"
+#include "session/live_session.hpp"
 #include "sim/session/simulated_devices.hpp"
 
 namespace nav::app {
@@ -68,6 +72,52 @@ Result<void> run_devices(const std::optional<std::string>& json, Console& consol
   report["diagnostics"] = json_of(console.entries());
   if (json) return write_json(report, *json);
   return {};
+}
+
+Result<void> run_session_devices(const SessionConfig& config,
+                                 const std::optional<std::string>& json, Console& console) {
+  constexpr double kUsualSeconds = 5;
+  constexpr auto kPoll = std::chrono::milliseconds(2);
+  const double seconds = config.output.seconds > 0 ? config.output.seconds : kUsualSeconds;
+  const MonotonicClock clock;
+  auto live = session::LiveSession::open(config.source, clock, console);
+  if (!live) return live.error();
+  session::Session& session = live->session();
+  console.begin("listening");
+  live->start();
+  const Interrupt interrupt;
+  while (!interrupt.asked() && !session.ended() && to_seconds(clock.now()) < seconds) {
+    session.take_in();
+    (void)session.refresh();
+    console.progress(to_seconds(clock.now()) / seconds);
+    std::this_thread::sleep_for(kPoll);
+  }
+  // Their states are those of the session, before it stops them.
+  const auto before = live->status();
+  session.finish();
+  session.navigator().finish();
+  console.end(std::to_string(before.size()) + " devices");
+  auto devices = live->status();
+  for (std::size_t i = 0; i < devices.size(); ++i) devices[i].health = before[i].health;
+  io::Json report;
+  report["verb"] = "devices";
+  report["seconds"] = to_seconds(clock.now());
+  report["devices"] = json_of(devices);
+  report["ledger_balanced"] = balanced(devices);
+  report["calibration"] = live->calibration_statement();
+  report["reference"] = live->reference_statement();
+  report["failures"] = session.failures();
+  report["diagnostics"] = json_of(console.entries());
+  if (json) {
+    if (auto written = write_json(report, *json); !written) return written;
+  } else {
+    std::cout << text_of(devices);
+  }
+  NAV_CHECK(balanced(devices), "samples of a session are not accounted for");
+  if (!session.failures().empty()) {
+    return Error{ErrorCode::kUnavailable, session.failures().front()};
+  }
+  return check_all_deliver(devices);
 }
 
 }  // namespace nav::app

@@ -21,8 +21,8 @@ using test::ScriptedSource;
 constexpr std::size_t kProbeStream = 0, kReferenceStream = 1, kImageStream = 2;
 
 SessionSetup usual_setup() {
-  SessionSetup setup{{Transform<frames::Probe, frames::Image>(Eigen::Quaterniond::Identity(),
-                                                              Eigen::Vector3d::Zero())}};
+  SessionSetup setup{ProbeCalibration{Transform<frames::Probe, frames::Image>(
+      Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero())}};
   setup.images = QueuePolicy::kLossless;
   setup.learn_outline = false;
   return setup;
@@ -41,7 +41,7 @@ ScriptedSource steady(int until_ms) {
 }
 
 void expect_identity(const Session& session) {
-  for (const auto& [info, ledger] : session.accounts()) {
+  for (const auto& [info, ledger, timing] : session.accounts()) {
     EXPECT_EQ(ledger.received(), ledger.delivered() + ledger.superseded() +
                                      ledger.rejected_total() + ledger.dropped_total() +
                                      ledger.waiting())
@@ -167,7 +167,7 @@ TEST(SessionTest, MergesSourcesInOrderOfArrival) {
 
 TEST(SessionTest, AChangedGeometryIsLostUntilACalibrationFits) {
   auto setup = usual_setup();
-  setup.calibration.geometry = geometry_of(image_at(0, 0));
+  setup.calibration->geometry = geometry_of(image_at(0, 0));
   auto source = ScriptedSource::usual();
   const auto deeper = [](std::uint64_t sequence, int ms) {
     UltrasoundFrame image = image_at(sequence, ms);
@@ -194,7 +194,7 @@ TEST(SessionTest, AChangedGeometryIsLostUntilACalibrationFits) {
   EXPECT_EQ(lost.ultrasound.state, SafetyState::kLost);
   EXPECT_NE(lost.ultrasound.cause.find("calibration"), std::string::npos);
   EXPECT_NE(lost.ultrasound.cause.find("2.000 mm"), std::string::npos) << lost.ultrasound.cause;
-  ProbeCalibration other = setup.calibration;
+  ProbeCalibration other = *setup.calibration;
   other.geometry = geometry_of(deeper(0, 0));
   session.navigator().add_calibration(other);
   ASSERT_TRUE(test::has_value(session.advance_to(at_ms(90))));
