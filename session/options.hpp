@@ -25,18 +25,18 @@ enum class SourceKind { kSimulated, kRecording, kLive };
 
 /// A tracked body of a device.
 struct DeviceBody {
-  std::string name;  ///< Coordinate frame: "Probe", "Reference", "Needle", …
-  std::string tool;  ///< The device's name or file for it; empty: usual for the kind.
+  std::string name{};  ///< Coordinate frame: "Probe", "Reference", "Needle", …
+  std::string tool{};  ///< The device's name or file for it; empty: usual for the kind.
 };
 
 /// One device of a live session.
 struct DeviceOptions {
-  std::string id;       ///< Unique name in messages, reports and recordings.
-  std::string kind;     ///< One of device_kinds().
-  std::string address;  ///< "tcp:host:port" for openigtlink, the file for a recording.
-  std::vector<DeviceBody> bodies;
+  std::string id{};       ///< Unique name in messages, reports and recordings.
+  std::string kind{};     ///< One of device_kinds().
+  std::string address{};  ///< "tcp:host:port" for openigtlink, the file for a recording.
+  std::vector<DeviceBody> bodies{};
   /// Name of the images on the device; empty: it gives none.
-  std::string image;
+  std::string image{};
   bool announce_version_2 = true;  ///< openigtlink: OpenIgtLinkOptions'.
   // Simulated devices.
   std::string family = "abdomen";   ///< Patient: sim::patient_families().
@@ -50,16 +50,16 @@ struct DeviceOptions {
 /// Source of the tracked ultrasound, and the names of its coordinate frames.
 struct SourceOptions {
   SourceKind kind = SourceKind::kRecording;
-  std::filesystem::path recording;    ///< PLUS sequence metafile.
-  std::filesystem::path plus_config;  ///< Calibration (CoordinateDefinitions); may be empty.
+  std::filesystem::path recording{};    ///< PLUS sequence metafile.
+  std::filesystem::path plus_config{};  ///< Calibration (CoordinateDefinitions); may be empty.
   std::string image_frame = "Image";
   std::string probe_frame = "Probe";
   std::string tracker_frame = "Tracker";
   /// Patient-fixed frame; the name of the tracker frame declares the tracker itself to be it.
   /// Empty: "Reference" where the recording has it, otherwise the tracker frame, with a warning.
-  std::string reference_frame;
-  std::string needle_frame;  ///< Origin at the tip, +z from the hub to it; empty: no needle.
-  NeedleSize needle_size;
+  std::string reference_frame{};
+  std::string needle_frame{};  ///< Origin at the tip, +z from the hub to it; empty: no needle.
+  NeedleSize needle_size{};
   double temporal_offset_ms = 0;  ///< Image stamps minus pose stamps.
   /// Draws the whole image, also outside the sector that the probe insonifies.
   bool whole_image = false;
@@ -81,9 +81,9 @@ struct SourceOptions {
 /// Position of the CT relative to the patient reference.
 struct PlacementOptions {
   /// Declared ct_from_reference, 4 x 4, mm; absent: the sweep's centre lies at the CT's centre.
-  std::optional<Eigen::Matrix4d> ct_from_reference;
+  std::optional<Eigen::Matrix4d> ct_from_reference{};
   /// JSON that 'sonde register' wrote; replaces the declaration.
-  std::filesystem::path registration;
+  std::filesystem::path registration{};
   bool follow = false;  ///< After the registration, the CT follows moving tissue.
 };
 

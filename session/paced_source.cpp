@@ -11,8 +11,10 @@ namespace {
 
 /// Samples that are read ahead: at 50 poses per second of three bodies, about two seconds.
 constexpr std::size_t kMostAhead = 384;
-/// Samples that are read before the first one arrives.
-constexpr std::size_t kLead = 256;
+/// Time that is read ahead before the first sample arrives.
+constexpr auto kLead = std::chrono::milliseconds(500);
+/// A wait of this length is as good as one without an end, and no clock overflows.
+constexpr auto kLongWait = std::chrono::hours(1);
 
 }  // namespace
 
@@ -47,13 +49,18 @@ void PacedSource::read_ahead() {
 
 Result<Sample> PacedSource::next(Deadline deadline) {
   const auto wait_until = [&](std::unique_lock<std::mutex>& lock, Timestamp time, auto ready) {
-    const Duration most = time - clock_.now();
-    if (most > Duration(0)) wake_.wait_for(lock, most, [&] { return stopped_ || ready(); });
+    const auto done = [&] { return stopped_ || ready(); };
+    for (Timestamp now = clock_.now(); now < time && !done(); now = clock_.now()) {
+      const bool far = time - kLongWait > now;
+      wake_.wait_for(lock, far ? Duration(kLongWait) : time - now, done);
+    }
   };
   std::unique_lock lock(mutex_);
   if (!thread_.joinable() && !stopped_) thread_ = std::jthread([this] { read_ahead(); });
-  const std::size_t least = shift_ ? 1 : kLead;
-  const auto ready = [&] { return end_ || ahead_.size() >= least; };
+  const auto ready = [&] {
+    if (end_ || (shift_ && !ahead_.empty()) || ahead_.size() >= kMostAhead) return true;
+    return !ahead_.empty() && ahead_.back().received - ahead_.front().received >= kLead;
+  };
   wait_until(lock, deadline, ready);
   const auto stopped = [] { return Error{ErrorCode::kCancelled, "the device was stopped"}; };
   const auto timeout = [] { return Error{ErrorCode::kTimeout, "nothing more by the deadline"}; };

@@ -30,7 +30,7 @@ class StreamQueue {
   void drain(std::vector<Sample>& into);
   /// Counts of this queue: a sample that was drained counts as delivered.
   [[nodiscard]] tracking::StreamLedger ledger() const;
-  /// Of all samples that were pushed.
+  /// Periods of all samples that were pushed.
   [[nodiscard]] StreamTiming::Summary timing() const;
 
  private:

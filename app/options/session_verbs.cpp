@@ -78,6 +78,27 @@ void CommandLine::add_replay() {
   });
 }
 
+/// Rejects a session that has no devices.
+Result<void> CommandLine::check_live(const std::string& verb) const {
+  const SessionConfig& config = settings_.config;
+  if (config.source.kind == SessionConfig::SourceKind::kLive) return {};
+  return Error{ErrorCode::kUsage,
+               verb + ": expected --session FILE with source.kind = \"live\", found " +
+                   (config.file.empty() ? std::string("no session file")
+                                        : "another kind in " + config.file.string())};
+}
+
+void CommandLine::add_serve() {
+  CLI::App& verb = add_verb("serve", settings_);
+  verb.callback([this, &verb] {
+    verb_ = [this, &verb](Console& console) -> Result<void> {
+      if (auto ok = as_given(verb, "serve", validate(settings_.config)); !ok) return ok;
+      if (auto ok = check_live("serve"); !ok) return ok;
+      return run_serve(settings_.config, settings_.serve, json(), console);
+    };
+  });
+}
+
 void CommandLine::add_live() {
   CLI::App& verb = add_verb("live", settings_);
   verb.callback([this, &verb] {
@@ -85,12 +106,7 @@ void CommandLine::add_live() {
       const SessionConfig& config = settings_.config;
       if (auto ok = as_given(verb, "live", validate(config)); !ok) return ok;
       if (auto ok = reject_idle(verb, "live", settings_); !ok) return ok;
-      if (config.source.kind != SessionConfig::SourceKind::kLive) {
-        return Error{ErrorCode::kUsage,
-                     "live: expected --session FILE with source.kind = \"live\", found " +
-                         (config.file.empty() ? std::string("no session file")
-                                              : "another kind in " + config.file.string())};
-      }
+      if (auto ok = check_live("live"); !ok) return ok;
       if (auto ok = reject_overwriting_of(config, settings_.json, live_outputs()); !ok) return ok;
       if (settings_.print_session) return print_session(config);
       return as_given(verb, "live", run_live(config, json(), console));
@@ -103,12 +119,7 @@ void CommandLine::add_devices() {
     verb_ = [this](Console& console) -> Result<void> {
       const SessionConfig& config = settings_.config;
       if (settings_.session.empty()) return run_devices(json(), console);
-      if (config.source.kind != SessionConfig::SourceKind::kLive) {
-        return Error{ErrorCode::kUsage,
-                     "devices: expected a session file with source.kind = "
-                     "\"live\", found another kind in " +
-                         settings_.session.string()};
-      }
+      if (auto ok = check_live("devices"); !ok) return ok;
       return run_session_devices(config, json(), console);
     };
   });

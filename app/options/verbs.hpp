@@ -30,6 +30,7 @@ class CommandLine {
     add_demo();
     add_replay();
     add_live();
+    add_serve();
     add_register();
     add_info();
     add_slices();
@@ -55,6 +56,8 @@ class CommandLine {
   void add_demo();
   void add_replay();
   void add_live();
+  void add_serve();
+  [[nodiscard]] Result<void> check_live(const std::string& verb) const;
   void add_register();
   void add_info();
   void add_slices();

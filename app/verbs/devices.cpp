@@ -84,12 +84,14 @@ Result<void> run_session_devices(const SessionConfig& config,
   if (!live) return live.error();
   session::Session& session = live->session();
   console.begin("listening");
+  const Timestamp begun = clock.now();
+  const auto elapsed_s = [&] { return to_seconds(clock.now() - begun); };
   live->start();
   const Interrupt interrupt;
-  while (!interrupt.asked() && !session.ended() && to_seconds(clock.now()) < seconds) {
+  while (!interrupt.asked() && !session.ended() && elapsed_s() < seconds) {
     session.take_in();
     (void)session.refresh();
-    console.progress(to_seconds(clock.now()) / seconds);
+    console.progress(elapsed_s() / seconds);
     std::this_thread::sleep_for(kPoll);
   }
   // Their states are those of the session, before it stops them.
@@ -101,7 +103,7 @@ Result<void> run_session_devices(const SessionConfig& config,
   for (std::size_t i = 0; i < devices.size(); ++i) devices[i].health = before[i].health;
   io::Json report;
   report["verb"] = "devices";
-  report["seconds"] = to_seconds(clock.now());
+  report["seconds"] = elapsed_s();
   report["devices"] = json_of(devices);
   report["ledger_balanced"] = balanced(devices);
   report["calibration"] = live->calibration_statement();

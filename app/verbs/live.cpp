@@ -39,7 +39,7 @@ io::Json percentiles(std::vector<double> values) {
   return {{"p50", at(0.5)}, {"p95", at(0.95)}, {"p99", at(0.99)}};
 }
 
-/// What every image says about the kind of the session.
+/// Kind of the session, which every image shows.
 std::string banner_of(const std::vector<session::DeviceOptions>& devices) {
   const auto has = [&](const char* kind) {
     return std::ranges::any_of(devices, [&](const auto& device) { return device.kind == kind; });

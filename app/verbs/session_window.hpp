@@ -11,7 +11,7 @@
 
 namespace nav::app {
 
-/// What a window shows of a session.
+/// A session as a window plays it.
 struct SessionWindow {
   /// The next epoch at a time of the window's clock; absent while none is due.
   std::function<Result<std::optional<session::Epoch>>(Timestamp)> next;
