@@ -57,10 +57,10 @@ class FileDeviceSource final : public RecordedDeviceSource {
       if (stopped_) return Error{ErrorCode::kCancelled, name() + ": reading was stopped"};
       const auto event = reader_.next();
       if (!event) return event.error();
-      if (std::holds_alternative<std::monostate>(*event)) {
+      if (event->is_end()) {
         return Error{ErrorCode::kEndOfStream, name() + ": the recording has ended"};
       }
-      if (const auto* message = std::get_if<Message>(&*event)) take(*message);
+      if (event->message) take(*event->message);
     }
     return {};
   }

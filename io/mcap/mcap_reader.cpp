@@ -100,15 +100,16 @@ bool Reader::take_record() {
 Result<Event> Reader::next() {
   while (true) {
     while (!records_.empty()) {
-      if (take_record()) return Event(message_);
+      if (take_record()) return Event{.message = &message_};
     }
     malformed_chunks_ += std::exchange(chunk_is_malformed_, false) ? 1 : 0;
     const auto found = walk_->next();
     if (!found) return found.error();
-    if (!*found) return Event();
-    if ((*found)->what == Finding::kAttachment) return Event((*found)->attachment);
-    if ((*found)->what == Finding::kMetadata) return Event((*found)->metadata);
-    records_ = (*found)->records;
+    if (!*found) return Event{};
+    const Found& record = **found;
+    if (record.what == Finding::kAttachment) return Event{.attachment = &record.attachment};
+    if (record.what == Finding::kMetadata) return Event{.metadata = &record.metadata};
+    records_ = record.records;
   }
 }
 

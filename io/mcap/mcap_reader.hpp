@@ -7,7 +7,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "io/mcap/mcap_input.hpp"
@@ -34,8 +33,14 @@ struct Message {
   std::span<const std::byte> data;
 };
 
-/// One thing in a file: a message, an attachment, a metadata record, or the end (monostate).
-using Event = std::variant<std::monostate, Message, AttachmentIndex, Metadata>;
+/// One thing in a file: one of these is not null; at the end all are. Valid until the next call of
+/// the reader.
+struct Event {
+  const Message* message = nullptr;
+  const AttachmentIndex* attachment = nullptr;
+  const Metadata* metadata = nullptr;
+  [[nodiscard]] bool is_end() const { return !message && !attachment && !metadata; }
+};
 
 /// Reads an MCAP file of any length in constant memory: by its index if that is intact, otherwise
 /// from record to record. Gives exactly the messages of the chunks whose checksum holds, also those

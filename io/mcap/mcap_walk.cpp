@@ -125,6 +125,7 @@ class ScanWalk final : public Walk {
         if (!found) return nullptr;
       }
       at_ = found->offset + found->length;
+      if (found->has_checksum) proven_end_ = at_;
       in_summary_ = in_summary_ || found->what == Finding::kDataEnd;
       if (found->what != Finding::kOther && found->what != Finding::kDataEnd) return found;
     }
@@ -143,17 +144,20 @@ class ScanWalk final : public Walk {
     const auto magic = is_magic(at_);
     if (!magic) return magic.error();
     const bool is_end = *magic && at_ + kMagic.size() == size_;
-    const auto finding = is_end ? Result<Finding>(Finding::kBad) : finder_.search(at_ + 1);
+    const auto finding = is_end ? Result<Finding>(Finding::kBad) : finder_.search(proven_end_);
     if (!finding) return finding.error();
     const Found* found = *finding == Finding::kBad ? nullptr : &finder_.found();
     const std::uint64_t stop = found ? found->offset : size_;
+    // A record without a checksum may have claimed bytes of the next one.
+    const std::uint64_t start = at_ < stop ? at_ : proven_end_;
     // Behind the end of the data lies only what the scan replaces.
-    if (!is_end && !in_summary_) loss_.add(at_, stop - at_);
+    if (!is_end && !in_summary_) loss_.add(start, stop - start);
     at_ = stop;
     return found;
   }
 
   std::uint64_t at_ = 0;
+  std::uint64_t proven_end_ = 0;  ///< End of the last record whose checksum holds.
   std::uint64_t size_;
   bool in_summary_ = false;
 };

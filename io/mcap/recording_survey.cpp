@@ -65,14 +65,12 @@ class Survey {
     while (contents_.id.empty()) {
       const auto event = open->next();
       if (!event) return event.error();
-      if (std::holds_alternative<std::monostate>(*event)) break;
-      if (const auto* message = std::get_if<Message>(&*event)) {
+      if (event->is_end()) break;
+      if (event->message) {
         ++messages_;
-        contents_.id = recording_of(*message->channel);
-      }
-      const auto* metadata = std::get_if<Metadata>(&*event);
-      if (metadata && is_session(*metadata)) {
-        contents_.id = metadata->values.at(kRecordingKey);
+        contents_.id = recording_of(*event->message->channel);
+      } else if (event->metadata && is_session(*event->metadata)) {
+        contents_.id = event->metadata->values.at(kRecordingKey);
       }
     }
     return {};
@@ -92,12 +90,10 @@ class Survey {
     while (true) {
       const auto event = open->next();
       if (!event) return event.error();
-      if (std::holds_alternative<std::monostate>(*event)) break;
-      if (const auto* message = std::get_if<Message>(&*event); message && counts) {
-        take(*message, router);
-      }
-      if (const auto* metadata = std::get_if<Metadata>(&*event)) take(*metadata);
-      if (const auto* attachment = std::get_if<AttachmentIndex>(&*event)) take(*attachment);
+      if (event->is_end()) break;
+      if (event->message && counts) take(*event->message, router);
+      if (event->metadata) take(*event->metadata);
+      if (event->attachment) take(*event->attachment);
     }
     if (access_.read_all && open->summary()) take_streams(*open->summary());
     conclude(*open);

@@ -158,12 +158,16 @@ bool take_fields(Sample& sample, SampleKind kind, ByteReader& from) {
   return false;
 }
 
+// Every chunk repeats these texts, so they are short; docs/recording.md explains the fields.
 constexpr const char* kHeadText =
-    "little endian, no padding; times in ns, int64\n"
-    "uint64 sequence\n"
-    "int64 received (session clock)\n"
-    "uint8 has_device_time\n"
-    "int64 device_time (device clock; 0 if absent)\n";
+    "u64 sequence, i64 received_ns, u8 has_device_time, i64 device_time_ns, ";
+constexpr const char* kPoseText =
+    "i64 acquired_ns, i64 pose_received_ns, u8 status, u8 flags, f64 tracker_error_mm, "
+    "f64[4][4] tracker_from_body_mm";
+constexpr const char* kImageText =
+    "i64 acquired_ns, i64 image_received_ns, u64 image_sequence, u8 flags, f64[2][2] mm_per_pixel, "
+    "f64[2] origin_mm, f64[5] outline_mm_rad, u32 width, u32 height, u8[height][width] pixels";
+constexpr const char* kMissingText = "u32 size, u8[size] cause, u32 size, u8[size] message";
 
 }  // namespace
 
@@ -183,31 +187,13 @@ std::string schema_text(SampleKind kind) {
   const std::string head = kHeadText;
   switch (kind) {
     case SampleKind::kPose:
-      return head +
-             "int64 acquired\n"
-             "int64 pose_received\n"
-             "uint8 status (0 ok, 1 unknown, 2 occluded, 3 out of volume, 4 timeout, 5 invalid)\n"
-             "uint8 flags (1 clock unsure, 2 has tracker_error)\n"
-             "float64 tracker_error (mm; 0 if absent)\n"
-             "float64[16] tracker_from_body (row by row, translation in mm)\n";
+      return head + kPoseText;
     case SampleKind::kImage:
-      return head +
-             "int64 acquired\n"
-             "int64 image_received\n"
-             "uint64 image_sequence\n"
-             "uint8 flags (1 clock unsure, 2 has outline)\n"
-             "float64[4] mm_per_pixel (row by row)\n"
-             "float64[2] origin (mm)\n"
-             "float64[5] outline (apex x, y, least and largest radius in mm, half angle in rad)\n"
-             "uint32 width\n"
-             "uint32 height\n"
-             "uint8[width * height] pixels (row by row, top row first)\n";
+      return head + kImageText;
     case SampleKind::kMissingImage:
       break;
   }
-  return head +
-         "uint32 length, char[length] cause\n"
-         "uint32 length, char[length] message\n";
+  return head + kMissingText;
 }
 
 std::optional<SampleKind> sample_kind(std::string_view name) {

@@ -18,7 +18,7 @@ enum class SampleKind { kPose, kImage, kMissingImage };
 
 /// Name of the schema, with its version: "sonde.Pose.1", …
 const char* schema_name(SampleKind kind);
-/// Description of the layout for readers, stored in the schema: one field a line.
+/// Description of the layout, stored in the schema: the types and names of the fields.
 std::string schema_text(SampleKind kind);
 /// The kind with that schema name; absent for unknown kinds and versions.
 std::optional<SampleKind> sample_kind(std::string_view schema_name);
