@@ -100,6 +100,7 @@ Result<Finding> RecordFinder::attachment(std::uint64_t content_bytes) {
   const auto start = window_.peek(
       at, static_cast<std::size_t>(std::min<std::uint64_t>(content_bytes, Window::kBytes)));
   if (!start) return start.error();
+  read_bytes_ += start->size();
   auto head = parse_attachment_head(*start, content_bytes);
   if (!head) return Finding::kBad;
   found_.attachment = {found_.offset, found_.length, *std::move(head)};

@@ -47,7 +47,8 @@ int Writer::Descriptor::close() {
 
 Result<Writer> Writer::create(const std::filesystem::path& path, const WriterOptions& options) {
   if (auto ok = validate(options); !ok) return ok.error();
-  const int how = is_special_file(path) ? O_WRONLY : O_WRONLY | O_CREAT | O_EXCL;
+  const bool is_special = is_special_file(path);
+  const int how = is_special ? O_WRONLY : O_WRONLY | O_CREAT | O_EXCL;
   const int descriptor = ::open(path.c_str(), how | O_CLOEXEC, 0644);
   if (descriptor < 0) {
     const int reason = errno;
@@ -56,7 +57,10 @@ Result<Writer> Writer::create(const std::filesystem::path& path, const WriterOpt
                                       ? ": expected a new file, found an existing one"
                                       : std::string(": cannot create: ") + std::strerror(reason))};
   }
-  return adopt(descriptor, path.string(), options);
+  auto writer = adopt(descriptor, path.string(), options);
+  // Otherwise the name would be taken by a file without any content.
+  if (!writer && !is_special) ::unlink(path.c_str());
+  return writer;
 }
 
 Result<Writer> Writer::adopt(int descriptor, std::string name, const WriterOptions& options) {

@@ -41,7 +41,8 @@ TEST(McapAllocationTest, ARecordedSampleAllocatesNothing) {
     for (int i = from; i < to; ++i) {
       pose.received = image.received = test::at_ns(std::int64_t{1'000'000} * i);
       ASSERT_TRUE((*recorder)->record(0, pose));
-      if (i % 10 == 0) ASSERT_TRUE((*recorder)->record(1, image));
+      if (i % 10 != 0) continue;
+      ASSERT_TRUE((*recorder)->record(1, image));
     }
   };
   run(0, 5000);
@@ -58,7 +59,7 @@ TEST(McapAllocationTest, HostileLengthsAllocateNothing) {
   for (const std::uint64_t value : {~std::uint64_t{0}, std::uint64_t{1} << 62,
                                     std::uint64_t{0x7FFFFFFF}, std::uint64_t{1} << 26}) {
     for (const std::size_t width : {4U, 8U}) {
-      for (std::size_t at = 0; at + width < file.size(); at += file.size() / 3000) {
+      for (std::size_t at = 0; at + width < file.size(); at += file.size() / 1000) {
         std::string variant = file;
         for (std::size_t i = 0; i < width; ++i) {
           variant[at + i] = static_cast<char>(value >> (8 * i) & 255U);
@@ -71,6 +72,21 @@ TEST(McapAllocationTest, HostileLengthsAllocateNothing) {
       }
     }
   }
+}
+
+/// A chunk above the limit, in a file that is large enough.
+TEST(McapAllocationTest, AChunkAboveTheLimitIsRejectedBeforeItIsRead) {
+  constexpr std::uint64_t kBytes = kMaxChunkBytes + 1;
+  std::string start(reinterpret_cast<const char*>(kMagic.data()), kMagic.size());
+  Buffer head;
+  append(head, ChunkHead{0, 0, kBytes, 0, "", kBytes});
+  start.append(reinterpret_cast<const char*>(head.data()), head.size());
+  largest_allocation = 0;
+  auto reader = Reader::open(std::make_shared<test::SparseInput>(start, kBytes, ""));
+  ASSERT_TRUE(test::has_value(reader));
+  EXPECT_TRUE(reader->next()->is_end());
+  EXPECT_EQ(reader->loss().bytes, kBytes + head.size());
+  EXPECT_LT(largest_allocation, std::size_t{1} << 20);
 }
 
 }  // namespace

@@ -132,6 +132,36 @@ class DamagedRecording {
   std::vector<bool> intact_;
 };
 
+/// Two texts with zeros between them, of which no byte exists.
+class SparseInput final : public io::mcap::Input {
+ public:
+  SparseInput(std::string before, std::uint64_t hole, std::string after)
+      : before_(std::move(before)), hole_(hole), after_(std::move(after)) {}
+  [[nodiscard]] const std::string& name() const override { return name_; }
+  [[nodiscard]] std::uint64_t size() const override {
+    return before_.size() + hole_ + after_.size();
+  }
+  [[nodiscard]] Result<std::size_t> read_at(std::uint64_t offset,
+                                            std::span<std::byte> out) const override {
+    std::size_t done = 0;
+    for (; done < out.size() && offset + done < size(); ++done) {
+      const std::uint64_t at = offset + done;
+      const bool is_before = at < before_.size();
+      const bool is_hole = !is_before && at < before_.size() + hole_;
+      out[done] = is_hole     ? std::byte{0}
+                  : is_before ? static_cast<std::byte>(before_[at])
+                              : static_cast<std::byte>(after_[at - before_.size() - hole_]);
+    }
+    return done;
+  }
+
+ private:
+  std::string name_ = "sparse";
+  std::string before_;
+  std::uint64_t hole_;
+  std::string after_;
+};
+
 /// A recording of 200 samples within 64 kB, with an attachment and metadata at both ends.
 inline std::string small_recording(bool finish = true) {
   const TemporaryFolder folder;

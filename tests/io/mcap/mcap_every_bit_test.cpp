@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Checks that take too long for every change.
 #include <filesystem>
+#include <sys/resource.h>
 
 #include "io/mcap/mcap_writer.hpp"
 #include "tests/io/mcap/mcap_damage.hpp"
@@ -36,6 +37,8 @@ TEST(McapEveryBitTest, ReadsAndWritesBeyond4GiB) {
     }
     ASSERT_TRUE(has_value((*recorder)->finish()));
   }
+  rusage before{};
+  ::getrusage(RUSAGE_SELF, &before);
   ASSERT_GT(std::filesystem::file_size(folder / "a.mcap"), std::uint64_t{1} << 32);
   for (const bool use_index : {true, false}) {
     const auto recording = DeviceRecording::open(folder / "a.mcap", {false, use_index});
@@ -48,6 +51,11 @@ TEST(McapEveryBitTest, ReadsAndWritesBeyond4GiB) {
     ASSERT_EQ(poses.size(), kImages);
     EXPECT_EQ(bits_of(poses.back()), bits_of(pose_sample(0, kImages - 1, 1'000'000'000)));
   }
+  // One chunk of 64 MB and one image, in each reader.
+  constexpr long kMostKilobytes = 512L << 10;
+  rusage after{};
+  ::getrusage(RUSAGE_SELF, &after);
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, kMostKilobytes);
 }
 
 }  // namespace

@@ -142,6 +142,8 @@ TEST(McapWriterTest, AFullDeviceIsAnError) {
   ASSERT_GE(descriptor, 0);
   EXPECT_TRUE(rejects(Writer::adopt(descriptor, "full.mcap", {}), ErrorCode::kIo,
                       {"full.mcap", "expected to write at byte 0", "No space left"}));
+  EXPECT_TRUE(rejects(Writer::create("/dev/full", {}), ErrorCode::kIo, {"No space left"}));
+  EXPECT_TRUE(std::filesystem::exists("/dev/full"));
 }
 
 /// Limit of the size of files of this process, and no signal when it is reached.
@@ -202,6 +204,13 @@ TEST(McapWriterTest, AFullDiskStopsTheRecordingAndKeepsWhatIsThere) {
       << recording->warnings()[0];
 }
 
+TEST(McapWriterTest, LeavesNoFileThatItCannotBegin) {
+  const test::TemporaryFolder folder;
+  const FileSizeLimit limit(10);
+  EXPECT_TRUE(rejects(DeviceRecorder::create(folder / "a.mcap"), ErrorCode::kIo, {"a.mcap"}));
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.mcap"));
+}
+
 /// Records poses and images as fast as it can, on real time, until it is killed. \p recorded: time
 /// of the last sample that record() accepted, ns.
 [[noreturn]] void record_until_killed(const std::filesystem::path& path,
@@ -254,36 +263,23 @@ TEST(McapWriterTest, AKillLosesAtMost200Milliseconds) {
   ::munmap(shared, sizeof(std::atomic<std::int64_t>));
 }
 
-/// File of a chunk, 5 GiB of zeros as an attachment, and a chunk behind it. No byte of the zeros
-/// exists.
-class SparseInput final : public Input {
- public:
-  SparseInput(std::string before, std::uint64_t hole, std::string after)
-      : before_(std::move(before)), hole_(hole), after_(std::move(after)) {}
-  [[nodiscard]] const std::string& name() const override { return name_; }
-  [[nodiscard]] std::uint64_t size() const override {
-    return before_.size() + hole_ + after_.size();
+/// Chunks that claim to lie in each other, each with a wrong checksum.
+TEST(McapReaderTest, GivesUpOnTooManyFalseBeginnings) {
+  std::string file(reinterpret_cast<const char*>(kMagic.data()), kMagic.size());
+  constexpr std::size_t kSize = std::size_t{2} << 20;
+  while (file.size() + kPrefixBytes + kChunkHeadBytes < kSize) {
+    const std::uint64_t rest = kSize - file.size() - kPrefixBytes - kChunkHeadBytes;
+    Buffer head;
+    append(head, ChunkHead{0, 0, rest, 1, "", rest});
+    file.append(reinterpret_cast<const char*>(head.data()), head.size());
   }
-  [[nodiscard]] Result<std::size_t> read_at(std::uint64_t offset,
-                                            std::span<std::byte> out) const override {
-    std::size_t done = 0;
-    for (; done < out.size() && offset + done < size(); ++done) {
-      const std::uint64_t at = offset + done;
-      const bool is_before = at < before_.size();
-      const bool is_hole = !is_before && at < before_.size() + hole_;
-      out[done] = is_hole     ? std::byte{0}
-                  : is_before ? static_cast<std::byte>(before_[at])
-                              : static_cast<std::byte>(after_[at - before_.size() - hole_]);
-    }
-    return done;
-  }
-
- private:
-  std::string name_ = "sparse";
-  std::string before_;
-  std::uint64_t hole_;
-  std::string after_;
-};
+  file.resize(kSize);
+  auto reader = Reader::open(memory_input("false", raw(file)));
+  ASSERT_TRUE(has_value(reader));
+  ASSERT_TRUE(reader->next()->is_end());
+  EXPECT_NE(reader->damage().find("too many false beginnings"), std::string::npos)
+      << reader->damage();
+}
 
 std::string text_of(const Buffer& bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -316,7 +312,7 @@ TEST(McapReaderTest, ReadsByIndexBeyond4GiB) {
   ByteWriter(end).patch(end.size() - 4, crc);
   const std::string magic(reinterpret_cast<const char*>(kMagic.data()), kMagic.size());
   const auto input =
-      std::make_shared<SparseInput>(before, kHole, text_of(after) + text_of(end) + magic);
+      std::make_shared<test::SparseInput>(before, kHole, text_of(after) + text_of(end) + magic);
   auto reader = Reader::open(input);
   ASSERT_TRUE(has_value(reader));
   ASSERT_TRUE(reader->summary());
