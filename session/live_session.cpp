@@ -78,6 +78,21 @@ Result<void> find_needle(const SourceOptions& options, const std::optional<io::T
 
 }  // namespace
 
+Result<Eigen::Matrix4d> probe_from_pixels(const SourceOptions& options) {
+  const auto named = [&](const Error& error) {
+    return Error{error.code, options.plus_config.string() + ": " + error.message};
+  };
+  const auto tree = calibrations_of(options);
+  if (!tree) return tree.error();
+  NAV_CHECK(tree->has_value(), "a configuration");
+  const auto matrix = matrix_between(**tree, options.image_frame, options.probe_frame);
+  if (!matrix) return named(matrix.error());
+  constexpr int kAnySize = 512;
+  const auto calibration = io::calibration_from_matrix(*matrix, kAnySize, kAnySize);
+  if (!calibration) return named(calibration.error());
+  return *matrix;
+}
+
 Result<LiveSession> LiveSession::open(
     const SourceOptions& options, const Clock& clock, Diagnostics& diagnostics,
     std::function<void(std::size_t source, const Sample& sample)> tap) {
@@ -123,15 +138,8 @@ Result<LiveSession> LiveSession::open(
     setup.calibration = images->calibration;
     live.calibration_statement_ = images->options.id + " knows where its images lie on the probe";
   } else if (*tree) {
-    const auto matrix = matrix_between(**tree, options.image_frame, options.probe_frame);
-    if (!matrix) {
-      return Error{matrix.error().code,
-                   options.plus_config.string() + ": " + matrix.error().message};
-    }
-    constexpr int kAnySize = 512;
-    if (auto ok = io::calibration_from_matrix(*matrix, kAnySize, kAnySize); !ok) {
-      return Error{ok.error().code, options.plus_config.string() + ": " + ok.error().message};
-    }
+    const auto matrix = probe_from_pixels(options);
+    if (!matrix) return matrix.error();
     setup.probe_from_pixels = *matrix;
     live.calibration_statement_ =
         options.image_frame + "To" + options.probe_frame + " of " + options.plus_config.string();
@@ -158,6 +166,7 @@ Result<LiveSession> LiveSession::open(
     diagnostics.report(Severity::kWarning, "session", live.reference_statement_);
     setup.fixed_reference.emplace(Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero());
   }
+  live.setup_ = setup;
   live.session_ = std::make_unique<Session>(setup, diagnostics);
   for (const LiveDevice& device : live.devices_) live.session_->add(device.source);
   return live;

@@ -24,6 +24,10 @@ struct DeviceStatus {
   std::vector<Stream> streams;
 };
 
+/// ImageToProbe of the configuration of PLUS that the options name, pixels to mm. Errors name the
+/// file.
+Result<Eigen::Matrix4d> probe_from_pixels(const SourceOptions& options);
+
 /// The devices of a session file as a session on a real clock. Not thread-safe.
 class LiveSession {
  public:
@@ -46,6 +50,8 @@ class LiveSession {
   [[nodiscard]] const std::string& reference_frame() const { return reference_frame_; }
   /// Which frame is taken as the patient's, and why.
   [[nodiscard]] const std::string& reference_statement() const { return reference_statement_; }
+  /// Set-up of the session, for a recording.
+  [[nodiscard]] const SessionSetup& setup() const { return setup_; }
   /// Calibration in use, for reports.
   [[nodiscard]] const std::string& calibration_statement() const { return calibration_statement_; }
 
@@ -54,6 +60,7 @@ class LiveSession {
 
   const Clock* clock_ = nullptr;
   std::vector<LiveDevice> devices_;
+  SessionSetup setup_;
   std::string reference_frame_, reference_statement_, calibration_statement_;
   std::unique_ptr<Session> session_;
 };

@@ -39,7 +39,9 @@ bool similar_spacing(const PixelGrid& a, const PixelGrid& b) {
 Session::Session(const SessionSetup& setup, Diagnostics& diagnostics)
     : setup_(setup),
       diagnostics_(diagnostics),
-      navigator_(setup.calibration, setup.fixed_reference, setup.navigator, diagnostics) {}
+      navigator_(setup.calibration, setup.fixed_reference, setup.navigator, diagnostics) {
+  if (setup.calibration) probe_from_image_ = setup.calibration->probe_from_image;
+}
 
 Session::~Session() { stop(); }
 
@@ -252,6 +254,7 @@ void Session::calibrate(UltrasoundFrame& image) {
       return;
     }
     pixels_ = CalibratedPixels{made->grid, of_device};
+    probe_from_image_ = made->probe_from_image;
     navigator_.add_calibration({made->probe_from_image, geometry});
     image.grid = made->grid;
   } else {

@@ -114,6 +114,12 @@ class Session {
   void set_outline(const std::optional<SectorOutline>& outline);
   [[nodiscard]] const std::optional<SectorOutline>& outline() const;
 
+  /// Position of the images on the probe; absent while probe_from_pixels waits for an image.
+  [[nodiscard]] const std::optional<Transform<frames::Probe, frames::Image>>& probe_from_image()
+      const {
+    return probe_from_image_;
+  }
+
   /// Clock of the device of a stream, in the order of accounts(); null: it gave no device time.
   [[nodiscard]] const tracking::ClockModel* clock(std::size_t stream) const {
     const auto& found = streams_.at(stream).clock;
@@ -169,6 +175,7 @@ class Session {
     ImageGeometry of_device;
   };
   std::optional<CalibratedPixels> pixels_;
+  std::optional<Transform<frames::Probe, frames::Image>> probe_from_image_;
   bool pixels_rejected_ = false;
   const Clock* clock_ = nullptr;
   Timestamp now_{};

@@ -88,6 +88,17 @@ Result<void> CommandLine::check_live(const std::string& verb) const {
                                         : "another kind in " + config.file.string())};
 }
 
+void CommandLine::add_record() {
+  CLI::App& verb = add_verb("record", settings_);
+  verb.callback([this, &verb] {
+    verb_ = [this, &verb](Console& console) -> Result<void> {
+      if (auto ok = as_given(verb, "record", validate(settings_.config)); !ok) return ok;
+      if (auto ok = check_live("record"); !ok) return ok;
+      return run_session_devices(settings_.config, json(), console);
+    };
+  });
+}
+
 void CommandLine::add_serve() {
   CLI::App& verb = add_verb("serve", settings_);
   verb.callback([this, &verb] {

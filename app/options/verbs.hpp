@@ -30,6 +30,7 @@ class CommandLine {
     add_demo();
     add_replay();
     add_live();
+    add_record();
     add_serve();
     add_register();
     add_info();
@@ -56,6 +57,7 @@ class CommandLine {
   void add_demo();
   void add_replay();
   void add_live();
+  void add_record();
   void add_serve();
   [[nodiscard]] Result<void> check_live(const std::string& verb) const;
   void add_register();

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "app/report.hpp"
+#include "session/recorded_setup.hpp"
 
 namespace nav::app {
 namespace {
@@ -74,6 +75,43 @@ io::Json json_of(const std::vector<session::DeviceStatus>& devices) {
     list.push_back(std::move(one));
   }
   return list;
+}
+
+io::Json json_of(const session::SessionRecorder* recorder) {
+  if (recorder == nullptr) return nullptr;
+  const session::RecordingAccount account = recorder->account();
+  return {{"path", account.path.string()},
+          {"bytes", account.bytes},
+          {"received", account.received},
+          {"written", account.written},
+          {"lost", account.lost()},
+          {"dropped", account.dropped},
+          {"fsync_ms_p99", account.sync_p99_ms},
+          {"stopped", account.stopped}};
+}
+
+Result<std::unique_ptr<session::SessionRecorder>> start_recording(const SessionConfig& config,
+                                                                  const Clock& clock,
+                                                                  Diagnostics& diagnostics) {
+  session::SessionRecorder::Options options;
+  options.path = config.output.record;
+  options.facts = {{"version", SONDE_VERSION}};
+  const auto session = to_toml(config);
+  if (!session) return session.error();
+  options.facts["session"] = *session;
+  return session::SessionRecorder::start(options, clock, diagnostics);
+}
+
+Result<void> describe(const SessionConfig& config, const session::LiveSession& live,
+                      session::SessionRecorder& recorder) {
+  if (auto ok = recorder.add_devices(live.devices()); !ok) return ok;
+  auto facts = session::facts_of(live.setup());
+  facts["calibration"] = live.calibration_statement();
+  facts["reference_frame"] = live.reference_frame();
+  facts["reference"] = live.reference_statement();
+  if (auto ok = recorder.add_facts(session::kSetupMetadata, facts); !ok) return ok;
+  if (config.source.plus_config.empty()) return {};
+  return recorder.attach(config.source.plus_config);
 }
 
 bool balanced(const std::vector<session::DeviceStatus>& devices) {

@@ -16,7 +16,8 @@ namespace nav::app {
 Result<void> run_devices(const std::optional<std::string>& json, Console& console);
 
 /// Starts the devices of a session file and says what comes from each, for config.output.seconds
-/// (0: 5 s) or until Ctrl-C. kUnavailable, after the report, when a stream has delivered nothing.
+/// (0: 5 s) or until Ctrl-C, and records it if config.output.record says so (0: until Ctrl-C).
+/// kUnavailable, after the report, when a stream has delivered nothing.
 Result<void> run_session_devices(const SessionConfig& config,
                                  const std::optional<std::string>& json, Console& console);
 

@@ -51,12 +51,14 @@ std::string banner_of(const std::vector<session::DeviceOptions>& devices) {
 class Live {
  public:
   Live(const SessionConfig& config, Console& console, const Clock& clock,
-       std::optional<OutputFolder> out, session::LiveSession live, PlacedView::Parts parts)
+       std::optional<OutputFolder> out, session::LiveSession live, PlacedView::Parts parts,
+       session::SessionRecorder* recorder)
       : config_(config),
         console_(console),
         clock_(clock),
         out_(std::move(out)),
         live_(std::move(live)),
+        recorder_(recorder),
         view_(config, console, std::move(parts)),
         driver_(live_.session(), {}, listener()) {
     if (config_.plan) live_.session().navigator().set_plan(*config_.plan);
@@ -71,6 +73,7 @@ class Live {
     const auto health = live_.status();  // Before stop(): their states are those of the session.
     live_.session().finish();
     live_.session().navigator().finish();
+    const auto recorded = recorder_ != nullptr ? recorder_->finish() : Result<void>();
     console_.end(std::to_string(shown_) + " images");
     if (!played) return played;
     if (const std::string outside = view_.outside(); !outside.empty()) {
@@ -82,6 +85,7 @@ class Live {
     if (!balanced(devices)) {
       NAV_CHECK(false, "samples of a live session are not accounted for");
     }
+    if (!recorded) return recorded;
     if (!live_.session().failures().empty()) {
       return Error{ErrorCode::kUnavailable, live_.session().failures().front()};
     }
@@ -178,6 +182,7 @@ class Live {
                           {"rendered", percentiles(latencies_.rendered)},
                           {"presented", percentiles(latencies_.presented)}};
     json["ledger_balanced"] = balanced(devices);
+    json["recording"] = json_of(recorder_);
     json["ct"] = config_.ct.path.string();
     json["calibration"] = live_.calibration_statement();
     json["reference"] = live_.reference_statement();
@@ -222,6 +227,7 @@ class Live {
   const Clock& clock_;
   std::optional<OutputFolder> out_;
   session::LiveSession live_;
+  session::SessionRecorder* recorder_;  ///< Null: nothing is recorded.
   PlacedView view_;
   std::optional<Error> failure_;  ///< Failure of the listener.
   session::Driver driver_;
@@ -244,8 +250,21 @@ Result<void> run_live(const SessionConfig& config, const std::optional<std::stri
   // It is written at the end; what it cannot hold is said before the work.
   if (const auto session = to_toml(config); !session) return session.error();
   const MonotonicClock clock;
-  auto live = session::LiveSession::open(config.source, clock, console);
+  std::unique_ptr<session::SessionRecorder> recorder;
+  if (!config.output.record.empty()) {
+    auto started = start_recording(config, clock, console);
+    if (!started) return started.error();
+    recorder = *std::move(started);
+  }
+  std::function<void(std::size_t, const Sample&)> tap;
+  if (recorder) {
+    tap = [&](std::size_t device, const Sample& sample) { recorder->record(device, sample); };
+  }
+  auto live = session::LiveSession::open(config.source, clock, console, tap);
   if (!live) return live.error();
+  if (recorder) {
+    if (auto ok = describe(config, *live, *recorder); !ok) return ok;
+  }
   auto parts = PlacedView::prepare(config, live->reference_frame(), console);
   if (!parts) return parts.error();
   parts->banner = banner_of(config.source.devices);
@@ -258,7 +277,8 @@ Result<void> run_live(const SessionConfig& config, const std::optional<std::stri
     }
     out = *std::move(made);
   }
-  Live run(config, console, clock, std::move(out), *std::move(live), *std::move(parts));
+  Live run(config, console, clock, std::move(out), *std::move(live), *std::move(parts),
+           recorder.get());
   return run.run(json);
 }
 

@@ -327,7 +327,9 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
     }
     parts->survey = *std::move(surveyed);
   }
-  if (!config.source.whole_image) session->learn_outline();
+  if (!config.source.whole_image) {
+    if (auto ok = session->learn_outline(); !ok) return ok;
+  }
 
   std::optional<OutputFolder> out;
   if (writes) {
