@@ -229,6 +229,18 @@ std::optional<Transform<frames::Ct, frames::Needle>> Navigator::needle_at(Timest
          tracker_from_needle->tracker_from_body;
 }
 
+std::optional<Eigen::Matrix4d> Navigator::tracker_from(ToolRole role, Timestamp time) const {
+  const auto matrix = [](const auto& found) -> std::optional<Eigen::Matrix4d> {
+    if (found.index() == 1) return std::nullopt;
+    return std::get<0>(found).tracker_from_body.matrix();
+  };
+  NAV_CHECK(role == ToolRole::kProbe || role == ToolRole::kReference || role == ToolRole::kNeedle);
+  if (role == ToolRole::kProbe) return matrix(pairer_.probe().buffer().at(time));
+  if (role == ToolRole::kNeedle) return matrix(needle_.buffer().at(time));
+  if (fixed_reference_) return fixed_reference_->inverse().matrix();
+  return matrix(pairer_.reference().buffer().at(time));
+}
+
 void Navigator::finish() {
   if (newest_ && !newest_shown_) {
     ledger_.supersede();

@@ -92,6 +92,9 @@ class Navigator {
   /// Pose of the needle at a time; absent if it had none.
   [[nodiscard]] std::optional<Transform<frames::Ct, frames::Needle>> needle_at(
       Timestamp time) const;
+  /// Pose of a tracked body at a time, as it was measured: interpolated, after clock and gate.
+  /// Absent if it had none. Role as in add_pose().
+  [[nodiscard]] std::optional<Eigen::Matrix4d> tracker_from(ToolRole role, Timestamp time) const;
   /// Ends the session: an image that no refresh has shown counts as superseded.
   void finish();
 

@@ -99,6 +99,20 @@ void CommandLine::add_record() {
   });
 }
 
+void CommandLine::add_export() {
+  CLI::App& verb = add_verb("export", settings_);
+  verb.callback([this, &verb] {
+    verb_ = [this, &verb](Console& console) -> Result<void> {
+      const SessionConfig& config = settings_.config;
+      if (auto ok = as_given(verb, "export", validate(config)); !ok) return ok;
+      const std::vector<NamedFile> inputs{{"recording", config.source.recording},
+                                          {"--config", config.source.plus_config}};
+      if (auto ok = reject_overwriting({{"--out", settings_.exported.out}}, inputs); !ok) return ok;
+      return run_export(config, settings_.exported, console);
+    };
+  });
+}
+
 void CommandLine::add_serve() {
   CLI::App& verb = add_verb("serve", settings_);
   verb.callback([this, &verb] {

@@ -8,6 +8,7 @@
 #include "app/options/session_config.hpp"
 #include "app/verbs/demo.hpp"
 #include "app/verbs/derive.hpp"
+#include "app/verbs/export.hpp"
 #include "app/verbs/replay.hpp"
 #include "app/verbs/serve.hpp"
 #include "app/verbs/simulate/simulate.hpp"
@@ -25,6 +26,7 @@ struct Settings {
   DeriveOptions derive;
   SimulateOptions simulate;
   ServeOptions serve;
+  ExportOptions exported;
   std::filesystem::path session;  ///< Session file; empty: none.
   std::string json;               ///< File of the JSON report; "-": standard output; empty: none.
   std::filesystem::path file;     ///< Argument of info.

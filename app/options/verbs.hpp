@@ -31,6 +31,7 @@ class CommandLine {
     add_replay();
     add_live();
     add_record();
+    add_export();
     add_serve();
     add_register();
     add_info();
@@ -58,6 +59,7 @@ class CommandLine {
   void add_replay();
   void add_live();
   void add_record();
+  void add_export();
   void add_serve();
   [[nodiscard]] Result<void> check_live(const std::string& verb) const;
   void add_register();

@@ -8,9 +8,11 @@
 
 #include "app/report.hpp"
 #include "io/ct.hpp"
+#include "io/mcap/device_recording.hpp"
 #include "io/plus_config.hpp"
 #include "io/sequence.hpp"
 #include "render/transfer/transfer_presets.hpp"
+#include "session/played_recording.hpp"
 
 namespace nav::app {
 namespace {
@@ -66,6 +68,42 @@ Result<io::Json> describe_sequence(io::SequenceReader& reader) {
   json["compressed"] = header.compressed;
   if (const auto whole = io::check_complete(reader); !whole) return whole.error();
   if (const auto described = describe_frames(reader, json); !described) return described.error();
+  return json;
+}
+
+Result<io::Json> describe_devices(const std::filesystem::path& path, Console& console) {
+  const auto recording = io::mcap::DeviceRecording::open(path, {.read_all = true});
+  if (!recording) return recording.error();
+  for (const std::string& warning : recording->warnings()) {
+    console.report(Severity::kWarning, "recording", warning);
+  }
+  io::Json json;
+  json["kind"] = "devices";
+  json["format"] = "MCAP";
+  json["id"] = recording->id();
+  json["finished"] = recording->is_finished();
+  json["samples"] = recording->samples();
+  json["duration_s"] = to_seconds(recording->duration());
+  json["devices"] = io::Json::object();
+  for (const auto& device : recording->devices()) {
+    io::Json& streams = json["devices"][device.id] = io::Json::object();
+    for (std::size_t i = 0; i < device.streams.size(); ++i) {
+      const bool images = device.streams[i].kind == StreamKind::kImages;
+      streams[device.streams[i].name] = {
+          {"type", images ? "image" : "pose"},
+          {"role", images ? io::Json() : io::Json(to_string(device.streams[i].role))},
+          {"samples", device.samples[i]}};
+    }
+  }
+  json["attachments"] = io::Json::array();
+  for (const auto& attachment : recording->attachments()) {
+    json["attachments"].push_back(attachment.head.name);
+  }
+  json["session"] = io::Json::object();
+  for (const auto& [key, value] : recording->session()) {
+    if (key != "session") json["session"][key] = value;
+  }
+  for (const auto& metadata : recording->metadata()) json[metadata.name] = metadata.values;
   return json;
 }
 
@@ -140,6 +178,7 @@ Result<io::Json> describe(const std::filesystem::path& path, bool accept_unknown
     if (!config) return config.error();
     return describe_config(*config);
   }
+  if (session::is_device_recording(path)) return describe_devices(path, console);
   if (has_extension(path, {".mha", ".mhd", ".nrrd", ".nhdr"})) {
     auto reader = io::SequenceReader::open(path);
     if (reader && is_sequence(*reader)) return describe_sequence(*reader);

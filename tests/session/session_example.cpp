@@ -38,7 +38,7 @@ int main(int, char** arguments) {
   const auto target = found->ct_from_reference * sweep->centroid();
   if (!registration::decide(*found, registration::limits_for(effort), target).accepted) return 2;
   // Get epochs.
-  recorded->rewind();
+  if (const auto again = recorded->rewind(); !again) return fail(again.error());
   recorded->set_placement({found->ct_from_reference, {SafetyState::kValid, ""}});
   session::Driver driver(recorded->session(), {});
   for (;;) {
