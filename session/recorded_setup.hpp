@@ -14,7 +14,7 @@ namespace nav::session {
 inline constexpr const char* kSetupMetadata = "sonde.setup";
 
 /// The parts of a set-up that a replay needs: calibration, tip of the needle, fixed reference,
-/// temporal offset. Matrices are row-major, mm, with all their digits.
+/// temporal offset. Numbers have all their digits, so that a replay gives the same bits.
 std::map<std::string, std::string> facts_of(const SessionSetup& setup);
 
 /// The set-up of such facts; keys that are missing leave the defaults. \p name: of the recording,

@@ -60,6 +60,41 @@ TEST_F(CommandLineLiveTest, SaysWhatComesFromEachDevice) {
   EXPECT_NE(text.output.find("bench (simulated): streaming"), std::string::npos) << text.output;
 }
 
+TEST_F(CommandLineLiveTest, ARecordingOfDevicesIsShownExportedAndReplayed) {
+  const auto path = (folder_ / "recording.mcap").string();
+  const std::string record =
+      "record --seconds 2.5 --out " + path + " --session " + simulated_session("needle = true\n");
+  const Outcome recorded = sonde(record + " --json -");
+  EXPECT_EQ(recorded.code, 0) << recorded.errors;
+  const auto account = io::Json::parse(recorded.output)["recording"];
+  EXPECT_EQ(account["lost"], 0);
+  EXPECT_EQ(account["written"], account["received"]);
+  expect_rejection(record, 3, {"recording.mcap"});
+
+  const Outcome info = sonde("info " + path + " --json -");
+  EXPECT_EQ(info.code, 0) << info.errors;
+  const auto shown = io::Json::parse(info.output);
+  EXPECT_EQ(shown["samples"], account["written"]);
+  EXPECT_EQ(shown["finished"], true);
+  EXPECT_TRUE(shown["devices"]["bench"].contains("Needle"));
+
+  const auto sequence = (folder_ / "sweep.igs.mha").string();
+  const Outcome exported = sonde("export " + path + " --out " + sequence);
+  EXPECT_EQ(exported.code, 0) << exported.errors;
+  const Outcome read = sonde("info " + sequence + " --json -");
+  EXPECT_TRUE(io::Json::parse(read.output)["transforms"].contains("NeedleTipToTracker"))
+      << read.output;
+
+  for (const std::string& sweep : {path, sequence}) {
+    const Outcome replay =
+        sonde("replay " + sweep + " --ct " + write_ct() + " --out " + (folder_ / "out").string() +
+              " --width 160 --height 120 --step 1 --frames 2 --json " +
+              (folder_ / "replay.json").string());
+    EXPECT_EQ(replay.code, 0) << replay.errors;
+    EXPECT_GT(read_json("replay.json")["ledger"]["received"].get<int>(), 10);
+  }
+}
+
 TEST_F(CommandLineLiveTest, ADeviceThatIsNotThereEndsWithCode4) {
   std::ofstream(folder_ / "plus.xml")
       << "<PlusConfiguration><CoordinateDefinitions><Transform From=\"Image\" To=\"Probe\" "
