@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "nav/pose.hpp"
-#include "sim/abdomen_phantom.hpp"
+#include "sim/anatomy/abdomen_phantom.hpp"
 #include "sim/tracker_model.hpp"
 #include "sim/ultrasound.hpp"
 
