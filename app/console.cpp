@@ -24,6 +24,16 @@ spdlog::logger& logger() {
   return *instance;
 }
 
+std::string without_numbers(std::string_view text) {
+  std::string plain;
+  for (const char c : text) {
+    const bool digit = c >= '0' && c <= '9';
+    if (!digit) plain += c;
+    if (digit && (plain.empty() || plain.back() != '#')) plain += '#';
+  }
+  return plain;
+}
+
 }  // namespace
 
 std::string without_controls(std::string_view text) {
@@ -38,15 +48,30 @@ Console::Console(bool verbose)
     : verbose_(verbose), terminal_(isatty(STDERR_FILENO) == 1), begun_{} {}
 
 void Console::report(Severity severity, std::string_view source, std::string_view message) {
-  const std::size_t before = collected_.entries().size();
-  collected_.report(severity, source, message);
-  if (collected_.entries().size() == before) return;  // Said already: counted, not repeated.
+  constexpr std::size_t kMostAlike = 5;
+  constexpr std::size_t kMostKinds = 4096;
+  bool is_new = false;
+  bool last = false;
+  {
+    const std::lock_guard lock(mutex_);
+    std::string alike = std::string(source) + ": " + without_numbers(message);
+    const bool full = alike_.size() >= kMostKinds && !alike_.contains(alike);
+    std::vector<std::string> none;
+    std::vector<std::string>& shown = full ? none : alike_[std::move(alike)];
+    const bool said = std::ranges::count(shown, message) > 0;
+    is_new = !said && shown.size() < kMostAlike;
+    if (is_new) shown.emplace_back(message);
+    last = is_new && shown.size() == kMostAlike;
+    collected_.report(severity, source, said || is_new ? message : shown.back());
+  }
+  if (!is_new) return;  // Counted, not repeated.
   if (severity == Severity::kInfo && !verbose_) return;
   const auto level = severity == Severity::kError     ? spdlog::level::err
                      : severity == Severity::kWarning ? spdlog::level::warn
                                                       : spdlog::level::info;
   if (terminal_ && !stage_.empty()) std::fputs("\r\033[K", stderr);
-  logger().log(level, "{}: {}", without_controls(source), without_controls(message));
+  logger().log(level, "{}: {}{}", without_controls(source), without_controls(message),
+               last ? " (more messages like this are only counted)" : "");
 }
 
 void Console::begin(const std::string& stage) {

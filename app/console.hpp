@@ -3,17 +3,22 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
+#include <map>
+#include <mutex>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "nav/diagnostics.hpp"
 
 namespace nav::app {
 
 /// Messages and progress for the user, on standard error. Warnings and errors of the libraries
-/// appear at once, information only when verbose; everything is kept for the report. Colours and
-/// moving progress bars appear only on a terminal. Thread-safe, except for progress, which belongs
-/// to the main thread.
+/// appear at once, information only when verbose; everything is kept for the report. Of messages
+/// that differ only in their numbers, the first five appear; later ones count as the fifth. Colours
+/// and moving progress bars appear only on a terminal. Thread-safe, except for progress, which
+/// belongs to the main thread.
 class Console final : public Diagnostics {
  public:
   explicit Console(bool verbose);
@@ -35,6 +40,9 @@ class Console final : public Diagnostics {
   bool verbose_;
   bool terminal_;
   CollectingDiagnostics collected_;
+  std::mutex mutex_;
+  /// Messages that appeared, by their text without numbers. Guarded by the mutex.
+  std::map<std::string, std::vector<std::string>, std::less<>> alike_;
   std::string stage_;
   int drawn_percent_ = -1;
   std::chrono::steady_clock::time_point begun_;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nav/sample.hpp"
 
+#include "nav/source.hpp"
+
 namespace nav {
 
 const char* to_string(ToolRole role) {
@@ -20,6 +22,22 @@ const char* to_string(ToolRole role) {
       break;
   }
   return "Other";
+}
+
+const char* to_string(SourceState state) {
+  switch (state) {
+    case SourceState::kStarting:
+      return "starting";
+    case SourceState::kStreaming:
+      return "streaming";
+    case SourceState::kSilent:
+      return "silent";
+    case SourceState::kWaiting:
+      return "waiting";
+    case SourceState::kEnded:
+      break;
+  }
+  return "ended";
 }
 
 }  // namespace nav

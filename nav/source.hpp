@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -19,6 +21,28 @@ struct StreamInfo {
   ToolRole role = ToolRole::kOther;  ///< Poses only.
 };
 
+enum class SourceState {
+  kStarting,   ///< Nothing has come yet.
+  kStreaming,  ///< Samples come.
+  kSilent,     ///< The connection stands, but nothing comes.
+  kWaiting,    ///< The device is not there; it is tried again.
+  kEnded,      ///< Nothing more will come.
+};
+/// Stable lower-case name, for reports.
+const char* to_string(SourceState state);
+
+/// State of what stands behind a source, and its account of what came over the wire.
+struct SourceHealth {
+  SourceState state = SourceState::kStarting;
+  std::string cause{};           ///< Cause of the newest loss; empty: none yet.
+  std::string firmware{};        ///< Empty: the device does not say.
+  std::string serial{};          ///< Empty: the device does not say.
+  std::uint64_t reconnects = 0;  ///< Connections after the first.
+  std::uint64_t bytes = 0;       ///< Received.
+  /// Messages and parts of messages that could not be used, by cause.
+  std::map<std::string, std::uint64_t> bad_messages{};
+};
+
 /// Everything that delivers samples: a recording, the simulator, a device. One source has one or
 /// more streams. A source owns at most one thread and joins it in stop().
 class Source {
@@ -32,6 +56,8 @@ class Source {
   virtual Result<Sample> next(Deadline deadline) = 0;
   /// Ends a waiting next(). Idempotent; may be called from another thread.
   virtual void stop() noexcept = 0;
+  /// Thread-safe. A source without a device behind it says nothing.
+  [[nodiscard]] virtual SourceHealth health() const { return {}; }
 };
 
 }  // namespace nav

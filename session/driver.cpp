@@ -90,12 +90,23 @@ Result<std::optional<Epoch>> Driver::next_at_pace(Timestamp clock_now, bool ever
 }
 
 std::optional<Epoch> Driver::next_live() {
+  constexpr auto kLookAgain = std::chrono::milliseconds(100);
   due_ = false;
   over_ = session_.ended();
   session_.take_in(listener_);
   if (over_) session_.finish(listener_);
-  if (!due_) return std::nullopt;
-  return session_.refresh();
+  const Timestamp now = session_.now();
+  const bool look = !over_ && (!refreshed_at_ || now - *refreshed_at_ >= kLookAgain);
+  if (!due_ && !look) return std::nullopt;
+  refreshed_at_ = now;
+  Epoch epoch = session_.refresh();
+  std::vector<Safety> states{epoch.ultrasound, epoch.placement, epoch.needle};
+  const bool same = std::ranges::equal(states, told_, [](const Safety& a, const Safety& b) {
+    return a.state == b.state && a.cause == b.cause;
+  });
+  if (!due_ && same) return std::nullopt;
+  told_ = std::move(states);
+  return epoch;
 }
 
 void Driver::restart_pace(Timestamp clock_now) {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "session/session.hpp"
 
@@ -30,8 +31,9 @@ class Driver {
 
   /// A virtual session at the pace of a clock: the next refresh once its time has come, counted
   /// from the first refresh. Absent while none is due, and when over(). Refreshes that are late by
-  /// more than 100 ms are left out, unless \p every_one. A live session: its newest epoch if an
-  /// image came.
+  /// more than 100 ms are left out, unless \p every_one. A live session: its newest epoch when an
+  /// image came or, looked at ten times a second, when a state or its cause has changed; the first
+  /// call gives the epoch before the first image.
   Result<std::optional<Epoch>> next_at_pace(Timestamp clock_now, bool every_one);
   /// The clock's time of the session's present is this: for a session that took long to show its
   /// first epoch.
@@ -55,7 +57,9 @@ class Driver {
   bool waiting_ = false;
   bool finished_ = false;  ///< The sources have ended; a last refresh may be due.
   bool over_ = false;
-  std::optional<Timestamp> origin_;  ///< Session time 0 on the clock of next_at_pace().
+  std::vector<Safety> told_;               ///< Live: states of the newest epoch.
+  std::optional<Timestamp> refreshed_at_;  ///< Live: time of the newest refresh.
+  std::optional<Timestamp> origin_;        ///< Session time 0 on the clock of next_at_pace().
 };
 
 }  // namespace nav::session

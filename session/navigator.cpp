@@ -32,7 +32,7 @@ Epoch ended(Epoch epoch, const std::string& cause) {
   return epoch;
 }
 
-Navigator::Navigator(const ProbeCalibration& calibration,
+Navigator::Navigator(const std::optional<ProbeCalibration>& calibration,
                      std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference,
                      const NavigatorOptions& options, Diagnostics& diagnostics)
     : options_(options),

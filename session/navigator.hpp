@@ -59,7 +59,8 @@ struct NavigatorOptions {
 /// sample. It knows only what has arrived. One thread; time is an argument.
 class Navigator {
  public:
-  Navigator(const ProbeCalibration& calibration,
+  /// \p calibration: absent until add_calibration().
+  Navigator(const std::optional<ProbeCalibration>& calibration,
             std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference,
             const NavigatorOptions& options, Diagnostics& diagnostics);
 

@@ -7,71 +7,47 @@
 #include <cmath>
 #include <sstream>
 
-#include "io/plus_config.hpp"
-#include "io/sequence.hpp"
 #include "registration/similarity/image_outline.hpp"
 
 namespace nav::session {
-namespace {
-
-NavigatorOptions options_for(const SourceOptions& source) {
-  NavigatorOptions options;
-  // A recording does not say at which rate it comes.
-  options.frame_period.reset();
-  options.needle_period.reset();
-  options.pairing.temporal_offset = from_seconds(source.temporal_offset_ms * 1e-3);
-  return options;
-}
-
-}  // namespace
 
 Result<RecordedSession> RecordedSession::open(const SourceOptions& source,
                                               Diagnostics& diagnostics) {
-  std::optional<io::PlusConfig> plus;
-  if (!source.plus_config.empty()) {
-    auto read = io::read_plus_config(source.plus_config);
-    if (!read) return read.error();
-    plus = std::move(*read);
-  }
-  io::RecordingOptions options{.image_frame = source.image_frame,
-                               .probe_frame = source.probe_frame,
-                               .tracker_frame = source.tracker_frame,
-                               .reference_frame = source.reference_frame,
-                               .needle_frame = source.needle_frame};
   RecordedSession session;
   session.diagnostics_ = std::make_unique<WarningMemory>(diagnostics);
-  auto opened = io::RecordingSource::open(source.recording, plus ? &*plus : nullptr, options,
-                                          *session.diagnostics_);
+  auto opened = PlayedRecording::open(source, *session.diagnostics_);
   if (!opened) return opened.error();
-  session.reference_frame_ = (*opened)->reference_frame();
+  session.recording_ = *std::move(opened);
+  session.reference_frame_ = session.recording_->reference_frame();
   session.reference_statement_ = session.reference_frame_ + " is the patient's frame";
-  if (source.reference_frame.empty() && session.reference_frame_ == source.tracker_frame) {
-    session.reference_statement_ = "nothing tracks the patient: the tracker itself (" +
-                                   source.tracker_frame + ") is taken as the patient's frame";
-    diagnostics.report(Severity::kWarning, "recording", session.reference_statement_);
+  if (session.reference_frame_.empty()) {
+    session.reference_frame_ = source.tracker_frame;
+    session.reference_statement_ = session.reference_frame_ + " is the patient's frame";
+    if (source.reference_frame.empty()) {
+      session.reference_statement_ = "nothing tracks the patient: the tracker itself (" +
+                                     source.tracker_frame + ") is taken as the patient's frame";
+      diagnostics.report(Severity::kWarning, "recording", session.reference_statement_);
+    }
   }
-  session.source_ = *std::move(opened);
-  session.fixed_reference_ = session.source_->form() != io::RecordingForm::kTracked ||
-                             session.reference_frame_ == source.tracker_frame;
-  session.options_ = options_for(source);
+  session.setup_ = session.recording_->setup();
+  // A recording does not say at which rate it comes.
+  session.setup_.navigator.frame_period.reset();
+  session.setup_.navigator.needle_period.reset();
+  session.setup_.images = QueuePolicy::kLossless;
   session.name_ = source.recording.string();
-  session.rewind();
+  if (auto ok = session.rewind(); !ok) return ok.error();
   return session;
 }
 
-void RecordedSession::rewind() {
-  source_->rewind();
-  SessionSetup setup{{source_->calibration().probe_from_image}};
-  setup.navigator = options_;
-  setup.images = QueuePolicy::kLossless;
-  setup.learn_outline = learns_outline_;
-  if (fixed_reference_) {
-    setup.fixed_reference.emplace(Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero());
-  }
-  session_ = std::make_unique<Session>(setup, *diagnostics_);
-  session_->add(source_);
+Result<void> RecordedSession::rewind() {
+  auto sources = recording_->rewind();
+  if (!sources) return sources.error();
+  setup_.learn_outline = learns_outline_;
+  session_ = std::make_unique<Session>(setup_, *diagnostics_);
+  for (const auto& source : *sources) session_->add(source);
   if (placement_) navigator().set_placement(*placement_);
   if (outline_) session_->set_outline(*outline_);
+  return {};
 }
 
 void RecordedSession::set_placement(const CtPlacement& placement) {
@@ -79,9 +55,9 @@ void RecordedSession::set_placement(const CtPlacement& placement) {
   navigator().set_placement(placement);
 }
 
-void RecordedSession::learn_outline() {
+Result<void> RecordedSession::learn_outline() {
   learns_outline_ = true;
-  rewind();
+  return rewind();
 }
 
 void RecordedSession::set_outline(const std::optional<SectorOutline>& outline) {
@@ -237,9 +213,7 @@ Result<SweepSurvey> survey(RecordedSession& session, bool skip_bad_frames) {
   constexpr std::int64_t kSpread = 60;
   const auto stride =
       static_cast<std::size_t>(std::max<std::int64_t>(1, session.total_frames() / kSpread));
-  auto reader = io::SequenceReader::open(session.name());
-  if (!reader) return reader.error();
-  if (const auto whole = io::check_complete(*reader); !whole) return whole.error();
+  if (const auto whole = session.check_complete(); !whole) return whole.error();
   SweepSurvey found;
   Session::Listener listener;
   listener.settled = [&](const tracking::PairedFrame& paired) {
@@ -253,7 +227,7 @@ Result<SweepSurvey> survey(RecordedSession& session, bool skip_bad_frames) {
   found.recording.last_s = to_seconds(*session.last_time());
   found.warning = warning_of_moved(session);
   found.centroid.mm /= static_cast<double>(found.paired);
-  session.rewind();
+  if (auto ok = session.rewind(); !ok) return ok.error();
   return found;
 }
 

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "io/recording_source.hpp"
 #include "nav/warning_memory.hpp"
 #include "session/navigator.hpp"
 #include "session/options.hpp"
+#include "session/played_recording.hpp"
 #include "session/pose_log.hpp"
 #include "session/registration_file.hpp"
 #include "session/session.hpp"
@@ -20,8 +20,9 @@ namespace nav::session {
 /// A recording as a session on the virtual clock. Not thread-safe.
 class RecordedSession {
  public:
-  /// Opens recording and calibration. Without a named reference frame, "Reference" is taken if the
-  /// recording has it, otherwise the tracker, with a warning. \p diagnostics must outlive it.
+  /// Opens recording and calibration; the recording is a PLUS sequence or one of devices (*.mcap).
+  /// Without a named reference frame, "Reference" is taken if the recording has it, otherwise the
+  /// tracker, with a warning. \p diagnostics must outlive it.
   static Result<RecordedSession> open(const SourceOptions& options, Diagnostics& diagnostics);
 
   /// Takes in the next samples and settles what can be paired; false at the end, when everything
@@ -30,8 +31,8 @@ class RecordedSession {
   /// Steps to the end.
   Result<void> play(const Session::Listener& listener);
   /// Back to the first frame, with a fresh clock, ledger, log and estimators; placement and a given
-  /// outline are kept.
-  void rewind();
+  /// outline are kept. Errors: those of reading the file again.
+  Result<void> rewind();
 
   [[nodiscard]] Session& session() { return *session_; }
   [[nodiscard]] const Session& session() const { return *session_; }
@@ -44,29 +45,35 @@ class RecordedSession {
   /// Learns the sector of images that come without an outline, from the images so far. Goes back to
   /// the first frame. Without it, images keep what they bring: a registration needs one outline for
   /// all images of a sweep, and finds it itself.
-  void learn_outline();
+  Result<void> learn_outline();
   /// Outline of the images that come without one; none: they are drawn whole.
   void set_outline(const std::optional<SectorOutline>& outline);
   [[nodiscard]] const std::optional<SectorOutline>& outline() const { return session_->outline(); }
 
   /// Frames that the header declares.
-  [[nodiscard]] std::int64_t total_frames() const { return source_->total_frames(); }
+  [[nodiscard]] std::int64_t total_frames() const { return recording_->total_frames(); }
   /// Time from the first to the last stamp of the frames read so far.
   [[nodiscard]] Duration length() const {
     return first_time() ? *last_time() - *first_time() : Duration(0);
   }
   /// Image stamps minus pose stamps, as configured.
-  [[nodiscard]] Duration temporal_offset() const { return options_.pairing.temporal_offset; }
+  [[nodiscard]] Duration temporal_offset() const {
+    return setup_.navigator.pairing.temporal_offset;
+  }
+  /// Precondition: an image was read, otherwise a Bug.
   [[nodiscard]] const Transform<frames::Probe, frames::Image>& probe_from_image() const {
-    return source_->calibration().probe_from_image;
+    NAV_CHECK(session_->probe_from_image().has_value());
+    return *session_->probe_from_image();
   }
   /// First and last stamp of the frames read so far; absent while no frame has one.
-  [[nodiscard]] std::optional<Timestamp> first_time() const { return source_->first_time(); }
-  [[nodiscard]] std::optional<Timestamp> last_time() const { return source_->last_time(); }
+  [[nodiscard]] std::optional<Timestamp> first_time() const {
+    return recording_->read().first_time;
+  }
+  [[nodiscard]] std::optional<Timestamp> last_time() const { return recording_->read().last_time; }
   /// Frames read so far.
-  [[nodiscard]] std::int64_t frames_read() const { return source_->frames_read(); }
+  [[nodiscard]] std::int64_t frames_read() const { return recording_->read().frames; }
   /// Frames and transforms in use, for the report.
-  [[nodiscard]] const std::string& description() const { return source_->description(); }
+  [[nodiscard]] const std::string& description() const { return recording_->description(); }
   /// Which frame is taken as the patient's, and why.
   [[nodiscard]] const std::string& reference_statement() const { return reference_statement_; }
   /// Name of that frame in the recording.
@@ -76,8 +83,10 @@ class RecordedSession {
   /// Cause of the first image that could not be used; empty while there is none.
   [[nodiscard]] const std::string& first_rejection() const { return session_->first_rejection(); }
   /// Frames read so far whose data cannot be true, as in io::RecordingSource.
-  [[nodiscard]] std::int64_t bad_frames() const { return source_->bad_frames(); }
-  [[nodiscard]] const std::string& first_bad_frame() const { return source_->first_bad_frame(); }
+  [[nodiscard]] std::int64_t bad_frames() const { return recording_->read().bad_frames; }
+  [[nodiscard]] std::string first_bad_frame() const { return recording_->read().first_bad_frame; }
+  /// kMalformedData for a file that is cut short and cannot be played.
+  [[nodiscard]] Result<void> check_complete() const { return recording_->check_complete(); }
   /// The first warning about a frame or pose; empty while there is none.
   [[nodiscard]] std::string first_warning() const { return diagnostics_->first(); }
 
@@ -85,9 +94,8 @@ class RecordedSession {
   RecordedSession() = default;
 
   std::unique_ptr<WarningMemory> diagnostics_;  ///< Outlives what reports to it.
-  std::shared_ptr<io::RecordingSource> source_;
-  NavigatorOptions options_;
-  bool fixed_reference_ = false;
+  std::unique_ptr<PlayedRecording> recording_;
+  SessionSetup setup_;
   std::string reference_statement_;
   std::string name_;
   std::string reference_frame_;

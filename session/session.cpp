@@ -3,8 +3,11 @@
 #include "session/session.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <utility>
+
+#include "io/transform_tree.hpp"
 
 namespace nav::session {
 namespace {
@@ -16,17 +19,35 @@ bool is_tool_of_navigator(ToolRole role) {
   return role == ToolRole::kProbe || role == ToolRole::kReference || role == ToolRole::kNeedle;
 }
 
+/// False for pixels of 1 x 1 mm: PLUS and others send it when they do not know the spacing.
+bool says_spacing(const PixelGrid& grid) {
+  return !grid.mm_per_pixel.isApprox(Eigen::Matrix2d::Identity(), 1e-6);
+}
+
+/// True when rows and columns are as far apart, to 2 %.
+bool similar_spacing(const PixelGrid& a, const PixelGrid& b) {
+  constexpr double kShare = 0.02;
+  const auto similar = [&](int column) {
+    const double mm = a.mm_per_pixel.col(column).norm();
+    return std::abs(mm - b.mm_per_pixel.col(column).norm()) <= kShare * mm;
+  };
+  return similar(0) && similar(1);
+}
+
 }  // namespace
 
 Session::Session(const SessionSetup& setup, Diagnostics& diagnostics)
     : setup_(setup),
       diagnostics_(diagnostics),
-      navigator_(setup.calibration, setup.fixed_reference, setup.navigator, diagnostics) {}
+      navigator_(setup.calibration, setup.fixed_reference, setup.navigator, diagnostics) {
+  if (setup.calibration) probe_from_image_ = setup.calibration->probe_from_image;
+}
 
 Session::~Session() { stop(); }
 
 void Session::add(std::shared_ptr<Source> source) {
   auto feed = std::make_unique<Feed>();
+  feed->number = feeds_.size();
   feed->first_stream = streams_.size();
   for (const StreamInfo& info : source->streams()) {
     const bool images = info.kind == StreamKind::kImages;
@@ -103,6 +124,7 @@ void Session::run(Feed& feed, const std::stop_token& stop) {
       if (sample) {
         const std::size_t stream = feed.first_stream + sample->stream;
         NAV_CHECK(sample->stream < feed.source->streams().size(), sample->stream);
+        if (setup_.tap) setup_.tap(feed.number, *sample);
         streams_[stream].queue->push(*std::move(sample));
         continue;
       }
@@ -207,6 +229,40 @@ std::optional<tracking::ClockFault> Session::map_time(Stream& stream, Sample& sa
   return reading.fault;
 }
 
+/// Gives an image the pixel grid of SessionSetup::probe_from_pixels if it is of the size and
+/// spacing that this is for. Other images keep their own grid, which no calibration fits.
+void Session::calibrate(UltrasoundFrame& image) {
+  if (!setup_.probe_from_pixels || image.pixels.empty() || !validate(image.grid)) return;
+  const ImageGeometry of_device = geometry_of(image);
+  if (pixels_) {
+    if (same_pixels(of_device, pixels_->of_device)) image.grid = pixels_->grid;
+    return;
+  }
+  if (pixels_rejected_) return;
+  const auto made = io::calibration_from_matrix(*setup_.probe_from_pixels, image.pixels.width(),
+                                                image.pixels.height());
+  if (made) {
+    UltrasoundFrame calibrated = image;
+    calibrated.grid = made->grid;
+    const ImageGeometry geometry = geometry_of(calibrated);
+    if (says_spacing(image.grid) && !similar_spacing(image.grid, made->grid)) {
+      pixels_rejected_ = true;
+      diagnostics_.report(Severity::kError, "session",
+                          "the device says that its images have " + of_device.description() +
+                              ", the calibration of the probe is for " + geometry.description() +
+                              ": expected the same; the images are not drawn");
+      return;
+    }
+    pixels_ = CalibratedPixels{made->grid, of_device};
+    probe_from_image_ = made->probe_from_image;
+    navigator_.add_calibration({made->probe_from_image, geometry});
+    image.grid = made->grid;
+  } else {
+    pixels_rejected_ = true;
+    diagnostics_.report(Severity::kError, "session", made.error().message);
+  }
+}
+
 void Session::deliver(std::size_t index, Sample sample, const Listener& listener) {
   Stream& stream = streams_[index];
   if (!stream.used) {
@@ -226,6 +282,7 @@ void Session::deliver(std::size_t index, Sample sample, const Listener& listener
   }
   if (auto* image = std::get_if<UltrasoundFrame>(&sample.what)) {
     NAV_CHECK(stream.info.kind == StreamKind::kImages);
+    calibrate(*image);
     if (setup_.learn_outline && !set_outline_ && !image->outline) learned_.add(*image);
     if (!image->outline) image->outline = outline();
     navigator_.add_image(std::move(*image));
@@ -237,7 +294,11 @@ void Session::deliver(std::size_t index, Sample sample, const Listener& listener
     if (listener.missing) listener.missing(sample.sequence, *missing);
   } else {
     NAV_CHECK(stream.info.kind == StreamKind::kPoses);
-    navigator_.add_pose(stream.info.role, std::get<PoseSample>(sample.what).pose);
+    RawPose& pose = std::get<PoseSample>(sample.what).pose;
+    if (stream.info.role == ToolRole::kNeedle && setup_.body_from_tip) {
+      pose.tracker_from_body *= *setup_.body_from_tip;
+    }
+    navigator_.add_pose(stream.info.role, pose);
   }
 }
 
@@ -277,7 +338,7 @@ std::vector<StreamAccount> Session::accounts() const {
                                          : stream.info.kind == StreamKind::kImages
                                              ? navigator_.ledger()
                                              : navigator_.ledger(stream.info.role);
-    all.push_back({stream.info, queued.followed_by(next)});
+    all.push_back({stream.info, queued.followed_by(next), stream.queue->timing()});
   }
   return all;
 }

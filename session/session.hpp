@@ -26,7 +26,15 @@ namespace nav::session {
 
 /// Fixed facts of a session.
 struct SessionSetup {
-  ProbeCalibration calibration;
+  /// Absent: probe_from_pixels decides.
+  std::optional<ProbeCalibration> calibration = std::nullopt;
+  /// ImageToProbe of PLUS, pixels to mm, for devices that do not say where their images lie on the
+  /// probe. It holds for images of the first image's size and pixel spacing; other images have no
+  /// calibration.
+  std::optional<Eigen::Matrix4d> probe_from_pixels = std::nullopt;
+  /// Tip of the needle relative to the body that is tracked, mm. Absent: the body's origin is the
+  /// tip.
+  std::optional<Eigen::Matrix4d> body_from_tip = std::nullopt;
   /// Given when nothing tracks the patient: the tracker plays the reference.
   std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference = std::nullopt;
   NavigatorOptions navigator = {};
@@ -35,12 +43,16 @@ struct SessionSetup {
   std::size_t queue_capacity = 1024;  ///< Samples of one lossless queue.
   /// Learns the sector of images that come without an outline.
   bool learn_outline = true;
+  /// Live: hears of every sample as its source delivers it, before clock models and gates, on the
+  /// source's thread. \p source counts in the order of add(). May be empty.
+  std::function<void(std::size_t source, const Sample& sample)> tap = {};
 };
 
 /// Account of one stream of a session.
 struct StreamAccount {
   StreamInfo info;
   tracking::StreamLedger ledger;
+  StreamTiming::Summary timing;
 };
 
 /// Takes samples from sources through queues to the navigator, on one clock. The same code serves a
@@ -102,6 +114,12 @@ class Session {
   void set_outline(const std::optional<SectorOutline>& outline);
   [[nodiscard]] const std::optional<SectorOutline>& outline() const;
 
+  /// Position of the images on the probe; absent while probe_from_pixels waits for an image.
+  [[nodiscard]] const std::optional<Transform<frames::Probe, frames::Image>>& probe_from_image()
+      const {
+    return probe_from_image_;
+  }
+
   /// Clock of the device of a stream, in the order of accounts(); null: it gave no device time.
   [[nodiscard]] const tracking::ClockModel* clock(std::size_t stream) const {
     const auto& found = streams_.at(stream).clock;
@@ -125,6 +143,7 @@ class Session {
   };
   struct Feed {
     std::shared_ptr<Source> source;
+    std::size_t number = 0;
     std::size_t first_stream = 0;
     std::optional<Sample> head;      ///< Virtual only.
     std::atomic<bool> ended{false};  ///< The rest is live only.
@@ -138,6 +157,7 @@ class Session {
   void deliver(std::size_t stream, Sample sample, const Listener& listener);
   void drain(const Listener& listener);
   std::optional<tracking::ClockFault> map_time(Stream& stream, Sample& sample);
+  void calibrate(UltrasoundFrame& image);
   void settle(bool end, const Listener& listener);
   void note_failures();
 
@@ -149,6 +169,14 @@ class Session {
   std::vector<Stream> streams_;
   std::vector<std::unique_ptr<Feed>> feeds_;
   std::vector<Sample> taken_;
+  /// Pixel grid by probe_from_pixels, and the geometry by the device of the images that it is for.
+  struct CalibratedPixels {
+    PixelGrid grid;
+    ImageGeometry of_device;
+  };
+  std::optional<CalibratedPixels> pixels_;
+  std::optional<Transform<frames::Probe, frames::Image>> probe_from_image_;
+  bool pixels_rejected_ = false;
   const Clock* clock_ = nullptr;
   Timestamp now_{};
   PoseLog log_;

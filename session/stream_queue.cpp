@@ -16,6 +16,7 @@ StreamQueue::StreamQueue(QueuePolicy policy, std::size_t capacity)
 void StreamQueue::push(Sample sample) {
   const std::lock_guard lock(mutex_);
   ledger_.receive();
+  timing_.add(sample.received, sample.sequence);
   if (samples_.size() >= capacity_) {
     if (policy_ == QueuePolicy::kLossless) {
       ledger_.drop("queue_full");
@@ -37,6 +38,11 @@ void StreamQueue::drain(std::vector<Sample>& into) {
 tracking::StreamLedger StreamQueue::ledger() const {
   const std::lock_guard lock(mutex_);
   return ledger_;
+}
+
+StreamTiming::Summary StreamQueue::timing() const {
+  const std::lock_guard lock(mutex_);
+  return timing_.summary();
 }
 
 }  // namespace nav::session

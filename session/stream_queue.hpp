@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "nav/sample.hpp"
+#include "session/stream_timing.hpp"
 #include "tracking/stream_ledger.hpp"
 
 namespace nav::session {
@@ -29,6 +30,8 @@ class StreamQueue {
   void drain(std::vector<Sample>& into);
   /// Counts of this queue: a sample that was drained counts as delivered.
   [[nodiscard]] tracking::StreamLedger ledger() const;
+  /// Periods of all samples that were pushed.
+  [[nodiscard]] StreamTiming::Summary timing() const;
 
  private:
   QueuePolicy policy_;
@@ -36,6 +39,7 @@ class StreamQueue {
   mutable std::mutex mutex_;
   std::deque<Sample> samples_;
   tracking::StreamLedger ledger_;
+  StreamTiming timing_;
 };
 
 }  // namespace nav::session

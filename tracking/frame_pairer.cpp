@@ -43,11 +43,10 @@ Result<void> validate(const PairingOptions& options) {
 }
 
 FramePairer::FramePairer(
-    const ProbeCalibration& calibration,
+    const std::optional<ProbeCalibration>& calibration,
     std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference_from_tracker,
     const PairingOptions& options, Diagnostics& diagnostics)
-    : calibrations_{calibration},
-      fixed_reference_from_tracker_(std::move(fixed_reference_from_tracker)),
+    : fixed_reference_from_tracker_(std::move(fixed_reference_from_tracker)),
       options_(options),
       max_wait_(options.max_wait),
       probe_(options.gate, options.max_pose_gap, diagnostics),
@@ -55,6 +54,7 @@ FramePairer::FramePairer(
       frame_clock_({.tolerance = options.gate.max_delay_change}),
       images_(diagnostics) {
   NAV_CHECK(validate(options).has_value());
+  if (calibration) calibrations_.push_back(*calibration);
 }
 
 void FramePairer::expect_period(Duration period) {

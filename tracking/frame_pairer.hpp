@@ -42,10 +42,11 @@ struct PairedFrame {
 /// out once, paired or rejected with a cause. Not thread-safe.
 class FramePairer {
  public:
-  /// \p fixed_reference_from_tracker: given when the patient is not tracked and the tracker itself
-  /// was declared the reference. Precondition: validate(options), otherwise a Bug.
+  /// \p calibration: absent until add_calibration(). \p fixed_reference_from_tracker: given when
+  /// the patient is not tracked and the tracker itself was declared the reference. Precondition:
+  /// validate(options), otherwise a Bug.
   FramePairer(
-      const ProbeCalibration& calibration,
+      const std::optional<ProbeCalibration>& calibration,
       std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference_from_tracker,
       const PairingOptions& options, Diagnostics& diagnostics);
 

@@ -77,12 +77,6 @@ void CommandLine::add_bench_program() {
   }
 }
 
-void CommandLine::add_devices() {
-  add_verb("devices", settings_).callback([this] {
-    verb_ = [this](Console& console) { return run_devices(json(), console); };
-  });
-}
-
 void CommandLine::prepare_help() {
   app_.set_help_all_flag("--help-all", "print all options");
   app_.formatter(std::make_shared<TableFormatter>());

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "app/options/option_rows.hpp"
+#include "app/options/session_devices.hpp"
 #include "app/options/session_section.hpp"
 
 namespace nav::app {
@@ -13,7 +14,7 @@ namespace {
 
 using Matrix = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 
-const std::vector<std::string_view> kSessions{"replay", "slices", "predicates"};
+const std::vector<std::string_view> kSessions{"replay", "live", "slices", "predicates"};
 const std::vector<std::string_view> kPlaying{"replay", "register", "slices"};
 
 /// A placement on the command line replaces either kind of a session file.
@@ -61,19 +62,32 @@ void read_kind(Section& section, const char* key, Settings& s) {
   section.text(key, kind);
   if (kind == "simulated") {
     s.config.source.kind = SessionConfig::SourceKind::kSimulated;
-  } else if (kind == "device") {
-    section.stop(ErrorCode::kUnavailable,
-                 "source.kind: expected recording or simulated, found device, for which this build "
-                 "has no adapter");
+  } else if (kind == "live") {
+    s.config.source.kind = SessionConfig::SourceKind::kLive;
   } else if (kind != "recording") {
-    section.reject(key, "recording or simulated", kind);
+    section.reject(key, "recording, simulated or live", kind);
   }
 }
 
 void write_kind(KeyWriter& writer, const char* key, const Settings& s) {
-  const bool simulated = s.config.source.kind == SessionConfig::SourceKind::kSimulated;
-  writer.table.insert(key, simulated ? "simulated" : "recording");
+  using Kind = SessionConfig::SourceKind;
+  const Kind kind = s.config.source.kind;
+  writer.table.insert(key, kind == Kind::kSimulated ? "simulated"
+                           : kind == Kind::kLive    ? "live"
+                                                    : "recording");
 }
+
+/// The name that a live session gives to the configuration of PLUS.
+void read_calibration(Section& section, const char* key, Settings& s) {
+  const bool both = !s.config.source.plus_config.empty();
+  std::filesystem::path calibration;
+  section.path(key, calibration);
+  if (calibration.empty()) return;
+  if (both) section.reject(key, "it or source.plus_config", "both");
+  s.config.source.plus_config = calibration;
+}
+
+void write_calibration(KeyWriter&, const char*, const Settings&) {}
 
 Requirement ct_to_register() { return {.any_of = {{"--ct"}}, .verb = "register"}; }
 
@@ -89,7 +103,10 @@ Requirement recording_session() {
                 return s.config.source.kind == SessionConfig::SourceKind::kRecording;
               },
           .text = "a session of a recording",
-          .found = [](const Settings&) -> std::string { return "the simulated procedure"; },
+          .found = [](const Settings& s) -> std::string {
+            const bool live = s.config.source.kind == SessionConfig::SourceKind::kLive;
+            return live ? "one of live devices (sonde live)" : "the simulated procedure";
+          },
           .verb = "replay"};
 }
 
@@ -171,6 +188,14 @@ void add_file_rows(std::vector<Option>& rows) {
        .slot = NAV_SLOT(session),
        .absent = "none",
        .usual = true},
+      {.name = "--session",
+       .type = "FILE",
+       .text = "session file (TOML) whose devices are started",
+       .group = group::kGroupFiles,
+       .verbs = {"devices", "serve", "record"},
+       .slot = NAV_SLOT(session),
+       .absent = "none",
+       .usual = true},
       {.name = "--out",
        .type = "DIR",
        .text = "folder to write to",
@@ -183,7 +208,7 @@ void add_file_rows(std::vector<Option>& rows) {
        .type = "DIR",
        .text = "folder to write to",
        .group = group::kGroupFiles,
-       .verbs = {"replay", "slices"},
+       .verbs = {"replay", "live", "slices"},
        .slot = NAV_SLOT(config.output.folder),
        .absent = "from the session file",
        .usual = true,
@@ -215,6 +240,14 @@ void add_file_rows(std::vector<Option>& rows) {
        .usual = true,
        .required = true},
       {.name = "--out",
+       .type = "MCAP",
+       .text = "recording to write, which must not exist",
+       .group = group::kGroupFiles,
+       .verbs = {"record"},
+       .slot = NAV_SLOT(config.output.record),
+       .usual = true,
+       .required = true},
+      {.name = "--out",
        .type = "SWEEP",
        .text = "recording to write, .mha or .nrrd",
        .group = group::kGroupFiles,
@@ -226,7 +259,7 @@ void add_file_rows(std::vector<Option>& rows) {
        .type = "FILE",
        .text = "write the report as JSON here too; -: standard output",
        .group = group::kGroupFiles,
-       .verbs = {"demo", "replay", "info", "devices"},
+       .verbs = {"demo", "replay", "live", "record", "serve", "info", "devices"},
        .slot = NAV_SLOT(json),
        .absent = "none",
        .usual = true},
@@ -252,7 +285,7 @@ void add_recording_rows(std::vector<Option>& rows) {
        .type = "CT",
        .text = "CT: DICOM folder, NIfTI, MetaImage or NRRD",
        .group = group::kGroupRecording,
-       .verbs = {"replay", "register"},
+       .verbs = {"replay", "live", "register"},
        .slot = NAV_SLOT(config.ct.path),
        .absent = "from the session file",
        .usual = true,
@@ -262,7 +295,7 @@ void add_recording_rows(std::vector<Option>& rows) {
        .type = "UID",
        .text = "SeriesInstanceUID of the CT in a DICOM folder with several series",
        .group = group::kGroupRecording,
-       .verbs = kPlaying,
+       .verbs = {"replay", "live", "register", "slices"},
        .slot = NAV_SLOT(config.ct.series_uid),
        .absent = "the largest series",
        .key = "ct.series_uid",
@@ -270,12 +303,12 @@ void add_recording_rows(std::vector<Option>& rows) {
       {.name = "--accept-unknown-orientation",
        .text = "read a CT that does not state its orientation as LPS",
        .group = group::kGroupRecording,
-       .verbs = {"replay", "register", "slices", "info"},
+       .verbs = {"replay", "live", "register", "slices", "info"},
        .slot = NAV_SLOT(config.ct.accept_unknown_orientation),
        .key = "ct.accept_unknown_orientation",
        .needs = {recording_session(), ct_to_register()}},
       {.type = "NAME",
-       .text = "kind of the source: recording or simulated",
+       .text = "kind of the source: recording, simulated or live",
        .group = group::kGroupRecording,
        .absent = "recording",
        .key = "source.kind",
@@ -291,6 +324,13 @@ void add_recording_rows(std::vector<Option>& rows) {
        .usual = true,
        .key = "source.plus_config",
        .needs = {recording_session(), sweep_to_register(), recording_to_slice()}},
+      {.type = "PLUS.xml",
+       .text = "another name of source.plus_config, for live sessions",
+       .group = group::kGroupRecording,
+       .absent = "none",
+       .key = "source.calibration",
+       .read = read_calibration,
+       .write = write_calibration},
       {.name = "--image-frame",
        .type = "NAME",
        .text = "coordinate frame of the images in the recording",
@@ -359,12 +399,19 @@ void add_recording_rows(std::vector<Option>& rows) {
        .group = group::kGroupRecording,
        .slot = NAV_SLOT(config.source.seed),
        .key = "source.seed"},
+      {.type = "LIST",
+       .text = "devices of a live session, a list of tables (docs/live.md)",
+       .group = group::kGroupRecording,
+       .absent = "none",
+       .key = "devices",
+       .read = read_devices,
+       .write = write_devices},
       {.name = "--ct-from-reference",
        .type = "\"16 NUMBERS\"",
        .unit = "mm",
        .text = "declared placement of the CT, row-major; the start pose of register",
        .group = group::kGroupRecording,
-       .verbs = kPlaying,
+       .verbs = {"replay", "live", "register", "slices"},
        .absent = "none",
        .key = "placement.ct_from_reference_mm",
        .needs = {recording_session(), recording_to_slice()},
@@ -377,7 +424,7 @@ void add_recording_rows(std::vector<Option>& rows) {
        .type = "FILE",
        .text = "result of sonde register, which places the CT",
        .group = group::kGroupRecording,
-       .verbs = {"replay", "slices"},
+       .verbs = {"replay", "live", "slices"},
        .slot = NAV_SLOT(config.placement.registration),
        .absent = "none: the sweep is centred on the CT",
        .usual = true,

@@ -14,7 +14,8 @@ namespace {
 /// Groups that have a table of their own in the documents, and the verbs that refer to it.
 const std::set<std::string> kSharedGroups{group::kGroupView, group::kGroupAppearance,
                                           group::kGroupRecording, group::kGroupScanLines};
-const std::set<std::string> kSharingVerbs{"demo", "replay", "register", "slices", "predicates"};
+const std::set<std::string> kSharingVerbs{"demo",     "replay", "live",
+                                          "register", "slices", "predicates"};
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size()) {

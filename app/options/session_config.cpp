@@ -10,6 +10,7 @@
 #include "app/options/session_section.hpp"
 #include "io/json.hpp"
 #include "nav/positions.hpp"
+#include "session/live_devices.hpp"
 
 namespace nav::app {
 namespace {
@@ -279,7 +280,8 @@ Result<void> validate(const SessionConfig& config) {
     return reject("placement.follow", "a CT that was registered (placement.registration)",
                   placement.ct_from_reference ? "one that is only declared" : "none");
   }
-  if (placement.follow && config.source.kind != SessionConfig::SourceKind::kRecording) {
+  const bool simulated = config.source.kind == SessionConfig::SourceKind::kSimulated;
+  if (placement.follow && simulated) {
     return reject("placement.follow", "a recording", "the simulated procedure");
   }
   if (config.plan) {
@@ -297,10 +299,16 @@ Result<void> validate(const SessionConfig& config) {
       return reject("plan.margin_mm", "0 to 500", plan.margin_mm);
     }
     if (const auto ok = validate(plan); !ok) return Error{ErrorCode::kUsage, ok.error().message};
-    if (config.source.kind != SessionConfig::SourceKind::kRecording) {
+    if (simulated) {
       return reject("plan", "a recording", "the simulated procedure, which has its own");
     }
   }
+  const auto& devices = config.source.devices;
+  if (!devices.empty() && config.source.kind != SessionConfig::SourceKind::kLive) {
+    return reject("devices", "source.kind = \"live\" beside them",
+                  simulated ? "simulated" : "recording");
+  }
+  if (const auto ok = session::validate(devices); !ok) return ok;
   const auto& quality = config.quality;
   if (quality.jitter && config.output.pixel_error > 0) {
     return reject("output.pixel_error", "0 beside quality.jitter, under which no ray is spared",

@@ -103,6 +103,8 @@ struct SessionConfig {
     double rms_error = render::kDefaultRms;  ///< Estimated rms error of the image of the CT.
     double pixel_error = 0;                  ///< Allowed error of interpolated pixels; 0: none.
     int frames = 0;                          ///< Largest number of written images; 0: all.
+    double seconds = 0;                      ///< Duration of a live session; 0: until it is ended.
+    std::filesystem::path record;            ///< Recording of a live session; empty: none.
     bool window = false;
   } output;
 };

@@ -7,6 +7,8 @@
 #include "app/options/predicate_needs.hpp"
 #include "app/options/session_files.hpp"
 #include "app/options/verbs.hpp"
+#include "app/verbs/devices.hpp"
+#include "app/verbs/live.hpp"
 
 namespace nav::app {
 namespace {
@@ -21,6 +23,12 @@ DemoOptions demo_of(const SessionConfig& config, DemoOptions demo,
   demo.cutaway_objects = config.cutaway_objects;
   demo.json = json;
   return demo;
+}
+
+/// The devices of a session file are for 'sonde live' only.
+Error not_live(const std::string& verb) {
+  return {ErrorCode::kUsage, verb + ": expected source.kind = \"recording\", found \"live\": " +
+                                 "start it by 'sonde live'"};
 }
 
 }  // namespace
@@ -55,6 +63,7 @@ void CommandLine::add_replay() {
       if (!config.predicates.volume.empty()) {
         if (auto ok = reject_idle_of_set(verb, config.predicates); !ok) return ok;
       }
+      if (config.source.kind == SessionConfig::SourceKind::kLive) return not_live("replay");
       const bool simulated = config.source.kind == SessionConfig::SourceKind::kSimulated;
       const auto names = simulated ? demo_outputs() : replay_outputs();
       if (auto ok = reject_overwriting_of(config, settings_.json, names); !ok) return ok;
@@ -65,6 +74,64 @@ void CommandLine::add_replay() {
         return as_given(verb, "replay", run_demo(demo, console));
       }
       return as_given(verb, "replay", run_replay(config, json(), console));
+    };
+  });
+}
+
+/// Rejects a session that has no devices.
+Result<void> CommandLine::check_live(const std::string& verb) const {
+  const SessionConfig& config = settings_.config;
+  if (config.source.kind == SessionConfig::SourceKind::kLive) return {};
+  return Error{ErrorCode::kUsage,
+               verb + ": expected --session FILE with source.kind = \"live\", found " +
+                   (config.file.empty() ? std::string("no session file")
+                                        : "another kind in " + config.file.string())};
+}
+
+void CommandLine::add_record() {
+  CLI::App& verb = add_verb("record", settings_);
+  verb.callback([this, &verb] {
+    verb_ = [this, &verb](Console& console) -> Result<void> {
+      if (auto ok = as_given(verb, "record", validate(settings_.config)); !ok) return ok;
+      if (auto ok = check_live("record"); !ok) return ok;
+      return run_session_devices(settings_.config, json(), console);
+    };
+  });
+}
+
+void CommandLine::add_serve() {
+  CLI::App& verb = add_verb("serve", settings_);
+  verb.callback([this, &verb] {
+    verb_ = [this, &verb](Console& console) -> Result<void> {
+      if (auto ok = as_given(verb, "serve", validate(settings_.config)); !ok) return ok;
+      if (auto ok = check_live("serve"); !ok) return ok;
+      return run_serve(settings_.config, settings_.serve, json(), console);
+    };
+  });
+}
+
+void CommandLine::add_live() {
+  CLI::App& verb = add_verb("live", settings_);
+  verb.callback([this, &verb] {
+    verb_ = [this, &verb](Console& console) -> Result<void> {
+      const SessionConfig& config = settings_.config;
+      if (auto ok = as_given(verb, "live", validate(config)); !ok) return ok;
+      if (auto ok = reject_idle(verb, "live", settings_); !ok) return ok;
+      if (auto ok = check_live("live"); !ok) return ok;
+      if (auto ok = reject_overwriting_of(config, settings_.json, live_outputs()); !ok) return ok;
+      if (settings_.print_session) return print_session(config);
+      return as_given(verb, "live", run_live(config, json(), console));
+    };
+  });
+}
+
+void CommandLine::add_devices() {
+  add_verb("devices", settings_).callback([this] {
+    verb_ = [this](Console& console) -> Result<void> {
+      const SessionConfig& config = settings_.config;
+      if (settings_.session.empty()) return run_devices(json(), console);
+      if (auto ok = check_live("devices"); !ok) return ok;
+      return run_session_devices(config, json(), console);
     };
   });
 }
@@ -98,6 +165,7 @@ void CommandLine::add_slices() {
     verb_ = [this, &verb](Console& console) -> Result<void> {
       SessionConfig& config = settings_.config;
       if (auto ok = as_given(verb, "slices", validate(config)); !ok) return ok;
+      if (config.source.kind == SessionConfig::SourceKind::kLive) return not_live("slices");
       // One thing is drawn over a CT: the option wins over the recording of a session file.
       if (!settings_.slices.second.empty()) config.source.recording.clear();
       if (auto ok = reject_idle(verb, "slices", settings_); !ok) return ok;

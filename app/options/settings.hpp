@@ -9,6 +9,7 @@
 #include "app/verbs/demo.hpp"
 #include "app/verbs/derive.hpp"
 #include "app/verbs/replay.hpp"
+#include "app/verbs/serve.hpp"
 #include "app/verbs/simulate/simulate.hpp"
 #include "app/verbs/slices.hpp"
 
@@ -23,6 +24,7 @@ struct Settings {
   SlicesOptions slices;
   DeriveOptions derive;
   SimulateOptions simulate;
+  ServeOptions serve;
   std::filesystem::path session;  ///< Session file; empty: none.
   std::string json;               ///< File of the JSON report; "-": standard output; empty: none.
   std::filesystem::path file;     ///< Argument of info.

@@ -29,6 +29,9 @@ class CommandLine {
     prepare_help();
     add_demo();
     add_replay();
+    add_live();
+    add_record();
+    add_serve();
     add_register();
     add_info();
     add_slices();
@@ -53,6 +56,10 @@ class CommandLine {
   [[nodiscard]] Result<std::string> generated(const std::vector<std::string>& words) const;
   void add_demo();
   void add_replay();
+  void add_live();
+  void add_record();
+  void add_serve();
+  [[nodiscard]] Result<void> check_live(const std::string& verb) const;
   void add_register();
   void add_info();
   void add_slices();

@@ -13,8 +13,8 @@
 namespace nav::app {
 namespace {
 
-const std::vector<std::string_view> kDrawing{"demo", "replay"};
-const std::vector<std::string_view> kAll{"demo", "replay", "register", "slices"};
+const std::vector<std::string_view> kDrawing{"demo", "replay", "live"};
+const std::vector<std::string_view> kAll{"demo", "replay", "live", "register", "slices"};
 
 bool is_simulated(const Settings& s) {
   return s.config.source.kind == SessionConfig::SourceKind::kSimulated;

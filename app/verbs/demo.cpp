@@ -108,7 +108,7 @@ class Demo {
 
  private:
   static session::SessionSetup setup(const sim::SimulatedSession& simulation) {
-    session::SessionSetup setup{{simulation.probe_from_image()}};
+    session::SessionSetup setup{ProbeCalibration{simulation.probe_from_image()}};
     setup.navigator.pairing.temporal_offset = kStampOffset;
     setup.navigator.frame_period = from_seconds(1 / kFrameRateHz);
     setup.images = session::QueuePolicy::kLossless;

@@ -3,9 +3,13 @@
 #include "app/verbs/devices.hpp"
 
 #include <iostream>
+#include <thread>
 
+#include "app/interrupt.hpp"
 #include "app/report.hpp"
+#include "app/verbs/device_report.hpp"
 #include "devices/inventory.hpp"
+#include "session/live_session.hpp"
 #include "sim/session/simulated_devices.hpp"
 
 namespace nav::app {
@@ -68,6 +72,79 @@ Result<void> run_devices(const std::optional<std::string>& json, Console& consol
   report["diagnostics"] = json_of(console.entries());
   if (json) return write_json(report, *json);
   return {};
+}
+
+Result<void> run_session_devices(const SessionConfig& config,
+                                 const std::optional<std::string>& json, Console& console) {
+  constexpr double kUsualSeconds = 5;
+  constexpr auto kPoll = std::chrono::milliseconds(2);
+  const bool records = !config.output.record.empty();
+  // A recording goes on until it is ended.
+  const double seconds =
+      config.output.seconds > 0 || records ? config.output.seconds : kUsualSeconds;
+  const MonotonicClock clock;
+  std::unique_ptr<session::SessionRecorder> recorder;
+  if (records) {
+    auto started = start_recording(config, clock, console);
+    if (!started) return started.error();
+    recorder = *std::move(started);
+  }
+  const auto tap = [&](std::size_t device, const Sample& sample) {
+    recorder->record(device, sample);
+  };
+  auto live = session::LiveSession::open(
+      config.source, clock, console,
+      records ? std::function<void(std::size_t, const Sample&)>(tap) : nullptr);
+  if (!live) return live.error();
+  if (recorder) {
+    if (auto ok = describe(config, *live, *recorder); !ok) return ok;
+  }
+  session::Session& session = live->session();
+  console.begin(records ? "recording" : "listening");
+  const Timestamp begun = clock.now();
+  const auto elapsed_s = [&] { return to_seconds(clock.now() - begun); };
+  live->start();
+  const Interrupt interrupt;
+  while (!interrupt.asked() && !session.ended() && !(seconds > 0 && elapsed_s() >= seconds)) {
+    session.take_in();
+    (void)session.refresh();
+    if (seconds > 0) console.progress(elapsed_s() / seconds);
+    std::this_thread::sleep_for(kPoll);
+  }
+  // Their states are those of the session, before it stops them.
+  const auto before = live->status();
+  session.finish();
+  session.navigator().finish();
+  const auto recorded = recorder ? recorder->finish() : Result<void>();
+  console.end(std::to_string(before.size()) + " devices");
+  auto devices = live->status();
+  for (std::size_t i = 0; i < devices.size(); ++i) devices[i].health = before[i].health;
+  io::Json report;
+  report["verb"] = records ? "record" : "devices";
+  report["seconds"] = elapsed_s();
+  report["devices"] = json_of(devices);
+  report["ledger_balanced"] = balanced(devices);
+  report["recording"] = json_of(recorder.get());
+  report["calibration"] = live->calibration_statement();
+  report["reference"] = live->reference_statement();
+  report["failures"] = session.failures();
+  report["diagnostics"] = json_of(console.entries());
+  if (json) {
+    if (auto written = write_json(report, *json); !written) return written;
+  } else {
+    std::cout << text_of(devices);
+  }
+  if (records) {
+    const auto account = recorder->account();
+    console.say(account.path.string() + ": " + std::to_string(account.written) + " samples, " +
+                std::to_string(account.lost()) + " lost");
+  }
+  NAV_CHECK(balanced(devices), "samples of a session are not accounted for");
+  if (!recorded) return recorded;
+  if (!session.failures().empty()) {
+    return Error{ErrorCode::kUnavailable, session.failures().front()};
+  }
+  return check_all_deliver(devices);
 }
 
 }  // namespace nav::app

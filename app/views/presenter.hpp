@@ -72,8 +72,11 @@ class Presenter {
   static Result<Presenter> create(const PresenterOptions& options, std::shared_ptr<const Volume> ct,
                                   std::unique_ptr<render::Engine> engine);
 
-  /// Sets the facts; before the first image.
-  void set_facts(SessionFacts facts) { facts_ = std::move(facts); }
+  /// Sets the facts, at the beginning and once the first image has completed them.
+  void set_facts(SessionFacts facts) {
+    facts_ = std::move(facts);
+    empty_view_.reset();
+  }
   /// Makes the 3D view show an ultrasound volume by predicates, inside the CT or instead of it
   /// (alone). The volume lies in the CT's frame. The slice still shows the CT. Predicates measure
   /// distances from the live needle and from the target, if there is one; the target is drawn.

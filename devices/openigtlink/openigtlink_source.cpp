@@ -143,10 +143,39 @@ void OpenIgtLinkSource::stop() noexcept {
   wake_.signal();
 }
 
-OpenIgtLinkHealth OpenIgtLinkSource::health() const {
+OpenIgtLinkHealth OpenIgtLinkSource::account() const {
   const std::lock_guard lock(mutex_);
   OpenIgtLinkHealth health = health_;
   if (stopped_) health.state = OpenIgtLinkState::kStopped;
+  return health;
+}
+
+SourceHealth OpenIgtLinkSource::health() const {
+  const OpenIgtLinkHealth own = account();
+  SourceHealth health;
+  health.cause = own.cause;
+  health.reconnects = own.connections > 0 ? own.connections - 1 : 0;
+  health.bytes = own.stream.bytes;
+  for (std::size_t i = 0; i < kIgtlFaults; ++i) {
+    if (own.stream.faults[i] == 0) continue;
+    health.bad_messages[to_string(static_cast<IgtlFault>(i))] = own.stream.faults[i];
+  }
+  for (const auto& [type, count] : own.rejected) health.bad_messages["rejected_" + type] = count;
+  switch (own.state) {
+    case OpenIgtLinkState::kWaiting:
+    case OpenIgtLinkState::kConnecting:
+      health.state = SourceState::kWaiting;
+      break;
+    case OpenIgtLinkState::kConnected:
+      health.state = own.stream.messages > 0 ? SourceState::kStreaming : SourceState::kStarting;
+      break;
+    case OpenIgtLinkState::kSilent:
+      health.state = SourceState::kSilent;
+      break;
+    case OpenIgtLinkState::kStopped:
+      health.state = SourceState::kEnded;
+      break;
+  }
   return health;
 }
 

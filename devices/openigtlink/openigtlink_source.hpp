@@ -97,7 +97,8 @@ class OpenIgtLinkSource final : public Source {
   Result<Sample> next(Deadline deadline) override;
   void stop() noexcept override;
   /// Thread-safe.
-  [[nodiscard]] OpenIgtLinkHealth health() const;
+  [[nodiscard]] OpenIgtLinkHealth account() const;
+  [[nodiscard]] SourceHealth health() const override;
 
  private:
   struct Report {

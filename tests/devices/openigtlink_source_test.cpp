@@ -72,9 +72,9 @@ struct Client {
 
   /// Calls next() until the connection stands.
   void connect(const Peer& peer) {
-    const auto before = source->health().connections;
+    const auto before = source->account().connections;
     const Timestamp end = clock.now() + kCertain;
-    while (source->health().connections == before && clock.now() < end) {
+    while (source->account().connections == before && clock.now() < end) {
       const auto nothing = source->next(clock.now() + milliseconds(5));
       EXPECT_FALSE(nothing);
     }
@@ -201,7 +201,7 @@ TEST(OpenIgtLinkSourceTest, NamesWhatNoStreamDeclares) {
   peer.server->send({.type = "NDARRAY", .device = "A"}, Bytes(5));
   peer.send("ProbeToTracker", test::translation(0, 0, 0), "OK", kDeviceTime);
   ASSERT_TRUE(test::has_value(client.next()));
-  const auto health = client.source->health();
+  const auto health = client.source->account();
   EXPECT_EQ(health.undeclared.at("TRANSFORM Stylus\\x1bToTracker"), 1u);
   EXPECT_EQ(health.skipped.at("NDARRAY"), 1u);
   EXPECT_TRUE(client.reported("Stylus\\x1bToTracker, which no stream declares"));
@@ -219,7 +219,7 @@ TEST(OpenIgtLinkSourceTest, BrokenBytesCostOnlyTheBrokenMessage) {
   const auto sample = client.next();
   ASSERT_TRUE(test::has_value(sample));
   EXPECT_EQ(std::get<PoseSample>(sample->what).pose.tracker_from_body(0, 3), 1);
-  EXPECT_EQ(client.source->health().stream.of(IgtlFault::kCrc), 1u);
+  EXPECT_EQ(client.source->account().stream.of(IgtlFault::kCrc), 1u);
   EXPECT_TRUE(client.reported("crc"));
 }
 
@@ -235,8 +235,8 @@ TEST(OpenIgtLinkSourceTest, ReconnectsWhenTheServerComesBack) {
     EXPECT_TRUE(test::rejects(client.source->next(client.clock.now() + milliseconds(10)),
                               ErrorCode::kTimeout, {std::to_string(port)}));
   }
-  EXPECT_EQ(client.source->health().losses.at("closed"), 1u);
-  EXPECT_GE(client.source->health().losses.at("no_listener"), 1u);
+  EXPECT_EQ(client.source->account().losses.at("closed"), 1u);
+  EXPECT_GE(client.source->account().losses.at("no_listener"), 1u);
   EXPECT_TRUE(client.reported("the peer closed the connection; trying again in 0.02 s"));
 
   peer.server = *OpenIgtLinkServer::start({.port = port}, peer.diagnostics);
@@ -246,7 +246,7 @@ TEST(OpenIgtLinkSourceTest, ReconnectsWhenTheServerComesBack) {
   ASSERT_TRUE(test::has_value(sample));
   EXPECT_EQ(sample->stream, 0u);
   EXPECT_EQ(sample->sequence, 1u) << "the stream goes on";
-  EXPECT_EQ(client.source->health().connections, 2u);
+  EXPECT_EQ(client.source->account().connections, 2u);
 }
 
 TEST(OpenIgtLinkSourceTest, ReportsSilenceAndTheNextBytes) {
@@ -257,11 +257,11 @@ TEST(OpenIgtLinkSourceTest, ReportsSilenceAndTheNextBytes) {
   client.connect(peer);
   EXPECT_TRUE(test::rejects(client.source->next(client.clock.now() + milliseconds(200)),
                             ErrorCode::kTimeout, {"deadline"}));
-  EXPECT_EQ(client.source->health().state, OpenIgtLinkState::kSilent);
+  EXPECT_EQ(client.source->account().state, OpenIgtLinkState::kSilent);
   EXPECT_TRUE(client.reported("nothing has come for 0.03 s"));
   peer.send("ProbeToTracker", test::translation(1, 0, 0), "OK", kDeviceTime);
   ASSERT_TRUE(test::has_value(client.next()));
-  EXPECT_EQ(client.source->health().state, OpenIgtLinkState::kConnected);
+  EXPECT_EQ(client.source->account().state, OpenIgtLinkState::kConnected);
 }
 
 TEST(OpenIgtLinkSourceTest, WaitsWithoutWorkWhileNothingComes) {
@@ -299,7 +299,7 @@ TEST(OpenIgtLinkSourceTest, StopEndsAWaitingCallAtOnce) {
   EXPECT_TRUE(ended);
   client.source->stop();
   EXPECT_TRUE(test::rejects(client.next(), ErrorCode::kCancelled, {}));
-  EXPECT_EQ(client.source->health().state, OpenIgtLinkState::kStopped);
+  EXPECT_EQ(client.source->account().state, OpenIgtLinkState::kStopped);
 }
 
 TEST(OpenIgtLinkSourceTest, AHundredStopsFromAnotherThread) {
@@ -308,7 +308,7 @@ TEST(OpenIgtLinkSourceTest, AHundredStopsFromAnotherThread) {
     Client client(peer.server->port());
     std::thread waiting([&] {
       while (client.source->next(client.clock.now() + milliseconds(i % 3)) ||
-             client.source->health().state != OpenIgtLinkState::kStopped) {
+             client.source->account().state != OpenIgtLinkState::kStopped) {
       }
     });
     client.source->stop();
@@ -330,18 +330,18 @@ TEST(OpenIgtLinkSourceTest, FindsAPeerThatVanishedInTwoSeconds) {
   ASSERT_TRUE(test::has_value(listener));
   Client client(bound_port(*listener));
   ASSERT_FALSE(client.source->next(client.clock.now() + milliseconds(200)));
-  ASSERT_EQ(client.source->health().connections, 1u);
+  ASSERT_EQ(client.source->account().connections, 1u);
   FileDescriptor accepted(::accept(listener->get(), nullptr, nullptr));
   ASSERT_TRUE(accepted.is_open());
   if (!vanish(accepted)) GTEST_SKIP() << "no right to end a connection silently";
   listener->close();
   const Timestamp before = client.clock.now();
-  while (client.source->health().losses.empty() && client.clock.now() - before < seconds(10)) {
+  while (client.source->account().losses.empty() && client.clock.now() - before < seconds(10)) {
     (void)client.source->next(client.clock.now() + milliseconds(20));
   }
   constexpr Duration kBusyMachine = milliseconds(500);
   EXPECT_LT(client.clock.now() - before, seconds(2) + kBusyMachine);
-  EXPECT_FALSE(client.source->health().losses.empty());
+  EXPECT_FALSE(client.source->account().losses.empty());
 }
 
 TEST(OpenIgtLinkSourceTest, AsksThePeerForASignOfLife) {
@@ -394,7 +394,7 @@ TEST(OpenIgtLinkSourceTest, FeedsALiveSessionWithPairedImages) {
   const Peer peer;
   CollectingDiagnostics diagnostics;
   const MonotonicClock clock;
-  session::SessionSetup setup{{Transform<frames::Probe, frames::Image>(
+  session::SessionSetup setup{ProbeCalibration{Transform<frames::Probe, frames::Image>(
       Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero())}};
   setup.images = session::QueuePolicy::kLossless;
   setup.learn_outline = false;

@@ -96,7 +96,8 @@ class Session {
         reference_(poses_of([](Timestamp t) { return reference_at(t).matrix(); }, 1),
                    plans.reference, 1),
         frames_(std::make_unique<ImageSource>(), plans.frames, 2),
-        navigator_({{Eigen::Quaterniond::Identity(), {0, 0, 0}}}, std::nullopt, {}, diagnostics_) {}
+        navigator_(ProbeCalibration{{Eigen::Quaterniond::Identity(), {0, 0, 0}}}, std::nullopt, {},
+                   diagnostics_) {}
 
   Outcome run() {
     const auto ignore = [](const tracking::PairedFrame&) {};

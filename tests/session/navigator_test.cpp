@@ -31,9 +31,9 @@ UltrasoundFrame image(std::uint64_t sequence, int acquired_ms) {
 class NavigatorTest : public ::testing::Test {
  protected:
   NavigatorTest()
-      : navigator_(
-            {Transform<frames::Probe, frames::Image>(Eigen::Quaterniond::Identity(), {0, 0, 0})},
-            std::nullopt, {}, diagnostics_) {
+      : navigator_(ProbeCalibration{Transform<frames::Probe, frames::Image>(
+                       Eigen::Quaterniond::Identity(), {0, 0, 0})},
+                   std::nullopt, {}, diagnostics_) {
     navigator_.set_plan({{{0, 0, 0}}, {{0, 0, 100}}, 5, 5});
   }
   void feed(int from_ms, int to_ms) {

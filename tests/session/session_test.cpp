@@ -21,8 +21,8 @@ using test::ScriptedSource;
 constexpr std::size_t kProbeStream = 0, kReferenceStream = 1, kImageStream = 2;
 
 SessionSetup usual_setup() {
-  SessionSetup setup{{Transform<frames::Probe, frames::Image>(Eigen::Quaterniond::Identity(),
-                                                              Eigen::Vector3d::Zero())}};
+  SessionSetup setup{ProbeCalibration{Transform<frames::Probe, frames::Image>(
+      Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero())}};
   setup.images = QueuePolicy::kLossless;
   setup.learn_outline = false;
   return setup;
@@ -41,7 +41,7 @@ ScriptedSource steady(int until_ms) {
 }
 
 void expect_identity(const Session& session) {
-  for (const auto& [info, ledger] : session.accounts()) {
+  for (const auto& [info, ledger, timing] : session.accounts()) {
     EXPECT_EQ(ledger.received(), ledger.delivered() + ledger.superseded() +
                                      ledger.rejected_total() + ledger.dropped_total() +
                                      ledger.waiting())
@@ -167,7 +167,7 @@ TEST(SessionTest, MergesSourcesInOrderOfArrival) {
 
 TEST(SessionTest, AChangedGeometryIsLostUntilACalibrationFits) {
   auto setup = usual_setup();
-  setup.calibration.geometry = geometry_of(image_at(0, 0));
+  setup.calibration->geometry = geometry_of(image_at(0, 0));
   auto source = ScriptedSource::usual();
   const auto deeper = [](std::uint64_t sequence, int ms) {
     UltrasoundFrame image = image_at(sequence, ms);
@@ -194,12 +194,95 @@ TEST(SessionTest, AChangedGeometryIsLostUntilACalibrationFits) {
   EXPECT_EQ(lost.ultrasound.state, SafetyState::kLost);
   EXPECT_NE(lost.ultrasound.cause.find("calibration"), std::string::npos);
   EXPECT_NE(lost.ultrasound.cause.find("2.000 mm"), std::string::npos) << lost.ultrasound.cause;
-  ProbeCalibration other = setup.calibration;
+  ProbeCalibration other = *setup.calibration;
   other.geometry = geometry_of(deeper(0, 0));
   session.navigator().add_calibration(other);
   ASSERT_TRUE(test::has_value(session.advance_to(at_ms(90))));
   EXPECT_EQ(session.refresh().ultrasound.state, SafetyState::kValid);
   expect_identity(session);
+}
+
+TEST(SessionTest, PixelsToProbeHoldForImagesLikeTheFirst) {
+  SessionSetup setup = usual_setup();
+  setup.calibration.reset();
+  setup.probe_from_pixels = Eigen::Matrix4d::Identity();
+  setup.probe_from_pixels->topLeftCorner<3, 3>() *= 0.5;
+  auto source = ScriptedSource::usual();
+  for (int t = 0; t <= 200; t += 10) {
+    source.add(kProbeStream, t, PoseSample{pose_at(t)});
+    source.add(kReferenceStream, t, PoseSample{pose_at(t)});
+    UltrasoundFrame image = image_at(static_cast<std::uint64_t>(t), t);
+    // A spacing of 1 mm says nothing; the user changes the depth at 100 ms.
+    if (t >= 100) image.grid = PixelGrid::centred(2, 0.7, 0.7);
+    source.add(kImageStream, t, image);
+  }
+  CollectingDiagnostics diagnostics;
+  Session session(setup, diagnostics);
+  session.add(std::make_shared<ScriptedSource>(std::move(source)));
+  ASSERT_TRUE(test::has_value(session.advance_to(at_ms(90))));
+  const Epoch placed = session.refresh();
+  EXPECT_EQ(placed.ultrasound.state, SafetyState::kValid) << placed.ultrasound.cause;
+  ASSERT_TRUE(placed.frame);
+  EXPECT_NEAR(placed.frame->frame.grid.mm_per_pixel(0, 0), 0.5, 1e-12);
+  // Pixel (1, 1) lies at (0.5, 0.5, 0) on the probe.
+  const auto corner = placed.frame->reference_from_image * placed.frame->frame.grid.at(1, 1);
+  EXPECT_NEAR((corner.mm - Eigen::Vector3d(0.5, 0.5, 0)).norm(), 0, 1e-12);
+  ASSERT_TRUE(test::has_value(session.advance_to(at_ms(150))));
+  const Epoch deeper = session.refresh();
+  EXPECT_EQ(deeper.ultrasound.state, SafetyState::kLost);
+  EXPECT_NE(deeper.ultrasound.cause.find("0.700 × 0.700 mm"), std::string::npos)
+      << deeper.ultrasound.cause;
+  expect_identity(session);
+}
+
+TEST(SessionTest, AnImageOfAnotherSpacingThanItsCalibrationIsNotDrawn) {
+  SessionSetup setup = usual_setup();
+  setup.calibration.reset();
+  setup.probe_from_pixels = Eigen::Matrix4d::Identity();
+  setup.probe_from_pixels->topLeftCorner<3, 3>() *= 0.5;
+  auto source = ScriptedSource::usual();
+  for (int t = 0; t <= 100; t += 10) {
+    source.add(kProbeStream, t, PoseSample{pose_at(t)});
+    source.add(kReferenceStream, t, PoseSample{pose_at(t)});
+    UltrasoundFrame image = image_at(static_cast<std::uint64_t>(t), t);
+    image.grid = PixelGrid::centred(2, 0.4, 0.4);
+    source.add(kImageStream, t, image);
+  }
+  CollectingDiagnostics diagnostics;
+  Session session(setup, diagnostics);
+  session.add(std::make_shared<ScriptedSource>(std::move(source)));
+  ASSERT_TRUE(test::has_value(session.advance_to(at_ms(100))));
+  EXPECT_EQ(session.refresh().ultrasound.state, SafetyState::kLost);
+  const auto said = diagnostics.entries();
+  ASSERT_FALSE(said.empty());
+  EXPECT_NE(said[0].message.find("0.400 × 0.400 mm"), std::string::npos) << said[0].message;
+  EXPECT_NE(said[0].message.find("0.500 × 0.500 mm"), std::string::npos) << said[0].message;
+}
+
+TEST(SessionTest, TheTipOfANeedleLiesWhereItsCalibrationSays) {
+  SessionSetup setup = usual_setup();
+  setup.body_from_tip = Eigen::Matrix4d::Identity();
+  (*setup.body_from_tip)(2, 3) = 150;
+  ScriptedSource source({{"Probe", StreamKind::kPoses, ToolRole::kProbe},
+                         {"Reference", StreamKind::kPoses, ToolRole::kReference},
+                         {"Image", StreamKind::kImages, ToolRole::kOther},
+                         {"Needle", StreamKind::kPoses, ToolRole::kNeedle}});
+  for (int t = 0; t <= 100; t += 10) {
+    source.add(kProbeStream, t, PoseSample{pose_at(t)});
+    source.add(kReferenceStream, t, PoseSample{pose_at(t)});
+    source.add(3, t, PoseSample{pose_at(t, {7, 0, 0})});
+    source.add(kImageStream, t, image_at(static_cast<std::uint64_t>(t), t));
+  }
+  CollectingDiagnostics diagnostics;
+  Session session(setup, diagnostics);
+  session.add(std::make_shared<ScriptedSource>(std::move(source)));
+  session.navigator().set_placement(
+      {{Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()}, {SafetyState::kValid, ""}});
+  ASSERT_TRUE(test::has_value(session.advance_to(at_ms(100))));
+  const Epoch epoch = session.refresh();
+  ASSERT_TRUE(epoch.ct_from_needle) << epoch.needle.cause;
+  const Eigen::Vector3d tip = epoch.ct_from_needle->translation_mm();
+  EXPECT_NEAR((tip - Eigen::Vector3d(7, 0, 150)).norm(), 0, 1e-12);
 }
 
 TEST(StreamQueueTest, NewestOnlySupersedesAndLosslessDropsWhatDoesNotFit) {

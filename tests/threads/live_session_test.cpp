@@ -19,8 +19,8 @@ using test::ScriptedSource;
 constexpr std::size_t kImages = 200;
 
 SessionSetup live_setup(QueuePolicy images) {
-  SessionSetup setup{{Transform<frames::Probe, frames::Image>(Eigen::Quaterniond::Identity(),
-                                                              Eigen::Vector3d::Zero())}};
+  SessionSetup setup{ProbeCalibration{Transform<frames::Probe, frames::Image>(
+      Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero())}};
   setup.images = images;
   setup.learn_outline = false;
   return setup;
@@ -54,7 +54,7 @@ void run(Session& session) {
 }
 
 void expect_balanced(const Session& session) {
-  for (const auto& [info, ledger] : session.accounts()) {
+  for (const auto& [info, ledger, timing] : session.accounts()) {
     EXPECT_TRUE(ledger.balanced()) << info.name << ": " << ledger.waiting();
   }
 }

@@ -44,7 +44,7 @@ UltrasoundFrame image(std::uint64_t sequence, int acquired_ms, int received_ms) 
 class FramePairerTest : public ::testing::Test {
  protected:
   FramePairer make(PairingOptions options = {}) {
-    return FramePairer({kProbeFromImage}, std::nullopt, options, diagnostics_);
+    return FramePairer(ProbeCalibration{kProbeFromImage}, std::nullopt, options, diagnostics_);
   }
   static void feed_poses(FramePairer& pairer, int from_ms, int to_ms) {
     for (int t = from_ms; t <= to_ms; t += 20) {
@@ -202,7 +202,7 @@ TEST_F(FramePairerTest, DoesNotInterpolateAcrossAnInvalidPose) {
 
 TEST_F(FramePairerTest, AcceptsADeclaredFixedReferencePose) {
   FramePairer pairer(
-      {kProbeFromImage},
+      ProbeCalibration{kProbeFromImage},
       Transform<Reference, Tracker>(Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()), {},
       diagnostics_);
   pairer.add_probe_pose(raw(true_tracker_from_probe(0).matrix(), 0, 0));

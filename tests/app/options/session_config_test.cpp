@@ -209,7 +209,7 @@ TEST_F(SessionConfigTest, RejectsWrongTypesAndRanges) {
                             Code::kMalformedData, {"16 finite numbers"}));
   EXPECT_TRUE(test::rejects(read("[source]\nkind = \"telepathy\"\n"), Code::kMalformedData,
                             {"source.kind", "telepathy"}));
-  EXPECT_TRUE(test::rejects(read("[source]\nkind = \"device\"\n"), Code::kUnavailable,
+  EXPECT_TRUE(test::rejects(read("[source]\nkind = \"device\"\n"), Code::kMalformedData,
                             {"source.kind", "device"}));
 }
 

@@ -80,13 +80,22 @@ TEST_F(GlRaycasterTest, InterpolatedPixelsCompileOnce) {
 TEST_F(GlRaycasterTest, OmitsTheSameRaysAsTheCpuEngine) {
   caster().set_compute(false);
   constexpr double kRounding = 0.001;  // Share of the pixels: squares at the limit of being even.
+  // The CPU engine casts the surroundings of a shape in blocks, OpenGL only the shape itself.
+  constexpr double kAroundShape = 0.02;
   for (const bool plane : {false, true}) {
     scene_ = test::ball_scene(test::cube_grid(48, 1.0), 240, 180);
-    const auto expect_same = [&](const std::string& where) {
+    const auto expect_same = [&](const std::string& where, double share) {
       const auto expected = test::draw(*make_cpu_engine(), scene_);
-      const auto found = test::difference(image(), to_8bit(expected.pixels), 2);
-      EXPECT_LT(found.fraction_above, kRounding) << where << (plane ? ", plane" : "");
-      return static_cast<double>(expected.statistics.pixels_without_ray);
+      const auto found = image();
+      EXPECT_LT(test::difference(found, to_8bit(expected.pixels), 2).fraction_above, share)
+          << where << (plane ? ", plane" : "");
+      // The CPU engine counts the rays of blocks that meet nothing, OpenGL interpolates there.
+      const auto background =
+          static_cast<std::uint64_t>(std::ranges::count(found.pixels(), found.at(0, 0)));
+      const std::uint64_t means = expected.statistics.pixels_without_ray;
+      const auto rounding = static_cast<std::uint64_t>(kRounding * static_cast<double>(means));
+      EXPECT_GE(statistics().pixels_without_ray + rounding, means) << where;
+      return means + background + rounding;
     };
     if (plane) {
       scene_.plane = test::test_plane(scene_.ct->grid(), SafetyState::kValid);
@@ -96,18 +105,18 @@ TEST_F(GlRaycasterTest, OmitsTheSameRaysAsTheCpuEngine) {
       scene_.quality.pixel_error = error;
       for (const bool pairs : {false, true}) {
         caster().set_voxel_pairs(pairs);
-        const double means = expect_same(pairs ? "pairs of voxels" : "texture");
-        EXPECT_NEAR(static_cast<double>(statistics().pixels_without_ray), means, 0.001 * means);
+        const auto most = expect_same(pairs ? "pairs of voxels" : "texture", kRounding);
+        EXPECT_LE(statistics().pixels_without_ray, most);
       }
     }
     if (plane) {
       scene_.plane->safety = {SafetyState::kStale, "test"};
-      expect_same("a border alone");
+      expect_same("a border alone", kRounding);
     }
     scene_.spheres = {{{{6, -12, 4}}, 4, {1, 0.8, 0.1}, 1}};
-    expect_same("sphere");
+    expect_same("sphere", kAroundShape);
     scene_.background_rgb.setConstant(0.9);
-    expect_same("another background");
+    expect_same("another background", kAroundShape);
   }
 }
 
@@ -130,6 +139,7 @@ TEST_F(GlRaycasterTest, RandomScenesWithInterpolatedPixelsAgreeWithTheCpuEngine)
         scene_.lines.clear();
       }
       const auto expected = to_8bit(test::draw(*make_cpu_engine(), scene_).pixels);
+      caster().forget_image();  // Shapes that are out of sight change nothing.
       const auto found = test::difference(image(), expected, 2);
       EXPECT_EQ(statistics().rays + statistics().pixels_without_ray, 157U * 118U) << seed;
       EXPECT_LT(found.fraction_above, shapes ? kAroundShapes : kRounding) << seed;

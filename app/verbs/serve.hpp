@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "app/console.hpp"
+#include "app/options/session_config.hpp"
+#include "nav/result.hpp"
+
+namespace nav::app {
+
+struct ServeOptions {
+  std::string listen = "127.0.0.1";  ///< Address; the default is reached from this machine only.
+  int port = 18944;                  ///< 0: the system chooses one and the program prints it.
+};
+
+/// Serves the samples of a session file's devices by OpenIGTLink, as PLUS names them, for
+/// config.output.seconds (0: until Ctrl-C, or the devices have nothing more). Clients may come and
+/// go. kUnavailable when the address cannot be had.
+Result<void> run_serve(const SessionConfig& config, const ServeOptions& options,
+                       const std::optional<std::string>& json, Console& console);
+
+}  // namespace nav::app

@@ -1,0 +1,207 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "session/live_devices.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <utility>
+
+#include "devices/openigtlink/openigtlink_source.hpp"
+#include "io/plus_config.hpp"
+#include "io/recording_source.hpp"
+#include "session/paced_source.hpp"
+#include "sim/session/simulated_session.hpp"
+#include "sim/simulated_source.hpp"
+
+namespace nav::session {
+namespace {
+
+struct TcpAddress {
+  std::string host;
+  std::uint16_t port = 0;
+};
+
+/// "tcp:host:port", "tcp:[::1]:port".
+std::optional<TcpAddress> tcp_address(std::string_view text) {
+  constexpr std::string_view kBegin = "tcp:";
+  if (!text.starts_with(kBegin)) return std::nullopt;
+  text.remove_prefix(kBegin.size());
+  const auto colon = text.rfind(':');
+  if (colon == std::string_view::npos) return std::nullopt;
+  std::string_view host = text.substr(0, colon);
+  const std::string_view port = text.substr(colon + 1);
+  if (host.size() > 2 && host.front() == '[' && host.back() == ']') {
+    host = host.substr(1, host.size() - 2);
+  }
+  TcpAddress address{std::string(host)};
+  const auto read = std::from_chars(port.data(), port.data() + port.size(), address.port);
+  const bool whole = read.ec == std::errc() && read.ptr == port.data() + port.size();
+  if (!whole || address.port == 0 || host.empty()) return std::nullopt;
+  return address;
+}
+
+ToolRole role_of(const std::string& body, const SourceOptions& source) {
+  const auto named = [](const std::string& given, const char* usual) {
+    return given.empty() ? std::string(usual) : given;
+  };
+  if (body == source.probe_frame) return ToolRole::kProbe;
+  if (body == named(source.reference_frame, "Reference")) return ToolRole::kReference;
+  if (body == "Stylus") return ToolRole::kStylus;
+  if (body == "Phantom") return ToolRole::kPhantom;
+  return ToolRole::kOther;
+}
+
+Result<LiveDevice> open_openigtlink(const DeviceOptions& device, const std::string& needle_body,
+                                    const SourceOptions& source, const Clock& clock,
+                                    Diagnostics& diagnostics) {
+  const auto address = *tcp_address(device.address);
+  devices::OpenIgtLinkOptions options;
+  options.host = address.host;
+  options.port = address.port;
+  options.announce_version_2 = device.announce_version_2;
+  for (const DeviceBody& body : device.bodies) {
+    const std::string tool = body.tool.empty()
+                                 ? devices::plus_transform_name(body.name, source.tracker_frame)
+                                 : body.tool;
+    const ToolRole role = body.name == needle_body ? ToolRole::kNeedle : role_of(body.name, source);
+    options.streams.push_back({tool, StreamKind::kPoses, role});
+  }
+  if (!device.image.empty()) options.streams.push_back({device.image, StreamKind::kImages});
+  auto opened = devices::OpenIgtLinkSource::create(options, clock, diagnostics);
+  if (!opened) return opened.error();
+  return LiveDevice{.options = device, .source = *std::move(opened)};
+}
+
+/// A simulated session with the source of its streams.
+struct Simulation {
+  explicit Simulation(sim::SimulatedSession made) : session(std::move(made)) {}
+  sim::SimulatedSession session;
+  sim::SimulatedSource source;
+};
+
+Result<LiveDevice> open_simulated(const DeviceOptions& device, const Clock& clock) {
+  sim::SimulatedSessionOptions options;
+  options.family = device.family;
+  options.seed = device.seed;
+  options.duration_s = device.duration_s;
+  const auto tracker = sim::tracker_kind_from(device.tracker);
+  if (!tracker) return tracker.error();
+  options.tracker = *tracker;
+  const auto path = sim::hand_path_kind_from(device.path);
+  if (!path) return path.error();
+  options.path.kind = *path;
+  if (device.needle) options.needle.emplace();
+  auto made = sim::SimulatedSession::create(options);
+  if (!made) return made.error();
+  const auto simulation = std::make_shared<Simulation>(*std::move(made));
+  const sim::SimulatedSession& session = simulation->session;
+  simulation->source.add("Probe", ToolRole::kProbe, session.probe_poses());
+  simulation->source.add("Reference", ToolRole::kReference, session.reference_poses());
+  LiveDevice opened{.options = device, .source = nullptr};
+  if (session.needle()) {
+    simulation->source.add("Needle", ToolRole::kNeedle, session.needle_poses());
+    opened.body_from_tip = session.needle()->hub_from_needle().matrix();
+  }
+  simulation->source.add("Image", session.frames());
+  opened.calibration = ProbeCalibration{session.probe_from_image()};
+  opened.source = std::make_shared<PacedSource>(
+      std::shared_ptr<Source>(simulation, &simulation->source), clock);
+  return opened;
+}
+
+Result<LiveDevice> open_recording(const DeviceOptions& device, const SourceOptions& source,
+                                  const Clock& clock, Diagnostics& diagnostics) {
+  std::optional<io::PlusConfig> plus;
+  if (!source.plus_config.empty()) {
+    auto read = io::read_plus_config(source.plus_config);
+    if (!read) return read.error();
+    plus = std::move(*read);
+  }
+  const io::RecordingOptions options{.image_frame = source.image_frame,
+                                     .probe_frame = source.probe_frame,
+                                     .tracker_frame = source.tracker_frame,
+                                     .reference_frame = source.reference_frame,
+                                     .needle_frame = source.needle_frame};
+  auto opened =
+      io::RecordingSource::open(device.address, plus ? &*plus : nullptr, options, diagnostics);
+  if (!opened) return opened.error();
+  const std::shared_ptr<io::RecordingSource> recording = *std::move(opened);
+  return LiveDevice{.options = device,
+                    .source = std::make_shared<PacedSource>(recording, clock),
+                    .calibration = ProbeCalibration{recording->calibration().probe_from_image},
+                    .tracks_patient = recording->form() == io::RecordingForm::kTracked &&
+                                      recording->reference_frame() != source.tracker_frame};
+}
+
+Result<void> validate_one(const DeviceOptions& device, const std::string& name) {
+  const auto reject = [&](const char* key, const std::string& expected, const std::string& found) {
+    return Error{ErrorCode::kUsage,
+                 name + "." + key + ": expected " + expected + ", found '" + found + "'"};
+  };
+  constexpr std::size_t kLongestId = 64;
+  const auto plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '-' || c == '.';
+  };
+  if (device.id.empty() || device.id.size() > kLongestId ||
+      !std::all_of(device.id.begin(), device.id.end(), plain)) {
+    return reject("id", "1 to 64 letters, digits and _ - .", device.id);
+  }
+  if (std::ranges::count(device_kinds(), device.kind) == 0) {
+    std::string kinds;
+    for (const auto& kind : device_kinds()) kinds.append(kinds.empty() ? "" : ", ").append(kind);
+    return reject("kind", "one of " + kinds, device.kind);
+  }
+  if (device.kind == "openigtlink") {
+    if (!tcp_address(device.address)) {
+      return reject("address", "tcp:host:port", device.address);
+    }
+    if (device.bodies.empty() && device.image.empty()) {
+      return reject("bodies", "bodies or an image, or both", "neither");
+    }
+  }
+  if (device.kind == "recording" && device.address.empty()) {
+    return reject("address", "the file of a PLUS sequence", device.address);
+  }
+  if (!(device.duration_s > 0 && device.duration_s <= 3600)) {
+    return reject("duration_s", "0 to 3600", std::to_string(device.duration_s));
+  }
+  for (const DeviceBody& body : device.bodies) {
+    if (body.name.empty()) return reject("bodies", "a name of each body", "");
+  }
+  return {};
+}
+
+}  // namespace
+
+const std::vector<std::string>& device_kinds() {
+  static const std::vector<std::string> kinds{"openigtlink", "simulated", "recording"};
+  return kinds;
+}
+
+Result<void> validate(const std::vector<DeviceOptions>& devices) {
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    const std::string name = "devices[" + std::to_string(i) + "]";
+    if (auto ok = validate_one(devices[i], name); !ok) return ok;
+    for (std::size_t before = 0; before < i; ++before) {
+      if (devices[before].id != devices[i].id) continue;
+      return Error{ErrorCode::kUsage, name + ".id: expected an id of its own, found '" +
+                                          devices[i].id + "' as in devices[" +
+                                          std::to_string(before) + "]"};
+    }
+  }
+  return {};
+}
+
+Result<LiveDevice> open_device(const DeviceOptions& device, const std::string& needle_body,
+                               const SourceOptions& source, const Clock& clock,
+                               Diagnostics& diagnostics) {
+  auto opened = device.kind == "simulated" ? open_simulated(device, clock)
+                : device.kind == "recording"
+                    ? open_recording(device, source, clock, diagnostics)
+                    : open_openigtlink(device, needle_body, source, clock, diagnostics);
+  if (!opened) return Error{opened.error().code, device.id + ": " + opened.error().message};
+  return opened;
+}
+
+}  // namespace nav::session

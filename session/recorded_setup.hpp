@@ -1,0 +1,25 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "nav/result.hpp"
+#include "session/session.hpp"
+
+namespace nav::session {
+
+/// Name of the metadata of a recording in which the set-up of its session stands.
+inline constexpr const char* kSetupMetadata = "sonde.setup";
+
+/// The parts of a set-up that a replay needs: calibration, tip of the needle, fixed reference,
+/// temporal offset. Matrices are row-major, mm, with all their digits.
+std::map<std::string, std::string> facts_of(const SessionSetup& setup);
+
+/// The set-up of such facts; keys that are missing leave the defaults. \p name: of the recording,
+/// for messages. kMalformedData for values that are no numbers or no rigid transforms.
+Result<SessionSetup> setup_from(const std::map<std::string, std::string>& facts,
+                                const std::string& name);
+
+}  // namespace nav::session

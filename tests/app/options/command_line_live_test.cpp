@@ -1,0 +1,90 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Live sessions on the command line.
+#include <fstream>
+#include <gtest/gtest.h>
+#include <string>
+
+#include "tests/app/options/command_line_support.hpp"
+
+namespace nav::app {
+namespace {
+
+class CommandLineLiveTest : public CommandLineTest {
+ protected:
+  std::string write_session(const std::string& devices) {
+    const auto path = folder_ / "live.toml";
+    std::ofstream(path) << "[source]\nkind = \"live\"\n" << devices;
+    return path.string();
+  }
+  std::string simulated_session(const std::string& more = "") {
+    return write_session("[[devices]]\nid = \"bench\"\nkind = \"simulated\"\nduration_s = 20\n" +
+                         more);
+  }
+};
+
+TEST_F(CommandLineLiveTest, ShowsTheLivePlaneOfASimulatedDevice) {
+  const std::string session = simulated_session("needle = true\n");
+  const std::string out = (folder_ / "live").string();
+  const Outcome live = sonde("live --session " + session + " --ct " + write_ct() + " --out " + out +
+                             " --width 160 --height 120 --step 1 --frames 4");
+  EXPECT_EQ(live.code, 0) << live.errors;
+  const auto report = io::Json::parse(text_of(folder_ / "live" / "report.json"));
+  EXPECT_EQ(report["images"], 4);
+  EXPECT_EQ(report["ledger_balanced"], true);
+  EXPECT_TRUE(report["latency_ms"]["rendered"].contains("p95"));
+  const auto& device = report["devices"][0];
+  EXPECT_EQ(device["id"], "bench");
+  EXPECT_EQ(device["state"], "streaming");
+  ASSERT_EQ(device["streams"].size(), 4U);
+  for (const auto& stream : device["streams"]) {
+    EXPECT_GT(stream["received"].get<int>(), 0) << stream["name"];
+    EXPECT_TRUE(stream["period_ms"].contains("p99"));
+  }
+  for (const char* file : {"live_00000.png", "live_00003.png", "pose_log.csv", "session.toml"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "live" / file)) << file;
+  }
+  // The session file that it wrote starts the same session again.
+  const Outcome again = sonde("live --print-session --session " + out + "/session.toml");
+  EXPECT_EQ(again.code, 0) << again.errors;
+  EXPECT_NE(again.output.find("bench"), std::string::npos) << again.output;
+}
+
+TEST_F(CommandLineLiveTest, SaysWhatComesFromEachDevice) {
+  const Outcome devices = sonde("devices --seconds 1.5 --json - --session " + simulated_session());
+  EXPECT_EQ(devices.code, 0) << devices.errors;
+  const auto report = io::Json::parse(devices.output);
+  EXPECT_EQ(report["devices"][0]["streams"][0]["name"], "Probe");
+  EXPECT_EQ(report["ledger_balanced"], true);
+  const Outcome text = sonde("devices --seconds 1.5 --session " + simulated_session());
+  EXPECT_NE(text.output.find("bench (simulated): streaming"), std::string::npos) << text.output;
+}
+
+TEST_F(CommandLineLiveTest, ADeviceThatIsNotThereEndsWithCode4) {
+  std::ofstream(folder_ / "plus.xml")
+      << "<PlusConfiguration><CoordinateDefinitions><Transform From=\"Image\" To=\"Probe\" "
+         "Matrix=\"0.2 0 0 0 0 0.2 0 0 0 0 0.2 0 0 0 0 1\"/></CoordinateDefinitions>"
+         "</PlusConfiguration>";
+  const std::string session = write_session(
+      "calibration = \"plus.xml\"\n[[devices]]\nid = \"plus\"\nkind = \"openigtlink\"\n"
+      "address = \"tcp:127.0.0.1:1\"\nimage = \"Image\"\nbodies = [{name = \"Probe\"}]\n");
+  expect_rejection("devices --seconds 0.5 --session " + session, 4,
+                   {"plus", "ProbeToTracker", "no_listener"});
+}
+
+TEST_F(CommandLineLiveTest, NamesTheLineOfWhatItCannotUse) {
+  const std::string live = "live --ct " + write_ct() + " --out " + (folder_ / "out").string();
+  expect_rejection(live, 2, {"--session", "source.kind"});
+  expect_rejection(live + " --session " + simulated_session("colour = 3\n"), 3,
+                   {"live.toml:7", "devices[0].colour", "tracker"});
+  expect_rejection(live + " --session " + write_session("[[devices]]\nkind = \"simulated\"\n"), 3,
+                   {"devices[0].id"});
+  expect_rejection(live + " --session " + write_session(""), 2, {"at least one device"});
+  expect_rejection("replay --session " + simulated_session(), 2, {"sonde live"});
+  const auto recording = folder_ / "recording.toml";
+  std::ofstream(recording) << "[[devices]]\nid = \"a\"\nkind = \"simulated\"\n";
+  expect_rejection(live + " --session " + recording.string(), 3, {"devices", "source.kind"});
+}
+
+}  // namespace
+}  // namespace nav::app
