@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "nav/volume.hpp"
-#include "sim/abdomen_phantom.hpp"
+#include "sim/anatomy/abdomen_phantom.hpp"
 #include "sim/anatomy/anatomy.hpp"
 
 namespace nav::sim {

@@ -57,6 +57,20 @@ Result<AcousticModel> acoustic_model_from(std::string_view name) {
                "acoustic model: expected rays or scatterers, found " + std::string(name)};
 }
 
+double beside_probe_mm(const ProbeModel& probe) {
+  constexpr double kBesideMm = 6;
+  switch (probe.kind) {
+    case ProbeKind::kLinear:
+      return 0.5 * probe.width_mm + kBesideMm;
+    case ProbeKind::kConvex:
+      return probe.radius_mm * std::sin(probe.half_angle_rad) + kBesideMm;
+    case ProbeKind::kSector:
+      break;
+  }
+  constexpr double kSmallFaceMm = 10;
+  return kSmallFaceMm + kBesideMm;
+}
+
 Result<void> validate(const ProbeModel& probe) {
   struct Range {
     const char* name;

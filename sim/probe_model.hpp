@@ -61,6 +61,9 @@ Result<ProbeModel> probe_model_from(std::string_view name);
 /// Acoustic model by its name (rays, scatterers); rejects other names with the list.
 Result<AcousticModel> acoustic_model_from(std::string_view name);
 
+/// Least distance of a needle's entry from the middle of the face: beside the housing.
+double beside_probe_mm(const ProbeModel& probe);
+
 /// Rejects an invalid probe; the message names the first invalid setting.
 Result<void> validate(const ProbeModel& probe);
 

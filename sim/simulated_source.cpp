@@ -2,9 +2,27 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sim/simulated_source.hpp"
 
-#include "sim/simulated_tracker.hpp"
-
 namespace nav::sim {
+namespace {
+
+/// Poses of a needle's straight tip, from those of its hub.
+class TipPoses final : public PoseStream {
+ public:
+  TipPoses(std::unique_ptr<PoseStream> hub, const Eigen::Matrix4d& hub_from_tip)
+      : hub_(std::move(hub)), hub_from_tip_(hub_from_tip) {}
+  Result<RawPose> next(Deadline deadline) override {
+    auto pose = hub_->next(deadline);
+    if (pose) pose->tracker_from_body = (pose->tracker_from_body * hub_from_tip_).eval();
+    return pose;
+  }
+  void stop() noexcept override { hub_->stop(); }
+
+ private:
+  std::unique_ptr<PoseStream> hub_;
+  Eigen::Matrix4d hub_from_tip_;
+};
+
+}  // namespace
 
 void SimulatedSource::add(const std::string& tool, ToolRole role,
                           std::unique_ptr<PoseStream> poses) {
@@ -67,25 +85,16 @@ Result<Sample> SimulatedSource::next(Deadline deadline) {
   return sample;
 }
 
-std::unique_ptr<SimulatedSource> source_of(const Procedure& procedure,
-                                           std::function<void(Timestamp)> wait) {
-  auto source = std::make_unique<SimulatedSource>(std::move(wait));
-  const auto poses = [&](TrackedBody body) {
-    return std::make_unique<SimulatedTracker>(procedure, body);
-  };
-  source->add("Probe", ToolRole::kProbe, poses(TrackedBody::kProbe));
-  source->add("Reference", ToolRole::kReference, poses(TrackedBody::kReference));
-  source->add("Needle", ToolRole::kNeedle, poses(TrackedBody::kNeedle));
-  source->add("Image", std::make_unique<SimulatedProbe>(procedure));
-  return source;
-}
-
 std::unique_ptr<SimulatedSource> source_of(const SimulatedSession& session,
                                            std::function<void(Timestamp)> wait) {
   auto source = std::make_unique<SimulatedSource>(std::move(wait));
   source->add("Probe", ToolRole::kProbe, session.probe_poses());
   source->add("Reference", ToolRole::kReference, session.reference_poses());
-  if (session.needle()) source->add("NeedleHub", ToolRole::kOther, session.needle_poses());
+  if (session.needle()) {
+    source->add("Needle", ToolRole::kNeedle,
+                std::make_unique<TipPoses>(session.needle_poses(),
+                                           session.needle()->hub_from_needle().matrix()));
+  }
   source->add("Image", session.frames());
   return source;
 }

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "nav/source.hpp"
-#include "sim/procedure.hpp"
 #include "sim/session/simulated_session.hpp"
 #include "sim/streams.hpp"
 
@@ -46,11 +45,8 @@ class SimulatedSource final : public Source {
   std::atomic<bool> stopped_{false};
 };
 
-/// Probe, reference, needle and images of a procedure, which must outlive the source.
-std::unique_ptr<SimulatedSource> source_of(const Procedure& procedure,
-                                           std::function<void(Timestamp)> wait = {});
-/// Probe, reference, needle (if there is one: the poses of its hub) and images of a simulated
-/// session, without faults. The session must outlive the source.
+/// Probe, reference, needle (if there is one: the poses of its straight tip, from its hub) and
+/// images of a simulated session, without faults. The session must outlive the source.
 std::unique_ptr<SimulatedSource> source_of(const SimulatedSession& session,
                                            std::function<void(Timestamp)> wait = {});
 

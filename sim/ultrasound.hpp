@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "nav/ultrasound_frame.hpp"
-#include "sim/abdomen_phantom.hpp"
+#include "sim/anatomy/abdomen_phantom.hpp"
 #include "sim/motion/warp.hpp"
 #include "sim/needle_shaft.hpp"
 #include "sim/probe_model.hpp"

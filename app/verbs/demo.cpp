@@ -54,38 +54,61 @@ Transform<frames::Ct, frames::Reference> with_error(
   return error * truth;
 }
 
+sim::SimulatedSessionOptions session_options(const DemoOptions& options) {
+  sim::SimulatedSessionOptions session;
+  session.seed = options.seed;
+  session.path.kind = sim::HandPathKind::kTilt;
+  session.path.length_mm = 80;
+  session.path.angle_rad = 1.1;
+  // A steady hand keeps the needle in the image.
+  session.path.tremor.drift_mm = 0.2;
+  session.path.tremor.drift_rad = 0.002;
+  session.frame_rate_hz = kFrameRateHz;
+  session.duration_s = (kSweepFrames - 1) / kFrameRateHz;
+  // Two images arrive between two refreshes.
+  const int images = options.output.frames > 0 ? options.output.frames : kDefaultApproachImages;
+  session.approach.emplace().duration_s = (2 * images - 1) / kFrameRateHz;
+  session.image_timing = {kStampOffset, kImageLatency};
+  return session;
+}
+
+/// Pose of the image at the end of the approach.
+Transform<frames::Ct, frames::Image> last_view(const sim::SimulatedSession& simulation) {
+  return simulation.truth(simulation.frame_count() - 1).ct_from_image;
+}
+
 /// Everything that the phases of the demo share.
 class Demo {
  public:
   Demo(const DemoOptions& options, Console& console, OutputFolder out,
-       const sim::Procedure& procedure, std::shared_ptr<const Volume> ct, Presenter presenter,
-       const render::HuWindow& window)
+       const sim::SimulatedSession& simulation, std::shared_ptr<const Volume> ct,
+       Presenter presenter, const render::HuWindow& window)
       : options_(options),
         console_(console),
         out_(std::move(out)),
-        procedure_(procedure),
+        simulation_(simulation),
         ct_(std::move(ct)),
         presenter_(std::move(presenter)),
-        session_(setup(procedure), console),
+        session_(setup(simulation), console),
         driver_(session_, {kRefreshPeriod}, [this](const tracking::PairedFrame& paired) {
           if (paired.tracked && sweeping_) sweep_.push_back(*paired.tracked);
         }) {
-    session_.add(sim::source_of(procedure));
+    session_.add(sim::source_of(simulation));
     presenter_.set_facts(
-        {.plan = procedure.plan(),
-         .focus_ct = procedure.plan().target_ct,
-         .typical_plane = SessionFacts::TypicalPlane{procedure.ct_from_image(procedure.end()),
-                                                     procedure.options().probe.depth_mm},
+        {.plan = plan(),
+         .focus_ct = plan().target_ct,
+         .typical_plane =
+             SessionFacts::TypicalPlane{last_view(simulation), simulation.options().probe.depth_mm},
          .window = window,
          .banner = "simulated patient " + std::to_string(options.seed)});
-    session_.navigator().set_plan(procedure.plan());
+    session_.navigator().set_plan(plan());
   }
 
   Result<void> run();
 
  private:
-  static session::SessionSetup setup(const sim::Procedure& procedure) {
-    session::SessionSetup setup{ProbeCalibration{procedure.probe_from_image()}};
+  static session::SessionSetup setup(const sim::SimulatedSession& simulation) {
+    session::SessionSetup setup{ProbeCalibration{simulation.probe_from_image()}};
     setup.navigator.pairing.temporal_offset = kStampOffset;
     setup.navigator.frame_period = from_seconds(1 / kFrameRateHz);
     setup.images = session::QueuePolicy::kLossless;
@@ -94,13 +117,14 @@ class Demo {
   Result<void> play(const std::string& name, Timestamp until, bool end_of_stream);
   Result<void> register_ct();
   Result<void> write_report();
+  [[nodiscard]] const NeedlePlan& plan() const { return simulation_.needle()->plan(); }
   [[nodiscard]] double target_error_mm(
       const Transform<frames::Ct, frames::Reference>& estimate) const;
 
   const DemoOptions& options_;
   Console& console_;
   OutputFolder out_;
-  const sim::Procedure& procedure_;
+  const sim::SimulatedSession& simulation_;
   std::shared_ptr<const Volume> ct_;
   Presenter presenter_;
   session::Session session_;
@@ -115,8 +139,8 @@ class Demo {
 };
 
 double Demo::target_error_mm(const Transform<frames::Ct, frames::Reference>& estimate) const {
-  const auto target = procedure_.plan().target_ct;
-  return (estimate * (procedure_.ct_from_reference().inverse() * target) - target).v.norm();
+  const auto target = plan().target_ct;
+  return (estimate * (simulation_.ct_from_reference().inverse() * target) - target).v.norm();
 }
 
 Result<void> Demo::play(const std::string& name, Timestamp until, bool end_of_stream) {
@@ -145,8 +169,8 @@ Result<void> Demo::register_ct() {
   sweeping_ = false;
   auto sweep = Sweep::create(sweep_, "simulated calibration");
   if (!sweep) return sweep.error();
-  const Point<frames::Ct> centre = procedure_.ct_from_reference() * sweep->centroid();
-  start_ = with_error(procedure_.ct_from_reference(), centre, options_.start_error_mm,
+  const Point<frames::Ct> centre = simulation_.ct_from_reference() * sweep->centroid();
+  start_ = with_error(simulation_.ct_from_reference(), centre, options_.start_error_mm,
                       options_.start_error_deg * M_PI / 180, options_.seed);
   registration::ImageRegistrationOptions options;
   options.threads = usable_threads(options_.output.threads > 0 ? options_.output.threads : 2);
@@ -159,7 +183,7 @@ Result<void> Demo::register_ct() {
       });
   if (!result) return result.error();
   registration_ = std::move(*result);
-  decision_ = registration::decide(*registration_, {}, procedure_.plan().target_ct);
+  decision_ = registration::decide(*registration_, {}, plan().target_ct);
   console_.end(decision_.accepted ? "accepted" : "refused");
   const TrackedFrame& middle = sweep->frames()[sweep->frames().size() / 2];
   if (const auto written = out_.write_image(
@@ -179,7 +203,7 @@ Result<void> Demo::register_ct() {
 }
 
 Result<void> Demo::run() {
-  const auto& phases = procedure_.phases();
+  const auto& phases = simulation_.phases();
   const Timestamp sweep_end = phases.front().end + std::chrono::milliseconds(150);
   if (auto played = play(kSweepSeries, sweep_end, false); !played) return played;
   if (auto registered = register_ct(); !registered) return registered;
@@ -211,7 +235,7 @@ Result<void> Demo::run() {
 }
 
 Result<void> Demo::write_report() {
-  const Point<frames::Ct> target = procedure_.plan().target_ct;
+  const Point<frames::Ct> target = plan().target_ct;
   const double start_mm = target_error_mm(*start_);
   const double error_mm = target_error_mm(registration_->ct_from_reference);
   io::Json json;
@@ -322,28 +346,22 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   if (!engine) return engine.error();
 
   console.begin("simulated patient");
-  sim::ProcedureOptions procedure_options;
-  procedure_options.seed = options.seed;
-  procedure_options.sweep_frames = kSweepFrames;
-  procedure_options.frame_rate_hz = kFrameRateHz;
-  const int images = options.output.frames > 0 ? options.output.frames : kDefaultApproachImages;
-  procedure_options.approach_frames = std::max(2, 2 * images);
-  procedure_options.image_timing = {kStampOffset, kImageLatency};
-  const sim::Procedure procedure(procedure_options);
+  const auto made = sim::SimulatedSession::create(session_options(options));
+  if (!made) return made.error();
+  const sim::SimulatedSession& simulation = *made;
   sim::CtOptions ct_options;
   ct_options.seed = options.seed;
-  auto ct = sim::scan_ct(procedure.phantom(), ct_options);
+  auto ct = sim::scan_ct(simulation.patient(), ct_options);
   if (!ct) return ct.error();
   auto shared_ct = std::make_shared<const Volume>(std::move(*ct));
   console.end("CT of " + std::to_string(shared_ct->grid().voxel_count()) + " voxels");
 
   // The grey window depends on the plane in which the needle comes.
-  const auto& probe = procedure.options().probe;
+  const auto& probe = simulation.options().probe;
   const Eigen::AlignedBox2d image_mm(Eigen::Vector2d(-probe.depth_mm / 2, 0),
                                      Eigen::Vector2d(probe.depth_mm / 2, probe.depth_mm));
-  const auto window =
-      ct_window(options.view, *shared_ct,
-                values_along(*shared_ct, procedure.ct_from_image(procedure.end()), image_mm));
+  const auto window = ct_window(options.view, *shared_ct,
+                                values_along(*shared_ct, last_view(simulation), image_mm));
   const PresenterOptions appearance{.appearance = options.appearance,
                                     .view = options.view,
                                     .width = options.output.width,
@@ -363,7 +381,8 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   const auto fresh = out->forget_earlier_run(
       {kDemoPoseLogFile, kRegistrationImage, kDemoAnimationFile}, {kSweepSeries, kApproachSeries});
   if (!fresh) return fresh;
-  Demo demo(options, console, std::move(*out), procedure, shared_ct, std::move(*presenter), window);
+  Demo demo(options, console, std::move(*out), simulation, shared_ct, std::move(*presenter),
+            window);
   return demo.run();
 }
 

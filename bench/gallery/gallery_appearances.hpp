@@ -6,7 +6,7 @@
 
 #include "nav/volume.hpp"
 #include "render/transfer/transfer_function.hpp"
-#include "sim/abdomen_phantom.hpp"
+#include "sim/anatomy/abdomen_phantom.hpp"
 
 /// Transfer functions and volumes of the gallery's images.
 namespace nav::bench {

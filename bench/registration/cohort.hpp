@@ -9,7 +9,7 @@
 
 #include "nav/sweep.hpp"
 #include "nav/volume.hpp"
-#include "sim/abdomen_phantom.hpp"
+#include "sim/anatomy/abdomen_phantom.hpp"
 #include "sim/probe_model.hpp"
 #include "sim/random.hpp"
 

@@ -5,23 +5,19 @@
 #include "bench/measure.hpp"
 #include "sim/anatomy/patient.hpp"
 #include "sim/ct_scanner.hpp"
-#include "sim/procedure.hpp"
+#include "sim/session/simulated_session.hpp"
 
 namespace nav::sim {
 namespace {
 
-const Procedure& procedure() {
-  static const Procedure instance{ProcedureOptions{}};
-  return instance;
-}
-
 /// Ultrasound images of the default sweep, one after the other.
 void BM_UltrasoundFrame(benchmark::State& state) {
-  const UltrasoundSimulator simulator(procedure().phantom(), convex_abdominal(), 1);
+  const UltrasoundSimulator simulator(AbdomenPhantom(), convex_abdominal(), 1);
+  const SimulatedSession session = *SimulatedSession::create({});
   std::uint64_t sequence = 0;
   for (auto _ : state) {
-    const Timestamp t = procedure().frame_time(static_cast<int>(sequence % 60));
-    benchmark::DoNotOptimize(simulator.simulate(procedure().ct_from_image(t), t, sequence));
+    const FrameTruth truth = session.truth(static_cast<int>(sequence) % session.frame_count());
+    benchmark::DoNotOptimize(simulator.simulate(truth.ct_from_image, truth.physical, sequence));
     ++sequence;
   }
   state.counters["frames/s"] =
@@ -65,7 +61,8 @@ const bool kRegistered640 = [] {
 
 /// The default scan: 201 x 161 x 111 voxels.
 void BM_CtScan(benchmark::State& state) {
-  for (auto _ : state) benchmark::DoNotOptimize(scan_ct(procedure().phantom()));
+  const AbdomenPhantom phantom;
+  for (auto _ : state) benchmark::DoNotOptimize(scan_ct(phantom));
 }
 BENCHMARK(BM_CtScan)->Unit(benchmark::kMillisecond)->UseRealTime();
 

@@ -16,7 +16,7 @@
 #include "bench/verbs/bench_json.hpp"
 #include "bench/whole_scene.hpp"
 #include "io/ct.hpp"
-#include "sim/procedure.hpp"
+#include "sim/session/simulated_session.hpp"
 
 namespace nav::bench {
 namespace {
@@ -46,32 +46,34 @@ Difference compare(const Image2d<Rgba8>& a, const Image2d<Rgba8>& b) {
 }
 
 /// The demo's image in the middle of its approach: CT, live plane, needle, target.
-Result<render::Scene> demo_scene(std::shared_ptr<const Volume> ct, const sim::Procedure& procedure,
-                                 int width, int height) {
+Result<render::Scene> demo_scene(std::shared_ptr<const Volume> ct,
+                                 const sim::SimulatedSession& simulation, int width, int height) {
   app::PresenterOptions options;
   options.appearance.preset = "cta-vessels";
   options.width = width;
   options.height = height;
   auto presenter = app::Presenter::create(options, std::move(ct), render::make_cpu_engine());
   if (!presenter) return presenter.error();
+  const NeedlePlan plan = simulation.needle()->plan();
+  const sim::ProbeModel& probe = simulation.options().probe;
   presenter->set_facts(
-      {.plan = procedure.plan(),
-       .focus_ct = procedure.plan().target_ct,
-       .typical_plane = app::SessionFacts::TypicalPlane{procedure.ct_from_image(procedure.end()),
-                                                        procedure.options().probe.depth_mm}});
-  const auto& approach = procedure.phases().back();
-  const Timestamp middle = procedure.frame_time(approach.first_frame + approach.frame_count / 2);
-  const sim::UltrasoundSimulator simulator(procedure.phantom(), procedure.options().probe, 1);
+      {.plan = plan,
+       .focus_ct = plan.target_ct,
+       .typical_plane = app::SessionFacts::TypicalPlane{
+           simulation.truth(simulation.frame_count() - 1).ct_from_image, probe.depth_mm}});
+  const auto& approach = simulation.phases().back();
+  const sim::FrameTruth middle = simulation.truth(approach.first_frame + approach.frame_count / 2);
+  const sim::UltrasoundSimulator simulator(sim::AbdomenPhantom(), probe, 1);
   session::Epoch epoch;
-  epoch.now = middle;
-  epoch.ct_from_image = procedure.ct_from_image(middle);
-  epoch.ct_from_needle = procedure.ct_from_needle(middle);
+  epoch.now = middle.physical;
+  epoch.ct_from_image = middle.ct_from_image;
+  epoch.ct_from_needle = middle.needle->ct_from_needle;
   epoch.frame = TrackedFrame{
-      simulator.simulate(*epoch.ct_from_image, middle, 0, epoch.ct_from_needle),
-      procedure.ct_from_reference().inverse() * *epoch.ct_from_image, Duration::zero()};
+      simulator.simulate(middle.ct_from_image, middle.physical, 0, epoch.ct_from_needle),
+      simulation.ct_from_reference().inverse() * middle.ct_from_image, Duration::zero()};
   epoch.plane = epoch.needle = epoch.ultrasound = epoch.placement = {SafetyState::kValid, ""};
   render::Scene scene = presenter->scene(epoch);
-  scene.lines.push_back({procedure.plan().entry_ct, procedure.plan().target_ct});
+  scene.lines.push_back({plan.entry_ct, plan.target_ct});
   scene.cutaway = render::Cutaway{};
   return scene;
 }
@@ -327,10 +329,13 @@ Result<void> measure_scene_costs(const BenchRenderOptions& options, int width, i
 Result<io::Json> measure_live(const BenchRenderOptions& options, int width, int height,
                               BenchRenderReport& report, app::Console& console) {
   console.begin("a live session");
-  const sim::Procedure procedure(sim::ProcedureOptions{});
+  sim::SimulatedSessionOptions with_approach;
+  with_approach.approach.emplace();
+  const auto simulation = sim::SimulatedSession::create(with_approach);
+  if (!simulation) return simulation.error();
   auto ct = simulated_ct();
   if (!ct) return ct.error();
-  const auto scene = demo_scene(*ct, procedure, width, height);
+  const auto scene = demo_scene(*ct, *simulation, width, height);
   if (!scene) return scene.error();
   if (auto ok = measure_navigation(*scene, options, report); !ok) return ok.error();
   console.end();

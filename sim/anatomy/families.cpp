@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/abdomen_phantom.hpp"
+#include "sim/anatomy/abdomen_phantom.hpp"
 #include "sim/anatomy/layout.hpp"
 
 namespace nav::sim {
@@ -16,10 +16,11 @@ Patient make_abdomen(const PatientOptions& options) {
       return Dual(phantom->skin_distance_mm({{p.x().value, p.y().value, p.z().value}}));
     }
   };
-  const Vec3d lesion = phantom->plan().target_ct.mm;
-  const Vec3d way_out = phantom->plan().entry_ct.mm - lesion;
+  const NeedlePlan plan = phantom->plan();
+  const Vec3d lesion = plan.target_ct.mm;
+  const Vec3d way_out = plan.entry_ct.mm - lesion;
   layout.view("lesion", convex_abdominal(), lesion, way_out, Vec3d::UnitZ());
-  return {"abdomen", std::move(phantom), std::move(layout.views)};
+  return {"abdomen", std::move(phantom), std::move(layout.views), options.contrast, plan};
 }
 
 const std::vector<PatientFamily>& patient_families() {

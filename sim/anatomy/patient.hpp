@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "nav/plan.hpp"
 #include "nav/result.hpp"
 #include "sim/anatomy/anatomy.hpp"
 #include "sim/probe_model.hpp"
@@ -33,6 +34,8 @@ struct Patient {
   std::vector<StandardView> views;  ///< At least one; the first shows the main structure.
   /// Contrast of the CT; absent: a recorded CT has its own.
   std::optional<Contrast> contrast = std::nullopt;
+  /// Planned path of a needle to a lesion; absent: the patient has no lesion with a free path.
+  std::optional<NeedlePlan> plan = std::nullopt;
 };
 
 struct PatientFamily {

@@ -92,9 +92,19 @@ HandPath::HandPath(const Anatomy& patient, const Pose& middle, const HandPathOpt
   skin_.emplace(patient, middle, 0.5 * options.length_mm);
 }
 
+void HandPath::hold(const Pose& pose, Timestamp arrival) {
+  NAV_CHECK(arrival > options_.end);
+  held_ = Held{pose, arrival};
+}
+
 HandPath::Pose HandPath::steady(Timestamp time) const {
-  const double share = shapes::smooth_step(to_seconds(time - options_.begin) /
-                                           to_seconds(options_.end - options_.begin));
+  const auto share_of = [time](Timestamp begin, Timestamp end) {
+    return shapes::smooth_step(to_seconds(time - begin) / to_seconds(end - begin));
+  };
+  if (held_ && time > options_.end) {
+    return interpolate(steady(options_.end), held_->pose, share_of(options_.end, held_->arrival));
+  }
+  const double share = share_of(options_.begin, options_.end);
   const double way = share - 0.5;
   double slide_mm = 0;
   Vec axis = Vec::UnitX();

@@ -63,6 +63,9 @@ class HandPath {
   HandPath(const Pose& middle, const HandPathOptions& options);
   /// Path on the skin of a patient, which a slide follows.
   HandPath(const Anatomy& patient, const Pose& middle, const HandPathOptions& options);
+  /// Adds a second part: from the end of the path the hand moves to a pose, which it reaches at \p
+  /// arrival and holds. Precondition: arrival > options().end, otherwise a Bug.
+  void hold(const Pose& pose, Timestamp arrival);
   [[nodiscard]] const HandPathOptions& options() const { return options_; }
   /// The path without the involuntary movement.
   [[nodiscard]] Pose steady(Timestamp time) const;
@@ -72,6 +75,11 @@ class HandPath {
   Pose middle_;
   HandPathOptions options_;
   std::optional<SkinTrack> skin_;  ///< Absent: slides are straight.
+  struct Held {
+    Pose pose;
+    Timestamp arrival;
+  };
+  std::optional<Held> held_;
 };
 
 }  // namespace nav::sim

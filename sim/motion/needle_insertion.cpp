@@ -7,6 +7,7 @@
 
 #include "nav/check.hpp"
 #include "nav/matrices.hpp"
+#include "sim/shapes.hpp"
 
 namespace nav::sim {
 namespace {
@@ -38,6 +39,9 @@ Result<void> validate(const NeedleInsertionOptions& o) {
   }
   if (!(o.length_mm > 0 && o.length_mm <= kLongestMm)) {
     return rejected_insertion("a length of 0 to 1000 mm", o.length_mm);
+  }
+  if (!(o.outside_mm >= 0 && o.outside_mm <= 500)) {
+    return rejected_insertion("a tip 0 to 500 mm outside the skin at the start", o.outside_mm);
   }
   if (!o.aside_at_target_mm) return {};
   if (!(*o.aside_at_target_mm >= 0 && std::isfinite(*o.aside_at_target_mm))) {
@@ -77,7 +81,9 @@ Result<NeedleInsertion> NeedleInsertion::create(const NeedlePlan& plan,
   if (options.speed_mm_s == 0 && !(end > begin)) {
     return Error{ErrorCode::kUsage, "needle: expected the insertion to end after it begins"};
   }
-  const double speed = options.speed_mm_s > 0 ? options.speed_mm_s : path / to_seconds(end - begin);
+  const double speed = options.speed_mm_s > 0
+                           ? options.speed_mm_s
+                           : (options.outside_mm + path) / to_seconds(end - begin);
   return NeedleInsertion(plan, resolved, begin, speed);
 }
 
@@ -89,13 +95,18 @@ NeedleInsertion::NeedleInsertion(const NeedlePlan& plan, const NeedleInsertionOp
       path_mm_((plan.target_ct.mm - plan.entry_ct.mm).norm()),
       speed_mm_s_(speed_mm_s) {}
 
-double NeedleInsertion::inserted_mm(Timestamp time) const {
-  return std::clamp(speed_mm_s_ * to_seconds(time - begin_), 0.0, path_mm_);
+double NeedleInsertion::along_mm(Timestamp time) const {
+  const double whole = options_.outside_mm + path_mm_;
+  const double advanced = std::clamp(speed_mm_s_ * to_seconds(time - begin_), 0.0, whole);
+  if (options_.outside_mm == 0) return advanced;
+  return whole * shapes::smooth_step(advanced / whole) - options_.outside_mm;
 }
+
+double NeedleInsertion::inserted_mm(Timestamp time) const { return std::max(along_mm(time), 0.0); }
 
 Transform<frames::Ct, frames::Needle> NeedleInsertion::ct_from_needle(Timestamp time) const {
   const Vec axis = (plan_.target_ct.mm - plan_.entry_ct.mm) / path_mm_;
-  return {rotation_between(Vec::UnitZ(), axis), plan_.entry_ct.mm + inserted_mm(time) * axis};
+  return {rotation_between(Vec::UnitZ(), axis), plan_.entry_ct.mm + along_mm(time) * axis};
 }
 
 Transform<NeedleHub, frames::Needle> NeedleInsertion::hub_from_needle() const {

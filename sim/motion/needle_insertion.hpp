@@ -22,8 +22,9 @@ struct NeedleInsertionOptions {
   /// Sideways deflection of the tip at the target, mm, >= 0: determines the bevel's curvature or
   /// the tip's load. Absent: those of bending.
   std::optional<double> aside_at_target_mm;
-  double speed_mm_s = 0;   ///< Speed along the path, > 0; 0: the target is reached at the end.
+  double speed_mm_s = 0;   ///< Mean speed along the path, > 0; 0: the target is reached at the end.
   double length_mm = 150;  ///< Length from hub to tip; at least the path, at most 1000.
+  double outside_mm = 0;   ///< Distance of the tip from the skin before the start, [0, 500].
 };
 
 /// Rejects invalid options; the message names the first one out of range.
@@ -38,9 +39,10 @@ struct NeedleTruth {
   double tip_error_mm;                                   ///< Distance between the two tips.
 };
 
-/// Needle that is inserted from the skin straight to a target at constant speed. Its shaft bends in
-/// the tissue; its hub stays on the planned line. It rests on the skin before the start and at the
-/// target after the arrival. Immutable, thread-safe.
+/// Needle that is inserted through the skin straight to a target: at constant speed from the skin,
+/// or, from outside, with a gentle start and stop. Its shaft bends in the tissue; its hub stays on
+/// the planned line. It rests at its start before, and at the target after the arrival. Immutable,
+/// thread-safe.
 class NeedleInsertion {
  public:
   /// \p begin: start of the insertion. \p end: arrival when no speed is given. Errors: kUsage by
@@ -66,6 +68,8 @@ class NeedleInsertion {
  private:
   NeedleInsertion(const NeedlePlan& plan, const NeedleInsertionOptions& options, Timestamp begin,
                   double speed_mm_s);
+  /// Position of the tip along the path, from the skin; negative outside the patient.
+  [[nodiscard]] double along_mm(Timestamp time) const;
   NeedlePlan plan_;
   NeedleInsertionOptions options_;
   Timestamp begin_;

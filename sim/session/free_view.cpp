@@ -14,6 +14,8 @@ namespace {
 
 using Vec = Eigen::Vector3d;
 
+constexpr double kTurn = 2 * std::numbers::pi;
+
 Vec centre_of(const std::vector<Point<frames::Ct>>& points) {
   Vec sum = Vec::Zero();
   for (const auto& p : points) sum += p.mm;
@@ -31,33 +33,62 @@ std::optional<Vec> skin_along(const Anatomy& patient, const Vec& from, const Vec
   return std::nullopt;
 }
 
-/// Blocked share of a fan of lines from the skin towards the targets.
-double blocked_share(const Anatomy& patient, const Vec& skin, const Vec& target, const Vec& side) {
-  int blocked = 0, all = 0;
-  for (int line = -4; line <= 4; ++line) {
-    const Vec to = target + 12.0 * line * side - skin;
-    bool hit = false;
-    for (double t = 0.05; t <= 1; t += 0.02) {
-      hit = hit || blocks_ultrasound(patient.tissue({skin + 4.0 * line * side + t * to}));
-      blocked += hit ? 1 : 0;
-      ++all;
-    }
-  }
-  return static_cast<double>(blocked) / all;
-}
-
-Transform<frames::Ct, frames::Image> looking(const Vec& skin, const Vec& into, double press_mm) {
-  Eigen::Matrix3d axes;
-  axes.col(1) = into;
-  axes.col(0) = into.cross(Vec::UnitZ()).normalized();
-  axes.col(2) = axes.col(0).cross(axes.col(1));
-  return {Eigen::Quaterniond(axes).normalized(), skin + press_mm * into};
-}
-
 double lean_rad(const Anatomy& patient, const Vec& skin, const Vec& into) {
   constexpr double kFootprintMm = 15;  // Footprint of a probe.
   return std::acos(std::clamp(-into.dot(outward(patient, skin, kFootprintMm)), -1.0, 1.0));
 }
+
+constexpr int kSamples = 48;
+
+/// Number of samples of a line, of kSamples, from where it first meets tissue that blocks sound.
+int blocked_samples(const Anatomy& patient, const Vec& from, const Vec& way) {
+  for (int i = 0; i < kSamples; ++i) {
+    if (blocks_ultrasound(patient.tissue({from + (0.05 + 0.02 * i) * way}))) return kSamples - i;
+  }
+  return 0;
+}
+
+/// Half the width of a fan of lines at the skin and at the target.
+struct Fan {
+  double skin_mm, target_mm;
+};
+
+/// The best of the views of a point from the skin.
+class BestView {
+ public:
+  BestView(const Anatomy& patient, const Vec& target, const Fan& fan, double press_mm)
+      : patient_(patient), target_(target), fan_(fan), press_mm_(press_mm) {}
+
+  /// \p side: direction of the image's x axis, as near as possible.
+  void consider(const Vec& skin, const Vec& side) {
+    const Vec into = (target_ - skin).normalized();
+    const Vec x = (side - side.dot(into) * into).normalized();
+    int blocked = 0;
+    for (int line = -4; line <= 4; ++line) {
+      const Vec way = target_ + fan_.target_mm * line / 4 * x - skin;
+      blocked += blocked_samples(patient_, skin + fan_.skin_mm * line / 4 * x, way);
+    }
+    // The score prefers free lines, then a pose that can be held, then the shortest path.
+    const double too_far = std::max(lean_rad(patient_, skin, into) - kMostLeanRad, 0.0);
+    const double score = blocked / (9.0 * kSamples) + too_far + 2e-4 * (skin - target_).norm();
+    if (score >= best_) return;
+    best_ = score;
+    Eigen::Matrix3d axes;
+    axes << x, into, x.cross(into);
+    view_.emplace(Eigen::Quaterniond(axes).normalized(), skin + press_mm_ * into);
+  }
+  [[nodiscard]] const std::optional<Transform<frames::Ct, frames::Image>>& view() const {
+    return view_;
+  }
+
+ private:
+  const Anatomy& patient_;
+  Vec target_;
+  Fan fan_;
+  double press_mm_;
+  double best_ = 1e9;
+  std::optional<Transform<frames::Ct, frames::Image>> view_;
+};
 
 }  // namespace
 
@@ -79,27 +110,53 @@ Result<Transform<frames::Ct, frames::Image>> free_view(const Anatomy& patient, d
                    "simulated patient: expected skin around targets, found none"};
   if (targets.empty()) return none;
   const Vec centre = centre_of(targets);
-  double best = 1e9;
-  std::optional<Transform<frames::Ct, frames::Image>> view;
-  constexpr double kTurn = 2 * std::numbers::pi;
+  BestView best(patient, centre, {16, 48}, press_mm);
   for (int i = 0; i < 24; ++i) {
     for (const double up : {-0.6, -0.3, 0.0, 0.3}) {
       const double turn = kTurn * i / 24;
       const Vec out(std::cos(turn) * std::cos(up), std::sin(turn) * std::cos(up), std::sin(up));
       const auto skin = skin_along(patient, centre, out);
       if (!skin) continue;
-      const Vec side = out.cross(Vec::UnitZ()).normalized();
-      // The score prefers free lines, then a pose that can be held, then the shortest path.
-      const double too_far = std::max(lean_rad(patient, *skin, -out) - kMostLeanRad, 0.0);
-      const double score =
-          blocked_share(patient, *skin, centre, side) + too_far + 2e-4 * (*skin - centre).norm();
-      if (score >= best) continue;
-      best = score;
-      view = looking(*skin, -out, press_mm);
+      best.consider(*skin, Vec::UnitZ().cross(out));
     }
   }
-  if (!view) return none;
-  return *view;
+  if (!best.view()) return none;
+  return *best.view();
+}
+
+Result<Transform<frames::Ct, frames::Image>> approach_view(const Anatomy& patient,
+                                                           const NeedlePlan& plan,
+                                                           const ProbeModel& probe) {
+  constexpr double kMostLeanToNeedleRad = 0.75;  // A needle beside the probe takes its place.
+  constexpr double kFarthest = 2;                // Farthest entry relative to the nearest.
+  constexpr double kDepthShare = 0.9;            // Deepest target as a share of the image depth.
+  const Vec entry = plan.entry_ct.mm;
+  const Vec target = plan.target_ct.mm;
+  const Vec back = (entry - target).normalized();
+  const Vec across = back.unitOrthogonal();
+  const double press = press_mm(probe.kind);
+  const double beside = beside_probe_mm(probe);
+  BestView best(patient, target, {0.3 * beside, 0.5 * beside}, press);
+  // Angles between needle and beam.
+  for (double spread = 0.35; spread < 1.3; spread += 0.05) {
+    for (int i = 0; i < 24; ++i) {
+      const Vec aside = Eigen::AngleAxisd(kTurn * i / 24, back) * across;
+      const Vec out = std::cos(spread) * back + std::sin(spread) * aside;
+      const auto skin = skin_along(patient, target, out);
+      const double gap = skin ? (*skin - entry).norm() : 0;
+      if (gap < beside || gap > kFarthest * beside ||
+          (*skin - target).norm() - press > kDepthShare * probe.depth_mm ||
+          lean_rad(patient, *skin, -out) > kMostLeanToNeedleRad ||
+          blocked_samples(patient, *skin, target - *skin) > 0) {
+        continue;
+      }
+      best.consider(*skin, *skin - entry);
+    }
+  }
+  if (best.view()) return *best.view();
+  return Error{ErrorCode::kUsage, patient.name() +
+                                      ": expected a view of the needle's path from the skin beside "
+                                      "it, free of bone and gas, found none"};
 }
 
 }  // namespace nav::sim

@@ -4,6 +4,7 @@
 
 #include <optional>
 
+#include "nav/plan.hpp"
 #include "nav/result.hpp"
 #include "nav/transform.hpp"
 #include "sim/anatomy/anatomy.hpp"
@@ -26,5 +27,13 @@ std::optional<Transform<frames::Ct, frames::Image>> settled(
 /// and as upright on the skin as possible. The probe is pressed press_mm into the skin, and its
 /// image is across the body. kUsage when the patient has no skin around the targets.
 Result<Transform<frames::Ct, frames::Image>> free_view(const Anatomy& patient, double press_mm);
+
+/// View of a needle's planned path: the path lies in the image plane, its target on the middle line
+/// and its entry at the image's -x side, beside the probe. The line from the face to the target is
+/// free of tissue that blocks sound; otherwise the preferences of free_view(). kUsage when there is
+/// no such view.
+Result<Transform<frames::Ct, frames::Image>> approach_view(const Anatomy& patient,
+                                                           const NeedlePlan& plan,
+                                                           const ProbeModel& probe);
 
 }  // namespace nav::sim

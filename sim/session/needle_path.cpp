@@ -20,15 +20,7 @@ constexpr double kPathStepMm = 1;
 constexpr double kDepthShare = 0.6;  // Wanted length of the path as a share of the image depth.
 constexpr double kShortestMm = 10;
 constexpr double kLongestPathMm = 140;
-constexpr double kBesideProbeMm = 6;  // Distance between the probe's housing and the needle.
 constexpr std::size_t kTargets = 16;
-
-/// Half of the face along the image's x axis.
-double half_face_mm(const ProbeModel& probe) {
-  if (probe.kind == ProbeKind::kLinear) return 0.5 * probe.width_mm;
-  if (probe.kind == ProbeKind::kConvex) return probe.radius_mm * std::sin(probe.half_angle_rad);
-  return 10;
-}
 
 /// Point where a path out of the patient crosses the skin, unless it meets bone or gas.
 std::optional<Vec> way_out(const Anatomy& patient, const Vec& target, const Vec& out) {
@@ -68,7 +60,7 @@ Result<NeedlePlan> needle_path(const Anatomy& patient,
                                const Transform<frames::Ct, frames::Image>& ct_from_image,
                                const ProbeModel& probe) {
   const auto image_from_ct = ct_from_image.inverse();
-  const double clear = half_face_mm(probe) + kBesideProbeMm;
+  const double clear = beside_probe_mm(probe);
   double best = 1e9;
   std::optional<NeedlePlan> plan;
   const auto consider = [&](const Vec& target, double aside_deg, double tilt_deg) {

@@ -6,13 +6,9 @@
 
 #include "nav/check.hpp"
 #include "sim/mount.hpp"
-#include "sim/named_kind.hpp"
 #include "sim/random.hpp"
 #include "sim/session/free_view.hpp"
 #include "sim/session/needle_path.hpp"
-#include "sim/trackers/electromagnetic_tracker.hpp"
-#include "sim/trackers/encoder_arm.hpp"
-#include "sim/trackers/optical_tracker.hpp"
 
 namespace nav::sim {
 namespace {
@@ -28,50 +24,9 @@ constexpr std::uint64_t kProbeBody = 0;
 constexpr std::uint64_t kReferenceBody = 1;
 constexpr std::uint64_t kNeedleBody = 2;
 constexpr Timestamp kBegin{std::chrono::seconds(1)};
-
-class IdealSensor final : public TrackerSensor {
- public:
-  [[nodiscard]] Observation observe(const Eigen::Matrix4d& truth, std::uint64_t,
-                                    std::uint64_t) const override {
-    return {TrackingStatus::kOk, truth};
-  }
-  [[nodiscard]] const char* name() const override { return "ideal"; }
-};
-
-std::shared_ptr<const TrackerSensor> make_sensor(TrackerKind kind, std::uint64_t seed) {
-  switch (kind) {
-    case TrackerKind::kIdeal:
-      break;
-    case TrackerKind::kOptical: {
-      OpticalTrackerOptions options;
-      options.seed = seed;
-      return std::make_shared<OpticalTracker>(options);
-    }
-    case TrackerKind::kElectromagnetic: {
-      ElectromagneticTrackerOptions options;
-      options.seed = seed;
-      return std::make_shared<ElectromagneticTracker>(options);
-    }
-    case TrackerKind::kArm: {
-      EncoderArmOptions options;
-      options.seed = seed;
-      return std::make_shared<EncoderArm>(options);
-    }
-  }
-  return std::make_shared<IdealSensor>();
-}
-
-/// Centre of the measurement volume, Tracker frame.
-Vec sweet_spot(TrackerKind kind) {
-  switch (kind) {
-    case TrackerKind::kElectromagnetic:
-      return {0, 0, 280};
-    case TrackerKind::kArm:
-      return {450, 0, 350};
-    default:
-      return {0, 0, 1500};
-  }
-}
+constexpr double kReadyMm = 30;  // Distance of the needle from the skin before an approach.
+/// Time before the first and after the last image during which a tracker also streams.
+constexpr Duration kTrackerLeadIn = std::chrono::milliseconds(500);
 
 /// Pose of the reference on the skin, about a hand's breadth from the probe.
 Transform<Ct, Reference> placed_reference(const Transform<Ct, Image>& middle, Random random) {
@@ -79,16 +34,36 @@ Transform<Ct, Reference> placed_reference(const Transform<Ct, Image>& middle, Ra
   return {random_mount(random), at};
 }
 
-/// Midpoint between the probe and the needle's hub, CT.
-Vec middle_of_bodies(const Transform<Ct, Probe>& probe,
-                     const std::optional<NeedleInsertion>& needle) {
-  if (!needle) return probe.translation_mm();
-  return 0.5 * (probe.translation_mm() + needle->ct_from_hub(kBegin).translation_mm());
+/// Mean position of the probe, in the middle of the sweep and in the approach, and of the needle's
+/// hub, CT.
+Vec middle_of_bodies(const Transform<Image, Probe>& image_from_probe,
+                     const Transform<Ct, Image>& middle,
+                     const std::optional<NeedleInsertion>& needle,
+                     const std::optional<Transform<Ct, Image>>& approach) {
+  Vec sum = (middle * image_from_probe).translation_mm();
+  if (needle) sum += needle->ct_from_hub(kBegin).translation_mm();
+  if (approach) sum += (*approach * image_from_probe).translation_mm();
+  return sum / (1 + (needle ? 1 : 0) + (approach ? 1 : 0));
 }
 
 Transform<Tracker, Ct> place_tracker(TrackerKind kind, const Vec& middle_ct, Random random) {
   const Eigen::Quaterniond turn = random_mount(random);
-  return {turn, sweet_spot(kind) - turn * middle_ct};
+  return {turn, sweet_spot_mm(kind) - turn * middle_ct};
+}
+
+std::vector<PhaseInterval> phases_of(const SimulatedSessionOptions& o) {
+  const auto interval = [&o](Phase phase, Timestamp begin, double duration_s, int first) {
+    const int last = static_cast<int>(duration_s * o.frame_rate_hz + 1e-9);
+    return PhaseInterval{phase, begin, begin + from_seconds(last / o.frame_rate_hz), first,
+                         last + 1};
+  };
+  std::vector<PhaseInterval> phases{interval(Phase::kSweep, kBegin, o.duration_s, 0)};
+  if (o.approach) {
+    const Timestamp begin = kBegin + from_seconds(o.duration_s + o.approach->pause_s);
+    phases.push_back(
+        interval(Phase::kApproach, begin, o.approach->duration_s, phases.front().frame_count));
+  }
+  return phases;
 }
 
 HandPathOptions path_options(const SimulatedSessionOptions& o) {
@@ -134,9 +109,9 @@ class SessionFrames final : public ImageStream {
     if (received > deadline) {
       return Error{ErrorCode::kTimeout, std::string(kName) + "no image before the deadline"};
     }
-    const NeedleShaft needle = session_.needle()
-                                   ? NeedleShaft(session_.needle()->shaft_ct(truth.physical))
-                                   : NeedleShaft();
+    const bool shows_needle = session_.needle() && truth.physical >= session_.phases().back().begin;
+    const NeedleShaft needle =
+        shows_needle ? NeedleShaft(session_.needle()->shaft_ct(truth.physical)) : NeedleShaft();
     UltrasoundFrame frame =
         simulator_.simulate(truth.ct_from_image, truth.physical + timing.stamp_offset,
                             static_cast<std::uint64_t>(index_), needle,
@@ -156,27 +131,6 @@ class SessionFrames final : public ImageStream {
 
 }  // namespace
 
-const char* to_string(TrackerKind kind) {
-  switch (kind) {
-    case TrackerKind::kIdeal:
-      return "ideal";
-    case TrackerKind::kOptical:
-      return "optical";
-    case TrackerKind::kElectromagnetic:
-      return "electromagnetic";
-    case TrackerKind::kArm:
-      return "arm";
-  }
-  return "unknown";
-}
-
-Result<TrackerKind> tracker_kind_from(std::string_view name) {
-  return kind_by_name("tracker",
-                      {TrackerKind::kIdeal, TrackerKind::kOptical, TrackerKind::kElectromagnetic,
-                       TrackerKind::kArm},
-                      name);
-}
-
 Result<void> validate(const SimulatedSessionOptions& o) {
   const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("simulated session: expected ") + what};
@@ -185,6 +139,17 @@ Result<void> validate(const SimulatedSessionOptions& o) {
   if (!(o.frame_rate_hz > 0 && o.frame_rate_hz <= 1000))
     return reject("0 to 1000 images per second");
   if (!(o.duration_s * o.frame_rate_hz >= 1)) return reject("at least two images");
+  if (o.approach) {
+    if (!(o.approach->pause_s > 0 && o.approach->pause_s <= 60)) {
+      return reject("a pause of 0 to 60 s before the approach");
+    }
+    if (!(o.approach->duration_s > 0 && o.approach->duration_s <= 3600)) {
+      return reject("an approach of 0 to 3600 s");
+    }
+    if (!(o.approach->duration_s * o.frame_rate_hz >= 1)) {
+      return reject("at least two images of the approach");
+    }
+  }
   // An image cannot arrive before its time stamp.
   if (o.image_timing.latency < std::max(o.image_timing.stamp_offset, Duration(0))) {
     return reject("an image latency >= 0 and >= the stamp offset");
@@ -213,36 +178,47 @@ Result<SimulatedSession> SimulatedSession::create(const SimulatedSessionOptions&
   if (options.standard_view) {
     const auto& standard = patient.views.front().ct_from_image;
     const auto view = settled(*patient.anatomy, standard, press_mm(options.probe.kind));
-    if (view) return about(options, patient.anatomy, *view);
+    if (view) return about(options, patient, *view);
   }
   const auto middle = free_view(*patient.anatomy, press_mm(options.probe.kind));
   if (!middle) return middle.error();
-  return about(options, patient.anatomy, *middle);
+  return about(options, patient, *middle);
 }
 
 Result<SimulatedSession> SimulatedSession::about(const SimulatedSessionOptions& options,
-                                                 const std::shared_ptr<const Anatomy>& patient,
+                                                 const Patient& patient,
                                                  const Transform<Ct, Image>& middle) {
-  const auto deformation = deformation_of(options, *patient);
+  const Anatomy& anatomy = *patient.anatomy;
+  const auto deformation = deformation_of(options, anatomy);
   if (!deformation) return deformation.error();
-  if (!options.needle) {
-    return SimulatedSession(options, patient, middle, *deformation, std::nullopt);
+  if (!options.needle && !options.approach) {
+    return SimulatedSession(options, patient.anatomy, middle, *deformation, {}, {});
   }
-  const auto plan = needle_path(*patient, middle, options.probe);
+  const auto plan = options.approach && patient.plan ? Result<NeedlePlan>(*patient.plan)
+                                                     : needle_path(anatomy, middle, options.probe);
   if (!plan) return plan.error();
-  const int last = static_cast<int>(options.duration_s * options.frame_rate_hz + 1e-9);
-  const auto needle = NeedleInsertion::create(*plan, *options.needle, kBegin,
-                                              kBegin + from_seconds(last / options.frame_rate_hz));
+  std::optional<Transform<Ct, Image>> approach;
+  if (options.approach) {
+    const auto view = approach_view(anatomy, *plan, options.probe);
+    if (!view) return view.error();
+    approach = *view;
+  }
+  const PhaseInterval last = phases_of(options).back();
+  NeedleInsertionOptions inserted = options.needle.value_or(NeedleInsertionOptions());
+  if (!options.needle) inserted.outside_mm = kReadyMm;
+  const auto needle = NeedleInsertion::create(*plan, inserted, last.begin, last.end);
   if (!needle) return needle.error();
-  return SimulatedSession(options, patient, middle, *deformation, *needle);
+  return SimulatedSession(options, patient.anatomy, middle, *deformation, *needle, approach);
 }
 
 SimulatedSession::SimulatedSession(const SimulatedSessionOptions& options,
                                    std::shared_ptr<const Anatomy> patient,
                                    const Transform<Ct, Image>& middle,
                                    std::shared_ptr<const SmoothWarp> deformation,
-                                   const std::optional<NeedleInsertion>& needle)
+                                   const std::optional<NeedleInsertion>& needle,
+                                   const std::optional<Transform<Ct, Image>>& approach)
     : options_(options),
+      phases_(phases_of(options)),
       patient_(std::move(patient)),
       breathing_(breathing_options(options)),
       deformation_(std::move(deformation)),
@@ -251,10 +227,12 @@ SimulatedSession::SimulatedSession(const SimulatedSessionOptions& options,
       sensor_(make_sensor(options.tracker, hash_bits(options.seed, 0x74726b, 0))),
       ct_from_reference_(placed_reference(middle, Random(options.seed, 0x726566))),
       probe_from_image_(mount_probe(Random(options.seed, 0x6d6f756e74))),
-      tracker_from_ct_(place_tracker(options.tracker,
-                                     middle_of_bodies(middle * probe_from_image_.inverse(), needle),
-                                     Random(options.seed, 0x63616d))),
-      needle_(needle) {}
+      tracker_from_ct_(place_tracker(
+          options.tracker, middle_of_bodies(probe_from_image_.inverse(), middle, needle, approach),
+          Random(options.seed, 0x63616d))),
+      needle_(needle) {
+  if (approach) path_.hold(*approach, phases_.back().begin);
+}
 
 Transform<Tracker, Probe> SimulatedSession::tracker_from_probe(Timestamp time) const {
   return tracker_from_ct_ * path_.at(time) * probe_from_image_.inverse();
@@ -270,12 +248,14 @@ Transform<Tracker, NeedleHub> SimulatedSession::tracker_from_hub(Timestamp time)
 }
 
 int SimulatedSession::frame_count() const {
-  return static_cast<int>(options_.duration_s * options_.frame_rate_hz + 1e-9) + 1;
+  return phases_.back().first_frame + phases_.back().frame_count;
 }
 
 Timestamp SimulatedSession::frame_time(int index) const {
   NAV_CHECK(index >= 0 && index < frame_count(), index, frame_count());
-  return kBegin + from_seconds(index / options_.frame_rate_hz);
+  const PhaseInterval& phase =
+      index < phases_.back().first_frame ? phases_.front() : phases_.back();
+  return phase.begin + from_seconds((index - phase.first_frame) / options_.frame_rate_hz);
 }
 
 bool SimulatedSession::undeformed() const {
@@ -308,7 +288,7 @@ SensorStream SimulatedSession::stream(std::uint64_t body) const {
   stream.sensor = sensor_;
   stream.timing = options_.timing;
   stream.begin = kBegin - kTrackerLeadIn;
-  stream.end = frame_time(frame_count() - 1) + kTrackerLeadIn;
+  stream.end = phases_.back().end + kTrackerLeadIn;
   stream.body = body;
   stream.seed = options_.seed;
   return stream;
@@ -324,7 +304,7 @@ std::unique_ptr<PoseStream> SimulatedSession::reference_poses() const {
   SensorStream reference = stream(kReferenceBody);
   reference.truth = [this](Timestamp) { return tracker_from_reference().matrix(); };
   // An arm holds one body; the patient is fixed to the arm's base.
-  if (options_.tracker == TrackerKind::kArm) reference.sensor = std::make_shared<IdealSensor>();
+  if (options_.tracker == TrackerKind::kArm) reference.sensor = make_sensor(TrackerKind::kIdeal, 0);
   return std::make_unique<SensorPoseSource>(reference);
 }
 

@@ -15,17 +15,25 @@
 #include "sim/motion/needle_insertion.hpp"
 #include "sim/session/moving_patient.hpp"
 #include "sim/streams.hpp"
-#include "sim/tracker_model.hpp"
 #include "sim/trackers/sensor_pose_source.hpp"
+#include "sim/trackers/tracker_kind.hpp"
 #include "sim/ultrasound.hpp"
 
 namespace nav::sim {
 
-enum class TrackerKind { kIdeal, kOptical, kElectromagnetic, kArm };
+/// Time stamps of simulated images.
+struct ImageTiming {
+  /// Stamped minus physical acquisition; the pairing has to correct it.
+  Duration stamp_offset{0};
+  Duration latency = std::chrono::milliseconds(30);  ///< Physical acquisition to reception.
+};
 
-/// Stable lower-case name ("optical"), and its inverse; kUsage for an unknown name.
-const char* to_string(TrackerKind kind);
-Result<TrackerKind> tracker_kind_from(std::string_view name);
+/// Needle approach after the sweep: the hand moves to a view of the needle's planned path and holds
+/// it while the needle advances from outside the patient to the target.
+struct ApproachOptions {
+  double pause_s = 2;     ///< Time in which the hand moves, (0, 60].
+  double duration_s = 2;  ///< (0, 3600].
+};
 
 struct SimulatedSessionOptions {
   std::string family = "abdomen";  ///< One of patient_families().
@@ -45,14 +53,28 @@ struct SimulatedSessionOptions {
   BreathingOptions breathing;
   /// Deformation of the tissue relative to the CT, before it breathes. The session sets its seed.
   DeformationOptions deformation;
-  /// Tracked needle. It starts with the hand and, without a speed, arrives with the last image.
+  /// Tracked needle. It starts with the hand, or with the approach, and, without a speed, arrives
+  /// with the last image.
   std::optional<NeedleInsertionOptions> needle;
+  /// Absent: the session ends with the sweep. Without a needle of its own, an approach has a
+  /// straight one that starts 30 mm outside the skin.
+  std::optional<ApproachOptions> approach;
   FaultPlan pose_faults;  ///< Faults of probe, reference and needle poses, different for each.
   FaultPlan frame_faults;
 };
 
 /// Rejects invalid options; the message names the first one out of range.
 Result<void> validate(const SimulatedSessionOptions& options);
+
+enum class Phase { kSweep, kApproach };
+
+struct PhaseInterval {
+  Phase phase;
+  Timestamp begin;  ///< Physical time of its first image.
+  Timestamp end;    ///< Physical time of its last image.
+  int first_frame;
+  int frame_count;
+};
 
 /// Truth at the time of an image.
 struct FrameTruth {
@@ -68,14 +90,15 @@ struct FrameTruth {
 /// Simulated session: a patient who breathes and may be deformed, a hand that moves a probe, a
 /// tracker with errors. It provides ordinary sources on the session clock, and their truth. The
 /// reference body does not move, nor does the line along which a needle is inserted: neither
-/// follows the breath. Times are physical. The hand and the needle move from 1 s on for the
-/// duration. Reading is thread-safe.
+/// follows the breath. Times are physical. The hand moves from 1 s on for the duration, and then to
+/// the approach if there is one. Reading is thread-safe.
 class SimulatedSession {
  public:
-  /// Errors: those of validate(); kUsage for an unknown family, or a patient without a free view or
-  /// a free path for a needle; those of NeedleInsertion.
+  /// Errors: those of validate(); kUsage for an unknown family, or a patient without a free view, a
+  /// free path for a needle, or a free view of that path; those of NeedleInsertion.
   static Result<SimulatedSession> create(const SimulatedSessionOptions& options);
   /// Creates a session with an existing patient; options.family and contrast are only names then.
+  /// The needle of an approach follows the patient's plan if it has one, else needle_path().
   static Result<SimulatedSession> create(const SimulatedSessionOptions& options,
                                          const Patient& patient);
 
@@ -98,11 +121,13 @@ class SimulatedSession {
   }
   [[nodiscard]] Transform<frames::Tracker, frames::Probe> tracker_from_probe(Timestamp time) const;
   [[nodiscard]] Transform<frames::Tracker, frames::Reference> tracker_from_reference() const;
-  /// Present if and only if options().needle is.
+  /// Present if and only if options().needle or options().approach is.
   [[nodiscard]] const std::optional<NeedleInsertion>& needle() const { return needle_; }
   /// Precondition: there is a needle, otherwise a Bug.
   [[nodiscard]] Transform<frames::Tracker, NeedleHub> tracker_from_hub(Timestamp time) const;
 
+  /// The sweep and, if there is one, the approach.
+  [[nodiscard]] const std::vector<PhaseInterval>& phases() const { return phases_; }
   [[nodiscard]] int frame_count() const;
   /// Physical time of an image, 0 <= index < frame_count().
   [[nodiscard]] Timestamp frame_time(int index) const;
@@ -115,20 +140,23 @@ class SimulatedSession {
   /// Poses of the needle's hub (the body is NeedleHub). With an arm, the needle is on a second arm
   /// on the same base, with its own errors. Precondition: there is a needle, otherwise a Bug.
   [[nodiscard]] std::unique_ptr<PoseStream> needle_poses() const;
-  /// Images without faults; their sequence is the index. The session must outlive the source.
+  /// Images without faults; their sequence is the index. They show the needle from its start on.
+  /// The session must outlive the source.
   [[nodiscard]] std::unique_ptr<ImageStream> frames() const;
 
  private:
   SimulatedSession(const SimulatedSessionOptions& options, std::shared_ptr<const Anatomy> patient,
                    const Transform<frames::Ct, frames::Image>& middle,
                    std::shared_ptr<const SmoothWarp> deformation,
-                   const std::optional<NeedleInsertion>& needle);
+                   const std::optional<NeedleInsertion>& needle,
+                   const std::optional<Transform<frames::Ct, frames::Image>>& approach);
   static Result<SimulatedSession> about(const SimulatedSessionOptions& options,
-                                        const std::shared_ptr<const Anatomy>& patient,
+                                        const Patient& patient,
                                         const Transform<frames::Ct, frames::Image>& middle);
   [[nodiscard]] SensorStream stream(std::uint64_t body) const;
 
   SimulatedSessionOptions options_;
+  std::vector<PhaseInterval> phases_;
   std::shared_ptr<const Anatomy> patient_;
   Breathing breathing_;
   std::shared_ptr<const SmoothWarp> deformation_;  ///< Null: none.

@@ -38,8 +38,8 @@ struct SensorStream {
   std::uint64_t seed = 1;  ///< Seed of jitter and losses.
 };
 
-/// Poses of one body as measured by a tracker, on the virtual clock; the rules of SimulatedTracker
-/// apply. Lost samples have kOccluded and NaN. Not thread-safe.
+/// Poses of one body as measured by a tracker, on the virtual clock. Lost samples have kOccluded
+/// and NaN, never an old pose or identity. Not thread-safe.
 class SensorPoseSource final : public PoseStream {
  public:
   /// Precondition: validate(timing), otherwise a Bug.

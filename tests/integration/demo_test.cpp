@@ -24,7 +24,7 @@ DemoOptions small_demo(const std::filesystem::path& out) {
   options.output.folder = out;
   options.output.width = 160;
   options.output.height = 120;
-  options.output.frames = 3;
+  options.output.frames = 4;
   options.output.threads = 1;
   options.output.step_voxels = 1;
   return options;

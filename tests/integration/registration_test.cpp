@@ -11,7 +11,7 @@
 #include "registration/image_registration.hpp"
 #include "registration/twist.hpp"
 #include "sim/ct_scanner.hpp"
-#include "sim/procedure.hpp"
+#include "sim/session/simulated_session.hpp"
 #include "tests/support/matchers.hpp"
 
 /// Registers the tracked sweep of a simulated patient to the CT. Measures the success rate and the
@@ -50,48 +50,48 @@ class Random {
 };
 
 struct Patient {
-  sim::Procedure procedure;
+  sim::SimulatedSession session;
   Volume ct;
   Sweep sweep;
 
   explicit Patient(std::uint64_t seed)
-      : procedure(options(seed)),
-        ct(*sim::scan_ct(procedure.phantom())),
-        sweep(record(procedure)) {}
+      : session(*sim::SimulatedSession::create(options(seed))),
+        ct(*sim::scan_ct(session.patient())),
+        sweep(record(session)) {}
 
-  static sim::ProcedureOptions options(std::uint64_t seed) {
-    sim::ProcedureOptions options;
+  static sim::SimulatedSessionOptions options(std::uint64_t seed) {
+    sim::SimulatedSessionOptions options;
     options.seed = seed;
-    options.sweep_frames = kFrames;
+    options.path.kind = sim::HandPathKind::kTilt;
+    options.frame_rate_hz = 20;
+    options.duration_s = (kFrames - 1) / options.frame_rate_hz;
+    options.approach.emplace();
     return options;
   }
-  static Sweep record(const sim::Procedure& procedure) {
-    const sim::UltrasoundSimulator probe(procedure.phantom(), procedure.options().probe,
-                                         procedure.options().seed);
+  static Sweep record(const sim::SimulatedSession& session) {
+    const auto images = session.frames();
     Random random(77);
     std::vector<TrackedFrame> frames;
     for (int i = 0; i < kFrames; ++i) {
-      const Timestamp time = procedure.frame_time(i);
-      const auto ct_from_image = procedure.ct_from_image(time);
-      const auto exact = procedure.ct_from_reference().inverse() * ct_from_image;
+      const auto exact = session.ct_from_reference().inverse() * session.truth(i).ct_from_image;
       const auto wobble = exp_rotation(kPoseNoiseRad * random.normal_vector());
       const Transform<frames::Reference, frames::Image> measured(
           (wobble * exact.rotation()).normalized(),
           exact.translation_mm() + kPoseNoiseMm * random.normal_vector());
-      frames.push_back({probe.simulate(ct_from_image, time, static_cast<std::uint64_t>(i)),
-                        measured, Duration{0}});
+      frames.push_back({*images->next(Timestamp::max()), measured, Duration{0}});
     }
     return *Sweep::create(std::move(frames), "simulated");
   }
 
   [[nodiscard]] Transform<frames::Ct, frames::Reference> truth() const {
-    return procedure.ct_from_reference();
+    return session.ct_from_reference();
   }
+  [[nodiscard]] Point<frames::Ct> target() const { return session.needle()->plan().target_ct; }
   /// RMS error over the liver, mm.
   [[nodiscard]] double target_error_mm(
       const Transform<frames::Ct, frames::Reference>& found) const {
     double sum = 0;
-    const auto targets = procedure.phantom().targets();
+    const auto targets = session.patient().targets();
     for (const auto& target : targets) {
       sum += ((found * (truth().inverse() * target)).mm - target.mm).squaredNorm();
     }
@@ -140,7 +140,7 @@ TEST(RegistrationIntegrationTest, RegistersSimulatedSweepsToTheirCt) {
       errors_mm.push_back(error_mm);
       slowest_s = std::max(slowest_s, result->total_s);
 
-      const auto target = patient->procedure.plan().target_ct;
+      const auto target = patient->target();
       const Decision decision = decide(*result, {}, target);
       EXPECT_TRUE(decision.accepted) << (decision.reasons.empty() ? "" : decision.reasons[0]);
       // The prediction is not over-confident: the error at the target is within three times its
@@ -170,7 +170,7 @@ TEST(RegistrationIntegrationTest, RejectsHopelessStarts) {
         continue;
       }
       const double error_mm = patient.target_error_mm(result->ct_from_reference);
-      const bool accepted = decide(*result, {}, patient.procedure.plan().target_ct).accepted;
+      const bool accepted = decide(*result, {}, patient.target()).accepted;
       EXPECT_TRUE(!accepted || (!hopeless && error_mm < kRightMm))
           << far_mm << " mm, seed " << seed << ": accepted " << error_mm << " mm off";
     }
@@ -181,7 +181,7 @@ TEST(RegistrationIntegrationTest, RejectsTheCtOfAnotherPatient) {
   // The anatomy follows the same plan, with other shapes and vessels. The start is perfect.
   const auto result = solve(patient_b().ct, patient_a(), patient_a().truth());
   ASSERT_TRUE(test::has_value(result));
-  const Decision decision = decide(*result, {}, patient_a().procedure.plan().target_ct);
+  const Decision decision = decide(*result, {}, patient_a().target());
   EXPECT_FALSE(decision.accepted);
 }
 
@@ -194,7 +194,7 @@ TEST(RegistrationIntegrationTest, RejectsAMirroredCt) {
   ASSERT_TRUE(test::has_value(mirrored));
   const auto result = solve(*mirrored, patient_a(), patient_a().truth());
   ASSERT_TRUE(test::has_value(result));
-  EXPECT_FALSE(decide(*result, {}, patient_a().procedure.plan().target_ct).accepted);
+  EXPECT_FALSE(decide(*result, {}, patient_a().target()).accepted);
 }
 
 }  // namespace

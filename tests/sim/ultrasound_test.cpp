@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include "sim/procedure.hpp"
+#include "sim/session/simulated_session.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace nav::sim {
@@ -17,15 +17,20 @@ using frames::Ct;
 using frames::Image;
 using Vec = Eigen::Vector3d;
 
-const Procedure& procedure() {
-  static const Procedure instance([] {
-    ProcedureOptions options;
+const SimulatedSession& sweep() {
+  static const SimulatedSession instance = [] {
+    SimulatedSessionOptions options;
     options.seed = 3;
-    return options;
-  }());
+    options.path.kind = HandPathKind::kTilt;
+    options.approach.emplace();
+    return *SimulatedSession::create(options);
+  }();
   return instance;
 }
-const AbdomenPhantom& imaged() { return procedure().phantom(); }
+const AbdomenPhantom& imaged() {
+  static const AbdomenPhantom phantom({3, Contrast::kPortal});
+  return phantom;
+}
 
 /// Probe without errors of the depth gain and the electronics.
 ProbeModel ideal_probe() {
@@ -36,9 +41,7 @@ ProbeModel ideal_probe() {
   return probe;
 }
 
-Transform<Ct, Image> frame_pose(int index) {
-  return procedure().ct_from_image(procedure().frame_time(index));
-}
+Transform<Ct, Image> frame_pose(int index) { return sweep().truth(index).ct_from_image; }
 
 Point<Ct> on_line(const Transform<Ct, Image>& pose, const ProbeModel& probe, int line, double mm) {
   const double angle = (2.0 * line / (probe.lines - 1) - 1) * probe.half_angle_rad;
@@ -122,7 +125,12 @@ TEST(UltrasoundTest, LiverAttenuatesByItsCoefficient) {
     const auto pose = frame_pose(frame);
     const ScanLineImage image = simulator.envelope(pose, 0);
     for (int line = 20; line < image.lines - 20; line += 3) {
-      for (int s = 100; s + 20 < image.samples; s += 20) {
+      bool shadow = false;
+      for (int s = 0; s < 100; s += 4) {
+        const auto p = on_line(pose, probe, line, s * image.sample_mm);
+        shadow = shadow || blocks_ultrasound(imaged().tissue(p));
+      }
+      for (int s = 100; s + 20 < image.samples && !shadow; s += 20) {
         double mean = 0;
         bool pure = true;
         for (int j = 0; j < 20; j += 4) {
@@ -253,9 +261,9 @@ TEST(UltrasoundTest, PixelsOutsideTheSectorAreBlack) {
 
 TEST(UltrasoundTest, TheNeedleIsVisibleOnlyInItsPlane) {
   const UltrasoundSimulator simulator(imaged(), convex_abdominal(), 3);
-  const int last = procedure().frame_count() - 1;
+  const int last = sweep().frame_count() - 1;
   const auto pose = frame_pose(last);
-  const auto needle = procedure().ct_from_needle(procedure().frame_time(last));
+  const auto needle = sweep().truth(last).needle->ct_from_needle;
   const auto with = simulator.simulate(pose, Timestamp{}, 7, needle);
   const auto without = simulator.simulate(pose, Timestamp{}, 7);
   const Point<Image> shaft = pose.inverse() * (needle * Point<frames::Needle>{Vec(0, 0, -4)});

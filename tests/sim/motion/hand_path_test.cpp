@@ -55,6 +55,25 @@ TEST(HandPathTest, FanAndRockRotateAboutTheirAxes) {
   EXPECT_LE(((rock * deep).mm - Vec(-100 * std::sin(0.45), 100 * std::cos(0.45), 0)).norm(), 1e-9);
 }
 
+TEST(HandPathTest, MovesFromItsEndToAPoseAndHoldsIt) {
+  HandPath path = make(HandPathKind::kSweep);
+  const Transform<Ct, Image> view(Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Vec::UnitX())),
+                                  {-40, -90, 0});
+  path.hold(view, time_at(6));
+  const auto end = path.steady(time_at(4));
+  EXPECT_LE((from_middle(path, 4).translation_mm() - Vec(0, 0, 30)).norm(), 1e-9);
+  EXPECT_LE((path.steady(time_at(5)).translation_mm() -
+             0.5 * (end.translation_mm() + view.translation_mm()))
+                .norm(),
+            1e-9);
+  for (const double seconds : {6.0, 9.0}) {
+    const auto held = path.steady(time_at(seconds));
+    EXPECT_LE((held.translation_mm() - view.translation_mm()).norm(), 1e-9);
+    EXPECT_LE(held.rotation().angularDistance(view.rotation()), 1e-7);
+  }
+  EXPECT_THROW(path.hold(view, time_at(4)), Bug);
+}
+
 TEST(HandPathTest, TiltSwingsBothWaysWhileItMoves) {
   const auto path = make(HandPathKind::kTilt);
   double most = 0, least = 0;

@@ -64,6 +64,21 @@ TEST(NeedleInsertionTest, TheTipIsThatOfTheBentNeedleOnTheHub) {
   }
 }
 
+TEST(NeedleInsertionTest, StartsOutsideThePatientOnThePlannedLine) {
+  NeedleInsertionOptions options = with(BendingKind::kStraight);
+  options.outside_mm = 20;
+  const auto needle = make(options);
+  const Vec axis = (plan().target_ct.mm - plan().entry_ct.mm).normalized();
+  const auto tip = [&](Timestamp time) { return needle.ct_from_needle(time).translation_mm(); };
+  EXPECT_LE((tip(kBegin) - (plan().entry_ct.mm - 20 * axis)).norm(), 1e-9);
+  EXPECT_EQ(needle.inserted_mm(kBegin), 0);
+  EXPECT_LE((tip(kBegin + std::chrono::milliseconds(10)) - tip(kBegin)).norm(), 0.01)
+      << "a gentle start";
+  EXPECT_LE((tip(kBegin + std::chrono::seconds(2)) - (plan().entry_ct.mm + 20 * axis)).norm(), 1e-9)
+      << "half way at half time";
+  EXPECT_LE((tip(kEnd) - plan().target_ct.mm).norm(), 1e-9);
+}
+
 TEST(NeedleInsertionTest, TheShaftRunsFromTheTipThroughTheSkinToTheHub) {
   NeedleInsertionOptions options = with(BendingKind::kBevelArc);
   options.aside_at_target_mm = 6;
@@ -108,6 +123,9 @@ TEST(NeedleInsertionTest, RejectsInvalidOptionsByName) {
   o.aside_at_target_mm = 20;
   EXPECT_THAT(rejection(o), HasSubstr("0 to 12 mm (a fifth of the path), found 20 mm"));
   o.aside_at_target_mm.reset();
+  o.outside_mm = -1;
+  EXPECT_THAT(rejection(o), HasSubstr("outside the skin"));
+  o.outside_mm = 0;
   o.bending.tip_force_n = 5;
   EXPECT_THAT(rejection(o), HasSubstr("a fifth of the path"));
   o = with(BendingKind::kStraight);

@@ -100,6 +100,56 @@ TEST(SimulatedSessionTest, EveryTrackerTracksBothBodies) {
   }
 }
 
+TEST(SimulatedSessionTest, BodiesHaveIndependentNoise) {
+  SimulatedSessionOptions options = small();
+  options.tracker = TrackerKind::kOptical;
+  const auto session = make(options);
+  const auto probe = session.probe_poses();
+  const auto reference = session.reference_poses();
+  const auto turn = [](const Eigen::Matrix4d& measured, const Eigen::Matrix4d& truth) {
+    return Eigen::Matrix3d((truth.transpose() * measured).topLeftCorner<3, 3>());
+  };
+  int count = 0;
+  for (;;) {
+    const auto a = probe->next(Timestamp::max());
+    const auto b = reference->next(Timestamp::max());
+    if (!a || !b) break;
+    ASSERT_TRUE(a->tracker_from_body.allFinite() && b->tracker_from_body.allFinite());
+    EXPECT_GT((turn(a->tracker_from_body, session.tracker_from_probe(a->acquired).matrix()) -
+               turn(b->tracker_from_body, session.tracker_from_reference().matrix()))
+                  .norm(),
+              1e-6);
+    ++count;
+  }
+  EXPECT_GT(count, 90);
+}
+
+TEST(SimulatedSessionTest, DelaysTimestampsAndDeliveryLikeADevice) {
+  SimulatedSessionOptions options = small();
+  options.image_timing = {milliseconds(40), milliseconds(70)};
+  const auto session = make(options);
+  const auto source = session.frames();
+  EXPECT_TRUE(test::rejects(source->next(session.frame_time(0) + milliseconds(70) - Duration(1)),
+                            ErrorCode::kTimeout, {"probe"}));
+  const UltrasoundSimulator simulator(make_patient("abdomen")->anatomy, options.probe,
+                                      options.seed);
+  for (int i = 0; i < session.frame_count(); ++i) {
+    const auto frame = source->next(session.frame_time(i) + milliseconds(70));
+    ASSERT_TRUE(test::has_value(frame));
+    EXPECT_EQ(frame->sequence, static_cast<std::uint64_t>(i));
+    EXPECT_EQ(frame->acquired, session.frame_time(i) + milliseconds(40));
+    EXPECT_EQ(frame->received, session.frame_time(i) + milliseconds(70));
+    // The image shows the state at the physical time, not at the timestamp.
+    const auto there =
+        simulator.simulate(session.truth(i).ct_from_image, Timestamp{}, frame->sequence);
+    EXPECT_TRUE(std::ranges::equal(there.pixels.pixels(), frame->pixels.pixels()));
+  }
+  EXPECT_TRUE(test::rejects(source->next(Timestamp::max()), ErrorCode::kEndOfStream, {"probe"}));
+  source->stop();
+  source->stop();
+  EXPECT_TRUE(test::rejects(source->next(Timestamp::max()), ErrorCode::kCancelled, {"stopped"}));
+}
+
 TEST(SimulatedSessionTest, ImagesShowThePatientAtRestAtThePositionOfTheTissue) {
   SimulatedSessionOptions options = small();
   options.breathing.kind = BreathingKind::kRigid;
@@ -207,6 +257,9 @@ TEST(SimulatedSessionTest, RejectsInvalidOptions) {
   options = small();
   options.breathing.period_s = 0;
   EXPECT_FALSE(SimulatedSession::create(options));
+  options = small();
+  options.image_timing.stamp_offset = options.image_timing.latency + Duration(1);
+  EXPECT_TRUE(test::rejects(validate(options), ErrorCode::kUsage, {"image latency"}));
   EXPECT_FALSE(tracker_kind_from("sonar"));
 }
 

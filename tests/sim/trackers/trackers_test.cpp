@@ -221,6 +221,31 @@ TEST(SensorPoseSourceTest, TimestampsHaveTheStatedOffsetDriftLatencyAndJitter) {
   }
 }
 
+TEST(SensorPoseSourceTest, DeliversInOrderOfArrivalAndNeverEarly) {
+  TrackerTiming timing;
+  timing.jitter = milliseconds(60);  // Longer than the period: poses overtake each other.
+  SensorPoseSource source(stream_of(timing));
+  int overtaken = 0, timeouts = 0;
+  Timestamp last_acquired{}, last_received{};
+  for (Timestamp now{}; source.next_arrival() != Timestamp::max(); now += milliseconds(7)) {
+    for (;;) {
+      const auto pose = source.next(now);
+      if (!pose) {
+        timeouts += pose.error().code == ErrorCode::kTimeout ? 1 : 0;
+        break;
+      }
+      EXPECT_LE(pose->received, now);
+      EXPECT_GE(pose->received, last_received);
+      overtaken += pose->acquired < last_acquired ? 1 : 0;
+      last_acquired = pose->acquired;
+      last_received = pose->received;
+    }
+  }
+  EXPECT_GT(timeouts, 10);
+  EXPECT_GT(overtaken, 0);
+  EXPECT_EQ(source.next(Timestamp::max()).error().code, ErrorCode::kEndOfStream);
+}
+
 TEST(SensorPoseSourceTest, LossesComeInBurstsOfTheStatedLength) {
   TrackerTiming timing;
   timing.rate_hz = 1000;

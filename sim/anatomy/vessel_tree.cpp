@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/vessel_tree.hpp"
+#include "sim/anatomy/vessel_tree.hpp"
 
 #include <cmath>
 #include <deque>

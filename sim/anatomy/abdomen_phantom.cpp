@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "sim/abdomen_phantom.hpp"
+#include "sim/anatomy/abdomen_phantom.hpp"
 
 #include <cmath>
 
 #include "sim/anatomy/abdomen_organs.hpp"
 #include "sim/anatomy/organ_stack.hpp"
-#include "sim/vessel_tree.hpp"
+#include "sim/anatomy/vessel_tree.hpp"
 
 namespace nav::sim {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "nav/plan.hpp"
-#include "sim/abdomen_phantom.hpp"
+#include "sim/anatomy/abdomen_phantom.hpp"
 #include "sim/random.hpp"
 
 namespace nav::sim {
