@@ -50,7 +50,7 @@ class LiveSession {
   [[nodiscard]] const std::string& reference_frame() const { return reference_frame_; }
   /// Which frame is taken as the patient's, and why.
   [[nodiscard]] const std::string& reference_statement() const { return reference_statement_; }
-  /// Set-up of the session, for a recording.
+  /// Setup of the session, for a recording.
   [[nodiscard]] const SessionSetup& setup() const { return setup_; }
   /// Calibration in use, for reports.
   [[nodiscard]] const std::string& calibration_statement() const { return calibration_statement_; }

@@ -26,7 +26,7 @@ struct RecordingAccount {
   std::uint64_t received = 0;                      ///< Samples that came.
   std::uint64_t written = 0;                       ///< Samples that were handed to the file.
   std::uint64_t waiting = 0;                       ///< Samples in the queue.
-  std::map<std::string, std::uint64_t> dropped{};  ///< By cause: queue_full, stopped, too_large.
+  std::map<std::string, std::uint64_t> dropped{};  ///< Causes: queue_full, stopped, too_large.
   std::uint64_t bytes = 0;                         ///< In the file.
   double sync_p99_ms = 0;  ///< Time to bring the file to the disk, of the newest 256 times.
   std::string stopped{};   ///< Cause why nothing more is recorded; empty: recording.
@@ -44,7 +44,7 @@ class SessionRecorder {
   struct Options {
     std::filesystem::path path;                         ///< Must not exist.
     std::size_t most_waiting = std::size_t{256} << 20;  ///< Bytes of the queue, >= 1 MiB.
-    std::map<std::string, std::string> facts{};  ///< Of the session: version, calibration, …
+    std::map<std::string, std::string> facts{};  ///< Facts of the session: version, calibration, …
   };
 
   /// Creates the file and starts the thread. \p clock and diagnostics must outlive it. Errors:
@@ -85,7 +85,7 @@ class SessionRecorder {
   const Clock& clock_;
   Diagnostics& diagnostics_;
   std::unique_ptr<io::mcap::DeviceRecorder> file_;
-  int descriptor_;  ///< Of the file, to bring it to the disk.
+  int descriptor_;  ///< Brings the file to the disk.
   // Used by the thread only.
   Timestamp begun_;
   Timestamp synced_;

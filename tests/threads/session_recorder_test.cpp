@@ -126,7 +126,7 @@ TEST_F(SessionRecorderTest, AFullDiskEndsTheRecordingAndSaysSo) {
   const auto entries = diagnostics_.entries();
   ASSERT_FALSE(entries.empty());
   EXPECT_NE(entries[0].message.find("nothing more is recorded"), std::string::npos);
-  // What lies in the file can be read.
+  // The samples in the file can be read.
   const auto recording = io::mcap::DeviceRecording::open(path_, {.read_all = true});
   ASSERT_TRUE(test::has_value(recording));
   EXPECT_GT(recording->samples(), 0U);
