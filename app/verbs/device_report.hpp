@@ -19,7 +19,7 @@ io::Json json_of(const std::vector<session::DeviceStatus>& devices);
 /// Null: nothing is recorded.
 io::Json json_of(const session::SessionRecorder* recorder);
 
-/// Starts the recording of a live session, with its set-up, session file and calibration. Errors
+/// Starts the recording of a live session, with its setup, session file and calibration. Errors
 /// name the file.
 Result<std::unique_ptr<session::SessionRecorder>> start_recording(const SessionConfig& config,
                                                                   const Clock& clock,

@@ -10,6 +10,7 @@
 #include "app/report.hpp"
 #include "app/verbs/replay.hpp"
 #include "io/ct.hpp"
+#include "io/sequence.hpp"
 #include "session/recorded_session.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
