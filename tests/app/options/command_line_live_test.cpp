@@ -107,6 +107,19 @@ TEST_F(CommandLineLiveTest, ADeviceThatIsNotThereEndsWithCode4) {
                    {"plus", "ProbeToTracker", "no_listener"});
 }
 
+TEST_F(CommandLineLiveTest, AnNdiTrackerThatIsNotThereEndsWithCode4) {
+  const std::string session = write_session(
+      "[[devices]]\nid = \"tracker\"\nkind = \"ndi\"\naddress = \"serial:/dev/no_such_port\"\n"
+      "baud = 57600\nbodies = [{name = \"Probe\", tool = \"probe.rom\"}]\n");
+  expect_rejection("devices --seconds 0.5 --session " + session, 4, {"tracker", "Probe", "absent"});
+  expect_rejection(
+      "devices --session " +
+          write_session(
+              "[[devices]]\nid = \"tracker\"\nkind = \"ndi\"\naddress = \"/dev/ttyUSB0\"\n"
+              "bodies = [{name = \"Probe\"}]\n"),
+      2, {"devices[0].address", "serial:/dev/"});
+}
+
 TEST_F(CommandLineLiveTest, NamesTheLineOfWhatItCannotUse) {
   const std::string live = "live --ct " + write_ct() + " --out " + (folder_ / "out").string();
   expect_rejection(live, 2, {"--session", "source.kind"});
