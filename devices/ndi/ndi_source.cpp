@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <sstream>
 
 #include "devices/ndi/ndi_errors.hpp"
 #include "devices/ndi/ndi_hex.hpp"
@@ -14,6 +12,7 @@ namespace nav::devices {
 namespace {
 
 constexpr const char* kReporter = "devices.ndi";
+constexpr const char* kUnplugged = "it was unplugged; plug it in again";
 constexpr std::size_t kReadBytes = std::size_t{1} << 14;
 constexpr std::size_t kMostReports = 256;
 constexpr int kMostFailures = 3;
@@ -22,91 +21,7 @@ constexpr Duration kLongestDrain = std::chrono::milliseconds(500);
 constexpr Duration kSpeedChange = std::chrono::milliseconds(150);
 constexpr Duration kLookAgain = std::chrono::seconds(2);
 
-Error usage(const std::string& what) { return {ErrorCode::kUsage, "NDI: expected " + what}; }
-
-std::string seconds_text(Duration duration) {
-  std::ostringstream text;
-  text << to_seconds(duration) << " s";
-  return text.str();
-}
-
-Result<void> validate_streams(const std::vector<NdiStream>& streams) {
-  constexpr std::size_t kMost = 250;
-  if (streams.empty() || streams.size() > kMost) {
-    return usage("1 to 250 tools, found " + std::to_string(streams.size()));
-  }
-  for (std::size_t i = 0; i < streams.size(); ++i) {
-    const NdiTool& tool = streams[i].tool;
-    if (tool.name.empty()) return usage("a name for every tool, found an empty one");
-    for (std::size_t j = 0; j < i; ++j) {
-      const NdiTool& other = streams[j].tool;
-      if (tool.name == other.name) {
-        return usage("names that differ, found " + tool.name + " twice");
-      }
-      if (tool.place && tool.place == other.place) {
-        return usage("one tool at each port, found " + other.name + " and " + tool.name +
-                     " at port " + std::to_string(tool.place->port));
-      }
-    }
-  }
-  return {};
-}
-
-/// Question for poses, also of tools out of the volume.
-const std::string& form_command(NdiForm form) {
-  static const std::string bx2 = ndi_command("BX2", "--6d=tools");
-  static const std::string bx = ndi_command("BX", "0801");
-  static const std::string tx = ndi_command("TX", "0801");
-  if (form == NdiForm::kBx2) return bx2;
-  return form == NdiForm::kBx ? bx : tx;
-}
-
-/// Codes of ERROR that a tracker gives to a command or to options that it does not know.
-bool is_not_understood(std::uint8_t code) {
-  constexpr std::uint8_t kCodes[] = {kNdiInvalidCommand, 0x02, 0x03, 0x07, 0x23, 0x33};
-  return std::ranges::count(kCodes, code) > 0;
-}
-
-std::string lower(std::string text) {
-  std::ranges::transform(text, text.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
-  });
-  return text;
-}
-
 }  // namespace
-
-const char* to_string(NdiForm form) {
-  switch (form) {
-    case NdiForm::kBx2:
-      return "BX2";
-    case NdiForm::kBx:
-      return "BX";
-    case NdiForm::kTx:
-      return "TX";
-  }
-  return "unknown";
-}
-
-Result<void> validate(const NdiOptions& o) {
-  if (std::ranges::count(ndi_baud_rates(), o.baud) == 0) {
-    std::string rates;
-    for (const int rate : ndi_baud_rates()) {
-      rates.append(rates.empty() ? "" : ", ").append(std::to_string(rate));
-    }
-    return usage("a baud rate of " + rates + ", found " + std::to_string(o.baud));
-  }
-  for (const Duration time : {o.connect_timeout, o.first_retry, o.longest_retry, o.break_time,
-                              o.reset_wait, o.silence, o.lost, o.shortest_period, o.idle_period}) {
-    if (time <= Duration(0) || time > std::chrono::hours(1)) {
-      return usage("times above 0 and up to one hour, found " + seconds_text(time));
-    }
-  }
-  if (o.longest_retry < o.first_retry || o.lost < o.silence) {
-    return usage("longest_retry >= first_retry and lost >= silence, found the opposite");
-  }
-  return validate_streams(o.streams);
-}
 
 Result<std::unique_ptr<NdiSource>> NdiSource::create(NdiOptions options,
                                                      std::unique_ptr<NdiTransport> transport,
@@ -125,7 +40,7 @@ NdiSource::NdiSource(NdiOptions options, std::unique_ptr<NdiTransport> transport
       due_(clock.now()),
       baud_(options_.baud),
       form_(options_.form),
-      tracked_(options_.streams.size()),
+      tracks_(options_.streams.size()),
       retry_(options_.first_retry) {
   for (const NdiStream& stream : options_.streams) {
     infos_.push_back({stream.tool.name, StreamKind::kPoses, stream.role});
@@ -149,36 +64,7 @@ NdiHealth NdiSource::account() const {
   return health;
 }
 
-SourceHealth NdiSource::health() const {
-  const NdiHealth own = account();
-  SourceHealth health{.cause = own.cause,
-                      .firmware = own.version.firmware,
-                      .serial = own.version.serial,
-                      .reconnects = own.connections > 0 ? own.connections - 1 : 0,
-                      .bytes = own.bytes,
-                      .bad_messages = own.bad_replies};
-  if (own.repeats > 0) health.bad_messages["repeat"] = own.repeats;
-  const bool faulty =
-      std::ranges::any_of(own.tool_faults, [](const auto& f) { return !f.empty(); });
-  if (faulty && health.cause.empty()) health.cause = "tool";
-  const bool any = std::ranges::any_of(own.samples, [](auto count) { return count > 0; });
-  switch (own.state) {
-    case NdiState::kSetup:
-    case NdiState::kTracking:
-      health.state = any ? SourceState::kStreaming : SourceState::kStarting;
-      break;
-    case NdiState::kSilent:
-      health.state = SourceState::kSilent;
-      break;
-    case NdiState::kStopped:
-      health.state = SourceState::kEnded;
-      break;
-    default:
-      health.state = SourceState::kWaiting;
-      break;
-  }
-  return health;
-}
+SourceHealth NdiSource::health() const { return source_health(account()); }
 
 Result<Sample> NdiSource::next(Deadline deadline) {
   Sample sample;
@@ -237,8 +123,7 @@ void NdiSource::advance(Timestamp now) {
     case NdiState::kWaiting:
       return open(now);
     case NdiState::kConnecting:
-      return lose(
-          {"connect_timeout", "no answer within " + seconds_text(options_.connect_timeout)});
+      return lose({"connect_timeout", "no answer within " + ndi_seconds(options_.connect_timeout)});
     case NdiState::kResetting:
       if (!break_on_) return begin_setup(now);
       break_on_ = false;
@@ -283,11 +168,7 @@ void NdiSource::begin_setup(Timestamp now) {
   std::vector<NdiTool> tools;
   for (const NdiStream& stream : options_.streams) tools.push_back(stream.tool);
   setup_.emplace(std::move(tools), transport_->is_serial() ? baud_ : 0);
-  for (Tracked& one : tracked_) {
-    one.handle.reset();
-    one.number.reset();
-    one.unplugged = false;
-  }
+  tracks_.begin();
   set_state(NdiState::kSetup, now);
   go_on_with_setup(now);
 }
@@ -382,7 +263,7 @@ void NdiSource::take_setup_reply(const NdiReply& reply, Timestamp now) {
 }
 
 void NdiSource::go_on_with_setup(Timestamp now) {
-  for (std::size_t i = 0; i < tracked_.size(); ++i) {
+  for (std::size_t i = 0; i < infos_.size(); ++i) {
     const std::string& fault = setup_->tools()[i].fault;
     if (!fault.empty()) report_once(Severity::kWarning, infos_[i].name + ": " + fault);
     const std::lock_guard lock(mutex_);
@@ -396,13 +277,8 @@ void NdiSource::go_on_with_setup(Timestamp now) {
 }
 
 void NdiSource::setup_done(Timestamp now) {
-  for (std::size_t i = 0; i < tracked_.size(); ++i) {
-    tracked_[i].handle.reset();
-    tracked_[i].unplugged = false;
-    if (const auto handle = setup_->tools()[i].handle) tracked_[i].handle = *handle;
-  }
   const NdiVersion& version = setup_->version();
-  counts_at_60_hz_ = lower(version.firmware).find("polaris") != std::string::npos;
+  tracks_.assign(setup_->tools(), version.firmware);
   reported_loss_.clear();
   const bool again = look_again_ != Timestamp{};
   if (!again) {
@@ -418,7 +294,7 @@ void NdiSource::setup_done(Timestamp now) {
 
 void NdiSource::ask_for_poses(Timestamp now) {
   failures_ = 0;
-  ask(form_command(form_), options_.silence, now);
+  ask(ndi_form_command(form_), options_.silence, now);
 }
 
 void NdiSource::ask(const std::string& command, Duration longest, Timestamp now) {
@@ -443,7 +319,7 @@ void NdiSource::no_reply(Timestamp now) {
   const bool begun = filled_ > 0;
   if (is_tracking()) {
     if (now - answered_ >= options_.lost) {
-      return lose({"silent", "nothing has come for " + seconds_text(options_.lost)});
+      return lose({"silent", "nothing has come for " + ndi_seconds(options_.lost)});
     }
     if (state_ != NdiState::kSilent && !begun) {
       {
@@ -451,7 +327,7 @@ void NdiSource::no_reply(Timestamp now) {
         ++health_.silences;
       }
       set_state(NdiState::kSilent, now);
-      report_once(Severity::kWarning, "nothing has come for " + seconds_text(options_.silence));
+      report_once(Severity::kWarning, "nothing has come for " + ndi_seconds(options_.silence));
     }
   }
   bad_reply(begun ? to_string(NdiFault::kTruncated) : "no_reply", now);
@@ -481,7 +357,7 @@ void NdiSource::bad_reply(const std::string& cause, Timestamp now) {
   }
   if (expected) ++failures_;
   if (is_tracking() && now - answered_ >= options_.lost) {
-    return lose({"bad_replies", "no intact reply for " + seconds_text(options_.lost)});
+    return lose({"bad_replies", "no intact reply for " + ndi_seconds(options_.lost)});
   }
   drain(now);
 }
@@ -507,14 +383,14 @@ void NdiSource::repeat_question(Timestamp now) {
 
 void NdiSource::take_tracking_reply(const NdiReply& reply, Timestamp now) {
   if (reply.kind == NdiReplyKind::kError) return take_tracking_error(reply, now);
-  if (const auto read = read_poses(reply); !read) {
+  if (const auto read = read_ndi_poses(form_, reply, readings_); !read) {
     report_once(Severity::kWarning, read.error().message);
     return bad_reply(to_string(NdiFault::kLayout), now);
   }
   answered_ = now;
   if (state_ == NdiState::kSilent) {
     reports_.push_back({Severity::kInfo, "replies come again"});
-    reported_.erase("nothing has come for " + seconds_text(options_.silence));
+    reported_.erase("nothing has come for " + ndi_seconds(options_.silence));
   }
   retry_ = options_.first_retry;
   const std::size_t before = ready_.size();
@@ -525,8 +401,8 @@ void NdiSource::take_tracking_reply(const NdiReply& reply, Timestamp now) {
 }
 
 void NdiSource::take_tracking_error(const NdiReply& reply, Timestamp now) {
-  if (form_ != NdiForm::kTx && is_not_understood(reply.code)) {
-    form_ = form_ == NdiForm::kBx2 ? NdiForm::kBx : NdiForm::kTx;
+  if (const auto next = ndi_form_after(form_, reply.code)) {
+    form_ = *next;
     {
       const std::lock_guard lock(mutex_);
       health_.form = form_;
@@ -546,78 +422,30 @@ void NdiSource::take_tracking_error(const NdiReply& reply, Timestamp now) {
   due_ = now + options_.silence;
 }
 
-Result<void> NdiSource::read_poses(const NdiReply& reply) {
-  const bool binary = reply.kind == NdiReplyKind::kBinary;
-  if (binary != (form_ != NdiForm::kTx)) {
-    return Error{ErrorCode::kMalformedData, "NDI: the reply is of another form than the question"};
-  }
-  if (form_ == NdiForm::kBx2) return read_ndi_bx2(reply.body, readings_);
-  return binary ? read_ndi_bx(reply.body, readings_) : read_ndi_tx(reply.text, readings_);
-}
-
 void NdiSource::take_readings(Timestamp now) {
+  const std::size_t before = ready_.size();
+  const NdiTracks::Taken taken = tracks_.take(readings_, now, ready_);
+  for (const std::size_t stream : taken.unplugged) {
+    report_once(Severity::kWarning, infos_[stream].name + ": " + kUnplugged);
+  }
   const std::lock_guard lock(mutex_);
-  for (const NdiToolReading& reading : readings_.tools) {
-    const auto found = std::ranges::find(tracked_, std::optional(reading.handle), &Tracked::handle);
-    if (found == tracked_.end()) {
-      ++health_.undeclared;
-    } else {
-      take_reading(static_cast<std::size_t>(found - tracked_.begin()), reading, now);
-    }
-  }
-}
-
-void NdiSource::take_reading(std::size_t stream, const NdiToolReading& reading, Timestamp now) {
-  Tracked& tracked = tracked_[stream];
-  constexpr std::uint32_t kHalf = 1U << 31;
-  if (reading.presence == NdiPresence::kDisabled || reading.presence == NdiPresence::kUnoccupied) {
-    if (tracked.unplugged) return;
-    tracked.unplugged = true;
-    health_.tool_faults[stream] = "it was unplugged; plug it in again";
-    report_once(Severity::kWarning, infos_[stream].name + ": " + health_.tool_faults[stream]);
-    return;
-  }
-  if (reading.number && tracked.number) {
-    const std::uint32_t ahead = *reading.number - *tracked.number;
-    if (ahead == 0 || ahead >= kHalf) {
-      ++health_.repeats;
-      return;
-    }
-  }
-  tracked.number = reading.number;
-  Sample sample{.stream = stream, .sequence = tracked.count, .received = now};
-  sample.device_time = time_of(reading);
-  if (sample.device_time && reading.number) sample.sequence = *reading.number;
-  PoseSample pose{.pose = ndi_pose(reading, now)};
-  if (reading.presence == NdiPresence::kMeasured && std::isfinite(reading.error_mm)) {
-    pose.tracker_error_mm = reading.error_mm;
-  }
-  sample.what = std::move(pose);
-  ready_.push_back(std::move(sample));
-  ++tracked.count;
-  ++health_.samples[stream];
-}
-
-std::optional<DeviceTime> NdiSource::time_of(const NdiToolReading& reading) const {
-  constexpr std::int64_t kHz = 60;
-  constexpr std::int64_t kSecond = 1'000'000'000;
-  if (reading.time || !counts_at_60_hz_ || !reading.number) return reading.time;
-  return DeviceTime(std::chrono::nanoseconds(std::int64_t{*reading.number} * kSecond / kHz));
+  health_.repeats += taken.repeats;
+  health_.undeclared += taken.undeclared;
+  for (const std::size_t stream : taken.unplugged) health_.tool_faults[stream] = kUnplugged;
+  for (std::size_t i = before; i < ready_.size(); ++i) ++health_.samples[ready_[i].stream];
 }
 
 /// Sets ports up again when the tracker says that a tool was plugged in, and one is wanted.
 void NdiSource::look_for_plugged(Timestamp now) {
   if ((readings_.system_status & kNdiPortOccupied) == 0 || now < look_again_) return;
   bool wanted = false;
-  for (std::size_t i = 0; i < tracked_.size(); ++i) {
-    if (!options_.streams[i].tool.rom.empty()) continue;
-    if (tracked_[i].handle && !tracked_[i].unplugged) continue;
+  for (std::size_t i = 0; i < infos_.size(); ++i) {
+    if (!options_.streams[i].tool.rom.empty() || tracks_.is_usable(i)) continue;
     setup_->forget(i);
     wanted = true;
   }
   if (!wanted) return;
   setup_->look_again();
-  for (Tracked& one : tracked_) one.unplugged = false;
   reported_.clear();
   set_state(NdiState::kSetup, now);
   go_on_with_setup(now);

@@ -12,63 +12,17 @@
 #include <string>
 #include <vector>
 
+#include "devices/ndi/ndi_health.hpp"
+#include "devices/ndi/ndi_options.hpp"
 #include "devices/ndi/ndi_poses.hpp"
 #include "devices/ndi/ndi_reply.hpp"
 #include "devices/ndi/ndi_setup.hpp"
+#include "devices/ndi/ndi_tracks.hpp"
 #include "devices/ndi/ndi_transport.hpp"
 #include "nav/diagnostics.hpp"
 #include "nav/source.hpp"
 
 namespace nav::devices {
-
-/// One tool that is tracked; its stream has the name of the tool.
-struct NdiStream {
-  NdiTool tool;
-  ToolRole role = ToolRole::kOther;
-};
-
-/// Command that asks for poses.
-enum class NdiForm { kBx2, kBx, kTx };
-/// "BX2", "BX" or "TX".
-const char* to_string(NdiForm form);
-
-struct NdiOptions {
-  std::vector<NdiStream> streams;  ///< 1 to 250.
-  int baud = 115200;               ///< Serial only: one of ndi_baud_rates().
-  /// First form that is tried; the tracker that does not know it is asked in the next one.
-  NdiForm form = NdiForm::kBx2;
-  Duration connect_timeout = std::chrono::seconds(2);    ///< TCP, > 0.
-  Duration first_retry = std::chrono::seconds(1);        ///< > 0; doubles with every failure.
-  Duration longest_retry = std::chrono::seconds(5);      ///< >= first_retry.
-  Duration break_time = std::chrono::milliseconds(300);  ///< Serial: length of BREAK.
-  Duration reset_wait = std::chrono::seconds(3);         ///< Serial: time for the answer to BREAK.
-  Duration silence = std::chrono::milliseconds(500);     ///< Time without a reply that is reported.
-  Duration lost = std::chrono::seconds(2);  ///< Silence that ends the connection, >= silence.
-  Duration shortest_period = std::chrono::milliseconds(2);  ///< Between two questions.
-  Duration idle_period = std::chrono::milliseconds(5);      ///< After a reply without news.
-};
-/// Rejects no streams, empty names and names that repeat, an unknown baud rate, two tools at one
-/// place, and times out of range.
-Result<void> validate(const NdiOptions& options);
-
-enum class NdiState { kWaiting, kConnecting, kResetting, kSetup, kTracking, kSilent, kStopped };
-
-/// Account of a source.
-struct NdiHealth {
-  NdiState state = NdiState::kWaiting;
-  std::string cause;              ///< Cause of the newest loss; empty: none yet.
-  std::uint64_t connections = 0;  ///< That reached tracking.
-  std::uint64_t silences = 0;
-  std::uint64_t bytes = 0;
-  std::uint64_t repeats = 0;     ///< Readings whose number did not advance; they were dropped.
-  std::uint64_t undeclared = 0;  ///< Readings of tools that no stream names.
-  std::map<std::string, std::uint64_t> bad_replies;  ///< Keys: NdiFault, "error_0C".
-  std::map<std::string, std::uint64_t> losses;       ///< Keys: causes.
-  NdiVersion version;
-  NdiForm form = NdiForm::kBx2;          ///< In use.
-  std::vector<std::string> tool_faults;  ///< One for each stream; empty: it can be tracked.
-  std::vector<std::uint64_t> samples;    ///< One for each stream.
-};
 
 /// A tracker of NDI (Polaris, Vega, Aurora) by the combined API, on a serial port or TCP. It
 /// connects and sets the tracker up in next(), and has no thread of its own: call next() from a
@@ -77,9 +31,7 @@ struct NdiHealth {
 /// next() returns kTimeout meanwhile. Samples are poses:
 ///   - Status kOk, kOutOfVolume (also partly out), kOccluded (not seen), kInvalid.
 ///   - Sample::device_time: time of BX2, or counter / 60 Hz for a Polaris; otherwise absent.
-///   - Sample::sequence: counter of the tracker where device_time is known, otherwise a count of
-///   the
-///     stream's samples: the counters of others advance by unknown steps.
+///   - Sample::sequence: counter of the tracker with a device_time, otherwise a count of samples.
 ///   - The times `acquired` are those of reception until a clock model has mapped device_time.
 class NdiSource final : public Source {
  public:
@@ -97,13 +49,6 @@ class NdiSource final : public Source {
   [[nodiscard]] SourceHealth health() const override;
 
  private:
-  /// State of one stream.
-  struct Tracked {
-    std::optional<std::uint16_t> handle{};
-    std::optional<std::uint32_t> number{};  ///< Newest.
-    std::uint64_t count = 0;                ///< Samples since the beginning.
-    bool unplugged = false;
-  };
   struct Report {
     Severity severity;
     std::string message;
@@ -126,9 +71,7 @@ class NdiSource final : public Source {
   void setup_done(Timestamp now);
   void take_tracking_reply(const NdiReply& reply, Timestamp now);
   void take_tracking_error(const NdiReply& reply, Timestamp now);
-  [[nodiscard]] Result<void> read_poses(const NdiReply& reply);
   void take_readings(Timestamp now);
-  void take_reading(std::size_t stream, const NdiToolReading& reading, Timestamp now);
   void look_for_plugged(Timestamp now);
   void ask(const std::string& command, Duration longest, Timestamp now);
   void send_rest();
@@ -141,7 +84,6 @@ class NdiSource final : public Source {
   void report_once(Severity severity, const std::string& message);
   void send_reports();
   [[nodiscard]] bool is_tracking() const;
-  [[nodiscard]] std::optional<DeviceTime> time_of(const NdiToolReading& reading) const;
 
   NdiOptions options_;
   std::unique_ptr<NdiTransport> transport_;
@@ -172,9 +114,8 @@ class NdiSource final : public Source {
   std::size_t filled_ = 0;
   std::optional<NdiSetup> setup_;
   NdiForm form_;
-  bool counts_at_60_hz_ = false;
   NdiReadings readings_;
-  std::vector<Tracked> tracked_;
+  NdiTracks tracks_;
   Duration retry_;
   std::string reported_loss_;
   std::vector<Sample> ready_;

@@ -21,6 +21,13 @@ class CommandLineLiveTest : public CommandLineTest {
     return write_session("[[devices]]\nid = \"bench\"\nkind = \"simulated\"\nduration_s = 20\n" +
                          more);
   }
+  /// Calibration that places images on the probe.
+  void write_calibration() const {
+    std::ofstream(folder_ / "plus.xml")
+        << "<PlusConfiguration><CoordinateDefinitions><Transform From=\"Image\" To=\"Probe\" "
+           "Matrix=\"0.2 0 0 0 0 0.2 0 0 0 0 0.2 0 0 0 0 1\"/></CoordinateDefinitions>"
+           "</PlusConfiguration>";
+  }
 };
 
 TEST_F(CommandLineLiveTest, ShowsTheLivePlaneOfASimulatedDevice) {
@@ -96,10 +103,7 @@ TEST_F(CommandLineLiveTest, ARecordingOfDevicesIsShownExportedAndReplayed) {
 }
 
 TEST_F(CommandLineLiveTest, ADeviceThatIsNotThereEndsWithCode4) {
-  std::ofstream(folder_ / "plus.xml")
-      << "<PlusConfiguration><CoordinateDefinitions><Transform From=\"Image\" To=\"Probe\" "
-         "Matrix=\"0.2 0 0 0 0 0.2 0 0 0 0 0.2 0 0 0 0 1\"/></CoordinateDefinitions>"
-         "</PlusConfiguration>";
+  write_calibration();
   const std::string session = write_session(
       "calibration = \"plus.xml\"\n[[devices]]\nid = \"plus\"\nkind = \"openigtlink\"\n"
       "address = \"tcp:127.0.0.1:1\"\nimage = \"Image\"\nbodies = [{name = \"Probe\"}]\n");
@@ -107,17 +111,35 @@ TEST_F(CommandLineLiveTest, ADeviceThatIsNotThereEndsWithCode4) {
                    {"plus", "ProbeToTracker", "no_listener"});
 }
 
-TEST_F(CommandLineLiveTest, AnNdiTrackerThatIsNotThereEndsWithCode4) {
-  const std::string session = write_session(
-      "[[devices]]\nid = \"tracker\"\nkind = \"ndi\"\naddress = \"serial:/dev/no_such_port\"\n"
-      "baud = 57600\nbodies = [{name = \"Probe\", tool = \"probe.rom\"}]\n");
-  expect_rejection("devices --seconds 0.5 --session " + session, 4, {"tracker", "Probe", "absent"});
+/// A session with an NDI tracker, and images that never come.
+std::string ndi_session(const std::string& address) {
+  return "calibration = \"plus.xml\"\n[[devices]]\nid = \"tracker\"\nkind = \"ndi\"\naddress = \"" +
+         address +
+         "\"\nbaud = 57600\nbodies = [{name = \"Probe\", tool = \"probe.rom\"}, "
+         "{name = \"Needle\", tool = \"port:2\"}]\n"
+         "[[devices]]\nid = \"images\"\nkind = \"openigtlink\"\naddress = \"tcp:127.0.0.1:1\"\n"
+         "image = \"Image\"\n";
+}
+
+TEST_F(CommandLineLiveTest, AnNdiTrackerIsNamedWithTheCause) {
+  write_calibration();
+  expect_rejection("devices --session " + write_session(ndi_session("/dev/ttyUSB0")), 3,
+                   {"devices[0].address", "serial:/dev/"});
   expect_rejection(
-      "devices --session " +
-          write_session(
-              "[[devices]]\nid = \"tracker\"\nkind = \"ndi\"\naddress = \"/dev/ttyUSB0\"\n"
-              "bodies = [{name = \"Probe\"}]\n"),
-      2, {"devices[0].address", "serial:/dev/"});
+      "devices --seconds 0.5 --session " + write_session(ndi_session("serial:/dev/no_such_port")),
+      4, {"tracker", "Probe", "absent"});
+}
+
+TEST_F(CommandLineLiveTest, AToolDefinitionLiesBesideTheSessionFile) {
+  write_calibration();
+  const std::string session = write_session(ndi_session("tcp:127.0.0.1:1"));
+  const Outcome printed = sonde("live --print-session --session " + session + " --ct " +
+                                write_ct() + " --out " + (folder_ / "out").string());
+  EXPECT_EQ(printed.code, 0) << printed.errors;
+  const std::string file = (folder_ / "probe.rom").string();
+  EXPECT_NE(printed.output.find("'" + file + "'"), std::string::npos) << printed.output;
+  EXPECT_NE(printed.output.find("baud = 57600"), std::string::npos) << printed.output;
+  EXPECT_NE(printed.output.find("'port:2'"), std::string::npos) << printed.output;
 }
 
 TEST_F(CommandLineLiveTest, NamesTheLineOfWhatItCannotUse) {
