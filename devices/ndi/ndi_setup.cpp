@@ -226,7 +226,9 @@ void NdiSetup::assign_plugged() {
              return tool.place == one.place;
            });
   };
-  std::ranges::sort(plugged_, {}, &Plugged::place);
+  std::ranges::sort(plugged_, {}, [](const Plugged& one) {
+    return std::pair(one.place.port, one.place.channel);
+  });
   for (std::size_t i = 0; i < wanted_.size(); ++i) {
     if (!wanted_[i].rom.empty() || found_[i].handle) continue;
     const auto& place = wanted_[i].place;

@@ -20,7 +20,7 @@ namespace nav::devices {
 struct NdiPlace {
   unsigned port = 0;  ///< From 1.
   unsigned channel = 0;
-  auto operator<=>(const NdiPlace&) const = default;
+  bool operator==(const NdiPlace&) const = default;
 };
 
 /// A tool that is wanted.
