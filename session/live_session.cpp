@@ -106,6 +106,7 @@ Result<LiveSession> LiveSession::open(
   live.clock_ = &clock;
   SessionSetup setup;
   setup.tap = std::move(tap);
+  setup.queue_capacity = 8192;  // Two seconds of ten bodies at 400 Hz.
   setup.learn_outline = !options.whole_image;
   setup.navigator.frame_period.reset();
   setup.navigator.needle_period.reset();

@@ -65,7 +65,9 @@ class Live {
   }
 
   Result<void> run(const std::optional<std::string>& json) {
-    view_.show_before_images();
+    if (const auto placement = view_.show_before_images()) {
+      live_.session().navigator().set_placement(*placement);
+    }
     begun_ = clock_.now();
     live_.start();
     console_.begin("live");

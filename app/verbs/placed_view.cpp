@@ -124,11 +124,14 @@ PlacedView::PlacedView(const SessionConfig& config, Console& console, Parts part
       presenter_(std::move(parts.presenter)),
       banner_(std::move(parts.banner)) {}
 
-void PlacedView::show_before_images() {
+std::optional<session::CtPlacement> PlacedView::show_before_images() {
   presenter_.set_facts({.plan = config_.plan,
                         .needle_expected = config_.source.has_needle(),
                         .window = ct_window(config_.view, *ct_, {}),
                         .banner = banner_});
+  if (!given_) return std::nullopt;
+  presenter_.set_warning(registration_warning(given_->warnings));
+  return given_->placement;
 }
 
 Result<std::optional<session::CtPlacement>> PlacedView::take(

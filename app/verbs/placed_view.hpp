@@ -37,7 +37,8 @@ class PlacedView {
   PlacedView(const SessionConfig& config, Console& console, Parts parts);
 
   /// Prepares the view of the CT alone, for a session that is looked at before its first image.
-  void show_before_images();
+  /// Returns the placement that the options give; absent: the first image decides.
+  std::optional<session::CtPlacement> show_before_images();
   /// Takes a tracked image, in order. \p read: what is known of the recording. Returns the
   /// placement that the session has to take over, if it changed.
   Result<std::optional<session::CtPlacement>> take(
