@@ -155,6 +155,12 @@ Result<LiveSession> LiveSession::open(
       needle != nullptr && needle->body_from_tip) {
     setup.body_from_tip = needle->body_from_tip;
   }
+  if (setup.body_from_tip && setup.body_from_tip->inverse()(2, 3) > 5) {
+    diagnostics.report(Severity::kWarning, "session",
+                       options.needle_frame +
+                           ": expected +z from the hub to the tip, found the tracked body ahead of "
+                           "the tip: the needle is drawn on the wrong side");
+  }
   const LiveDevice* patient =
       first_that_gives(live.devices_, StreamKind::kPoses, ToolRole::kReference);
   if (patient != nullptr && patient->tracks_patient) {
