@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/options/program.hpp"
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -18,11 +19,13 @@ int print_error(const std::string& program, const Error& error) {
 }
 
 int run_guarded(const std::string& program, const std::function<int()>& body) {
+  // A limit on the size of files is then an error of a write, not the end of the program.
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     return body();
   } catch (const std::bad_alloc&) {
     std::fprintf(stderr,
-                 "%s: error: out of memory: expected room for what was asked for, found none\n",
+                 "%s: error: out of memory: there is too little for what was asked for\n",
                  program.c_str());
     return kExitDevice;
   } catch (const PartMissing& missing) {
