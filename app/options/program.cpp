@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <system_error>
 
 #include "app/console.hpp"
 #include "app/options/exit_code.hpp"
@@ -24,12 +25,15 @@ int run_guarded(const std::string& program, const std::function<int()>& body) {
   try {
     return body();
   } catch (const std::bad_alloc&) {
-    std::fprintf(stderr,
-                 "%s: error: out of memory: there is too little for what was asked for\n",
+    std::fprintf(stderr, "%s: error: out of memory: there is too little for what was asked for\n",
                  program.c_str());
     return kExitDevice;
   } catch (const PartMissing& missing) {
     std::fprintf(stderr, "%s: error: %s\n", program.c_str(), missing.what());
+    return kExitDevice;
+  } catch (const std::system_error& lack) {
+    std::fprintf(stderr, "%s: error: %s (too few files, threads or memory, or a missing folder)\n",
+                 program.c_str(), without_controls(lack.what()).c_str());
     return kExitDevice;
   } catch (const std::exception& bug) {
     std::string what = bug.what();

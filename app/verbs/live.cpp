@@ -252,21 +252,13 @@ Result<void> run_live(const SessionConfig& config, const std::optional<std::stri
   // It is written at the end; what it cannot hold is said before the work.
   if (const auto session = to_toml(config); !session) return session.error();
   const MonotonicClock clock;
-  std::unique_ptr<session::SessionRecorder> recorder;
-  if (!config.output.record.empty()) {
-    auto started = start_recording(config, clock, console);
-    if (!started) return started.error();
-    recorder = *std::move(started);
-  }
+  std::unique_ptr<session::SessionRecorder> recorder;  // Started last.
   std::function<void(std::size_t, const Sample&)> tap;
-  if (recorder) {
+  if (!config.output.record.empty()) {
     tap = [&](std::size_t device, const Sample& sample) { recorder->record(device, sample); };
   }
   auto live = session::LiveSession::open(config.source, clock, console, tap);
   if (!live) return live.error();
-  if (recorder) {
-    if (auto ok = describe(config, *live, *recorder); !ok) return ok;
-  }
   auto parts = PlacedView::prepare(config, live->reference_frame(), console);
   if (!parts) return parts.error();
   parts->banner = banner_of(config.source.devices);
@@ -278,6 +270,12 @@ Result<void> run_live(const SessionConfig& config, const std::optional<std::stri
       return ok;
     }
     out = *std::move(made);
+  }
+  if (!config.output.record.empty()) {
+    auto started = start_recording(config, clock, console);
+    if (!started) return started.error();
+    recorder = *std::move(started);
+    if (auto ok = describe(config, *live, *recorder); !ok) return ok;
   }
   Live run(config, console, clock, std::move(out), *std::move(live), *std::move(parts),
            recorder.get());

@@ -26,7 +26,8 @@ class PlacedView {
     /// The whole sweep, for camera and grey window; none: the first image decides.
     std::optional<session::SweepSurvey> survey;
     Presenter presenter;
-    std::string banner;  ///< Kind of the session, which every image shows.
+    bool needle_expected = false;  ///< A needle is tracked; its state is always shown.
+    std::string banner;            ///< Kind of the session, which every image shows.
   };
   /// Reads the CT and what is drawn with it, and makes the presenter. \p reference_frame: the
   /// patient's frame, to which a registration has to belong.
@@ -71,6 +72,7 @@ class PlacedView {
   std::optional<session::Placement> given_;
   std::optional<session::SweepSurvey> survey_;
   Presenter presenter_;
+  bool needle_expected_;
   std::string banner_;
   std::optional<session::Placement> placement_;
   session::OutsideWatch outside_;
