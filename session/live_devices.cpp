@@ -6,6 +6,7 @@
 #include <charconv>
 #include <utility>
 
+#include "devices/ndi/ndi_source.hpp"
 #include "devices/openigtlink/openigtlink_source.hpp"
 #include "io/plus_config.hpp"
 #include "io/recording_source.hpp"
@@ -72,6 +73,56 @@ Result<LiveDevice> open_openigtlink(const DeviceOptions& device, const std::stri
   return LiveDevice{.options = device, .source = *std::move(opened)};
 }
 
+/// "serial:/dev/ttyUSB0".
+std::optional<std::string> serial_address(std::string_view text) {
+  constexpr std::string_view kBegin = "serial:";
+  if (!text.starts_with(kBegin) || text.size() == kBegin.size()) return std::nullopt;
+  return std::string(text.substr(kBegin.size()));
+}
+
+/// A tool of an NDI tracker: empty, "port:2", "port:2.1" (second channel) or a .rom file.
+std::optional<devices::NdiTool> ndi_tool(const DeviceBody& body) {
+  constexpr std::string_view kBegin = "port:";
+  devices::NdiTool tool{.name = body.name};
+  if (!body.tool.starts_with(kBegin)) {
+    tool.rom = body.tool;
+    return tool;
+  }
+  const std::string_view text = std::string_view(body.tool).substr(kBegin.size());
+  devices::NdiPlace place;
+  const char* const end = text.data() + text.size();
+  auto read = std::from_chars(text.data(), end, place.port);
+  if (read.ec == std::errc() && read.ptr != end && *read.ptr == '.') {
+    read = std::from_chars(read.ptr + 1, end, place.channel);
+  }
+  if (read.ec != std::errc() || read.ptr != end || place.port == 0) return std::nullopt;
+  tool.place = place;
+  return tool;
+}
+
+Result<LiveDevice> open_ndi(const DeviceOptions& device, const std::string& needle_body,
+                            const SourceOptions& source, const Clock& clock,
+                            Diagnostics& diagnostics) {
+  devices::NdiOptions options;
+  options.baud = device.baud;
+  for (const DeviceBody& body : device.bodies) {
+    const ToolRole role = body.name == needle_body ? ToolRole::kNeedle : role_of(body.name, source);
+    options.streams.push_back({*ndi_tool(body), role});
+  }
+  std::unique_ptr<devices::NdiTransport> transport;
+  if (const auto path = serial_address(device.address)) {
+    transport = devices::make_ndi_serial(*path);
+  } else {
+    const auto address = *tcp_address(device.address);
+    auto made = devices::make_ndi_tcp(address.host, address.port);
+    if (!made) return made.error();
+    transport = *std::move(made);
+  }
+  auto opened = devices::NdiSource::create(options, std::move(transport), clock, diagnostics);
+  if (!opened) return opened.error();
+  return LiveDevice{.options = device, .source = *std::move(opened)};
+}
+
 /// A simulated session with the source of its streams.
 struct Simulation {
   explicit Simulation(sim::SimulatedSession made) : session(std::move(made)) {}
@@ -133,6 +184,32 @@ Result<LiveDevice> open_recording(const DeviceOptions& device, const SourceOptio
                                       recording->reference_frame() != source.tracker_frame};
 }
 
+Result<void> validate_ndi(const DeviceOptions& device, const std::string& name) {
+  const auto reject = [&](const std::string& key, const std::string& expected,
+                          const std::string& found) {
+    return Error{ErrorCode::kUsage,
+                 name + key + ": expected " + expected + ", found '" + found + "'"};
+  };
+  if (!serial_address(device.address) && !tcp_address(device.address)) {
+    return reject(".address", "serial:/dev/… or tcp:host:port", device.address);
+  }
+  if (device.bodies.empty()) return reject(".bodies", "at least one body", "none");
+  devices::NdiOptions options;
+  options.baud = device.baud;
+  for (std::size_t i = 0; i < device.bodies.size(); ++i) {
+    const auto tool = ndi_tool(device.bodies[i]);
+    if (!tool) {
+      return reject(".bodies[" + std::to_string(i) + "].tool",
+                    "a .rom file, port:NUMBER, or nothing", device.bodies[i].tool);
+    }
+    options.streams.push_back({.tool = *tool});
+  }
+  if (auto ok = devices::validate(options); !ok) {
+    return Error{ErrorCode::kUsage, name + ": " + ok.error().message};
+  }
+  return {};
+}
+
 Result<void> validate_one(const DeviceOptions& device, const std::string& name) {
   const auto reject = [&](const char* key, const std::string& expected, const std::string& found) {
     return Error{ErrorCode::kUsage,
@@ -160,6 +237,9 @@ Result<void> validate_one(const DeviceOptions& device, const std::string& name) 
       return reject("bodies", "bodies or an image, or both", "neither");
     }
   }
+  if (device.kind == "ndi") {
+    if (auto ok = validate_ndi(device, name); !ok) return ok;
+  }
   if (device.kind == "recording" && device.address.empty()) {
     return reject("address", "the file of a PLUS sequence", device.address);
   }
@@ -176,7 +256,7 @@ Result<void> validate_one(const DeviceOptions& device, const std::string& name) 
 }  // namespace
 
 const std::vector<std::string>& device_kinds() {
-  static const std::vector<std::string> kinds{"openigtlink", "simulated", "recording"};
+  static const std::vector<std::string> kinds{"openigtlink", "ndi", "simulated", "recording"};
   return kinds;
 }
 
@@ -198,6 +278,7 @@ Result<LiveDevice> open_device(const DeviceOptions& device, const std::string& n
                                const SourceOptions& source, const Clock& clock,
                                Diagnostics& diagnostics) {
   auto opened = device.kind == "simulated" ? open_simulated(device, clock)
+                : device.kind == "ndi" ? open_ndi(device, needle_body, source, clock, diagnostics)
                 : device.kind == "recording"
                     ? open_recording(device, source, clock, diagnostics)
                     : open_openigtlink(device, needle_body, source, clock, diagnostics);

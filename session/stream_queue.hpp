@@ -25,7 +25,7 @@ enum class QueuePolicy {
 struct SupersededStamp {
   Timestamp received;
   std::optional<DeviceTime> device_time;
-  std::optional<Timestamp> acquired;  ///< As the device says it; absent for a missing image.
+  std::optional<Timestamp> acquired;  ///< The device's own; absent for a missing image.
 };
 
 /// One stream between the thread of its source and the session. Thread-safe.

@@ -8,6 +8,9 @@ namespace {
 using session::DeviceBody;
 using session::DeviceOptions;
 
+/// True for the .rom file of an NDI tool, not for "port:1".
+bool is_file(const std::string& tool) { return !tool.empty() && !tool.starts_with("port:"); }
+
 void read_bodies(Section& device, const std::string& name, std::vector<DeviceBody>& bodies) {
   const toml::array* list = device.tables("bodies");
   if (list == nullptr) return;
@@ -45,6 +48,14 @@ void read_devices(Section& root, const char* key, Settings& settings) {
       one.flag("needle", device.needle);
       one.integer("seed", device.seed);
       one.number("duration_s", device.duration_s);
+    } else if (device.kind == "ndi") {
+      one.text("address", device.address);
+      one.integer("baud", device.baud);
+      read_bodies(one, name, device.bodies);
+      for (DeviceBody& body : device.bodies) {
+        // A tool definition lies beside the session file.
+        if (is_file(body.tool)) body.tool = one.beside_file(body.tool).string();
+      }
     } else {
       one.text("address", device.address);
       one.text("image", device.image);
@@ -75,12 +86,17 @@ void write_devices(KeyWriter& writer, const char* key, const Settings& settings)
       toml::array bodies;
       for (const DeviceBody& body : device.bodies) {
         toml::table one{{"name", body.name}};
-        if (!body.tool.empty()) one.insert("tool", body.tool);
+        const bool file = device.kind == "ndi" && is_file(body.tool);
+        if (!body.tool.empty()) one.insert("tool", file ? absolute_text(body.tool) : body.tool);
         bodies.push_back(std::move(one));
       }
       table.insert("address", device.address);
-      if (!device.image.empty()) table.insert("image", device.image);
-      table.insert("announce_version_2", device.announce_version_2);
+      if (device.kind == "ndi") {
+        table.insert("baud", device.baud);
+      } else {
+        if (!device.image.empty()) table.insert("image", device.image);
+        table.insert("announce_version_2", device.announce_version_2);
+      }
       if (!bodies.empty()) table.insert("bodies", std::move(bodies));
     }
     list.push_back(std::move(table));

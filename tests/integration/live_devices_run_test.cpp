@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "app/verbs/simulate/simulated_recording.hpp"
+#include "devices/ndi/ndi_emulator.hpp"
 #include "devices/openigtlink/openigtlink_sender.hpp"
 #include "session/driver.hpp"
 #include "session/live_session.hpp"
@@ -145,6 +146,36 @@ TEST(LiveTest, ImagesByOpenIgtLinkLieWhereTheSimulatedProbeHeldThem) {
     const auto found = image.reference_from_image * image.frame.grid.at(80, 60);
     EXPECT_LT((found - truth * session.grid().at(80, 60)).v.norm(), 1.0);
   }
+}
+
+TEST(LiveTest, AnNdiTrackerIsOpenedByItsKind) {
+  devices::NdiEmulatedOptions emulated;
+  emulated.tools = {{.port = 1}, {.port = 2}};
+  emulated.see = [](std::size_t tool, std::uint32_t /*number*/) {
+    return devices::NdiToolReading{.presence = devices::NdiPresence::kMeasured,
+                                   .rotation_wxyz = {1, 0, 0, 0},
+                                   .translation_mm = {10.0 * static_cast<double>(tool), 0, -1000}};
+  };
+  const auto emulator = devices::NdiEmulator::start(emulated, {.tcp = true});
+  ASSERT_TRUE(test::has_value(emulator));
+  const DeviceOptions device{.id = "tracker",
+                             .kind = "ndi",
+                             .address = "tcp:127.0.0.1:" + std::to_string((*emulator)->port()),
+                             .bodies = {{"Probe", "port:2"}, {"Reference", ""}}};
+  const MonotonicClock clock;
+  CollectingDiagnostics diagnostics;
+  const auto opened = open_device(device, "", {}, clock, diagnostics);
+  ASSERT_TRUE(test::has_value(opened));
+  ASSERT_EQ(opened->source->streams().size(), 2U);
+  EXPECT_EQ(opened->source->streams()[0].role, ToolRole::kProbe);
+  EXPECT_EQ(opened->source->streams()[1].role, ToolRole::kReference);
+  for (int i = 0; i < 4; ++i) {
+    const auto sample = opened->source->next(clock.now() + std::chrono::seconds(20));
+    ASSERT_TRUE(test::has_value(sample));
+    const auto& pose = std::get<PoseSample>(sample->what).pose;
+    EXPECT_EQ(pose.tracker_from_body(0, 3), sample->stream == 0 ? 10.0 : 0.0);
+  }
+  EXPECT_EQ(opened->source->health().serial, "P4-00000");
 }
 
 }  // namespace

@@ -35,7 +35,7 @@ TEST(LiveDevicesTest, NamesTheKeyThatCannotBeUsed) {
   EXPECT_EQ(changed([](auto& d) { d.id = "a b"; }),
             "devices[0].id: expected 1 to 64 letters, digits and _ - ., found 'a b'");
   EXPECT_EQ(changed([](auto& d) { d.kind = "ndj"; }),
-            "devices[0].kind: expected one of openigtlink, simulated, recording, found 'ndj'");
+            "devices[0].kind: expected one of openigtlink, ndi, simulated, recording, found 'ndj'");
   for (const char* address : {"127.0.0.1:18944", "tcp:18944", "tcp::18944", "tcp:host:0",
                               "tcp:host:65536", "tcp:host:12x", "tcp:host:", ""}) {
     EXPECT_NE(changed([&](auto& d) { d.address = address; }), "") << address;
@@ -49,6 +49,37 @@ TEST(LiveDevicesTest, NamesTheKeyThatCannotBeUsed) {
   ASSERT_FALSE(twice);
   EXPECT_EQ(twice.error().message,
             "devices[1].id: expected an id of its own, found 'plus' as in devices[0]");
+}
+
+TEST(LiveDevicesTest, NamesTheKeyOfAnNdiTrackerThatCannotBeUsed) {
+  const DeviceOptions good{
+      .id = "tracker",
+      .kind = "ndi",
+      .address = "serial:/dev/ttyUSB0",
+      .bodies = {{"Probe", "probe.rom"}, {"Needle", "port:1"}, {"Stylus", ""}}};
+  EXPECT_EQ(rejection(good), "");
+  const auto changed = [&](auto change) {
+    DeviceOptions device = good;
+    change(device);
+    return rejection(device);
+  };
+  EXPECT_EQ(changed([](auto& d) { d.address = "tcp:localhost:8765"; }), "");
+  EXPECT_EQ(changed([](auto& d) { d.bodies[1].tool = "port:2.1"; }), "");
+  EXPECT_EQ(changed([](auto& d) { d.address = "/dev/ttyUSB0"; }),
+            "devices[0].address: expected serial:/dev/… or tcp:host:port, found '/dev/ttyUSB0'");
+  for (const char* address : {"serial:", "tcp:host", ""}) {
+    EXPECT_NE(changed([&](auto& d) { d.address = address; }), "") << address;
+  }
+  EXPECT_EQ(changed([](auto& d) { d.bodies[1].tool = "port:x"; }),
+            "devices[0].bodies[1].tool: expected a .rom file, port:NUMBER, or nothing, found "
+            "'port:x'");
+  for (const char* tool : {"port:", "port:0", "port:1.", "port:1.x", "port:-1"}) {
+    EXPECT_NE(changed([&](auto& d) { d.bodies[1].tool = tool; }), "") << tool;
+  }
+  EXPECT_NE(changed([](auto& d) { d.bodies[2].tool = "port:1"; }), "") << "two tools at one port";
+  EXPECT_NE(changed([](auto& d) { d.bodies[2].name = "Probe"; }), "");
+  EXPECT_NE(changed([](auto& d) { d.bodies.clear(); }), "");
+  EXPECT_NE(changed([](auto& d) { d.baud = 300; }), "");
 }
 
 class LiveSessionFileTest : public ::testing::Test {

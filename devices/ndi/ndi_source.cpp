@@ -1,0 +1,663 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "devices/ndi/ndi_source.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <sstream>
+
+#include "devices/ndi/ndi_errors.hpp"
+#include "devices/ndi/ndi_hex.hpp"
+
+namespace nav::devices {
+namespace {
+
+constexpr const char* kReporter = "devices.ndi";
+constexpr std::size_t kReadBytes = std::size_t{1} << 14;
+constexpr std::size_t kMostReports = 256;
+constexpr int kMostFailures = 3;
+constexpr Duration kQuiet = std::chrono::milliseconds(30);
+constexpr Duration kLongestDrain = std::chrono::milliseconds(500);
+constexpr Duration kSpeedChange = std::chrono::milliseconds(150);
+constexpr Duration kLookAgain = std::chrono::seconds(2);
+
+Error usage(const std::string& what) { return {ErrorCode::kUsage, "NDI: expected " + what}; }
+
+std::string seconds_text(Duration duration) {
+  std::ostringstream text;
+  text << to_seconds(duration) << " s";
+  return text.str();
+}
+
+Result<void> validate_streams(const std::vector<NdiStream>& streams) {
+  constexpr std::size_t kMost = 250;
+  if (streams.empty() || streams.size() > kMost) {
+    return usage("1 to 250 tools, found " + std::to_string(streams.size()));
+  }
+  for (std::size_t i = 0; i < streams.size(); ++i) {
+    const NdiTool& tool = streams[i].tool;
+    if (tool.name.empty()) return usage("a name for every tool, found an empty one");
+    for (std::size_t j = 0; j < i; ++j) {
+      const NdiTool& other = streams[j].tool;
+      if (tool.name == other.name) {
+        return usage("names that differ, found " + tool.name + " twice");
+      }
+      if (tool.place && tool.place == other.place) {
+        return usage("one tool at each port, found " + other.name + " and " + tool.name +
+                     " at port " + std::to_string(tool.place->port));
+      }
+    }
+  }
+  return {};
+}
+
+/// Question for poses, also of tools out of the volume.
+const std::string& form_command(NdiForm form) {
+  static const std::string bx2 = ndi_command("BX2", "--6d=tools");
+  static const std::string bx = ndi_command("BX", "0801");
+  static const std::string tx = ndi_command("TX", "0801");
+  if (form == NdiForm::kBx2) return bx2;
+  return form == NdiForm::kBx ? bx : tx;
+}
+
+/// Codes of ERROR that a tracker gives to a command or to options that it does not know.
+bool is_not_understood(std::uint8_t code) {
+  constexpr std::uint8_t kCodes[] = {kNdiInvalidCommand, 0x02, 0x03, 0x07, 0x23, 0x33};
+  return std::ranges::count(kCodes, code) > 0;
+}
+
+std::string lower(std::string text) {
+  std::ranges::transform(text, text.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c;
+  });
+  return text;
+}
+
+}  // namespace
+
+const char* to_string(NdiForm form) {
+  switch (form) {
+    case NdiForm::kBx2:
+      return "BX2";
+    case NdiForm::kBx:
+      return "BX";
+    case NdiForm::kTx:
+      return "TX";
+  }
+  return "unknown";
+}
+
+Result<void> validate(const NdiOptions& o) {
+  if (std::ranges::count(ndi_baud_rates(), o.baud) == 0) {
+    std::string rates;
+    for (const int rate : ndi_baud_rates()) {
+      rates.append(rates.empty() ? "" : ", ").append(std::to_string(rate));
+    }
+    return usage("a baud rate of " + rates + ", found " + std::to_string(o.baud));
+  }
+  for (const Duration time : {o.connect_timeout, o.first_retry, o.longest_retry, o.break_time,
+                              o.reset_wait, o.silence, o.lost, o.shortest_period, o.idle_period}) {
+    if (time <= Duration(0) || time > std::chrono::hours(1)) {
+      return usage("times above 0 and up to one hour, found " + seconds_text(time));
+    }
+  }
+  if (o.longest_retry < o.first_retry || o.lost < o.silence) {
+    return usage("longest_retry >= first_retry and lost >= silence, found the opposite");
+  }
+  return validate_streams(o.streams);
+}
+
+Result<std::unique_ptr<NdiSource>> NdiSource::create(NdiOptions options,
+                                                     std::unique_ptr<NdiTransport> transport,
+                                                     const Clock& clock, Diagnostics& diagnostics) {
+  if (const auto ok = validate(options); !ok) return ok.error();
+  return std::unique_ptr<NdiSource>(
+      new NdiSource(std::move(options), std::move(transport), clock, diagnostics));
+}
+
+NdiSource::NdiSource(NdiOptions options, std::unique_ptr<NdiTransport> transport,
+                     const Clock& clock, Diagnostics& diagnostics)
+    : options_(std::move(options)),
+      transport_(std::move(transport)),
+      clock_(clock),
+      diagnostics_(diagnostics),
+      due_(clock.now()),
+      baud_(options_.baud),
+      form_(options_.form),
+      tracked_(options_.streams.size()),
+      retry_(options_.first_retry) {
+  for (const NdiStream& stream : options_.streams) {
+    infos_.push_back({stream.tool.name, StreamKind::kPoses, stream.role});
+    // The reply to BX2 does not say that a tool was plugged in.
+    if (stream.tool.rom.empty() && form_ == NdiForm::kBx2) form_ = NdiForm::kBx;
+  }
+  health_.samples.resize(infos_.size());
+  health_.tool_faults.resize(infos_.size());
+  health_.form = form_;
+}
+
+void NdiSource::stop() noexcept {
+  stopped_ = true;
+  wake_.signal();
+}
+
+NdiHealth NdiSource::account() const {
+  const std::lock_guard lock(mutex_);
+  NdiHealth health = health_;
+  if (stopped_) health.state = NdiState::kStopped;
+  return health;
+}
+
+SourceHealth NdiSource::health() const {
+  const NdiHealth own = account();
+  SourceHealth health{.cause = own.cause,
+                      .firmware = own.version.firmware,
+                      .serial = own.version.serial,
+                      .reconnects = own.connections > 0 ? own.connections - 1 : 0,
+                      .bytes = own.bytes,
+                      .bad_messages = own.bad_replies};
+  if (own.repeats > 0) health.bad_messages["repeat"] = own.repeats;
+  const bool faulty =
+      std::ranges::any_of(own.tool_faults, [](const auto& f) { return !f.empty(); });
+  if (faulty && health.cause.empty()) health.cause = "tool";
+  const bool any = std::ranges::any_of(own.samples, [](auto count) { return count > 0; });
+  switch (own.state) {
+    case NdiState::kSetup:
+    case NdiState::kTracking:
+      health.state = any ? SourceState::kStreaming : SourceState::kStarting;
+      break;
+    case NdiState::kSilent:
+      health.state = SourceState::kSilent;
+      break;
+    case NdiState::kStopped:
+      health.state = SourceState::kEnded;
+      break;
+    default:
+      health.state = SourceState::kWaiting;
+      break;
+  }
+  return health;
+}
+
+Result<Sample> NdiSource::next(Deadline deadline) {
+  Sample sample;
+  for (;;) {
+    if (stopped_) {
+      transport_->close();
+      return Error{ErrorCode::kCancelled, transport_->name() + ": stopped"};
+    }
+    if (take_ready(sample)) return sample;
+    const Timestamp now = clock_.now();
+    if (now >= due_) advance(now);
+    send_reports();
+    const bool writes = state_ == NdiState::kConnecting || (asked_ && sent_ < question_.size());
+    const Timestamp until = std::min(deadline, due_);
+    std::array<Watched, 2> watched = {Watched{.fd = wake_.get(), .read = true},
+                                      Watched{.fd = transport_->descriptor(),
+                                              .read = state_ != NdiState::kConnecting,
+                                              .write = writes}};
+    const Timestamp before = clock_.now();
+    wait_for(watched, until > before ? until - before : Duration(0));
+    if (stopped_) continue;
+    attend(watched[1].read, watched[1].write);
+    send_reports();
+    if (take_ready(sample)) return sample;
+    if (clock_.now() >= deadline) {
+      return Error{ErrorCode::kTimeout, transport_->name() + ": no sample by the deadline"};
+    }
+  }
+}
+
+bool NdiSource::take_ready(Sample& sample) {
+  if (taken_ == ready_.size()) {
+    ready_.clear();
+    taken_ = 0;
+    return false;
+  }
+  sample = std::move(ready_[taken_++]);
+  return true;
+}
+
+void NdiSource::set_state(NdiState state, Timestamp due) {
+  due_ = due;
+  if (state == state_) return;
+  state_ = state;
+  const std::lock_guard lock(mutex_);
+  health_.state = state;
+}
+
+bool NdiSource::is_tracking() const {
+  return state_ == NdiState::kTracking || state_ == NdiState::kSilent;
+}
+
+/// Does what is due.
+void NdiSource::advance(Timestamp now) {
+  switch (state_) {
+    case NdiState::kWaiting:
+      return open(now);
+    case NdiState::kConnecting:
+      return lose(
+          {"connect_timeout", "no answer within " + seconds_text(options_.connect_timeout)});
+    case NdiState::kResetting:
+      if (!break_on_) return begin_setup(now);
+      break_on_ = false;
+      transport_->set_break(false);
+      due_ = now + options_.reset_wait;
+      return;
+    case NdiState::kSetup:
+    case NdiState::kTracking:
+    case NdiState::kSilent:
+      if (draining_) return repeat_question(now);
+      if (asked_) return no_reply(now);
+      if (switch_to_baud_ != 0) {
+        if (auto failure = transport_->set_baud(switch_to_baud_)) return lose(*failure);
+        switch_to_baud_ = 0;
+        raised_ = true;
+        return go_on_with_setup(now);
+      }
+      return ask_for_poses(now);
+    case NdiState::kStopped:
+      due_ = Timestamp::max();
+      return;
+  }
+}
+
+void NdiSource::open(Timestamp now) {
+  buffer_.clear();
+  filled_ = 0;
+  asked_ = draining_ = raised_ = false;
+  switch_to_baud_ = 0;
+  if (const auto failure = transport_->open()) return lose(*failure);
+  if (transport_->is_serial()) {
+    break_on_ = true;
+    transport_->set_break(true);
+    set_state(NdiState::kResetting, now + options_.break_time);
+  } else {
+    set_state(NdiState::kConnecting, now + options_.connect_timeout);
+  }
+}
+
+void NdiSource::begin_setup(Timestamp now) {
+  filled_ = 0;
+  std::vector<NdiTool> tools;
+  for (const NdiStream& stream : options_.streams) tools.push_back(stream.tool);
+  setup_.emplace(std::move(tools), transport_->is_serial() ? baud_ : 0);
+  for (Tracked& one : tracked_) {
+    one.handle.reset();
+    one.number.reset();
+    one.unplugged = false;
+  }
+  set_state(NdiState::kSetup, now);
+  go_on_with_setup(now);
+}
+
+void NdiSource::attend(bool readable, bool writable) {
+  if (transport_->descriptor() < 0) return;
+  if (state_ == NdiState::kConnecting) {
+    if (!writable) return;
+    if (const auto failure = transport_->finish()) return lose(*failure);
+    return begin_setup(clock_.now());
+  }
+  if (readable) receive();
+  if (writable && asked_ && sent_ < question_.size()) send_rest();
+}
+
+void NdiSource::receive() {
+  if (buffer_.size() < filled_ + kReadBytes) buffer_.resize(filled_ + kReadBytes);
+  const TcpTransfer got = transport_->receive(std::span(buffer_).subspan(filled_));
+  const Timestamp now = clock_.now();
+  if (got.bytes > 0) {
+    {
+      const std::lock_guard lock(mutex_);
+      health_.bytes += got.bytes;
+    }
+    if (draining_) {
+      due_ = std::min(now + kQuiet, drain_end_);
+    } else {
+      filled_ += got.bytes;
+      read_replies(now);
+    }
+  }
+  if (got.failure) lose(*got.failure);
+}
+
+void NdiSource::read_replies(Timestamp now) {
+  while (filled_ > 0 && !draining_ && transport_->descriptor() >= 0) {
+    const NdiFraming framing = frame_ndi_reply(std::span(buffer_).first(filled_));
+    if (framing.size == 0) return;
+    if (framing.fault && state_ != NdiState::kResetting) {
+      return bad_reply(to_string(*framing.fault), now);
+    }
+    if (!framing.fault) take_reply(framing.reply, now);
+    if (framing.size > filled_) return;  // Taking it has emptied the buffer.
+    std::copy(buffer_.begin() + static_cast<std::ptrdiff_t>(framing.size),
+              buffer_.begin() + static_cast<std::ptrdiff_t>(filled_), buffer_.begin());
+    filled_ -= framing.size;
+  }
+}
+
+void NdiSource::take_reply(const NdiReply& reply, Timestamp now) {
+  if (state_ == NdiState::kResetting) {
+    // Before the end of BREAK the lines are not in step yet.
+    if (reply.kind == NdiReplyKind::kReset && !break_on_) begin_setup(now);
+    return;
+  }
+  if (!asked_ || reply.kind == NdiReplyKind::kReset) return take_unasked(reply);
+  asked_ = false;
+  raised_ = false;
+  const bool was_repeated = failures_ > 0;
+  if (is_tracking()) {
+    take_tracking_reply(reply, now);
+  } else {
+    take_setup_reply(reply, now);
+  }
+  // The first question may be answered too, after all.
+  if (was_repeated && !asked_ && is_tracking()) drain(now);
+}
+
+void NdiSource::take_unasked(const NdiReply& reply) {
+  if (reply.kind == NdiReplyKind::kReset) {
+    return lose({"reset", "the tracker was reset; it is set up again"});
+  }
+  const std::lock_guard lock(mutex_);
+  ++health_.bad_replies["unasked"];
+}
+
+void NdiSource::take_setup_reply(const NdiReply& reply, Timestamp now) {
+  const int baud = setup_->step()->baud;
+  const bool switches = baud != 0 && reply.kind == NdiReplyKind::kOkay;
+  const bool was_repeated = failures_ > 0;
+  setup_->take(reply);
+  failures_ = 0;
+  for (const std::string& note : setup_->notes()) report_once(Severity::kWarning, note);
+  if (switches) {
+    switch_to_baud_ = baud;
+    due_ = now + kSpeedChange;
+    return;
+  }
+  // The first question may be answered too, after all.
+  if (was_repeated && setup_->step() != nullptr) return drain(now);
+  go_on_with_setup(now);
+}
+
+void NdiSource::go_on_with_setup(Timestamp now) {
+  for (std::size_t i = 0; i < tracked_.size(); ++i) {
+    const std::string& fault = setup_->tools()[i].fault;
+    if (!fault.empty()) report_once(Severity::kWarning, infos_[i].name + ": " + fault);
+    const std::lock_guard lock(mutex_);
+    health_.tool_faults[i] = fault;
+  }
+  if (setup_->failure()) return lose({"setup", *setup_->failure()});
+  const NdiStep* step = setup_->step();
+  if (step == nullptr) return setup_done(now);
+  failures_ = 0;
+  ask(step->command, step->longest, now);
+}
+
+void NdiSource::setup_done(Timestamp now) {
+  for (std::size_t i = 0; i < tracked_.size(); ++i) {
+    tracked_[i].handle.reset();
+    tracked_[i].unplugged = false;
+    if (const auto handle = setup_->tools()[i].handle) tracked_[i].handle = *handle;
+  }
+  const NdiVersion& version = setup_->version();
+  counts_at_60_hz_ = lower(version.firmware).find("polaris") != std::string::npos;
+  reported_loss_.clear();
+  const bool again = look_again_ != Timestamp{};
+  if (!again) {
+    const std::lock_guard lock(mutex_);
+    ++health_.connections;
+    health_.version = version;
+  }
+  look_again_ = now + kLookAgain;
+  reports_.push_back({Severity::kInfo, "tracking: " + version.firmware + " " + version.serial});
+  answered_ = now;
+  set_state(NdiState::kTracking, now);
+}
+
+void NdiSource::ask_for_poses(Timestamp now) {
+  failures_ = 0;
+  ask(form_command(form_), options_.silence, now);
+}
+
+void NdiSource::ask(const std::string& command, Duration longest, Timestamp now) {
+  question_ = command;
+  longest_ = longest;
+  sent_ = 0;
+  asked_ = true;
+  asked_at_ = now;
+  due_ = now + longest;
+  send_rest();
+}
+
+void NdiSource::send_rest() {
+  const auto bytes = std::as_bytes(std::span(question_)).subspan(sent_);
+  const TcpTransfer sent = transport_->send(bytes);
+  sent_ += sent.bytes;
+  if (sent.failure) lose(*sent.failure);
+}
+
+/// The time for a reply is over.
+void NdiSource::no_reply(Timestamp now) {
+  const bool begun = filled_ > 0;
+  if (is_tracking()) {
+    if (now - answered_ >= options_.lost) {
+      return lose({"silent", "nothing has come for " + seconds_text(options_.lost)});
+    }
+    if (state_ != NdiState::kSilent && !begun) {
+      {
+        const std::lock_guard lock(mutex_);
+        ++health_.silences;
+      }
+      set_state(NdiState::kSilent, now);
+      report_once(Severity::kWarning, "nothing has come for " + seconds_text(options_.silence));
+    }
+  }
+  bad_reply(begun ? to_string(NdiFault::kTruncated) : "no_reply", now);
+}
+
+/// A reply that cannot be used: when the line is quiet, the question is asked again.
+void NdiSource::bad_reply(const std::string& cause, Timestamp now) {
+  {
+    const std::lock_guard lock(mutex_);
+    ++health_.bad_replies[cause];
+  }
+  report_once(Severity::kWarning, "a reply could not be used: " + cause);
+  const bool expected = asked_;
+  if (state_ == NdiState::kSetup && expected) {
+    const NdiStep* step = setup_->step();
+    if (step == nullptr || !step->repeatable || failures_ + 1 >= kMostFailures) {
+      if (raised_) {
+        const auto& rates = ndi_baud_rates();
+        const auto rate = std::ranges::find(rates, baud_);
+        if (rate != rates.begin()) baud_ = *std::prev(rate);
+      }
+      return lose({cause == "no_reply" ? "no_reply" : "bad_replies",
+                   raised_ ? "nothing comes at the higher baud rate; a lower one is tried"
+                           : "the tracker does not answer as expected; check that it is an NDI "
+                             "tracker, switched on and not in use"});
+    }
+  }
+  if (expected) ++failures_;
+  if (is_tracking() && now - answered_ >= options_.lost) {
+    return lose({"bad_replies", "no intact reply for " + seconds_text(options_.lost)});
+  }
+  drain(now);
+}
+
+void NdiSource::drain(Timestamp now) {
+  filled_ = 0;
+  draining_ = true;
+  drain_end_ = now + kLongestDrain;
+  due_ = now + kQuiet;
+}
+
+/// After draining: the lost reply is asked for again, or what was due goes on.
+void NdiSource::repeat_question(Timestamp now) {
+  draining_ = false;
+  if (asked_) return ask(question_, longest_, now);
+  if (switch_to_baud_ != 0) {
+    due_ = now;
+    return;
+  }
+  if (state_ == NdiState::kSetup) return go_on_with_setup(now);
+  ask_for_poses(now);
+}
+
+void NdiSource::take_tracking_reply(const NdiReply& reply, Timestamp now) {
+  if (reply.kind == NdiReplyKind::kError) return take_tracking_error(reply, now);
+  if (const auto read = read_poses(reply); !read) {
+    report_once(Severity::kWarning, read.error().message);
+    return bad_reply(to_string(NdiFault::kLayout), now);
+  }
+  answered_ = now;
+  if (state_ == NdiState::kSilent) {
+    reports_.push_back({Severity::kInfo, "replies come again"});
+    reported_.erase("nothing has come for " + seconds_text(options_.silence));
+  }
+  retry_ = options_.first_retry;
+  const std::size_t before = ready_.size();
+  take_readings(now);
+  const Duration pause = ready_.size() > before ? Duration(0) : options_.idle_period;
+  set_state(NdiState::kTracking, std::max(now + pause, asked_at_ + options_.shortest_period));
+  look_for_plugged(now);
+}
+
+void NdiSource::take_tracking_error(const NdiReply& reply, Timestamp now) {
+  if (form_ != NdiForm::kTx && is_not_understood(reply.code)) {
+    form_ = form_ == NdiForm::kBx2 ? NdiForm::kBx : NdiForm::kTx;
+    {
+      const std::lock_guard lock(mutex_);
+      health_.form = form_;
+    }
+    due_ = now;
+    return;
+  }
+  const std::string cause = "error_" + ndi_to_hex(reply.code, 2);
+  {
+    const std::lock_guard lock(mutex_);
+    ++health_.bad_replies[cause];
+  }
+  const bool was_reset = reply.code == kNdiWrongMode || reply.code == kNdiNotInitialised;
+  if (was_reset) return lose({"reset", ndi_error_sentence(reply.code)});
+  report_once(Severity::kWarning, ndi_error_sentence(reply.code));
+  if (now - answered_ >= options_.lost) return lose({"errors", ndi_error_sentence(reply.code)});
+  due_ = now + options_.silence;
+}
+
+Result<void> NdiSource::read_poses(const NdiReply& reply) {
+  const bool binary = reply.kind == NdiReplyKind::kBinary;
+  if (binary != (form_ != NdiForm::kTx)) {
+    return Error{ErrorCode::kMalformedData, "NDI: the reply is of another form than the question"};
+  }
+  if (form_ == NdiForm::kBx2) return read_ndi_bx2(reply.body, readings_);
+  return binary ? read_ndi_bx(reply.body, readings_) : read_ndi_tx(reply.text, readings_);
+}
+
+void NdiSource::take_readings(Timestamp now) {
+  const std::lock_guard lock(mutex_);
+  for (const NdiToolReading& reading : readings_.tools) {
+    const auto found = std::ranges::find(tracked_, std::optional(reading.handle), &Tracked::handle);
+    if (found == tracked_.end()) {
+      ++health_.undeclared;
+    } else {
+      take_reading(static_cast<std::size_t>(found - tracked_.begin()), reading, now);
+    }
+  }
+}
+
+void NdiSource::take_reading(std::size_t stream, const NdiToolReading& reading, Timestamp now) {
+  Tracked& tracked = tracked_[stream];
+  constexpr std::uint32_t kHalf = 1U << 31;
+  if (reading.presence == NdiPresence::kDisabled || reading.presence == NdiPresence::kUnoccupied) {
+    if (tracked.unplugged) return;
+    tracked.unplugged = true;
+    health_.tool_faults[stream] = "it was unplugged; plug it in again";
+    report_once(Severity::kWarning, infos_[stream].name + ": " + health_.tool_faults[stream]);
+    return;
+  }
+  if (reading.number && tracked.number) {
+    const std::uint32_t ahead = *reading.number - *tracked.number;
+    if (ahead == 0 || ahead >= kHalf) {
+      ++health_.repeats;
+      return;
+    }
+  }
+  tracked.number = reading.number;
+  Sample sample{.stream = stream, .sequence = tracked.count, .received = now};
+  sample.device_time = time_of(reading);
+  if (sample.device_time && reading.number) sample.sequence = *reading.number;
+  PoseSample pose{.pose = ndi_pose(reading, now)};
+  if (reading.presence == NdiPresence::kMeasured && std::isfinite(reading.error_mm)) {
+    pose.tracker_error_mm = reading.error_mm;
+  }
+  sample.what = std::move(pose);
+  ready_.push_back(std::move(sample));
+  ++tracked.count;
+  ++health_.samples[stream];
+}
+
+std::optional<DeviceTime> NdiSource::time_of(const NdiToolReading& reading) const {
+  constexpr std::int64_t kHz = 60;
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  if (reading.time || !counts_at_60_hz_ || !reading.number) return reading.time;
+  return DeviceTime(std::chrono::nanoseconds(std::int64_t{*reading.number} * kSecond / kHz));
+}
+
+/// Sets ports up again when the tracker says that a tool was plugged in, and one is wanted.
+void NdiSource::look_for_plugged(Timestamp now) {
+  if ((readings_.system_status & kNdiPortOccupied) == 0 || now < look_again_) return;
+  bool wanted = false;
+  for (std::size_t i = 0; i < tracked_.size(); ++i) {
+    if (!options_.streams[i].tool.rom.empty()) continue;
+    if (tracked_[i].handle && !tracked_[i].unplugged) continue;
+    setup_->forget(i);
+    wanted = true;
+  }
+  if (!wanted) return;
+  setup_->look_again();
+  for (Tracked& one : tracked_) one.unplugged = false;
+  reported_.clear();
+  set_state(NdiState::kSetup, now);
+  go_on_with_setup(now);
+}
+
+void NdiSource::lose(const TcpFailure& failure) {
+  transport_->close();
+  const bool was_tracking = look_again_ != Timestamp{};
+  filled_ = 0;
+  asked_ = draining_ = false;
+  look_again_ = {};
+  const Timestamp now = clock_.now();
+  {
+    const std::lock_guard lock(mutex_);
+    health_.cause = failure.cause;
+    ++health_.losses[failure.cause];
+  }
+  if (reported_loss_ != failure.message) {
+    reported_loss_ = failure.message;
+    reports_.push_back({Severity::kWarning, failure.message + "; it is tried again"});
+  }
+  if (was_tracking) {
+    retry_ = options_.first_retry;
+    reported_.clear();
+  }
+  set_state(NdiState::kWaiting, now + retry_);
+  retry_ = std::min(2 * retry_, options_.longest_retry);
+}
+
+/// Reports what may repeat with every reply, the first time only.
+void NdiSource::report_once(Severity severity, const std::string& message) {
+  if (reported_.size() >= kMostReports || !reported_.emplace(message, true).second) return;
+  reports_.push_back({severity, message});
+}
+
+void NdiSource::send_reports() {
+  for (const Report& one : reports_) {
+    diagnostics_.report(one.severity, kReporter, transport_->name() + ": " + one.message);
+  }
+  reports_.clear();
+}
+
+}  // namespace nav::devices
