@@ -134,33 +134,34 @@ TEST_F(CommandLineLiveTest, RejectsKeysOfVeryManyParts) {
   const auto path = folder_ / "deep.toml";
   std::ofstream(path) << deep << " = 1\n";
   expect_rejection("devices --session " + path.string(), 3, {"deep.toml:1", "128"});
-  TEST_F(CommandLineLiveTest, AnNdiTrackerThatIsNotThereEndsWithCode4) {
-    const std::string session = write_session(
-        "[[devices]]\nid = \"tracker\"\nkind = \"ndi\"\naddress = \"serial:/dev/no_such_port\"\n"
-        "baud = 57600\nbodies = [{name = \"Probe\", tool = \"probe.rom\"}]\n");
-    expect_rejection("devices --seconds 0.5 --session " + session, 4,
-                     {"tracker", "Probe", "absent"});
-    expect_rejection(
-        "devices --session " +
-            write_session(
-                "[[devices]]\nid = \"tracker\"\nkind = \"ndi\"\naddress = \"/dev/ttyUSB0\"\n"
-                "bodies = [{name = \"Probe\"}]\n"),
-        2, {"devices[0].address", "serial:/dev/"});
-  }
+}
 
-  TEST_F(CommandLineLiveTest, NamesTheLineOfWhatItCannotUse) {
-    const std::string live = "live --ct " + write_ct() + " --out " + (folder_ / "out").string();
-    expect_rejection(live, 2, {"--session", "source.kind"});
-    expect_rejection(live + " --session " + simulated_session("colour = 3\n"), 3,
-                     {"live.toml:7", "devices[0].colour", "tracker"});
-    expect_rejection(live + " --session " + write_session("[[devices]]\nkind = \"simulated\"\n"), 3,
-                     {"devices[0].id"});
-    expect_rejection(live + " --session " + write_session(""), 2, {"at least one device"});
-    expect_rejection("replay --session " + simulated_session(), 2, {"sonde live"});
-    const auto recording = folder_ / "recording.toml";
-    std::ofstream(recording) << "[[devices]]\nid = \"a\"\nkind = \"simulated\"\n";
-    expect_rejection(live + " --session " + recording.string(), 3, {"devices", "source.kind"});
-  }
+TEST_F(CommandLineLiveTest, AnNdiTrackerThatIsNotThereEndsWithCode4) {
+  const std::string session = write_session(
+      "[[devices]]\nid = \"tracker\"\nkind = \"ndi\"\naddress = \"serial:/dev/no_such_port\"\n"
+      "baud = 57600\nbodies = [{name = \"Probe\", tool = \"probe.rom\"}]\n");
+  expect_rejection("devices --seconds 0.5 --session " + session, 4, {"tracker", "Probe", "absent"});
+  expect_rejection(
+      "devices --session " +
+          write_session(
+              "[[devices]]\nid = \"tracker\"\nkind = \"ndi\"\naddress = \"/dev/ttyUSB0\"\n"
+              "bodies = [{name = \"Probe\"}]\n"),
+      2, {"devices[0].address", "serial:/dev/"});
+}
+
+TEST_F(CommandLineLiveTest, NamesTheLineOfWhatItCannotUse) {
+  const std::string live = "live --ct " + write_ct() + " --out " + (folder_ / "out").string();
+  expect_rejection(live, 2, {"--session", "source.kind"});
+  expect_rejection(live + " --session " + simulated_session("colour = 3\n"), 3,
+                   {"live.toml:7", "devices[0].colour", "tracker"});
+  expect_rejection(live + " --session " + write_session("[[devices]]\nkind = \"simulated\"\n"), 3,
+                   {"devices[0].id"});
+  expect_rejection(live + " --session " + write_session(""), 2, {"at least one device"});
+  expect_rejection("replay --session " + simulated_session(), 2, {"sonde live"});
+  const auto recording = folder_ / "recording.toml";
+  std::ofstream(recording) << "[[devices]]\nid = \"a\"\nkind = \"simulated\"\n";
+  expect_rejection(live + " --session " + recording.string(), 3, {"devices", "source.kind"});
+}
 
 }  // namespace
 }  // namespace nav::app
