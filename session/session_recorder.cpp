@@ -224,6 +224,7 @@ RecordingAccount SessionRecorder::account() const {
   const std::lock_guard lock(mutex_);
   RecordingAccount account = account_;
   account.bytes = file_->counts().bytes_written;
+  account.chunks = file_->counts().chunks;
   account.waiting = account.received - account.written - account.lost();
   if (!sync_ms_.empty()) {
     std::vector<float> sorted = sync_ms_;

@@ -28,6 +28,7 @@ struct RecordingAccount {
   std::uint64_t written = 0;                       ///< Samples that were handed to the file.
   std::uint64_t waiting = 0;                       ///< Samples in the queue.
   std::map<std::string, std::uint64_t> dropped{};  ///< Causes: queue_full, stopped, too_large.
+  std::uint64_t chunks = 0;                        ///< In the file.
   std::uint64_t bytes = 0;                         ///< In the file.
   double sync_p99_ms = 0;  ///< Time to bring the file to the disk, of the newest 256 times.
   std::string stopped{};   ///< Cause why nothing more is recorded; empty: recording.

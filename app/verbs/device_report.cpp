@@ -82,13 +82,10 @@ io::Json json_of(const std::vector<session::DeviceStatus>& devices) {
 io::Json json_of(const session::SessionRecorder* recorder) {
   if (recorder == nullptr) return nullptr;
   const session::RecordingAccount account = recorder->account();
-  return {{"path", account.path.string()},
-          {"bytes", account.bytes},
-          {"received", account.received},
-          {"written", account.written},
-          {"lost", account.lost()},
-          {"dropped", account.dropped},
-          {"fsync_ms_p99", account.sync_p99_ms},
+  return {{"path", account.path.string()}, {"bytes", account.bytes},
+          {"chunks", account.chunks},      {"received", account.received},
+          {"written", account.written},    {"lost", account.lost()},
+          {"dropped", account.dropped},    {"fsync_ms_p99", account.sync_p99_ms},
           {"stopped", account.stopped}};
 }
 

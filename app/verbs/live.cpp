@@ -25,9 +25,9 @@ constexpr const char* kImageSeries = "live";
 constexpr const char* kEnded = "the devices have nothing more";
 constexpr auto kPoll = std::chrono::milliseconds(2);
 
-/// Times from the reception of an image, ms.
+/// Times from the acquisition of an image to its reception, and from there on, ms.
 struct Latencies {
-  std::vector<double> paired, rendered, presented;
+  std::vector<double> received, paired, rendered, presented;
 };
 
 io::Json percentiles(std::vector<double> values) {
@@ -129,6 +129,8 @@ class Live {
     std::snprintf(name, sizeof name, "%s_%05d.png", kImageSeries, shown_++);
     if (auto written = out_->write_image(name, *image); !written) return written;
     if (epoch.frame_is_new) {
+      const UltrasoundFrame& shown = epoch.frame->frame;
+      latencies_.received.push_back(1e3 * to_seconds(shown.received - shown.acquired));
       latencies_.paired.push_back(paired_ms);
       latencies_.rendered.push_back(rendered_ms);
       latencies_.presented.push_back(age_ms(epoch));
@@ -180,7 +182,8 @@ class Live {
     json["version"] = SONDE_VERSION;
     json["seconds"] = to_seconds(clock_.now() - begun_);
     json["devices"] = json_of(devices);
-    json["latency_ms"] = {{"paired", percentiles(latencies_.paired)},
+    json["latency_ms"] = {{"received", percentiles(latencies_.received)},
+                          {"paired", percentiles(latencies_.paired)},
                           {"rendered", percentiles(latencies_.rendered)},
                           {"presented", percentiles(latencies_.presented)}};
     json["ledger_balanced"] = balanced(devices);
