@@ -174,7 +174,9 @@ void Session::look_at_sources() {
     std::string trouble;
     if (health.state == SourceState::kWaiting) {
       trouble = "the device is not there";
-      if (!health.cause.empty()) trouble += " (" + health.cause + ")";
+      std::string cause = health.cause;  // A name for reports, such as "no_listener".
+      std::ranges::replace(cause, '_', ' ');
+      if (!cause.empty()) trouble += " (" + cause + ")";
     } else if (health.state == SourceState::kSilent) {
       trouble = "the device is silent";
     }
