@@ -2,10 +2,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/interrupt.hpp"
 
+#include <cstddef>
+
 namespace nav::app {
 namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
+/// Ctrl-C, the end of a service or of a batch job, and a terminal that was closed.
+constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP};
 
 }  // namespace
 
@@ -14,10 +18,12 @@ Interrupt::Interrupt() {
   struct sigaction action {};
   action.sa_handler = [](int) { interrupted = 1; };
   action.sa_flags = static_cast<int>(SA_RESETHAND);
-  ::sigaction(SIGINT, &action, &before_);
+  for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &action, &before_[i]);
 }
 
-Interrupt::~Interrupt() { ::sigaction(SIGINT, &before_, nullptr); }
+Interrupt::~Interrupt() {
+  for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &before_[i], nullptr);
+}
 
 bool Interrupt::asked() const { return interrupted != 0; }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <csignal>
 
 namespace nav::app {
@@ -15,11 +16,11 @@ class Interrupt {
   ~Interrupt();
   Interrupt(const Interrupt&) = delete;
   Interrupt& operator=(const Interrupt&) = delete;
-  /// True when SIGINT has arrived since the object was constructed.
+  /// True when SIGINT, SIGTERM or SIGHUP has arrived since the object was constructed.
   [[nodiscard]] bool asked() const;
 
  private:
-  struct sigaction before_ {};
+  std::array<struct sigaction, 3> before_{};
 };
 
 }  // namespace nav::app

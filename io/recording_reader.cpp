@@ -83,6 +83,15 @@ Result<void> choose_needle(const TransformTree& tree, const RecordingOptions& o,
                                       " in " + into + ", found " + tree.describe()};
 }
 
+/// A second way from the probe to the reference, past the tracker, if the frames state one.
+std::optional<Chain> contradicting_chain(const TransformTree& tree, const Chains& chains,
+                                         const RecordingOptions& options) {
+  if (chains.form != RecordingForm::kTracked || !chains.reference) return std::nullopt;
+  auto direct = moving(tree, options.probe_frame, options.reference_frame);
+  if (!direct || direct->links.size() != 1) return std::nullopt;
+  return direct;
+}
+
 bool same_grid(const PixelGrid& a, const PixelGrid& b) {
   const double scale = b.mm_per_pixel.cwiseAbs().maxCoeff();
   return (a.mm_per_pixel - b.mm_per_pixel).cwiseAbs().maxCoeff() <= kGridTolerance * scale;
@@ -206,6 +215,105 @@ struct RecordingReader::State {
     return out;
   }
 
+  /// Warns when the configuration places the images elsewhere than the frames, which are used.
+  void warn_of_other_calibration(const PlusConfig& config, const RecordingOptions& options) const {
+    constexpr double kTolerance_mm = 0.01;
+    if (!recorded || !calibration) return;
+    const auto* configured = config.find(options.image_frame, options.probe_frame);
+    if (configured == nullptr) return;
+    const SequenceHeader& header = reader.header();
+    const auto placed =
+        calibration_from_matrix(configured->to_from_from, header.width, header.height);
+    if (!placed) return;
+    double apart_mm = 0;
+    for (const double column : {0.0, header.width - 1.0}) {
+      for (const double row : {0.0, header.height - 1.0}) {
+        const auto at = [&](const ImageCalibration& one) {
+          return one.probe_from_image * one.grid.at(column, row);
+        };
+        apart_mm = std::max(apart_mm, (at(*placed) - at(*calibration)).v.norm());
+      }
+    }
+    if (!(apart_mm > kTolerance_mm)) return;
+    std::ostringstream text;
+    text << header.path.string() << ": " << options.image_frame << "To" << options.probe_frame
+         << " of the frames and that of " << config.path.string() << " place corners of the images "
+         << apart_mm << " mm apart; that of the frames is used";
+    diagnostics.report(Severity::kWarning, "recording", text.str());
+  }
+
+  /// Warns of calibrations that no probe has: the identity of an uncalibrated one, and metres.
+  void warn_of_placeholder(const RecordingOptions& options) const {
+    constexpr double kSmallest_mm = 0.01;
+    if (!calibration || chains.form == RecordingForm::kImageInReference) return;
+    const std::string name =
+        reader.header().path.string() + ": " + options.image_frame + "To" + options.probe_frame;
+    const PixelGrid& grid = calibration->grid;
+    const Eigen::Vector3d corner = (calibration->probe_from_image * grid.at(0, 0)).mm;
+    const bool unit = grid.mm_per_pixel.isApprox(Eigen::Matrix2d::Identity(), 1e-9);
+    const bool unturned =
+        calibration->probe_from_image.rotation().isApprox(Eigen::Quaterniond::Identity(), 1e-9);
+    if (unit && unturned && corner.norm() < 1e-9) {
+      diagnostics.report(Severity::kWarning, "recording",
+                         name + " is the identity: is the probe calibrated?");
+    } else if (grid.mm_per_pixel.colwise().norm().maxCoeff() < kSmallest_mm) {
+      diagnostics.report(Severity::kWarning, "recording",
+                         name + ": expected pixels of at least 0.01 mm, found " + pixel_text(grid) +
+                             ": is the calibration in metres?");
+    }
+  }
+
+  void warn_of_length() const {
+    const SequenceHeader& header = reader.header();
+    if (header.extra_bytes <= 0) return;
+    diagnostics.report(
+        Severity::kWarning, "recording",
+        header.path.string() + ": the pixel data are " + std::to_string(header.extra_bytes) +
+            " bytes longer than stated: a header that is not stated would shift them");
+  }
+
+  /// Reports a frame whose direct transform from the probe to the reference contradicts the way
+  /// over the tracker.
+  void check_direct(const SequenceFrame& frame, const RecordingFrame& event) const {
+    constexpr double kTolerance_mm = 1;
+    if (!direct || !event.reference) return;
+    const auto stated = direct->evaluate(frame);
+    const bool claimed = stated && is_claimed(stated->status) && is_claimed(event.probe.status) &&
+                         is_claimed(event.reference->status);
+    if (!claimed) return;
+    const Eigen::Matrix4d over =
+        event.reference->tracker_from_body.inverse() * event.probe.tracker_from_body;
+    const double apart_mm = (over - stated->to_from_from).topRightCorner<3, 1>().norm();
+    if (!(apart_mm > kTolerance_mm)) return;
+    std::ostringstream text;
+    text << "frame " << frame.index << ": " << direct->links.front().name << " places the probe "
+         << apart_mm << " mm from where " << chains.probe.links.back().name << " and "
+         << chains.reference->links.back().name << " do";
+    diagnostics.report(Severity::kWarning, "recording", text.str());
+  }
+
+  /// Warns of a needle whose tracked body lies ahead of its tip.
+  void warn_of_needle() {
+    constexpr double kAhead_mm = 5;
+    if (!chains.needle || chains.needle->links.size() < 2) return;
+    Chain on_body = *chains.needle;
+    on_body.links.pop_back();
+    for (std::int64_t i = 0; i < reader.header().frame_count; ++i) {
+      const auto frame = reader.frame_fields(i);
+      const auto body_from_tip =
+          frame ? on_body.evaluate(*frame) : Result<NamedTransform>(frame.error());
+      if (!body_from_tip || !is_claimed(body_from_tip->status)) continue;
+      const double ahead_mm = body_from_tip->to_from_from.inverse()(2, 3);
+      if (!(ahead_mm > kAhead_mm)) return;
+      std::ostringstream text;
+      text << reader.header().path.string() << ": " << chains.needle->from
+           << ": expected +z from the hub to the tip, found the tracked body " << ahead_mm
+           << " mm ahead of the tip: the needle is drawn on the wrong side";
+      diagnostics.report(Severity::kWarning, "recording", text.str());
+      return;
+    }
+  }
+
   /// Says what the conversion to 8-bit grey changes, when it begins to.
   void say_scale(const GreyScale& before, std::int64_t frame) {
     const std::string where =
@@ -235,6 +343,7 @@ struct RecordingReader::State {
   std::optional<Chain> recorded;          ///< Image to Probe, when it is in the frames.
   std::optional<FirstCalibration> first;  ///< The calibration in the frames, with recorded.
   std::optional<FirstCalibration> other;  ///< The newest that differs from it.
+  std::optional<Chain> direct;            ///< Probe to reference, stated beside the chains.
   std::string description;
   std::string reference_frame;
   std::int64_t position = 0;
@@ -286,6 +395,11 @@ Result<RecordingReader> RecordingReader::open(const std::filesystem::path& seque
   if (state->reader.header().width > 0) {
     if (const auto ok = state->calibrate(*tree, chosen); !ok) return blame(ok.error());
   }
+  if (config != nullptr) state->warn_of_other_calibration(*config, chosen);
+  state->warn_of_placeholder(chosen);
+  state->warn_of_length();
+  state->warn_of_needle();
+  state->direct = contradicting_chain(*tree, state->chains, chosen);
   state->reference_frame = chosen.reference_frame;
   state->description = describe(state->chains.probe);
   if (state->chains.reference) state->description += "; " + describe(*state->chains.reference);
@@ -320,6 +434,7 @@ Result<RecordingFrame> RecordingReader::next() {
                        .probe = s.pose(s.chains.probe, *frame, time)};
   if (s.chains.reference) event.reference = s.pose(*s.chains.reference, *frame, time);
   if (s.chains.needle) event.needle = s.pose(*s.chains.needle, *frame, time);
+  s.check_direct(*frame, event);
   return event;
 }
 

@@ -101,6 +101,18 @@ void RecordingSource::note_unknown_status(const RecordingFrame& frame) {
                            "images are drawn as degraded");
 }
 
+/// Stamps of milliseconds, where PLUS has seconds, put images minutes apart.
+void RecordingSource::note_long_periods() {
+  constexpr std::int64_t kFrames = 3;
+  constexpr double kLong_s = 5;
+  if (frames_read_ != kFrames || !first_time_) return;
+  const double period_s = to_seconds(*last_time_ - *first_time_) / (kFrames - 1);
+  if (!(period_s > kLong_s)) return;
+  std::ostringstream text;
+  text << name_ << ": images are " << period_s << " s apart: are the stamps in milliseconds?";
+  diagnostics_->report(Severity::kWarning, "recording", text.str());
+}
+
 Result<void> RecordingSource::read_frame() {
   diagnostics_->take_newest();
   auto frame = reader_.next();
@@ -120,6 +132,7 @@ Result<void> RecordingSource::read_frame() {
     last_time_ = std::max(last_time_.value_or(*frame->acquired), *frame->acquired);
   }
   note_unknown_status(*frame);
+  note_long_periods();
   deliver(*std::move(frame));
   return {};
 }

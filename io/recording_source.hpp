@@ -63,6 +63,7 @@ class RecordingSource final : public Source {
   Result<void> read_frame();
   void deliver(RecordingFrame frame);
   [[nodiscard]] std::string defect_of(const RecordingFrame& frame) const;
+  void note_long_periods();
   void note_unknown_status(const RecordingFrame& frame);
 
   std::unique_ptr<WarningMemory> diagnostics_;  ///< Outlives the reader, which reports to it.

@@ -85,7 +85,11 @@ Result<void> interpret_axes(const detail::ImageFile& file, SequenceHeader& heade
 Result<void> check_length(const detail::ImageFile& file, SequenceHeader& header) {
   header.readable_frames = header.frame_count;
   const std::size_t frame_bytes = header.frame_bytes();
-  if (header.compressed || frame_bytes == 0 || file.available_bytes >= file.sample_bytes) return {};
+  if (header.compressed || frame_bytes == 0) return {};
+  if (file.available_bytes >= file.sample_bytes) {
+    header.extra_bytes = file.available_bytes - file.sample_bytes;
+    return {};
+  }
   header.readable_frames = file.available_bytes / static_cast<std::int64_t>(frame_bytes);
   if (header.readable_frames > 0) return {};
   return Error{ErrorCode::kMalformedData,

@@ -3,6 +3,7 @@
 #include "nav/safety.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 #include "nav/check.hpp"
@@ -41,7 +42,7 @@ Safety freshness(std::string_view input, Timestamp acquired, Timestamp now,
                  const FreshnessLimits& limits) {
   const Duration age = now - acquired;
   std::ostringstream text;
-  const auto ms = [](Duration d) { return to_seconds(d) * 1e3; };
+  const auto ms = [](Duration d) { return std::lround(to_seconds(d) * 1e3); };
   if (age < Duration::zero()) {
     text << input << " is stamped " << ms(-age) << " ms in the future";
     return {SafetyState::kDegraded, text.str()};

@@ -244,7 +244,8 @@ Result<void> validate_one(const DeviceOptions& device, const std::string& name) 
     return reject("address", "the file of a PLUS sequence", device.address);
   }
   if (!(device.duration_s > 0 && device.duration_s <= 3600)) {
-    return reject("duration_s", "0 to 3600", std::to_string(device.duration_s));
+    return reject("duration_s", "more than 0 and at most 3600 s",
+                  std::to_string(device.duration_s));
   }
   for (const DeviceBody& body : device.bodies) {
     if (body.name.empty()) return reject("bodies", "a name of each body", "");

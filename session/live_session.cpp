@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "io/plus_config.hpp"
+#include "io/sequence.hpp"
 #include "io/transform_tree.hpp"
 
 namespace nav::session {
@@ -25,12 +26,42 @@ const LiveDevice* first_that_gives(const std::vector<LiveDevice>& devices, Strea
   return nullptr;
 }
 
-/// Transforms of the configuration of PLUS; absent without one.
+/// Transforms of the first frame of a PLUS sequence that do not lead to the tracker or the patient:
+/// its calibrations.
+Result<std::vector<io::CoordinateDefinition>> recorded_calibrations(const SourceOptions& options) {
+  auto reader = io::SequenceReader::open(options.plus_config);
+  if (!reader) return reader.error();
+  const auto frame = reader->frame_fields(0);
+  if (!frame) return frame.error();
+  std::vector<io::CoordinateDefinition> found;
+  for (const std::string& name : io::transform_names(*frame)) {
+    const auto frames = io::split_transform_name(name);
+    if (!frames || frames->second == options.tracker_frame || frames->second == "Reference") {
+      continue;
+    }
+    const auto value = io::transform(*frame, name);
+    if (!value) return value.error();
+    found.push_back(
+        {.from = frames->first, .to = frames->second, .to_from_from = value->to_from_from});
+  }
+  return found;
+}
+
+/// Calibrations of a configuration of PLUS, or of a sequence; absent without either.
 Result<std::optional<io::TransformTree>> calibrations_of(const SourceOptions& options) {
   if (options.plus_config.empty()) return std::optional<io::TransformTree>();
-  const auto plus = io::read_plus_config(options.plus_config);
-  if (!plus) return plus.error();
-  auto tree = io::TransformTree::create({}, plus->transforms);
+  std::vector<io::CoordinateDefinition> definitions;
+  const auto extension = options.plus_config.extension();
+  if (extension == ".mha" || extension == ".mhd" || extension == ".nrrd") {
+    auto recorded = recorded_calibrations(options);
+    if (!recorded) return recorded.error();
+    definitions = *std::move(recorded);
+  } else {
+    auto plus = io::read_plus_config(options.plus_config);
+    if (!plus) return plus.error();
+    definitions = std::move(plus->transforms);
+  }
+  auto tree = io::TransformTree::create({}, definitions);
   if (!tree) {
     return Error{tree.error().code, options.plus_config.string() + ": " + tree.error().message};
   }
@@ -106,6 +137,7 @@ Result<LiveSession> LiveSession::open(
   live.clock_ = &clock;
   SessionSetup setup;
   setup.tap = std::move(tap);
+  setup.queue_capacity = 8192;  // Two seconds of ten bodies at 400 Hz.
   setup.learn_outline = !options.whole_image;
   setup.navigator.frame_period.reset();
   setup.navigator.needle_period.reset();
@@ -114,6 +146,13 @@ Result<LiveSession> LiveSession::open(
   std::string needle_body;
   const bool by_frames = std::ranges::any_of(
       options.devices, [](const DeviceOptions& device) { return !device.bodies.empty(); });
+  const bool recorded = std::ranges::any_of(
+      options.devices, [](const DeviceOptions& device) { return device.kind == "recording"; });
+  if (!options.needle_frame.empty() && !by_frames && !recorded) {
+    return Error{ErrorCode::kUsage, "source.needle_frame: expected a device with bodies, found '" +
+                                        options.needle_frame +
+                                        "' and none (a simulated device has needle = true)"};
+  }
   if (!options.needle_frame.empty() && by_frames) {
     if (auto ok = find_needle(options, *tree, options.devices, needle_body, setup.body_from_tip);
         !ok) {
@@ -153,6 +192,12 @@ Result<LiveSession> LiveSession::open(
           first_that_gives(live.devices_, StreamKind::kPoses, ToolRole::kNeedle);
       needle != nullptr && needle->body_from_tip) {
     setup.body_from_tip = needle->body_from_tip;
+  }
+  if (setup.body_from_tip && setup.body_from_tip->inverse()(2, 3) > 5) {
+    diagnostics.report(Severity::kWarning, "session",
+                       options.needle_frame +
+                           ": expected +z from the hub to the tip, found the tracked body ahead of "
+                           "the tip: the needle is drawn on the wrong side");
   }
   const LiveDevice* patient =
       first_that_gives(live.devices_, StreamKind::kPoses, ToolRole::kReference);

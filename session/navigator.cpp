@@ -63,6 +63,7 @@ void Navigator::add_image(UltrasoundFrame image) {
 void Navigator::add_missing(const MissingImage& missing) {
   ledger_.receive();
   ledger_.reject(missing.cause);
+  newest_rejection_ = missing.cause;
   diagnostics_.report(Severity::kWarning, "source", missing.message);
 }
 
@@ -110,11 +111,33 @@ void Navigator::settle(Timestamp now, bool end_of_stream,
       if (newest_ && !newest_shown_) ledger_.supersede();
       newest_ = paired.tracked;
       newest_shown_ = false;
+      newest_rejection_.clear();
     } else {
+      newest_rejection_ = paired.cause;
       ledger_.reject(paired.cause);
     }
     listener(paired);
   }
+}
+
+/// Puts the trouble of a device, or the cause for which images are rejected, before the cause of a
+/// state that is not valid.
+Safety Navigator::explained(Safety safety, bool images, ToolRole tool) const {
+  if (safety.state == SafetyState::kValid) return safety;
+  std::string why;
+  if (images && !images_trouble_.empty()) why = "images: " + images_trouble_;
+  for (const ToolRole role : {tool, ToolRole::kReference}) {
+    const auto found = poses_trouble_.find(role);
+    if (why.empty() && found != poses_trouble_.end() && !found->second.empty()) {
+      why = std::string(to_string(role)) + ": " + found->second;
+    }
+  }
+  if (why.empty() && images && !newest_rejection_.empty()) {
+    why = "images come, but are rejected: " + newest_rejection_;
+  }
+  if (why.empty()) return safety;
+  safety.cause = why + "; " + safety.cause;
+  return safety;
 }
 
 Epoch Navigator::refresh(Timestamp now) {
@@ -140,8 +163,10 @@ Epoch Navigator::refresh(Timestamp now) {
   } else if (!pairer_.without_calibration().empty()) {
     epoch.ultrasound = {SafetyState::kLost, pairer_.without_calibration()};
   }
+  epoch.ultrasound = explained(epoch.ultrasound, true, ToolRole::kProbe);
   epoch.plane = compose({epoch.ultrasound, epoch.placement});
   refresh_needle(epoch);
+  epoch.needle = explained(epoch.needle, false, ToolRole::kNeedle);
   return epoch;
 }
 

@@ -69,6 +69,13 @@ class Navigator {
   /// Role: kProbe, kReference or kNeedle; poses of other tools are of no use here.
   void add_pose(ToolRole role, const RawPose& pose);
   void add_missing(const MissingImage& missing);
+  /// An image that a newer one superseded before it came here: it tells about the period.
+  void saw_image(Timestamp acquired) { image_period_.add(acquired); }
+  /// Trouble of the device that gives the images, or the poses of a tool; empty: none. Safety
+  /// states that are not valid say it.
+  void set_trouble(bool images, ToolRole role, const std::string& trouble) {
+    (images ? images_trouble_ : poses_trouble_[role]) = trouble;
+  }
   /// Counts a pose that cannot be used because of its time stamp.
   void reject_pose(ToolRole role, const std::string& cause);
   /// Another calibration of the probe, for images of another geometry.
@@ -109,6 +116,7 @@ class Navigator {
 
  private:
   void refresh_needle(Epoch& epoch) const;
+  [[nodiscard]] Safety explained(Safety safety, bool images, ToolRole tool) const;
   [[nodiscard]] Duration frame_period() const;
   [[nodiscard]] Duration needle_period() const;
   /// Loss of a stream that the ultrasound or the needle depends on.
@@ -122,6 +130,9 @@ class Navigator {
   std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference_;
   tracking::StreamLedger ledger_;
   std::string images_lost_;
+  std::string images_trouble_;
+  std::map<ToolRole, std::string> poses_trouble_;
+  std::string newest_rejection_;  ///< Cause, while the newest image was rejected.
   std::map<ToolRole, std::string> poses_lost_;
   std::optional<TrackedFrame> newest_;
   bool newest_shown_ = false;

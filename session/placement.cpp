@@ -58,8 +58,14 @@ Result<std::optional<Placement>> given_placement(const PlacementOptions& options
     auto registered =
         read_registration(options.registration, ct, {reference_frame, options.follow});
     if (!registered) return registered.error();
+    const Safety safety =
+        registered->names_frame
+            ? Safety{SafetyState::kValid, ""}
+            : Safety{SafetyState::kDegraded,
+                     "the registration does not name the patient's frame (register with "
+                     "--reference-frame)"};
     return std::optional(
-        Placement{.placement = {registered->ct_from_reference, {SafetyState::kValid, ""}},
+        Placement{.placement = {registered->ct_from_reference, safety},
                   .kind = "registered",
                   .statement = "The CT was registered: " + options.registration.string() + ".",
                   .warnings = std::move(registered->warnings),

@@ -46,6 +46,7 @@ class SequenceRecording final : public PlayedRecording {
     const std::string& frame = source_->reference_frame();
     return frame == options_.tracker_frame ? "" : frame;
   }
+  [[nodiscard]] bool has_needle() const override { return !options_.needle_frame.empty(); }
   [[nodiscard]] const std::string& description() const override { return source_->description(); }
   [[nodiscard]] Result<void> check_complete() const override {
     auto reader = io::SequenceReader::open(options_.recording);
@@ -129,6 +130,14 @@ class DevicesRecording final : public PlayedRecording {
   }
   [[nodiscard]] FramesRead read() const override { return read_; }
   [[nodiscard]] std::string reference_frame() const override { return reference_frame_; }
+  [[nodiscard]] bool has_needle() const override {
+    for (const auto& device : recording_.devices()) {
+      for (std::size_t i = 0; i < device.streams.size(); ++i) {
+        if (device.streams[i].role == ToolRole::kNeedle && device.samples[i] > 0) return true;
+      }
+    }
+    return false;
+  }
   [[nodiscard]] const std::string& description() const override { return description_; }
   [[nodiscard]] Result<void> check_complete() const override { return {}; }
 
@@ -171,6 +180,11 @@ Result<std::unique_ptr<PlayedRecording>> open_devices(const SourceOptions& optio
   std::map<std::string, std::string> facts;
   for (const auto& metadata : recording->metadata()) {
     if (metadata.name == kSetupMetadata) facts = metadata.values;
+  }
+  // A needle without its calibration would be drawn elsewhere, so nothing replaces the setup.
+  if (facts.empty() && !recording->warnings().empty()) {
+    return Error{ErrorCode::kMalformedData, name + ": expected the setup of the session (" +
+                                                kSetupMetadata + "), found it damaged or missing"};
   }
   auto setup = setup_from(facts, name);
   if (!setup) return setup.error();

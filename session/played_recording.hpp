@@ -44,6 +44,8 @@ class PlayedRecording {
   [[nodiscard]] virtual FramesRead read() const = 0;
   /// Name of the patient's frame; empty: the tracker's, because nothing tracks the patient.
   [[nodiscard]] virtual std::string reference_frame() const = 0;
+  /// True when it tracks a needle that is drawn.
+  [[nodiscard]] virtual bool has_needle() const = 0;
   /// Frames and transforms in use, for the report.
   [[nodiscard]] virtual const std::string& description() const = 0;
   /// kMalformedData for a file that is cut short and cannot be played.

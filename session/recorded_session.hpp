@@ -50,6 +50,8 @@ class RecordedSession {
   void set_outline(const std::optional<SectorOutline>& outline);
   [[nodiscard]] const std::optional<SectorOutline>& outline() const { return session_->outline(); }
 
+  /// True when it tracks a needle that is drawn.
+  [[nodiscard]] bool has_needle() const { return recording_->has_needle(); }
   /// Frames that the header declares.
   [[nodiscard]] std::int64_t total_frames() const { return recording_->total_frames(); }
   /// Time from the first to the last stamp of the frames read so far.

@@ -211,7 +211,7 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
   }
   auto rigid = rigid_from_matrix<frames::Ct, frames::Reference>(matrix);
   if (!rigid) return Error{rigid.error().code, path.string() + ": " + rigid.error().message};
-  return ReadRegistration{*rigid, std::move(*warnings), *std::move(recording)};
+  return ReadRegistration{*rigid, std::move(*warnings), *std::move(recording), !frame.is_null()};
 }
 
 Result<void> check_recording(const RecordingRead& registered, const RecordingRead& now,

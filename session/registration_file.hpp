@@ -43,6 +43,7 @@ struct ReadRegistration {
   Transform<frames::Ct, frames::Reference> ct_from_reference;
   std::vector<std::string> warnings;       ///< Empty unless it was accepted with warnings.
   std::optional<RecordingRead> recording;  ///< Recording that it was made from; absent: of any.
+  bool names_frame = true;  ///< False: of landmarks alone, which do not say whose frame it is.
 };
 
 /// Use of a registration, which it has to fit.

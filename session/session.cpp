@@ -159,7 +159,34 @@ void Session::stop() noexcept {
 void Session::take_in(const Listener& listener) {
   drain(listener);
   note_failures();
+  look_at_sources();
   settle(false, listener);
+}
+
+/// Tells the navigator, ten times a second, which streams come from a device that is not there.
+void Session::look_at_sources() {
+  constexpr auto kPeriod = std::chrono::milliseconds(100);
+  const Timestamp now = clock_->now();
+  if (looked_at_ && now - *looked_at_ < kPeriod) return;
+  looked_at_ = now;
+  for (const auto& feed : feeds_) {
+    const SourceHealth health = feed->source->health();
+    std::string trouble;
+    if (health.state == SourceState::kWaiting) {
+      trouble = "the device is not there";
+      std::string cause = health.cause;  // A name for reports, such as "no_listener".
+      std::ranges::replace(cause, '_', ' ');
+      if (!cause.empty()) trouble += " (" + cause + ")";
+    } else if (health.state == SourceState::kSilent) {
+      trouble = "the device is silent";
+    }
+    for (std::size_t i = 0; i < feed->source->streams().size(); ++i) {
+      const Stream& stream = streams_[feed->first_stream + i];
+      if (!stream.used) continue;
+      const bool images = stream.info.kind == StreamKind::kImages;
+      navigator_.set_trouble(images, stream.info.role, trouble);
+    }
+  }
 }
 
 /// A failed source takes its streams with it.
@@ -186,6 +213,22 @@ void Session::note_failures() {
   }
 }
 
+/// Learns period and clock from images that were superseded. A replay, which shows all images,
+/// learns the same.
+void Session::learn_from(Stream& stream, const std::vector<SupersededStamp>& superseded) {
+  if (!stream.used) return;
+  for (const SupersededStamp& one : superseded) {
+    std::optional<Timestamp> acquired = one.acquired;
+    if (one.device_time) {
+      if (!stream.clock) stream.clock.emplace();
+      const auto reading = stream.clock->add(*one.device_time, one.received);
+      acquired = reading.acquired;
+      if (reading.fault) continue;
+    }
+    if (acquired) navigator_.saw_image(*acquired);
+  }
+}
+
 /// Hands over what is queued, in order of arrival; of samples that arrived together, by stream.
 void Session::drain(const Listener& listener) {
   struct Taken {
@@ -195,7 +238,9 @@ void Session::drain(const Listener& listener) {
   std::vector<Taken> all;
   for (std::size_t i = 0; i < streams_.size(); ++i) {
     taken_.clear();
-    streams_[i].queue->drain(taken_);
+    superseded_.clear();
+    streams_[i].queue->drain(taken_, superseded_);
+    learn_from(streams_[i], superseded_);
     for (Sample& sample : taken_) all.push_back({i, std::move(sample)});
   }
   std::stable_sort(all.begin(), all.end(), [](const Taken& a, const Taken& b) {

@@ -156,6 +156,8 @@ class Session {
   void run(Feed& feed, const std::stop_token& stop);
   void deliver(std::size_t stream, Sample sample, const Listener& listener);
   void drain(const Listener& listener);
+  void learn_from(Stream& stream, const std::vector<SupersededStamp>& superseded);
+  void look_at_sources();
   std::optional<tracking::ClockFault> map_time(Stream& stream, Sample& sample);
   void calibrate(UltrasoundFrame& image);
   void settle(bool end, const Listener& listener);
@@ -169,6 +171,8 @@ class Session {
   std::vector<Stream> streams_;
   std::vector<std::unique_ptr<Feed>> feeds_;
   std::vector<Sample> taken_;
+  std::vector<SupersededStamp> superseded_;
+  std::optional<Timestamp> looked_at_;  ///< Live: time at which the sources were looked at.
   /// Pixel grid by probe_from_pixels, and the geometry by the device of the images that it is for.
   struct CalibratedPixels {
     PixelGrid grid;

@@ -84,6 +84,10 @@ Result<void> SessionRecorder::add_devices(const std::vector<LiveDevice>& devices
 
 Result<void> SessionRecorder::add_facts(const std::string& name,
                                         const std::map<std::string, std::string>& facts) {
+  {
+    const std::lock_guard lock(mutex_);
+    facts_.emplace_back(name, facts);
+  }
   return file_->add_metadata(name, facts);
 }
 
@@ -186,7 +190,7 @@ void SessionRecorder::bring_to_disk() {
 
 void SessionRecorder::look_at_space() {
   const double seconds = to_seconds(clock_.now() - begun_);
-  if (space_warned_ || seconds < 5) return;
+  if (space_warned_ || seconds < 5 || file_->stopped()) return;
   std::error_code failed;
   const auto space =
       std::filesystem::space(std::filesystem::absolute(options_.path).parent_path(), failed);
@@ -208,6 +212,7 @@ Result<void> SessionRecorder::finish() {
   wake_.notify_one();
   if (thread_.joinable()) {
     thread_.join();
+    for (const auto& [name, facts] : facts_) (void)file_->add_metadata(name, facts);
     if (const auto ended = file_->finish(); !ended) stop_recording(ended.error().message);
   }
   const std::lock_guard lock(mutex_);
@@ -219,6 +224,7 @@ RecordingAccount SessionRecorder::account() const {
   const std::lock_guard lock(mutex_);
   RecordingAccount account = account_;
   account.bytes = file_->counts().bytes_written;
+  account.chunks = file_->counts().chunks;
   account.waiting = account.received - account.written - account.lost();
   if (!sync_ms_.empty()) {
     std::vector<float> sorted = sync_ms_;

@@ -12,6 +12,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "io/mcap/device_recorder.hpp"
@@ -27,6 +28,7 @@ struct RecordingAccount {
   std::uint64_t written = 0;                       ///< Samples that were handed to the file.
   std::uint64_t waiting = 0;                       ///< Samples in the queue.
   std::map<std::string, std::uint64_t> dropped{};  ///< Causes: queue_full, stopped, too_large.
+  std::uint64_t chunks = 0;                        ///< In the file.
   std::uint64_t bytes = 0;                         ///< In the file.
   double sync_p99_ms = 0;  ///< Time to bring the file to the disk, of the newest 256 times.
   std::string stopped{};   ///< Cause why nothing more is recorded; empty: recording.
@@ -57,7 +59,8 @@ class SessionRecorder {
 
   /// Before the first sample: the devices, in the order in which record() numbers them.
   Result<void> add_devices(const std::vector<LiveDevice>& devices);
-  /// Stores keys and values, or a file, inside the recording.
+  /// Stores keys and values, or a file, inside the recording: at once, and keys and values again at
+  /// its end, so that damage to one place loses nothing.
   Result<void> add_facts(const std::string& name, const std::map<std::string, std::string>& facts);
   Result<void> attach(const std::filesystem::path& file);
   /// Queues a copy of the sample. Never waits for the disk.
@@ -96,6 +99,7 @@ class SessionRecorder {
   std::deque<Waiting> queue_;
   std::size_t waiting_bytes_ = 0;
   bool finishing_ = false;
+  std::vector<std::pair<std::string, std::map<std::string, std::string>>> facts_;
   RecordingAccount account_;
   std::vector<float> sync_ms_;
   std::size_t syncs_ = 0;

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <deque>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "nav/sample.hpp"
@@ -20,14 +21,22 @@ enum class QueuePolicy {
                 ///< poses and recordings.
 };
 
+/// Times of an image that a newer one superseded: they still tell about period and clock.
+struct SupersededStamp {
+  Timestamp received;
+  std::optional<DeviceTime> device_time;
+  std::optional<Timestamp> acquired;  ///< The device's own; absent for a missing image.
+};
+
 /// One stream between the thread of its source and the session. Thread-safe.
 class StreamQueue {
  public:
   /// \p capacity: samples, >= 1.
   StreamQueue(QueuePolicy policy, std::size_t capacity);
   void push(Sample sample);
-  /// Appends all waiting samples, in order of arrival.
-  void drain(std::vector<Sample>& into);
+  /// Appends all waiting samples, in order of arrival. \p superseded: appends the times of those
+  /// that were superseded since the last call, all of which came before the waiting ones.
+  void drain(std::vector<Sample>& into, std::vector<SupersededStamp>& superseded);
   /// Counts of this queue: a sample that was drained counts as delivered.
   [[nodiscard]] tracking::StreamLedger ledger() const;
   /// Periods of all samples that were pushed.
@@ -40,6 +49,7 @@ class StreamQueue {
   std::deque<Sample> samples_;
   tracking::StreamLedger ledger_;
   StreamTiming timing_;
+  std::vector<SupersededStamp> superseded_;  ///< At most kMostStamps.
 };
 
 }  // namespace nav::session

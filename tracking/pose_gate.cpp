@@ -209,6 +209,12 @@ GateState::Verdict GateState::leave_path(const Place& place, const Distance& off
   }
   if (aside_count_ < 2) {
     aside_[static_cast<std::size_t>(aside_count_++)] = place;
+    if (off.mm <= limit.mm && off.rad <= limit.rad) {
+      return {PoseRejection::kUnconfirmed,
+              at(place.time) + "expected poses all the time, found the first after " +
+                  std::to_string(std::lround(1e3 * to_seconds(place.time - path_[0].time))) +
+                  " ms: poses are withheld until three agree"};
+    }
     return {PoseRejection::kUnconfirmed,
             at(place.time) + "expected a pose within " + distance(limit.mm, limit.rad) +
                 " of the path of the poses before, found " + distance(off.mm, off.rad)};

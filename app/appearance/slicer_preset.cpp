@@ -347,6 +347,9 @@ Result<AppearanceFile> slicer_appearance_from_json(const std::string& name,
   }
   property.colour = reader.curve(component, "rgbTransferFunction", true);
   if (reader.error()) return *reader.error();
+  for (const char* key : {"scalarOpacity", "rgbTransferFunction"}) {
+    if (!component.contains(key)) return rejected_preset(name + ": " + key, "points", "none");
+  }
   const PresetJson space = component["rgbTransferFunction"].value("colorSpace", PresetJson("rgb"));
   if (space != "rgb") {
     return rejected_preset(name + ": rgbTransferFunction.colorSpace", "\"rgb\"",

@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/options/program.hpp"
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <system_error>
 
 #include "app/console.hpp"
 #include "app/options/exit_code.hpp"
@@ -18,15 +20,20 @@ int print_error(const std::string& program, const Error& error) {
 }
 
 int run_guarded(const std::string& program, const std::function<int()>& body) {
+  // A limit on the size of files is then an error of a write, not the end of the program.
+  std::signal(SIGXFSZ, SIG_IGN);
   try {
     return body();
   } catch (const std::bad_alloc&) {
-    std::fprintf(stderr,
-                 "%s: error: out of memory: expected room for what was asked for, found none\n",
+    std::fprintf(stderr, "%s: error: out of memory: there is too little for what was asked for\n",
                  program.c_str());
     return kExitDevice;
   } catch (const PartMissing& missing) {
     std::fprintf(stderr, "%s: error: %s\n", program.c_str(), missing.what());
+    return kExitDevice;
+  } catch (const std::system_error& lack) {
+    std::fprintf(stderr, "%s: error: %s (too few files, threads or memory, or a missing folder)\n",
+                 program.c_str(), without_controls(lack.what()).c_str());
     return kExitDevice;
   } catch (const std::exception& bug) {
     std::string what = bug.what();

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/options/session_config.hpp"
 
+#include <fstream>
 #include <map>
 #include <sstream>
 
@@ -201,6 +202,30 @@ SessionConfig read_tables(const toml::table& root, const std::string& file,
   return settings.config;
 }
 
+/// Rejects keys of very many parts, which would exhaust the stack of the parser.
+Result<void> check_depth(const std::filesystem::path& path) {
+  constexpr int kMostParts = 128;
+  std::ifstream file(path);
+  int line = 1;
+  int parts = 0;
+  char quote = 0;
+  for (char c = 0; file.get(c);) {
+    if (c == '\n') ++line;
+    if (c == '\n' ||
+        (quote == 0 && std::string_view(",={}[]#").find(c) != std::string_view::npos)) {
+      parts = 0;
+      if (c == '\n') quote = 0;
+    } else if (c == '"' || c == '\'') {
+      quote = quote == 0 ? c : quote == c ? '\0' : quote;
+    } else if (quote == 0 && c == '.' && ++parts > kMostParts) {
+      return Error{ErrorCode::kMalformedData,
+                   path.string() + ":" + std::to_string(line) +
+                       ": expected keys of at most 128 parts, found more"};
+    }
+  }
+  return {};
+}
+
 bool is_utf8(const std::string& text) {
   try {
     (void)io::Json(text).dump();
@@ -238,6 +263,7 @@ Result<SessionConfig> read_session_config(const std::filesystem::path& path) {
                      (std::filesystem::exists(path, status) ? "something that is not a file"
                                                             : "nothing of that name")};
   }
+  if (const auto ok = check_depth(path); !ok) return ok.error();
   toml::table root;
   try {
     root = toml::parse_file(path.string());

@@ -12,6 +12,9 @@ std::vector<NamedFile> session_inputs(const SessionConfig& config) {
       {"--look", config.appearance.file},      {"--us-volume", predicates.volume},
       {"--layers", predicates.layers},         {"--scan-lines", predicates.scan_lines},
       {"--scribbles", predicates.scribbles}};
+  for (const auto& device : config.source.devices) {
+    if (device.kind == "recording") inputs.push_back({"address of " + device.id, device.address});
+  }
   for (const auto& labels : predicates.labels) inputs.push_back({"--labels", labels});
   if (!render::preset_predicates(predicates.set_up)) {
     inputs.push_back({"--predicates", predicates.set_up});
@@ -40,7 +43,12 @@ Result<void> reject_overwriting_of(const SessionConfig& config, const std::strin
   const NamedFile appearance{"--save-look", config.appearance.save};
   if (const auto ok = reject_overwriting({{"--json", json}, appearance}, inputs); !ok) return ok;
   // The report may lie there twice: --json says the same.
-  return reject_overwriting({appearance}, outputs);
+  if (const auto ok = reject_overwriting({appearance}, outputs); !ok) return ok;
+  if (config.output.record.empty()) return {};
+  const NamedFile record{"--record", config.output.record};
+  inputs.insert(inputs.end(), outputs.begin(), outputs.end());
+  inputs.push_back({"--json", json});
+  return reject_overwriting({record}, inputs);
 }
 
 }  // namespace nav::app

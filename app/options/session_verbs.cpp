@@ -94,6 +94,7 @@ void CommandLine::add_record() {
     verb_ = [this, &verb](Console& console) -> Result<void> {
       if (auto ok = as_given(verb, "record", validate(settings_.config)); !ok) return ok;
       if (auto ok = check_live("record"); !ok) return ok;
+      if (auto ok = reject_overwriting_of(settings_.config, settings_.json, {}); !ok) return ok;
       return run_session_devices(settings_.config, json(), console);
     };
   });
@@ -119,6 +120,7 @@ void CommandLine::add_serve() {
     verb_ = [this, &verb](Console& console) -> Result<void> {
       if (auto ok = as_given(verb, "serve", validate(settings_.config)); !ok) return ok;
       if (auto ok = check_live("serve"); !ok) return ok;
+      if (auto ok = reject_overwriting_of(settings_.config, settings_.json, {}); !ok) return ok;
       return run_serve(settings_.config, settings_.serve, json(), console);
     };
   });
@@ -145,6 +147,7 @@ void CommandLine::add_devices() {
       const SessionConfig& config = settings_.config;
       if (settings_.session.empty()) return run_devices(json(), console);
       if (auto ok = check_live("devices"); !ok) return ok;
+      if (auto ok = reject_overwriting_of(config, settings_.json, {}); !ok) return ok;
       return run_session_devices(config, json(), console);
     };
   });

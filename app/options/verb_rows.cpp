@@ -29,7 +29,7 @@ void add_replay_rows(std::vector<Option>& rows) {
       {.name = "--seconds",
        .type = "S",
        .unit = "s",
-       .text = "duration of the session; 0: until Ctrl-C, or the window is closed",
+       .text = "duration of the session; 0: until Ctrl-C, the window is closed, or 5 s for devices",
        .group = group::kGroupReplay,
        .verbs = {"live", "record", "serve", "devices"},
        .slot = NAV_SLOT(config.output.seconds),

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "app/console.hpp"
 #include "app/report.hpp"
+#include "session/played_recording.hpp"
 #include "session/recorded_setup.hpp"
 
 namespace nav::app {
@@ -80,13 +82,10 @@ io::Json json_of(const std::vector<session::DeviceStatus>& devices) {
 io::Json json_of(const session::SessionRecorder* recorder) {
   if (recorder == nullptr) return nullptr;
   const session::RecordingAccount account = recorder->account();
-  return {{"path", account.path.string()},
-          {"bytes", account.bytes},
-          {"received", account.received},
-          {"written", account.written},
-          {"lost", account.lost()},
-          {"dropped", account.dropped},
-          {"fsync_ms_p99", account.sync_p99_ms},
+  return {{"path", account.path.string()}, {"bytes", account.bytes},
+          {"chunks", account.chunks},      {"received", account.received},
+          {"written", account.written},    {"lost", account.lost()},
+          {"dropped", account.dropped},    {"fsync_ms_p99", account.sync_p99_ms},
           {"stopped", account.stopped}};
 }
 
@@ -95,6 +94,15 @@ Result<std::unique_ptr<session::SessionRecorder>> start_recording(const SessionC
                                                                   Diagnostics& diagnostics) {
   session::SessionRecorder::Options options;
   options.path = config.output.record;
+  if (!session::is_device_recording(options.path)) {
+    return Error{ErrorCode::kUsage,
+                 options.path.string() + ": expected the name of a recording that ends with .mcap"};
+  }
+  const std::string file = options.path.filename().string();
+  if (file.starts_with("live_") && options.path.parent_path() == config.output.folder) {
+    return Error{ErrorCode::kUsage,
+                 options.path.string() + ": expected another name than those of the images"};
+  }
   options.facts = {{"version", SONDE_VERSION}};
   const auto session = to_toml(config);
   if (!session) return session.error();
@@ -126,7 +134,7 @@ std::string text_of(const std::vector<session::DeviceStatus>& devices) {
   for (const auto& device : devices) {
     text += device.id + " (" + device.kind + (device.address.empty() ? "" : ", " + device.address) +
             "): " + to_string(device.health.state);
-    if (!device.health.cause.empty()) text += ", " + device.health.cause;
+    if (!device.health.cause.empty()) text += ", " + without_controls(device.health.cause);
     text += '\n';
     for (const auto& stream : device.streams) {
       const auto& [info, ledger, timing] = stream.account;
@@ -135,7 +143,7 @@ std::string text_of(const std::vector<session::DeviceStatus>& devices) {
                     ": %llu samples, %.1f per second, periods of %.1f ms (p50) to %.1f ms (p99)\n",
                     static_cast<unsigned long long>(ledger.received()), timing.rate_hz,
                     timing.period_p50_ms, timing.period_p99_ms);
-      text += "  " + std::string(type_of(info)) + " " + info.name +
+      text += "  " + std::string(type_of(info)) + " " + without_controls(info.name) +
               (ledger.received() == 0 ? ": nothing came\n" : line);
       for (const auto& [cause, count] : ledger.rejected()) {
         text += "    rejected: " + std::to_string(count) + ", " + cause + '\n';
@@ -149,6 +157,10 @@ Result<void> check_all_deliver(const std::vector<session::DeviceStatus>& devices
   for (const auto& device : devices) {
     for (const auto& stream : device.streams) {
       if (stream.account.ledger.received() > 0) continue;
+      // A recording has places for bodies that it does not track.
+      const ToolRole role = stream.account.info.role;
+      const bool place = role == ToolRole::kNeedle || role == ToolRole::kReference;
+      if (device.kind == "recording" && place) continue;
       return Error{ErrorCode::kUnavailable,
                    device.id + ": expected samples of " + stream.account.info.name +
                        ", found none" +

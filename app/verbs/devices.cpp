@@ -84,11 +84,6 @@ Result<void> run_session_devices(const SessionConfig& config,
       config.output.seconds > 0 || records ? config.output.seconds : kUsualSeconds;
   const MonotonicClock clock;
   std::unique_ptr<session::SessionRecorder> recorder;
-  if (records) {
-    auto started = start_recording(config, clock, console);
-    if (!started) return started.error();
-    recorder = *std::move(started);
-  }
   const auto tap = [&](std::size_t device, const Sample& sample) {
     recorder->record(device, sample);
   };
@@ -96,7 +91,10 @@ Result<void> run_session_devices(const SessionConfig& config,
       config.source, clock, console,
       records ? std::function<void(std::size_t, const Sample&)>(tap) : nullptr);
   if (!live) return live.error();
-  if (recorder) {
+  if (records) {
+    auto started = start_recording(config, clock, console);
+    if (!started) return started.error();
+    recorder = *std::move(started);
     if (auto ok = describe(config, *live, *recorder); !ok) return ok;
   }
   session::Session& session = live->session();
@@ -121,6 +119,7 @@ Result<void> run_session_devices(const SessionConfig& config,
   for (std::size_t i = 0; i < devices.size(); ++i) devices[i].health = before[i].health;
   io::Json report;
   report["verb"] = records ? "record" : "devices";
+  report["version"] = SONDE_VERSION;
   report["seconds"] = elapsed_s();
   report["devices"] = json_of(devices);
   report["ledger_balanced"] = balanced(devices);

@@ -49,8 +49,13 @@ Result<void> describe_frames(io::SequenceReader& reader, io::Json& json) {
   return {};
 }
 
-Result<io::Json> describe_sequence(io::SequenceReader& reader) {
+Result<io::Json> describe_sequence(io::SequenceReader& reader, Console& console) {
   const io::SequenceHeader& header = reader.header();
+  if (header.extra_bytes > 0) {
+    console.report(Severity::kWarning, "recording",
+                   header.path.string() + ": the pixel data are " +
+                       std::to_string(header.extra_bytes) + " bytes longer than stated");
+  }
   io::Json json;
   json["kind"] = "sequence";
   json["format"] = header.format;
@@ -181,7 +186,7 @@ Result<io::Json> describe(const std::filesystem::path& path, bool accept_unknown
   if (session::is_device_recording(path)) return describe_devices(path, console);
   if (has_extension(path, {".mha", ".mhd", ".nrrd", ".nhdr"})) {
     auto reader = io::SequenceReader::open(path);
-    if (reader && is_sequence(*reader)) return describe_sequence(*reader);
+    if (reader && is_sequence(*reader)) return describe_sequence(*reader, console);
     if (!reader && has_extension(path, {".igs.mha", ".igs.mhd", ".igs.nrrd"})) {
       return reader.error();
     }

@@ -25,9 +25,9 @@ constexpr const char* kImageSeries = "live";
 constexpr const char* kEnded = "the devices have nothing more";
 constexpr auto kPoll = std::chrono::milliseconds(2);
 
-/// Times from the reception of an image, ms.
+/// Times from the acquisition of an image to its reception, and from there on, ms.
 struct Latencies {
-  std::vector<double> paired, rendered, presented;
+  std::vector<double> received, paired, rendered, presented;
 };
 
 io::Json percentiles(std::vector<double> values) {
@@ -65,7 +65,9 @@ class Live {
   }
 
   Result<void> run(const std::optional<std::string>& json) {
-    view_.show_before_images();
+    if (const auto placement = view_.show_before_images()) {
+      live_.session().navigator().set_placement(*placement);
+    }
     begun_ = clock_.now();
     live_.start();
     console_.begin("live");
@@ -127,6 +129,8 @@ class Live {
     std::snprintf(name, sizeof name, "%s_%05d.png", kImageSeries, shown_++);
     if (auto written = out_->write_image(name, *image); !written) return written;
     if (epoch.frame_is_new) {
+      const UltrasoundFrame& shown = epoch.frame->frame;
+      latencies_.received.push_back(1e3 * to_seconds(shown.received - shown.acquired));
       latencies_.paired.push_back(paired_ms);
       latencies_.rendered.push_back(rendered_ms);
       latencies_.presented.push_back(age_ms(epoch));
@@ -178,7 +182,8 @@ class Live {
     json["version"] = SONDE_VERSION;
     json["seconds"] = to_seconds(clock_.now() - begun_);
     json["devices"] = json_of(devices);
-    json["latency_ms"] = {{"paired", percentiles(latencies_.paired)},
+    json["latency_ms"] = {{"received", percentiles(latencies_.received)},
+                          {"paired", percentiles(latencies_.paired)},
                           {"rendered", percentiles(latencies_.rendered)},
                           {"presented", percentiles(latencies_.presented)}};
     json["ledger_balanced"] = balanced(devices);
@@ -250,21 +255,13 @@ Result<void> run_live(const SessionConfig& config, const std::optional<std::stri
   // It is written at the end; what it cannot hold is said before the work.
   if (const auto session = to_toml(config); !session) return session.error();
   const MonotonicClock clock;
-  std::unique_ptr<session::SessionRecorder> recorder;
-  if (!config.output.record.empty()) {
-    auto started = start_recording(config, clock, console);
-    if (!started) return started.error();
-    recorder = *std::move(started);
-  }
+  std::unique_ptr<session::SessionRecorder> recorder;  // Started last.
   std::function<void(std::size_t, const Sample&)> tap;
-  if (recorder) {
+  if (!config.output.record.empty()) {
     tap = [&](std::size_t device, const Sample& sample) { recorder->record(device, sample); };
   }
   auto live = session::LiveSession::open(config.source, clock, console, tap);
   if (!live) return live.error();
-  if (recorder) {
-    if (auto ok = describe(config, *live, *recorder); !ok) return ok;
-  }
   auto parts = PlacedView::prepare(config, live->reference_frame(), console);
   if (!parts) return parts.error();
   parts->banner = banner_of(config.source.devices);
@@ -276,6 +273,12 @@ Result<void> run_live(const SessionConfig& config, const std::optional<std::stri
       return ok;
     }
     out = *std::move(made);
+  }
+  if (!config.output.record.empty()) {
+    auto started = start_recording(config, clock, console);
+    if (!started) return started.error();
+    recorder = *std::move(started);
+    if (auto ok = describe(config, *live, *recorder); !ok) return ok;
   }
   Live run(config, console, clock, std::move(out), *std::move(live), *std::move(parts),
            recorder.get());

@@ -112,6 +112,7 @@ Result<PlacedView::Parts> PlacedView::prepare(const SessionConfig& config,
                .given = *std::move(given),
                .survey = std::nullopt,
                .presenter = *std::move(presenter),
+               .needle_expected = config.source.has_needle(),
                .banner = ""};
 }
 
@@ -122,13 +123,17 @@ PlacedView::PlacedView(const SessionConfig& config, Console& console, Parts part
       given_(std::move(parts.given)),
       survey_(std::move(parts.survey)),
       presenter_(std::move(parts.presenter)),
+      needle_expected_(parts.needle_expected),
       banner_(std::move(parts.banner)) {}
 
-void PlacedView::show_before_images() {
+std::optional<session::CtPlacement> PlacedView::show_before_images() {
   presenter_.set_facts({.plan = config_.plan,
-                        .needle_expected = config_.source.has_needle(),
+                        .needle_expected = needle_expected_,
                         .window = ct_window(config_.view, *ct_, {}),
                         .banner = banner_});
+  if (!given_) return std::nullopt;
+  presenter_.set_warning(registration_warning(given_->warnings));
+  return given_->placement;
 }
 
 Result<std::optional<session::CtPlacement>> PlacedView::take(
@@ -168,7 +173,7 @@ Result<session::CtPlacement> PlacedView::begin(const TrackedFrame& image,
   const session::SweepSurvey& seen = survey_ ? *survey_ : first;
   SessionFacts facts{
       .plan = config_.plan,
-      .needle_expected = config_.source.has_needle(),
+      .needle_expected = needle_expected_,
       .focus_ct = ct_from_reference * seen.centroid,
       .window = ct_window(config_.view, *ct_, values_along(*ct_, ct_from_reference, seen.spread)),
       .banner = banner_of(*placement, banner_, config_.placement.follow)};

@@ -26,7 +26,8 @@ class PlacedView {
     /// The whole sweep, for camera and grey window; none: the first image decides.
     std::optional<session::SweepSurvey> survey;
     Presenter presenter;
-    std::string banner;  ///< Kind of the session, which every image shows.
+    bool needle_expected = false;  ///< A needle is tracked; its state is always shown.
+    std::string banner;            ///< Kind of the session, which every image shows.
   };
   /// Reads the CT and what is drawn with it, and makes the presenter. \p reference_frame: the
   /// patient's frame, to which a registration has to belong.
@@ -37,7 +38,8 @@ class PlacedView {
   PlacedView(const SessionConfig& config, Console& console, Parts parts);
 
   /// Prepares the view of the CT alone, for a session that is looked at before its first image.
-  void show_before_images();
+  /// Returns the placement that the options give; absent: the first image decides.
+  std::optional<session::CtPlacement> show_before_images();
   /// Takes a tracked image, in order. \p read: what is known of the recording. Returns the
   /// placement that the session has to take over, if it changed.
   Result<std::optional<session::CtPlacement>> take(
@@ -70,6 +72,7 @@ class PlacedView {
   std::optional<session::Placement> given_;
   std::optional<session::SweepSurvey> survey_;
   Presenter presenter_;
+  bool needle_expected_;
   std::string banner_;
   std::optional<session::Placement> placement_;
   session::OutsideWatch outside_;

@@ -88,7 +88,8 @@ class Replay {
   [[nodiscard]] std::int64_t stride() const {
     const std::int64_t most = config_.output.frames;
     if (most <= 0 || !view_.survey()) return 1;
-    return std::max<std::int64_t>(1, (session_.total_frames() + most - 1) / most);
+    const auto paired = static_cast<std::int64_t>(view_.survey()->paired);
+    return std::max<std::int64_t>(1, (paired + most - 1) / most);
   }
 
   session::Session::Listener listener() {
@@ -310,6 +311,7 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   auto parts = PlacedView::prepare(config, session->reference_frame(), console);
   if (!parts) return parts.error();
   parts->banner = "recording";
+  parts->needle_expected = session->has_needle();
   // A pipe can be read only once.
   const bool pipe = std::filesystem::is_fifo(config.source.recording);
   if (config.source.survey && pipe) {

@@ -64,6 +64,10 @@ Result<void> run_serve(const SessionConfig& config, const ServeOptions& options,
                                  {"superseded", client.superseded}});
   }
   report["devices"] = json_of(live->status());
+  report["ledger_balanced"] = balanced(live->status());
+  report["calibration"] = live->calibration_statement();
+  report["reference"] = live->reference_statement();
+  report["recording"] = nullptr;
   report["failures"] = session.failures();
   report["diagnostics"] = json_of(console.entries());
   (*server)->stop();

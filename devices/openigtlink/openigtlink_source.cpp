@@ -453,7 +453,10 @@ std::optional<std::size_t> OpenIgtLinkSource::stream_of(std::string_view device,
 void OpenIgtLinkSource::note_undeclared(std::string_view device, const IgtlMessage& message) {
   const std::string name = igtl_escaped(message.header.type_name()) + " " + igtl_escaped(device);
   count_named(health_.undeclared, name);
-  report_once(Severity::kInfo, name, "the peer sends " + name + ", which no stream declares");
+  // Transforms that nobody needs are usual; an image is likely the one that is missed.
+  const bool image = message.header.type_name() == "IMAGE";
+  report_once(image ? Severity::kWarning : Severity::kInfo, name,
+              "the peer sends " + name + ", which no stream declares");
 }
 
 void OpenIgtLinkSource::reject(const IgtlMessage& message, const std::string& why) {

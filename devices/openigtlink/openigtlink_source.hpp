@@ -88,7 +88,7 @@ class OpenIgtLinkSource final : public Source {
  public:
   /// Finds the address of the host, which may wait for the name service. \p clock advances with
   /// real time; clock and diagnostics must outlive the source. Errors: those of validate(), and
-  /// kNotFound for an unknown host.
+  /// kUnavailable for an unknown host.
   static Result<std::unique_ptr<OpenIgtLinkSource>> create(OpenIgtLinkOptions options,
                                                            const Clock& clock,
                                                            Diagnostics& diagnostics);

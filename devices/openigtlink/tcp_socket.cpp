@@ -51,7 +51,7 @@ void FileDescriptor::close() noexcept {
 }
 
 WakeEvent::WakeEvent() : event_(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)) {
-  NAV_CHECK(event_.is_open(), errno);
+  if (!event_.is_open()) throw std::system_error(errno, std::generic_category(), "eventfd");
 }
 
 void WakeEvent::signal() const noexcept {
@@ -74,8 +74,8 @@ Result<TcpEndpoint> resolve_tcp(const std::string& host, std::uint16_t port) {
   endpoint.text = host + ":" + std::to_string(port);
   const int code = ::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found);
   if (code != 0) {
-    return Error{ErrorCode::kNotFound, endpoint.text + ": expected a known host, found: " +
-                                           std::string(::gai_strerror(code))};
+    return Error{ErrorCode::kUnavailable, endpoint.text + ": expected a known host, found: " +
+                                              std::string(::gai_strerror(code))};
   }
   // "localhost" is both ::1 and 127.0.0.1, and most servers listen on the latter only.
   const addrinfo* chosen = found;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <set>
 #include <vtkDICOMReader.h>
 #include <vtkErrorCode.h>
 #include <vtkExecutive.h>
@@ -115,6 +116,24 @@ Result<void> judge_irregular(const DicomStack& stack, const DicomSeries& series,
   return {};
 }
 
+/// Rejects acquisitions that alternate from slice to slice, as two phases of contrast do.
+/// Acquisitions that follow each other are one volume.
+Result<void> check_acquisitions(const DicomStack& stack, const std::string& name) {
+  std::set<std::string> all{stack.slices.front().acquisition};
+  std::size_t changes = 0;
+  for (std::size_t k = 1; k < stack.slices.size(); ++k) {
+    all.insert(stack.slices[k].acquisition);
+    if (stack.slices[k].acquisition != stack.slices[k - 1].acquisition) ++changes;
+  }
+  if (changes < all.size()) return {};
+  std::string listed;
+  for (const std::string& one : all) listed += (listed.empty() ? "" : ", ") + excerpt(one);
+  return Error{ErrorCode::kMalformedData,
+               name + ": expected acquisitions that follow each other, found slices of " +
+                   std::to_string(all.size()) + " that alternate (AcquisitionNumber " + listed +
+                   ")"};
+}
+
 }  // namespace
 
 Result<HuBuilder> decode_slices(const DicomStack& stack, const std::string& name,
@@ -141,13 +160,14 @@ Result<HuBuilder> decode_slices(const DicomStack& stack, const std::string& name
 Result<StoredVolume> read_ct_dicom(const std::vector<std::filesystem::path>& files,
                                    const std::string& name, Diagnostics& diagnostics,
                                    const VolumeReading& options) {
-  auto all = scan_dicom(files, name);
+  auto all = scan_dicom(files, name, diagnostics);
   if (!all) return all.error();
   auto series = choose_series(std::move(*all), name, options, diagnostics);
   if (!series) return series.error();
   const auto stack = stack_slices(std::move(series->slices), name);
   if (!stack) return stack.error();
   if (const auto ok = validate(stack->grid(), name); !ok) return ok.error();
+  if (const auto ok = check_acquisitions(*stack, name); !ok) return ok.error();
   if (!stack->regular) {
     const auto ok = judge_irregular(*stack, *series, name, options, diagnostics);
     if (!ok) return ok.error();

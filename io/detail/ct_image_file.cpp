@@ -102,12 +102,15 @@ Result<Affine> meta_affine(const ImageFile& file, Diagnostics& diagnostics,
       }
     }
     compare_letters(file, directions, diagnostics);
-  } else if (const auto known = directions_from_letters(file.value("AnatomicalOrientation"))) {
-    directions = *known;
-  } else if (const auto ok =
-                 unknown_orientation(file.path, "no TransformMatrix", diagnostics, options);
-             !ok) {
-    return ok.error();
+  } else if (const auto letters = file.value("AnatomicalOrientation"); letters != "RAI") {
+    // Programs read RAI as LPS and disagree about all other letters.
+    const std::string what = letters.empty() || letters == "???"
+                                 ? "no TransformMatrix"
+                                 : "AnatomicalOrientation " + excerpt(letters) +
+                                       " without TransformMatrix, which programs read in "
+                                       "different ways";
+    const auto ok = unknown_orientation(file.path, what, diagnostics, options);
+    if (!ok) return ok.error();
   }
   Affine affine = Affine::Zero();
   const auto offset_key = spelling(file, {"Offset", "Position", "Origin"});
@@ -243,6 +246,17 @@ Result<Affine> nrrd_affine(const ImageFile& file, Diagnostics& diagnostics,
   return affine;
 }
 
+/// NRRD keeps the range from which values were quantised; they are not restored.
+void warn_of_quantisation(const ImageFile& file, Diagnostics& diagnostics) {
+  const auto low = spelling(file, {"old min", "oldmin"});
+  const auto high = spelling(file, {"old max", "oldmax"});
+  if (!file.has(low) && !file.has(high)) return;
+  diagnostics.report(Severity::kWarning, "io.ct",
+                     file.path.string() + ": old min " + excerpt(file.value(low)) + ", old max " +
+                         excerpt(file.value(high)) +
+                         ": the values were quantised from this range and are not in its unit");
+}
+
 /// True for a file with fields of a second frame: its slices are images with their own poses. A
 /// volume may be written as a sequence of one frame.
 bool is_of_images(const ImageFile& file) {
@@ -251,7 +265,8 @@ bool is_of_images(const ImageFile& file) {
   });
 }
 
-Result<std::array<int, 3>> volume_size(ImageFile& file, int least_slices) {
+Result<std::array<int, 3>> volume_size(ImageFile& file, int least_slices,
+                                       Diagnostics& diagnostics) {
   if (is_of_images(file)) {
     return Error{
         ErrorCode::kUnsupportedData,
@@ -283,6 +298,12 @@ Result<std::array<int, 3>> volume_size(ImageFile& file, int least_slices) {
                      std::to_string(file.sample_bytes) + " bytes, found " +
                      std::to_string(file.available_bytes)};
   }
+  if (file.encoding == Encoding::kRaw && file.available_bytes > file.sample_bytes) {
+    diagnostics.report(Severity::kWarning, "io.ct",
+                       file.path.string() + ": expected " + std::to_string(file.sample_bytes) +
+                           " bytes of pixel data, found " + std::to_string(file.available_bytes) +
+                           ": a header that is not stated would shift all values");
+  }
   for (const auto& [key, unit] : {std::pair("ElementToIntensityFunctionSlope", 1.0),
                                   std::pair("ElementToIntensityFunctionOffset", 0.0)}) {
     if (file.has(key) && parse_double(file.value(key)) != unit) {
@@ -300,8 +321,9 @@ Result<VoxelGrid> read_image_file_voxels(const std::filesystem::path& path, Voxe
                                          Diagnostics& diagnostics, const VolumeReading& options) {
   auto file = read_image_file(path);
   if (!file) return file.error();
-  const auto size = volume_size(*file, options.least_slices);
+  const auto size = volume_size(*file, options.least_slices, diagnostics);
   if (!size) return size.error();
+  warn_of_quantisation(*file, diagnostics);
   const auto affine = file->format == "NRRD" ? nrrd_affine(*file, diagnostics, options)
                                              : meta_affine(*file, diagnostics, options);
   if (!affine) return affine.error();

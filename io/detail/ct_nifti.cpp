@@ -144,6 +144,32 @@ Affine qform_affine(const Nifti& n) {
   return affine;
 }
 
+/// Compares the spacing of the s-form with pixdim, which is also that of the q-form. With a q-form,
+/// two of three statements contradict the one that would be used.
+Result<void> compare_spacings(const Nifti& n, const std::filesystem::path& path,
+                              Diagnostics& diagnostics) {
+  constexpr double kShare = 0.01;
+  bool same = true;
+  std::string by_sform;
+  std::string by_pixdim;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double mm = n.srow.col(axis).norm();
+    const double stated = n.pixdim[static_cast<std::size_t>(axis) + 1];
+    if (!(std::isfinite(stated) && stated > 0)) return {};
+    same = same && std::abs(mm - stated) <= kShare * stated;
+    by_sform += ' ' + to_text(mm);
+    by_pixdim += ' ' + to_text(stated);
+  }
+  if (same) return {};
+  const std::string both = path.string() + ": spacing" + by_sform + " by the s-form,";
+  if (n.qform > 0) {
+    return Error{ErrorCode::kMalformedData, both + by_pixdim + " by pixdim and the q-form"};
+  }
+  diagnostics.report(Severity::kWarning, "io.ct",
+                     both + by_pixdim + " by pixdim; the s-form is used");
+  return {};
+}
+
 Result<Affine> ras_affine(const Nifti& n, const std::filesystem::path& path,
                           Diagnostics& diagnostics, const CtOptions& options) {
   const auto check_spacing = [&]() -> Result<void> {
@@ -161,6 +187,7 @@ Result<Affine> ras_affine(const Nifti& n, const std::filesystem::path& path,
       return Error{ErrorCode::kMalformedData,
                    path.string() + ": s-form: expected finite numbers, found NaN or Inf"};
     }
+    if (auto ok = compare_spacings(n, path, diagnostics); !ok) return ok.error();
     constexpr double kAgreement = 0.01;  // Limit in mm, and in mm per voxel.
     if (n.qform > 0 && check_spacing()) {
       const double difference = (qform_affine(n) - n.srow).cwiseAbs().maxCoeff();

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
+#include <tuple>
 #include <vtkCommand.h>
 #include <vtkDICOMDictionary.h>
 #include <vtkDICOMItem.h>
@@ -91,6 +93,44 @@ std::string read_slice(vtkDICOMMetaData& meta, DicomSlice& slice, bool& has_resc
   return {};
 }
 
+/// False for a file that its name shows to be a text, a table, an image of another kind or hidden.
+bool may_be_slice(const std::filesystem::path& file) {
+  const std::string stem = file.filename().string();
+  if (stem.empty() || stem.front() == '.') return false;
+  std::string extension = file.extension().string();
+  std::ranges::transform(extension, extension.begin(), [](unsigned char c) {
+    return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
+  });
+  static const std::set<std::string> kOthers{
+      ".txt", ".md",  ".csv", ".json", ".xml", ".html", ".htm", ".pdf", ".ini", ".inf",
+      ".log", ".png", ".jpg", ".jpeg", ".gif", ".bmp",  ".db",  ".exe", ".dll", ".zip",
+      ".gz",  ".mha", ".mhd", ".nrrd", ".nii", ".raw",  ".py",  ".sh",  ".bat", ".toml"};
+  return !kOthers.contains(extension) && stem != "LICENSE" && stem != "README";
+}
+
+/// Returns a defect of how the samples are stored, or an empty text.
+std::string sample_defect(vtkDICOMMetaData& meta) {
+  const std::string photometric = text(meta, DC::PhotometricInterpretation);
+  if (!photometric.empty() && photometric != "MONOCHROME1" && photometric != "MONOCHROME2") {
+    return "PhotometricInterpretation: expected MONOCHROME1 or MONOCHROME2, found " +
+           excerpt(photometric);
+  }
+  const auto stored = numbers(meta, 0, DC::BitsStored, 1);
+  const auto high = numbers(meta, 0, DC::HighBit, 1);
+  if (!stored.empty() && !high.empty() && high[0] != stored[0] - 1) {
+    return "HighBit: expected BitsStored - 1, " + to_text(stored[0] - 1) + ", found " +
+           to_text(high[0]);
+  }
+  // The groups of an enhanced image would replace what a classic one says itself.
+  constexpr const char* kClassicCt = "1.2.840.10008.5.1.4.1.1.2";
+  if (text(meta, DC::SOPClassUID) == kClassicCt &&
+      (meta.Has(vtkDICOMTag(DC::SharedFunctionalGroupsSequence)) ||
+       meta.Has(vtkDICOMTag(DC::PerFrameFunctionalGroupsSequence)))) {
+    return "expected no functional groups in a classic CT image, found some";
+  }
+  return {};
+}
+
 /// Returns a defect of the pixel-data length, or an empty text. It is checked before a decoder
 /// allocates the size that Rows, Columns and NumberOfFrames declare.
 std::string length_defect(vtkDICOMMetaData& meta, vtkDICOMParser& parser, double samples) {
@@ -119,6 +159,7 @@ void add_file(const std::filesystem::path& file, vtkDICOMMetaData& meta, vtkDICO
   if (samples != 1) {
     return defect("SamplesPerPixel: expected 1, found " + std::to_string(samples));
   }
+  if (const std::string stored = sample_defect(meta); !stored.empty()) return defect(stored);
   const int rows = meta.Get(0, vtkDICOMTag(DC::Rows)).AsInt();
   const int columns = meta.Get(0, vtkDICOMTag(DC::Columns)).AsInt();
   if (rows < 1 || columns < 1) {
@@ -141,6 +182,8 @@ void add_file(const std::filesystem::path& file, vtkDICOMMetaData& meta, vtkDICO
     slice.frame = frame;
     slice.rows = rows;
     slice.columns = columns;
+    slice.acquisition = text(meta, DC::AcquisitionNumber);
+    slice.frame_of_reference = text(meta, DC::FrameOfReferenceUID);
     bool has_rescale = false;
     const std::string wrong = read_slice(meta, slice, has_rescale);
     if (!wrong.empty()) return defect(wrong);
@@ -152,6 +195,7 @@ void add_file(const std::filesystem::path& file, vtkDICOMMetaData& meta, vtkDICO
 std::string describe(const DicomSeries& series) {
   return series.uid + " (" + (series.modality.empty() ? "no modality" : series.modality) + ", " +
          std::to_string(series.slices.size()) + " slices" +
+         (series.in_hu() ? "" : " of " + excerpt(series.unit)) +
          (series.description.empty() ? "" : ", '" + excerpt(series.description) + "'") + ")";
 }
 
@@ -164,15 +208,19 @@ std::string describe(const std::vector<DicomSeries>& all) {
 }  // namespace
 
 Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::path>& files,
-                                            const std::string& name) {
+                                            const std::string& name, Diagnostics& diagnostics) {
   std::vector<DicomSeries> all;
+  std::vector<std::string> others;
   std::map<std::string, std::size_t> index;
   for (const std::filesystem::path& file : files) {
     if (file.filename() == "DICOMDIR") continue;
     // An unreadable file may be a slice, and the stack would be wrong without it.
     const auto input = InputFile::open(file);
     if (!input) return input.error();
-    if (!is_dicom(*input)) continue;
+    if (!is_dicom(*input)) {
+      if (may_be_slice(file)) others.push_back(file.filename().string());
+      continue;
+    }
     const std::string broken = dicom_structure_defect(*input);
     if (!broken.empty()) return Error{ErrorCode::kMalformedData, file.string() + ": " + broken};
     vtkNew<vtkDICOMMetaData> meta;
@@ -195,9 +243,20 @@ Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::p
       all.back().uid = uid;
       all.back().modality = text(*meta, DC::Modality);
       all.back().description = text(*meta, DC::SeriesDescription);
+      all.back().unit = text(*meta, DC::RescaleType);
       all.back().tilt_tag = text(*meta, DC::GantryDetectorTilt);
     }
     add_file(file, *meta, *parser, all[place->second]);
+  }
+  if (!others.empty()) {
+    std::string listed;
+    for (std::size_t i = 0; i < std::min<std::size_t>(others.size(), 3); ++i) {
+      listed += (i > 0 ? ", " : "") + excerpt(others[i]);
+    }
+    diagnostics.report(Severity::kWarning, "io.ct",
+                       name + ": " + std::to_string(others.size()) +
+                           " files of the folder are not DICOM and are left out: " + listed +
+                           (others.size() > 3 ? ", …" : ""));
   }
   if (all.empty()) {
     return Error{ErrorCode::kNotFound, name + ": expected DICOM images, found none in " +
@@ -217,12 +276,10 @@ Result<DicomSeries> choose_series(std::vector<DicomSeries> all, const std::strin
       if (series.uid == options.series_uid) best = &series;
       continue;
     }
-    const bool ct = series.modality == "CT";
-    const bool best_ct = best != nullptr && best->modality == "CT";
-    if (best == nullptr || (ct && !best_ct) ||
-        (ct == best_ct && series.slices.size() > best->slices.size())) {
-      best = &series;
-    }
+    const auto rank = [](const DicomSeries& one) {
+      return std::tuple(one.modality == "CT", one.in_hu(), one.slices.size());
+    };
+    if (best == nullptr || rank(series) > rank(*best)) best = &series;
   }
   if (best == nullptr) {
     return Error{ErrorCode::kNotFound,
@@ -236,6 +293,18 @@ Result<DicomSeries> choose_series(std::vector<DicomSeries> all, const std::strin
   }
   if (best->modality != "CT") {
     warn("expected modality CT, found '" + best->modality + "'; values may not be HU");
+  }
+  if (!best->in_hu()) {
+    warn("RescaleType: expected HU, found " + excerpt(best->unit) + ": the values are not HU");
+  }
+  std::set<std::string> places;
+  for (const DicomSlice& slice : best->slices) {
+    if (!slice.frame_of_reference.empty()) places.insert(slice.frame_of_reference);
+  }
+  if (places.size() > 1) {
+    return Error{ErrorCode::kMalformedData, name + ": expected one FrameOfReferenceUID, found " +
+                                                std::to_string(places.size()) +
+                                                ": positions of slices cannot be compared"};
   }
   if (best->without_rescale > 0 && best->without_rescale < best->slices.size()) {
     return Error{ErrorCode::kMalformedData,

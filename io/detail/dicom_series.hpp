@@ -16,16 +16,21 @@ struct DicomSeries {
   std::string uid;
   std::string modality;
   std::string description;
+  std::string unit;      ///< RescaleType of the first image; empty when absent: HU.
   std::string tilt_tag;  ///< GantryDetectorTilt, degrees as text; empty when absent.
   std::vector<DicomSlice> slices;
   std::size_t without_rescale = 0;  ///< Number of slices without a rescale: unknown unit.
   std::size_t localizers = 0;       ///< Number of overview images (localizers) that were left out.
   std::string defect;  ///< First defect that makes the series unreadable; empty when there is none.
+
+  /// False for iodine maps, effective atomic numbers and the like.
+  [[nodiscard]] bool in_hu() const { return unit.empty() || unit == "HU" || unit == "US"; }
 };
 
-/// Parses the headers of the DICOM files and groups their images by series.
+/// Parses the headers of the DICOM files and groups their images by series. Names files that are
+/// not DICOM, but may be damaged slices.
 Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::path>& files,
-                                            const std::string& name);
+                                            const std::string& name, Diagnostics& diagnostics);
 
 /// Selects the requested series, or the CT series with most slices, and reports the series that
 /// were left out.

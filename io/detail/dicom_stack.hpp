@@ -25,6 +25,8 @@ struct DicomSlice {
   Eigen::Vector2d spacing_mm;        ///< Spacing of columns, then of rows.
   int columns = 0;
   int rows = 0;
+  std::string acquisition;         ///< AcquisitionNumber; empty when absent.
+  std::string frame_of_reference;  ///< FrameOfReferenceUID; empty when absent.
   Rescale rescale;
 
   /// Name such as "CTHead12.dcm", with the frame number in a multi-frame file.

@@ -61,7 +61,10 @@ Result<void> read_sizes(ImageFile& file) {
 }
 
 Result<void> read_sample_type(ImageFile& file) {
-  const auto type = element_type(file.value("ElementType"));
+  auto type = element_type(file.value("ElementType"));
+  // PLUS writes recordings of poses alone so: images of 0 x 0 pixels have no type.
+  const bool empty = std::ranges::count(file.sizes, 0) > 0;
+  if (!type && empty && file.value("ElementType") == "MET_OTHER") type = PixelType::kUint8;
   if (!type) {
     return bad_field(file, "ElementType", "MET_UCHAR, MET_SHORT, … of one component",
                      file.value("ElementType"));
@@ -81,11 +84,17 @@ Result<void> read_sample_type(ImageFile& file) {
     return Error{ErrorCode::kUnsupportedData,
                  file.path.string() + ": BinaryData: expected True, found numbers as text"};
   }
-  const char* order =
-      file.has("ElementByteOrderMSB") ? "ElementByteOrderMSB" : "BinaryDataByteOrderMSB";
-  const auto msb = flag(file, order, false);
-  if (!msb) return msb.error();
-  file.big_endian = *msb;
+  const auto element = flag(file, "ElementByteOrderMSB", false);
+  if (!element) return element.error();
+  const auto data = flag(file, "BinaryDataByteOrderMSB", *element);
+  if (!data) return data.error();
+  if (file.has("ElementByteOrderMSB") && *element != *data) {
+    return bad_field(
+        file, "ElementByteOrderMSB",
+        "the same as BinaryDataByteOrderMSB, " + std::string(file.value("BinaryDataByteOrderMSB")),
+        file.value("ElementByteOrderMSB"));
+  }
+  file.big_endian = *data;
   const auto compressed = flag(file, "CompressedData", false);
   if (!compressed) return compressed.error();
   file.encoding = *compressed ? Encoding::kDeflate : Encoding::kRaw;
@@ -101,28 +110,39 @@ std::int64_t raw_bytes(const ImageFile& file) {
   return bytes;
 }
 
+/// Keeps the last bytes of a part, for samples that end where the file ends.
+void take_end(DataPart& part, std::int64_t bytes) {
+  const std::int64_t skipped = std::max<std::int64_t>(part.size - bytes, 0);
+  part.offset += skipped;
+  part.size -= skipped;
+}
+
 Result<void> find_data(ImageFile& file, std::int64_t data_offset, std::int64_t file_size) {
   const std::string_view name = file.value("ElementDataFile");
-  if (equals_ignoring_case(name, "LOCAL")) {
-    file.data.push_back({file.path, data_offset, file_size - data_offset});
-  } else {
-    std::int64_t skip = 0;
-    if (file.has("HeaderSize")) {
-      const auto size = parse_int(file.value("HeaderSize"));
-      if (!size || *size < -1) {
-        return bad_field(file, "HeaderSize", "-1 or a number of bytes", file.value("HeaderSize"));
-      }
-      skip = *size;
+  std::int64_t skip = 0;
+  if (file.has("HeaderSize")) {
+    const auto size = parse_int(file.value("HeaderSize"));
+    if (!size || *size < -1) {
+      return bad_field(file, "HeaderSize", "-1 or a number of bytes", file.value("HeaderSize"));
     }
+    skip = *size;
+  }
+  if (equals_ignoring_case(name, "LOCAL")) {
+    if (skip > 0 && skip != data_offset) {
+      return bad_field(file, "HeaderSize",
+                       "-1, 0 or the length of this header, " + std::to_string(data_offset),
+                       file.value("HeaderSize"));
+    }
+    file.data.push_back({file.path, data_offset, file_size - data_offset});
+    const bool at_end = skip == -1 && file.encoding == Encoding::kRaw && raw_bytes(file) > 0;
+    if (at_end) take_end(file.data.back(), raw_bytes(file));
+  } else {
     auto parts = detached_parts(file, "ElementDataFile", name, std::max<std::int64_t>(skip, 0));
     if (!parts) return parts.error();
     file.data = std::move(*parts);
     if (skip == -1) {  // The samples are the last bytes of each file.
       const std::int64_t each = raw_bytes(file) / static_cast<std::int64_t>(file.data.size());
-      for (DataPart& part : file.data) {
-        part.offset = std::max<std::int64_t>(part.size - each, 0);
-        part.size -= part.offset;
-      }
+      for (DataPart& part : file.data) take_end(part, each);
     }
   }
   if (file.encoding == Encoding::kRaw || !file.has("CompressedDataSize")) return {};

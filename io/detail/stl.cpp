@@ -9,6 +9,7 @@
 #include <vtkSTLReader.h>
 
 #include "io/detail/surface_cursor.hpp"
+#include "io/detail/text.hpp"
 #include "io/detail/vtk_errors.hpp"
 
 namespace nav::io::detail {
@@ -22,6 +23,10 @@ Result<void> check_whole_stl(const std::filesystem::path& path, std::string_view
   };
   const auto no_facets = [&] { return malformed_surface(path, "facets", "none"); };
   const bool solid = text.starts_with("solid");
+  if (!solid && equals_ignoring_case(text.substr(0, 5), "solid") && head_has("FACET")) {
+    return malformed_surface(path, "ASCII STL in small letters (solid, facet, vertex)",
+                             std::string(text.substr(0, 5)));
+  }
   if (solid && !head_has("facet") && head_has("endsolid")) return no_facets();
   if (solid && head_has("facet")) {
     if (text.rfind("endsolid") != std::string_view::npos) return {};

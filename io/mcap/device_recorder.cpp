@@ -176,7 +176,7 @@ std::optional<Error> DeviceRecorder::stopped() const {
 
 RecorderCounts DeviceRecorder::counts() const {
   const std::lock_guard lock(mutex_);
-  return {writer_.messages(), writer_.size()};
+  return {writer_.messages(), writer_.size(), writer_.chunks()};
 }
 
 }  // namespace nav::io::mcap

@@ -42,6 +42,7 @@ struct RecorderOptions {
 struct RecorderCounts {
   std::uint64_t samples = 0;        ///< Accepted, those in the open chunk included.
   std::uint64_t bytes_written = 0;  ///< In the file.
+  std::uint64_t chunks = 0;         ///< In the file.
 };
 
 /// Records the samples of several devices into one MCAP file, docs/recording.md. Thread-safe: one

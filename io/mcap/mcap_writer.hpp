@@ -79,6 +79,8 @@ class Writer {
   [[nodiscard]] const std::optional<Error>& stopped() const { return stopped_; }
   /// Messages accepted, those in the open chunk included.
   [[nodiscard]] std::uint64_t messages() const { return statistics_.messages; }
+  /// Chunks that reached the file.
+  [[nodiscard]] std::uint64_t chunks() const { return statistics_.chunks; }
   /// Bytes that reached the file.
   [[nodiscard]] std::uint64_t size() const { return size_; }
 

@@ -386,7 +386,7 @@ TEST(OpenIgtLinkSourceTest, RejectsOptionsByName) {
   EXPECT_TRUE(test::rejects(create(options), ErrorCode::kUsage, {"longest retry"}));
   options = options_for(1);
   options.host = "256.1.1.1.nowhere.invalid";
-  EXPECT_TRUE(test::rejects(create(options), ErrorCode::kNotFound, {"nowhere.invalid"}));
+  EXPECT_TRUE(test::rejects(create(options), ErrorCode::kUnavailable, {"nowhere.invalid"}));
   EXPECT_EQ(plus_transform_name("Probe", "Tracker"), "ProbeToTracker");
 }
 

@@ -1,7 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // A recording of devices gives, on the virtual clock, what its devices gave.
+#include <fstream>
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include "io/mcap/device_recorder.hpp"
 #include "session/recorded_session.hpp"
@@ -108,6 +110,40 @@ TEST(DeviceReplayTest, IsTheSessionThatWasRecordedToTheLastBit) {
     EXPECT_EQ(recorded->frames_read(), simulation->frame_count());
     ASSERT_TRUE(test::has_value(recorded->rewind()));
   }
+}
+
+TEST(DeviceReplayTest, ADamagedSetupIsNotReplacedByDefaults) {
+  const test::TemporaryFolder folder;
+  const auto path = folder / "recording.mcap";
+  {
+    auto recorder = io::mcap::DeviceRecorder::create(path);
+    ASSERT_TRUE(test::has_value(recorder));
+    ASSERT_TRUE(test::has_value((*recorder)->add_device("a", {{"Image", StreamKind::kImages}})));
+    SessionSetup setup;
+    setup.body_from_tip = Eigen::Matrix4d::Identity();
+    ASSERT_TRUE(test::has_value((*recorder)->add_metadata(kSetupMetadata, facts_of(setup))));
+    ASSERT_TRUE(test::has_value((*recorder)->finish()));
+  }
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  for (std::size_t at = 0; (at = bytes.find("needle_body_from_tip", at)) != std::string::npos;
+       ++at) {
+    bytes[at] ^= 1;
+  }
+  file.clear();
+  file.seekp(0);
+  file << bytes;
+  file.close();
+  SourceOptions source;
+  source.recording = path;
+  source.plus_config = folder / "plus.xml";
+  std::ofstream(source.plus_config)
+      << "<PlusConfiguration><CoordinateDefinitions><Transform From=\"Image\" To=\"Probe\" "
+         "Matrix=\"0.2 0 0 0 0 0.2 0 0 0 0 0.2 0 0 0 0 1\"/></CoordinateDefinitions>"
+         "</PlusConfiguration>";
+  CollectingDiagnostics diagnostics;
+  EXPECT_TRUE(test::rejects(RecordedSession::open(source, diagnostics), ErrorCode::kMalformedData,
+                            {"sonde.setup"}));
 }
 
 }  // namespace

@@ -494,5 +494,64 @@ TEST_F(CtDicomTest, RejectsFoldersWithoutAStack) {
                       {"note.txt", "another kind"}));
 }
 
+TEST_F(CtDicomTest, RejectsSamplesThatAreNoValues) {
+  put_stack(3, [](int, DicomFile& d) { d.text(0x00280004, "CS", "PALETTE COLOR"); });
+  EXPECT_TRUE(
+      rejects(read(), Code::kMalformedData, {"PhotometricInterpretation", "PALETTE COLOR"}));
+  put_stack(3, [](int, DicomFile& d) { d.text(0x00280004, "CS", "MONOCHROME1"); });
+  EXPECT_TRUE(test::has_value(read()));
+  put_stack(3, [](int, DicomFile& d) { d.us(0x00280101, 12); });
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"HighBit", "11", "15"}));
+}
+
+TEST_F(CtDicomTest, RejectsFunctionalGroupsInAClassicImage) {
+  DicomFile measures;
+  measures.sequence(0x00289110, {DicomFile().text(0x00280030, "DS", "9\\9")});
+  put_stack(3, [&](int, DicomFile& d) { d.sequence(0x52009229, {measures}); });
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"functional groups"}));
+}
+
+TEST_F(CtDicomTest, PrefersTheSeriesInHu) {
+  put_stack(3, [](int, DicomFile& d) { d.text(0x00281054, "LO", "MGML"); });
+  ASSERT_TRUE(test::has_value(read()));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"RescaleType", "HU", "MGML"}));
+  // Fewer slices in HU beside them.
+  for (int k = 0; k < 2; ++k) {
+    auto slice = ct_slice("10\\20\\" + std::to_string(30 + 2 * k),
+                          [k](int i, int j) { return stored(i, j, k); });
+    put("z" + std::to_string(k) + ".dcm", slice.text(0x0020000e, "UI", "1.2.3.9"));
+  }
+  const auto v = read();
+  ASSERT_TRUE(test::has_value(v));
+  expect_stack(*v, 2);
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"1.2.3.9 is used", "3 slices of MGML"}));
+}
+
+TEST_F(CtDicomTest, RejectsAcquisitionsThatAlternate) {
+  put_stack(6, [](int k, DicomFile& d) { d.text(0x00200012, "IS", k % 2 == 0 ? "1" : "2"); });
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"AcquisitionNumber 1, 2"}));
+  put_stack(6, [](int k, DicomFile& d) { d.text(0x00200012, "IS", k < 3 ? "1" : "2"); });
+  const auto v = read();
+  ASSERT_TRUE(test::has_value(v)) << "one after the other";
+  expect_stack(*v, 6);
+}
+
+TEST_F(CtDicomTest, RejectsTwoFramesOfReference) {
+  put_stack(
+      4, [](int k, DicomFile& d) { d.text(0x00200052, "UI", k == 1 ? "1.2.3.4.6" : "1.2.3.4.5"); });
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"FrameOfReferenceUID", "2"}));
+}
+
+TEST_F(CtDicomTest, NamesFilesThatAreNotDicom) {
+  put_stack(3);
+  test::put(folder_ / "readme.txt", "of the hospital");
+  ASSERT_TRUE(test::has_value(read()));
+  EXPECT_TRUE(diagnostics_.entries().empty());
+  test::put(folder_ / "empty.dcm", "");
+  test::put(folder_ / "IM0007", "cut");
+  ASSERT_TRUE(test::has_value(read()));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"2 files", "IM0007", "empty.dcm"}));
+}
+
 }  // namespace
 }  // namespace nav::io

@@ -157,17 +157,61 @@ TEST_F(CtFileTest, RejectsFractionsThatRoundingWouldDestroy) {
   EXPECT_TRUE(test::has_value(read_scaled(1, 0)));
 }
 
-TEST_F(CtFileTest, UsesAnatomicalLettersOnlyWithoutAMatrix) {
+TEST_F(CtFileTest, TakesNoLettersWithoutAMatrixButRai) {
   const std::string data = test::bytes_of(voxels<std::int16_t>());
-  // The letters of MetaIO say where an axis comes from: LPI is -x, -y, +z.
-  auto v = read("a.mha", meta("AnatomicalOrientation = LPI\n") + data);
+  auto v = read("a.mha", meta("AnatomicalOrientation = RAI\n") + data);
   ASSERT_TRUE(test::has_value(v));
-  EXPECT_LT((v->grid().at({1, 1, 1}).mm - Eigen::Vector3d(5 - 2, 6 - 3, 7 + 4)).norm(), kMm);
+  EXPECT_LT((v->grid().at({1, 1, 1}).mm - Eigen::Vector3d(7, 9, 11)).norm(), kMm);
+  for (const char* letters : {"RAS", "LPI", "LPS", "rai"}) {
+    const std::string file = meta(std::string("AnatomicalOrientation = ") + letters + "\n") + data;
+    EXPECT_TRUE(rejects(read("l.mha", file), Code::kUnsupportedData, {"l.mha", letters}));
+    CtOptions accept;
+    accept.accept_unknown_orientation = true;
+    v = read("l.mha", file, accept);
+    ASSERT_TRUE(test::has_value(v));
+    EXPECT_LT((v->grid().at({1, 1, 1}).mm - Eigen::Vector3d(7, 9, 11)).norm(), kMm);
+  }
   v = read("b.mha",
            meta("AnatomicalOrientation = LPI\nTransformMatrix = 1 0 0 0 1 0 0 0 1\n") + data);
   ASSERT_TRUE(test::has_value(v));
   EXPECT_LT((v->grid().at({1, 1, 1}).mm - Eigen::Vector3d(7, 9, 11)).norm(), kMm);
   EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"b.mha", "LPI", "contradicts"}));
+}
+
+TEST_F(CtFileTest, RejectsTwoByteOrdersThatDiffer) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  const auto orders = [&](const char* element, const char* binary) {
+    return read("a.mha", meta(kTurn, "MET_SHORT", "2 3 4",
+                              std::string("ElementByteOrderMSB = ") + element +
+                                  "\nBinaryDataByteOrderMSB = " + binary + "\n") +
+                             data);
+  };
+  EXPECT_TRUE(test::has_value(orders("False", "False")));
+  EXPECT_TRUE(test::has_value(orders("0", "False")));
+  EXPECT_TRUE(rejects(orders("True", "False"), Code::kMalformedData,
+                      {"ElementByteOrderMSB", "BinaryDataByteOrderMSB", "True", "False"}));
+}
+
+TEST_F(CtFileTest, LocalDataMayEndTheFile) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  const auto with = [&](const std::string& size, const std::string& before) {
+    return read("a.mha",
+                meta(kTurn, "MET_SHORT", "2 3 4", "HeaderSize = " + size + "\n") + before + data);
+  };
+  auto v = with("-1", std::string(40, 'x'));
+  ASSERT_TRUE(test::has_value(v));
+  expect_voxels(*v);
+  v = with("0", "");
+  ASSERT_TRUE(test::has_value(v));
+  expect_voxels(*v);
+  EXPECT_TRUE(rejects(with("17", ""), Code::kMalformedData, {"HeaderSize", "17"}));
+}
+
+TEST_F(CtFileTest, WarnsOfMoreDataThanStated) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  const auto v = read("a.mha", meta() + data + std::string(132, '\0'));
+  ASSERT_TRUE(test::has_value(v));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"a.mha", "48 bytes", "180"}));
 }
 
 TEST_F(CtFileTest, KeepsLeftHandedDirections) {
@@ -469,6 +513,27 @@ TEST_F(CtFileTest, ConvertsNiftiWithQformToLps) {
   ASSERT_TRUE(test::has_value(v));
   EXPECT_LT((v->grid().at({2, 1, 3}).mm - kLastVoxel).norm(), kFloat32Mm);
   EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"q.nii", "s-form and q-form differ"}));
+}
+
+TEST_F(CtFileTest, WarnsOfQuantisedNrrd) {
+  const auto v = read("a.nrrd", nrrd("LPS", "old min: -1024\nold max: 3071\nencoding: raw\n\n") +
+                                    test::bytes_of(voxels<std::int16_t>()));
+  ASSERT_TRUE(test::has_value(v));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"a.nrrd", "-1024", "3071", "quantised"}));
+}
+
+TEST_F(CtFileTest, ComparesTheSpacingOfTheSformWithPixdim) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  std::string h = nifti();
+  set_sform(h);
+  set<float>(h, 80, 0.5F);
+  auto v = read("p.nii", h + data);
+  ASSERT_TRUE(test::has_value(v));
+  EXPECT_LT((v->grid().at({2, 1, 3}).mm - kLastVoxel).norm(), kFloat32Mm) << "by the s-form";
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"p.nii", "2 3 4", "0.5 3 4", "pixdim"}));
+  set<std::int16_t>(h, 252, 1);  // A q-form has the spacing of pixdim, too.
+  EXPECT_TRUE(rejects(read("q.nii", h + data), Code::kMalformedData,
+                      {"q.nii", "2 3 4", "0.5 3 4", "q-form"}));
 }
 
 TEST_F(CtFileTest, ReadsNifti2AndScaling) {

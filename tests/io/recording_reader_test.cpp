@@ -387,5 +387,75 @@ TEST(RecordingReaderTest, ReplaysARealRecording) {
   EXPECT_LT(spacing_mm, 0.5);
 }
 
+TEST(RecordingReaderTest, NamesTwoCalibrationsThatDiffer) {
+  const test::TemporaryFolder folder;
+  auto frames = tracked_frames(2);
+  for (Frame& frame : frames) put(frame, "ImageToProbe", image_to_probe());
+  auto config = calibration_config();
+  config.path = "plus.xml";
+  CollectingDiagnostics same;
+  ASSERT_TRUE(test::has_value(RecordingReader::open(write(folder, frames), &config, {}, same)));
+  EXPECT_TRUE(same.entries().empty());
+  config.transforms[0].to_from_from(0, 3) += 2;
+  CollectingDiagnostics said;
+  ASSERT_TRUE(test::has_value(RecordingReader::open(write(folder, frames), &config, {}, said)));
+  ASSERT_EQ(said.entries().size(), 1U);
+  EXPECT_NE(said.entries()[0].message.find("2 mm apart"), std::string::npos)
+      << said.entries()[0].message;
+}
+
+TEST(RecordingReaderTest, WarnsOfCalibrationsThatNoProbeHas) {
+  const auto warning = [](const Eigen::Matrix4d& image_to_probe) {
+    const test::TemporaryFolder folder;
+    io::PlusConfig config;
+    config.transforms.push_back({.from = "Image", .to = "Probe", .to_from_from = image_to_probe});
+    CollectingDiagnostics said;
+    EXPECT_TRUE(test::has_value(
+        RecordingReader::open(write(folder, tracked_frames(2)), &config, {}, said)));
+    return said.entries().empty() ? std::string() : said.entries()[0].message;
+  };
+  EXPECT_EQ(warning(image_to_probe()), "");
+  EXPECT_NE(warning(Eigen::Matrix4d::Identity()).find("is the identity"), std::string::npos);
+  Eigen::Matrix4d metres = image_to_probe();
+  metres.topRows<3>() *= 1e-3;
+  EXPECT_NE(warning(metres).find("in metres?"), std::string::npos) << warning(metres);
+}
+
+TEST(RecordingReaderTest, ReportsFramesThatContradictThemselves) {
+  const test::TemporaryFolder folder;
+  auto frames = tracked_frames(3);
+  for (int i = 0; i < 3; ++i) {
+    Eigen::Matrix4d direct = reference_pose(i).inverse() * probe_pose(i);
+    if (i == 1) direct(0, 3) += 20;
+    put(frames[static_cast<std::size_t>(i)], "ProbeToReference", direct);
+  }
+  CollectingDiagnostics said;
+  const auto config = calibration_config();
+  auto session = RecordingReader::open(write(folder, frames), &config, {}, said);
+  ASSERT_TRUE(test::has_value(session));
+  EXPECT_EQ(drain(*session).size(), 3U);
+  ASSERT_EQ(said.entries().size(), 1U);
+  EXPECT_NE(said.entries()[0].message.find("frame 1: ProbeToReference places the probe 20 mm"),
+            std::string::npos)
+      << said.entries()[0].message;
+}
+
+TEST(RecordingReaderTest, WarnsOfANeedleThatPointsBackwards) {
+  const test::TemporaryFolder folder;
+  auto frames = tracked_frames(2);
+  for (Frame& frame : frames) put(frame, "NeedleToTracker", probe_pose(0));
+  const auto config = calibration_config();
+  const auto warnings = [&](const Eigen::Matrix4d& body_from_tip) {
+    for (Frame& frame : frames) put(frame, "NeedleTipToNeedle", body_from_tip);
+    CollectingDiagnostics said;
+    EXPECT_TRUE(test::has_value(RecordingReader::open(write(folder, frames), &config,
+                                                      {.needle_frame = "NeedleTip"}, said)));
+    return said.entries().size();
+  };
+  const Eigen::Matrix4d forwards = rigid(0.1, {0, 0, 1}, {0, 0, 150});
+  EXPECT_EQ(warnings(forwards), 0U);
+  EXPECT_EQ(warnings(forwards * rigid(M_PI, {1, 0, 0}, {0, 0, 0})), 1U);
+}
+
 }  // namespace
 }  // namespace nav::io

@@ -196,5 +196,23 @@ TEST_F(NavigatorTest, AccountsForEveryImage) {
   EXPECT_TRUE(ledger.balanced());
 }
 
+TEST_F(NavigatorTest, SaysWhatIsWrongWithTheDevice) {
+  navigator_.set_placement(
+      {{Eigen::Quaterniond::Identity(), {0, 0, 0}}, {SafetyState::kValid, ""}});
+  feed(0, 100);
+  navigator_.add_image(image(1, 100));
+  navigator_.settle(ms(100), false, [](const tracking::PairedFrame&) {});
+  navigator_.set_trouble(true, ToolRole::kOther, "the device is not there (no_listener)");
+  EXPECT_EQ(navigator_.refresh(ms(110)).ultrasound.state, SafetyState::kValid);
+  const Safety stale = navigator_.refresh(ms(2000)).ultrasound;
+  EXPECT_EQ(stale.state, SafetyState::kLost);
+  EXPECT_TRUE(stale.cause.starts_with("images: the device is not there (no_listener); "))
+      << stale.cause;
+  navigator_.set_trouble(true, ToolRole::kOther, "");
+  navigator_.add_missing({"late", "an image was late"});
+  EXPECT_NE(navigator_.refresh(ms(2010)).ultrasound.cause.find("rejected: late"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace nav::session

@@ -214,9 +214,13 @@ TEST_F(RegistrationFileTest, OneMadeWithoutACtIsOfNone) {
 TEST_F(RegistrationFileTest, BelongsToItsReferenceFrame) {
   io::Json json = good();
   json["reference_frame"] = "Reference";
-  EXPECT_TRUE(test::has_value(read(json)));
+  const auto named = read(json);
+  ASSERT_TRUE(test::has_value(named));
+  EXPECT_TRUE(named->names_frame);
   json["reference_frame"] = nullptr;  // Landmarks alone.
-  EXPECT_TRUE(test::has_value(read(json)));
+  const auto unnamed = read(json);
+  ASSERT_TRUE(test::has_value(unnamed));
+  EXPECT_FALSE(unnamed->names_frame);
   json["reference_frame"] = "Tracker";
   EXPECT_TRUE(test::rejects(read(json), ErrorCode::kMalformedData, {"Reference", "Tracker"}));
 }

@@ -297,9 +297,11 @@ TEST(StreamQueueTest, NewestOnlySupersedesAndLosslessDropsWhatDoesNotFit) {
   EXPECT_EQ(lossless.ledger().dropped().at("queue_full"), 1u);
   EXPECT_EQ(lossless.ledger().waiting(), 2u);
   std::vector<Sample> taken;
-  newest.drain(taken);
-  lossless.drain(taken);
+  std::vector<SupersededStamp> stamps;
+  newest.drain(taken, stamps);
+  lossless.drain(taken, stamps);
   ASSERT_EQ(taken.size(), 3u);
+  EXPECT_EQ(stamps.size(), 2u) << "the times of what was superseded are kept";
   EXPECT_EQ(taken[0].sequence, 2u);
   EXPECT_EQ(taken[1].sequence, 0u);
   EXPECT_TRUE(newest.ledger().balanced());

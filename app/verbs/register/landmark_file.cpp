@@ -51,11 +51,11 @@ void add(const std::string& name, const std::array<double, kAllNumbers>& v, std:
   list.pairs.push_back(std::move(pair));
 }
 
-std::vector<std::string> split(std::string line) {
+std::vector<std::string> split(std::string line, char separator) {
   if (!line.empty() && line.back() == '\r') line.pop_back();
   std::vector<std::string> cells;
   std::istringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, ',');) {
+  for (std::string cell; std::getline(stream, cell, separator);) {
     const auto first = cell.find_first_not_of(" \t");
     const auto last = cell.find_last_not_of(" \t");
     cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
@@ -70,7 +70,10 @@ Result<LandmarkList> read_landmarks(const std::filesystem::path& path) {
   const auto text = io::read_file(path, kMaxBytes);
   if (!text) return text.error();
   LandmarkList list;
-  std::istringstream stream(*text);
+  // Spreadsheets begin a table with a byte order mark, and some separate its cells by semicolons.
+  constexpr std::string_view kMark = "\xEF\xBB\xBF";
+  std::istringstream stream(text->starts_with(kMark) ? text->substr(kMark.size()) : *text);
+  char separator = ',';
   std::vector<std::string> names;
   std::size_t columns = 0;
   int number = 0;
@@ -80,7 +83,8 @@ Result<LandmarkList> read_landmarks(const std::filesystem::path& path) {
   };
   for (std::string line; std::getline(stream, line);) {
     ++number;
-    const auto cells = split(line);
+    if (columns == 0 && line.find(';') != std::string::npos) separator = ';';
+    const auto cells = split(line, separator);
     if (cells.empty() || (cells.size() == 1 && cells[0].empty()) || cells[0].starts_with('#')) {
       continue;
     }

@@ -111,6 +111,35 @@ TEST_F(CommandLineLiveTest, ADeviceThatIsNotThereEndsWithCode4) {
                    {"plus", "ProbeToTracker", "no_listener"});
 }
 
+TEST_F(CommandLineLiveTest, OverwritesNothingThatItReads) {
+  const std::string session = simulated_session();
+  const std::string mcap = (folder_ / "r.mcap").string();
+  for (const std::string& verb :
+       {std::string("devices"), std::string("serve --port 0"), "record --out " + mcap}) {
+    expect_rejection(verb + " --seconds 0.1 --session " + session + " --json " + session, 2,
+                     {"--json", "--session"});
+  }
+  expect_rejection("record --session " + session + " --out " + mcap + " --json " + mcap, 2,
+                   {"--json", "r.mcap"});
+  const std::string out = (folder_ / "out").string();
+  const std::string live = "live --session " + session + " --ct " + write_ct() + " --out " + out;
+  expect_rejection(live + " --record " + out + "/report.json", 2, {"--record"});
+  expect_rejection(live + " --record " + out + "/x.mkv", 2, {".mcap"});
+  // A session that cannot start leaves no recording.
+  expect_rejection("live --session " + session + " --ct " + (folder_ / "no.mha").string() +
+                       " --out " + out + " --record " + mcap,
+                   3, {"no.mha"});
+  EXPECT_FALSE(std::filesystem::exists(mcap));
+}
+
+TEST_F(CommandLineLiveTest, RejectsKeysOfVeryManyParts) {
+  std::string deep = "a";
+  for (int i = 0; i < 60'000; ++i) deep += ".a";
+  const auto path = folder_ / "deep.toml";
+  std::ofstream(path) << deep << " = 1\n";
+  expect_rejection("devices --session " + path.string(), 3, {"deep.toml:1", "128"});
+}
+
 /// A session with an NDI tracker, and images that never come.
 std::string ndi_session(const std::string& address) {
   return "calibration = \"plus.xml\"\n[[devices]]\nid = \"tracker\"\nkind = \"ndi\"\naddress = \"" +

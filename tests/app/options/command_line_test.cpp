@@ -115,7 +115,8 @@ TEST_F(CommandLineTest, ParseErrorsHaveTheFormOfOtherErrors) {
     std::string sentence;
   };
   const std::string verbs =
-      "demo, replay, register, info, slices, predicates, derive, bench, gallery, devices, "
+      "demo, replay, live, record, export, serve, register, info, slices, predicates, derive, "
+      "bench, gallery, devices, "
       "simulate, help or completion";
   for (const auto& [arguments, sentence] : std::vector<Wrong>{
            // Numbers.
@@ -238,7 +239,7 @@ TEST_F(CommandLineTest, BadFilesExitWithThreeAndNameThemselves) {
   std::ofstream(session) << "[output]\ncolour = \"red\"\n";
   expect_rejection("replay --session " + session.string(), 3, {"output.colour", ":2"});
   std::ofstream(session) << "[source]\nkind = \"device\"\n";
-  expect_rejection("replay --session " + session.string(), 4, {"device"});
+  expect_rejection("replay --session " + session.string(), 3, {"device"});
 }
 
 TEST_F(CommandLineTest, InfoDescribesASequence) {

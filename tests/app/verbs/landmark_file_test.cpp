@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/verbs/register/landmark_file.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -26,6 +27,17 @@ class LandmarkFileTest : public ::testing::Test {
   }
   test::TemporaryFolder folder_;
 };
+
+TEST_F(LandmarkFileTest, ReadsTablesOfSpreadsheets) {
+  const auto marked = read(std::string("\xEF\xBB\xBF") + kHeader + "\r\nTip,1,2,3,-4,5.5,10\r\n");
+  ASSERT_TRUE(test::has_value(marked));
+  EXPECT_EQ(marked->pairs[0].name, "Tip");
+  std::string header = kHeader;
+  std::ranges::replace(header, ',', ';');
+  const auto separated = read(header + "\nTip;1;2;3;-4;5.5;10\n");
+  ASSERT_TRUE(test::has_value(separated));
+  EXPECT_EQ(separated->pairs[0].ct.mm, Eigen::Vector3d(-4, 5.5, 10));
+}
 
 TEST_F(LandmarkFileTest, ReadsPairsInOrder) {
   const auto pairs =
