@@ -28,6 +28,12 @@ class WarningMemory final : public Diagnostics {
     const std::lock_guard lock(mutex_);
     return first_;
   }
+  /// Forgets the messages so far.
+  void forget() {
+    const std::lock_guard lock(mutex_);
+    first_.clear();
+    newest_.clear();
+  }
   /// The newest message since the last call; empty: none.
   std::string take_newest() {
     const std::lock_guard lock(mutex_);

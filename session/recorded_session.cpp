@@ -18,6 +18,7 @@ Result<RecordedSession> RecordedSession::open(const SourceOptions& source,
   auto opened = PlayedRecording::open(source, *session.diagnostics_);
   if (!opened) return opened.error();
   session.recording_ = *std::move(opened);
+  session.diagnostics_->forget();  // They are not about frames.
   session.reference_frame_ = session.recording_->reference_frame();
   session.reference_statement_ = session.reference_frame_ + " is the patient's frame";
   if (session.reference_frame_.empty()) {
