@@ -18,11 +18,11 @@
 namespace nav::app {
 namespace {
 
-constexpr const char* kPoseLogFile = "pose_log.csv";
-constexpr const char* kSessionFile = "session.toml";
-constexpr const char* kReportFile = "report.json";
-constexpr const char* kImageSeries = "live";
-constexpr const char* kEnded = "the devices have nothing more";
+constexpr const char* kLivePoseLogFile = "pose_log.csv";
+constexpr const char* kLiveSessionFile = "session.toml";
+constexpr const char* kLiveReportFile = "report.json";
+constexpr const char* kLiveSeries = "live";
+constexpr const char* kDevicesEnded = "the devices have nothing more";
 constexpr auto kPoll = std::chrono::milliseconds(2);
 
 /// Times from the acquisition of an image to its reception, and from there on, ms.
@@ -126,7 +126,7 @@ class Live {
     const double rendered_ms = age_ms(epoch);
     view_.say_note();
     char name[64];
-    std::snprintf(name, sizeof name, "%s_%05d.png", kImageSeries, shown_++);
+    std::snprintf(name, sizeof name, "%s_%05d.png", kLiveSeries, shown_++);
     if (auto written = out_->write_image(name, *image); !written) return written;
     if (epoch.frame_is_new) {
       const UltrasoundFrame& shown = epoch.frame->frame;
@@ -162,7 +162,7 @@ class Live {
 
   Result<void> play_in_window() {
     SessionWindow window;
-    window.ended = kEnded;
+    window.ended = kDevicesEnded;
     window.next = [this](Timestamp) { return next(); };
     window.take = [this](const session::Epoch& epoch) -> Result<bool> {
       if (!out_) {
@@ -214,13 +214,13 @@ class Live {
       if (auto written = write_json(report, *json); !written) return written;
     }
     if (!out_) return {};
-    if (auto written = out_->write_text(kPoseLogFile, live_.session().log().text()); !written) {
+    if (auto written = out_->write_text(kLivePoseLogFile, live_.session().log().text()); !written) {
       return written;
     }
     const auto session = to_toml(config_);
     if (!session) return session.error();
-    if (auto written = out_->write_text(kSessionFile, *session); !written) return written;
-    if (auto written = write_json(report, (*out_ / kReportFile).string()); !written) {
+    if (auto written = out_->write_text(kLiveSessionFile, *session); !written) return written;
+    if (auto written = write_json(report, (*out_ / kLiveReportFile).string()); !written) {
       return written;
     }
     console_.say("images and report: " + out_->path().string());
@@ -243,7 +243,9 @@ class Live {
 
 }  // namespace
 
-std::vector<std::string> live_outputs() { return {kPoseLogFile, kSessionFile, kReportFile}; }
+std::vector<std::string> live_outputs() {
+  return {kLivePoseLogFile, kLiveSessionFile, kLiveReportFile};
+}
 
 Result<void> run_live(const SessionConfig& config, const std::optional<std::string>& json,
                       Console& console) {
@@ -269,7 +271,8 @@ Result<void> run_live(const SessionConfig& config, const std::optional<std::stri
   if (writes) {
     auto made = OutputFolder::create(config.output.folder);
     if (!made) return made.error();
-    if (auto ok = made->forget_earlier_run({kPoseLogFile, kReportFile}, {kImageSeries}); !ok) {
+    if (auto ok = made->forget_earlier_run({kLivePoseLogFile, kLiveReportFile}, {kLiveSeries});
+        !ok) {
       return ok;
     }
     out = *std::move(made);

@@ -8,24 +8,24 @@
 namespace nav::devices {
 namespace {
 
-Error usage(const std::string& what) { return {ErrorCode::kUsage, "NDI: expected " + what}; }
+Error ndi_usage(const std::string& what) { return {ErrorCode::kUsage, "NDI: expected " + what}; }
 
 Result<void> validate_streams(const std::vector<NdiStream>& streams) {
   constexpr std::size_t kMost = 250;
   if (streams.empty() || streams.size() > kMost) {
-    return usage("1 to 250 tools, found " + std::to_string(streams.size()));
+    return ndi_usage("1 to 250 tools, found " + std::to_string(streams.size()));
   }
   for (std::size_t i = 0; i < streams.size(); ++i) {
     const NdiTool& tool = streams[i].tool;
-    if (tool.name.empty()) return usage("a name for every tool, found an empty one");
+    if (tool.name.empty()) return ndi_usage("a name for every tool, found an empty one");
     for (std::size_t j = 0; j < i; ++j) {
       const NdiTool& other = streams[j].tool;
       if (tool.name == other.name) {
-        return usage("names that differ, found " + tool.name + " twice");
+        return ndi_usage("names that differ, found " + tool.name + " twice");
       }
       if (tool.place && tool.place == other.place) {
-        return usage("one tool at each port, found " + other.name + " and " + tool.name +
-                     " at port " + std::to_string(tool.place->port));
+        return ndi_usage("one tool at each port, found " + other.name + " and " + tool.name +
+                         " at port " + std::to_string(tool.place->port));
       }
     }
   }
@@ -46,16 +46,16 @@ Result<void> validate(const NdiOptions& o) {
     for (const int rate : ndi_baud_rates()) {
       rates.append(rates.empty() ? "" : ", ").append(std::to_string(rate));
     }
-    return usage("a baud rate of " + rates + ", found " + std::to_string(o.baud));
+    return ndi_usage("a baud rate of " + rates + ", found " + std::to_string(o.baud));
   }
   for (const Duration time : {o.connect_timeout, o.first_retry, o.longest_retry, o.break_time,
                               o.reset_wait, o.silence, o.lost, o.shortest_period, o.idle_period}) {
     if (time <= Duration(0) || time > std::chrono::hours(1)) {
-      return usage("times above 0 and up to one hour, found " + ndi_seconds(time));
+      return ndi_usage("times above 0 and up to one hour, found " + ndi_seconds(time));
     }
   }
   if (o.longest_retry < o.first_retry || o.lost < o.silence) {
-    return usage("longest_retry >= first_retry and lost >= silence, found the opposite");
+    return ndi_usage("longest_retry >= first_retry and lost >= silence, found the opposite");
   }
   return validate_streams(o.streams);
 }

@@ -11,8 +11,8 @@
 namespace nav::devices {
 namespace {
 
-constexpr const char* kReporter = "devices.ndi";
-constexpr const char* kUnplugged = "it was unplugged; plug it in again";
+constexpr const char* kNdiReporter = "devices.ndi";
+constexpr const char* kPortUnplugged = "it was unplugged; plug it in again";
 constexpr std::size_t kReadBytes = std::size_t{1} << 14;
 constexpr std::size_t kMostReports = 256;
 constexpr int kMostFailures = 3;
@@ -426,12 +426,12 @@ void NdiSource::take_readings(Timestamp now) {
   const std::size_t before = ready_.size();
   const NdiTracks::Taken taken = tracks_.take(readings_, now, ready_);
   for (const std::size_t stream : taken.unplugged) {
-    report_once(Severity::kWarning, infos_[stream].name + ": " + kUnplugged);
+    report_once(Severity::kWarning, infos_[stream].name + ": " + kPortUnplugged);
   }
   const std::lock_guard lock(mutex_);
   health_.repeats += taken.repeats;
   health_.undeclared += taken.undeclared;
-  for (const std::size_t stream : taken.unplugged) health_.tool_faults[stream] = kUnplugged;
+  for (const std::size_t stream : taken.unplugged) health_.tool_faults[stream] = kPortUnplugged;
   for (std::size_t i = before; i < ready_.size(); ++i) ++health_.samples[ready_[i].stream];
 }
 
@@ -483,7 +483,7 @@ void NdiSource::report_once(Severity severity, const std::string& message) {
 
 void NdiSource::send_reports() {
   for (const Report& one : reports_) {
-    diagnostics_.report(one.severity, kReporter, transport_->name() + ": " + one.message);
+    diagnostics_.report(one.severity, kNdiReporter, transport_->name() + ": " + one.message);
   }
   reports_.clear();
 }
