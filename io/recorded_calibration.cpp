@@ -31,12 +31,13 @@ double apart_mm(const ImageCalibration& a, const ImageCalibration& b,
 /// "corners of the image at (0 0 0), (40 0 0) and (0 60 0) mm on the probe".
 std::string corners_text(const ImageCalibration& calibration, const SequenceHeader& header) {
   const Eigen::IOFormat numbers(6, Eigen::DontAlignCols, " ", " ", "", "", "(", ")");
-  const auto at = [&](double column, double row) {
-    return (calibration.probe_from_image * calibration.grid.at(column, row)).mm.format(numbers);
+  const auto at = [&](double column, double row) -> Eigen::Vector3d {
+    return (calibration.probe_from_image * calibration.grid.at(column, row)).mm;
   };
   std::ostringstream text;
-  text << "corners of the image at " << at(0, 0) << ", " << at(header.width - 1.0, 0) << " and "
-       << at(0, header.height - 1.0) << " mm on the probe";
+  text << "corners of the image at " << at(0, 0).format(numbers) << ", "
+       << at(header.width - 1.0, 0).format(numbers) << " and "
+       << at(0, header.height - 1.0).format(numbers) << " mm on the probe";
   return text.str();
 }
 
