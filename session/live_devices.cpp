@@ -8,9 +8,9 @@
 
 #include "devices/ndi/ndi_source.hpp"
 #include "devices/openigtlink/openigtlink_source.hpp"
-#include "io/plus_config.hpp"
 #include "io/recording_source.hpp"
 #include "session/paced_source.hpp"
+#include "session/played_recording.hpp"
 #include "sim/session/simulated_session.hpp"
 #include "sim/simulated_source.hpp"
 
@@ -162,21 +162,9 @@ Result<LiveDevice> open_simulated(const DeviceOptions& device, const Clock& cloc
 
 Result<LiveDevice> open_recording(const DeviceOptions& device, const SourceOptions& source,
                                   const Clock& clock, Diagnostics& diagnostics) {
-  std::optional<io::PlusConfig> plus;
-  if (!source.plus_config.empty()) {
-    auto read = io::read_plus_config(source.plus_config);
-    if (!read) return read.error();
-    plus = std::move(*read);
-  }
-  const io::RecordingOptions options{.image_frame = source.image_frame,
-                                     .probe_frame = source.probe_frame,
-                                     .tracker_frame = source.tracker_frame,
-                                     .reference_frame = source.reference_frame,
-                                     .needle_frame = source.needle_frame};
-  auto opened =
-      io::RecordingSource::open(device.address, plus ? &*plus : nullptr, options, diagnostics);
+  const auto opened = open_recording_source(device.address, source, diagnostics);
   if (!opened) return opened.error();
-  const std::shared_ptr<io::RecordingSource> recording = *std::move(opened);
+  const std::shared_ptr<io::RecordingSource>& recording = *opened;
   return LiveDevice{.options = device,
                     .source = std::make_shared<PacedSource>(recording, clock),
                     .calibration = ProbeCalibration{recording->calibration().probe_from_image},

@@ -77,6 +77,19 @@ Result<Eigen::Matrix4d> matrix_between(const io::TransformTree& tree, const std:
   return found->to_from_from;
 }
 
+/// ImageToProbe of the calibrations, if it can place an image.
+Result<Eigen::Matrix4d> pixels_of(const io::TransformTree& tree, const SourceOptions& options) {
+  const auto named = [&](const Error& error) {
+    return Error{error.code, options.plus_config.string() + ": " + error.message};
+  };
+  const auto matrix = matrix_between(tree, options.image_frame, options.probe_frame);
+  if (!matrix) return named(matrix.error());
+  constexpr int kAnySize = 512;
+  const auto calibration = io::calibration_from_matrix(*matrix, kAnySize, kAnySize);
+  if (!calibration) return named(calibration.error());
+  return *matrix;
+}
+
 /// Finds which body of the devices carries the needle: the one of that name, or one that the
 /// configuration says where the tip lies on.
 Result<void> find_needle(const SourceOptions& options, const std::optional<io::TransformTree>& tree,
@@ -110,18 +123,10 @@ Result<void> find_needle(const SourceOptions& options, const std::optional<io::T
 }  // namespace
 
 Result<Eigen::Matrix4d> probe_from_pixels(const SourceOptions& options) {
-  const auto named = [&](const Error& error) {
-    return Error{error.code, options.plus_config.string() + ": " + error.message};
-  };
   const auto tree = calibrations_of(options);
   if (!tree) return tree.error();
   NAV_CHECK(tree->has_value(), "a configuration");
-  const auto matrix = matrix_between(**tree, options.image_frame, options.probe_frame);
-  if (!matrix) return named(matrix.error());
-  constexpr int kAnySize = 512;
-  const auto calibration = io::calibration_from_matrix(*matrix, kAnySize, kAnySize);
-  if (!calibration) return named(calibration.error());
-  return *matrix;
+  return pixels_of(**tree, options);
 }
 
 Result<LiveSession> LiveSession::open(
@@ -177,7 +182,7 @@ Result<LiveSession> LiveSession::open(
     setup.calibration = images->calibration;
     live.calibration_statement_ = images->options.id + " knows where its images lie on the probe";
   } else if (*tree) {
-    const auto matrix = probe_from_pixels(options);
+    const auto matrix = pixels_of(**tree, options);
     if (!matrix) return matrix.error();
     setup.probe_from_pixels = *matrix;
     live.calibration_statement_ =

@@ -63,11 +63,8 @@ class SequenceRecording final : public PlayedRecording {
 class CountedSource final : public Source {
  public:
   CountedSource(std::unique_ptr<io::mcap::RecordedDeviceSource> source, FramesRead& read,
-                Diagnostics& diagnostics, std::string name)
-      : source_(std::move(source)),
-        read_(read),
-        diagnostics_(diagnostics),
-        name_(std::move(name)) {}
+                Diagnostics& diagnostics)
+      : source_(std::move(source)), read_(read), diagnostics_(diagnostics) {}
 
   [[nodiscard]] const std::vector<StreamInfo>& streams() const override {
     return source_->streams();
@@ -93,7 +90,6 @@ class CountedSource final : public Source {
   std::unique_ptr<io::mcap::RecordedDeviceSource> source_;
   FramesRead& read_;
   Diagnostics& diagnostics_;
-  std::string name_;
 };
 
 /// A recording of devices.
@@ -113,8 +109,7 @@ class DevicesRecording final : public PlayedRecording {
     for (std::size_t i = 0; i < recording_.devices().size(); ++i) {
       auto source = recording_.source(i);
       if (!source) return source.error();
-      sources.push_back(std::make_shared<CountedSource>(*std::move(source), read_, diagnostics_,
-                                                        recording_.name()));
+      sources.push_back(std::make_shared<CountedSource>(*std::move(source), read_, diagnostics_));
     }
     return sources;
   }
@@ -151,19 +146,7 @@ class DevicesRecording final : public PlayedRecording {
 
 Result<std::unique_ptr<PlayedRecording>> open_sequence(const SourceOptions& options,
                                                        Diagnostics& diagnostics) {
-  std::optional<io::PlusConfig> plus;
-  if (!options.plus_config.empty()) {
-    auto read = io::read_plus_config(options.plus_config);
-    if (!read) return read.error();
-    plus = std::move(*read);
-  }
-  const io::RecordingOptions names{.image_frame = options.image_frame,
-                                   .probe_frame = options.probe_frame,
-                                   .tracker_frame = options.tracker_frame,
-                                   .reference_frame = options.reference_frame,
-                                   .needle_frame = options.needle_frame};
-  auto source =
-      io::RecordingSource::open(options.recording, plus ? &*plus : nullptr, names, diagnostics);
+  auto source = open_recording_source(options.recording, options, diagnostics);
   if (!source) return source.error();
   return std::unique_ptr<PlayedRecording>(
       std::make_unique<SequenceRecording>(options, *std::move(source)));
@@ -222,6 +205,24 @@ Result<std::unique_ptr<PlayedRecording>> PlayedRecording::open(const SourceOptio
                                                                Diagnostics& diagnostics) {
   return is_device_recording(options.recording) ? open_devices(options, diagnostics)
                                                 : open_sequence(options, diagnostics);
+}
+
+Result<std::shared_ptr<io::RecordingSource>> open_recording_source(
+    const std::filesystem::path& sequence, const SourceOptions& options, Diagnostics& diagnostics) {
+  std::optional<io::PlusConfig> plus;
+  if (!options.plus_config.empty()) {
+    auto read = io::read_plus_config(options.plus_config);
+    if (!read) return read.error();
+    plus = std::move(*read);
+  }
+  const io::RecordingOptions names{.image_frame = options.image_frame,
+                                   .probe_frame = options.probe_frame,
+                                   .tracker_frame = options.tracker_frame,
+                                   .reference_frame = options.reference_frame,
+                                   .needle_frame = options.needle_frame};
+  auto source = io::RecordingSource::open(sequence, plus ? &*plus : nullptr, names, diagnostics);
+  if (!source) return source.error();
+  return std::shared_ptr<io::RecordingSource>(*std::move(source));
 }
 
 bool is_device_recording(const std::filesystem::path& path) {

@@ -14,6 +14,10 @@
 #include "session/options.hpp"
 #include "session/session.hpp"
 
+namespace nav::io {
+class RecordingSource;
+}
+
 namespace nav::session {
 
 /// Counts of the frames that were read so far.
@@ -51,6 +55,11 @@ class PlayedRecording {
   /// kMalformedData for a file that is cut short and cannot be played.
   [[nodiscard]] virtual Result<void> check_complete() const = 0;
 };
+
+/// Opens a PLUS sequence with the calibration and the coordinate frames that the options name.
+/// \p diagnostics must outlive it.
+Result<std::shared_ptr<io::RecordingSource>> open_recording_source(
+    const std::filesystem::path& sequence, const SourceOptions& options, Diagnostics& diagnostics);
 
 /// True for a recording of devices by its name.
 bool is_device_recording(const std::filesystem::path& path);

@@ -213,6 +213,20 @@ void Session::note_failures() {
   }
 }
 
+/// Takes a device time into the clock of its stream, and reports a new epoch.
+tracking::ClockModel::Reading Session::read_clock(Stream& stream, DeviceTime device,
+                                                  Timestamp received) {
+  if (!stream.clock) stream.clock.emplace();
+  const auto reading = stream.clock->add(device, received);
+  if (reading.began_epoch) {
+    diagnostics_.report(Severity::kWarning, "session",
+                        stream.info.name + ": the clock of the device was set, or its data take " +
+                            std::to_string(1e3 * to_seconds(stream.clock->change())) +
+                            " ms longer than at the beginning");
+  }
+  return reading;
+}
+
 /// Learns period and clock from images that were superseded. A replay, which shows all images,
 /// learns the same.
 void Session::learn_from(Stream& stream, const std::vector<SupersededStamp>& superseded) {
@@ -220,8 +234,7 @@ void Session::learn_from(Stream& stream, const std::vector<SupersededStamp>& sup
   for (const SupersededStamp& one : superseded) {
     std::optional<Timestamp> acquired = one.acquired;
     if (one.device_time) {
-      if (!stream.clock) stream.clock.emplace();
-      const auto reading = stream.clock->add(*one.device_time, one.received);
+      const auto reading = read_clock(stream, *one.device_time, one.received);
       acquired = reading.acquired;
       if (reading.fault) continue;
     }
@@ -253,14 +266,7 @@ void Session::drain(const Listener& listener) {
 /// fault of the device time.
 std::optional<tracking::ClockFault> Session::map_time(Stream& stream, Sample& sample) {
   if (!sample.device_time) return std::nullopt;
-  if (!stream.clock) stream.clock.emplace();
-  const auto reading = stream.clock->add(*sample.device_time, sample.received);
-  if (reading.began_epoch) {
-    diagnostics_.report(Severity::kWarning, "session",
-                        stream.info.name + ": the clock of the device was set, or its data take " +
-                            std::to_string(1e3 * to_seconds(stream.clock->change())) +
-                            " ms longer than at the beginning");
-  }
+  const auto reading = read_clock(stream, *sample.device_time, sample.received);
   const bool unsure = stream.clock->state() != tracking::ClockState::kKnown;
   if (auto* image = std::get_if<UltrasoundFrame>(&sample.what)) {
     image->acquired = reading.acquired;

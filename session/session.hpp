@@ -158,6 +158,7 @@ class Session {
   void drain(const Listener& listener);
   void learn_from(Stream& stream, const std::vector<SupersededStamp>& superseded);
   void look_at_sources();
+  tracking::ClockModel::Reading read_clock(Stream& stream, DeviceTime device, Timestamp received);
   std::optional<tracking::ClockFault> map_time(Stream& stream, Sample& sample);
   void calibrate(UltrasoundFrame& image);
   void settle(bool end, const Listener& listener);

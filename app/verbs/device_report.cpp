@@ -132,7 +132,8 @@ bool balanced(const std::vector<session::DeviceStatus>& devices) {
 std::string text_of(const std::vector<session::DeviceStatus>& devices) {
   std::string text;
   for (const auto& device : devices) {
-    text += device.id + " (" + device.kind + (device.address.empty() ? "" : ", " + device.address) +
+    text += device.id + " (" + device.kind +
+            (device.address.empty() ? "" : ", " + without_controls(device.address)) +
             "): " + to_string(device.health.state);
     if (!device.health.cause.empty()) text += ", " + without_controls(device.health.cause);
     text += '\n';

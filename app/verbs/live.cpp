@@ -84,9 +84,7 @@ class Live {
     auto devices = live_.status();
     for (std::size_t i = 0; i < devices.size(); ++i) devices[i].health = health[i].health;
     if (auto written = write(report(devices), json); !written) return written;
-    if (!balanced(devices)) {
-      NAV_CHECK(false, "samples of a live session are not accounted for");
-    }
+    NAV_CHECK(balanced(devices), "samples of a live session are not accounted for");
     if (!recorded) return recorded;
     if (!live_.session().failures().empty()) {
       return Error{ErrorCode::kUnavailable, live_.session().failures().front()};
