@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <tuple>
 
 #include "bench/registration/cohort.hpp"
@@ -24,9 +25,12 @@ struct ReadyCt {
 /// that is being made.
 class CaseStore {
  public:
-  /// model: acoustic model of all sweeps.
-  explicit CaseStore(sim::AcousticModel model = sim::AcousticModel::kRays) : model_(model) {}
+  /// model: acoustic model of all sweeps. level: errors of all sweeps; absent: of the cohort.
+  explicit CaseStore(sim::AcousticModel model = sim::AcousticModel::kRays,
+                     std::optional<ErrorLevel> level = {})
+      : model_(model), level_(level) {}
 
+  [[nodiscard]] std::optional<ErrorLevel> level() const { return level_; }
   std::shared_ptr<const Patient> patient(std::uint64_t seed);
   /// The sweep of a patient along a path; the same seed gives the same hand motion for any number
   /// of images.
@@ -53,6 +57,7 @@ class CaseStore {
   auto at(Map& shelf, const typename Map::key_type& key, const Make& make);
 
   sim::AcousticModel model_;
+  std::optional<ErrorLevel> level_;
   std::mutex mutex_;  // Protects the maps, but not the making of items.
   Shelf<Patient> patients_;
   Shelf<RecordedSweep> sweeps_;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "bench/registration/altered_sweep.hpp"
 #include "nav/check.hpp"
 #include "sim/ct_scanner.hpp"
 #include "sim/motion/skin_track.hpp"
@@ -68,6 +69,12 @@ Hand hand_at(SweepPath path, double share) {
               .tilt = 0.35 * std::sin(3 * std::numbers::pi * share) + 0.1,
               .turn = 1.5 * way,
               .rock = 0.05 * wave};
+    case SweepPath::kRibs:
+      return {.around = 3.85 - 0.45 * way,
+              .z_mm = 48 - 30 * way,
+              .tilt = 0.05 + 0.25 * wave,
+              .turn = 0.3 + 0.2 * wave,
+              .rock = 0.1 * wave};
   }
   return {};
 }
@@ -111,15 +118,31 @@ std::vector<ImagePose> views(const Patient& patient, const SweepRequest& request
 }  // namespace
 
 const char* to_string(SweepPath path) {
-  constexpr std::array<const char*, kSweepPaths> kNames{"subcostal", "fan", "slide", "sagittal",
-                                                        "cross"};
+  constexpr std::array<const char*, kSweepPaths + 1> kNames{"subcostal", "fan",   "slide",
+                                                            "sagittal",  "cross", "ribs"};
   return kNames[static_cast<std::size_t>(path)];
 }
 
+const char* to_string(ErrorLevel level) {
+  constexpr std::array<const char*, kErrorLevels.size()> kNames{"ideal", "good", "usual", "poor"};
+  return kNames[static_cast<std::size_t>(level)];
+}
+
+LevelErrors errors_of(ErrorLevel level) {
+  constexpr std::array<LevelErrors, kErrorLevels.size()> kErrors{{
+      {0.05, 0, 0, 0, 1, -104, 2, -300, 0},
+      {0.2, 0.3, 0.003, 10, 1, -98, 3, -50, 0.05},
+      {0.35, 0.6, 0.006, 40, 1.01, -92, 4, -40, 0.1},
+      {0.5, 1.0, 0.01, 80, 1.02, -86, 6, -35, 0.2},
+  }};
+  return kErrors[static_cast<std::size_t>(level)];
+}
+
 Transform<frames::Reference, frames::Image> measured(
-    const Transform<frames::Reference, frames::Image>& exact, sim::Random& random) {
-  const Vec turn = random.offset(std::sqrt(3.0) * kTrackerRad);
-  const Vec shift = random.offset(std::sqrt(3.0) * kTrackerMm);
+    const Transform<frames::Reference, frames::Image>& exact, sim::Random& random,
+    double tracker_mm, double tracker_rad) {
+  const Vec turn = random.offset(std::sqrt(3.0) * tracker_rad);
+  const Vec shift = random.offset(std::sqrt(3.0) * tracker_mm);
   const Eigen::Quaterniond q(Eigen::AngleAxisd(turn.norm(), turn.normalized()));
   return {(q * exact.rotation()).normalized(), exact.translation_mm() + shift};
 }
@@ -149,6 +172,18 @@ RecordedSweep record_sweep(const Patient& patient, const SweepRequest& request) 
   NAV_CHECK(request.frames >= 2, request.frames);
   sim::ProbeModel transducer = sim::convex_abdominal();
   transducer.model = request.model;
+  const auto errors_of_level =
+      request.level ? std::optional(errors_of(*request.level)) : std::nullopt;
+  double tracker_mm = kTrackerMm;
+  double tracker_rad = kTrackerRad;
+  if (errors_of_level) {
+    tracker_mm = errors_of_level->tracker_mm;
+    tracker_rad = kTrackerRad / kTrackerMm * tracker_mm;
+    transducer.noise_level_db = errors_of_level->noise_level_db;
+    transducer.tgc_error_db = errors_of_level->tgc_error_db;
+    transducer.clutter_level_db = errors_of_level->clutter_level_db;
+    transducer.reverberation = errors_of_level->reverberation;
+  }
   const sim::UltrasoundSimulator probe(patient.phantom, transducer, request.seed);
   const auto poses = views(patient, request);
   const auto reference_from_ct = patient.truth.inverse();
@@ -157,11 +192,23 @@ RecordedSweep record_sweep(const Patient& patient, const SweepRequest& request) 
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Timestamp time(from_seconds(static_cast<double>(i) / kFramesPerSecond));
     frames.push_back({probe.simulate(poses[i], time, i),
-                      measured(reference_from_ct * poses[i], errors), Duration{0}});
+                      measured(reference_from_ct * poses[i], errors, tracker_mm, tracker_rad),
+                      Duration{0}});
   }
   auto sweep = Sweep::create(std::move(frames), "simulated");
   NAV_CHECK(sweep.has_value());
   RecordedSweep recorded{request.path, std::move(*sweep), {}};
+  if (errors_of_level) {
+    const LevelErrors& e = *errors_of_level;
+    if (e.sound_speed != 1) recorded.sweep = deepened(recorded.sweep, e.sound_speed);
+    if (e.calibration_mm > 0) {
+      recorded.sweep =
+          miscalibrated(recorded.sweep, e.calibration_mm, e.calibration_rad, request.seed);
+    }
+    if (e.delay_ms > 0) {
+      recorded.sweep = delayed(recorded.sweep, from_seconds(1e-3 * e.delay_ms));
+    }
+  }
   const auto outline = probe.outline();
   NAV_CHECK(outline.has_value());
   for (const auto& target : patient.phantom.targets()) {

@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -26,15 +28,40 @@ enum class SweepPath {
   kSlide,      ///< Along the ribs with hardly any tilt: nearly parallel images.
   kSagittal,   ///< Rotated by 90 degrees, from the midline to the flank, rocking.
   kCross,      ///< One position, rotated from transverse to longitudinal while it tilts.
+  kRibs,       ///< Over the ribs of the right flank: shadows in every image.
 };
+/// Paths of the cohort of the documents: all but kRibs.
 inline constexpr int kSweepPaths = 5;
 const char* to_string(SweepPath path);
+
+/// Imperfection of tracker, calibration and scanner, as a whole.
+enum class ErrorLevel { kIdeal, kGood, kUsual, kPoor };
+inline constexpr std::array<ErrorLevel, 4> kErrorLevels{ErrorLevel::kIdeal, ErrorLevel::kGood,
+                                                        ErrorLevel::kUsual, ErrorLevel::kPoor};
+/// Stable lower-case name: "ideal", "good", "usual", "poor".
+const char* to_string(ErrorLevel level);
+
+/// The figures of a level.
+struct LevelErrors {
+  double tracker_mm;      ///< Standard deviation per axis; 0.01 rad for each mm about each axis.
+  double calibration_mm;  ///< Length of the shift of the images, in a seeded direction.
+  double calibration_rad;
+  double delay_ms;          ///< Delay of the images relative to their poses.
+  double sound_speed;       ///< Speed that the scanner assumes over that of the tissue.
+  double noise_level_db;    ///< Before the depth gain, which lifts it at depth.
+  double tgc_error_db;      ///< Peak error of the depth gain.
+  double clutter_level_db;  ///< Haze at the face; -300: none.
+  double reverberation;     ///< Amplitude reflected by the face.
+};
+LevelErrors errors_of(ErrorLevel level);
 
 struct SweepRequest {
   SweepPath path = SweepPath::kSubcostal;
   std::uint64_t seed = 1;  ///< Seed of the hand motion, tracker errors, speckle and depth gain.
   int frames = 60;         ///< >= 2.
   sim::AcousticModel model = sim::AcousticModel::kRays;
+  /// Absent: the errors of the cohort, a tracker of 0.15 mm and 0.0015 rad and nothing else.
+  std::optional<ErrorLevel> level = {};
 };
 
 /// Tracker errors of the cohort: uniformly distributed, standard deviation per axis.
@@ -42,7 +69,8 @@ inline constexpr double kTrackerMm = 0.15;
 inline constexpr double kTrackerRad = 0.0015;
 /// A pose as the tracker measures it.
 Transform<frames::Reference, frames::Image> measured(
-    const Transform<frames::Reference, frames::Image>& exact, sim::Random& random);
+    const Transform<frames::Reference, frames::Image>& exact, sim::Random& random,
+    double tracker_mm = kTrackerMm, double tracker_rad = kTrackerRad);
 
 /// A patient with a CT of 1.5 x 1.5 x 2 mm and 12 HU of noise.
 struct Patient {

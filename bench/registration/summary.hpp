@@ -64,6 +64,12 @@ struct CohortSummary {
 
 CohortSummary summarise(const CohortResult& result);
 
+/// The cohort at one level of errors.
+struct LevelSummary {
+  ErrorLevel level;
+  CohortSummary summary;
+};
+
 /// Upper end of the one-sided 95 % Clopper–Pearson interval of a fraction, k of n.
 double share_bound_95(int k, int n);
 

@@ -51,13 +51,16 @@ class SweepTrials {
     const Sweep thinned = every(options_.image_stride, recorded_->sweep);
     std::optional<PreparedSweep> sweep;
     const double sweep_cpu_s = timed([&] { sweep = prepare(thinned); });
-    NAV_CHECK(sweep.has_value(), patient_->seed, to_string(path_));
     for (const bool global : {false, true}) {
       for (const double mm : global ? options_.global_mm : options_.local_mm) {
         for (int start = 0; start < options_.starts; ++start) {
           Trial trial = blank(global, mm);
           trial.sweep_cpu_s = sweep_cpu_s;
-          solve(ct_->prepared, *sweep, start_of(mm, start), trial);
+          if (sweep) {
+            solve(ct_->prepared, *sweep, start_of(mm, start), trial);
+          } else {
+            trial.reason = refusal_;
+          }
           out_.push_back(std::move(trial));
         }
       }
@@ -76,6 +79,7 @@ class SweepTrials {
 
   [[nodiscard]] Trial blank(bool global, double start_mm) const {
     Trial trial;
+    trial.level = store_.level();
     trial.patient = patient_->seed;
     trial.path = path_;
     trial.global = global;
@@ -127,6 +131,10 @@ class SweepTrials {
     trial.halves_mm = found.halves_disagreement_mm;
     trial.margin = found.margin;
     trial.overlap = found.overlap;
+    trial.basin_mm = found.basin.shift_mm;
+    for (const auto& misfit : found.misfits) {
+      trial.excess_mm[static_cast<std::size_t>(misfit.cause)] = misfit.excess_mm();
+    }
   }
 
   void run_all_hopeless() {
@@ -198,22 +206,25 @@ double predicted_error_mm(const ImageRegistrationResult& result,
 }
 
 std::string csv_header() {
-  return "patient,path,mode,start_mm,hopeless,acceptable,solved,accepted,warned,error_mm,"
+  return "level,patient,path,mode,start_mm,hopeless,acceptable,solved,accepted,warned,error_mm,"
          "predicted_mm,covered,covered_clusters,covered_bootstrap,solve_cpu_s,sweep_cpu_s,z_score,"
          "cost,overlap,split_mm,halves_mm,"
-         "margin,reason\n";
+         "margin,basin_mm,delay_mm,pixel_size_mm,calibration_mm,motion_mm,bend_mm,reason\n";
 }
 
 std::string to_csv(const std::vector<Trial>& trials) {
   std::ostringstream text;
   for (const Trial& t : trials) {
-    text << t.patient << ',' << to_string(t.path) << ',' << (t.global ? "global" : "local") << ','
-         << t.start_mm << ',' << (t.hopeless ? to_string(*t.hopeless) : "") << ',' << t.acceptable
-         << ',' << t.solved << ',' << t.accepted << ',' << t.warned << ',' << t.error_mm << ','
-         << t.predicted_mm << ',' << t.covered << ',' << t.covered_clusters << ','
-         << t.covered_bootstrap << ',' << t.solve_cpu_s << ',' << t.sweep_cpu_s << ',' << t.z_score
-         << ',' << t.cost << ',' << t.overlap << ',' << t.split_mm << ',' << t.halves_mm << ',';
+    text << (t.level ? to_string(*t.level) : "") << ',' << t.patient << ',' << to_string(t.path)
+         << ',' << (t.global ? "global" : "local") << ',' << t.start_mm << ','
+         << (t.hopeless ? to_string(*t.hopeless) : "") << ',' << t.acceptable << ',' << t.solved
+         << ',' << t.accepted << ',' << t.warned << ',' << t.error_mm << ',' << t.predicted_mm
+         << ',' << t.covered << ',' << t.covered_clusters << ',' << t.covered_bootstrap << ','
+         << t.solve_cpu_s << ',' << t.sweep_cpu_s << ',' << t.z_score << ',' << t.cost << ','
+         << t.overlap << ',' << t.split_mm << ',' << t.halves_mm << ',';
     if (t.margin) text << *t.margin;
+    text << ',' << t.basin_mm;
+    for (const double excess_mm : t.excess_mm) text << ',' << excess_mm;
     text << ",\"" << t.reason << "\"\n";
   }
   return text.str();

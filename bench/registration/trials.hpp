@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -22,6 +23,7 @@ inline constexpr double kFalseAcceptMm = 3;
 
 /// Result of one registration. Times are those of its thread.
 struct Trial {
+  std::optional<ErrorLevel> level;  ///< Absent: errors of the cohort.
   std::uint64_t patient = 0;
   SweepPath path = SweepPath::kSubcostal;
   bool global = false;               ///< With seeded starts; false: the plain solve.
@@ -43,6 +45,8 @@ struct Trial {
   /// Values that the decision uses (registration/image_registration.hpp).
   double z_score = 0, cost = 1, overlap = 0, split_mm = 0, halves_mm = 0;
   std::optional<double> margin;
+  double basin_mm = 0;
+  std::array<double, registration::kMisfitCauses> excess_mm{};  ///< By MisfitCause.
 
   [[nodiscard]] bool right(double limit_mm = kSuccessMm) const {
     return solved && acceptable && error_mm < limit_mm;

@@ -41,6 +41,7 @@ class RegistrationBench {
   void choose(std::uint64_t first_seed, sim::HandPathKind quick_hand, SweepChoice& sweeps) const;
   Result<void> measure_faults(const std::string& seeds, std::uint64_t first_seed,
                               std::vector<FaultPoint>& kept);
+  void measure_levels();
   Result<void> measure_starts();
   void measure_effort();
   void measure_bootstrap();
@@ -69,6 +70,7 @@ class RegistrationBench {
   std::ofstream trials_;
   std::optional<CohortSummary> development_, evaluation_;
   std::vector<FaultPoint> development_faults_, evaluation_faults_;
+  std::vector<LevelSummary> levels_;
   std::vector<StartPoint> starts_;
   std::vector<EffortPoint> curve_;
   BootstrapCurve bootstrap_;
@@ -132,6 +134,32 @@ Result<void> RegistrationBench::measure_faults(const std::string& seeds, std::ui
   kept = count_faults(*trials);
   std::cout << to_text(kept, seeds + " seeds") << std::flush;
   return {};
+}
+
+/// Every level of errors on the same patients and paths, the ribs included.
+void RegistrationBench::measure_levels() {
+  for (const ErrorLevel level : kErrorLevels) {
+    const std::string title = std::string("errors: ") + to_string(level);
+    CohortOptions options = cohort(kDevelopmentSeed);
+    options.paths.push_back(SweepPath::kRibs);
+    options.local_mm = {};
+    options.global_mm = {5, 20, 40};
+    options.hopeless_local = false;
+    options.hopeless_stride = 2;
+    if (options_.quick) {
+      options.patients = 1;
+      options.path_stride = 3;
+      options.global_mm = {5};
+    }
+    options.keep = false;
+    CaseStore store(options_.model, level);
+    console_.begin(title);
+    const auto result =
+        run_cohort(options, store, progress(), [&](const auto& trials) { write(trials); });
+    console_.end();
+    levels_.push_back({level, summarise(result)});
+    std::cout << to_text(levels_.back().summary, title) << std::flush;
+  }
 }
 
 Result<void> RegistrationBench::measure_starts() {
@@ -296,6 +324,7 @@ io::Json RegistrationBench::json() const {
   json["faults"] = json_of(development_faults_, "development");
   for (const io::Json& row : json_of(evaluation_faults_, "evaluation"))
     json["faults"].push_back(row);
+  json["levels"] = json_of(levels_);
   json["starts"] = json_of(starts_);
   json["curve"] = json_of(curve_);
   json["bootstrap"] = json_of(bootstrap_);
@@ -326,6 +355,7 @@ Result<void> RegistrationBench::run() {
       }
     }
   }
+  if (wants("levels")) measure_levels();
   if (wants("starts")) {
     if (auto ok = measure_starts(); !ok) return ok;
   }

@@ -69,6 +69,16 @@ io::Json json_of(const PeerComparison& comparison) {
   return rows;
 }
 
+io::Json json_of(const std::vector<LevelSummary>& levels) {
+  io::Json rows = io::Json::array();
+  for (const LevelSummary& one : levels) {
+    io::Json row = json_of(one.summary);
+    row["level"] = to_string(one.level);
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
 io::Json json_of(const std::vector<StartPoint>& points) {
   io::Json rows = io::Json::array();
   for (const auto& p : points) {

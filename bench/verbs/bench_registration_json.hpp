@@ -20,6 +20,8 @@
 namespace nav::bench {
 
 io::Json json_of(const CohortSummary& s);
+/// The rows of json_of(CohortSummary), each with its "level".
+io::Json json_of(const std::vector<LevelSummary>& levels);
 io::Json json_of(const PeerComparison& comparison);
 io::Json json_of(const std::vector<StartPoint>& points);
 io::Json json_of(const std::vector<EffortPoint>& points);

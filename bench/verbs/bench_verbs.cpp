@@ -71,9 +71,9 @@ void BenchCommandLine::add_registration() {
       ->check(app::in_range(1, 100, "patients"));
   verb->add_option(
           "--part", registration_.parts,
-          "cohort, faults, starts, curve, bootstrap, skin, motion, live, peer; default all")
-      ->check(app::among(
-          {"cohort", "faults", "starts", "curve", "bootstrap", "skin", "motion", "live", "peer"}))
+          "cohort, faults, levels, starts, curve, bootstrap, skin, motion, live, peer; default all")
+      ->check(app::among({"cohort", "faults", "levels", "starts", "curve", "bootstrap", "skin",
+                          "motion", "live", "peer"}))
       ->delimiter(',');
   verb->add_option("--trials", registration_.trials, "CSV with a line per registration");
   add_json(*verb);

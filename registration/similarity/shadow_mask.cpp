@@ -14,6 +14,7 @@
 
 #include "nav/index.hpp"
 #include "registration/similarity/image_outline.hpp"
+#include "registration/similarity/noise_floor.hpp"
 
 namespace nav::registration {
 namespace {
@@ -255,24 +256,33 @@ std::vector<int> usual_grey(const std::vector<std::vector<float>>& means, int li
   return usual;
 }
 
-/// First depth bin of each line that is no longer usable.
-std::vector<int> line_ends(const std::vector<float>& means, const std::vector<int>& usual,
-                           int lines, int depths, const ShadowMaskOptions& options) {
-  std::vector<int> own(static_cast<std::size_t>(lines), 0);
-  for (int depth = 0; depth < depths; ++depth) {
+/// First depth bin of each line that is no longer usable: the depth with the most echoes above it
+/// less cells without an echo. A dark vessel does not end a line, and a bright cell of noise far
+/// below does not prolong one.
+std::vector<int> line_ends(const CellGreys& means, const CellGreys& calmed,
+                           const std::vector<int>& usual, const NoiseFloor& noise, CellCount count,
+                           const ShadowMaskOptions& options) {
+  const auto lines = as_size(count.lines);
+  std::vector<int> own(lines, 0), balance(lines, 0), best(lines, 0);
+  for (int depth = 0; depth < std::min(count.depths, noise.noise_from); ++depth) {
     // The limit is at least 1, so that black is never an echo.
     const auto limit = static_cast<float>(std::max(usual[as_size(depth)] - options.drop_grey, 1));
-    const float* grey = &means[as_size(depth) * own.size()];
-    for (std::size_t line = 0; line < own.size(); ++line) {
-      own[line] = grey[line] >= limit ? depth + 1 : own[line];
+    const float least = noise.least_echo[as_size(depth)];
+    const std::size_t first = as_size(depth) * lines;
+    for (std::size_t line = 0; line < lines; ++line) {
+      if (means[first + line] < 0) continue;
+      const bool echo = means[first + line] >= limit && calmed[first + line] >= least;
+      balance[line] += echo ? 1 : -1;
+      if (balance[line] <= best[line]) continue;
+      best[line] = balance[line];
+      own[line] = depth + 1;
     }
   }
-  std::vector<int> ends(own.size());
-  for (int line = 0; line < lines; ++line) {
+  std::vector<int> ends(lines);
+  for (int line = 0; line < count.lines; ++line) {
     const int from = std::max(line - options.neighbour_lines, 0);
-    const int to = std::min(line + options.neighbour_lines, lines - 1);
-    ends[static_cast<std::size_t>(line)] =
-        *std::min_element(own.begin() + from, own.begin() + to + 1);
+    const int to = std::min(line + options.neighbour_lines, count.lines - 1);
+    ends[as_size(line)] = *std::min_element(own.begin() + from, own.begin() + to + 1);
   }
   return ends;
 }
@@ -367,7 +377,12 @@ Result<std::vector<Image2d<std::uint8_t>>> shadow_masks(const Sweep& sweep,
   std::vector<std::vector<float>> means;
   means.reserve(frames.size());
   for (const auto& tracked : frames) means.push_back(cell_means(tracked.frame, geometry));
+  const CellCount count{geometry.lines, geometry.depths};
+  std::vector<CellGreys> calmed;
+  calmed.reserve(frames.size());
+  for (const CellGreys& image : means) calmed.push_back(calm(image, count));
   const std::vector<int> usual = usual_grey(means, geometry.lines, geometry.depths);
+  const NoiseFloor noise = noise_floor(means, calmed, count);
   const int near = static_cast<int>(std::ceil(options.near_field_mm / geometry.bin_mm));
 
   const std::vector<std::uint8_t> outside =
@@ -375,8 +390,7 @@ Result<std::vector<Image2d<std::uint8_t>>> shadow_masks(const Sweep& sweep,
   std::vector<Image2d<std::uint8_t>> masks;
   masks.reserve(frames.size());
   for (std::size_t f = 0; f < frames.size(); ++f) {
-    const std::vector<int> ends =
-        line_ends(means[f], usual, geometry.lines, geometry.depths, options);
+    const std::vector<int> ends = line_ends(means[f], calmed[f], usual, noise, count, options);
     std::vector<std::uint8_t> usable(geometry.cells() + 1, 0);
     for (int depth = near; depth < geometry.depths; ++depth) {
       std::uint8_t* row = &usable[as_size(depth) * ends.size()];

@@ -15,7 +15,7 @@ namespace nav::registration {
 /// edges that the CT does not show; with them, the best LC2 pose lies tens of millimetres off.
 struct ShadowMaskOptions {
   double near_field_mm = 10;  ///< Depth below the transducer that is never used, >= 0.
-  /// A line has ended where its grey is this far below the sweep's usual grey, 1 to 254.
+  /// A sample this far below the sweep's usual grey is no echo, 1 to 254.
   int drop_grey = 45;
   int neighbour_lines = 4;     ///< A line ends where the shortest of its neighbours ends, >= 0.
   double line_spacing_mm = 1;  ///< Distance of scan lines at mid depth, > 0.
@@ -29,9 +29,10 @@ Result<void> validate(const ShadowMaskOptions& options);
 bool same_geometry(const UltrasoundFrame& a, const UltrasoundFrame& b);
 
 /// A mask of the size of each ultrasound image: 1 if an echo is usable, else 0. A scan line (a ray
-/// from the apex if the image has an outline, else a column) ends at its last sample that is
-/// brighter than the 75th percentile of the whole sweep at that depth minus drop_grey; beyond it
-/// lies shadow, noise or air. Without an outline, pixels that are black in every image and
+/// from the apex if the image has an outline, else a column) ends where the echoes above it
+/// outnumber the samples without an echo most; beyond it lies shadow, noise or air. An echo is
+/// brighter than the 75th percentile of the whole sweep at that depth minus drop_grey, and brighter
+/// than the sweep's noise (noise_floor.hpp). Without an outline, pixels that are black in every image and
 /// connected to the border are left out. Errors: kUsage (options), kMalformedData (impossible pixel
 /// grid or outline). Deterministic; thread-safe.
 Result<std::vector<Image2d<std::uint8_t>>> shadow_masks(const Sweep& sweep,

@@ -2,10 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/similarity/shadow_mask.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <gtest/gtest.h>
 
+#include "registration/counter_random.hpp"
 #include "registration/similarity/image_outline.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -18,9 +21,9 @@ constexpr int kFrames = 4;
 
 /// Images of 1 mm pixels whose values are grey(frame, position in mm).
 Sweep painted(const std::function<int(int, Eigen::Vector2d)>& grey,
-              const std::optional<SectorOutline>& outline = {}) {
+              const std::optional<SectorOutline>& outline = {}, int count = kFrames) {
   std::vector<TrackedFrame> frames;
-  for (int f = 0; f < kFrames; ++f) {
+  for (int f = 0; f < count; ++f) {
     UltrasoundFrame frame;
     frame.acquired = Timestamp(std::chrono::milliseconds(100 * f));
     frame.grid = PixelGrid::centred(kWidth, 1.0, 1.0);
@@ -110,6 +113,77 @@ TEST(ShadowMaskTest, BrightNoiseBelowTheUsualGreyIsStillShadow) {
   ASSERT_TRUE(test::has_value(masks));
   EXPECT_EQ(at((*masks)[2], 40, 70), 0);
   EXPECT_EQ(at((*masks)[2], 0, 70), 1);
+}
+
+/// Grey noise of \p spread about 0 that is different at each pixel and in each image.
+int noise_at(int f, const Eigen::Vector2d& p, double spread) {
+  const auto column = static_cast<std::uint64_t>(std::lround(p.x() + 200));
+  const auto row = static_cast<std::uint64_t>(std::lround(p.y()));
+  double sum = 0;  // Of four uniform numbers: nearly Gaussian, standard deviation 0.577.
+  for (std::uint64_t k = 0; k < 4; ++k) {
+    sum += fraction(4 * ((static_cast<std::uint64_t>(f) * 500 + column) * 500 + row) + k) - 0.5;
+  }
+  return static_cast<int>(std::lround(spread / 0.577 * sum));
+}
+
+/// Tissue whose grey varies over centimetres and from image to image, with speckle.
+int tissue_at(int f, const Eigen::Vector2d& p) {
+  return 125 + noise_at(f, p, 20) +
+         static_cast<int>(
+             std::lround(20 * std::sin(0.15 * p.x() + 1.3 * f) * std::cos(0.2 * p.y())));
+}
+
+/// The fraction of the mask that is usable in a rectangle in mm, limits included.
+double usable_share(const Image2d<std::uint8_t>& mask, const Eigen::AlignedBox2d& box) {
+  double usable = 0;
+  double all = 0;
+  for (double y = box.min().y(); y <= box.max().y(); ++y) {
+    for (double x = box.min().x(); x <= box.max().x(); ++x) {
+      usable += at(mask, x, y);
+      ++all;
+    }
+  }
+  return usable / all;
+}
+
+TEST(ShadowMaskTest, NoiseThatTheDepthGainLiftsIsNoEcho) {
+  // Noise grows with depth: at the bottom it is as bright as tissue. In image 1 a rib at a depth of
+  // 30 mm darkens the right side; below 80 mm all images show noise alone.
+  const auto grey = [](int f, const Eigen::Vector2d& p) {
+    const bool shadow = f == 1 && p.x() > 15 && p.y() >= 30;
+    if (!shadow && p.y() < 80) return tissue_at(f, p);
+    return static_cast<int>(15 + 1.15 * p.y()) + noise_at(f, p, 20);
+  };
+  const auto masks = shadow_masks(painted(grey, {}, 24), {});
+  ASSERT_TRUE(test::has_value(masks));
+  using Box = Eigen::AlignedBox2d;
+  using Vec = Eigen::Vector2d;
+  EXPECT_GT(usable_share((*masks)[1], Box(Vec(-50, 12), Vec(8, 70))), 0.95);
+  EXPECT_LT(usable_share((*masks)[1], Box(Vec(20, 40), Vec(55, 99))), 0.02);
+  EXPECT_GT(usable_share((*masks)[2], Box(Vec(-50, 12), Vec(50, 70))), 0.95);
+  for (const auto& mask : *masks) {
+    EXPECT_LT(usable_share(mask, Box(Vec(-50, 86), Vec(50, 99))), 0.02);
+  }
+}
+
+TEST(ShadowMaskTest, TissueWithoutShadowsStaysUsable) {
+  const auto masks =
+      shadow_masks(painted([](int f, const Eigen::Vector2d& p) { return tissue_at(f, p); }), {});
+  ASSERT_TRUE(test::has_value(masks));
+  for (const auto& mask : *masks) {
+    EXPECT_GT(usable_share(mask, {Eigen::Vector2d(-50, 12), Eigen::Vector2d(50, 96)}), 0.95);
+  }
+}
+
+TEST(ShadowMaskTest, AVesselEndsNoLine) {
+  const auto masks = shadow_masks(painted([](int f, const Eigen::Vector2d& p) {
+                                    const bool blood = (p - Eigen::Vector2d(0, 40)).norm() < 10;
+                                    return blood ? 3 : tissue_at(f, p);
+                                  }),
+                                  {});
+  ASSERT_TRUE(test::has_value(masks));
+  EXPECT_EQ(at((*masks)[0], 0, 40), 1);
+  EXPECT_GT(usable_share((*masks)[0], {Eigen::Vector2d(-8, 55), Eigen::Vector2d(8, 95)}), 0.95);
 }
 
 TEST(ShadowMaskTest, FollowsTheScanLinesOfASector) {
