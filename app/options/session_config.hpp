@@ -34,7 +34,7 @@ struct SessionConfig {
 
   /// Later members win: preset, nodes, file, then what is said one by one.
   struct Appearance {
-    std::string preset = "ct-bone";
+    std::string preset = "contextual";          ///< One of all_preset_names().
     std::vector<render::TransferNode> nodes{};  ///< Replaces the preset when not empty.
     bool shading = true;                        ///< false: off, whatever the file says.
     double plane_opacity = 1.0;

@@ -3,6 +3,7 @@
 // Options of the 3D view and of the appearance.
 #include <algorithm>
 
+#include "app/appearance/preset_folder.hpp"
 #include "app/options/option_checks.hpp"
 #include "app/options/option_rows.hpp"
 #include "app/options/retired.hpp"
@@ -309,7 +310,8 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.appearance.preset),
-       .choices = render::preset_names(),
+       .choices = all_preset_names(),
+       .choices_from = preset_folder(),
        .usual = true,
        .key = "look.transfer_function",
        .needs = {composite()},
