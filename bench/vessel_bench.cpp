@@ -85,7 +85,7 @@ Result<FittedVessels> figures_fitted(const Volume& ct, const render::TransferFun
   }
   fitted.window = window;
   const auto classes = render::classify_vessels(ct, window);
-  const auto separated = render::separate_vessels(ct, classes, shown, kVessels);
+  const auto separated = render::separate_vessels(ct, classes, window, shown, kVessels);
   if (!separated) return separated.error();
   fitted.classify_s = seconds_since(begun);
   fitted.figures = figures(*separated->ct, separated->transfer, truth);

@@ -46,6 +46,11 @@ Result<std::optional<AppearanceFile>> file_of(const SessionConfig::Appearance& a
   return std::optional(*std::move(laid));
 }
 
+bool has_vessels(const render::TransferFunction& transfer) {
+  return std::ranges::find(transfer.components(), kVesselComponent,
+                           &render::TransferComponent::name) != transfer.components().end();
+}
+
 /// True when the session sets any property of the cutaway's shape.
 bool shapes(const SessionConfig::Appearance::Cutaway& said) {
   return said.theta1_deg || said.theta2_deg || said.overlay_mm || said.around_plane ||
@@ -102,9 +107,7 @@ Result<ResolvedAppearance> resolve_appearance(const SessionConfig::Appearance& a
     resolved.value_range = (*file)->value_range;
     resolved.fit_vessels = (*file)->fit_vessels;
   } else if (appearance.nodes.empty() && appearance.preset != "mr-default") {
-    resolved.fit_vessels = std::ranges::any_of(resolved.transfer.components(), [](const auto& one) {
-      return one.name == kVesselComponent;
-    });
+    resolved.fit_vessels = has_vessels(resolved.transfer);
   } else if (appearance.nodes.empty()) {
     resolved.value_range = render::value_range(ct);
     resolved.shading = render::rescaled({}, render::kNominalRange, *resolved.value_range);
@@ -125,6 +128,18 @@ Result<ResolvedAppearance> resolve_appearance(const SessionConfig::Appearance& a
                         : appearance.projection == "minimum" ? render::Projection::kMinimum
                         : appearance.projection == "mean"    ? render::Projection::kMean
                                                              : render::Projection::kComposite;
+  if (appearance.blood_at_mm && !has_vessels(resolved.transfer)) {
+    return Error{ErrorCode::kUsage,
+                 "look.blood_at_mm: expected an appearance with a component named vessels, found " +
+                     resolved.transfer.name()};
+  }
+  resolved.fit_vessels = (resolved.fit_vessels || appearance.blood_at_mm) && appearance.fit_vessels;
+  const bool composite = resolved.projection == render::Projection::kComposite;
+  if (resolved.fit_vessels && composite && render::is_hounsfield(ct)) {
+    auto drawn = drawn_vessels(resolved.transfer, appearance, ct);
+    if (!drawn) return drawn.error();
+    resolved.drawn = *std::move(drawn);
+  }
   return resolved;
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "app/appearance/fitted_vessels.hpp"
 #include "app/options/session_config.hpp"
 #include "nav/diagnostics.hpp"
 #include "nav/volume.hpp"
@@ -23,8 +24,10 @@ struct ResolvedAppearance {
   /// Value range of the volume; present when the values of the transfer function hold only for this
   /// volume (MR).
   std::optional<render::ValueRange> value_range{};
-  /// The component "vessels" is fitted to the blood of the CT before it is drawn.
+  /// The component "vessels" is fitted to the blood of each CT that is drawn.
   bool fit_vessels = false;
+  /// What is drawn in place of the CT and `transfer`; absent unless vessels are fitted.
+  std::optional<DrawnVessels> drawn{};
 };
 
 /// Warns of components that are opaque only between whole numbers: values are classified at whole

@@ -43,9 +43,9 @@ Result<VesselCase> angiography(const std::filesystem::path& folder, app::Console
   auto ct = io::read_ct(folder / "ct_cropped.nii.gz", console);
   if (!ct) return ct.error();
   VesselTruth truth;
-  for (const char* name : {"aorta", "brachiocephalic_trunk", "celiac_trunk",
-                           "common_carotid_artery_left", "subclavian_artery_left",
-                           "superior_mesenteric_artery"}) {
+  for (const char* name :
+       {"aorta", "brachiocephalic_trunk", "celiac_trunk", "common_carotid_artery_left",
+        "subclavian_artery_left", "superior_mesenteric_artery"}) {
     const auto ok = add_label(folder / (std::string(name) + ".nii.gz"), *ct, truth.blood, console);
     if (!ok) return ok.error();
   }
@@ -76,8 +76,7 @@ Result<VesselCase> simulated(sim::Contrast contrast) {
         using enum sim::Tissue;
         const auto tissue = phantom.tissue(grid.at({1.0 * i, 1.0 * j, 1.0 * k}));
         const bool arterial = tissue == kAorta;
-        const bool venous =
-            tissue == kPortalVein || tissue == kHepaticVein || tissue == kVenaCava;
+        const bool venous = tissue == kPortalVein || tissue == kHepaticVein || tissue == kVenaCava;
         const bool blood = arterial || (venous && contrast == sim::Contrast::kPortal);
         truth.blood.push_back(blood ? 1 : 0);
         truth.bone.push_back(tissue == kBone || tissue == kMarrow ? 1 : 0);

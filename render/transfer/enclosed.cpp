@@ -12,9 +12,9 @@ namespace {
 
 /// One slice across an axis, as numbers of voxels.
 struct LatticeSlice {
-  std::size_t first;    ///< Voxel at its corner.
-  std::size_t width;    ///< Number of voxels along u.
-  std::size_t height;   ///< Number of voxels along v.
+  std::size_t first;   ///< Voxel at its corner.
+  std::size_t width;   ///< Number of voxels along u.
+  std::size_t height;  ///< Number of voxels along v.
   std::size_t stride_u;
   std::size_t stride_v;
   double pixel_mm2;
@@ -97,17 +97,17 @@ std::vector<std::uint8_t> enclosed_voxels(const VoxelLattice& lattice,
     const int v = axis == 2 ? 1 : 2;
     // Slices of one orientation have no voxel in common.
     for_each_index(static_cast<int>(lattice.size(axis)), 0, [&](int n) {
-      mark_enclosed({static_cast<std::size_t>(n) * lattice.stride(axis), lattice.size(u),
-                     lattice.size(v), lattice.stride(u), lattice.stride(v),
-                     lattice.spacing_mm(u) * lattice.spacing_mm(v)},
-                    mask, enclosed);
+      mark_enclosed(
+          {static_cast<std::size_t>(n) * lattice.stride(axis), lattice.size(u), lattice.size(v),
+           lattice.stride(u), lattice.stride(v), lattice.spacing_mm(u) * lattice.spacing_mm(v)},
+          mask, enclosed);
     });
   }
   return enclosed;
 }
 
-std::vector<std::uint8_t> within_voxels(const VoxelLattice& lattice,
-                                        std::vector<std::uint8_t> mask, int voxels) {
+std::vector<std::uint8_t> within_voxels(const VoxelLattice& lattice, std::vector<std::uint8_t> mask,
+                                        int voxels) {
   for (int step = 0; step < voxels; ++step) {
     std::vector<std::uint8_t> wider = mask;
     for (std::size_t i = 0; i < mask.size(); ++i) {

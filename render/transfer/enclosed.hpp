@@ -55,8 +55,8 @@ std::vector<std::uint8_t> enclosed_voxels(const VoxelLattice& lattice,
                                           std::span<const std::uint8_t> mask);
 
 /// A mask and everything within some voxels of it, by faces.
-std::vector<std::uint8_t> within_voxels(const VoxelLattice& lattice,
-                                        std::vector<std::uint8_t> mask, int voxels);
+std::vector<std::uint8_t> within_voxels(const VoxelLattice& lattice, std::vector<std::uint8_t> mask,
+                                        int voxels);
 
 /// Components of a mask, connected by faces, each with the numbers of its voxels.
 std::vector<std::vector<std::uint32_t>> components_of(const VoxelLattice& lattice,

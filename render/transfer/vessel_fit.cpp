@@ -79,6 +79,11 @@ class ValueHistogram {
     for (int d = -20; d <= 20; ++d) sum += at(hu + d);
     return sum;
   }
+  [[nodiscard]] double between(double low, double high) const {
+    double sum = 0;
+    for (int hu = static_cast<int>(low); hu <= high; ++hu) sum += at(hu);
+    return sum;
+  }
   /// Half width at half of the height of a peak, as the sigma of a Gaussian.
   [[nodiscard]] double sigma(int hu) const {
     int d = 1;
@@ -124,15 +129,18 @@ double ml_of_voxel(const VoxelGrid& grid) { return grid.spacing_mm.prod() / 1000
 
 Result<BloodPool> find_blood_pool(const Volume& ct) {
   constexpr double kLeastBloodMl = 2;
+  constexpr double kMostBloodMl = 2500;
   const double voxel_ml = ml_of_voxel(ct.grid());
   const ValueHistogram values = homogeneous_values(ct);
   for (int hu = kMostBloodHu; hu >= kLeastBloodHu; --hu) {
     if (!values.is_peak(hu) || values.around(hu) * voxel_ml < kLeastBloodMl) continue;
-    return BloodPool{static_cast<double>(hu), std::max(values.sigma(hu), kLeastBloodSigmaHu),
-                     brightest_tissue(values, voxel_ml, hu)};
+    const BloodPool pool{static_cast<double>(hu), std::max(values.sigma(hu), kLeastBloodSigmaHu),
+                         brightest_tissue(values, voxel_ml, hu)};
+    const VesselWindow window = vessel_window(pool);
+    if (values.between(window.full_from, window.full_to) * voxel_ml <= kMostBloodMl) return pool;
   }
   return Error{ErrorCode::kNotFound, ct.name() + ": expected contrast-filled blood, a peak of " +
-                                         "homogeneous voxels from 130 to 700 HU of at least 2 ml, "
+                                         "homogeneous voxels from 130 to 700 HU of 2 ml to 2.5 l, "
                                          "found none"};
 }
 
@@ -234,9 +242,8 @@ VesselClasses classify_vessels(const Volume& ct, const VesselWindow& window, dou
   const auto hu = ct.hu();
   const double voxel_ml = ml_of_voxel(ct.grid());
   std::vector<std::uint8_t> dense(hu.size());
-  std::ranges::transform(hu, dense.begin(), [&](int v) {
-    return static_cast<std::uint8_t>(v >= window.zero_above);
-  });
+  std::ranges::transform(hu, dense.begin(),
+                         [&](int v) { return static_cast<std::uint8_t>(v >= window.zero_above); });
   auto enclosed = enclosed_voxels(lattice, dense);
   std::vector<std::uint8_t> core(hu.size(), 0);
   for (std::size_t i = 0; i < hu.size(); ++i) {
@@ -318,9 +325,8 @@ VesselClasses classify_vessels(const Volume& ct, const VesselWindow& window, dou
     std::size_t beside = 0;
     for (const std::uint32_t i : part) {
       bool touches = false;
-      lattice.for_each_neighbour(i, [&](std::size_t n) {
-        touches = touches || kind[n] == VesselClass::kBone;
-      });
+      lattice.for_each_neighbour(
+          i, [&](std::size_t n) { touches = touches || kind[n] == VesselClass::kBone; });
       if (touches) ++beside;
     }
     const auto count = static_cast<double>(part.size());
@@ -338,6 +344,7 @@ VesselClasses classify_vessels(const Volume& ct, const VesselWindow& window, dou
 }
 
 Result<SeparatedVessels> separate_vessels(const Volume& ct, const VesselClasses& classes,
+                                          const VesselWindow& window,
                                           const TransferFunction& transfer,
                                           const std::string& vessels) {
   constexpr int kRimVoxels = 2;
@@ -352,7 +359,7 @@ Result<SeparatedVessels> separate_vessels(const Volume& ct, const VesselClasses&
     if (kind[i] == VesselClass::kVessel) {
       near_vessel[i] = 1;
       lattice.for_each_neighbour(i, [&](std::size_t n) { near_vessel[n] = 1; });
-    } else if (kind[i] != VesselClass::kRest) {
+    } else if (kind[i] == VesselClass::kBone || kind[i] == VesselClass::kImplant) {
       moved[i] = 1;
       if (kind[i] != VesselClass::kImplant) front.push_back(static_cast<std::uint32_t>(i));
     }
@@ -371,6 +378,9 @@ Result<SeparatedVessels> separate_vessels(const Volume& ct, const VesselClasses&
   std::vector<std::int16_t> values(ct.hu().begin(), ct.hu().end());
   for (std::size_t i = 0; i < values.size(); ++i) {
     values[i] = std::clamp(values[i], kAirHu, kHighestHu);
+    if (kind[i] == VesselClass::kFragment && moved[i] == 0) {
+      values[i] = std::min(values[i], static_cast<std::int16_t>(std::floor(window.zero_below)));
+    }
     if (moved[i] != 0) values[i] = static_cast<std::int16_t>(values[i] + kSeparationHu);
   }
   std::vector<TransferComponent> components;

@@ -21,8 +21,8 @@ struct BloodPool {
 inline constexpr double kLeastBloodSigmaHu = 8;
 
 /// Finds the blood pool in the histogram of the homogeneous voxels that no bone encloses: the
-/// brightest peak from 130 to 700 HU of at least 2 ml. kNotFound when there is none, as in a CT
-/// without contrast agent.
+/// brightest peak from 130 to 700 HU of at least 2 ml, in whose window lie at most 2.5 l. kNotFound
+/// when there is none, as in a CT without contrast agent or of a model.
 Result<BloodPool> find_blood_pool(const Volume& ct);
 /// The blood pool at a point inside a vessel: median and spread of the voxels within 3 mm.
 /// kUsage for a point outside the CT or a value that is no contrast-filled blood (130 to 1500 HU).
@@ -58,8 +58,8 @@ inline constexpr double kLeastVesselMl = 0.3;
 /// Tells vessels from bone. Bone: voxels above the window; what closed contours of at most 25 cm²
 /// of them enclose in a slice of any of the three orientations; and what lies nearer to these than
 /// to blood and falls off from them, up to 3 mm. Blood: homogeneous components of at least 1 ml of
-/// which bone encloses at most half. Components above the window that lie within two voxels of blood
-/// by at least half are implants. least_ml: smaller components are fragments. Deterministic.
+/// which bone encloses at most half. Components above the window that lie within two voxels of
+/// blood by at least half are implants. least_ml: smaller components are fragments. Deterministic.
 VesselClasses classify_vessels(const Volume& ct, const VesselWindow& window,
                                double least_ml = kLeastVesselMl);
 
@@ -68,15 +68,16 @@ struct SeparatedVessels {
   std::shared_ptr<const Volume> ct;
   TransferFunction transfer;
 };
-/// Value that separate_vessels() adds to voxels of bone and fragments and to a rim of two voxels
-/// around them. Between bone and its surroundings values pass the window of vessels within 5 % of a
-/// voxel.
-inline constexpr int kSeparationHu = 8192;
+/// Value that separate_vessels() adds to voxels of bone and to a rim of two voxels around it.
+/// Between bone and its surroundings values pass the window of vessels within 2 % of a voxel.
+inline constexpr int kSeparationHu = 28672;
 
-/// Moves bone, fragments and their rims to values of their own, kSeparationHu higher. There the
-/// function has its components again, without `vessels`. Everything else looks as before. The copy
+/// Moves bone with its rim, and implants, to values of their own, kSeparationHu higher. There the
+/// function has its components again, without `vessels`. Fragments take the value below the window.
+/// Everything else looks as before. The copy
 /// of the CT is for drawing only; its values are not HU. Precondition: classes of this CT.
 Result<SeparatedVessels> separate_vessels(const Volume& ct, const VesselClasses& classes,
+                                          const VesselWindow& window,
                                           const TransferFunction& transfer,
                                           const std::string& vessels);
 
