@@ -68,7 +68,7 @@ std::string position_words(const Eigen::Vector3d& ct_mm) {
                   kLetters[static_cast<std::size_t>(axis)][mm < 0 ? 1 : 0], std::abs(mm));
     words += number;
   }
-  return words + " mm";
+  return "at " + words + " mm";
 }
 
 }  // namespace nav::app

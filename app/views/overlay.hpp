@@ -34,7 +34,7 @@ void draw_letters(render::Canvas& canvas, const CanvasArea& area,
 void draw_scale_bar(render::Canvas& canvas, const CanvasArea& area, int x, int base,
                     double mm_per_px, int size, Rgba8 colour = kOverlayText);
 
-/// Position in the patient in words, rounded to 0.1 mm: "R 12.0  A 34.5  S 6.1 mm". The letter tells
+/// Position in the patient in words, rounded to 0.1 mm: "at R 12.0  A 34.5  S 6.1 mm". The letter tells
 /// the sign: R or L of the origin of the CT, A or P, S or I.
 std::string position_words(const Eigen::Vector3d& ct_mm);
 

@@ -53,10 +53,9 @@ void draw_depth_scale(Canvas& canvas, const PlaneView& view, const UltrasoundFra
 
 /// Letters at the edges of the Image plane: x is right, y is down.
 render::SliceLabels letters_of_image(const Transform<frames::Ct, frames::Image>& ct_from_image) {
-  const auto towards = [&](double x, double y) {
-    return patient_direction((ct_from_image * Direction<frames::Image>{{x, y, 0}}).v);
-  };
-  return {towards(-1, 0), towards(1, 0), towards(0, -1), towards(0, 1)};
+  return render::labels_of({ct_from_image * Point<frames::Image>{{0, 0, 0}},
+                            ct_from_image * Direction<frames::Image>{{1, 0, 0}},
+                            ct_from_image * Direction<frames::Image>{{0, 1, 0}}});
 }
 
 /// Largest distance from the plane at which a needle is drawn in it, mm: about half the thickness
