@@ -25,12 +25,11 @@ std::string ml_words(double ml) {
 
 Result<DrawnVessels> drawn_vessels(const render::TransferFunction& transfer,
                                    const SessionConfig::Appearance& appearance, const Volume& ct) {
-  const auto component = std::ranges::find(transfer.components(), kVesselComponent,
-                                           &render::TransferComponent::name);
+  const auto component =
+      std::ranges::find(transfer.components(), kVesselComponent, &render::TransferComponent::name);
   NAV_CHECK(component != transfer.components().end(), transfer.name());
-  const auto pool = appearance.blood_at_mm
-                        ? render::blood_pool_at(ct, {*appearance.blood_at_mm})
-                        : render::find_blood_pool(ct);
+  const auto pool = appearance.blood_at_mm ? render::blood_pool_at(ct, {*appearance.blood_at_mm})
+                                           : render::find_blood_pool(ct);
   if (!pool && appearance.blood_at_mm) return pool.error();
   render::VesselWindow window = render::window_of(*component);
   render::TransferFunction shown = transfer;
@@ -49,7 +48,8 @@ Result<DrawnVessels> drawn_vessels(const render::TransferFunction& transfer,
          << (appearance.blood_at_mm ? "at the given point" : "found in the histogram")
          << ", drawn from " << window.zero_below << " to " << window.zero_above << " HU";
   } else {
-    text << "vessels: no contrast-filled blood found (no peak of 2 ml to 2.5 l from 130 to 700 HU), so the "
+    text << "vessels: no contrast-filled blood found (no peak of 2 ml to 2.5 l from 130 to 700 "
+            "HU), so the "
             "window of "
          << transfer.name() << " is used, " << window.zero_below << " to " << window.zero_above
          << " HU (--blood-at X Y Z gives a point in a vessel)";

@@ -114,11 +114,12 @@ Result<void> warn_if_unseen(render::Engine& engine, render::Scene scene, Console
   if (share >= kLeastLight || brightest >= kDim) return {};
   std::ostringstream text;
   text.precision(2);
-  text << "'" << name << "', the most important predicate (" << importance
-       << "), can hardly be seen: expected at least 1 % of the light of a white image, found "
-       << 100 * share << " %, nowhere brighter than " << brightest
-       << " of 255. A larger range of the predicate, a shorter --opacity-length-mm, a lower --white "
-          "or a nearer view (--distance) shows more";
+  text
+      << "'" << name << "', the most important predicate (" << importance
+      << "), can hardly be seen: expected at least 1 % of the light of a white image, found "
+      << 100 * share << " %, nowhere brighter than " << brightest
+      << " of 255. A larger range of the predicate, a shorter --opacity-length-mm, a lower --white "
+         "or a nearer view (--distance) shows more";
   console.report(Severity::kWarning, "image", text.str());
   return {};
 }

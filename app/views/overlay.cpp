@@ -27,8 +27,7 @@ void draw_letters(render::Canvas& canvas, const CanvasArea& area,
     return area.x + (area.width - canvas.text_width(size, text)) / 2;
   };
   at(area.x + kMargin, middle, letters.left);
-  at(area.x + area.width - kMargin - canvas.text_width(size, letters.right), middle,
-     letters.right);
+  at(area.x + area.width - kMargin - canvas.text_width(size, letters.right), middle, letters.right);
   at(centred(letters.top), area.y + kMargin + size, letters.top);
   at(centred(letters.bottom), area.y + area.height - kMargin, letters.bottom);
 }

@@ -29,13 +29,13 @@ int text_size(int text_px, int image_height);
 void draw_letters(render::Canvas& canvas, const CanvasArea& area,
                   const render::SliceLabels& letters, int size, Rgba8 colour = kOverlayText);
 
-/// Draws a bar of a round length (1, 2 or 5 times a power of ten, at most a fifth of the width) with
-/// its length in mm, its left end at (x, base). Left out where it does not fit.
+/// Draws a bar of a round length (1, 2 or 5 times a power of ten, at most a fifth of the width)
+/// with its length in mm, its left end at (x, base). Left out where it does not fit.
 void draw_scale_bar(render::Canvas& canvas, const CanvasArea& area, int x, int base,
                     double mm_per_px, int size, Rgba8 colour = kOverlayText);
 
-/// Position in the patient in words, rounded to 0.1 mm: "at R 12.0  A 34.5  S 6.1 mm". The letter tells
-/// the sign: R or L of the origin of the CT, A or P, S or I.
+/// Position in the patient in words, rounded to 0.1 mm: "at R 12.0  A 34.5  S 6.1 mm". The letter
+/// tells the sign: R or L of the origin of the CT, A or P, S or I.
 std::string position_words(const Eigen::Vector3d& ct_mm);
 
 }  // namespace nav::app

@@ -404,15 +404,18 @@ Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext&
     int next = small + 7;
     const auto line = [&](const std::string& words) {
       if (words.empty()) return;
-      for (const auto& part : render::wrapped(small, words, view_width * 2 / 5)) {
+      for (const auto& part : render::wrapped(small, words, view_width * 9 / 20)) {
         draw_label(canvas, 0, next, view_width, part, kOverlayText, small);
         next += line_height;
       }
     };
     line(context.appearance);
     if (context.grey) line(words_of_window(context.grey->level_hu, context.grey->width_hu));
+    // Each has its own place, so that one does not move the next.
+    next = std::max(next, small + 7 + line_height);
     for (const std::string& words : {context.note, context.warning, ended}) {
-      if (!words.empty()) next = draw_note(canvas, next, view_width, words, small);
+      const int after = next + line_height;
+      next = std::max(draw_note(canvas, next, view_width, words, small), after);
     }
     draw_legend(canvas, view_width, view_height, context.legend);
     draw_panels(canvas, view_width, size.width - view_width, view_height, context);

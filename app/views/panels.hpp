@@ -73,7 +73,7 @@ struct PixelSize {
 PixelSize composed_size(PixelSize view_3d);
 /// Size of the largest 3D view whose whole image fits into a window of that size, with at least
 /// half of the width for the 3D view. Never smaller than the flat panels need (has_panels()), so
-/// the image is larger than a window of less than 400 x 340 pixels.
+/// the image is larger than a window of less than 400 x 360 pixels.
 PixelSize view_size_within(PixelSize window);
 
 /// True when a 3D view of that size, in pixels, is large enough for the flat panels and their text.

@@ -173,8 +173,8 @@ Result<void> Gallery::add_angiography() {
   const auto volume = std::make_shared<const Volume>(std::move(*ct));
   const auto appearance = angiography_appearance(*volume);
   if (!appearance) return appearance.error();
-  Scene scene = scene_of(volume, *appearance,
-                         looking(volume->grid().centre().mm, {1, -0.55, 0.2}, 460));
+  Scene scene =
+      scene_of(volume, *appearance, looking(volume->grid().centre().mm, {1, -0.55, 0.2}, 460));
   scene.shading.enabled = false;
   add("fig2a", scene);
   scene.shading.enabled = true;
@@ -197,8 +197,7 @@ Result<void> Gallery::add_cutaways() {
   importance.vessels = importance.bone = 0.99;
   const auto appearance = abdomen_appearance(*patient->ct(), importance);
   if (!appearance) return appearance.error();
-  Scene scene = scene_of(patient->ct(), *appearance,
-                         looking(centre, {0.25, -1, 0.25}, 480));
+  Scene scene = scene_of(patient->ct(), *appearance, looking(centre, {0.25, -1, 0.25}, 480));
   scene.plane = coronal_slice(*patient->ct(), centre);
   const double inf = std::numeric_limits<double>::infinity();
   const auto cut = [&](const std::string& name, double inner_deg, double outer_deg,

@@ -63,8 +63,8 @@ TEST(PresetFolderTest, ABrokenFileIsNamedAndTheOthersWork) {
   test::TemporaryFolder folder;
   std::filesystem::copy_file(kFolder / "ct-native.json", folder / "ct-native.json");
   std::ofstream(folder / "mine.json") << "{\"sonde_look\": 1, \"components\": [";
-  EXPECT_TRUE(test::rejects(read_preset("mine", folder / "."), ErrorCode::kMalformedData,
-                            {"mine.json"}));
+  EXPECT_TRUE(
+      test::rejects(read_preset("mine", folder / "."), ErrorCode::kMalformedData, {"mine.json"}));
   EXPECT_TRUE(test::has_value(read_preset("ct-native", folder / ".")));
   EXPECT_TRUE(test::rejects(read_preset("other", folder / "."), ErrorCode::kNotFound,
                             {"other.json", "ct-native", "mine"}));
@@ -75,7 +75,8 @@ TEST(PresetFolderTest, VesselsAreFittedOnlyWhereTheyAreNamed) {
   const auto file = folder / "none.json";
   std::ofstream(file) << R"({"sonde_look": 1, "fit_vessels": true, "components": [{"name": "a",
       "nodes": [{"value": 0, "opacity_per_mm": 0}, {"value": 9, "opacity_per_mm": 0.1}]}]})";
-  EXPECT_TRUE(test::rejects(read_appearance_file(file), ErrorCode::kMalformedData, {"fit_vessels", "vessels"}));
+  EXPECT_TRUE(test::rejects(read_appearance_file(file), ErrorCode::kMalformedData,
+                            {"fit_vessels", "vessels"}));
 }
 
 /// The contextual appearance of the simulated patient, with a plane in the liver.
@@ -91,9 +92,7 @@ class ContextualPresetTest : public ::testing::Test {
     const auto ct = std::make_shared<const Volume>(*sim::scan_ct(phantom, options));
     const auto appearance = resolve_appearance({}, *ct);
     EXPECT_TRUE(test::has_value(appearance));
-    render::Scene scene{.ct = ct,
-                        .transfer = appearance->transfer,
-                        .camera = render::Camera{}};
+    render::Scene scene{.ct = ct, .transfer = appearance->transfer, .camera = render::Camera{}};
     if (appearance->drawn) {
       scene.ct = appearance->drawn->ct;
       scene.transfer = appearance->drawn->transfer;
@@ -111,11 +110,11 @@ class ContextualPresetTest : public ::testing::Test {
       frame.pixels = {61, 61, std::vector<std::uint8_t>(61 * 61, 255)};
       Eigen::Matrix3d axes;
       axes << Eigen::Vector3d::UnitX(), -Eigen::Vector3d::UnitZ(), Eigen::Vector3d::UnitY();
-      scene.plane = render::UltrasoundPlane{
-          std::move(frame),
-          {Eigen::Quaterniond(axes), at + Eigen::Vector3d(0, 0, 30)},
-          1.0,
-          {SafetyState::kValid, ""}};
+      scene.plane =
+          render::UltrasoundPlane{std::move(frame),
+                                  {Eigen::Quaterniond(axes), at + Eigen::Vector3d(0, 0, 30)},
+                                  1.0,
+                                  {SafetyState::kValid, ""}};
     }
     const auto drawn = render::make_cpu_engine()->render(scene);
     EXPECT_TRUE(test::has_value(drawn));

@@ -69,8 +69,8 @@ TEST(BloodPoolTest, IsTakenAtAGivenPoint) {
   EXPECT_NEAR(pool->mean_hu, kBloodHu, 6);
   EXPECT_TRUE(test::rejects(blood_pool_at(*ct, ct->grid().at({30, 50, 30})), ErrorCode::kUsage,
                             {"blood at", "130 to 1500 HU"}));
-  EXPECT_TRUE(test::rejects(blood_pool_at(*ct, {{1e4, 0, 0}}), ErrorCode::kUsage,
-                            {"inside the CT"}));
+  EXPECT_TRUE(
+      test::rejects(blood_pool_at(*ct, {{1e4, 0, 0}}), ErrorCode::kUsage, {"inside the CT"}));
   EXPECT_TRUE(test::rejects(blood_pool_at(*ct, {{std::nan(""), 0, 0}}), ErrorCode::kUsage, {}));
 }
 
