@@ -26,7 +26,7 @@ struct ResolvedAppearance {
   std::optional<render::ValueRange> value_range{};
   /// The component "vessels" is fitted to the blood of each CT that is drawn.
   bool fit_vessels = false;
-  /// What is drawn in place of the CT and `transfer`; absent unless vessels are fitted.
+  /// CT and function that are drawn instead; absent unless vessels are fitted.
   std::optional<DrawnVessels> drawn{};
 };
 

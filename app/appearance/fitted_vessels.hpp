@@ -11,8 +11,8 @@
 
 namespace nav::app {
 
-/// What the 3D view draws in place of a CT and a transfer function, so that its component `vessels`
-/// shows the blood of this scan and no bone.
+/// CT and transfer function that the 3D view draws in place of others, so that the component
+/// `vessels` shows the blood of this scan and no bone.
 struct DrawnVessels {
   std::shared_ptr<const Volume> ct;  ///< Copy for drawing only; not in HU where bone was moved.
   render::TransferFunction transfer;

@@ -314,7 +314,7 @@ VesselClasses classify_vessels(const Volume& ct, const VesselWindow& window, dou
     }
     front = std::move(next);
   }
-  // What neither has reached: parts of bone, vessels of their own, or fragments.
+  // Parts that neither has reached belong to bone, are vessels of their own, or are fragments.
   std::vector<std::uint8_t> left(hu.size());
   for (std::size_t i = 0; i < hu.size(); ++i) {
     left[i] =
@@ -386,7 +386,7 @@ Result<SeparatedVessels> separate_vessels(const Volume& ct, const VesselClasses&
   std::vector<TransferComponent> components;
   for (const TransferComponent& component : transfer.components()) {
     const bool is_vessels = component.name == vessels;
-    // What has no end is denser than vessels, and all of it was moved.
+    // A component without an end is denser than vessels, and all of it was moved.
     const bool endless = component.nodes.back().opacity > 0;
     if (is_vessels || !endless) components.push_back(component);
     if (is_vessels) continue;

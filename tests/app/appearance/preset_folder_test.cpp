@@ -100,7 +100,10 @@ class ContextualPresetTest : public ::testing::Test {
     scene.shading = appearance->shading;
     if (with_cutaway) scene.cutaway = appearance->cutaway;
     scene.width = scene.height = kSide;
-    const Eigen::Vector3d at = phantom.targets().front().mm;
+    // In the liver, beside the great vessels.
+    Eigen::Vector3d at(15, 0, 0);
+    const auto targets = phantom.targets();
+    for (const auto& target : targets) at += target.mm / static_cast<double>(targets.size());
     scene.camera = {{at + Eigen::Vector3d(0, -500, 0)}, {at}, {{0, 0, 1}}};
     scene.camera.vertical_fov_rad = 0.5;
     if (with_plane) {
@@ -128,7 +131,7 @@ class ContextualPresetTest : public ::testing::Test {
 };
 
 bool is_body(const Rgba8& p) { return std::max({p.r, p.g, p.b}) > 60; }
-/// As grey and bright as the image of the plane.
+/// True for a pixel as grey and bright as the image of the plane.
 bool is_plane(const Rgba8& p) {
   return p.r > 200 && std::abs(p.r - p.g) < 25 && std::abs(p.r - p.b) < 25;
 }
