@@ -12,14 +12,14 @@
 namespace nav::render {
 namespace {
 
-constexpr int kSide = 64;  // Voxels of 1.5 mm.
-constexpr int kBloodHu = 300;
-constexpr int kTissueHu = 60;
-constexpr int kMarrowHu = 280;
-constexpr int kCortexHu = 900;
+constexpr int kPlantedSide = 64;  // Voxels of 1.5 mm.
+constexpr int kPlantedBloodHu = 300;
+constexpr int kPlantedTissueHu = 60;
+constexpr int kPlantedMarrowHu = 280;
+constexpr int kPlantedCortexHu = 900;
 
 /// Noise of +-15 HU that does not repeat.
-int noise(int i, int j, int k) { return (i * 7919 + j * 104729 + k * 1299709) % 31 - 15; }
+int planted_noise(int i, int j, int k) { return (i * 7919 + j * 104729 + k * 1299709) % 31 - 15; }
 
 /// Distance from the axis of a tube along k, voxels.
 double from_axis(int i, int j, double x, double y) { return std::hypot(i - x, j - y); }
@@ -32,41 +32,42 @@ bool in_fragment(int i, int j, int k) {
 
 /// Tissue with a vessel, a long bone whose marrow has the values of blood, and a fragment; air
 /// around it.
-std::shared_ptr<const Volume> planted(int blood_hu) {
+std::shared_ptr<const Volume> planted_ct(int blood_hu) {
   return std::make_shared<const Volume>(*test::make_volume(
-      test::centred_grid({kSide, kSide, kSide}, {1.5, 1.5, 1.5}), [&](int i, int j, int k) {
-        if (std::min(i, j) < 4 || std::max(i, j) > kSide - 5) return -1000;
-        if (in_cortex(i, j, k)) return kCortexHu;
-        if (in_bone(i, j, k)) return kMarrowHu + noise(i, j, k);
-        if (in_vessel(i, j, k) || in_fragment(i, j, k)) return blood_hu + noise(i, j, k);
-        return kTissueHu + noise(i, j, k);
+      test::centred_grid({kPlantedSide, kPlantedSide, kPlantedSide}, {1.5, 1.5, 1.5}),
+      [&](int i, int j, int k) {
+        if (std::min(i, j) < 4 || std::max(i, j) > kPlantedSide - 5) return -1000;
+        if (in_cortex(i, j, k)) return kPlantedCortexHu;
+        if (in_bone(i, j, k)) return kPlantedMarrowHu + planted_noise(i, j, k);
+        if (in_vessel(i, j, k) || in_fragment(i, j, k)) return blood_hu + planted_noise(i, j, k);
+        return kPlantedTissueHu + planted_noise(i, j, k);
       }));
 }
 
 TEST(BloodPoolTest, IsFoundInAPlantedHistogram) {
   for (const int blood : {180, 300, 450}) {
-    const auto pool = find_blood_pool(*planted(blood));
+    const auto pool = find_blood_pool(*planted_ct(blood));
     ASSERT_TRUE(test::has_value(pool)) << blood;
     EXPECT_NEAR(pool->mean_hu, blood, 5) << "not the marrow, which bone encloses";
-    EXPECT_NEAR(pool->tissue_hu, kTissueHu, 5);
+    EXPECT_NEAR(pool->tissue_hu, kPlantedTissueHu, 5);
     EXPECT_LT(pool->sigma_hu, 25);
     const VesselWindow window = vessel_window(*pool);
-    EXPECT_GT(window.zero_below, kTissueHu + 15) << "noise of tissue is no vessel";
+    EXPECT_GT(window.zero_below, kPlantedTissueHu + 15) << "noise of tissue is no vessel";
     EXPECT_LT(window.full_from, blood - 15);
     EXPECT_GT(window.full_to, blood + 15);
   }
 }
 
 TEST(BloodPoolTest, IsNotFoundWithoutContrastAgent) {
-  EXPECT_TRUE(test::rejects(find_blood_pool(*planted(kTissueHu)), ErrorCode::kNotFound,
+  EXPECT_TRUE(test::rejects(find_blood_pool(*planted_ct(kPlantedTissueHu)), ErrorCode::kNotFound,
                             {"contrast-filled blood", "found none"}));
 }
 
 TEST(BloodPoolTest, IsTakenAtAGivenPoint) {
-  const auto ct = planted(kBloodHu);
+  const auto ct = planted_ct(kPlantedBloodHu);
   const auto pool = blood_pool_at(*ct, ct->grid().at({18, 32, 30}));
   ASSERT_TRUE(test::has_value(pool));
-  EXPECT_NEAR(pool->mean_hu, kBloodHu, 6);
+  EXPECT_NEAR(pool->mean_hu, kPlantedBloodHu, 6);
   EXPECT_TRUE(test::rejects(blood_pool_at(*ct, ct->grid().at({30, 50, 30})), ErrorCode::kUsage,
                             {"blood at", "130 to 1500 HU"}));
   EXPECT_TRUE(
@@ -75,14 +76,14 @@ TEST(BloodPoolTest, IsTakenAtAGivenPoint) {
 }
 
 TEST(VesselClassesTest, TellVesselsFromBoneMarrowAndFragments) {
-  const auto ct = planted(kBloodHu);
+  const auto ct = planted_ct(kPlantedBloodHu);
   const VesselWindow window = vessel_window(*find_blood_pool(*ct));
   const VesselClasses classes = classify_vessels(*ct, window);
   int wrong = 0;
   std::size_t at = 0;
-  for (int k = 0; k < kSide; ++k) {
-    for (int j = 0; j < kSide; ++j) {
-      for (int i = 0; i < kSide; ++i, ++at) {
+  for (int k = 0; k < kPlantedSide; ++k) {
+    for (int j = 0; j < kPlantedSide; ++j) {
+      for (int i = 0; i < kPlantedSide; ++i, ++at) {
         VesselClass expected = VesselClass::kRest;
         if (in_vessel(i, j, k)) expected = VesselClass::kVessel;
         if (in_bone(i, j, k)) expected = VesselClass::kBone;
@@ -97,7 +98,7 @@ TEST(VesselClassesTest, TellVesselsFromBoneMarrowAndFragments) {
 }
 
 TEST(SeparatedVesselsTest, ChangeOnlyBoneItsRimAndFragments) {
-  const auto ct = planted(kBloodHu);
+  const auto ct = planted_ct(kPlantedBloodHu);
   const VesselWindow window = vessel_window(*find_blood_pool(*ct));
   const auto classes = classify_vessels(*ct, window);
   const auto preset = *preset_transfer_function("cta-vessels");
@@ -128,8 +129,8 @@ TEST(SeparatedVesselsTest, ChangeOnlyBoneItsRimAndFragments) {
   for (const double hu : {-500.0, 60.0, 280.0, 600.0, 900.0, 1500.0}) {
     EXPECT_NEAR(drawn.at(hu + kSeparationHu).tau_per_mm, bone_alone(hu), 1e-12) << hu;
   }
-  EXPECT_GT(drawn.at(kBloodHu).tau_per_mm, 0.2);
-  EXPECT_EQ(drawn.at(kBloodHu).importance, 1);
+  EXPECT_GT(drawn.at(kPlantedBloodHu).tau_per_mm, 0.2);
+  EXPECT_EQ(drawn.at(kPlantedBloodHu).importance, 1);
   EXPECT_EQ(drawn.at(5000).tau_per_mm, 0) << "nothing lies between the two ranges";
 }
 
