@@ -168,6 +168,13 @@ function(nav_with_vtk_part name)
   target_link_libraries(nav_${name}_on_demand PRIVATE nav_${name})
 endfunction()
 
+# nav_presets_beside_programs(): programs of the current folder find the presets of appearances as
+# installed programs do, in a folder beside them.
+function(nav_presets_beside_programs)
+  file(CREATE_LINK ${PROJECT_SOURCE_DIR}/app/appearance/presets
+       ${CMAKE_CURRENT_BINARY_DIR}/appearances SYMBOLIC)
+endfunction()
+
 # nav_add_test(<name> SOURCES a_test.cpp… [USES targets…] [LABELS unit;…] [TIMEOUT s] [PREFIX text]
 # [OPTIONS flags…]):
 # one GoogleTest program. Each TEST becomes one CTest test, whose name follows the prefix. Under a
@@ -183,6 +190,7 @@ function(nav_add_test name)
     set(arg_TIMEOUT 300)
   endif()
   add_executable(${name} ${arg_SOURCES})
+  nav_presets_beside_programs()
   nav_optimise_as_test(${name})
   if(SONDE_SANITIZER AND arg_LABELS MATCHES "gpu|hardware|slow")
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)

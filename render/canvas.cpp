@@ -98,6 +98,29 @@ int Canvas::text(int x, int y, int size, const std::string& words, Rgba8 colour)
   return x + mask.coverage.width();
 }
 
+int Canvas::outlined_text(int x, int y, int size, const std::string& words, Rgba8 colour) {
+  constexpr Rgba8 kOutline = {0, 0, 0, 255};
+  const TextMask mask = rasterise_text(words, size);
+  const int end = x + mask.coverage.width();
+  if (x < 0 || end > width_) return end;
+  const int reach = std::max(1, size / 10);
+  // The greatest ink within reach, so that no pixel is darkened twice.
+  for (int row = -reach; row < mask.coverage.height() + reach; ++row) {
+    for (int column = -reach; column < mask.coverage.width() + reach; ++column) {
+      std::uint8_t most = 0;
+      for (int r = std::max(row - reach, 0); r <= std::min(row + reach, mask.coverage.height() - 1);
+           ++r) {
+        for (int c = std::max(column - reach, 0);
+             c <= std::min(column + reach, mask.coverage.width() - 1); ++c) {
+          most = std::max(most, mask.coverage.at(c, r));
+        }
+      }
+      blend(x + column, y - mask.ascent + row, kOutline, most / 255.0);
+    }
+  }
+  return text(x, y, size, words, colour);
+}
+
 int Canvas::text_width(int size, const std::string& words) const {
   return rasterise_text(words, size).coverage.width();
 }

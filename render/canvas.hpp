@@ -43,6 +43,8 @@ class Canvas {
   /// left end of the base line. Returns the x at which the text ends. Text that does not fit into
   /// the rest of the image is left out as a whole, so that no number ever lacks digits.
   int text(int x, int y, int size, const std::string& words, Rgba8 colour);
+  /// Like text(), with a dark outline, so that it is legible on any background.
+  int outlined_text(int x, int y, int size, const std::string& words, Rgba8 colour);
   [[nodiscard]] int text_width(int size, const std::string& words) const;
 
   [[nodiscard]] Image2d<Rgba8> image() const { return {width_, height_, pixels_}; }

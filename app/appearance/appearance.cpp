@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "app/appearance/appearance_file.hpp"
+#include "app/appearance/preset_folder.hpp"
 #include "render/default_window.hpp"
 
 namespace nav::app {
@@ -20,10 +21,34 @@ Result<render::TransferFunction> transfer_of(const SessionConfig::Appearance& ap
     if (file) return file->transfer;
     if (!appearance.nodes.empty())
       return render::TransferFunction::create("session file", appearance.nodes);
-    return render::preset_for(appearance.preset, ct);
+    return render::preset_for(preset_name(appearance, ct), ct);
   }();
   if (!base) return base.error();
   return render::with_importance(*base, appearance.importance);
+}
+
+/// The appearance file of the session, or that of its preset, for a volume; absent for built-in
+/// presets and nodes.
+Result<std::optional<AppearanceFile>> file_of(const SessionConfig::Appearance& appearance,
+                                              const Volume& ct) {
+  const auto builtin = render::preset_names();
+  const std::string preset = preset_name(appearance, ct);
+  const bool named = !appearance.file.empty();
+  const bool is_builtin = std::ranges::find(builtin, preset) != builtin.end();
+  if (!named && (!appearance.nodes.empty() || is_builtin)) return std::optional<AppearanceFile>{};
+  auto read = named ? read_appearance_file(appearance.file) : read_preset(preset);
+  if (!read) return read.error();
+  auto laid = appearance_for(*std::move(read), ct);
+  if (!laid) {
+    return Error{laid.error().code,
+                 (named ? appearance.file.string() : preset) + ": " + laid.error().message};
+  }
+  return std::optional(*std::move(laid));
+}
+
+bool has_vessels(const render::TransferFunction& transfer) {
+  return std::ranges::find(transfer.components(), kVesselComponent,
+                           &render::TransferComponent::name) != transfer.components().end();
 }
 
 /// True when the session sets any property of the cutaway's shape.
@@ -62,27 +87,28 @@ Result<std::optional<render::Cutaway>> cutaway_of(const SessionConfig::Appearanc
 
 }  // namespace
 
+std::string preset_name(const SessionConfig::Appearance& appearance, const Volume& ct) {
+  if (appearance.preset != kContextualPreset) return appearance.preset;
+  return render::is_hounsfield(ct) ? "ct-contextual" : "mr-contextual";
+}
+
 Result<ResolvedAppearance> resolve_appearance(const SessionConfig::Appearance& appearance,
                                               const Volume& ct) {
   if (const auto ok = validate(appearance); !ok) return ok.error();
-  std::optional<AppearanceFile> file;
-  if (!appearance.file.empty()) {
-    auto read = read_appearance_file(appearance.file);
-    if (!read) return read.error();
-    auto laid = appearance_for(*std::move(read), ct);
-    if (!laid)
-      return Error{laid.error().code, appearance.file.string() + ": " + laid.error().message};
-    file = *std::move(laid);
-  }
-  auto transfer = transfer_of(appearance, ct, file);
+  auto file = file_of(appearance, ct);
+  if (!file) return file.error();
+  auto transfer = transfer_of(appearance, ct, *file);
   if (!transfer) return transfer.error();
-  auto cutaway = cutaway_of(appearance.cutaway, file);
+  auto cutaway = cutaway_of(appearance.cutaway, *file);
   if (!cutaway) return cutaway.error();
   ResolvedAppearance resolved{*std::move(transfer), {}, *std::move(cutaway), {}};
-  if (file) {
-    resolved.shading = file->shading.value_or(render::Shading{});
-    resolved.value_range = file->value_range;
-  } else if (appearance.nodes.empty() && appearance.preset == "mr-default") {
+  if (*file) {
+    resolved.shading = (*file)->shading.value_or(render::Shading{});
+    resolved.value_range = (*file)->value_range;
+    resolved.fit_vessels = (*file)->fit_vessels;
+  } else if (appearance.nodes.empty() && appearance.preset != "mr-default") {
+    resolved.fit_vessels = has_vessels(resolved.transfer);
+  } else if (appearance.nodes.empty()) {
     resolved.value_range = render::value_range(ct);
     resolved.shading = render::rescaled({}, render::kNominalRange, *resolved.value_range);
   }
@@ -102,6 +128,18 @@ Result<ResolvedAppearance> resolve_appearance(const SessionConfig::Appearance& a
                         : appearance.projection == "minimum" ? render::Projection::kMinimum
                         : appearance.projection == "mean"    ? render::Projection::kMean
                                                              : render::Projection::kComposite;
+  if (appearance.blood_at_mm && !has_vessels(resolved.transfer)) {
+    return Error{ErrorCode::kUsage,
+                 "look.blood_at_mm: expected an appearance with a component named vessels, found " +
+                     resolved.transfer.name()};
+  }
+  resolved.fit_vessels = (resolved.fit_vessels || appearance.blood_at_mm) && appearance.fit_vessels;
+  const bool composite = resolved.projection == render::Projection::kComposite;
+  if (resolved.fit_vessels && composite && render::is_hounsfield(ct)) {
+    auto drawn = drawn_vessels(resolved.transfer, appearance, ct);
+    if (!drawn) return drawn.error();
+    resolved.drawn = *std::move(drawn);
+  }
   return resolved;
 }
 
@@ -153,8 +191,8 @@ void warn_of_units(const SessionConfig::Appearance& appearance, const Volume& ct
 Result<void> save_appearance(const std::filesystem::path& path,
                              const ResolvedAppearance& appearance) {
   if (path.empty()) return {};
-  return write_appearance_file(
-      path, {appearance.transfer, appearance.shading, appearance.cutaway, appearance.value_range});
+  return write_appearance_file(path, {appearance.transfer, appearance.shading, appearance.cutaway,
+                                      appearance.value_range, appearance.fit_vessels});
 }
 
 }  // namespace nav::app

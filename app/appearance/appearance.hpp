@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "app/appearance/fitted_vessels.hpp"
 #include "app/options/session_config.hpp"
 #include "nav/diagnostics.hpp"
 #include "nav/volume.hpp"
@@ -23,6 +24,10 @@ struct ResolvedAppearance {
   /// Value range of the volume; present when the values of the transfer function hold only for this
   /// volume (MR).
   std::optional<render::ValueRange> value_range{};
+  /// The component "vessels" is fitted to the blood of each CT that is drawn.
+  bool fit_vessels = false;
+  /// CT and function that are drawn instead; absent unless vessels are fitted.
+  std::optional<DrawnVessels> drawn{};
 };
 
 /// Warns of components that are opaque only between whole numbers: values are classified at whole
@@ -38,6 +43,10 @@ void warn_of_units(const SessionConfig::Appearance& appearance, const Volume& ct
 /// shading, and the kinds of objects that cut. Does nothing when the path is empty.
 Result<void> save_appearance(const std::filesystem::path& path,
                              const ResolvedAppearance& appearance);
+
+/// Name of the preset that is drawn: that of the session, or for "contextual" the one for the
+/// volume's unit.
+std::string preset_name(const SessionConfig::Appearance& appearance, const Volume& ct);
 
 /// Reads the appearance file, if there is one, fits the preset or file to the volume and applies
 /// the session's settings on top. Rejects unknown presets, bad files and importance rules, and

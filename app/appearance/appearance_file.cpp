@@ -136,6 +136,8 @@ Result<AppearanceFile> appearance_from_json(const std::string& name, const io::J
     if (nodes > kMostNodes) member.fail("components", "at most 4096 nodes", nodes);
   });
   member.numbers("value_range", 2, range);
+  bool fit_vessels = false;
+  member.flag("fit_vessels", fit_vessels);
   std::optional<render::Shading> shading;
   if (const io::Json* json = member.any("shading"))
     shading = read_shading(*json, name + ".shading", error);
@@ -149,10 +151,17 @@ Result<AppearanceFile> appearance_from_json(const std::string& name, const io::J
   if (!range.empty() && !(range[0] < range[1])) {
     member.fail("value_range", "two numbers in order", range);
   }
+  const auto is_vessels = [](const auto& one) { return one.name == kVesselComponent; };
+  if (fit_vessels && std::ranges::none_of(components, is_vessels)) {
+    member.fail("fit_vessels", "a component named vessels", "none");
+  }
+  if (fit_vessels && !range.empty()) {
+    member.fail("fit_vessels", "HU, without value_range", "both");
+  }
   if (error) return *error;
   auto transfer = render::TransferFunction::blend(title, std::move(components));
   if (!transfer) return Error{transfer.error().code, name + ": " + transfer.error().message};
-  AppearanceFile appearance{*std::move(transfer), shading, cutaway, {}};
+  AppearanceFile appearance{*std::move(transfer), shading, cutaway, {}, fit_vessels};
   if (!range.empty()) appearance.value_range = render::ValueRange{range[0], range[1]};
   if (const auto ok = check_in_scene(name, appearance); !ok) return ok.error();
   return appearance;
@@ -230,6 +239,7 @@ std::string to_json_text(const AppearanceFile& appearance) {
   }
   if (appearance.value_range)
     root["value_range"] = {appearance.value_range->low, appearance.value_range->high};
+  if (appearance.fit_vessels) root["fit_vessels"] = true;
   if (appearance.shading) root["shading"] = shading_json(*appearance.shading);
   if (appearance.cutaway) {
     const auto& c = *appearance.cutaway;

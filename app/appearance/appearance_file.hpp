@@ -12,6 +12,9 @@
 
 namespace nav::app {
 
+/// Name of the component that is fitted to the blood of a CT.
+inline constexpr const char* kVesselComponent = "vessels";
+
 /// Appearance that can be stored and used with another data set: how values are classified, shaded
 /// and cut away. It holds which kinds of objects cut, but not the objects themselves: these belong
 /// to a procedure.
@@ -23,9 +26,11 @@ struct AppearanceFile {
   /// Value range of the volume that the appearance was made for; present when values have no
   /// absolute scale (MR).
   std::optional<render::ValueRange> value_range;
+  /// The component "vessels" is fitted to the blood of each CT (render/transfer/vessel_fit.hpp).
+  bool fit_vessels = false;
 };
 
-/// Reads Sonde's own JSON (docs/look-file.md) or 3D Slicer's volume properties, .vp and .vp.json;
+/// Reads Sonde's own JSON (docs/appearances.md) or 3D Slicer's volume properties, .vp and .vp.json;
 /// the contents decide which. Rejects files that are broken, are larger than 1 MiB, have more than
 /// 4096 nodes, or have numbers that are not finite or out of range. The message names the file, the
 /// position, what was expected and what was found.

@@ -110,7 +110,14 @@ bool is_in(const Range& range, double number) {
 }
 
 Error wrong(const Option& option, const std::string& found) {
-  return {ErrorCode::kUsage, "expected " + expected_text(option) + ", found " + found};
+  std::string further;
+  if (!option.choices_from.empty()) {
+    std::error_code none;
+    const bool missing = !std::filesystem::is_directory(option.choices_from, none);
+    further = " (further ones are files of " + option.choices_from.string() +
+              (missing ? ", which is missing)" : ")");
+  }
+  return {ErrorCode::kUsage, "expected " + expected_text(option) + further + ", found " + found};
 }
 
 template <class T>

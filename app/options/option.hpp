@@ -70,6 +70,7 @@ struct Option {
   Slot (*slot)(Settings&) = nullptr;  ///< Null: take, read and write do all.
   std::optional<Range> range{};
   std::vector<std::string> choices{};
+  std::filesystem::path choices_from{};  ///< Folder whose files are choices; empty: none.
   std::string absent{};  ///< Effect of not giving it, where the slot has no default: "automatic".
   bool usual = false;    ///< Shown by --help; the others only by --help-all.
   bool required = false;

@@ -15,6 +15,7 @@
 #include "render/quality/step_search.hpp"
 #include "render/transfer/transfer_function.hpp"
 #include "render/transfer/transfer_presets.hpp"
+#include "render/transfer/vessel_fit.hpp"
 #include "session/options.hpp"
 
 namespace nav::app {
@@ -34,7 +35,7 @@ struct SessionConfig {
 
   /// Later members win: preset, nodes, file, then what is said one by one.
   struct Appearance {
-    std::string preset = "ct-bone";
+    std::string preset = "contextual";          ///< One of all_preset_names().
     std::vector<render::TransferNode> nodes{};  ///< Replaces the preset when not empty.
     bool shading = true;                        ///< false: off, whatever the file says.
     double plane_opacity = 1.0;
@@ -53,6 +54,9 @@ struct SessionConfig {
       std::optional<bool> around_needle{};
       std::optional<bool> around_targets{};
     } cutaway{};
+    bool fit_vessels = true;                       ///< false: never, whatever preset or file say.
+    std::optional<Eigen::Vector3d> blood_at_mm{};  ///< Point in a vessel, LPS; absent: searched.
+    double least_vessel_ml = render::kLeastVesselMl;  ///< Smaller fragments are not drawn.
     std::filesystem::path save{};          ///< Stores the appearance that is drawn; empty: no.
     std::string projection = "composite";  ///< Or maximum, minimum, mean.
     /// Grey window of projections other than composite; absent: that of

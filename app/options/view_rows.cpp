@@ -3,6 +3,7 @@
 // Options of the 3D view and of the appearance.
 #include <algorithm>
 
+#include "app/appearance/preset_folder.hpp"
 #include "app/options/option_checks.hpp"
 #include "app/options/option_rows.hpp"
 #include "app/options/retired.hpp"
@@ -309,7 +310,8 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.appearance.preset),
-       .choices = render::preset_names(),
+       .choices = all_preset_names(),
+       .choices_from = preset_folder(),
        .usual = true,
        .key = "look.transfer_function",
        .needs = {composite()},
@@ -365,6 +367,39 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .take = take_importance,
        .read = read_appearance_importance,
        .write = write_appearance_importance},
+      {.name = "--blood-at",
+       .type = "MM",
+       .unit = "mm",
+       .text =
+           "point in a vessel with contrast agent, LPS; the vessels of the appearance are fitted "
+           "to its values",
+       .group = group::kGroupAppearance,
+       .verbs = kDrawing,
+       .slot = NAV_SLOT(config.appearance.blood_at_mm),
+       .absent = "found in the histogram of the CT",
+       .key = "look.blood_at_mm",
+       .needs = {composite()},
+       .idle_with = {{"--us-alone"}, {"--no-vessel-fit"}}},
+      {.name = "--least-vessel",
+       .type = "ML",
+       .unit = "ml",
+       .text = "volume of the smallest separate part of vessels that is drawn",
+       .group = group::kGroupAppearance,
+       .verbs = kDrawing,
+       .slot = NAV_SLOT(config.appearance.least_vessel_ml),
+       .range = within(0, 1e6),
+       .key = "look.least_vessel_ml",
+       .needs = {composite()},
+       .idle_with = {{"--us-alone"}, {"--no-vessel-fit"}}},
+      {.name = "--no-vessel-fit",
+       .text = "draw vessels by the fixed window of the appearance, with bone of the same values",
+       .group = group::kGroupAppearance,
+       .verbs = kDrawing,
+       .slot = NAV_SLOT(config.appearance.fit_vessels),
+       .negates = true,
+       .key = "look.vessel_fit",
+       .needs = {composite()},
+       .idle_with = ultrasound_alone()},
       {.name = "--no-shading",
        .text = "draw without shading",
        .group = group::kGroupAppearance,

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "app/predicates/predicate_legend.hpp"
+#include "app/views/overlay.hpp"
 #include "render/canvas.hpp"
 #include "render/letters.hpp"
 #include "render/slices/slice.hpp"
@@ -193,6 +194,13 @@ Image2d<Rgba8> slice_image(const StoredVolume& volume, const render::HuWindow& w
       canvas.blend(x, y, show ? render::rgb8(0x30e060) : render::rgb8(0xff4040), 0.8);
     }
   }
+  constexpr int kLeastLettered = 128;  // Least side with letters and scale, pixels.
+  if (std::min(width, height) >= kLeastLettered) {
+    const int size = text_size(kText, height);
+    const CanvasArea whole{0, 0, width, height};
+    draw_letters(canvas, whole, render::labels_of(plane), size);
+    draw_scale_bar(canvas, whole, 6, height - 6, options.mm_per_pixel, size);
+  }
   return canvas.image();
 }
 
@@ -221,6 +229,8 @@ Image2d<Rgba8> predicate_image(const std::vector<PredicatePanel>& panels) {
   const int base = kTitleHeight + height;
   for (const PredicatePanel& panel : panels) {
     canvas.copy(panel.image, left, kTitleHeight);
+    draw_letters(canvas, {left, kTitleHeight, width, height}, panel.letters,
+                 text_size(kTitle, height));
     int size = kTitle;
     while (size > kSmallestTitle && canvas.text_width(size, panel.title) > width - 2 * kIndent)
       --size;

@@ -9,6 +9,7 @@
 #include "nav/image.hpp"
 #include "render/features/scribbles.hpp"
 #include "render/predicates/predicate_scene.hpp"
+#include "render/slices/slice.hpp"
 
 namespace nav::app {
 
@@ -17,6 +18,7 @@ struct PredicatePanel {
   std::string title;
   Image2d<Rgba8> image;
   std::optional<render::PredicateModel> model{};  ///< Histogram (§3.3) to draw below.
+  render::SliceLabels letters{};  ///< The patient's directions at the edges; may be empty.
 };
 
 /// Puts panels side by side, with titles above and histograms below. A legend gives the name of

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/predicates/predicate_legend.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -26,6 +27,19 @@ std::vector<LegendEntry> legend_of(const render::PredicateModel& model) {
   for (std::size_t i = 0; i < model.entries.size(); ++i) {
     const auto& bar = model.histogram.bars()[i];
     legend.push_back({bar_colour(bar), model.entries[i].name, bar.importance});
+  }
+  return legend;
+}
+
+std::vector<LegendEntry> legend_of(const render::TransferFunction& transfer) {
+  std::vector<LegendEntry> legend;
+  for (const render::TransferComponent& component : transfer.components()) {
+    if (component.name.empty()) continue;
+    const auto node = std::ranges::max_element(component.nodes, {}, &render::TransferNode::opacity);
+    const auto byte = [](double x) { return static_cast<std::uint8_t>(std::lround(255 * x)); };
+    legend.push_back({{byte(node->rgb.x()), byte(node->rgb.y()), byte(node->rgb.z()), 255},
+                      component.name,
+                      node->importance});
   }
   return legend;
 }

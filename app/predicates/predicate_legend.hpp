@@ -8,6 +8,7 @@
 #include "nav/image.hpp"
 #include "render/predicates/histogram.hpp"
 #include "render/predicates/model.hpp"
+#include "render/transfer/transfer_function.hpp"
 
 namespace nav::app {
 
@@ -23,5 +24,8 @@ struct LegendEntry {
 };
 /// Legend of a model: one entry for each predicate, in the model's order.
 std::vector<LegendEntry> legend_of(const render::PredicateModel& model);
+/// Legend of a transfer function: one entry for each named component, in its order, with the colour
+/// and importance of its most opaque node.
+std::vector<LegendEntry> legend_of(const render::TransferFunction& transfer);
 
 }  // namespace nav::app

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cstdio>
+#include <sstream>
 #include <tuple>
 
 #include "app/engines.hpp"
@@ -13,6 +14,7 @@
 #include "app/predicates/predicate_scribbles.hpp"
 #include "app/predicates/predicate_volume.hpp"
 #include "app/views/orthographic.hpp"
+#include "app/views/panels.hpp"
 #include "io/image_output.hpp"
 #include "render/canvas.hpp"
 #include "render/engine.hpp"
@@ -71,6 +73,61 @@ void warn_if_empty(const Image2d<Rgba8>& image, const render::Scene& scene, Cons
   console.report(Severity::kWarning, "image",
                  "expected samples that satisfy a predicate of importance above 0, found none: "
                  "the image by predicates is empty (units of the library: docs/predicates.md)");
+}
+
+/// Warns when the most important predicate of an image can hardly be seen: alone, without the
+/// others in front of it, its light is below 1 % of a white image and nowhere reaches a quarter of
+/// white.
+Result<void> warn_if_unseen(render::Engine& engine, render::Scene scene, Console& console) {
+  constexpr double kLeastLight = 0.01;
+  constexpr int kDim = 64;
+  constexpr int kWidth = 320;
+  render::PredicateModel& model = scene.predicates->model;
+  auto bars = model.histogram.bars();
+  const auto most =
+      std::ranges::max_element(bars, {}, &render::PredicateHistogram::Bar::importance);
+  const std::string name = model.entries[static_cast<std::size_t>(most - bars.begin())].name;
+  const double importance = most->importance;
+  if (!(importance > 0)) return {};
+  for (auto& bar : bars) bar.importance = &bar == &*most ? 1 : 0;
+  auto alone = render::PredicateHistogram::create(std::move(bars));
+  if (!alone) return alone.error();
+  model.histogram = *std::move(alone);
+  scene.spheres.clear();
+  if (scene.width > kWidth) {
+    scene.height = std::max(16, scene.height * kWidth / scene.width);
+    scene.width = kWidth;
+  }
+  const auto drawn = engine.render(scene);
+  if (!drawn) return drawn.error();
+  const auto image = render::to_8bit(drawn->pixels);
+  double sum = 0;
+  int brightest = 0;
+  const Rgba8 background = image.at(0, 0);
+  for (const Rgba8& p : image.pixels()) {
+    if (std::tie(p.r, p.g, p.b) == std::tie(background.r, background.g, background.b)) continue;
+    const int light = std::max({p.r, p.g, p.b});
+    sum += light;
+    brightest = std::max(brightest, light);
+  }
+  const double share = sum / (255.0 * static_cast<double>(image.pixels().size()));
+  if (share >= kLeastLight || brightest >= kDim) return {};
+  std::ostringstream text;
+  text.precision(2);
+  text
+      << "'" << name << "', the most important predicate (" << importance
+      << "), can hardly be seen: expected at least 1 % of the light of a white image, found "
+      << 100 * share << " %, nowhere brighter than " << brightest
+      << " of 255. A larger range of the predicate, a shorter --opacity-length-mm, a lower --white "
+         "or a nearer view (--distance) shows more";
+  console.report(Severity::kWarning, "image", text.str());
+  return {};
+}
+
+/// Letters at the edges of a view of a scene.
+render::SliceLabels letters_of_view(const render::Scene& scene) {
+  const ViewLetters of = view_letters(scene.camera);
+  return {of.left, of.right, of.up, of.down};
 }
 
 Result<void> check_files(const SessionConfig& config) {
@@ -134,8 +191,11 @@ Result<std::vector<PredicatePanel>> compare(render::Engine& engine, const render
   warn_if_empty(*right, scene, console);
   auto left = draw(engine, render::standard_scene(scene), console);
   if (!left) return left.error();
-  return std::vector<PredicatePanel>{{"standard transfer function", *std::move(left)},
-                                     {"predicates", *std::move(right), scene.predicates->model}};
+  if (const auto ok = warn_if_unseen(engine, scene, console); !ok) return ok.error();
+  const auto letters = letters_of_view(scene);
+  return std::vector<PredicatePanel>{
+      {"standard transfer function", *std::move(left), {}, letters},
+      {"predicates", *std::move(right), scene.predicates->model, letters}};
 }
 
 void say_outcome(const ScribbleOutcome& outcome, const render::PredicateModel& model,
@@ -170,11 +230,12 @@ Result<std::vector<PredicatePanel>> compare_scribbles(render::Engine& engine,
   scene.predicates->model.histogram = outcome->histogram;
   auto after = draw(engine, scene, console);
   if (!after) return after.error();
+  if (const auto ok = warn_if_unseen(engine, scene, console); !ok) return ok.error();
   return std::vector<PredicatePanel>{
       {"strokes: show green, hide red",
        stroke_image(*scene.ct, scene.predicates->intensity, strokes, scene.width, scene.height)},
-      {"before", *std::move(before), model},
-      {"after", *std::move(after), scene.predicates->model}};
+      {"before", *std::move(before), model, letters_of_view(scene)},
+      {"after", *std::move(after), scene.predicates->model, letters_of_view(scene)}};
 }
 
 Result<std::vector<Stroke>> strokes_of(const PredicateOptions& options) {

@@ -100,7 +100,8 @@ class Demo {
          .typical_plane =
              SessionFacts::TypicalPlane{last_view(simulation), simulation.options().probe.depth_mm},
          .window = window,
-         .banner = "simulated patient " + std::to_string(options.seed)});
+         .banner = "simulated patient " + std::to_string(options.seed),
+         .simulated = true});
     session_.navigator().set_plan(plan());
   }
 
@@ -196,6 +197,7 @@ Result<void> Demo::register_ct() {
   report_warnings(decision_.warnings, console_);
   presenter_.set_warning(registration_warning(decision_.warnings));
   if (decision_.accepted) {
+    presenter_.set_target_error(registration_->tre_rms_mm(plan().target_ct));
     session_.navigator().set_placement(
         {registration_->ct_from_reference, {SafetyState::kValid, ""}});
   }
@@ -373,6 +375,7 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   auto presenter = Presenter::create(appearance, shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();
   if (auto ok = save_appearance(options.appearance.save, presenter->appearance()); !ok) return ok;
+  if (presenter->appearance().drawn) console.say(presenter->appearance().drawn->statement);
   warn_of_lost_components(presenter->appearance().transfer, console);
   warn_of_units(options.appearance, *shared_ct, console);
   const auto shapes = read_cutaway_objects(options.cutaway_objects, *shared_ct, console);

@@ -16,7 +16,7 @@ namespace nav::app {
 /// The simulated procedure: sweep, registration from a planted start error, needle approach.
 struct DemoOptions {
   SessionConfig::Output output;  ///< frames: images of the approach; 0: the default of 30.
-  SessionConfig::Appearance appearance{.preset = "cta-liver-vessels", .nodes = {}};
+  SessionConfig::Appearance appearance{};
   SessionConfig::View view{.distance_mm = 560};
   SessionConfig::Quality quality;
   std::vector<CutawayObject> cutaway_objects;

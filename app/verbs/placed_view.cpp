@@ -20,7 +20,8 @@ namespace nav::app {
 namespace {
 
 std::string banner_of(const session::Placement& placement, const std::string& kind, bool follows) {
-  if (placement.kind != "registered") return kind + ", CT NOT REGISTERED";
+  // The 3D view says NOT REGISTERED.
+  if (placement.kind != "registered") return kind;
   return follows ? kind + ", CT follows the tissue" : kind;
 }
 
@@ -96,6 +97,7 @@ Result<PlacedView::Parts> PlacedView::prepare(const SessionConfig& config,
   if (!presenter) return presenter.error();
   if (auto ok = save_appearance(config.appearance.save, presenter->appearance()); !ok)
     return ok.error();
+  if (presenter->appearance().drawn) console.say(presenter->appearance().drawn->statement);
   warn_of_lost_components(presenter->appearance().transfer, console);
   if (!config.predicates.alone || config.predicates.volume.empty()) {
     warn_of_units(config.appearance, *shared_ct, console);

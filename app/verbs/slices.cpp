@@ -11,6 +11,8 @@
 #include "app/output_folder.hpp"
 #include "app/verbs/slice_planes.hpp"
 #include "app/views/ct_window.hpp"
+#include "app/views/overlay.hpp"
+#include "app/views/panels.hpp"
 #include "app/views/placed_image.hpp"
 #include "io/ct.hpp"
 #include "render/canvas.hpp"
@@ -32,17 +34,20 @@ Result<render::SlabMode> slab_mode(const std::string& name) {
 /// pixels.
 constexpr int kLeastPx = 64;
 constexpr int kLeastWarnedPx = 192;
+/// Least size of an image that has space for scale, position and grey window, pixels.
+constexpr int kLeastDescribedPx = 400;
 
-/// Adds to the image of a slice the letters of its edges, its needle or path, the warning, and its
-/// name if there is space.
+/// Adds to the image of a slice the letters of its edges, its needle or path, the warning, and
+/// where there is space its name, scale, position and grey window.
 Image2d<Rgba8> labelled(const Image2d<Rgba8>& image, const NamedPlane& slice,
-                        const std::string& warning) {
+                        const std::string& warning, const render::HuWindow& window) {
   render::Canvas canvas(image.width(), image.height(), render::rgb8(0));
   canvas.copy(image, 0, 0);
   const Rgba8 colour = render::rgb8(0xffd24a);
-  constexpr int kSize = 16;
+  const int size = text_size(16, image.height());
+  const int small = text_size(13, image.height());
   constexpr int kWordsMargin = 6;
-  constexpr int kWordsLine = kSize + 4;
+  const int words_line = size + 4;
   if (slice.line_ct) {
     const auto pixel = [&](const Point<frames::Ct>& p) -> Eigen::Vector2d {
       const Eigen::Vector3d from = (p.mm - slice.plane.centre_ct.mm) / slice.mm_per_pixel;
@@ -51,24 +56,30 @@ Image2d<Rgba8> labelled(const Image2d<Rgba8>& image, const NamedPlane& slice,
     };
     canvas.line(pixel((*slice.line_ct)[0]), pixel((*slice.line_ct)[1]), 1, render::rgb8(0x6fd3ff));
   }
-  const auto centred = [&](const std::string& text) {
-    return (image.width() - canvas.text_width(kSize, text)) / 2;
-  };
   const render::SliceLabels labels = render::labels_of(slice.plane);
-  const int middle = image.height() / 2 + kSize / 3;
+  const int middle = image.height() / 2 + size / 3;
+  const int top_letter = (image.width() - canvas.text_width(size, labels.top)) / 2;
   // The name stands beside the top letter, or below it if it is too long; never over a letter.
-  int base = kWordsMargin + kSize;
-  const int end = 2 * kWordsMargin + canvas.text_width(kSize, slice.name);
-  if (end > centred(labels.top)) base += kWordsLine;
-  if (end <= image.width() && base + kWordsMargin <= middle - kSize) {
-    canvas.text(kWordsMargin, base, kSize, slice.name, colour);
+  int base = kWordsMargin + size;
+  const int end = 2 * kWordsMargin + canvas.text_width(size, slice.name);
+  if (end > top_letter) base += words_line;
+  if (end <= image.width() && base + kWordsMargin <= middle - size) {
+    canvas.outlined_text(kWordsMargin, base, size, slice.name, colour);
   }
-  if (!warning.empty()) canvas.text(kWordsMargin, base + kWordsLine, kSize, warning, colour);
-  canvas.text(kWordsMargin, middle, kSize, labels.left, colour);
-  canvas.text(image.width() - kWordsMargin - canvas.text_width(kSize, labels.right), middle, kSize,
-              labels.right, colour);
-  canvas.text(centred(labels.top), kWordsMargin + kSize, kSize, labels.top, colour);
-  canvas.text(centred(labels.bottom), image.height() - kWordsMargin, kSize, labels.bottom, colour);
+  if (!warning.empty()) {
+    canvas.outlined_text(kWordsMargin, base + words_line, size, warning, colour);
+  }
+  const CanvasArea whole{0, 0, image.width(), image.height()};
+  draw_letters(canvas, whole, labels, size, colour);
+  if (image.width() < kLeastDescribedPx) return canvas.image();
+  const int low = image.height() - kWordsMargin;
+  draw_scale_bar(canvas, whole, kWordsMargin, low, slice.mm_per_pixel, small, colour);
+  const auto right_aligned = [&](int line, const std::string& words) {
+    const int x = image.width() - kWordsMargin - canvas.text_width(small, words);
+    if (x > image.width() / 2 + size) canvas.outlined_text(x, line, small, words, colour);
+  };
+  right_aligned(low, words_of_window(window.level, window.width));
+  right_aligned(low - small - 5, position_words(slice.plane.centre_ct.mm));
   return canvas.image();
 }
 
@@ -221,8 +232,7 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
   std::set<std::string> earlier;
   for (const std::string& name : slice_names()) earlier.insert(name + ".png");
   if (const auto ok = out->forget(earlier); !ok) return ok;
-  const std::string warning =
-      overlay->image && !overlay->image->registered ? "CT NOT REGISTERED" : "";
+  const std::string warning = overlay->image && !overlay->image->registered ? "NOT REGISTERED" : "";
   for (const NamedPlane& slice : *planes) {
     render::SliceOptions how;
     how.width = how.height = options.size_px;
@@ -231,7 +241,7 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
     how.slab = *mode;
     const auto image = fused_slice(**ct, slice, how, options, window, *overlay, console);
     if (!image) return image.error();
-    const auto ok = out->write_image(slice.name + ".png", labelled(*image, slice, warning));
+    const auto ok = out->write_image(slice.name + ".png", labelled(*image, slice, warning, window));
     if (!ok) return ok;
   }
   std::ostringstream where;

@@ -20,22 +20,42 @@ using render::Canvas;
 using render::rgb8;
 
 constexpr Rgba8 kBackground = rgb8(0x101418);
-constexpr Rgba8 kFaint = rgb8(0x7a8590);
+constexpr Rgba8 kFaint = rgb8(0x9aa5b0);
 constexpr Rgba8 kNeedleColour = rgb8(0x8fd3ff);
 constexpr Rgba8 kTargetColour = rgb8(0xffd94a);
+/// Height of the status bar below 3D views of up to 600 pixels.
+constexpr int kBarHeight = 60;
 
-/// Draws depth marks every 10 mm at the right edge, and a dot at the probe's marked side.
-void draw_scale(Canvas& canvas, const PlaneView& view, const UltrasoundFrame& frame) {
+/// Draws depth marks every 10 mm at the right edge, with numbers in mm every 50 or 20 mm, and a dot
+/// at the probe's marked side.
+void draw_depth_scale(Canvas& canvas, const PlaneView& view, const UltrasoundFrame& frame,
+                      int size) {
+  constexpr int kFewMarks = 60;  // Depth in mm up to which every second mark has a number.
   const double deepest = view.origin_mm.y() + view.height * view.mm_per_px;
+  const int numbered = deepest > kFewMarks ? 50 : 20;
   for (int depth = 0; depth < deepest && depth < 1000; depth += 10) {
     const double y = view.pixel_of({0, depth}).y();
-    const double length = depth % 50 == 0 ? 10 : 5;
+    const bool has_number = depth > 0 && depth % numbered == 0;
+    const double length = has_number ? 10 : 5;
     canvas.line({view.x + view.width - 1.0 - length, y}, {view.x + view.width - 1.0, y}, 1, kFaint);
+    if (!has_number) continue;
+    const std::string words = std::to_string(depth) + " mm";
+    const int base = static_cast<int>(y) + size / 3;
+    if (base < view.y + 2 * size || base > view.y + view.height - size / 2) continue;
+    canvas.outlined_text(view.x + view.width - 14 - canvas.text_width(size, words), base, size,
+                         words, kOverlayText);
   }
   const Eigen::Vector2d right_end = frame.grid.at(frame.pixels.width() - 1, 0).mm.head<2>();
   const Eigen::Vector2d dot = view.pixel_of(right_end);
   canvas.circle({std::min(dot.x(), view.x + view.width - 18.0), std::max(dot.y(), view.y + 8.0)}, 2,
                 4, kNeedleColour);
+}
+
+/// Letters at the edges of the Image plane: x is right, y is down.
+render::SliceLabels letters_of_image(const Transform<frames::Ct, frames::Image>& ct_from_image) {
+  return render::labels_of({ct_from_image * Point<frames::Image>{{0, 0, 0}},
+                            ct_from_image * Direction<frames::Image>{{1, 0, 0}},
+                            ct_from_image * Direction<frames::Image>{{0, 1, 0}}});
 }
 
 /// Largest distance from the plane at which a needle is drawn in it, mm: about half the thickness
@@ -114,7 +134,7 @@ std::string shorten(const Canvas& canvas, int size, std::string words, int width
 
 /// Draws a line of text at the left of a panel, shortened to the panel's width.
 void draw_label(Canvas& canvas, int x, int y, int width, const std::string& words, Rgba8 colour,
-                int size = 15) {
+                int size) {
   const std::string shown = shorten(canvas, size, words, width - 16);
   // With its own background: the image below may be as bright as the text.
   canvas.fill(x + 1, y - size - 2, canvas.text_width(size, shown) + 14, size + 9, kBackground);
@@ -123,111 +143,154 @@ void draw_label(Canvas& canvas, int x, int y, int width, const std::string& word
 
 /// Draws a whole text, wrapped into lines, and returns the base line after it. Nothing is
 /// shortened, so the text may have numbers. y: first base line.
-int draw_note(Canvas& canvas, int y, int width, const std::string& words) {
-  constexpr int kSize = 13;
-  constexpr int kLineHeight = 24;
-  for (const std::string& line : render::wrapped(kSize, words, width - 16)) {
-    draw_label(canvas, 0, y, width, line, colour_of(SafetyState::kDegraded), kSize);
-    y += kLineHeight;
+int draw_note(Canvas& canvas, int y, int width, const std::string& words, int size) {
+  const int line_height = size * 24 / 13;
+  for (const std::string& line : render::wrapped(size, words, width - 16)) {
+    draw_label(canvas, 0, y, width, line, colour_of(SafetyState::kDegraded), size);
+    y += line_height;
   }
   return y;
 }
 
-/// Draws the legend of predicates at the lower left of the 3D view, over at most half of its
-/// height. A last line gives the number of entries that do not fit.
+/// Draws the legend of the 3D view at its lower left, over at most half of its height. A last line
+/// gives the number of entries that do not fit.
 void draw_legend(Canvas& canvas, int width, int height, const std::vector<LegendEntry>& legend) {
-  constexpr int kSize = 13;
-  constexpr int kLineHeight = 20;
-  constexpr int kSwatch = 12;
+  const int size = text_size(13, height);
+  const int line_height = size * 20 / 13;
+  const int swatch = size - 1;
   constexpr int kLeft = 8;
-  const auto room = static_cast<std::size_t>(height / 2 / kLineHeight);
+  const auto room = static_cast<std::size_t>(height / 2 / line_height);
   const std::size_t shown = legend.size() <= room ? legend.size() : room - 1;
   const auto rows = static_cast<int>(std::min(legend.size(), room));
-  int y = height - kLineHeight * rows;
+  int y = height - line_height * rows;
   const auto line = [&](const std::string& words) {
-    const int x = kLeft + kSwatch;
-    draw_label(canvas, x, y, width - x, words, kOverlayText, kSize);
+    const int x = kLeft + swatch;
+    draw_label(canvas, x, y, width - x, words, kOverlayText, size);
   };
   for (std::size_t i = 0; i < shown; ++i) {
     const LegendEntry& entry = legend[i];
-    const int number = canvas.text_width(kSize, " " + entry.importance_words());
-    line(shorten(canvas, kSize, entry.name, width / 2 - number) + " " + entry.importance_words());
-    canvas.fill(kLeft, y - kSwatch, kSwatch, kSwatch, entry.colour);
-    y += kLineHeight;
+    const int number = canvas.text_width(size, " " + entry.importance_words());
+    line(shorten(canvas, size, entry.name, width / 2 - number) + " " + entry.importance_words());
+    canvas.fill(kLeft, y - swatch, swatch, swatch, entry.colour);
+    y += line_height;
   }
   if (shown < legend.size()) line("and " + std::to_string(legend.size() - shown) + " more");
+}
+
+/// Draws why a panel is empty, over at most three lines.
+void draw_withdrawn(Canvas& canvas, int x, int y, int width, const Safety& safety, int size) {
+  for (const std::string& line : render::wrapped(size, "withdrawn: " + safety.cause, width - 16)) {
+    draw_label(canvas, x, y, width, line, colour_of(safety.state), size);
+    y += size * 20 / 13;
+  }
 }
 
 void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContext& context) {
   const session::Epoch& epoch = context.epoch;
   const int half = height / 2;
+  const int title = text_size(15, height);
+  const int small = text_size(13, height);
   const bool live = epoch.frame && epoch.ultrasound.state <= SafetyState::kDegraded;
+  const bool placed = live && epoch.ct_from_image && epoch.plane.state <= SafetyState::kDegraded;
+  const auto letters = placed ? letters_of_image(*epoch.ct_from_image) : render::SliceLabels{};
+  const auto label_at = [&](int base, const std::string& words, Rgba8 colour, int size) {
+    draw_label(canvas, x, base, width, words, colour, size);
+  };
   if (live) {
     const PlaneView view = fit(epoch.frame->frame, x, 0, width, half);
     draw_ultrasound(canvas, view, epoch.frame->frame);
-    draw_scale(canvas, view, epoch.frame->frame);
+    draw_depth_scale(canvas, view, epoch.frame->frame, small);
     if (epoch.placement.state == SafetyState::kValid) draw_guidance(canvas, view, context);
+    // Without letters the directions in the patient are not known.
+    draw_letters(canvas, {x, title + 12, width, half - title - 12}, letters, title);
+    draw_scale_bar(canvas, {x, 0, width, half}, x + 8, half - small, view.mm_per_px, small);
   }
-  draw_label(canvas, x, 20, width, "Ultrasound", kOverlayText);
-  if (!live) {
-    draw_label(canvas, x, half / 2, width, "withdrawn: " + epoch.ultrasound.cause,
-               colour_of(epoch.ultrasound.state), 13);
-  }
-  const bool placed = live && epoch.ct_from_image && epoch.plane.state <= SafetyState::kDegraded;
+  label_at(title + 5, "Ultrasound", kOverlayText, title);
+  if (!live) draw_withdrawn(canvas, x, half / 2, width, epoch.ultrasound, small);
   if (placed) {
     const PlaneView view = fit(epoch.frame->frame, x, half, width, height - half);
     canvas.copy(render::slice_along_image(context.ct, *epoch.ct_from_image, view.origin_mm,
                                           view.mm_per_px, view.width, view.height, context.window),
                 view.x, view.y);
     draw_guidance(canvas, view, context);
-    draw_label(canvas, x, height - 9, width,
-               words_of_window(context.window.level, context.window.width), kFaint, 13);
+    const CanvasArea area{x, half + title + 12, width, height - half - title - 12 - 2 * small};
+    draw_letters(canvas, area, letters, title);
+    draw_scale_bar(canvas, {x, half, width, height - half}, x + 8, height - 3 * small,
+                   view.mm_per_px, small);
+    const Eigen::Vector2d middle = view.point_of(view.width / 2, view.height / 2);
+    const auto centre = *epoch.ct_from_image * Point<frames::Image>{{middle.x(), middle.y(), 0}};
+    const std::string window = words_of_window(context.window.level, context.window.width);
+    const std::string both = window + "   " + position_words(centre.mm);
+    const bool fits = canvas.text_width(small, both) + 16 <= width;
+    label_at(height - 9, fits ? both : window, kOverlayText, small);
   }
-  draw_label(canvas, x, half + 20, width, "CT along the ultrasound plane", kOverlayText);
-  if (!placed) {
-    draw_label(canvas, x, half + half / 2, width, "withdrawn: " + epoch.plane.cause,
-               colour_of(epoch.plane.state), 13);
-  }
+  label_at(half + title + 5, context.modality + " along the ultrasound plane", kOverlayText, title);
+  if (!placed) draw_withdrawn(canvas, x, half + half / 2, width, epoch.plane, small);
   canvas.fill(x, 0, 1, height, kFaint);
   canvas.fill(x, half, width, 1, kFaint);
 }
 
 /// Draws a lamp with the name and the state of an input. Returns the x where it ends.
-int draw_lamp(Canvas& canvas, int x, int y, const std::string& input, const Safety& safety) {
+int draw_lamp(Canvas& canvas, int x, int y, const std::string& input, const Safety& safety,
+              int size) {
   const Rgba8 colour = colour_of(safety.state);
-  canvas.fill(x, y - 12, 14, 14, colour);
-  x = canvas.text(x + 22, y, 15, input, kFaint) + 6;
-  return canvas.text(x, y, 15, to_string(safety.state), colour) + 18;
+  canvas.fill(x, y - size + 3, size - 1, size - 1, colour);
+  x = canvas.text(x + size + 7, y, size, input, kFaint) + size / 3;
+  return canvas.text(x, y, size, to_string(safety.state), colour) + size;
 }
 
-/// Returns whether there was space for the banner.
+/// Draws numbers of guidance as large as they fit, at most twice the size of other text.
+void draw_numbers(Canvas& canvas, int base, const std::string& numbers, int size) {
+  constexpr int kLeft = 10;
+  for (int one = 2 * size + 4; one >= size - 2; --one) {
+    if (canvas.text_width(one, numbers) > canvas.width() - 2 * kLeft) continue;
+    canvas.text(kLeft, base, one, numbers, kOverlayText);
+    return;
+  }
+  // Numbers are drawn whole or not at all.
+}
+
+/// Draws a cause over at most two lines.
+void draw_cause(Canvas& canvas, int base, const std::string& cause, int size) {
+  constexpr int kLeft = 10;
+  const int width = canvas.width() - 2 * kLeft;
+  auto lines = render::wrapped(size, cause, width);
+  for (std::size_t i = 2; i < lines.size(); ++i) lines[1] += " " + lines[i];
+  for (std::size_t i = 0; i < std::min<std::size_t>(lines.size(), 2); ++i) {
+    canvas.text(kLeft, base, size, shorten(canvas, size, lines[i], width), kOverlayText);
+    base += size + 3;
+  }
+}
+
+/// Draws states and banner in the first line, numbers or their cause below. Returns whether there
+/// was space for the banner.
 bool draw_status(Canvas& canvas, int y, int height, const PanelContext& context) {
   const session::Epoch& epoch = context.epoch;
   canvas.fill(0, y, canvas.width(), height, rgb8(0x1b2229));
-  const int base = y + height / 2 + 6;
-  int x = draw_lamp(canvas, 10, base, "ultrasound", epoch.ultrasound);
-  x = draw_lamp(canvas, x, base, "CT", epoch.placement);
+  const int size = height * 15 / kBarHeight;
+  const int base = y + size + 4;
+  int x = draw_lamp(canvas, 10, base, "ultrasound", epoch.ultrasound, size);
+  x = draw_lamp(canvas, x, base, context.modality, epoch.placement, size);
   const bool has_needle = context.plan || context.needle_expected;
-  if (has_needle) x = draw_lamp(canvas, x, base, "needle", epoch.needle);
-  const int end = canvas.width() - 16 - canvas.text_width(15, context.banner);
+  if (has_needle) x = draw_lamp(canvas, x, base, "needle", epoch.needle, size);
   if (epoch.guidance) {
-    const std::string numbers = guidance_words(*epoch.guidance);
-    // Numbers are drawn whole or not at all.
-    if (x + canvas.text_width(17, numbers) <= end) canvas.text(x, base, 17, numbers, kOverlayText);
+    draw_numbers(canvas, y + height - size / 2,
+                 guidance_words(*epoch.guidance, context.target_error_mm), size);
   } else {
     const std::string& cause =
         has_needle && epoch.plane.cause.empty() ? epoch.needle.cause : epoch.plane.cause;
-    if (end - x > 40) canvas.text(x, base, 15, shorten(canvas, 15, cause, end - x), kOverlayText);
+    draw_cause(canvas, base + size + 4, cause, size);
   }
   if (context.banner.empty()) return true;
-  if (end > x) canvas.text(end, base, 15, context.banner, kFaint);
+  const int end = canvas.width() - 16 - canvas.text_width(size, context.banner);
+  if (end > x) canvas.text(end, base, size, context.banner, kFaint);
   return end > x;
 }
 
 /// Width of the flat panels beside a 3D view.
 constexpr int side_of(int height) { return height * 2 / 3; }
-/// Height of the status bar.
-constexpr int kBar = 40;
+/// Height of the status bar below a 3D view.
+int bar_of(int height) { return text_size(kBarHeight, height); }
 /// Least size with panels: height of the 3D view, width of the whole image.
 constexpr int kSmallestHeight = 300;
 constexpr int kSmallestWidth = 400;
@@ -236,15 +299,22 @@ constexpr const char* kEndedWords = "the recording has ended: last image, not li
 
 /// Draws the letters of the patient's directions at the edges of the 3D view.
 void draw_orientation(Canvas& canvas, int width, int height, const render::Camera& camera) {
-  const ViewLetters letters_of = view_letters(camera);
-  constexpr int kSize = 16;
-  const auto centred = [&](int x, int y, const std::string& letters) {
-    canvas.text(x - canvas.text_width(kSize, letters) / 2, y, kSize, letters, kOverlayText);
+  const ViewLetters of = view_letters(camera);
+  draw_letters(canvas, {0, 0, width, height}, {of.left, of.right, of.up, of.down},
+               text_size(16, height));
+}
+
+/// Draws SIMULATED and NOT REGISTERED, where they hold, at the upper right of the 3D view.
+void draw_warnings_in_words(Canvas& canvas, int width, int height, const PanelContext& context) {
+  const int size = text_size(16, height);
+  int base = size + 6;
+  const auto line = [&](const std::string& words) {
+    const int x = width - 8 - canvas.text_width(size, words);
+    canvas.outlined_text(x, base, size, words, colour_of(SafetyState::kDegraded));
+    base += size + 6;
   };
-  centred(20, height / 2, letters_of.left);
-  centred(width - 20, height / 2, letters_of.right);
-  centred(width / 2, 20, letters_of.up);
-  centred(width / 2, height - 8, letters_of.down);
+  if (context.simulated) line("SIMULATED");
+  if (context.epoch.placement.state != SafetyState::kValid) line("NOT REGISTERED");
 }
 
 }  // namespace
@@ -269,11 +339,14 @@ std::string words_of_window(double level, double width) {
   return text.str();
 }
 
-std::string guidance_words(const NeedleGuidance& guidance) {
-  char numbers[160];
-  std::snprintf(
-      numbers, sizeof numbers, "tip to target %.1f mm    lateral %.1f mm    angle to plan %.1f deg",
-      guidance.tip_to_target_mm, guidance.lateral_mm, guidance.angle_to_plan_rad * 180 / M_PI);
+std::string guidance_words(const NeedleGuidance& guidance, std::optional<double> error_mm) {
+  char known[48] = "";
+  if (error_mm) std::snprintf(known, sizeof known, " +/- %.1f", *error_mm);
+  char numbers[200];
+  std::snprintf(numbers, sizeof numbers,
+                "tip to target %.1f%s mm    lateral %.1f%s mm    angle to plan %.1f deg",
+                guidance.tip_to_target_mm, known, guidance.lateral_mm, known,
+                guidance.angle_to_plan_rad * 180 / M_PI);
   return numbers;
 }
 
@@ -301,13 +374,14 @@ ViewLetters view_letters(const render::Camera& camera) {
 }
 
 PixelSize composed_size(PixelSize view_3d) {
-  return {view_3d.width + side_of(view_3d.height), view_3d.height + kBar};
+  return {view_3d.width + side_of(view_3d.height), view_3d.height + bar_of(view_3d.height)};
 }
 
 PixelSize view_size_within(PixelSize window) {
   const int width = std::max(window.width, kSmallestWidth);
   // The panels then have at most half of the width.
-  const int height = std::max(std::min(window.height - kBar, width * 3 / 4), kSmallestHeight);
+  int height = std::max(std::min(window.height - kBarHeight, width * 3 / 4), kSmallestHeight);
+  while (height > kSmallestHeight && height + bar_of(height) > window.height) --height;
   return {width - side_of(height), height};
 }
 
@@ -322,26 +396,40 @@ Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext&
   const std::string ended = context.ended ? kEndedWords : "";
   Canvas canvas(size.width, size.height, kBackground);
   canvas.copy(view_3d, 0, 0);
+  const int small = text_size(13, view_height);
   if (has_panels(view_width, view_height)) {
     draw_orientation(canvas, view_width, view_height, context.camera);
-    if (context.grey) {
-      draw_label(canvas, 0, 20, view_width / 3,
-                 words_of_window(context.grey->level_hu, context.grey->width_hu), kFaint, 13);
+    draw_warnings_in_words(canvas, view_width, view_height, context);
+    const int line_height = small * 24 / 13;
+    int next = small + 7;
+    const auto line = [&](const std::string& words) {
+      if (words.empty()) return;
+      for (const auto& part : render::wrapped(small, words, view_width * 9 / 20)) {
+        draw_label(canvas, 0, next, view_width, part, kOverlayText, small);
+        next += line_height;
+      }
+    };
+    line(context.appearance);
+    if (context.grey) line(words_of_window(context.grey->level_hu, context.grey->width_hu));
+    // Each has its own place, so that one does not move the next.
+    next = std::max(next, small + 7 + line_height);
+    for (const std::string& words : {context.note, context.warning, ended}) {
+      const int after = next + line_height;
+      next = std::max(draw_note(canvas, next, view_width, words, small), after);
     }
-    int next = draw_note(canvas, 44, view_width, context.note);
-    next = draw_note(canvas, std::max(next, 68), view_width, context.warning);
-    next = draw_note(canvas, std::max(next, 92), view_width, ended);
     draw_legend(canvas, view_width, view_height, context.legend);
     draw_panels(canvas, view_width, size.width - view_width, view_height, context);
-    const bool has_banner = draw_status(canvas, view_height, kBar, context);
-    if (context.in_window && !has_banner) draw_note(canvas, next, view_width, context.banner);
+    const bool has_banner = draw_status(canvas, view_height, bar_of(view_height), context);
+    if (context.in_window && !has_banner) {
+      draw_note(canvas, next, view_width, context.banner, small);
+    }
   } else {
     // Even the smallest view says whose image it is, what it leaves out, and whether it is not
     // registered.
-    draw_note(canvas, view_height + 16, canvas.width(), context.banner);
-    int next = draw_note(canvas, 16, canvas.width(), context.note);
-    next = draw_note(canvas, next, canvas.width(), context.warning);
-    draw_note(canvas, next, canvas.width(), ended);
+    draw_note(canvas, view_height + 16, canvas.width(), context.banner, small);
+    int next = draw_note(canvas, 16, canvas.width(), context.note, small);
+    next = draw_note(canvas, next, canvas.width(), context.warning, small);
+    draw_note(canvas, next, canvas.width(), ended, small);
   }
   return canvas.image();
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/predicates/predicate_legend.hpp"
+#include "app/views/overlay.hpp"
 #include "render/canvas.hpp"
 #include "render/scene.hpp"
 #include "render/slices/slice.hpp"
@@ -27,7 +28,14 @@ struct PanelContext {
   std::string warning = {};      ///< Warning about registration or placement; may be empty.
   bool needle_expected = false;  ///< True: show the needle's state even without a plan.
   double needle_length_mm = session::NeedleSize{}.length_mm;
-  std::vector<LegendEntry> legend = {};         ///< Predicates in the 3D view.
+  std::vector<LegendEntry> legend = {};  ///< Colours of the 3D view.
+  /// Name of the volume's kind in panels: "CT", or "MR" for values that are not in HU.
+  std::string modality = "CT";
+  /// Name and settings of the appearance of the 3D view; may be empty.
+  std::string appearance = {};
+  bool simulated = false;  ///< The patient is simulated; the 3D view says so in words.
+  /// Predicted rms error at the target, mm; absent: not known.
+  std::optional<double> target_error_mm = {};
   std::optional<render::GreyWindow> grey = {};  ///< Grey window of a projection in the 3D view.
   /// True for a window, whose user may make it narrow: a banner without space in the status bar is
   /// drawn over the 3D view. In files it is left out.
@@ -35,17 +43,15 @@ struct PanelContext {
   bool ended = false;  ///< True: no new data will come; a line says that the image is not live.
 };
 
-/// Colour of overlay text that is not a warning.
-inline constexpr Rgba8 kOverlayText = render::rgb8(0xd8dee4);
-
 /// Colour of a state: green (valid), amber (degraded), grey (stale) or red (lost).
 Rgba8 colour_of(SafetyState state);
 
 /// Text such as "L 60  W 400" for a grey window.
 std::string words_of_window(double level, double width);
 
-/// Text with the numbers of a needle: "tip to target 12.3 mm …".
-std::string guidance_words(const NeedleGuidance& guidance);
+/// Text with the numbers of a needle: "tip to target 12.3 mm …", with "+/-" the predicted error if
+/// it is known.
+std::string guidance_words(const NeedleGuidance& guidance, std::optional<double> error_mm = {});
 
 /// Letters (R, L, A, P, S, I) of a direction in the patient, the strongest first. Components of at
 /// most a third of the length are left out. "RA" means right and, less, anterior.
@@ -67,7 +73,7 @@ struct PixelSize {
 PixelSize composed_size(PixelSize view_3d);
 /// Size of the largest 3D view whose whole image fits into a window of that size, with at least
 /// half of the width for the 3D view. Never smaller than the flat panels need (has_panels()), so
-/// the image is larger than a window of less than 400 x 340 pixels.
+/// the image is larger than a window of less than 400 x 360 pixels.
 PixelSize view_size_within(PixelSize window);
 
 /// True when a 3D view of that size, in pixels, is large enough for the flat panels and their text.
@@ -76,7 +82,8 @@ bool has_panels(int width, int height);
 
 /// Puts the live ultrasound and the CT along the same plane beside the 3D view, and states and
 /// numbers below. A stale ultrasound image is not drawn; its panel says so. The result is wider
-/// than the view by 2/3 of the view's height, and higher by the status bar (40 pixels).
+/// than the view by 2/3 of the view's height, and higher by the status bar (60 pixels, and a tenth
+/// of the height of views above 600 pixels). Text grows with views above 600 pixels.
 Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext& context);
 
 }  // namespace nav::app

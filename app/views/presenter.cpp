@@ -9,6 +9,7 @@
 
 #include "app/views/orthographic.hpp"
 #include "app/views/panels.hpp"
+#include "render/default_window.hpp"
 #include "render/predicates/registry.hpp"
 #include "render/projection_window.hpp"
 
@@ -35,7 +36,40 @@ Presenter::Presenter(const PresenterOptions& options, ResolvedAppearance appeara
     : options_(options),
       appearance_(std::move(appearance)),
       ct_(std::move(ct)),
-      engine_(std::move(engine)) {}
+      engine_(std::move(engine)) {
+  if (!render::is_hounsfield(*ct_)) modality_ = "MR";
+  if (appearance_.projection == render::Projection::kComposite) {
+    ct_legend_ = legend_of(appearance_.transfer);
+  }
+}
+
+std::string Presenter::appearance_words() const {
+  if (without_ct_) return {};
+  if (appearance_.projection != render::Projection::kComposite) {
+    return options_.appearance.projection + " projection";
+  }
+  std::ostringstream text;
+  text.precision(3);
+  text << appearance_.transfer.name();
+  if (appearance_.shading.enabled) {
+    text << "  E " << appearance_.shading.emphasis;
+  } else {
+    text << "  no shading";
+  }
+  if (!appearance_.cutaway) {
+    text << "  no cutaway";
+    return text.str();
+  }
+  constexpr double kDegrees = 180 / M_PI;
+  text << "  theta1 " << appearance_.cutaway->theta1_rad * kDegrees << " deg  theta2 "
+       << appearance_.cutaway->theta2_rad * kDegrees << " deg  d ";
+  if (std::isfinite(appearance_.cutaway->overlay_mm)) {
+    text << appearance_.cutaway->overlay_mm << " mm";
+  } else {
+    text << "inf";
+  }
+  return text.str();
+}
 
 Result<void> Presenter::cut_free(const CutawayShapes& shapes) {
   const bool any = !shapes.polygons.empty() || !shapes.boxes.empty() || !shapes.meshes.empty();
@@ -132,6 +166,10 @@ render::Scene Presenter::scene(const session::Epoch& epoch) const {
                       .quality = {},
                       .width = options_.width,
                       .height = options_.height};
+  if (appearance_.drawn) {
+    scene.ct = appearance_.drawn->ct;
+    scene.transfer = appearance_.drawn->transfer;
+  }
   scene.cutaway = appearance_.cutaway;
   scene.projection = appearance_.projection;
   scene.grey = grey_.value_or(render::GreyWindow{});
@@ -298,6 +336,8 @@ Image2d<Rgba8> Presenter::compose_for_window(const Image2d<Rgba8>& view,
 }
 
 PanelContext Presenter::context(const session::Epoch& epoch, const render::Camera& camera) const {
+  std::vector<LegendEntry> legend = legend_;
+  if (!without_ct_) legend.insert(legend.end(), ct_legend_.begin(), ct_legend_.end());
   return {.epoch = epoch,
           .ct = *ct_,
           .plan = facts_.plan,
@@ -308,7 +348,11 @@ PanelContext Presenter::context(const session::Epoch& epoch, const render::Camer
           .warning = warning_,
           .needle_expected = facts_.needle_expected,
           .needle_length_mm = options_.needle.length_mm,
-          .legend = legend_,
+          .legend = std::move(legend),
+          .modality = modality_,
+          .appearance = appearance_words(),
+          .simulated = facts_.simulated,
+          .target_error_mm = target_error_mm_,
           .grey = grey_};
 }
 

@@ -48,7 +48,8 @@ struct SessionFacts {
   };
   std::optional<TypicalPlane> typical_plane = {};
   render::HuWindow window = {};  ///< Grey window of the CT slice.
-  std::string banner = {};       ///< Text that every image shows ("SIMULATED PATIENT").
+  std::string banner = {};       ///< Text that every image shows ("simulated patient 1").
+  bool simulated = false;        ///< Every image says SIMULATED.
 };
 
 /// Most important of the warnings with which a registration was accepted, because the display has
@@ -93,6 +94,9 @@ class Presenter {
   /// Sets the warning that every image shows from now on: one sentence about the registration or
   /// the position of the CT. May be empty.
   void set_warning(std::string warning) { warning_ = std::move(warning); }
+
+  /// Sets the predicted rms error at the plan's target, mm, which is drawn beside the numbers.
+  void set_target_error(std::optional<double> rms_mm) { target_error_mm_ = rms_mm; }
 
   /// Draws the whole image of an epoch: 3D view, panels and status bar.
   Result<Image2d<Rgba8>> present(const session::Epoch& epoch);
@@ -140,6 +144,8 @@ class Presenter {
                                      const render::Camera& camera) const;
   [[nodiscard]] Eigen::Vector3d direction_to_eye() const;
   Result<void> choose_grey(const render::Scene& first);
+  /// Name and settings of the appearance, as the 3D view shows them.
+  [[nodiscard]] std::string appearance_words() const;
   /// Note in the 3D view of an epoch; may be empty.
   [[nodiscard]] std::string note_of(const session::Epoch& epoch) const;
 
@@ -153,6 +159,9 @@ class Presenter {
   std::optional<render::SphereShape> target_;  ///< Target from which predicates measure distances.
   std::unique_ptr<render::Engine> engine_;
   SessionFacts facts_;
+  std::vector<LegendEntry> ct_legend_;        ///< Components of the CT's appearance.
+  std::string modality_ = "CT";               ///< "MR" when values are not in HU.
+  std::optional<double> target_error_mm_;     ///< Predicted error at the plan's target.
   std::string warning_;                       ///< Warning about registration or placement.
   Image2d<Rgba8> view_;                       ///< The last 3D view of present().
   std::optional<Image2d<Rgba8>> empty_view_;  ///< The 3D view without plane and needle.

@@ -171,8 +171,10 @@ Result<void> Gallery::add_angiography() {
   auto ct = io::read_ct(file, console_);
   if (!ct) return ct.error();
   const auto volume = std::make_shared<const Volume>(std::move(*ct));
-  Scene scene = scene_of(volume, angiography_appearance(),
-                         looking(volume->grid().centre().mm, {1, -0.55, 0.2}, 460));
+  const auto appearance = angiography_appearance(*volume);
+  if (!appearance) return appearance.error();
+  Scene scene =
+      scene_of(volume, *appearance, looking(volume->grid().centre().mm, {1, -0.55, 0.2}, 460));
   scene.shading.enabled = false;
   add("fig2a", scene);
   scene.shading.enabled = true;
@@ -193,8 +195,9 @@ Result<void> Gallery::add_cutaways() {
   const Vec centre = patient->liver() + Vec(15, 0, 0);
   AbdomenImportance importance;
   importance.vessels = importance.bone = 0.99;
-  Scene scene = scene_of(patient->ct(), abdomen_appearance(importance),
-                         looking(centre, {0.25, -1, 0.25}, 480));
+  const auto appearance = abdomen_appearance(*patient->ct(), importance);
+  if (!appearance) return appearance.error();
+  Scene scene = scene_of(patient->ct(), *appearance, looking(centre, {0.25, -1, 0.25}, 480));
   scene.plane = coronal_slice(*patient->ct(), centre);
   const double inf = std::numeric_limits<double>::infinity();
   const auto cut = [&](const std::string& name, double inner_deg, double outer_deg,
@@ -218,8 +221,9 @@ Result<void> Gallery::add_fusion() {
   const auto patient = GalleryPatient::create(sim::Contrast::kPortal);
   if (!patient) return patient.error();
   const Vec liver = patient->liver();
-  Scene scene =
-      scene_of(patient->ct(), abdomen_appearance({}), looking(liver, {-0.9, -0.9, 0.2}, 470));
+  const auto appearance = abdomen_appearance(*patient->ct(), {});
+  if (!appearance) return appearance.error();
+  Scene scene = scene_of(patient->ct(), *appearance, looking(liver, {-0.9, -0.9, 0.2}, 470));
   scene.cutaway = render::Cutaway{};
   scene.cutaway->theta1_rad = 20 * kDeg;
   scene.cutaway->theta2_rad = 50 * kDeg;
@@ -242,8 +246,9 @@ Result<void> Gallery::add_plain_ct() {
   const auto patient = GalleryPatient::create(sim::Contrast::kNative);
   if (!patient) return patient.error();
   const Vec liver = patient->liver();
-  Scene scene =
-      scene_of(patient->ct(), plain_ct_appearance({}), looking(liver, {-0.6, -0.6, 0.75}, 470));
+  const auto appearance = plain_ct_appearance(*patient->ct());
+  if (!appearance) return appearance.error();
+  Scene scene = scene_of(patient->ct(), *appearance, looking(liver, {-0.6, -0.6, 0.75}, 470));
   scene.plane = patient->ultrasound(
       probe_at(patient->phantom(), 1.42 * M_PI, -30, liver + Vec(5, 0, 0), Vec::UnitX()));
   scene.cutaway = render::Cutaway{};
@@ -261,7 +266,11 @@ Result<void> Gallery::add_mr() {
   auto mr = simulated_mr(patient->phantom());
   if (!mr) return mr.error();
   const Vec liver = patient->liver();
-  Scene scene = scene_of(*mr, mr_appearance(0.8), looking(liver, {-0.9, -0.9, 0.2}, 470));
+  const auto simple = mr_appearance(**mr, 0.8);
+  if (!simple) return simple.error();
+  const auto contextual = mr_appearance(**mr, 1);
+  if (!contextual) return contextual.error();
+  Scene scene = scene_of(*mr, *simple, looking(liver, {-0.9, -0.9, 0.2}, 470));
   scene.shading.full_gradient_per_mm = 60;
   scene.plane = patient->ultrasound(
       probe_at(patient->phantom(), 1.40 * M_PI, -45, liver + Vec(10, 0, 10), Vec::UnitZ()));
@@ -270,7 +279,7 @@ Result<void> Gallery::add_mr() {
   scene.cutaway->overlay_mm = 0;
   scene.shading.emphasis = 0.1;
   add("fig8a", scene);
-  scene.transfer = mr_appearance(1);
+  scene.transfer = *contextual;
   scene.cutaway->theta2_rad = 50 * kDeg;
   scene.cutaway->overlay_mm = 15;
   scene.shading.emphasis = 1;

@@ -5,80 +5,51 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
+#include "app/appearance/preset_folder.hpp"
+#include "render/transfer/transfer_presets.hpp"
 #include "sim/tissue.hpp"
 
 namespace nav::bench {
 namespace {
 
-using Rgb = Eigen::Vector3d;
+constexpr double kEveryValue = std::numeric_limits<double>::infinity();
 
-const Rgb kSkinRgb(0.78, 0.58, 0.44);
-const Rgb kFleshRgb(0.72, 0.25, 0.20);
-const Rgb kOrganRgb(0.90, 0.74, 0.38);
-const Rgb kVesselRgb(0.22, 0.42, 0.90);
-const Rgb kBoneRgb(0.97, 0.94, 0.87);
-
-/// A trapezoid over values: opaque from full to full_to, clear outside from and to.
-render::TransferComponent trapezoid(const std::string& name, std::array<double, 4> hu,
-                                    const Rgb& rgb, double opacity, double importance) {
-  return {name,
-          {{hu[0], rgb, 0, importance},
-           {hu[1], rgb, opacity, importance},
-           {hu[2], rgb, opacity, importance},
-           {hu[3], rgb, 0, importance}},
-          {}};
-}
-
-render::TransferFunction made(const std::string& name,
-                              std::vector<render::TransferComponent> components) {
-  auto transfer = render::TransferFunction::blend(name, std::move(components));
-  NAV_CHECK(transfer.has_value(), name);
-  return *transfer;
-}
-
-render::TransferComponent bone_above(double hu, double importance) {
-  return {"bone",
-          {{hu, kBoneRgb, 0, importance},
-           {hu + 160, kBoneRgb, 0.35, importance},
-           {hu + 600, Rgb(1, 0.98, 0.95), 0.8, importance}},
-          {}};
+/// A preset for a volume, with other importances of some of its components.
+Result<render::TransferFunction> preset(
+    const std::string& name, const Volume& volume,
+    const std::vector<std::pair<std::string, double>>& importances) {
+  auto read = app::read_preset(name);
+  if (!read) return read.error();
+  const auto laid = app::appearance_for(*std::move(read), volume);
+  if (!laid) return laid.error();
+  std::vector<render::ImportanceRule> rules;
+  for (const auto& [component, importance] : importances) {
+    rules.push_back({-kEveryValue, kEveryValue, importance, component});
+  }
+  return render::with_importance(laid->transfer, rules);
 }
 
 }  // namespace
 
-render::TransferFunction abdomen_appearance(const AbdomenImportance& importance) {
-  // Rims of bones pass through the values of vessels on 300 HU/mm and more; rims of vessels in the
-  // liver are below 60 HU/mm.
-  auto vessels = trapezoid("vessels", {142, 160, 186, 194}, kVesselRgb, 0.45, importance.vessels);
-  vessels.gradient = render::GradientWindow{0, 0, 60, 110};
-  return made("abdomen",
-              {trapezoid("skin", {-180, -130, -60, -20}, kSkinRgb, 0.10, importance.skin),
-               trapezoid("flesh", {-10, 40, 75, 90}, kFleshRgb, 0.08, importance.flesh),
-               trapezoid("organs", {84, 100, 130, 150}, kOrganRgb, 0.10, importance.organs),
-               std::move(vessels), bone_above(230, importance.bone)});
+Result<render::TransferFunction> abdomen_appearance(const Volume& ct,
+                                                    const AbdomenImportance& importance) {
+  return preset("ct-portal", ct,
+                {{"skin", importance.skin},
+                 {"flesh", importance.flesh},
+                 {"organs", importance.organs},
+                 {"vessels", importance.vessels},
+                 {"bone", importance.bone}});
 }
 
-render::TransferFunction plain_ct_appearance(const AbdomenImportance& importance) {
-  return made("plain CT",
-              {trapezoid("skin", {-180, -130, -60, -20}, kSkinRgb, 0.10, importance.skin),
-               trapezoid("flesh", {-10, 30, 80, 120}, kFleshRgb, 0.08, importance.flesh),
-               bone_above(150, importance.bone)});
+Result<render::TransferFunction> plain_ct_appearance(const Volume& ct) {
+  return preset("ct-native", ct, {});
 }
 
-render::TransferFunction angiography_appearance() {
-  const Rgb red(0.86, 0.16, 0.12);
-  // Blood of the aorta lies at 350 to 510 HU in this scan, that of the veins below 200; rims of
-  // bones reach the same values on steeper slopes, metal lies above.
-  auto vessels = trapezoid("vessels", {270, 350, 520, 620}, red, 0.30, 1);
-  vessels.gradient = render::GradientWindow{0, 0, 70, 140};
-  return made(
-      "angiography",
-      {trapezoid("skin", {-220, -160, -60, -20}, kSkinRgb, 0.004, 0.02),
-       std::move(vessels),
-       {"bone",
-        {{220, kBoneRgb, 0, 0.08}, {330, kBoneRgb, 0.05, 0.08}, {900, kBoneRgb, 0.35, 0.08}},
-        {}}});
+Result<render::TransferFunction> angiography_appearance(const Volume& ct) {
+  return preset("cta-emphasis", ct, {});
 }
 
 namespace {
@@ -175,11 +146,8 @@ Result<std::shared_ptr<const Volume>> simulated_mr(const sim::AbdomenPhantom& ph
   return std::make_shared<const Volume>(std::move(*volume));
 }
 
-render::TransferFunction mr_appearance(double vessels) {
-  return made("MR", {trapezoid("surface", {70, 110, 160, 220}, kSkinRgb, 0.06, 0.1),
-                     trapezoid("flesh", {230, 280, 380, 430}, kFleshRgb, 0.05, 0.05),
-                     trapezoid("organs", {440, 490, 640, 720}, kOrganRgb, 0.08, 0.4),
-                     trapezoid("vessels", {720, 820, 1200, 2000}, kVesselRgb, 0.40, vessels)});
+Result<render::TransferFunction> mr_appearance(const Volume& mr, double vessels) {
+  return preset("mr-fat-suppressed", mr, {{"vessels", vessels}});
 }
 
 }  // namespace nav::bench

@@ -20,23 +20,25 @@ struct AbdomenImportance {
   double bone = 1;
 };
 
-/// CT of the abdomen in the portal phase: skin and fat brown, flesh red, organs yellow, vessels
-/// blue, bone white (Burns et al. 2007, Figure 5). Vessels are told from the rims of bones by their
-/// gradient.
-render::TransferFunction abdomen_appearance(const AbdomenImportance& importance);
+/// The preset ct-portal, with other importances: skin and fat brown, flesh red, organs yellow,
+/// vessels blue, bone white (Burns et al. 2007, Figure 5). Vessels are told from the rims of bones
+/// by their gradient. Errors, here and below: those of app::read_preset().
+Result<render::TransferFunction> abdomen_appearance(const Volume& ct,
+                                                    const AbdomenImportance& importance);
 
-/// Colours of abdomen_appearance() for a CT without contrast agent, in which vessels do not show.
-render::TransferFunction plain_ct_appearance(const AbdomenImportance& importance);
+/// The preset ct-native: the same colours for a CT without contrast agent, in which vessels do not
+/// show.
+Result<render::TransferFunction> plain_ct_appearance(const Volume& ct);
 
-/// CT angiography of the thorax: vessels red, bone ivory, flesh and skin; vessels matter, nothing
-/// else does.
-render::TransferFunction angiography_appearance();
+/// The preset cta-emphasis: vessels red, bone ivory, flesh and skin; vessels matter, nothing else
+/// does.
+Result<render::TransferFunction> angiography_appearance(const Volume& ct);
 
 /// Contrast-enhanced, fat-suppressed T1 of the simulated patient, 1.6 mm: tissue values of its own,
 /// uneven receiver gain, Rician noise. Values are intensities, not HU.
 Result<std::shared_ptr<const Volume>> simulated_mr(const sim::AbdomenPhantom& phantom);
 
-/// For simulated_mr(). vessels: their importance.
-render::TransferFunction mr_appearance(double vessels);
+/// The preset mr-fat-suppressed for an MR. vessels: their importance.
+Result<render::TransferFunction> mr_appearance(const Volume& mr, double vessels);
 
 }  // namespace nav::bench

@@ -53,6 +53,18 @@ void BenchCommandLine::add_scaling() {
   });
 }
 
+void BenchCommandLine::add_vessels() {
+  CLI::App* verb = app_.add_subcommand(
+      "vessels", "Blood that presets show as vessel, and bone that they show as vessel");
+  add_json(*verb);
+  verb->callback([this] {
+    verb_ = [this](app::Console& console) {
+      vessels_.json = json();
+      return run_bench_vessels(vessels_, console);
+    };
+  });
+}
+
 void BenchCommandLine::add_registration() {
   CLI::App* verb = app_.add_subcommand(
       "registration", "Registration on simulated patients: error, success, refused results, time");

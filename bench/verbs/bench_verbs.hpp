@@ -12,6 +12,7 @@
 #include "bench/verbs/bench.hpp"
 #include "bench/verbs/bench_derived.hpp"
 #include "bench/verbs/bench_registration.hpp"
+#include "bench/verbs/bench_vessels.hpp"
 
 namespace nav::bench {
 
@@ -29,6 +30,7 @@ class BenchCommandLine {
   void add_scaling();
   void add_registration();
   void add_derived();
+  void add_vessels();
   void add_gallery();
   void add_json(CLI::App& verb) {
     verb.add_option("--json", json_, "also write the report as JSON here; -: standard output");
@@ -45,6 +47,7 @@ class BenchCommandLine {
   BenchScalingOptions scaling_;
   BenchRegistrationOptions registration_;
   BenchDerivedOptions derived_;
+  BenchVesselsOptions vessels_;
   GalleryOptions gallery_;
   std::function<Result<void>(app::Console&)> verb_;
 };

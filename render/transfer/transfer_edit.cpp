@@ -116,8 +116,15 @@ ValueRange value_range(const StoredVolume& volume) {
     seen += static_cast<double>(histogram[i]);
     last = i;
   }
+  // Not the border: it may lie between muscle and fat.
+  constexpr double kDark = 0.01;
+  const double dark = kDark * static_cast<double>(volume.values().size());
+  std::size_t first = 0;
+  for (double below = static_cast<double>(histogram[0]); below < dark && first < border;) {
+    below += static_cast<double>(histogram[++first]);
+  }
   // A volume of a single value has no background; it still gets a range.
-  const double low = static_cast<double>(border) + kLeastHu;
+  const double low = static_cast<double>(first) + kLeastHu;
   return {low, std::max(static_cast<double>(last) + kLeastHu, low + 1)};
 }
 

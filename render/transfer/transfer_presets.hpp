@@ -14,11 +14,12 @@ namespace nav::render {
 /// The names of the built-in functions, in the order in which a list shows them.
 std::vector<std::string> preset_names();
 
-/// The range of the values of an image without a calibrated scale (MR): from the background to the
-/// brightest value, without outliers.
+/// The range of the values of an image without a calibrated scale (MR), by its own percentiles:
+/// from the background to the brightest value, without outliers. Gain and offset of a scanner do
+/// not matter.
 struct ValueRange {
-  double low;   ///< Border of the background, by Otsu's threshold.
-  double high;  ///< Above 99.5 % of the values above low; > low.
+  double low;   ///< First percentile of all values.
+  double high;  ///< Above 99.5 % of the values above Otsu's threshold; > low.
 };
 ValueRange value_range(const StoredVolume& volume);
 /// The value range for which the default gradients of Shading, and "mr-default" without a volume,

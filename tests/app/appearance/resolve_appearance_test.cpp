@@ -46,7 +46,7 @@ class ResolveAppearanceTest : public ::testing::Test {
 TEST_F(ResolveAppearanceTest, CutsAroundThePlaneByDefault) {
   const auto appearance = resolve_appearance({}, voxel());
   ASSERT_TRUE(test::has_value(appearance));
-  EXPECT_EQ(appearance->transfer.name(), "ct-bone");
+  EXPECT_EQ(appearance->transfer.name(), "mr-contextual") << "a voxel of 0 is not in HU";
   ASSERT_TRUE(appearance->cutaway.has_value());
   EXPECT_TRUE(appearance->cutaway->around_plane);
   EXPECT_FALSE(appearance->cutaway->around_needle);

@@ -101,7 +101,7 @@ TEST_F(CommandLineTest, AppearanceOptionsWithoutEffectAreRejected) {
             "--rms-error cannot be combined with --pixel-error"},
            {"--engine reference --pixel-error 0.1",
             "--pixel-error requires --engine cpu or gl (found reference)"},
-           {"--transfer-function nope", "--transfer-function: expected ct-bone, "},
+           {"--transfer-function nope", "--transfer-function: expected contextual, ct-bone, "},
            {"--no-shading --shading gooch", "--shading has no effect with --no-shading"},
            {"--no-shading --emphasis 1", "--emphasis has no effect with --no-shading"},
            {"--no-cutaway --cutaway-inner 20", "--cutaway-inner has no effect with --no-cutaway"},

@@ -274,8 +274,9 @@ TEST_F(CommandLineTest, ParallelLinesBeginAtTheFace) {
     const auto image = io::read_png(out);
     EXPECT_TRUE(test::has_value(image));
     int count = 0;
-    for (int y = 40; y < 200; ++y) {
-      for (int x = 200; x < 400; ++x) count += image->at(x, y).r > 60 ? 1 : 0;
+    // Between the letters at the edges.
+    for (int y = 60; y < 200; ++y) {
+      for (int x = 230; x < 370; ++x) count += image->at(x, y).r > 60 ? 1 : 0;
     }
     return std::pair(count, outcome.errors);
   };
@@ -457,6 +458,28 @@ TEST_F(CommandLineTest, OneSliceOfUltrasoundIsAVolumeForAnyAxis) {
   }
 }
 
+TEST_F(CommandLineTest, AFocusThatCannotBeSeenIsSaid) {
+  VoxelGrid grid;
+  grid.size = {24, 24, 24};
+  std::ofstream(folder_ / "focus.json") << R"({"sonde_predicates": 1, "predicates": [
+      {"name": "focus", "where": {"intensity": {"low": 0.02, "high": 1}}}]})";
+  const auto errors = [&](std::int16_t value) {
+    std::vector<std::int16_t> voxels(grid.voxel_count(), 0);
+    for (std::size_t i = 0; i < voxels.size(); ++i) voxels[i] = i % 24 > 8 ? value : 0;
+    const auto file = (folder_ / "focus.mha").string();
+    EXPECT_TRUE(test::has_value(io::write_ct_mha(*Volume::create(grid, voxels, "f"), file)));
+    const Outcome outcome =
+        sonde("predicates " + file + " --predicates " + (folder_ / "focus.json").string() +
+              " --black 0 --white 255 --width 200 --height 200 --out " +
+              (folder_ / "focus.png").string());
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    return outcome.errors;
+  };
+  EXPECT_NE(errors(8).find("'focus', the most important predicate (1), can hardly be seen"),
+            std::string::npos);
+  EXPECT_EQ(errors(230).find("can hardly be seen"), std::string::npos);
+}
+
 TEST_F(CommandLineTest, UnknownVoxelsAreDarkAndKeepTheirValue) {
   VoxelGrid grid;
   grid.size = {24, 24, 24};
@@ -476,8 +499,12 @@ TEST_F(CommandLineTest, UnknownVoxelsAreDarkAndKeepTheirValue) {
     const auto image = io::read_png(out);
     EXPECT_TRUE(test::has_value(image));
     int count = 0;
-    for (int y = 40; y < 220; ++y) {
-      for (int x = 0; x < 400; ++x) count += image->at(x, y).r > 100 ? 1 : 0;
+    // Between the letters at the edges.
+    for (int y = 60; y < 200; ++y) {
+      for (int x = 30; x < 170; ++x) {
+        count += image->at(x, y).r > 100 ? 1 : 0;
+        count += image->at(200 + x, y).r > 100 ? 1 : 0;
+      }
     }
     return std::pair(count, outcome.errors);
   };

@@ -219,7 +219,7 @@ TEST(PanelsTest, AWindowShowsABannerThatTheStatusBarHasNoSpaceFor) {
 }
 
 TEST(PanelsTest, TheImageOfAWindowFillsIt) {
-  for (const PixelSize window : {PixelSize{1200, 640}, {640, 480}, {1600, 900}, {400, 340}}) {
+  for (const PixelSize window : {PixelSize{1200, 660}, {640, 480}, {1600, 900}, {400, 360}}) {
     const PixelSize view = view_size_within(window);
     EXPECT_TRUE(composed_size(view) == window) << window.width;
     EXPECT_TRUE(has_panels(view.width, view.height));
