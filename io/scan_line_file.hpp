@@ -28,7 +28,7 @@ Result<void> write_scan_lines(const StoredVolume& volume, std::span<const ScanLi
 /// Scan lines of a file.
 struct ScanLineFile {
   std::vector<ScanLineAtVoxel> lines;  ///< i fastest.
-  std::string volume_digest;           ///< Of the volume that they belong to.
+  std::string volume_digest;           ///< The digest_of() their volume.
 };
 /// Reads such a file. kUnsupportedData when it is another kind of image or has more than 2^31
 /// voxels. Blocks.

@@ -54,8 +54,9 @@ void add_reconstruct_rows(std::vector<Option>& rows) {
        .absent = "that of the configuration, otherwise all"},
       {.name = "--fan",
        .type = "X",
-       .text = "fan that is used: two angles in degrees, column and row of its origin, and two radii "
-               "in pixels, as PLUS's Fan",
+       .text =
+           "fan that is used: two angles in degrees, column and row of its origin, and two radii "
+           "in pixels, as PLUS's Fan",
        .group = group::kGroupReconstruction,
        .verbs = here,
        .slot = NAV_SLOT(reconstruct.fan),

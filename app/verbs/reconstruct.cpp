@@ -32,6 +32,8 @@ using tracking::VoxelOrigin;
 
 constexpr double kRadians = M_PI / 180;
 constexpr double kUsualSpacingMm = 0.5;
+/// Memory that a reconstruction may take, bytes.
+constexpr double kMostBytes = 8e9;
 
 Error reconstruction_stopped() {
   return {ErrorCode::kCancelled, "reconstruct: stopped; nothing was written"};
@@ -48,14 +50,13 @@ Result<std::optional<io::VolumeReconstruction>> reconstruction_of_plus(
 Result<PlusClip> clip_of(const ReconstructOptions& options,
                          const std::optional<io::VolumeReconstruction>& plus) {
   PlusClip clip;
-  if (!options.clip_px.empty()) {
-    const auto& v = options.clip_px;
-    clip.rectangle = {{v[0], v[1]}, {v[2], v[3]}};
+  if (options.clip_px) {
+    clip.rectangle = {options.clip_px->head<2>(), options.clip_px->tail<2>()};
   } else if (plus && plus->clip_origin_px && plus->clip_size_px) {
     clip.rectangle = {*plus->clip_origin_px, *plus->clip_size_px};
   }
-  if (!options.fan.empty()) {
-    const auto& v = options.fan;
+  if (options.fan) {
+    const auto& v = *options.fan;
     clip.fan = {{v[2], v[3]}, kRadians * v[0], kRadians * v[1], v[4], v[5]};
   } else if (plus && plus->fan_angles_deg && !plus->fan_angles_deg->isZero(0) &&
              plus->fan_origin_px && plus->fan_radius_stop_px) {
@@ -81,7 +82,7 @@ class ImageAreas {
   std::shared_ptr<const ImageArea> newest_;
 };
 
-/// What the first reading of a recording found.
+/// Images that the first reading of a recording found.
 struct SurveyedImages {
   /// Geometry of images, and the poses of those that have it, in order.
   struct Group {
@@ -186,12 +187,24 @@ Result<PlannedVolume> plan_volume(const ReconstructOptions& options, double spac
     console.report(Severity::kWarning, "reconstruct", text.str());
   }
   // Kernels that reach several voxels have room for them at the border.
-  const int margin = how.method == Method::kTrilinear  ? 1
-                     : how.method == Method::kGaussian ? static_cast<int>(
-                                                             std::ceil(2 * how.gaussian_voxels))
-                                                       : 0;
+  const int margin = how.method == Method::kTrilinear ? 1
+                     : how.method == Method::kGaussian
+                         ? static_cast<int>(std::ceil(2 * how.gaussian_voxels))
+                         : 0;
   const auto grid = tracking::sweep_grid(extent, spacing_mm, margin);
-  if (!grid) return Error{grid.error().code, "--spacing-mm: " + grid.error().message};
+  const auto fitting = [&](double times) {
+    std::ostringstream text;
+    text.precision(2);
+    text << "; about " << 1.1 * spacing_mm * std::cbrt(times) << " mm has room";
+    return text.str();
+  };
+  if (!grid) {
+    const Eigen::Vector3d steps = (extent.high_mm - extent.low_mm) / spacing_mm;
+    constexpr double kVoxelBytes = 12;
+    const double bytes = kVoxelBytes * (steps.array() + 1 + 2 * margin).prod();
+    return Error{grid.error().code,
+                 "--spacing-mm: " + grid.error().message + fitting(bytes / kMostBytes)};
+  }
   planned.grid = *grid;
   planned.bytes = reconstruction_bytes(*grid, how, pixels);
   // Marks of filled voxels, and the values before.
@@ -199,11 +212,11 @@ Result<PlannedVolume> plan_volume(const ReconstructOptions& options, double spac
   std::ostringstream size;
   size << grid->size[0] << " x " << grid->size[1] << " x " << grid->size[2] << " voxels of "
        << spacing_mm << " mm, about " << memory_text(planned.bytes) << " of memory";
-  constexpr double kMostBytes = 8e9;
   if (planned.bytes > kMostBytes) {
     return Error{ErrorCode::kUsage, "volume: expected at most " + memory_text(kMostBytes) +
                                         " of memory, found " + size.str() +
-                                        "; a larger --spacing-mm or another method takes less"};
+                                        "; take a larger --spacing-mm or, beside the median and "
+                                        "backward methods, another method"};
   }
   console.say("volume: " + size.str());
   return planned;
@@ -211,7 +224,7 @@ Result<PlannedVolume> plan_volume(const ReconstructOptions& options, double spac
 
 struct AddedImages {
   std::uint64_t used = 0;
-  std::vector<double> seconds;  ///< Of each image.
+  std::vector<double> seconds;  ///< Time that each image took.
 };
 
 Result<AddedImages> add_images(session::RecordedSession& session, const PlusClip& clip,
@@ -274,7 +287,8 @@ struct WrittenFiles {
 
 WrittenFiles files_of(const ReconstructOptions& options) {
   WrittenFiles files{options.out, {}, {}};
-  if (options.fill > 0) files.origins = std::filesystem::path(options.out).replace_extension(".origin.mha");
+  if (options.fill > 0)
+    files.origins = std::filesystem::path(options.out).replace_extension(".origin.mha");
   if (options.method == "backward") files.scan_lines = io::scan_lines_beside(options.out);
   return files;
 }
@@ -284,9 +298,9 @@ Result<void> check_files(const SessionConfig& config, const WrittenFiles& files)
     return Error{ErrorCode::kUsage,
                  "--out: expected a name that ends in .mha, found '" + files.volume.string() + "'"};
   }
-  const std::vector<NamedFile> outputs{
-      {"--out", files.volume}, {"origins beside --out", files.origins},
-      {"scan lines beside --out", files.scan_lines}};
+  const std::vector<NamedFile> outputs{{"--out", files.volume},
+                                       {"origins beside --out", files.origins},
+                                       {"scan lines beside --out", files.scan_lines}};
   const std::vector<NamedFile> inputs{{"sweep", config.source.recording},
                                       {"--config", config.source.plus_config}};
   if (auto ok = reject_overwriting(outputs, inputs); !ok) return ok;
@@ -372,9 +386,8 @@ Result<void> run_reconstruct(const SessionConfig& config, const ReconstructOptio
   std::uint64_t left_out = 0;
   for (const auto& [cause, count] : rejected) left_out += count;
   std::ostringstream text;
-  text << files.volume.string() << ": " << added->used << " images, " << left_out
-       << " left out; " << seen << " voxels seen, " << filled << " filled, " << empty - filled
-       << " empty";
+  text << files.volume.string() << ": " << added->used << " images, " << left_out << " left out; "
+       << seen << " voxels seen, " << filled << " filled, " << empty - filled << " empty";
   console.say(text.str());
   if (!json) return {};
   io::Json report;

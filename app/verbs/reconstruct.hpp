@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <Eigen/Core>
 #include <filesystem>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "app/console.hpp"
 #include "app/options/session_config.hpp"
@@ -19,10 +19,11 @@ struct ReconstructOptions {
   std::string compound = "mean";     ///< mean, median, max, latest.
   std::optional<double> spacing_mm;  ///< Absent: the configuration's, otherwise 0.5.
   int fill = 0;                      ///< Longest hole that is filled, voxels; 0: none.
-  std::vector<double> clip_px;       ///< Column, row, width, height; empty: the configuration's.
-  /// Two angles (degrees), column and row of the origin, two radii (pixels); empty: the
+  /// Column, row, width, height; absent: the configuration's.
+  std::optional<Eigen::Vector4d> clip_px;
+  /// Two angles (degrees), column and row of the origin, two radii (pixels); absent: the
   /// configuration's.
-  std::vector<double> fan;
+  std::optional<Eigen::Matrix<double, 6, 1>> fan;
   double gaussian_voxels = 0.5;
   std::optional<double> reach_mm;  ///< Absent: the voxels' side.
   int threads = 0;                 ///< 0: all cores.

@@ -63,8 +63,8 @@ Result<void> write_meta_image(const VoxelGrid& grid, int channels, const std::st
     compressed = std::move(*deflated);
     bytes = compressed;
   }
-  const std::string header = meta_header(grid, channels, fields,
-                                         compress ? std::to_string(bytes.size()) : std::string());
+  const std::string header =
+      meta_header(grid, channels, fields, compress ? std::to_string(bytes.size()) : std::string());
   if (const auto ok = file->write(header); !ok) return ok;
   if (const auto ok = file->write(bytes); !ok) return ok;
   return file->commit();

@@ -131,7 +131,8 @@ struct CompoundedVoxel {
 
 float compounded(std::vector<Seen>& samples, Compounding compounding) {
   switch (compounding) {
-    case Compounding::kLatest: return samples.back().value;
+    case Compounding::kLatest:
+      return samples.back().value;
     case Compounding::kMaximum:
       return std::ranges::max_element(samples, {}, &Seen::value)->value;
     case Compounding::kMean: {
@@ -143,7 +144,8 @@ float compounded(std::vector<Seen>& samples, Compounding compounding) {
       }
       return sum / weight;
     }
-    case Compounding::kMedian: break;
+    case Compounding::kMedian:
+      break;
   }
   std::ranges::stable_sort(samples, {}, &Seen::value);
   float whole = 0;

@@ -93,7 +93,8 @@ ImageArea::ImageArea(const UltrasoundFrame& image, const PlusClip& clip)
   if (outline_) {
     apex_ = Apex{outline_->apex_mm, outline_->radius_min_mm};
   } else if (clip.fan) {
-    const Eigen::Vector2d down = clip.fan->origin_px + Eigen::Vector2d(0, clip.fan->radius_start_px);
+    const Eigen::Vector2d down =
+        clip.fan->origin_px + Eigen::Vector2d(0, clip.fan->radius_start_px);
     const Eigen::Vector3d at = grid_.at(clip.fan->origin_px.x(), clip.fan->origin_px.y()).mm;
     apex_ = Apex{at.head<2>(), (grid_.at(down.x(), down.y()).mm - at).norm()};
   }
@@ -101,12 +102,11 @@ ImageArea::ImageArea(const UltrasoundFrame& image, const PlusClip& clip)
 
 bool ImageArea::fits(const UltrasoundFrame& image) const {
   const auto& other = image.outline;
-  const bool same_outline =
-      outline_.has_value() == other.has_value() &&
-      (!outline_ || (outline_->apex_mm == other->apex_mm &&
-                     outline_->radius_min_mm == other->radius_min_mm &&
-                     outline_->radius_max_mm == other->radius_max_mm &&
-                     outline_->half_angle_rad == other->half_angle_rad));
+  const bool same_outline = outline_.has_value() == other.has_value() &&
+                            (!outline_ || (outline_->apex_mm == other->apex_mm &&
+                                           outline_->radius_min_mm == other->radius_min_mm &&
+                                           outline_->radius_max_mm == other->radius_max_mm &&
+                                           outline_->half_angle_rad == other->half_angle_rad));
   return same_outline && width_ == image.pixels.width() && height_ == image.pixels.height() &&
          grid_.mm_per_pixel == image.grid.mm_per_pixel && grid_.origin_mm == image.grid.origin_mm;
 }

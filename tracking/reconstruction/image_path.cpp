@@ -33,7 +33,8 @@ std::optional<ImagePath> ImagePath::of(const TrackedFrame& image,
                              path.at(last_column, last_row)}) {
     if (!(corner.cwiseAbs().maxCoeff() < kFurthest)) return std::nullopt;
   }
-  for (int axis = 0; axis < 3; ++axis) path.step_[static_cast<std::size_t>(axis)] = fixed(path.per_column_[axis]);
+  for (int axis = 0; axis < 3; ++axis)
+    path.step_[static_cast<std::size_t>(axis)] = fixed(path.per_column_[axis]);
   return path;
 }
 

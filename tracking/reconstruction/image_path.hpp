@@ -43,8 +43,8 @@ class ImagePath {
   FixedPosition step_{};
 };
 
-/// The columns of [first, past) whose coordinate start + column * step lies in [low, high), exactly.
-/// All fixed-point.
+/// The columns of [first, past) whose coordinate start + column * step lies in [low, high),
+/// exactly. All fixed-point.
 struct ColumnSpan {
   int first, past;
 };

@@ -35,18 +35,21 @@ double reconstruction_bytes(const VoxelGridIn<frames::Reference>& grid,
   constexpr double kValue = 2;  // The voxels that are handed out.
   if (options.method == ReconstructionMethod::kBackward) return voxels * (2 * kValue + 8) + pixels;
   switch (options.compounding) {
-    case Compounding::kMean: return voxels * (kValue + 8);
+    case Compounding::kMean:
+      return voxels * (kValue + 8);
     case Compounding::kMaximum:
-    case Compounding::kLatest: return voxels * 2 * kValue;
-    case Compounding::kMedian: break;
+    case Compounding::kLatest:
+      return voxels * 2 * kValue;
+    case Compounding::kMedian:
+      break;
   }
   // A list doubles when it is full. Weights of at least 1/8: eight voxels of a pixel at most by
   // trilinear weights, the voxels within two standard deviations by a Gaussian.
   const double radius = 2 * options.gaussian_voxels;
-  const double copies = options.method == ReconstructionMethod::kNearest     ? 1
-                        : options.method == ReconstructionMethod::kTrilinear ? 4
-                                                                             : 4.2 * radius * radius *
-                                                                                   radius;
+  const double copies = options.method == ReconstructionMethod::kNearest ? 1
+                        : options.method == ReconstructionMethod::kTrilinear
+                            ? 4
+                            : 4.2 * radius * radius * radius;
   return voxels * kValue + 2 * 4 * copies * pixels;
 }
 

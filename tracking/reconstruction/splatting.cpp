@@ -138,8 +138,8 @@ void give(Store& store, std::size_t voxel, std::uint8_t value, float weight) {
   }
 }
 
-// Kernels: the voxels that a pixel reaches. A position is that of its cell: the cell and those up to
-// reach_below() before and reach_above() after it are written.
+// Kernels: the voxels that a pixel reaches. A position is that of its cell: the cell and those up
+// to reach_below() before and reach_above() after it are written.
 
 class NearestKernel {
  public:
@@ -263,8 +263,7 @@ class SplattingEngine final : public Reconstruction::Engine {
     if (cells.low >= cells.high) return;
     constexpr int kSlabs = 16;
     const int reach = kernel_.reach_below() + kernel_.reach_above();
-    const int thickness =
-        std::max({1, reach, (cells.high - cells.low + kSlabs - 1) / kSlabs});
+    const int thickness = std::max({1, reach, (cells.high - cells.low + kSlabs - 1) / kSlabs});
     const int slabs = (cells.high - cells.low + thickness - 1) / thickness;
     const auto work = [&](int slab) {
       const int low = cells.low + slab * thickness;
@@ -349,14 +348,17 @@ class SplattingEngine final : public Reconstruction::Engine {
 template <class Kernel>
 std::unique_ptr<Reconstruction::Engine> splatting_by(const VoxelGridIn<frames::Reference>& grid,
                                                      const ReconstructionOptions& options) {
-  using Mean = std::conditional_t<std::is_same_v<Kernel, NearestKernel>, MeanOfPixels, MeanByWeight>;
+  using Mean =
+      std::conditional_t<std::is_same_v<Kernel, NearestKernel>, MeanOfPixels, MeanByWeight>;
   switch (options.compounding) {
-    case Compounding::kMean: return std::make_unique<SplattingEngine<Kernel, Mean>>(grid, options);
+    case Compounding::kMean:
+      return std::make_unique<SplattingEngine<Kernel, Mean>>(grid, options);
     case Compounding::kMedian:
       return std::make_unique<SplattingEngine<Kernel, MedianOfPixels>>(grid, options);
     case Compounding::kMaximum:
       return std::make_unique<SplattingEngine<Kernel, OneValue<true>>>(grid, options);
-    case Compounding::kLatest: break;
+    case Compounding::kLatest:
+      break;
   }
   return std::make_unique<SplattingEngine<Kernel, OneValue<false>>>(grid, options);
 }
@@ -366,9 +368,12 @@ std::unique_ptr<Reconstruction::Engine> splatting_by(const VoxelGridIn<frames::R
 std::unique_ptr<Reconstruction::Engine> make_splatting_engine(
     const VoxelGridIn<frames::Reference>& grid, const ReconstructionOptions& options) {
   switch (options.method) {
-    case ReconstructionMethod::kTrilinear: return splatting_by<TrilinearKernel>(grid, options);
-    case ReconstructionMethod::kGaussian: return splatting_by<GaussianKernel>(grid, options);
-    default: return splatting_by<NearestKernel>(grid, options);
+    case ReconstructionMethod::kTrilinear:
+      return splatting_by<TrilinearKernel>(grid, options);
+    case ReconstructionMethod::kGaussian:
+      return splatting_by<GaussianKernel>(grid, options);
+    default:
+      return splatting_by<NearestKernel>(grid, options);
   }
 }
 

@@ -3,7 +3,6 @@
 #include "tracking/reconstruction/sweep_grid.hpp"
 
 #include <cmath>
-#include <limits>
 #include <sstream>
 
 namespace nav::tracking {
@@ -32,12 +31,9 @@ Result<VoxelGridIn<frames::Reference>> sweep_grid(const SweepExtent& extent, dou
   const Eigen::Vector3d size = steps.array() + 1 + 2 * margin;
   constexpr double kMost = 2147483648.0;
   if (!(size.prod() <= kMost)) {
-    // Planes of the sweep's box and margins are thinner than the box itself; 1 % is on top.
-    const double enough = 1.01 * spacing_mm * std::cbrt(size.prod() / kMost);
     std::ostringstream text;
     text << "volume: expected at most 2^31 voxels, found " << size.prod() << " (" << size.x()
-         << " x " << size.y() << " x " << size.z() << ") at " << spacing_mm
-         << " mm; a spacing of " << enough << " mm has few enough";
+         << " x " << size.y() << " x " << size.z() << ") at " << spacing_mm << " mm";
     return Error{ErrorCode::kUsage, text.str()};
   }
   VoxelGridIn<frames::Reference> grid;

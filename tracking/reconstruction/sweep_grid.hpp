@@ -17,8 +17,8 @@ struct SweepExtent {
 SweepExtent sweep_extent(const std::vector<Point<frames::Reference>>& corners);
 
 /// Grid along the axes of the Reference frame whose first voxel centre is the lower corner of the
-/// box, as in PLUS, and that covers it; \p margin more voxels at each side. Rejects a spacing outside
-/// [1e-4, 1e3] mm and, with a spacing that would do, more than 2^31 voxels.
+/// box, as in PLUS, and that covers it; \p margin more voxels at each side. Rejects a spacing
+/// outside [1e-4, 1e3] mm and more than 2^31 voxels.
 Result<VoxelGridIn<frames::Reference>> sweep_grid(const SweepExtent& extent, double spacing_mm,
                                                   int margin);
 

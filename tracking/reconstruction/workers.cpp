@@ -14,8 +14,8 @@ struct Workers::Arena {
 };
 
 Workers::Workers(int threads)
-    : arena_(new Arena{tbb::task_arena(threads > 0 ? usable_threads(threads)
-                                                   : tbb::task_arena::automatic)}) {}
+    : arena_(new Arena{
+          tbb::task_arena(threads > 0 ? usable_threads(threads) : tbb::task_arena::automatic)}) {}
 Workers::~Workers() = default;
 Workers::Workers(Workers&&) noexcept = default;
 Workers& Workers::operator=(Workers&&) noexcept = default;
