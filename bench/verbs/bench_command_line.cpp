@@ -28,6 +28,7 @@ BenchCommandLine::BenchCommandLine()
   add_scaling();
   add_registration();
   add_derived();
+  add_reconstruct();
   add_gallery();
 }
 

@@ -11,6 +11,7 @@
 #include "bench/gallery/gallery.hpp"
 #include "bench/verbs/bench.hpp"
 #include "bench/verbs/bench_derived.hpp"
+#include "bench/verbs/bench_reconstruct.hpp"
 #include "bench/verbs/bench_registration.hpp"
 
 namespace nav::bench {
@@ -29,6 +30,7 @@ class BenchCommandLine {
   void add_scaling();
   void add_registration();
   void add_derived();
+  void add_reconstruct();
   void add_gallery();
   void add_json(CLI::App& verb) {
     verb.add_option("--json", json_, "also write the report as JSON here; -: standard output");
@@ -45,6 +47,7 @@ class BenchCommandLine {
   BenchScalingOptions scaling_;
   BenchRegistrationOptions registration_;
   BenchDerivedOptions derived_;
+  BenchReconstructOptions reconstruct_;
   GalleryOptions gallery_;
   std::function<Result<void>(app::Console&)> verb_;
 };

@@ -39,7 +39,8 @@ TEST(ImagePathTest, FollowsThePixelsOfARow) {
     const FixedPosition start = path->row_start(row);
     for (const int column : {0, 1, 63}) {
       const Eigen::Vector3d expected =
-          grid.index_of(image.reference_from_image * image.frame.grid.at(column, row)).array() + 0.5;
+          grid.index_of(image.reference_from_image * image.frame.grid.at(column, row)).array() +
+          0.5;
       for (std::size_t a = 0; a < 3; ++a) {
         const auto at = static_cast<double>(start[a] + column * path->step()[a]);
         EXPECT_NEAR(std::ldexp(at, -kPositionBits), expected[static_cast<Eigen::Index>(a)], 1e-7);

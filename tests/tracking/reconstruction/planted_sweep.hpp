@@ -24,8 +24,8 @@ inline TrackedFrame image_of(const Field& field, const ReferenceFromImage& pose,
   std::vector<std::uint8_t> pixels;
   for (int row = 0; row < rows; ++row) {
     for (int column = 0; column < columns; ++column) {
-      pixels.push_back(static_cast<std::uint8_t>(
-          std::lround(field((pose * frame.grid.at(column, row)).mm))));
+      pixels.push_back(
+          static_cast<std::uint8_t>(std::lround(field((pose * frame.grid.at(column, row)).mm))));
     }
   }
   frame.pixels = Image2d<std::uint8_t>(columns, rows, std::move(pixels));
@@ -34,9 +34,8 @@ inline TrackedFrame image_of(const Field& field, const ReferenceFromImage& pose,
 
 /// An oblique orientation, which is parallel to no axis.
 inline Eigen::Quaterniond oblique() {
-  return Eigen::Quaterniond(
-      Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, -0.5).normalized()) *
-      Eigen::AngleAxisd(-0.3, Eigen::Vector3d::UnitY()));
+  return Eigen::Quaterniond(Eigen::AngleAxisd(0.4, Eigen::Vector3d(1, 2, -0.5).normalized()) *
+                            Eigen::AngleAxisd(-0.3, Eigen::Vector3d::UnitY()));
 }
 
 /// Images of 64 x 56 pixels of 0.25 mm, 0.4 mm apart along their normal, which also turn a little.
@@ -45,7 +44,8 @@ inline std::vector<TrackedFrame> sweep_of(const Field& field, int images) {
   for (int n = 0; n < images; ++n) {
     const Eigen::Quaterniond turn =
         oblique() * Eigen::AngleAxisd(0.004 * n, Eigen::Vector3d::UnitX());
-    const Eigen::Vector3d at = Eigen::Vector3d(3, -8, 11) + oblique() * Eigen::Vector3d(0, 0, 0.4 * n);
+    const Eigen::Vector3d at =
+        Eigen::Vector3d(3, -8, 11) + oblique() * Eigen::Vector3d(0, 0, 0.4 * n);
     sweep.push_back(image_of(field, ReferenceFromImage(turn, at), 64, 56, 0.25));
     sweep.back().frame.sequence = static_cast<std::uint64_t>(n);
   }

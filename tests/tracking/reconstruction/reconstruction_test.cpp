@@ -59,13 +59,15 @@ TEST_P(EveryMethod, KeepsAPlaneField) {
   // The sweep is 16 x 14 x 9.2 mm: the voxels in it, and those at its faces.
   EXPECT_GT(count, 0.9 * 16 * 14 * 9.2 / std::pow(kVoxelMm, 3));
   EXPECT_LT(count, 1.6 * 16 * 14 * 9.2 / std::pow(kVoxelMm, 3));
-  constexpr double kGreyLevels = 0.9;  // Half of a voxel's difference in grey levels, 4.2 / 2 · 0.5.
+  constexpr double kGreyLevels =
+      0.9;  // Half of a voxel's difference in grey levels, 4.2 / 2 · 0.5.
   EXPECT_LT(std::sqrt(square / count), kGreyLevels);
   EXPECT_LT(std::abs(sum / count), 0.1);
 }
 
 TEST_P(EveryMethod, KeepsTheVolumeOfASphere) {
-  const Eigen::Vector3d centre = Eigen::Vector3d(3, -8, 11) + oblique() * Eigen::Vector3d(8, 7, 4.6);
+  const Eigen::Vector3d centre =
+      Eigen::Vector3d(3, -8, 11) + oblique() * Eigen::Vector3d(8, 7, 4.6);
   constexpr double kRadiusMm = 3.5;
   const auto sweep = test::sweep_of(
       [&](const Eigen::Vector3d& mm) { return (mm - centre).norm() < kRadiusMm ? 200.0 : 0.0; },
@@ -239,7 +241,8 @@ TEST(ReconstructionTest, BackwardWeighsImagesByTheirOrientation) {
   const double expected = (straight * 100 + turned * 220) / (straight + turned);
   EXPECT_EQ(values->front(), std::lround(expected));
   EXPECT_LT(expected, (100 + 100 + 220) / 3.0 - 10);
-  const Eigen::Vector3d mean(-turned * std::sin(M_PI / 3), straight + turned * std::cos(M_PI / 3), 0);
+  const Eigen::Vector3d mean(-turned * std::sin(M_PI / 3), straight + turned * std::cos(M_PI / 3),
+                             0);
   EXPECT_GT(volume.scan_lines().front().away().dot(mean.normalized()), 1 - 1e-6);
 }
 
@@ -256,8 +259,8 @@ TEST(ReconstructionTest, BackwardLeavesOutImagesFromTheOtherSide) {
                                 options_of(Method::kBackward));
   EXPECT_EQ(most.values()->front(), 100);
   // Directions that cancel give a value, and no scan line.
-  auto none = test::reconstruct({image(0, 100), image(M_PI, 220)}, grid,
-                                options_of(Method::kBackward));
+  auto none =
+      test::reconstruct({image(0, 100), image(M_PI, 220)}, grid, options_of(Method::kBackward));
   EXPECT_EQ(none.values()->front(), 160);
   EXPECT_FALSE(none.scan_lines().front().defined());
 }

@@ -10,9 +10,9 @@
 namespace nav::tracking {
 namespace {
 
-const std::vector<Point<frames::Reference>> kCorners{
-    {{0, 0, 0}}, {{10, 0, 0}}, {{0, 4, 0}}, {{10, 4, 0}},
-    {{0, 0, 3}}, {{10, 0, 3}}, {{0, 4, 3}}, {{10, 4, 3}}};
+const std::vector<Point<frames::Reference>> kCorners{{{0, 0, 0}},  {{10, 0, 0}}, {{0, 4, 0}},
+                                                     {{10, 4, 0}}, {{0, 0, 3}},  {{10, 0, 3}},
+                                                     {{0, 4, 3}},  {{10, 4, 3}}};
 
 TEST(SweepGridTest, CoversTheSweepFromItsLowerCorner) {
   const SweepExtent extent = sweep_extent(kCorners);
@@ -38,8 +38,8 @@ TEST(SweepGridTest, RejectsSpacingsAndTooManyVoxels) {
 
 TEST(ScanLineAtVoxelTest, KeepsDirectionAndDepth) {
   EXPECT_FALSE(ScanLineAtVoxel{}.defined());
-  for (const Eigen::Vector3d& v : {Eigen::Vector3d(1, 2, -3), Eigen::Vector3d(0, 0, -1),
-                                   Eigen::Vector3d(-1, 1e-3, 0)}) {
+  for (const Eigen::Vector3d& v :
+       {Eigen::Vector3d(1, 2, -3), Eigen::Vector3d(0, 0, -1), Eigen::Vector3d(-1, 1e-3, 0)}) {
     const auto line = ScanLineAtVoxel::pack(v.normalized(), 123.456);
     EXPECT_LT((line.away() - v.normalized()).norm(), 3e-5);
     EXPECT_NEAR(line.depth_mm(), 123.456, 0.5 / 64);
