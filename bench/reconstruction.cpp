@@ -88,8 +88,7 @@ ReferenceGrid cube_around(const Images& images, int side) {
   ReferenceGrid grid;
   grid.size = {side, side, side};
   grid.spacing_mm = Eigen::Vector3d::Constant(box.maxCoeff() / (side - 4));
-  grid.origin_mm = (extent.low_mm + extent.high_mm) / 2 -
-                   (side - 1) / 2.0 * grid.spacing_mm;
+  grid.origin_mm = (extent.low_mm + extent.high_mm) / 2 - (side - 1) / 2.0 * grid.spacing_mm;
   return grid;
 }
 
@@ -148,8 +147,8 @@ Result<BackwardTime> measure_backward(const ReconstructionBenchOptions& options)
   time.taken.cpu_s = process_time_s() - begun;
   time.taken.wall_s = seconds_since(start);
   time.voxels = values->size();
-  time.seen = values->size() - static_cast<std::size_t>(
-                                   std::ranges::count(*values, tracking::kUnseenVoxel));
+  time.seen = values->size() -
+              static_cast<std::size_t>(std::ranges::count(*values, tracking::kUnseenVoxel));
   return time;
 }
 
@@ -216,8 +215,7 @@ std::vector<double> resliced(const std::vector<std::int16_t>& values, const Refe
   for (const TrackedFrame& image : left_out) {
     for (int y = 0; y < image.frame.pixels.height(); y += kStride) {
       for (int x = 0; x < image.frame.pixels.width(); x += kStride) {
-        found.push_back(
-            at(grid.index_of(image.reference_from_image * image.frame.grid.at(x, y))));
+        found.push_back(at(grid.index_of(image.reference_from_image * image.frame.grid.at(x, y))));
       }
     }
   }
@@ -298,11 +296,9 @@ Result<std::vector<ReconstructionErrorPoint>> errors_at(const SimulatedImages& i
   return points;
 }
 
-}  // namespace
-
-Result<ReconstructionBenchReport> measure_reconstruction(
-    const ReconstructionBenchOptions& options, const std::function<void(double)>& progress) {
-  ReconstructionBenchReport report;
+Result<void> measure_rates(const ReconstructionBenchOptions& options,
+                           const std::function<void(double)>& progress,
+                           ReconstructionBenchReport& report) {
   report.width = options.quick ? 160 : 640;
   report.height = options.quick ? 120 : 480;
   report.side = options.quick ? 64 : 256;
@@ -318,19 +314,22 @@ Result<ReconstructionBenchReport> measure_reconstruction(
       progress(0.4 * static_cast<double>(report.rates.size()) / 12);
     }
   }
-  auto backward = measure_backward(options);
-  if (!backward) return backward.error();
-  report.backward = *backward;
-  progress(0.5);
+  return {};
+}
+
+Result<void> measure_errors(const ReconstructionBenchOptions& options,
+                            const std::function<void(double)>& progress,
+                            ReconstructionBenchReport& report) {
   const auto simulated = simulated_images(options.quick);
   if (!simulated) return simulated.error();
   report.image_distance_mm = simulated->distance_mm;
   const auto truth = pixels_of(simulated->left_out);
-  Images before(simulated->used.begin(),
-                simulated->used.begin() + static_cast<std::ptrdiff_t>(simulated->left_out.size()));
+  const Images before(
+      simulated->used.begin(),
+      simulated->used.begin() + static_cast<std::ptrdiff_t>(simulated->left_out.size()));
   report.neighbour_rms = rms_of(pixels_of(before), truth, std::vector<char>(truth.size(), 1));
   const std::vector<double> spacings = options.quick
-                                           ? std::vector<double>{1, 2}
+                                           ? std::vector<double>{0.4, 0.8}
                                            : std::vector<double>{0.2, 0.3, 0.4, 0.6, 0.9, 1.4, 2};
   for (const double spacing_mm : spacings) {
     auto points = errors_at(*simulated, spacing_mm, options.threads);
@@ -339,34 +338,59 @@ Result<ReconstructionBenchReport> measure_reconstruction(
     progress(0.5 + 0.5 * static_cast<double>(report.errors.size()) /
                        (16 * static_cast<double>(spacings.size())));
   }
+  return {};
+}
+
+}  // namespace
+
+Result<ReconstructionBenchReport> measure_reconstruction(
+    const ReconstructionBenchOptions& options, const std::function<void(double)>& progress) {
+  ReconstructionBenchReport report;
+  if (options.rates) {
+    if (auto ok = measure_rates(options, progress, report); !ok) return ok.error();
+  }
+  if (options.backward) {
+    auto backward = measure_backward(options);
+    if (!backward) return backward.error();
+    report.backward = *backward;
+    progress(0.5);
+  }
+  if (options.errors) {
+    if (auto ok = measure_errors(options, progress, report); !ok) return ok.error();
+  }
   return report;
 }
 
 std::string to_text(const ReconstructionBenchReport& report) {
   std::string text;
   char line[200];
-  std::snprintf(line, sizeof line, "\n%d x %d pixels into %d^3 voxels\n%-10s %-8s %9s %9s %9s\n",
-                report.width, report.height, report.side, "method", "compound", "fps p50",
-                "fps p95", "cpu ms");
-  text += line;
+  if (!report.rates.empty()) {
+    std::snprintf(line, sizeof line, "\n%d x %d pixels into %d^3 voxels\n%-10s %-8s %9s %9s %9s\n",
+                  report.width, report.height, report.side, "method", "compound", "fps p50",
+                  "fps p95", "cpu ms");
+    text += line;
+  }
   for (const auto& r : report.rates) {
     std::snprintf(line, sizeof line, "%-10s %-8s %9.0f %9.0f %9.2f\n", r.method.c_str(),
                   r.compound.c_str(), r.fps_p50, r.fps_p95, r.cpu_ms);
     text += line;
   }
-  const BackwardTime& b = report.backward;
-  std::snprintf(line, sizeof line,
-                "\nbackward: %d images of %d x %d into %zu voxels of %.1f mm (%zu seen): %.2f s, "
-                "%.2f s of processors\n",
-                b.images, b.width, b.height, b.voxels, b.spacing_mm, b.seen, b.taken.wall_s,
-                b.taken.cpu_s);
-  text += line;
-  std::snprintf(line, sizeof line,
-                "\nsimulated images that were left out, between images %.2f mm apart; beside the "
-                "image before: %.1f grey levels rms\n%-10s %-8s %7s %8s %7s %7s %8s %7s\n",
-                report.image_distance_mm, report.neighbour_rms, "method", "compound", "mm",
-                "covered", "rms", "mean", "rms all", "s");
-  text += line;
+  if (const auto& b = report.backward) {
+    std::snprintf(line, sizeof line,
+                  "\nbackward: %d images of %d x %d into %zu voxels of %.1f mm (%zu seen): %.2f s, "
+                  "%.2f s of processors\n",
+                  b->images, b->width, b->height, b->voxels, b->spacing_mm, b->seen,
+                  b->taken.wall_s, b->taken.cpu_s);
+    text += line;
+  }
+  if (!report.errors.empty()) {
+    std::snprintf(line, sizeof line,
+                  "\nsimulated images that were left out, between images %.2f mm apart; beside the "
+                  "image before: %.1f grey levels rms\n%-10s %-8s %7s %8s %7s %7s %8s %7s\n",
+                  report.image_distance_mm, report.neighbour_rms, "method", "compound", "mm",
+                  "covered", "rms", "mean", "rms all", "s");
+    text += line;
+  }
   for (const auto& e : report.errors) {
     std::snprintf(line, sizeof line, "%-10s %-8s %7.2f %7.1f%% %7.2f %7.2f %8.2f %7.2f\n",
                   e.method.c_str(), e.compound.c_str(), e.spacing_mm, 100 * e.covered, e.rms,

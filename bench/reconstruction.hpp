@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,8 @@ namespace nav::bench {
 struct ReconstructionBenchOptions {
   bool quick = false;  ///< Few and small images, coarse voxels.
   int threads = 0;     ///< 0: all cores.
+  /// Parts to measure.
+  bool rates = true, backward = true, errors = true;
 };
 
 /// Rate of images of one method into a volume of fixed size.
@@ -35,8 +38,8 @@ struct BackwardTime {
 struct ReconstructionErrorPoint {
   std::string method, compound;
   double spacing_mm = 0;
-  double covered = 0;  ///< Share of the pixels around which all eight voxels are seen.
-  double rms = 0, mean = 0;  ///< Grey levels, over the covered pixels; mean of volume minus truth.
+  double covered = 0;         ///< Share of the pixels around which all eight voxels are seen.
+  double rms = 0, mean = 0;   ///< Grey levels, over the covered pixels; mean of volume minus truth.
   double rms_everywhere = 0;  ///< Over the pixels that every method covers at this spacing.
   double seconds = 0;         ///< Wall time of all images and voxels.
 };
@@ -44,7 +47,7 @@ struct ReconstructionErrorPoint {
 struct ReconstructionBenchReport {
   int width = 0, height = 0, side = 0;  ///< Images and volume of the rates.
   std::vector<ReconstructionRate> rates;
-  BackwardTime backward;
+  std::optional<BackwardTime> backward;
   double image_distance_mm = 0;  ///< Between images that are reconstructed, median.
   /// Grey levels between an image that was left out and the one before it: no volume at all.
   double neighbour_rms = 0;

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "app/report.hpp"
+#include "bench/verbs/bench.hpp"
 
 namespace nav::bench {
 
@@ -29,20 +30,17 @@ io::Json json_of(const ReconstructionBenchReport& report) {
                       {"rms_everywhere", app::json_number(e.rms_everywhere)},
                       {"seconds", e.seconds}});
   }
-  const BackwardTime& b = report.backward;
+  io::Json backward;
+  if (const auto& b = report.backward) {
+    backward = {{"images", b->images},         {"width", b->width},      {"height", b->height},
+                {"spacing_mm", b->spacing_mm}, {"voxels", b->voxels},    {"seen", b->seen},
+                {"wall_s", b->taken.wall_s},   {"cpu_s", b->taken.cpu_s}};
+  }
   return {{"width", report.width},
           {"height", report.height},
           {"side", report.side},
           {"rates", std::move(rates)},
-          {"backward",
-           {{"images", b.images},
-            {"width", b.width},
-            {"height", b.height},
-            {"spacing_mm", b.spacing_mm},
-            {"voxels", b.voxels},
-            {"seen", b.seen},
-            {"wall_s", b.taken.wall_s},
-            {"cpu_s", b.taken.cpu_s}}},
+          {"backward", std::move(backward)},
           {"image_distance_mm", report.image_distance_mm},
           {"neighbour_rms", report.neighbour_rms},
           {"errors", std::move(errors)}};
@@ -50,8 +48,13 @@ io::Json json_of(const ReconstructionBenchReport& report) {
 
 Result<void> run_bench_reconstruct(const BenchReconstructOptions& options, app::Console& console) {
   console.begin("reconstruction");
-  const auto report = measure_reconstruction({options.quick, options.threads},
-                                             [&](double share) { console.progress(share); });
+  const ReconstructionBenchOptions measured{.quick = options.quick,
+                                            .threads = options.threads,
+                                            .rates = asks_for(options.parts, "rates"),
+                                            .backward = asks_for(options.parts, "backward"),
+                                            .errors = asks_for(options.parts, "errors")};
+  const auto report =
+      measure_reconstruction(measured, [&](double share) { console.progress(share); });
   if (!report) return report.error();
   console.end();
   std::cout << to_text(*report) << std::flush;

@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/console.hpp"
 #include "bench/reconstruction.hpp"
@@ -13,8 +14,9 @@
 namespace nav::bench {
 
 struct BenchReconstructOptions {
-  bool quick = false;  ///< Few and small images: seconds.
-  int threads = 0;     ///< 0: all cores.
+  bool quick = false;              ///< Few and small images: seconds.
+  int threads = 0;                 ///< 0: all cores.
+  std::vector<std::string> parts;  ///< rates, backward, errors; empty: all.
   std::optional<std::string> json;
 };
 

@@ -148,6 +148,9 @@ void BenchCommandLine::add_reconstruct() {
   CLI::App* verb = app_.add_subcommand(
       "reconstruct",
       "Rates of the methods of reconstruction, and their errors on simulated images");
+  verb->add_option("--part", reconstruct_.parts, "rates, backward, errors; default all")
+      ->check(app::among({"rates", "backward", "errors"}))
+      ->delimiter(',');
   verb->add_option("--threads", reconstruct_.threads, "0: all cores")
       ->check(app::in_range(0, 1024, "threads"))
       ->capture_default_str();
