@@ -224,6 +224,8 @@ Result<PlannedVolume> plan_volume(const ReconstructOptions& options, double spac
 
 struct AddedImages {
   std::uint64_t used = 0;
+  std::uint64_t doubtful = 0;  ///< Among them, those whose pose is not to be relied on.
+  std::string first_doubt;
   std::vector<double> seconds;  ///< Time that each image took.
 };
 
@@ -240,6 +242,8 @@ Result<AddedImages> add_images(session::RecordedSession& session, const PlusClip
     volume.add(*paired.tracked, area);
     added.seconds.push_back(seconds_since(start));
     ++added.used;
+    const std::string& doubt = paired.tracked->doubt;
+    if (!doubt.empty() && added.doubtful++ == 0) added.first_doubt = doubt;
   };
   console.begin("images");
   for (bool more = true; more;) {
@@ -251,6 +255,11 @@ Result<AddedImages> add_images(session::RecordedSession& session, const PlusClip
                      static_cast<double>(std::max<std::int64_t>(session.total_frames(), 1)));
   }
   console.end();
+  if (added.doubtful > 0) {
+    console.report(Severity::kWarning, "reconstruct",
+                   std::to_string(added.doubtful) +
+                       " images have a doubtful pose; the first: " + added.first_doubt);
+  }
   return added;
 }
 
@@ -285,7 +294,7 @@ struct WrittenFiles {
   std::filesystem::path volume, origins, scan_lines;
 };
 
-WrittenFiles files_of(const ReconstructOptions& options) {
+WrittenFiles volume_files_of(const ReconstructOptions& options) {
   WrittenFiles files{options.out, {}, {}};
   if (options.fill > 0)
     files.origins = std::filesystem::path(options.out).replace_extension(".origin.mha");
@@ -293,7 +302,7 @@ WrittenFiles files_of(const ReconstructOptions& options) {
   return files;
 }
 
-Result<void> check_files(const SessionConfig& config, const WrittenFiles& files) {
+Result<void> check_volume_files(const SessionConfig& config, const WrittenFiles& files) {
   if (files.volume.extension() != ".mha") {
     return Error{ErrorCode::kUsage,
                  "--out: expected a name that ends in .mha, found '" + files.volume.string() + "'"};
@@ -307,7 +316,7 @@ Result<void> check_files(const SessionConfig& config, const WrittenFiles& files)
   return reject_unwritable(outputs);
 }
 
-io::Json json_of(const std::map<std::string, std::uint64_t>& counts) {
+io::Json counts_json(const std::map<std::string, std::uint64_t>& counts) {
   io::Json json = io::Json::object();
   for (const auto& [cause, count] : counts) json[cause] = count;
   return json;
@@ -318,8 +327,8 @@ io::Json json_of(const std::map<std::string, std::uint64_t>& counts) {
 Result<void> run_reconstruct(const SessionConfig& config, const ReconstructOptions& options,
                              const std::optional<std::string>& json, Console& console) {
   const auto start = std::chrono::steady_clock::now();
-  const WrittenFiles files = files_of(options);
-  if (auto ok = check_files(config, files); !ok) return ok;
+  const WrittenFiles files = volume_files_of(options);
+  if (auto ok = check_volume_files(config, files); !ok) return ok;
   const auto plus = reconstruction_of_plus(config.source.plus_config);
   if (!plus) return plus.error();
   const auto clip = clip_of(options, *plus);
@@ -361,6 +370,7 @@ Result<void> run_reconstruct(const SessionConfig& config, const ReconstructOptio
   }
   const auto filled = static_cast<std::size_t>(std::ranges::count(origins, VoxelOrigin::kFilled));
 
+  if (interrupt.asked()) return reconstruction_stopped();
   console.begin("files");
   // A volume file gives positions in patient axes: those of the Reference frame.
   const VoxelGrid grid{planned->grid.size, planned->grid.spacing_mm, planned->grid.origin_mm,
@@ -378,7 +388,6 @@ Result<void> run_reconstruct(const SessionConfig& config, const ReconstructOptio
     auto ok = io::write_scan_lines(*stored, volume->scan_lines(), files.scan_lines);
     if (!ok) return ok;
   }
-  if (interrupt.asked()) return reconstruction_stopped();
   if (auto ok = io::write_ct_mha(*stored, files.volume); !ok) return ok;
   console.end();
 
@@ -398,13 +407,16 @@ Result<void> run_reconstruct(const SessionConfig& config, const ReconstructOptio
   report["compound"] = options.compound;
   report["reference"] = session->reference_statement();
   report["sector"] = sector ? "learned" : clip->rectangle || clip->fan ? "given" : "none";
-  report["frames"] = {{"used", added->used}, {"rejected", json_of(rejected)}};
+  report["frames"] = {
+      {"used", added->used}, {"doubtful", added->doubtful}, {"rejected", counts_json(rejected)}};
   report["size"] = planned->grid.size;
   report["voxels"] = {{"seen", seen}, {"filled", filled}, {"empty", empty - filled}};
   report["spacing_mm"] = spacing_mm;
   report["bytes"] = planned->bytes;
-  report["fps_p50"] = rate_of(added->seconds, 0.5);
-  report["fps_p95"] = rate_of(added->seconds, 0.95);
+  // The backward method computes voxels, not images.
+  const auto seconds = options.method == "backward" ? std::vector<double>() : added->seconds;
+  report["fps_p50"] = rate_of(seconds, 0.5);
+  report["fps_p95"] = rate_of(seconds, 0.95);
   report["seconds"] = seconds_since(start);
   report["sha256"] = io::digest_of(*stored);
   report["diagnostics"] = json_of(console.entries());

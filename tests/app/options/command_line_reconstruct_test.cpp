@@ -8,9 +8,7 @@ namespace {
 class ReconstructCommandTest : public CommandLineTest {
  protected:
   /// Images of 32 x 24 pixels of 1 mm, 2 mm apart, of values 40, 70, 100, …
-  std::string arguments(const std::string& more = "") {
-    return arguments_for(write_sweep(), more);
-  }
+  std::string arguments(const std::string& more = "") { return arguments_for(write_sweep(), more); }
   std::string arguments_for(const std::string& sweep, const std::string& more) {
     return "reconstruct " + sweep + " --config " + write_config() + " --out " + volume() +
            " --json " + (folder_ / "report.json").string() + " " + more;
@@ -66,7 +64,8 @@ TEST_F(ReconstructCommandTest, OtherVerbsReadTheVolumeAndItsScanLines) {
   EXPECT_EQ(sonde("slices " + volume() + " --size 64 --out " + (folder_ / "slices").string()).code,
             0);
   // Both need scan lines, and no option gives them.
-  outcome = sonde("derive " + volume() + " --feature depth --out " + (folder_ / "features").string());
+  outcome =
+      sonde("derive " + volume() + " --feature depth --out " + (folder_ / "features").string());
   EXPECT_EQ(outcome.code, 0) << outcome.errors;
   std::istringstream row(outcome.output.substr(outcome.output.find("depth ")));
   std::string name, unit;
@@ -152,9 +151,9 @@ TEST_F(ReconstructCommandTest, RejectsBadInput) {
                        (folder_ / "us.nrrd").string(),
                    2, {"--out", ".mha"});
   expect_rejection("reconstruct " + write_sweep() + " --out " + volume(), 3, {"Image", "Probe"});
-  expect_rejection("reconstruct " + write_sweep() + " --config " + write_config() + " --out " +
-                       write_sweep(),
-                   2, {"--out", "sweep"});
+  expect_rejection(
+      "reconstruct " + write_sweep() + " --config " + write_config() + " --out " + write_sweep(), 2,
+      {"--out", "sweep"});
   EXPECT_FALSE(std::filesystem::exists(volume()));
 }
 
