@@ -4,16 +4,14 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <limits>
 #include <sstream>
 
-#include "io/atomic_file.hpp"
 #include "io/detail/ct_readers.hpp"
 #include "io/detail/dicom_structure.hpp"
 #include "io/detail/hu_builder.hpp"
 #include "io/detail/input_file.hpp"
-#include "io/detail/scratch_file.hpp"
+#include "io/detail/meta_writer.hpp"
 #include "io/detail/text.hpp"
 #include "nav/positions.hpp"
 
@@ -155,62 +153,10 @@ bool is_dicom(const std::filesystem::path& path) {
   return file && detail::is_dicom(*file);
 }
 
-namespace {
-
-std::string meta_header(const VoxelGrid& grid, const std::string& compressed_size) {
-  const auto join = [](const auto& values) {
-    std::string text;
-    for (const auto value : values) {
-      text += (text.empty() ? "" : " ") + detail::to_text(static_cast<double>(value));
-    }
-    return text;
-  };
-  std::string text = "ObjectType = Image\nNDims = 3\nBinaryData = True\n";
-  text += std::string("BinaryDataByteOrderMSB = ") +
-          (std::endian::native == std::endian::big ? "True" : "False") + "\n";
-  text += compressed_size.empty()
-              ? std::string("CompressedData = False\n")
-              : "CompressedData = True\nCompressedDataSize = " + compressed_size + "\n";
-  // Column-major storage is the order of the format: one direction after another.
-  text += "TransformMatrix = " + join(grid.directions.reshaped()) + "\n";
-  text += "Offset = " + join(grid.origin_mm) + "\nCenterOfRotation = 0 0 0\n";
-  text += "ElementSpacing = " + join(grid.spacing_mm) + "\nDimSize = " + join(grid.size) + "\n";
-  return text + "ElementType = MET_SHORT\nElementDataFile = LOCAL\n";
-}
-
-/// Compresses the whole volume to one zlib stream.
-Result<std::vector<std::byte>> deflate_all(std::span<const std::byte> bytes) {
-  auto deflater = detail::Deflater::create(detail::DeflateFormat::kZlib);
-  if (!deflater) return deflater.error();
-  std::vector<std::byte> out;
-  const auto collect = [&](std::span<const std::byte> piece) -> Result<void> {
-    out.insert(out.end(), piece.begin(), piece.end());
-    return {};
-  };
-  if (const auto ok = deflater->write(bytes, collect); !ok) return ok.error();
-  if (const auto ok = deflater->finish(collect); !ok) return ok.error();
-  return out;
-}
-
-}  // namespace
-
 Result<void> write_ct_mha(const StoredVolume& volume, const std::filesystem::path& path,
                           bool compress) {
-  auto file = AtomicFile::create(path);
-  if (!file) return file.error();
-  std::span<const std::byte> bytes = std::as_bytes(volume.values());
-  std::vector<std::byte> compressed;
-  if (compress) {
-    auto deflated = deflate_all(bytes);
-    if (!deflated) return deflated.error();
-    compressed = std::move(*deflated);
-    bytes = compressed;
-  }
-  const std::string header =
-      meta_header(volume.grid(), compress ? std::to_string(bytes.size()) : std::string());
-  if (const auto ok = file->write(header); !ok) return ok;
-  if (const auto ok = file->write(bytes); !ok) return ok;
-  return file->commit();
+  return detail::write_meta_image(volume.grid(), 1, "", std::as_bytes(volume.values()), compress,
+                                  path);
 }
 
 }  // namespace nav::io

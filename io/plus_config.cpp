@@ -51,6 +51,9 @@ class ConfigReader {
     if (const pugi::xml_node scan = root.find_node(is_scan)) {
       if (const auto ok = add_scan_conversion(scan); !ok) return ok.error();
     }
+    if (const pugi::xml_node node = root.child("VolumeReconstruction")) {
+      if (const auto ok = add_volume_reconstruction(node); !ok) return ok.error();
+    }
     return std::move(config_);
   }
 
@@ -181,6 +184,33 @@ class ConfigReader {
       if (!ok) return ok;
     }
     config_.scan_conversion = std::move(scan);
+    return {};
+  }
+
+  template <int N>
+  Result<void> vector_of(const pugi::xml_node& node, const char* name,
+                         std::optional<Eigen::Matrix<double, N, 1>>& out) const {
+    const auto values = numbers(node, name, N, "VolumeReconstruction");
+    if (!values) return values.error();
+    if (!values->empty()) out = Eigen::Map<const Eigen::Matrix<double, N, 1>>(values->data());
+    return {};
+  }
+
+  Result<void> add_volume_reconstruction(const pugi::xml_node& node) {
+    VolumeReconstruction volume;
+    std::optional<Eigen::Matrix<double, 1, 1>> start, stop;
+    for (const auto& ok : {vector_of<3>(node, "OutputSpacing", volume.output_spacing_mm),
+                           vector_of<2>(node, "ClipRectangleOrigin", volume.clip_origin_px),
+                           vector_of<2>(node, "ClipRectangleSize", volume.clip_size_px),
+                           vector_of<2>(node, "FanAnglesDeg", volume.fan_angles_deg),
+                           vector_of<2>(node, "FanOriginPixel", volume.fan_origin_px),
+                           vector_of<1>(node, "FanRadiusStartPixel", start),
+                           vector_of<1>(node, "FanRadiusStopPixel", stop)}) {
+      if (!ok) return ok;
+    }
+    if (start) volume.fan_radius_start_px = start->value();
+    if (stop) volume.fan_radius_stop_px = stop->value();
+    config_.volume_reconstruction = volume;
     return {};
   }
 

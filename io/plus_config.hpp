@@ -59,6 +59,17 @@ struct ScanConversion {
   std::map<std::string, std::string> attributes;  ///< Every attribute as in the file.
 };
 
+/// VolumeReconstruction: what PLUS cuts out of every image, and its voxels. Members that the file
+/// lacks are absent.
+struct VolumeReconstruction {
+  std::optional<Eigen::Vector3d> output_spacing_mm;
+  std::optional<Eigen::Vector2d> clip_origin_px, clip_size_px;
+  /// In degrees about +y, as in the file; both 0: no fan, as in PLUS.
+  std::optional<Eigen::Vector2d> fan_angles_deg;
+  std::optional<Eigen::Vector2d> fan_origin_px;
+  std::optional<double> fan_radius_start_px, fan_radius_stop_px;
+};
+
 /// The part of a PLUS device-set configuration that Sonde uses. Unknown elements are ignored.
 struct PlusConfig {
   std::filesystem::path path;
@@ -66,6 +77,7 @@ struct PlusConfig {
   std::vector<CoordinateDefinition> transforms;
   std::vector<PlusDevice> devices;
   std::optional<ScanConversion> scan_conversion;  ///< The first in the file.
+  std::optional<VolumeReconstruction> volume_reconstruction{};
 
   /// The definition From -> To as in the file, or nullptr.
   [[nodiscard]] const CoordinateDefinition* find(const std::string& from,

@@ -55,7 +55,8 @@ TRADES = {
     "JSON": (re.compile(r"^nlohmann/"), {"io", "app", "tests"}),
     "TOML": (re.compile(r"^toml\+\+"), {"app", "tests"}),
     "CLI11": (re.compile(r"^CLI/"), {"app", "bench"}),
-    "TBB": (re.compile(r"^(oneapi/)?tbb/"), {"render", "sim", "registration", "tests", "bench"}),
+    "TBB": (re.compile(r"^(oneapi/)?tbb/"),
+            {"render", "sim", "registration", "tracking", "tests", "bench"}),
 }
 # Private headers (used only by their own folder, tests and benchmarks) may contain types of these
 # libraries.

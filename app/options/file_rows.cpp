@@ -15,7 +15,7 @@ namespace {
 using Matrix = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 
 const std::vector<std::string_view> kSessions{"replay", "live", "slices", "predicates"};
-const std::vector<std::string_view> kPlaying{"replay", "register", "slices"};
+const std::vector<std::string_view> kPlaying{"replay", "register", "slices", "reconstruct"};
 
 /// A placement on the command line replaces either kind of a session file.
 Result<void> take_matrix(Settings& s, const std::vector<std::string>& values) {
@@ -151,6 +151,14 @@ void add_file_rows(std::vector<Option>& rows) {
        .required = true},
       {.name = "sweep",
        .type = "SWEEP",
+       .text = "recording of a sweep, a PLUS sequence or one of devices",
+       .group = group::kGroupFiles,
+       .verbs = {"reconstruct"},
+       .slot = NAV_SLOT(config.source.recording),
+       .usual = true,
+       .required = true},
+      {.name = "sweep",
+       .type = "SWEEP",
        .text = "recording that the CT is registered to, a PLUS sequence or one of devices",
        .group = group::kGroupFiles,
        .verbs = {"register"},
@@ -264,6 +272,14 @@ void add_file_rows(std::vector<Option>& rows) {
        .slot = NAV_SLOT(exported.out),
        .usual = true,
        .required = true},
+      {.name = "--out",
+       .type = "MHA",
+       .text = "volume to write, .mha; what belongs to it is written beside it",
+       .group = group::kGroupFiles,
+       .verbs = {"reconstruct"},
+       .slot = NAV_SLOT(reconstruct.out),
+       .usual = true,
+       .required = true},
       {.name = "--compress",
        .text = "compress the images",
        .group = group::kGroupFiles,
@@ -281,7 +297,7 @@ void add_file_rows(std::vector<Option>& rows) {
        .type = "FILE",
        .text = "write the report as JSON here too; -: standard output",
        .group = group::kGroupFiles,
-       .verbs = {"demo", "replay", "live", "record", "serve", "info", "devices"},
+       .verbs = {"demo", "replay", "live", "record", "serve", "info", "devices", "reconstruct"},
        .slot = NAV_SLOT(json),
        .absent = "none",
        .usual = true},
@@ -340,7 +356,7 @@ void add_recording_rows(std::vector<Option>& rows) {
        .type = "PLUS.xml",
        .text = "PLUS configuration with the calibration of the probe",
        .group = group::kGroupRecording,
-       .verbs = {"replay", "register", "slices", "export"},
+       .verbs = {"replay", "register", "slices", "export", "reconstruct"},
        .slot = NAV_SLOT(config.source.plus_config),
        .absent = "the calibration of the recording",
        .usual = true,
@@ -392,7 +408,7 @@ void add_recording_rows(std::vector<Option>& rows) {
        .text = "coordinate frame of the needle tip, +z from the hub to the tip, such as NeedleTip; "
                "without it no needle is drawn",
        .group = group::kGroupRecording,
-       .verbs = kPlaying,
+       .verbs = {"replay", "register", "slices"},
        .slot = NAV_SLOT(config.source.needle_frame),
        .absent = "none",
        .usual = true,
@@ -404,7 +420,7 @@ void add_recording_rows(std::vector<Option>& rows) {
        .unit = "ms",
        .text = "time stamps of images minus those of poses",
        .group = group::kGroupRecording,
-       .verbs = {"replay", "register", "slices", "export"},
+       .verbs = {"replay", "register", "slices", "export", "reconstruct"},
        .slot = NAV_SLOT(config.source.temporal_offset_ms),
        .range = within(-10000, 10000),
        .key = "source.temporal_offset_ms",

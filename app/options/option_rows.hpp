@@ -31,6 +31,7 @@ inline constexpr const char* kGroupPlanes = "Planes";
 inline constexpr const char* kGroupFusion = "Fusion";
 inline constexpr const char* kGroupProcedure = "Simulated procedure";
 inline constexpr const char* kGroupFeatures = "Features";
+inline constexpr const char* kGroupReconstruction = "Reconstruction";
 inline constexpr const char* kGroupPatient = "Patient";
 inline constexpr const char* kGroupProbe = "Probe and motion";
 inline constexpr const char* kGroupTissueMotion = "Breathing and deformation";
@@ -53,6 +54,7 @@ void add_replay_rows(std::vector<Option>& rows);
 void add_register_rows(std::vector<Option>& rows);
 void add_slices_rows(std::vector<Option>& rows);
 void add_derive_rows(std::vector<Option>& rows);
+void add_reconstruct_rows(std::vector<Option>& rows);
 void add_simulate_rows(std::vector<Option>& rows);
 /// Keys of the session file that no option sets.
 void add_plan_rows(std::vector<Option>& rows);

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-// The verbs of sessions: demo, replay, register, slices.
+// The verbs of sessions: demo, replay, reconstruct, register, slices.
 #include "app/options/option_checks.hpp"
 #include "app/options/option_parser.hpp"
 #include "app/options/overwriting.hpp"
@@ -149,6 +149,18 @@ void CommandLine::add_devices() {
       if (auto ok = check_live("devices"); !ok) return ok;
       if (auto ok = reject_overwriting_of(config, settings_.json, {}); !ok) return ok;
       return run_session_devices(config, json(), console);
+    };
+  });
+}
+
+void CommandLine::add_reconstruct() {
+  CLI::App& verb = add_verb("reconstruct", settings_);
+  verb.callback([this, &verb] {
+    verb_ = [this, &verb](Console& console) -> Result<void> {
+      const SessionConfig& config = settings_.config;
+      if (auto ok = as_given(verb, "reconstruct", validate(config)); !ok) return ok;
+      if (auto ok = reject_idle(verb, "reconstruct", settings_); !ok) return ok;
+      return run_reconstruct(config, settings_.reconstruct, json(), console);
     };
   });
 }

@@ -9,6 +9,7 @@
 #include "app/verbs/demo.hpp"
 #include "app/verbs/derive.hpp"
 #include "app/verbs/export.hpp"
+#include "app/verbs/reconstruct.hpp"
 #include "app/verbs/replay.hpp"
 #include "app/verbs/serve.hpp"
 #include "app/verbs/simulate/simulate.hpp"
@@ -27,6 +28,7 @@ struct Settings {
   SimulateOptions simulate;
   ServeOptions serve;
   ExportOptions exported;
+  ReconstructOptions reconstruct;
   std::filesystem::path session;  ///< Session file; empty: none.
   std::string json;               ///< File of the JSON report; "-": standard output; empty: none.
   std::filesystem::path file;     ///< Argument of info.

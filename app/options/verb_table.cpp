@@ -36,6 +36,12 @@ const std::vector<Verb>& verb_table() {
        "serve --session FILE",
        {"sonde serve --session procedure.toml",
         "sonde serve --session procedure.toml --port 18945 --seconds 60"}},
+      {"reconstruct",
+       "Make a 3D ultrasound volume of a recorded sweep",
+       "reconstruct SWEEP --out VOLUME",
+       {"sonde reconstruct sweep.igs.mha --out us.mha",
+        "sonde reconstruct sweep.igs.mha --config plus.xml --out us.mha --method backward "
+        "--compound median --fill 3 --json -"}},
       {"register",
        "Register a CT to a recorded sweep, or by landmarks, a surface or vessels",
        "register SWEEP --ct CT --config PLUS.xml --json FILE",

@@ -33,6 +33,7 @@ class CommandLine {
     add_record();
     add_export();
     add_serve();
+    add_reconstruct();
     add_register();
     add_info();
     add_slices();
@@ -61,6 +62,7 @@ class CommandLine {
   void add_record();
   void add_export();
   void add_serve();
+  void add_reconstruct();
   [[nodiscard]] Result<void> check_live(const std::string& verb) const;
   void add_register();
   void add_info();

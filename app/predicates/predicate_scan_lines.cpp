@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/predicates/predicate_scan_lines.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <future>
@@ -9,7 +10,9 @@
 
 #include "app/interrupt.hpp"
 #include "io/json_member.hpp"
+#include "io/scan_line_file.hpp"
 #include "render/features/scan_lines.hpp"
+#include "tracking/reconstruction/reconstruction.hpp"
 
 namespace nav::app {
 namespace {
@@ -194,25 +197,70 @@ Result<render::features::ScanLines> read_scan_lines(const std::filesystem::path&
   return lines;
 }
 
+Result<std::optional<render::features::ScanLines>> scan_lines_beside(
+    const std::filesystem::path& file, const StoredVolume& volume, Console& console) {
+  using Found = std::optional<render::features::ScanLines>;
+  const std::filesystem::path path = io::scan_lines_beside(file);
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored)) return Found();
+  const auto read = io::read_scan_line_file(path);
+  if (!read) return read.error();
+  if (read->lines.size() != volume.values().size() ||
+      read->volume_digest != io::digest_of(volume)) {
+    console.report(
+        Severity::kWarning, "scan lines",
+        path.string() + " belongs to other voxels than " + file.string() + ": it is not used");
+    return Found();
+  }
+  std::vector<render::features::PackedDirection> away;
+  std::vector<float> depth_mm;
+  away.reserve(read->lines.size());
+  depth_mm.reserve(read->lines.size());
+  for (const ScanLineAtVoxel& line : read->lines) {
+    using render::features::PackedDirection;
+    away.push_back(line.defined() ? PackedDirection::pack(line.away()) : PackedDirection{});
+    depth_mm.push_back(line.defined() ? static_cast<float>(line.depth_mm())
+                                      : render::features::kUnknown);
+  }
+  auto lines =
+      render::features::ScanLines::per_voxel(volume.grid(), std::move(away), std::move(depth_mm));
+  if (!lines) return lines.error();
+  console.report(Severity::kInfo, "scan lines", path.string() + " is used");
+  return Found(*std::move(lines));
+}
+
+std::optional<int> unknown_of_reconstruction(const StoredVolume& volume, std::optional<int> given) {
+  if (given ||
+      std::ranges::find(volume.values(), tracking::kUnseenVoxel) == volume.values().end()) {
+    return given;
+  }
+  return tracking::kUnseenVoxel;
+}
+
 Result<void> add_scan_lines(const std::filesystem::path& path, const VoxelGrid& grid, int threads,
                             render::PredicateScene& predicates, Console& console) {
   const auto lines = read_scan_lines(path, grid, threads, console);
   if (!lines) return lines.error();
-  const auto named = [&](const Error& error) {
-    return Error{error.code, path.string() + ": " + error.message};
-  };
+  if (const auto ok = add_lines(*lines, grid, threads, predicates); !ok) {
+    return Error{ok.error().code, path.string() + ": " + ok.error().message};
+  }
+  return {};
+}
+
+Result<void> add_lines(const render::features::ScanLines& lines, const VoxelGrid& grid, int threads,
+                       render::PredicateScene& predicates) {
   render::features::RunOptions run;
   run.threads = threads;
-  const auto depths = render::features::scan_depth(grid, *lines, run);
-  if (!depths) return named(depths.error());
+  const auto depths = render::features::scan_depth(grid, lines, run);
+  if (!depths) return depths.error();
   auto depth = render::FeatureVolume::create(grid, *depths->values, render::feature::kDepth);
-  if (!depth) return named(depth.error());
+  if (!depth) return depth.error();
   auto away = std::make_shared<std::vector<Eigen::Vector3f>>();
   away->reserve(grid.voxel_count());
   for (int k = 0; k < grid.size[2]; ++k) {
     for (int j = 0; j < grid.size[1]; ++j) {
       for (int i = 0; i < grid.size[0]; ++i) {
-        away->push_back(lines->away(grid, i, j, k).cast<float>());
+        away->push_back(lines.away(grid, i, j, k).cast<float>());
       }
     }
   }

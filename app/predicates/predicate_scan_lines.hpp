@@ -27,6 +27,20 @@ Result<render::features::ScanLines> read_scan_lines(const std::filesystem::path&
                                                     const VoxelGrid& grid, int threads,
                                                     Console& console);
 
+/// Reads the scan lines that lie beside a volume of 'sonde reconstruct' (us.scan-lines.mha beside
+/// us.mha). Absent when there is no such file, or when it belongs to other voxels, with a warning.
+/// Rejects a damaged file. \p file: of the volume.
+Result<std::optional<render::features::ScanLines>> scan_lines_beside(
+    const std::filesystem::path& file, const StoredVolume& volume, Console& console);
+
+/// Stored value of voxels that no image reached, of a volume of 'sonde reconstruct': \p given, or,
+/// when it is absent, the value that the reconstruction marks them with, if a voxel has it.
+std::optional<int> unknown_of_reconstruction(const StoredVolume& volume, std::optional<int> given);
+
+/// Adds scan lines to the scene as add_scan_lines() does.
+Result<void> add_lines(const render::features::ScanLines& lines, const VoxelGrid& grid, int threads,
+                       render::PredicateScene& predicates);
+
 /// Reads scan lines as read_scan_lines() does and adds them to the scene: directions per voxel to
 /// predicates.scan, depths to its features. Rejects what read_scan_lines() rejects.
 Result<void> add_scan_lines(const std::filesystem::path& path, const VoxelGrid& grid, int threads,

@@ -54,8 +54,10 @@ Result<render::PredicateVolume> phantom_of(const PredicateOptions& options) {
   return Error{volume.error().code, "predicates." + volume.error().message};
 }
 
+/// Volume and scan lines. Where the scan lines lie beside the volume, 'sonde reconstruct' has
+/// written both, and \p unknown becomes its mark of voxels without echoes unless it is given.
 Result<render::PredicateVolume> volume_of(const PredicateOptions& options, int threads,
-                                          Console& console) {
+                                          std::optional<int>& unknown, Console& console) {
   auto out = [&]() -> Result<render::PredicateVolume> {
     if (options.volume.empty()) return phantom_of(options);
     auto read = io::read_stored_volume(options.volume, console);
@@ -71,6 +73,16 @@ Result<render::PredicateVolume> volume_of(const PredicateOptions& options, int t
                                  console);
         !ok) {
       return ok.error();
+    }
+  }
+  if (!options.volume.empty() && !out->predicates.scan) {
+    const auto beside = scan_lines_beside(options.volume, *out->ultrasound, console);
+    if (!beside) return beside.error();
+    if (*beside) {
+      if (auto ok = add_lines(**beside, grid, usable_threads(threads), out->predicates); !ok) {
+        return ok.error();
+      }
+      unknown = unknown_of_reconstruction(*out->ultrasound, unknown);
     }
   }
   out->predicates.intensity = {options.black, options.white};
@@ -208,11 +220,12 @@ render::SphereShape target_sphere(const Eigen::Vector4d& target) {
 }
 
 Result<PreparedPredicates> prepare_predicates(
-    const PredicateOptions& options, int threads, Console& console, DistancesFrom from,
+    const PredicateOptions& given, int threads, Console& console, DistancesFrom from,
     const std::vector<render::features::Stroke>& strokes) {
+  PredicateOptions options = given;
   auto file = set_up_of(options);
   if (!file) return file.error();
-  auto volume = volume_of(options, threads, console);
+  auto volume = volume_of(given, threads, options.unknown, console);
   if (!volume) return volume.error();
   if (const auto ok = check_needs(options, *volume, file->model, from); !ok) return ok.error();
   if (const auto ok = check_strokes(strokes, volume->ultrasound->grid()); !ok) return ok.error();

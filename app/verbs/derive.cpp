@@ -81,7 +81,7 @@ Result<Point<frames::Ct>> given_place(const std::string& option, const Eigen::Ve
   return Error{ErrorCode::kUsage, text.str()};
 }
 
-/// Scan lines of the options; absent when no option gives them.
+/// Scan lines of the options or beside the volume; absent when there are none.
 Result<std::optional<ScanLines>> lines_of(const DeriveOptions& options, const StoredVolume& volume,
                                           Console& console) {
   const VoxelGrid& grid = volume.grid();
@@ -101,7 +101,7 @@ Result<std::optional<ScanLines>> lines_of(const DeriveOptions& options, const St
     if (!apex) return apex.error();
     return known(ScanLines::fan(*apex, options.face_radius_mm));
   }
-  if (options.into.empty()) return std::optional<ScanLines>();
+  if (options.into.empty()) return scan_lines_beside(options.volume, volume, console);
   Eigen::Vector3d away = vector(options.into);
   if (!away.allFinite() || away.isZero(0)) {
     std::ostringstream text;
@@ -184,7 +184,8 @@ Result<void> write_slices(const FeatureVolume& volume, const Feature& feature,
 
 }  // namespace
 
-Result<void> run_derive(const DeriveOptions& options, Console& console) {
+Result<void> run_derive(const DeriveOptions& given, Console& console) {
+  DeriveOptions options = given;
   auto features = chosen(options);
   if (!features) return features.error();
   if (options.out.empty()) {
@@ -207,9 +208,12 @@ Result<void> run_derive(const DeriveOptions& options, Console& console) {
   auto read = io::read_stored_volume(options.volume, console);
   if (!read) return read.error();
   const auto stored = std::make_shared<const StoredVolume>(std::move(*read));
-  const auto volume = ScalarVolume::of(stored, stored_value(options.unknown));
   const auto lines = lines_of(options, *stored, console);
   if (!lines) return lines.error();
+  const bool none_given =
+      options.scan_lines.empty() && options.apex_mm.empty() && options.into.empty();
+  if (*lines && none_given) options.unknown = unknown_of_reconstruction(*stored, options.unknown);
+  const auto volume = ScalarVolume::of(stored, stored_value(options.unknown));
   if (!*lines) {
     const auto ok = leave_out_without_lines(options, *features, console);
     if (!ok) return ok;

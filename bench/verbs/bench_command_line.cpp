@@ -29,6 +29,7 @@ BenchCommandLine::BenchCommandLine()
   add_registration();
   add_derived();
   add_vessels();
+  add_reconstruct();
   add_gallery();
 }
 

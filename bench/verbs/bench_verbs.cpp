@@ -156,6 +156,26 @@ void BenchCommandLine::add_derived() {
   });
 }
 
+void BenchCommandLine::add_reconstruct() {
+  CLI::App* verb = app_.add_subcommand(
+      "reconstruct",
+      "Rates of the methods of reconstruction, and their errors on simulated images");
+  verb->add_option("--part", reconstruct_.parts, "rates, backward, errors; default all")
+      ->check(app::among({"rates", "backward", "errors"}))
+      ->delimiter(',');
+  verb->add_option("--threads", reconstruct_.threads, "0: all cores")
+      ->check(app::in_range(0, 1024, "threads"))
+      ->capture_default_str();
+  verb->add_flag("--quick", reconstruct_.quick, "few and small images: seconds");
+  add_json(*verb);
+  verb->callback([this] {
+    verb_ = [this](app::Console& console) {
+      reconstruct_.json = json();
+      return run_bench_reconstruct(reconstruct_, console);
+    };
+  });
+}
+
 void BenchCommandLine::add_gallery() {
   CLI::App* gallery = app_.add_subcommand("gallery", "Draw the images of docs/gallery.md");
   gallery->add_option("--out", gallery_.out, "folder to write to")->required();

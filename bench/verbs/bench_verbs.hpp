@@ -11,6 +11,7 @@
 #include "bench/gallery/gallery.hpp"
 #include "bench/verbs/bench.hpp"
 #include "bench/verbs/bench_derived.hpp"
+#include "bench/verbs/bench_reconstruct.hpp"
 #include "bench/verbs/bench_registration.hpp"
 #include "bench/verbs/bench_vessels.hpp"
 
@@ -31,6 +32,7 @@ class BenchCommandLine {
   void add_registration();
   void add_derived();
   void add_vessels();
+  void add_reconstruct();
   void add_gallery();
   void add_json(CLI::App& verb) {
     verb.add_option("--json", json_, "also write the report as JSON here; -: standard output");
@@ -48,6 +50,7 @@ class BenchCommandLine {
   BenchRegistrationOptions registration_;
   BenchDerivedOptions derived_;
   BenchVesselsOptions vessels_;
+  BenchReconstructOptions reconstruct_;
   GalleryOptions gallery_;
   std::function<Result<void>(app::Console&)> verb_;
 };
