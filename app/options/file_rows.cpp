@@ -281,7 +281,7 @@ void add_file_rows(std::vector<Option>& rows) {
        .type = "FILE",
        .text = "write the report as JSON here too; -: standard output",
        .group = group::kGroupFiles,
-       .verbs = {"demo", "replay", "live", "record", "serve", "info", "devices"},
+       .verbs = {"demo", "replay", "live", "window", "record", "serve", "info", "devices"},
        .slot = NAV_SLOT(json),
        .absent = "none",
        .usual = true},

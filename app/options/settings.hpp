@@ -13,6 +13,7 @@
 #include "app/verbs/serve.hpp"
 #include "app/verbs/simulate/simulate.hpp"
 #include "app/verbs/slices.hpp"
+#include "app/verbs/window_options.hpp"
 
 namespace nav::app {
 
@@ -27,6 +28,7 @@ struct Settings {
   SimulateOptions simulate;
   ServeOptions serve;
   ExportOptions exported;
+  WindowOptions window;
   std::filesystem::path session;  ///< Session file; empty: none.
   std::string json;               ///< File of the JSON report; "-": standard output; empty: none.
   std::filesystem::path file;     ///< Argument of info.
