@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <string>
 
-
 namespace nav::app {
 
 /// Options of the window.

@@ -21,8 +21,7 @@ bool is_too_small(PixelSize size) {
 FlatView draw_ultrasound_view(const PanelContext& context, PixelSize size) {
   const session::Epoch& epoch = context.epoch;
   render::Canvas canvas(size.width, size.height, kViewBackground);
-  if (is_too_small(size) || !epoch.frame ||
-      epoch.ultrasound.state > SafetyState::kDegraded) {
+  if (is_too_small(size) || !epoch.frame || epoch.ultrasound.state > SafetyState::kDegraded) {
     return {canvas.image(), std::nullopt};
   }
   const PlaneView view = fit(epoch.frame->frame, 0, 0, size.width, size.height);

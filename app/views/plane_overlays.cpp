@@ -44,7 +44,8 @@ void draw_depth_marks(Canvas& canvas, const PlaneView& view, const UltrasoundFra
   for (int depth = 0; depth < deepest && depth < 1000; depth += 10) {
     const double y = view.pixel_of({0, depth}).y();
     const double length = depth % 50 == 0 ? 10 : 5;
-    canvas.line({view.x + view.width - 1.0 - length, y}, {view.x + view.width - 1.0, y}, 1, kMarkColour);
+    canvas.line({view.x + view.width - 1.0 - length, y}, {view.x + view.width - 1.0, y}, 1,
+                kMarkColour);
   }
   const Eigen::Vector2d dot = view.pixel_of(marked_corner(frame).mm.head<2>());
   canvas.circle({std::min(dot.x(), view.x + view.width - 18.0), std::max(dot.y(), view.y + 8.0)}, 2,

@@ -19,14 +19,13 @@ Result<std::unique_ptr<Feed>> open_feed(const SessionConfig& config, bool loop, 
 }
 
 session::Session::Listener placing_listener(PlacedView& view, session::Session& session,
-                                            std::optional<Error>& failure,
-                                            RecordingOf recording) {
+                                            std::optional<Error>& failure, RecordingOf recording) {
   return [&view, &session, &failure,
           recording = std::move(recording)](const tracking::PairedFrame& paired) {
     if (!paired.tracked || failure) return;
     const TrackedFrame& image = *paired.tracked;
-    const auto placed = view.take(
-        image, recording ? std::optional(recording(image.frame)) : std::nullopt);
+    const auto placed =
+        view.take(image, recording ? std::optional(recording(image.frame)) : std::nullopt);
     if (!placed) {
       failure = placed.error();
     } else if (*placed) {

@@ -56,8 +56,8 @@ Result<std::unique_ptr<Feed>> open_recorded_feed(const SessionConfig& config, bo
 Result<std::unique_ptr<Feed>> open_live_feed(const SessionConfig& config, const Clock& clock,
                                              Console& console);
 
-/// The simulated procedure: a sweep, then a needle that approaches a lesion, again and again. The CT
-/// is placed by the truth of the simulation. No file is read.
+/// The simulated procedure: a sweep, then a needle that approaches a lesion, again and again. The
+/// CT is placed by the truth of the simulation. No file is read.
 Result<std::unique_ptr<Feed>> open_simulated_feed(const SessionConfig& config, const Clock& clock,
                                                   Console& console);
 

@@ -56,7 +56,7 @@ void FlatEngine::run(const std::stop_token& stop) {
     const FlatView ct = draw_ct_view(context, order->sizes.ct);
     const double ct_ms = 1e3 * seconds_since(start);
     hears_.done({flat_picture(order->moment, ultrasound, ultrasound_ms, beat),
-           flat_picture(order->moment, ct, ct_ms, beat)});
+                 flat_picture(order->moment, ct, ct_ms, beat)});
   }
 }
 

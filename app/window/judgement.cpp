@@ -54,13 +54,11 @@ ViewJudgement judge_scene(const Moment& newest, const SharedMoment& flat, const 
   if (epoch.plane.state <= SafetyState::kDegraded && shown.ultrasound_until) {
     ends.push_back(*shown.ultrasound_until);
   }
-  if (epoch.ct_from_needle && epoch.needle.state <= SafetyState::kDegraded &&
-      shown.needle_until) {
+  if (epoch.ct_from_needle && epoch.needle.state <= SafetyState::kDegraded && shown.needle_until) {
     ends.push_back(*shown.needle_until);
   }
-  const bool too_old = std::any_of(ends.begin(), ends.end(), [&](Timestamp until) {
-    return now > until + kDrawingAllowance;
-  });
+  const bool too_old = std::any_of(
+      ends.begin(), ends.end(), [&](Timestamp until) { return now > until + kDrawingAllowance; });
   const bool stands_still = view.late && now - shown.published > kLongestLate;
   if (!engine_failure.empty()) {
     view.covered = true;
@@ -69,8 +67,9 @@ ViewJudgement judge_scene(const Moment& newest, const SharedMoment& flat, const 
   } else if (too_old || stands_still) {
     view.covered = true;
     view.headline = "3D VIEW STALE";
-    view.safety = compose({view.safety, {SafetyState::kStale, "no new 3D image for " +
-                                                                  seconds_text(view.age_ms / 1e3)}});
+    view.safety =
+        compose({view.safety,
+                 {SafetyState::kStale, "no new 3D image for " + seconds_text(view.age_ms / 1e3)}});
   }
   return view;
 }
@@ -90,8 +89,8 @@ Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const Shar
     judgement.ultrasound =
         judged("ULTRASOUND", image(compose({newest->epoch.ultrasound, flat->epoch.ultrasound})),
                *flat, now);
-    judgement.ct = judged("CT PLANE", image(compose({newest->epoch.plane, flat->epoch.plane})),
-                          *flat, now);
+    judgement.ct =
+        judged("CT PLANE", image(compose({newest->epoch.plane, flat->epoch.plane})), *flat, now);
     for (ViewJudgement* view : {&judgement.ultrasound, &judgement.ct}) {
       if (failures.flat.empty()) continue;
       view->covered = true;
@@ -105,11 +104,11 @@ Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const Shar
   } else if (!failures.scene.empty()) {
     judgement.scene.safety.cause = failures.scene;
   }
-  const Safety needle = watched(newest->epoch.needle, "needle pose", newest->needle_until,
-                                newest->published, now);
+  const Safety needle =
+      watched(newest->epoch.needle, "needle pose", newest->needle_until, newest->published, now);
   const SharedMoment& numbers = flat ? flat : newest;
-  const Safety shown = watched(numbers->epoch.needle, "needle pose", numbers->needle_until,
-                               numbers->published, now);
+  const Safety shown =
+      watched(numbers->epoch.needle, "needle pose", numbers->needle_until, numbers->published, now);
   if (newest->epoch.guidance && numbers->epoch.guidance && needle.shows_numbers() &&
       shown.shows_numbers()) {
     judgement.guidance = numbers->epoch.guidance;

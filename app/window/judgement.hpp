@@ -11,11 +11,11 @@ namespace nav::app {
 
 /// Judgement of one view.
 struct ViewJudgement {
-  Safety safety;            ///< State of what it shows.
-  bool covered = false;     ///< Its image must not be taken for the present.
-  std::string headline{};   ///< Covered: "ULTRASOUND STALE".
-  bool late = false;        ///< It shows an older moment than another view.
-  double age_ms = 0;        ///< Age of the moment it shows.
+  Safety safety;           ///< State of what it shows.
+  bool covered = false;    ///< Its image must not be taken for the present.
+  std::string headline{};  ///< Covered: "ULTRASOUND STALE".
+  bool late = false;       ///< It shows an older moment than another view.
+  double age_ms = 0;       ///< Age of the moment it shows.
 };
 
 /// Judgement of the whole window at a time.
@@ -38,8 +38,8 @@ struct EngineFailures {
   std::string scene{}, flat{};
 };
 
-/// Judges the views and numbers that are on the screen now. The watchdog of the window: it depends on
-/// no other thread, so it holds when an engine or the session hangs.
+/// Judges the views and numbers that are on the screen now. The watchdog of the window: it depends
+/// on no other thread, so it holds when an engine or the session hangs.
 ///
 /// \p newest: newest moment of the session; \p flat, \p scene: moments that the flat views and the
 /// 3D view show; each may be null.

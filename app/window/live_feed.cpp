@@ -59,10 +59,9 @@ class LiveFeed final : public Feed {
     std::vector<std::pair<std::string, std::string>> all;
     all.emplace_back("patient", "CT " + config_.ct.path.string());
     for (const auto& device : live_.status()) {
-      all.emplace_back("devices", device.id + " (" + device.kind +
-                                      "): " + to_string(device.health.state) +
-                                      (device.health.cause.empty() ? "" : ", ") +
-                                      device.health.cause);
+      all.emplace_back("devices",
+                       device.id + " (" + device.kind + "): " + to_string(device.health.state) +
+                           (device.health.cause.empty() ? "" : ", ") + device.health.cause);
     }
     all.emplace_back("calibration", live_.calibration_statement());
     all.emplace_back("registration", live_.reference_statement());

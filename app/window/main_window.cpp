@@ -37,15 +37,14 @@ MainWindow::MainWindow(const Options& options, const Clock& clock, Console& cons
       snapshot_folder_(options.snapshot_folder),
       rail_(new Rail(this)),
       scene_(new SceneWidget(QStringLiteral("view3d"), QStringLiteral("3D"), this)),
-      ultrasound_(new UltrasoundWidget(QStringLiteral("ultrasound"),
-                                       QStringLiteral("Ultrasound"), this)),
+      ultrasound_(
+          new UltrasoundWidget(QStringLiteral("ultrasound"), QStringLiteral("Ultrasound"), this)),
       ct_(new ViewWidget(QStringLiteral("ctplane"), QStringLiteral("CT along the plane"), this)),
       numerals_(new Numerals(this)),
       status_(new StatusLines(this)),
       panel_(words_label(QStringLiteral("panel"), QStringLiteral("Panel of the step"), this)),
       keys_(words_label(QStringLiteral("keys"), QStringLiteral("Keys"), this)),
-      loop_(options.loop, clock, console, report,
-            {scene_, ultrasound_, ct_, numerals_, status_}) {
+      loop_(options.loop, clock, console, report, {scene_, ultrasound_, ct_, numerals_, status_}) {
   setObjectName(QStringLiteral("window"));
   setWindowTitle(title_);
   setStyleSheet(theme::style_sheet());
@@ -71,6 +70,7 @@ MainWindow::MainWindow(const Options& options, const Clock& clock, Console& cons
   watchdog_.start(kWatchdogMs);
   loop_.tick();
   update_panel();
+  scene_->setFocus();
 }
 
 MainWindow::~MainWindow() { loop_.stop(); }
@@ -85,8 +85,9 @@ void MainWindow::resizeEvent(QResizeEvent*) { arrange(); }
 void MainWindow::add_actions() {
   for (int i = 0; i < kStepCount; ++i) {
     actions_.add({QStringLiteral("step%1").arg(i + 1),
-                  QStringLiteral("step %1: %2").arg(i + 1).arg(
-                      QLatin1String(kStepNames[static_cast<std::size_t>(i)])),
+                  QStringLiteral("step %1: %2")
+                      .arg(i + 1)
+                      .arg(QLatin1String(kStepNames[static_cast<std::size_t>(i)])),
                   QKeySequence(Qt::Key_F1 + i), [this, i] { choose_step(i); }});
   }
   const auto add = [this](const char* name, const char* title, QKeyCombination key,

@@ -63,7 +63,8 @@ void MainWindow::update_panel() {
 void MainWindow::take_snapshot() {
   const QImage image = shot();
   const QDir folder(snapshot_folder_.isEmpty() ? QDir::currentPath() : snapshot_folder_);
-  const QString stamp = QDateTime::currentDateTime().toString(QStringLiteral("yyyyMMdd-HHmmss-zzz"));
+  const QString stamp =
+      QDateTime::currentDateTime().toString(QStringLiteral("yyyyMMdd-HHmmss-zzz"));
   const QString path = folder.filePath(QStringLiteral("sonde-%1.png").arg(stamp));
   // Compressing takes long: not on the window's thread.
   writers_.emplace_back([this, image, path] {
@@ -71,8 +72,9 @@ void MainWindow::take_snapshot() {
     QMetaObject::invokeMethod(
         this,
         [this, saved, path] {
-          snapshot_words_ = saved ? QStringLiteral("Snapshot: %1").arg(path)
-                                  : QStringLiteral("The snapshot could not be written: %1").arg(path);
+          snapshot_words_ = saved
+                                ? QStringLiteral("Snapshot: %1").arg(path)
+                                : QStringLiteral("The snapshot could not be written: %1").arg(path);
           update_panel();
         },
         Qt::QueuedConnection);
@@ -95,9 +97,9 @@ std::optional<QString> MainWindow::value(const QString& name) const {
     return text.isEmpty() ? std::nullopt : std::optional(text);
   }
   if (kind == QLatin1String("view")) {
-    for (const ViewWidget* view : {static_cast<const ViewWidget*>(scene_),
-                                   static_cast<const ViewWidget*>(ultrasound_),
-                                   static_cast<const ViewWidget*>(ct_)}) {
+    for (const ViewWidget* view :
+         {static_cast<const ViewWidget*>(scene_), static_cast<const ViewWidget*>(ultrasound_),
+          static_cast<const ViewWidget*>(ct_)}) {
       if (view->objectName() == what) return word_of(view->judgement());
     }
     return std::nullopt;

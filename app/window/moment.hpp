@@ -20,8 +20,8 @@ struct InputStatus {
   std::string name;  ///< "ultrasound", "CT", "needle".
   Safety safety;
   std::optional<Timestamp> acquired{};  ///< Its newest sample, window's clock; absent: no age.
-  std::optional<double> rate_hz{};  ///< Absent: unknown, or it does not come again and again.
-  std::uint64_t drops = 0;          ///< Samples that were dropped, rejected or missing.
+  std::optional<double> rate_hz{};      ///< Absent: unknown, or it does not come again and again.
+  std::uint64_t drops = 0;              ///< Samples that were dropped, rejected or missing.
 };
 
 /// Everything that one refresh of the window shows: all its views and numbers come from here. The

@@ -83,8 +83,7 @@ void Numerals::paintEvent(QPaintEvent*) {
                        QString::fromUtf8(kNumerals[i].unit));
     }
     painter.setFont(theme::font(pixels, true));
-    painter.setPen(withdrawn_ ? theme::colour_of_state(SafetyState::kDegraded)
-                              : QColor(Qt::white));
+    painter.setPen(withdrawn_ ? theme::colour_of_state(SafetyState::kDegraded) : QColor(Qt::white));
     painter.drawText(digits.translated(x, 0), Qt::AlignCenter,
                      withdrawn_ ? QStringLiteral("– –") : texts_[i]);
   }

@@ -11,8 +11,8 @@
 
 namespace nav::app {
 
-/// The numbers of the needle, large. What is not valid is withdrawn: two dashes and the cause, never
-/// an old or a grey number.
+/// The numbers of the needle, large. What is not valid is withdrawn: two dashes and the cause,
+/// never an old or a grey number.
 class Numerals final : public QWidget {
  public:
   explicit Numerals(QWidget* parent);

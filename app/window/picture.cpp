@@ -26,8 +26,8 @@ QImage converted(const Image2d<T>& image, const Bytes& bytes) {
   return out;
 }
 
-/// round(255 · clamp(x, 0, 1)) without the slow library call: x is in [0, 255.5), and the float just
-/// below .5 is not rounded up by the sum.
+/// round(255 · clamp(x, 0, 1)) without the slow library call: x is in [0, 255.5), and the float
+/// just below .5 is not rounded up by the sum.
 unsigned byte_of(float x) {
   const float scaled = 255.0F * std::clamp(x, 0.0F, 1.0F);
   const auto whole = static_cast<unsigned>(scaled);

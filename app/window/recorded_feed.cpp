@@ -72,6 +72,8 @@ class RecordedFeed final : public Feed {
         [this](const UltrasoundFrame& image) { return session::recording_read(session_, image); });
   }
   void begin() {
+    // Its placement was decided by the first image of the first round.
+    if (const auto& placement = view_.placement()) session_.set_placement(placement->placement);
     if (config_.plan) session_.navigator().set_plan(*config_.plan);
     by_period_ = false;
     driver_.emplace(session_.session(), session::RefreshRule{}, listener());
@@ -106,9 +108,8 @@ Result<std::unique_ptr<Feed>> open_recorded_feed(const SessionConfig& config, bo
   if (!config.source.whole_image) {
     if (auto ok = session->learn_outline(); !ok) return ok.error();
   }
-  return std::unique_ptr<Feed>(std::make_unique<RecordedFeed>(config, loop, console,
-                                                              *std::move(session),
-                                                              *std::move(parts)));
+  return std::unique_ptr<Feed>(std::make_unique<RecordedFeed>(
+      config, loop, console, *std::move(session), *std::move(parts)));
 }
 
 }  // namespace nav::app

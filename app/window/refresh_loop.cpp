@@ -4,8 +4,6 @@
 
 #include <utility>
 
-
-
 namespace nav::app {
 
 namespace {
@@ -15,7 +13,8 @@ template <class T>
 auto poster(Mailbox<T>& box, RefreshLoop& loop) {
   return [&box, &loop](T value) {
     if (!box.put(std::move(value))) return;
-    QMetaObject::invokeMethod(&loop, [&loop] { loop.tick(); }, Qt::QueuedConnection);
+    QMetaObject::invokeMethod(
+        &loop, [&loop] { loop.tick(); }, Qt::QueuedConnection);
   };
 }
 
@@ -34,9 +33,8 @@ RefreshLoop::RefreshLoop(const Options& options, const Clock& clock, Console& co
                {poster(moments_, *this), poster(news_box_, *this)}) {
   if (!has_session_) news_.words = "no session: sonde window SESSION, or --simulated";
   views_.scene->moved = [this](const render::WindowInput& input) { move_camera(input); };
-  for (ViewWidget* view :
-       {static_cast<ViewWidget*>(views_.scene), static_cast<ViewWidget*>(views_.ultrasound),
-        views_.ct}) {
+  for (ViewWidget* view : {static_cast<ViewWidget*>(views_.scene),
+                           static_cast<ViewWidget*>(views_.ultrasound), views_.ct}) {
     view->resized = [this] { order_pictures(); };
   }
   measure_painting();
@@ -86,7 +84,7 @@ void RefreshLoop::move_camera(const render::WindowInput& input) {
   camera_ = render::moved(camera_.value_or(moment->scene->camera), input);
   ++camera_number_;
   if (!camera_asked_) camera_asked_ = clock_.now();
-  scene_engine_.draw({moment, camera_, views_.scene->pixel_size(), camera_number_});
+  scene_engine_.draw({moment, camera_, views_.scene->pixel_size(), camera_number_, frozen()});
 }
 
 void RefreshLoop::reset_camera() {
@@ -101,9 +99,8 @@ void RefreshLoop::set_frozen(bool frozen) {
     frozen_ = Frozen{flat_moment_, clock_.now()};
   } else {
     frozen_.reset();
-    for (ViewWidget* view :
-         {static_cast<ViewWidget*>(views_.scene), static_cast<ViewWidget*>(views_.ultrasound),
-          views_.ct}) {
+    for (ViewWidget* view : {static_cast<ViewWidget*>(views_.scene),
+                             static_cast<ViewWidget*>(views_.ultrasound), views_.ct}) {
       view->set_frozen(std::nullopt);
     }
   }
@@ -115,7 +112,7 @@ void RefreshLoop::order_pictures() {
   const SharedMoment moment = wanted();
   if (!moment) return;
   flat_engine_.draw({moment, {views_.ultrasound->pixel_size(), views_.ct->pixel_size()}});
-  scene_engine_.draw({moment, camera_, views_.scene->pixel_size(), camera_number_});
+  scene_engine_.draw({moment, camera_, views_.scene->pixel_size(), camera_number_, frozen()});
 }
 
 bool RefreshLoop::fault(const std::string& name, Duration time) {
@@ -193,9 +190,8 @@ void RefreshLoop::tick() {
     // Each view keeps the moment that it shows; one that differs has to be marked or covered.
     const bool same =
         views_.ultrasound->picture()->moment->number == views_.ct->picture()->moment->number &&
-        (views_.scene->picture()->moment->number == flat_moment_->number ||
-         judgement_.scene.late || judgement_.scene.covered || judgement_.ultrasound.late ||
-         judgement_.ultrasound.covered);
+        (views_.scene->picture()->moment->number == flat_moment_->number || judgement_.scene.late ||
+         judgement_.scene.covered || judgement_.ultrasound.late || judgement_.ultrasound.covered);
     report_.refresh(same);
   }
 }
@@ -208,13 +204,11 @@ void RefreshLoop::apply(const Judgement& judgement, Timestamp now) {
     for (ViewJudgement* view : {&shown.ultrasound, &shown.ct, &shown.scene}) {
       if (view->covered && scene_moment_) view->covered = false;
       view->safety = {SafetyState::kStale, "frozen by the user"};
-      view->late = false;
     }
     shown.guidance.reset();
     shown.withdrawn = "frozen by the user";
-    for (ViewWidget* view :
-         {static_cast<ViewWidget*>(views_.scene), static_cast<ViewWidget*>(views_.ultrasound),
-          views_.ct}) {
+    for (ViewWidget* view : {static_cast<ViewWidget*>(views_.scene),
+                             static_cast<ViewWidget*>(views_.ultrasound), views_.ct}) {
       view->set_frozen(to_seconds(now - frozen_->since));
     }
   }

@@ -17,6 +17,10 @@ constexpr double kLiveBudget = 0.020;
 constexpr double kNeverRefine = 1e9;
 constexpr auto kLookForOrders = std::chrono::milliseconds(20);
 
+/// Time for which a session that goes on is expected to deliver again, s. Meanwhile the engine does
+/// not begin a long image.
+constexpr double kExpectLive = 2;
+
 bool shows_live(const session::Epoch& epoch) {
   return epoch.plane.state <= SafetyState::kDegraded ||
          (epoch.ct_from_needle && epoch.needle.state <= SafetyState::kDegraded);
@@ -75,19 +79,25 @@ void SceneEngine::run(const std::stop_token& stop) {
     const std::lock_guard lock(mutex_);
     engine_ = {(*engine)->name(), (*engine)->device()};
   }
-  render::ProgressiveRenderer live(**engine, {.budget_s = kLiveBudget, .refine_after_s = kNeverRefine});
+  render::ProgressiveRenderer live(**engine,
+                                   {.budget_s = kLiveBudget, .refine_after_s = kNeverRefine});
   render::ProgressiveRenderer resting(**engine, {.budget_s = kLiveBudget});
+  render::ProgressiveRenderer waiting(**engine,
+                                      {.budget_s = kLiveBudget, .refine_after_s = kExpectLive});
+  const auto renderer_of = [&](const Order& order) -> render::ProgressiveRenderer& {
+    const Moment& moment = *order.moment;
+    if (order.frozen || !moment.notice.empty() || !moment.epoch.frame) return resting;
+    return shows_live(moment.epoch) ? live : waiting;
+  };
   std::optional<Order> last;
   while (!stop.stop_requested()) {
     auto order = orders_.wait(last ? Duration(kLookForOrders) : Duration(std::chrono::seconds(1)));
     if (const auto ns = hang_ns_.exchange(0); ns > 0) {
       std::this_thread::sleep_for(std::chrono::nanoseconds(ns));
     }
-    if (!order && !(last && resting.wants_refinement(clock_.now()))) continue;
+    if (!order && !(last && renderer_of(*last).wants_refinement(clock_.now()))) continue;
     if (order) last = std::move(order);
-    const bool is_live = shows_live(last->moment->epoch);
-    if (!order && is_live) continue;
-    auto picture = draw_now(*last, is_live ? live : resting);
+    auto picture = draw_now(*last, renderer_of(*last));
     if (!picture) return hears_.failed(picture.error().message);
     hears_.done(*std::move(picture));
   }

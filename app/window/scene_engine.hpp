@@ -29,6 +29,7 @@ class SceneEngine {
     std::optional<render::Camera> camera{};  ///< Absent: the session's.
     PixelSize size{1, 1};                    ///< Device pixels.
     std::uint64_t number = 0;                ///< Number of the newest camera order.
+    bool frozen = false;                     ///< Nothing newer will be wanted for now.
   };
   struct Hears {
     std::function<void(Picture)> done;  ///< Called on the engine's thread, as is failed.

@@ -22,6 +22,22 @@ void send_mouse(QWidget& to, QEvent::Type type, QPointF at, Qt::MouseButton butt
   QApplication::sendEvent(&to, &event);
 }
 
+/// Writes an image and describes it. \p path may be empty: it is only described.
+Result<io::Json> save_shot(const std::string& name, const QImage& image, const QString& path) {
+  std::string bytes;
+  for (int y = 0; y < image.height(); ++y) {
+    bytes.append(reinterpret_cast<const char*>(image.constScanLine(y)),
+                 4 * static_cast<std::size_t>(image.width()));
+  }
+  if (!path.isEmpty() && !image.save(path, "PNG")) {
+    return Error{ErrorCode::kIo, path.toStdString() + ": could not be written"};
+  }
+  return io::Json{{"name", name},
+                  {"sha256", io::sha256_hex(bytes)},
+                  {"width", image.width()},
+                  {"height", image.height()}};
+}
+
 Error cannot(const std::string& what) { return {ErrorCode::kUsage, what}; }
 
 }  // namespace
@@ -41,17 +57,13 @@ ScriptPlayer::ScriptPlayer(std::vector<ScriptLine> lines, const Options& options
 
 void ScriptPlayer::step() {
   if (next_ >= lines_.size() || lines_[next_].command == "quit") {
-    timer_.stop();
-    done_(std::nullopt);
-    return;
+    return end(std::nullopt);
   }
   const ScriptLine& line = lines_[next_];
   const auto played = play(line);
   if (!played) {
-    timer_.stop();
-    done_(Error{played.error().code, "line " + std::to_string(line.number) + ": " + line.command +
-                                         ": " + played.error().message});
-    return;
+    return end(Error{played.error().code, "line " + std::to_string(line.number) + ": " +
+                                              line.command + ": " + played.error().message});
   }
   if (!*played) return;
   ++next_;
@@ -98,8 +110,8 @@ Result<bool> ScriptPlayer::await(const ScriptLine& line) {
     if (!seconds) return seconds.error();
     return waited >= *seconds;
   }
-  const auto most = line.words.size() > 2 ? script_number(line.words[2], 0, kLongestWait)
-                                          : Result<double>(0.0);
+  const auto most =
+      line.words.size() > 2 ? script_number(line.words[2], 0, kLongestWait) : Result<double>(0.0);
   if (!most) return most.error();
   const auto value = window_.value(QString::fromStdString(line.words[0]));
   if (!value && window_.loop().newest()) {
@@ -188,23 +200,26 @@ Result<void> ScriptPlayer::shoot(const std::string& name) {
   if (name.find_first_of("/\\") != std::string::npos || name.front() == '.') {
     return cannot("expected a name without a folder, found '" + name + "'");
   }
-  const QImage image = window_.shot();
-  std::string bytes;
-  for (int y = 0; y < image.height(); ++y) {
-    bytes.append(reinterpret_cast<const char*>(image.constScanLine(y)),
-                 4 * static_cast<std::size_t>(image.width()));
-  }
-  report_.shot({{"name", name},
-                {"sha256", io::sha256_hex(bytes)},
-                {"width", image.width()},
-                {"height", image.height()}});
-  if (options_.shots_folder.isEmpty()) return {};
-  const QString path =
-      QDir(options_.shots_folder).filePath(QString::fromStdString(name) + QStringLiteral(".png"));
-  if (!image.save(path, "PNG")) {
-    return Error{ErrorCode::kIo, path.toStdString() + ": could not be written"};
-  }
+  const QString path = options_.shots_folder.isEmpty()
+                           ? QString()
+                           : QDir(options_.shots_folder)
+                                 .filePath(QString::fromStdString(name) + QStringLiteral(".png"));
+  // Compressing takes longer than the views may wait.
+  shots_.push_back(std::async(std::launch::async, save_shot, name, window_.shot(), path));
   return {};
+}
+
+void ScriptPlayer::end(std::optional<Error> failure) {
+  timer_.stop();
+  for (auto& shot : shots_) {
+    auto saved = shot.get();
+    if (saved) {
+      report_.shot(*std::move(saved));
+    } else if (!failure) {
+      failure = saved.error();
+    }
+  }
+  done_(std::move(failure));
 }
 
 }  // namespace nav::app

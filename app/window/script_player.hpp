@@ -4,6 +4,7 @@
 
 #include <QTimer>
 #include <functional>
+#include <future>
 #include <optional>
 #include <string>
 #include <vector>
@@ -35,6 +36,8 @@ class ScriptPlayer {
   Result<void> drag(const ScriptLine& line);
   Result<void> wheel(const ScriptLine& line);
   Result<void> shoot(const std::string& name);
+  /// Ends the script: reports the shots.
+  void end(std::optional<Error> failure);
   Result<QWidget*> control(const std::string& name);
 
   std::vector<ScriptLine> lines_;
@@ -44,6 +47,7 @@ class ScriptPlayer {
   WindowReport& report_;
   std::function<void(std::optional<Error>)> done_;
   std::size_t next_ = 0;
+  std::vector<std::future<Result<io::Json>>> shots_;  ///< Written on threads of their own.
   std::optional<Timestamp> waiting_since_;
   QTimer timer_;
 };

@@ -24,10 +24,10 @@ std::shared_ptr<const render::Scene> scene_of(const Presenter& presenter,
   if (scene->plane && scene->plane->safety.state <= SafetyState::kDegraded) {
     const Eigen::Vector3d blue =
         Eigen::Vector3d(kNeedleColour.r, kNeedleColour.g, kNeedleColour.b) / 255.0;
-    scene->spheres.push_back({.centre_ct = scene->plane->ct_from_image *
-                                           marked_corner(scene->plane->frame),
-                              .radius_mm = kMarkRadiusMm,
-                              .rgb = blue});
+    scene->spheres.push_back(
+        {.centre_ct = scene->plane->ct_from_image * marked_corner(scene->plane->frame),
+         .radius_mm = kMarkRadiusMm,
+         .rgb = blue});
   }
   return scene;
 }
@@ -67,9 +67,9 @@ void SessionThread::stop() {
 }
 
 void SessionThread::tell(SessionNews::Stage stage, std::string words, Feed* feed) {
-  hears_.news({stage, std::move(words),
-               feed != nullptr ? feed->facts()
-                               : std::vector<std::pair<std::string, std::string>>()});
+  hears_.news(
+      {stage, std::move(words),
+       feed != nullptr ? feed->facts() : std::vector<std::pair<std::string, std::string>>()});
 }
 
 void SessionThread::run(const std::stop_token& stop) {
@@ -155,8 +155,8 @@ void SessionThread::look_at_streams(Feed& feed, Timestamp now) {
     auto& rate = images ? look_.images_hz : look_.needle_hz;
     auto& drops = images ? look_.images_dropped : look_.needle_dropped;
     if (account.timing.rate_hz > 0) rate = account.timing.rate_hz;
-    drops += account.ledger.dropped_total() + account.ledger.rejected_total() +
-             account.timing.missing;
+    drops +=
+        account.ledger.dropped_total() + account.ledger.rejected_total() + account.timing.missing;
   }
 }
 
@@ -185,12 +185,12 @@ std::shared_ptr<Moment> SessionThread::moment_of(Feed& feed, session::Epoch epoc
   moment->acquired = at(acquired);
   moment->ultrasound_until = at(epoch.ultrasound_until);
   moment->needle_until = at(epoch.needle_until);
-  moment->inputs = {{"ultrasound", epoch.ultrasound, moment->acquired, look_.images_hz,
-                     look_.images_dropped},
-                    {"CT", epoch.placement}};
+  moment->inputs = {
+      {"ultrasound", epoch.ultrasound, moment->acquired, look_.images_hz, look_.images_dropped},
+      {"CT", epoch.placement}};
   if (moment->needle_expected || moment->plan) {
-    moment->inputs.push_back({"needle", epoch.needle, at(epoch.needle_acquired), look_.needle_hz,
-                              look_.needle_dropped});
+    moment->inputs.push_back(
+        {"needle", epoch.needle, at(epoch.needle_acquired), look_.needle_hz, look_.needle_dropped});
   }
   moment->epoch = std::move(epoch);
   return moment;

@@ -28,7 +28,7 @@ struct FaultOrder {
 struct SessionNews {
   enum class Stage { kLoading, kRunning, kFailed };
   Stage stage = Stage::kLoading;
-  std::string words{};                                         ///< The work in progress, or the failure.
+  std::string words{};  ///< The work in progress, or the failure.
   std::vector<std::pair<std::string, std::string>> facts = {};  ///< Feed::facts().
 };
 
@@ -57,8 +57,7 @@ class SessionThread {
  private:
   void run(const std::stop_token& stop);
   void play(Feed& feed, const std::stop_token& stop);
-  [[nodiscard]] std::shared_ptr<Moment> moment_of(Feed& feed, session::Epoch epoch,
-                                                  Timestamp now);
+  [[nodiscard]] std::shared_ptr<Moment> moment_of(Feed& feed, session::Epoch epoch, Timestamp now);
   void look_at_streams(Feed& feed, Timestamp now);
   void obey(Feed& feed);
   void tell(SessionNews::Stage stage, std::string words, Feed* feed = nullptr);

@@ -102,13 +102,13 @@ class SimulatedFeed final : public Feed {
   /// The camera looks at the plane in which the needle comes, not at that of the first image.
   void face_the_needle() {
     const auto last = simulation_.truth(simulation_.frame_count() - 1).ct_from_image;
-    view_.presenter().set_facts({.plan = config_.plan,
-                                 .needle_expected = true,
-                                 .focus_ct = config_.plan->target_ct,
-                                 .typical_plane = SessionFacts::TypicalPlane{
-                                     last, simulation_.options().probe.depth_mm},
-                                 .window = view_.presenter().window(),
-                                 .banner = kind()});
+    view_.presenter().set_facts(
+        {.plan = config_.plan,
+         .needle_expected = true,
+         .focus_ct = config_.plan->target_ct,
+         .typical_plane = SessionFacts::TypicalPlane{last, simulation_.options().probe.depth_mm},
+         .window = view_.presenter().window(),
+         .banner = kind()});
   }
   void begin() {
     if (session_) finish();
@@ -122,7 +122,8 @@ class SimulatedFeed final : public Feed {
     session_->add(faults_);
     if (placement_) session_->navigator().set_placement(*placement_);
     if (config_.plan) session_->navigator().set_plan(*config_.plan);
-    driver_.emplace(*session_, session::RefreshRule{}, placing_listener(view_, *session_, failure_));
+    driver_.emplace(*session_, session::RefreshRule{},
+                    placing_listener(view_, *session_, failure_));
     session_->start(clock_);
   }
 
@@ -151,8 +152,8 @@ Result<std::unique_ptr<Feed>> open_simulated_feed(const SessionConfig& config, c
   if (!ct) return ct.error();
   SessionConfig own = config;
   own.plan = simulation->needle()->plan();
-  auto parts = PlacedView::prepare(own, "Reference",
-                                   std::make_shared<const Volume>(*std::move(ct)), console);
+  auto parts = PlacedView::prepare(own, "Reference", std::make_shared<const Volume>(*std::move(ct)),
+                                   console);
   if (!parts) return parts.error();
   parts->needle_expected = true;
   parts->given =

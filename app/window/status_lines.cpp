@@ -53,8 +53,7 @@ void StatusLines::paintEvent(QPaintEvent*) {
   const auto text_y = [&] { return line * kLineHeight + 2 + metrics.ascent() + 1; };
   for (const InputStatus& input : inputs_) {
     const QColor colour = theme::colour_of_state(input.safety.state);
-    theme::draw_state_shape(painter, QRectF(8, line * kLineHeight + 5, 12, 12),
-                            input.safety.state);
+    theme::draw_state_shape(painter, QRectF(8, line * kLineHeight + 5, 12, 12), input.safety.state);
     double x = 28;
     const auto column = [&](const QString& text, double width, const QColor& pen) {
       painter.setPen(pen);
@@ -64,10 +63,11 @@ void StatusLines::paintEvent(QPaintEvent*) {
     const QColor plain = QColor::fromRgb(theme::kWindowText);
     column(theme::plain(input.name), 11 * digits, plain);
     column(theme::plain(to_string(input.safety.state)), 11 * digits, colour);
-    column(input.acquired ? QStringLiteral("%1 ms old").arg(
-                                std::lround(1e3 * to_seconds(now_ - *input.acquired)))
-                          : QString(),
-           13 * digits, plain);
+    column(
+        input.acquired
+            ? QStringLiteral("%1 ms old").arg(std::lround(1e3 * to_seconds(now_ - *input.acquired)))
+            : QString(),
+        13 * digits, plain);
     column(input.rate_hz ? QStringLiteral("%1 / s").arg(*input.rate_hz, 0, 'f', 1) : QString(),
            10 * digits, plain);
     column(input.rate_hz ? QStringLiteral("%1 dropped").arg(input.drops) : QString(), 13 * digits,

@@ -65,9 +65,7 @@ double draw_tag(QPainter& painter, double x, double y, const QString& text, cons
   return box.right();
 }
 
-QString plain(const std::string& text) {
-  return QString::fromStdString(without_controls(text));
-}
+QString plain(const std::string& text) { return QString::fromStdString(without_controls(text)); }
 
 QString style_sheet() {
   return QStringLiteral(
@@ -78,7 +76,7 @@ QString style_sheet() {
       "QPushButton:checked { background: #1f5f8c; border-color: #8fd3ff; }"
       "QPushButton:focus { border-color: #ffffff; }"
       "QPushButton:disabled { color: #a7b2bc; }"
-      "QLabel { background: transparent; }");
+      "QLabel#panel, QLabel#keys { background: #1b2229; }");
 }
 
 }  // namespace nav::app::theme

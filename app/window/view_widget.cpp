@@ -72,9 +72,9 @@ void ViewWidget::paintEvent(QPaintEvent*) {
       // Until the image of the new size comes.
       painter.fillRect(rect(), QColor::fromRgb(theme::kWindowBackground));
       const QSizeF fitted = size.scaled(QSizeF(QWidget::size()), Qt::KeepAspectRatio);
-      painter.drawImage(QRectF({(width() - fitted.width()) / 2, (height() - fitted.height()) / 2},
-                               fitted),
-                        picture_->image);
+      painter.drawImage(
+          QRectF({(width() - fitted.width()) / 2, (height() - fitted.height()) / 2}, fitted),
+          picture_->image);
     }
     paint_marks(painter, *picture_);
   } else {
@@ -122,7 +122,8 @@ void ViewWidget::paint_words(QPainter& painter) {
                             QColor::fromRgb(theme::kWindowAccent));
   }
   // State: shape and word, at the upper right.
-  const QString word = theme::plain(to_string(judgement_.safety.state));
+  const QString word =
+      frozen_s_ ? QStringLiteral("frozen") : theme::plain(to_string(judgement_.safety.state));
   const double word_width = QFontMetricsF(small).horizontalAdvance(word) + 12;
   const double x = width() - kMargin - word_width;
   const double line = QFontMetricsF(small).height() + 4;
@@ -135,8 +136,7 @@ void ViewWidget::paint_words(QPainter& painter) {
   }
   double y = kMargin + line + 2;
   if (frozen_s_) {
-    theme::draw_tag(painter, kMargin, y,
-                    QStringLiteral("FROZEN %1 s").arg(*frozen_s_, 0, 'f', 1),
+    theme::draw_tag(painter, kMargin, y, QStringLiteral("FROZEN %1 s").arg(*frozen_s_, 0, 'f', 1),
                     theme::font(26, true), text);
     y += 40;
   }
@@ -144,15 +144,16 @@ void ViewWidget::paint_words(QPainter& painter) {
   if (judgement_.late) {
     theme::draw_tag(painter, kMargin, y,
                     QStringLiteral("LATE %1 ms").arg(std::lround(judgement_.age_ms)),
-                    theme::font(kSmallText, true),
-                    theme::colour_of_state(SafetyState::kDegraded));
+                    theme::font(kSmallText, true), theme::colour_of_state(SafetyState::kDegraded));
   }
   if (judgement_.safety.state == SafetyState::kDegraded) {
     painter.setFont(small);
     const QString cause = theme::plain(judgement_.safety.cause);
-    const QRectF most(kMargin, 0, width() - 2 * kMargin - 24, height() / 2.0);
+    // Beside the letters of the directions, which stand in the middle of the edges.
+    const double widest = std::min(width() - 2.0 * kMargin, std::max(200.0, 0.42 * width()));
+    const QRectF most(0, 0, widest - 12, height());
     const QRectF box = QFontMetricsF(small).boundingRect(most, Qt::TextWordWrap, cause);
-    const QRectF at(kMargin, height() - box.height() - 10, box.width() + 12, box.height() + 4);
+    const QRectF at(kMargin, y, box.width() + 12, box.height() + 4);
     painter.fillRect(at, QColor(0x10, 0x14, 0x18, 0xd8));
     painter.setPen(theme::colour_of_state(SafetyState::kDegraded));
     painter.drawText(at.adjusted(6, 2, 0, 0), Qt::TextWordWrap, cause);

@@ -49,12 +49,14 @@ io::Json controls_of(const MainWindow& window) {
     }
     const auto* button = qobject_cast<const QAbstractButton*>(control);
     const auto* label = qobject_cast<const QLabel*>(control);
-    const bool clipped =
-        button != nullptr ? is_clipped(*button)
-                          : label != nullptr && label->isVisible() &&
-                                label->heightForWidth(label->width()) > label->height();
+    const bool clipped = button != nullptr
+                             ? is_clipped(*button)
+                             : label != nullptr && label->isVisible() &&
+                                   label->heightForWidth(label->width()) > label->height();
     all.push_back({{"name", name.toStdString()},
-                   {"kind", button != nullptr ? "button" : label != nullptr ? "text" : "view"},
+                   {"kind", button != nullptr  ? "button"
+                            : label != nullptr ? "text"
+                                               : "view"},
                    {"accessible_name", control->accessibleName().toStdString()},
                    {"shortcut", key.empty() ? io::Json(nullptr) : io::Json(key)},
                    {"width_px", control->width()},

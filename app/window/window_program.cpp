@@ -60,7 +60,8 @@ QString title_of(const Settings& settings, const SessionConfig& config) {
                                                     : QStringLiteral(" – LIVE");
   const bool simulates = std::ranges::any_of(
       config.source.devices, [](const auto& device) { return device.kind == "simulated"; });
-  if (config.source.kind == Kind::kLive && simulates) title += QStringLiteral(" (SIMULATED DEVICE)");
+  if (config.source.kind == Kind::kLive && simulates)
+    title += QStringLiteral(" (SIMULATED DEVICE)");
   return title + QStringLiteral(" – research software, not a medical device");
 }
 
@@ -83,14 +84,13 @@ Result<void> run_window(const Settings& settings, int& argc, char** argv, Consol
   WindowReport report;
   TimedApplication application(argc, argv);
   application.measure_into(&report);
-  MainWindow window(
-      {.loop = {.config = *config,
-                .engine = options.engine,
-                .loop = !options.once,
-                .has_session = !settings.session.empty() || options.simulated},
-       .title = title_of(settings, *config),
-       .snapshot_folder = QString::fromStdString(options.shots.string())},
-      clock, console, report);
+  MainWindow window({.loop = {.config = *config,
+                              .engine = options.engine,
+                              .loop = !options.once,
+                              .has_session = !settings.session.empty() || options.simulated},
+                     .title = title_of(settings, *config),
+                     .snapshot_folder = QString::fromStdString(options.shots.string())},
+                    clock, console, report);
   KeyFilter filter(window);
   application.installEventFilter(&filter);
   std::optional<Error> failure;

@@ -9,8 +9,8 @@
 namespace nav::app {
 
 /// Shows the window until it is closed, its script has ended, or Ctrl-C. \p argc, \p argv: of the
-/// program; Qt takes its own options from them. Errors: kUnavailable without a display, kRefused for
-/// a line of a script that cannot be done, and those of the files that the options name.
+/// program; Qt takes its own options from them. Errors: kUnavailable without a display, kRefused
+/// for a line of a script that cannot be done, and those of the files that the options name.
 Result<void> run_window(const Settings& settings, int& argc, char** argv, Console& console);
 
 }  // namespace nav::app

@@ -14,8 +14,8 @@ io::Json shares_of(std::vector<double> values,
   std::sort(values.begin(), values.end());
   io::Json json;
   for (const auto& [name, share] : wanted) {
-    json[name] = values[static_cast<std::size_t>(
-        share * static_cast<double>(values.size() - 1) + 0.5)];
+    json[name] =
+        values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
   }
   return json;
 }
@@ -44,9 +44,9 @@ void WindowReport::job(const std::string& name, double seconds, bool cancelled) 
 
 io::Json WindowReport::json() const {
   io::Json json;
-  for (const char* later : {"toolkit", "platform", "engine", "device", "device_pixel_ratio",
-                            "superseded", "ledger", "latency_independent_ms", "controls",
-                            "diagnostics"}) {
+  for (const char* later :
+       {"toolkit", "platform", "engine", "device", "device_pixel_ratio", "superseded", "ledger",
+        "latency_independent_ms", "controls", "diagnostics"}) {
     json[later] = nullptr;
   }
   json["refreshes"] = refreshes_;
@@ -56,7 +56,8 @@ io::Json WindowReport::json() const {
       shares_of(input_to_paint_ms_, {{"p50", 0.5}, {"p95", 0.95}, {"max", 1}});
   json["handler_ms"] = shares_of(handler_ms_, {{"p99", 0.99}, {"max", 1}});
   json["longest_block_ms"] = longest_block_ms_;
-  json["paint_cpu_ms"] = {{"mean", mean_of(paint_ms_)}, {"800x600", nullptr}, {"1600x900", nullptr}};
+  json["paint_cpu_ms"] = {
+      {"mean", mean_of(paint_ms_)}, {"800x600", nullptr}, {"1600x900", nullptr}};
   json["convert_cpu_ms"] = mean_of(convert_ms_);
   json["withdrawn_after_ms"] = shares_of(withdrawn_ms_, {{"max", 1}});
   json["covered_after_ms"] = shares_of(covered_ms_, {{"max", 1}});

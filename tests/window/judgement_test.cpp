@@ -72,7 +72,8 @@ TEST(JudgementTest, ACtWithoutLiveImageIsNotCoveredUnlessTheEngineStandsStill) {
   const auto fresh = valid_moment(2, kStart + 1000 * kMs);
   EXPECT_FALSE(judge(old, old, old, {}, kStart + std::chrono::hours(1)).scene.covered);
   EXPECT_FALSE(judge(fresh, fresh, old, {}, kStart + 1000 * kMs).scene.covered);
-  EXPECT_TRUE(judge(fresh, fresh, old, {}, kStart + 20 * kMs + kLongestLate + 1 * kMs).scene.covered);
+  EXPECT_TRUE(
+      judge(fresh, fresh, old, {}, kStart + 20 * kMs + kLongestLate + 1 * kMs).scene.covered);
 }
 
 TEST(JudgementTest, AFailedEngineIsNamed) {

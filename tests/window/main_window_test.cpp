@@ -38,7 +38,8 @@ class MainWindowTest : public ::testing::Test {
     config.source.kind = SessionConfig::SourceKind::kSimulated;
     config.appearance.preset = "ct-liver";
     window_ = std::make_unique<MainWindow>(
-        MainWindow::Options{.loop = {.config = config, .engine = "cpu"}}, clock_, console_, report_);
+        MainWindow::Options{.loop = {.config = config, .engine = "cpu"}}, clock_, console_,
+        report_);
     filter_ = std::make_unique<KeyFilter>(*window_);
     application().installEventFilter(filter_.get());
     window_->resize(640, 480);
@@ -140,9 +141,9 @@ TEST_F(MainWindowTest, AnyTwoThousandEventsLeaveNoCrashAndEqualEpochs) {
                         Qt::NoButton, Qt::NoModifier, Qt::NoScrollPhase, false);
       QApplication::sendEvent(to, &event);
     } else if (kind == 4) {
-      constexpr std::array kKeys{Qt::Key_F1, Qt::Key_F6, Qt::Key_Space, Qt::Key_R, Qt::Key_1,
-                                 Qt::Key_2, Qt::Key_4, Qt::Key_F11, Qt::Key_Question,
-                                 Qt::Key_Escape, Qt::Key_Tab};
+      constexpr std::array kKeys{Qt::Key_F1,       Qt::Key_F6,     Qt::Key_Space, Qt::Key_R,
+                                 Qt::Key_1,        Qt::Key_2,      Qt::Key_4,     Qt::Key_F11,
+                                 Qt::Key_Question, Qt::Key_Escape, Qt::Key_Tab};
       const auto key = kKeys[static_cast<std::size_t>(below(static_cast<int>(kKeys.size())))];
       QKeyEvent event(QEvent::KeyPress, key, Qt::NoModifier, QString(), below(4) == 0);
       QApplication::sendEvent(to, &event);

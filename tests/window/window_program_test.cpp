@@ -22,10 +22,10 @@ class WindowProgramTest : public ::testing::Test {
   void script(const std::string& text) const { std::ofstream(folder_ / "script.txt") << text; }
   /// Exit code of `sonde window` with the script.
   [[nodiscard]] int run(const std::string& arguments) const {
-    const std::string command =
-        "QT_QPA_PLATFORM=offscreen " SONDE_PROGRAM " window " + arguments + " --script " +
-        (folder_ / "script.txt").string() + " --json " + (folder_ / "report.json").string() +
-        " >" + (folder_ / "log").string() + " 2>&1";
+    const std::string command = "QT_QPA_PLATFORM=offscreen " SONDE_PROGRAM " window " + arguments +
+                                " --script " + (folder_ / "script.txt").string() + " --json " +
+                                (folder_ / "report.json").string() + " >" +
+                                (folder_ / "log").string() + " 2>&1";
     const int status = std::system(command.c_str());
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
@@ -47,12 +47,30 @@ TEST_F(WindowProgramTest, TheReportHasEveryKey) {
       "shot covered\nquit\n");
   ASSERT_EQ(run("--simulated --engine cpu --shots " + folder_.path().string()), 0) << log();
   const nlohmann::json json = report();
-  for (const char* key :
-       {"toolkit", "platform", "engine", "device", "device_pixel_ratio", "refreshes", "superseded",
-        "ledger", "latency_ms", "latency_independent_ms", "input_to_paint_ms", "handler_ms",
-        "longest_block_ms", "paint_cpu_ms", "convert_cpu_ms", "withdrawn_after_ms",
-        "covered_after_ms", "epochs_disagree", "states", "jobs", "controls", "costs", "shots",
-        "diagnostics"}) {
+  for (const char* key : {"toolkit",
+                          "platform",
+                          "engine",
+                          "device",
+                          "device_pixel_ratio",
+                          "refreshes",
+                          "superseded",
+                          "ledger",
+                          "latency_ms",
+                          "latency_independent_ms",
+                          "input_to_paint_ms",
+                          "handler_ms",
+                          "longest_block_ms",
+                          "paint_cpu_ms",
+                          "convert_cpu_ms",
+                          "withdrawn_after_ms",
+                          "covered_after_ms",
+                          "epochs_disagree",
+                          "states",
+                          "jobs",
+                          "controls",
+                          "costs",
+                          "shots",
+                          "diagnostics"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   EXPECT_EQ(json["epochs_disagree"], 0);
@@ -85,7 +103,8 @@ TEST_F(WindowProgramTest, ASessionThatCannotBeOpenedIsNamedAndTheWindowStays) {
 
 TEST_F(WindowProgramTest, WithoutADisplayThereIsAClearError) {
   const std::string command = "env -u DISPLAY -u WAYLAND_DISPLAY -u QT_QPA_PLATFORM " SONDE_PROGRAM
-                              " window >" + (folder_ / "log").string() + " 2>&1";
+                              " window >" +
+                              (folder_ / "log").string() + " 2>&1";
   const int status = std::system(command.c_str());
   EXPECT_EQ(WEXITSTATUS(status), 4);
   EXPECT_THAT(log(), HasSubstr("window: expected a display, found DISPLAY not set"));

@@ -115,7 +115,8 @@ TEST_F(CommandLineTest, ParseErrorsHaveTheFormOfOtherErrors) {
     std::string sentence;
   };
   const std::string verbs =
-      "demo, replay, live, record, export, serve, register, info, slices, predicates, derive, "
+      "demo, replay, live, window, record, export, serve, register, info, slices, predicates, "
+      "derive, "
       "bench, gallery, devices, "
       "simulate, help or completion";
   for (const auto& [arguments, sentence] : std::vector<Wrong>{
