@@ -67,9 +67,7 @@ ViewJudgement judge_scene(const Moment& newest, const SharedMoment& flat, const 
   } else if (too_old || stands_still) {
     view.covered = true;
     view.headline = "3D VIEW STALE";
-    view.safety =
-        compose({view.safety,
-                 {SafetyState::kStale, "no new 3D image for " + seconds_text(view.age_ms / 1e3)}});
+    view.safety = {SafetyState::kStale, "no new 3D image for " + seconds_text(view.age_ms / 1e3)};
   }
   return view;
 }

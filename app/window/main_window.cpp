@@ -50,6 +50,7 @@ MainWindow::MainWindow(const Options& options, const Clock& clock, Console& cons
   setStyleSheet(theme::style_sheet());
   setMinimumSize(1, 1);
   resize(kLeastWidth, kLeastHeight);
+  keys_->setWordWrap(false);
   keys_->hide();
   rail_->chosen = [this](int step) { choose_step(step); };
   rail_->freeze = [this] {
@@ -121,7 +122,8 @@ void MainWindow::arrange() {
   status_->setGeometry(0, height() - bottom, width(), bottom);
   const QRect area(left, kGap, std::max(1, width() - left - kGap),
                    std::max(1, height() - bottom - kGap));
-  keys_->setGeometry(area.adjusted(40, 40, -40, -40));
+  const QSize keys = keys_->sizeHint().boundedTo(area.size());
+  keys_->setGeometry(QRect(area.topLeft() + QPoint(40, 40), keys));
   const bool single = layout_ == WindowLayout::kSingle;
   for (QWidget* view : {static_cast<QWidget*>(scene_), static_cast<QWidget*>(ultrasound_),
                         static_cast<QWidget*>(ct_)}) {
@@ -175,6 +177,7 @@ void MainWindow::toggle_keys() {
   }
   keys_->setText(text);
   keys_->setVisible(!keys_->isVisible());
+  arrange();
   keys_->raise();
 }
 

@@ -17,9 +17,9 @@ constexpr double kLiveBudget = 0.020;
 constexpr double kNeverRefine = 1e9;
 constexpr auto kLookForOrders = std::chrono::milliseconds(20);
 
-/// Time for which a session that goes on is expected to deliver again, s. Meanwhile the engine does
+/// Time for which a session that goes on is expected to deliver again. Meanwhile the engine does
 /// not begin a long image.
-constexpr double kExpectLive = 2;
+constexpr Duration kExpectLive = std::chrono::seconds(2);
 
 bool shows_live(const session::Epoch& epoch) {
   return epoch.plane.state <= SafetyState::kDegraded ||
@@ -82,22 +82,27 @@ void SceneEngine::run(const std::stop_token& stop) {
   render::ProgressiveRenderer live(**engine,
                                    {.budget_s = kLiveBudget, .refine_after_s = kNeverRefine});
   render::ProgressiveRenderer resting(**engine, {.budget_s = kLiveBudget});
-  render::ProgressiveRenderer waiting(**engine,
-                                      {.budget_s = kLiveBudget, .refine_after_s = kExpectLive});
   const auto renderer_of = [&](const Order& order) -> render::ProgressiveRenderer& {
     const Moment& moment = *order.moment;
-    if (order.frozen || !moment.notice.empty() || !moment.epoch.frame) return resting;
-    return shows_live(moment.epoch) ? live : waiting;
+    if (order.frozen || !moment.notice.empty() || !moment.acquired) return resting;
+    const bool expected = clock_.now() - *moment.acquired < kExpectLive;
+    return shows_live(moment.epoch) || expected ? live : resting;
   };
+  render::ProgressiveRenderer* drew = nullptr;
   std::optional<Order> last;
   while (!stop.stop_requested()) {
     auto order = orders_.wait(last ? Duration(kLookForOrders) : Duration(std::chrono::seconds(1)));
     if (const auto ns = hang_ns_.exchange(0); ns > 0) {
       std::this_thread::sleep_for(std::chrono::nanoseconds(ns));
     }
-    if (!order && !(last && renderer_of(*last).wants_refinement(clock_.now()))) continue;
+    const bool ordered = order.has_value();
     if (order) last = std::move(order);
-    auto picture = draw_now(*last, renderer_of(*last));
+    if (!last) continue;
+    render::ProgressiveRenderer& renderer = renderer_of(*last);
+    const bool rests = drew != &renderer || renderer.wants_refinement(clock_.now());
+    if (!ordered && !rests) continue;
+    drew = &renderer;
+    auto picture = draw_now(*last, renderer);
     if (!picture) return hears_.failed(picture.error().message);
     hears_.done(*std::move(picture));
   }

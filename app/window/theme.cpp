@@ -76,7 +76,8 @@ QString style_sheet() {
       "QPushButton:checked { background: #1f5f8c; border-color: #8fd3ff; }"
       "QPushButton:focus { border-color: #ffffff; }"
       "QPushButton:disabled { color: #a7b2bc; }"
-      "QLabel#panel, QLabel#keys { background: #1b2229; }");
+      "QLabel#panel { background: #1b2229; }"
+      "QLabel#keys { background: #1b2229; border: 2px solid #8fd3ff; }");
 }
 
 }  // namespace nav::app::theme
