@@ -143,7 +143,7 @@ function(nav_add_library name)
     nav_${name}
     PUBLIC nav::common ${arg_USES}
     PRIVATE nav::warnings ${arg_PRIVATE_USES})
-  if(name MATCHES "^(app|bench_program)$")
+  if(name MATCHES "^(app|bench_program|window)$")
     nav_precompile(nav_${name} nav_app_headers)
   else()
     nav_precompile(nav_${name} nav_library_headers)

@@ -113,6 +113,11 @@ void Driver::restart_pace(Timestamp clock_now) {
   origin_ = clock_now - session_.now().time_since_epoch();
 }
 
+Timestamp Driver::on_clock(Timestamp session_time) const {
+  if (session_.live() || !origin_) return session_time;
+  return *origin_ + session_time.time_since_epoch();
+}
+
 Epoch Driver::aged(Epoch epoch, Timestamp clock_now) const {
   if (session_.live()) return session_.navigator().aged(std::move(epoch), session_.now());
   if (!origin_) return epoch;

@@ -40,6 +40,9 @@ class Driver {
   void restart_pace(Timestamp clock_now);
   /// An epoch that is still shown, as old as it is by now.
   [[nodiscard]] Epoch aged(Epoch epoch, Timestamp clock_now) const;
+  /// The clock's time of a session time: itself for a live session, and by the pace of
+  /// next_at_pace() for a virtual one.
+  [[nodiscard]] Timestamp on_clock(Timestamp session_time) const;
   /// A refresh is due that next_at_pace() has not given yet.
   [[nodiscard]] bool waiting() const { return waiting_; }
   /// The sources have ended, and so has everything that waited.

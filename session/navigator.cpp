@@ -154,6 +154,7 @@ Epoch Navigator::refresh(Timestamp now) {
     epoch.ultrasound = compose({freshness("the ultrasound image", newest_->frame.acquired, now,
                                           freshness_limits(frame_period())),
                                 tracking_safety(*newest_)});
+    epoch.ultrasound_until = newest_->frame.acquired + freshness_limits(frame_period()).stale_after;
     if (placement_) {
       epoch.ct_from_image = placement_->ct_from_reference * newest_->reference_from_image;
     }
@@ -234,6 +235,7 @@ void Navigator::refresh_needle(Epoch& epoch) const {
   states.push_back(placement_->safety);
   epoch.needle = compose(states);
   epoch.needle_acquired = instant;
+  epoch.needle_until = instant + freshness_limits(needle_period()).stale_after;
   epoch.ct_from_needle = placement_->ct_from_reference * *reference_from_tracker *
                          tracker_from_needle.tracker_from_body;
   if (plan_ && epoch.needle.shows_numbers()) epoch.guidance = guide(*plan_, *epoch.ct_from_needle);

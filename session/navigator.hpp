@@ -39,6 +39,9 @@ struct Epoch {
   std::optional<Timestamp> needle_acquired;
   /// Present only while the whole chain is valid; otherwise withdrawn.
   std::optional<NeedleGuidance> guidance;
+  /// Times at which the image and the needle become stale if nothing newer comes; absent without
+  /// them.
+  std::optional<Timestamp> ultrasound_until{}, needle_until{};
 };
 
 /// State of a tracked image apart from its age.

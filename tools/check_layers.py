@@ -40,8 +40,9 @@ ALLOWED = {
 SOURCES = {".hpp", ".cpp", ".h"}
 SHADERS = {".glsl", ".frag", ".vert", ".comp"}
 
-# Parts of another folder that a folder may not include, although it may include the rest.
-BARRED = {"bench": re.compile(r"^app/window/")}
+# Folders that lie above the rest of their top folder: nothing beside them includes them, and only
+# they (and tests of the same name) include a toolkit.
+ABOVE = {"app/window": re.compile(r"^Q[A-Z]")}
 
 # Libraries of a trade, and the folders whose .cpp files may include them.
 TRADES = {
@@ -87,13 +88,20 @@ def problems_in(root: pathlib.Path) -> list[str]:
                 target = match.group(2)
                 top = target.split("/")[0]
                 where = f"{name}:{number}: includes {target}"
+                for upper, toolkit in ABOVE.items():
+                    inside = name.startswith(f"{upper}/")
+                    of_tests = name.startswith(f"tests/{upper.split('/')[1]}/")
+                    if inside or of_tests:
+                        continue
+                    if target.startswith(f"{upper}/"):
+                        found.append(f"{where}: {upper}/ lies above {folder}/")
+                    elif toolkit.match(target):
+                        found.append(f"{where}: the toolkit belongs to {upper}/")
                 if match.group(1) == '"':
                     if top not in ALLOWED:
                         found.append(f"{where}: expected a path from the root of the project")
                     elif top not in allowed:
                         found.append(f"{where}: {folder}/ may see only {', '.join(sorted(allowed))}")
-                    elif folder in BARRED and BARRED[folder].match(target):
-                        found.append(f"{where}: {folder}/ may not see this part of {top}/")
                     elif (top != folder and folder not in {"tests", "bench"}
                           and PRIVATE_HEADER.match(target)):
                         found.append(f"{where}: a private header of {top}/")

@@ -57,6 +57,13 @@ class CheckLayersTest(unittest.TestCase):
         self.assertEqual(self.problems("bench/a.cpp", '#include "app/report.hpp"\n'), [])
         self.assertEqual(len(self.problems("bench/a.cpp", '#include "app/window/w.hpp"\n')), 1)
 
+    def test_nothing_but_the_window_may_see_its_toolkit(self):
+        for name, count in (("app/verbs/a.cpp", 1), ("render/a.cpp", 1), ("app/window/a.cpp", 0),
+                            ("tests/window/a.cpp", 0)):
+            with self.subTest(name):
+                self.assertEqual(len(self.problems(name, "#include <QWidget>\n")), count)
+        self.assertEqual(len(self.problems("app/verbs/a.cpp", '#include "app/window/w.hpp"\n')), 1)
+
     def test_the_overview_counts_includes_and_lines_of_code(self):
         with tempfile.TemporaryDirectory() as folder:
             root = pathlib.Path(folder)

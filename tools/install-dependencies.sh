@@ -19,6 +19,7 @@ build=(
   libusb-1.0-0-dev                                                  # devices
   libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libpugixml-dev # text formats
   zlib1g-dev libpng-dev libwebp-dev libssl-dev libspdlog-dev
+  qt6-base-dev fonts-dejavu-core                                    # the window
 )
 test=(libgtest-dev libgmock-dev libbenchmark-dev xvfb xauth zstd python3)
 lint=(clang-format-14 git glslang-tools python3)

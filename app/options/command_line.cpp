@@ -14,9 +14,9 @@
 #include "app/options/overwriting.hpp"
 #include "app/options/program.hpp"
 #include "app/options/verbs.hpp"
-#include "app/verbs/bench_program.hpp"
 #include "app/verbs/devices.hpp"
 #include "app/verbs/info.hpp"
+#include "app/verbs/other_program.hpp"
 #include "io/atomic_file.hpp"
 
 namespace nav::app {
@@ -75,6 +75,15 @@ void CommandLine::add_bench_program() {
       };
     });
   }
+}
+
+void CommandLine::add_window() {
+  add_verb("window", settings_).callback([this] {
+    // run() hands the command line over before it is parsed.
+    verb_ = [](Console&) -> Result<void> {
+      return Error{ErrorCode::kUsage, "window: expected it as the first word, found others"};
+    };
+  });
 }
 
 void CommandLine::prepare_help() {
@@ -137,7 +146,10 @@ int CommandLine::run(int argc, const char* const* argv) {
     std::cout << *text << std::flush;
     return std::cout ? kExitOk : fail({ErrorCode::kIo, "standard output: could not be written"});
   }
-  if (const auto bench = bench_words(argc, argv)) return fail(run_bench_program(*bench));
+  const bool help_of_window = first == "window" && asks_help;
+  if (const auto other = other_program(argc, argv); other && !help_of_window) {
+    return fail(run_other_program(*other));
+  }
   // Options win over the session file, so it is read before they are.
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];

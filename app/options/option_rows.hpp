@@ -38,6 +38,7 @@ inline constexpr const char* kGroupTissueMotion = "Breathing and deformation";
 inline constexpr const char* kGroupNeedle = "Needle";
 inline constexpr const char* kGroupTracker = "Tracker and time";
 inline constexpr const char* kGroupPlan = "Plan";
+inline constexpr const char* kGroupWindowRun = "Window";
 }  // namespace group
 
 /// 3D view and appearance: demo, replay.
@@ -55,6 +56,7 @@ void add_register_rows(std::vector<Option>& rows);
 void add_slices_rows(std::vector<Option>& rows);
 void add_derive_rows(std::vector<Option>& rows);
 void add_reconstruct_rows(std::vector<Option>& rows);
+void add_window_rows(std::vector<Option>& rows);
 void add_simulate_rows(std::vector<Option>& rows);
 /// Keys of the session file that no option sets.
 void add_plan_rows(std::vector<Option>& rows);

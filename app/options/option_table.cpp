@@ -14,6 +14,7 @@ const std::vector<Option>& option_table() {
     add_slices_rows(rows);
     add_derive_rows(rows);
     add_reconstruct_rows(rows);
+    add_window_rows(rows);
     add_recording_rows(rows);
     // The first row with a key says what a session file may hold.
     add_view_rows(rows);

@@ -14,6 +14,7 @@
 #include "app/verbs/serve.hpp"
 #include "app/verbs/simulate/simulate.hpp"
 #include "app/verbs/slices.hpp"
+#include "app/verbs/window_options.hpp"
 
 namespace nav::app {
 
@@ -29,6 +30,7 @@ struct Settings {
   ServeOptions serve;
   ExportOptions exported;
   ReconstructOptions reconstruct;
+  WindowOptions window;
   std::filesystem::path session;  ///< Session file; empty: none.
   std::string json;               ///< File of the JSON report; "-": standard output; empty: none.
   std::filesystem::path file;     ///< Argument of info.

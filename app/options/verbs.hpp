@@ -30,6 +30,7 @@ class CommandLine {
     add_demo();
     add_replay();
     add_live();
+    add_window();
     add_record();
     add_export();
     add_serve();
@@ -59,6 +60,7 @@ class CommandLine {
   void add_demo();
   void add_replay();
   void add_live();
+  void add_window();
   void add_record();
   void add_export();
   void add_serve();

@@ -77,8 +77,14 @@ Result<PlacedView::Parts> PlacedView::prepare(const SessionConfig& config,
   console.begin("reading the CT");
   const auto ct = session::read_session_ct(config.ct, console);
   if (!ct) return ct.error();
-  const std::shared_ptr<const Volume> shared_ct = *ct;
-  console.end(std::to_string(shared_ct->grid().voxel_count()) + " voxels");
+  console.end(std::to_string((*ct)->grid().voxel_count()) + " voxels");
+  return prepare(config, reference_frame, *ct, console);
+}
+
+Result<PlacedView::Parts> PlacedView::prepare(const SessionConfig& config,
+                                              const std::string& reference_frame,
+                                              std::shared_ptr<const Volume> shared_ct,
+                                              Console& console) {
   // A fault of the placement itself is reported before any work.
   auto given = session::given_placement(config.placement, *shared_ct, reference_frame);
   if (!given) return given.error();

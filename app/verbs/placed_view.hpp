@@ -33,6 +33,9 @@ class PlacedView {
   /// patient's frame, to which a registration has to belong.
   static Result<Parts> prepare(const SessionConfig& config, const std::string& reference_frame,
                                Console& console);
+  /// Does the same with a CT that is there already.
+  static Result<Parts> prepare(const SessionConfig& config, const std::string& reference_frame,
+                               std::shared_ptr<const Volume> ct, Console& console);
 
   /// Configuration and console must outlive the view.
   PlacedView(const SessionConfig& config, Console& console, Parts parts);
@@ -53,6 +56,9 @@ class PlacedView {
   [[nodiscard]] Presenter& presenter() { return presenter_; }
   [[nodiscard]] std::string engine_name() { return presenter_.engine().name(); }
   [[nodiscard]] const Volume& ct() const { return *ct_; }
+  [[nodiscard]] const std::shared_ptr<const Volume>& shared_ct() const { return ct_; }
+  [[nodiscard]] const std::optional<NeedlePlan>& plan() const { return config_.plan; }
+  [[nodiscard]] bool needle_expected() const { return needle_expected_; }
   [[nodiscard]] const std::optional<session::SweepSurvey>& survey() const { return survey_; }
   /// Absent before the first tracked image.
   [[nodiscard]] const std::optional<session::Placement>& placement() const { return placement_; }

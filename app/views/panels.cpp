@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/views/plane_overlays.hpp"
 #include "app/views/plane_view.hpp"
 #include "render/letters.hpp"
 
@@ -21,105 +22,14 @@ using render::rgb8;
 
 constexpr Rgba8 kBackground = rgb8(0x101418);
 constexpr Rgba8 kFaint = rgb8(0x9aa5b0);
-constexpr Rgba8 kNeedleColour = rgb8(0x8fd3ff);
-constexpr Rgba8 kTargetColour = rgb8(0xffd94a);
 /// Height of the status bar below 3D views of up to 600 pixels.
 constexpr int kBarHeight = 60;
-
-/// Draws depth marks every 10 mm at the right edge, with numbers in mm every 50 or 20 mm, and a dot
-/// at the probe's marked side.
-void draw_depth_scale(Canvas& canvas, const PlaneView& view, const UltrasoundFrame& frame,
-                      int size) {
-  constexpr int kFewMarks = 60;  // Depth in mm up to which every second mark has a number.
-  const double deepest = view.origin_mm.y() + view.height * view.mm_per_px;
-  const int numbered = deepest > kFewMarks ? 50 : 20;
-  for (int depth = 0; depth < deepest && depth < 1000; depth += 10) {
-    const double y = view.pixel_of({0, depth}).y();
-    const bool has_number = depth > 0 && depth % numbered == 0;
-    const double length = has_number ? 10 : 5;
-    canvas.line({view.x + view.width - 1.0 - length, y}, {view.x + view.width - 1.0, y}, 1, kFaint);
-    if (!has_number) continue;
-    const std::string words = std::to_string(depth) + " mm";
-    const int base = static_cast<int>(y) + size / 3;
-    if (base < view.y + 2 * size || base > view.y + view.height - size / 2) continue;
-    canvas.outlined_text(view.x + view.width - 14 - canvas.text_width(size, words), base, size,
-                         words, kOverlayText);
-  }
-  const Eigen::Vector2d right_end = frame.grid.at(frame.pixels.width() - 1, 0).mm.head<2>();
-  const Eigen::Vector2d dot = view.pixel_of(right_end);
-  canvas.circle({std::min(dot.x(), view.x + view.width - 18.0), std::max(dot.y(), view.y + 8.0)}, 2,
-                4, kNeedleColour);
-}
 
 /// Letters at the edges of the Image plane: x is right, y is down.
 render::SliceLabels letters_of_image(const Transform<frames::Ct, frames::Image>& ct_from_image) {
   return render::labels_of({ct_from_image * Point<frames::Image>{{0, 0, 0}},
                             ct_from_image * Direction<frames::Image>{{1, 0, 0}},
                             ct_from_image * Direction<frames::Image>{{0, 1, 0}}});
-}
-
-/// Largest distance from the plane at which a needle is drawn in it, mm: about half the thickness
-/// of a beam.
-constexpr double kSliceHalfMm = 2;
-
-/// Marks the point where the needle crosses the plane: a dot for its shaft, a ring for its path
-/// ahead.
-void draw_crossing(Canvas& canvas, const PlaneView& view, const Eigen::Vector3d& hub,
-                   const Eigen::Vector3d& tip, const Eigen::Vector3d& ahead) {
-  const auto mark = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius,
-                        double width) {
-    const bool in_plane = std::max(std::abs(a.z()), std::abs(b.z())) <= kSliceHalfMm;
-    if (in_plane || (a.z() > 0) == (b.z() > 0)) return;
-    const Eigen::Vector3d there = a + (b - a) * (a.z() / (a.z() - b.z()));
-    const Eigen::Vector2d p = view.pixel_of(there.head<2>());
-    if (view.contains(p)) canvas.circle(p, radius, width, kNeedleColour);
-  };
-  mark(hub, tip, 2, 4);
-  mark(tip, ahead, 5, 1.5);
-}
-
-/// Draws the needle and the target where they meet the plane.
-void draw_guidance(Canvas& canvas, const PlaneView& view, const PanelContext& context) {
-  const session::Epoch& epoch = context.epoch;
-  if (!epoch.ct_from_image) return;
-  const auto image_from_ct = epoch.ct_from_image->inverse();
-  if (context.plan) {
-    const Eigen::Vector3d target = (image_from_ct * context.plan->target_ct).mm;
-    const auto ring = [&](double r, double width) {
-      const double cut = r * r - target.z() * target.z();
-      if (!(cut > 0)) return;
-      canvas.circle(view.pixel_of(target.head<2>()), std::sqrt(cut) / view.mm_per_px, width,
-                    kTargetColour);
-    };
-    ring(context.plan->target_radius_mm, 1.5);
-    if (context.plan->margin_mm > 0) {
-      ring(context.plan->target_radius_mm + context.plan->margin_mm, 0.7);
-    }
-  }
-  if (!epoch.ct_from_needle || epoch.needle.state > SafetyState::kDegraded) return;
-  const auto image_from_needle = image_from_ct * *epoch.ct_from_needle;
-  const Eigen::Vector3d tip = (image_from_needle * Point<frames::Needle>{{0, 0, 0}}).mm;
-  const Eigen::Vector3d hub =
-      (image_from_needle * Point<frames::Needle>{{0, 0, -context.needle_length_mm}}).mm;
-  constexpr double kAheadMm = 150;
-  const Eigen::Vector3d ahead = (image_from_needle * Point<frames::Needle>{{0, 0, kAheadMm}}).mm;
-  const auto segment = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double width,
-                           double dash) {
-    // In short pieces, so that nothing leaves the panel or lies off the plane.
-    constexpr int kPieces = 150;
-    for (int i = 0; i < kPieces; ++i) {
-      if (dash > 0 && i / 4 % 2 == 1) continue;
-      const Eigen::Vector3d from = a + (b - a) * i / kPieces;
-      const Eigen::Vector3d to = a + (b - a) * (i + 1) / kPieces;
-      if (std::abs(from.z()) > kSliceHalfMm || std::abs(to.z()) > kSliceHalfMm) continue;
-      const Eigen::Vector2d p = view.pixel_of(from.head<2>());
-      const Eigen::Vector2d q = view.pixel_of(to.head<2>());
-      if (view.contains(p) && view.contains(q)) canvas.line(p, q, width, kNeedleColour);
-    }
-  };
-  segment(hub, tip, 2, 0);
-  segment(tip, ahead, 1, 1);
-  draw_crossing(canvas, view, hub, tip, ahead);
 }
 
 /// Shortens a text with an ellipsis so that it fits a width. Not for numbers, which must be shown
@@ -199,8 +109,8 @@ void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContex
   if (live) {
     const PlaneView view = fit(epoch.frame->frame, x, 0, width, half);
     draw_ultrasound(canvas, view, epoch.frame->frame);
-    draw_depth_scale(canvas, view, epoch.frame->frame, small);
-    if (epoch.placement.state == SafetyState::kValid) draw_guidance(canvas, view, context);
+    draw_depth_marks(canvas, view, epoch.frame->frame, small);
+    if (epoch.placement.state == SafetyState::kValid) draw_in_plane(canvas, view, context);
     // Without letters the directions in the patient are not known.
     draw_letters(canvas, {x, title + 12, width, half - title - 12}, letters, title);
     draw_scale_bar(canvas, {x, 0, width, half}, x + 8, half - small, view.mm_per_px, small);
@@ -212,7 +122,7 @@ void draw_panels(Canvas& canvas, int x, int width, int height, const PanelContex
     canvas.copy(render::slice_along_image(context.ct, *epoch.ct_from_image, view.origin_mm,
                                           view.mm_per_px, view.width, view.height, context.window),
                 view.x, view.y);
-    draw_guidance(canvas, view, context);
+    draw_in_plane(canvas, view, context);
     const CanvasArea area{x, half + title + 12, width, height - half - title - 12 - 2 * small};
     draw_letters(canvas, area, letters, title);
     draw_scale_bar(canvas, {x, half, width, height - half}, x + 8, height - 3 * small,

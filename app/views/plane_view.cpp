@@ -21,12 +21,16 @@ PlaneView fit(const UltrasoundFrame& frame, int x, int y, int width, int height)
           .mm_per_px = scale};
 }
 
-double intensity(const UltrasoundFrame& frame, const Eigen::Vector2d& p_mm) {
-  if (frame.outline && !frame.outline->contains(p_mm)) return -1;
-  const Eigen::Vector2d pixel = frame.grid.pixel_of({{p_mm.x(), p_mm.y(), 0}});
+namespace {
+
+/// intensity() with the inverse of the grid's matrix, which is the same for every point.
+double intensity_by(const UltrasoundFrame& frame, const Eigen::Matrix2d& pixel_from_mm,
+                    const Eigen::Vector2d& p_mm) {
+  const Eigen::Vector2d pixel = pixel_from_mm * (p_mm - frame.grid.origin_mm);
   const int w = frame.pixels.width();
   const int h = frame.pixels.height();
   if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= w - 1 && pixel.y() <= h - 1)) return -1;
+  if (frame.outline && !frame.outline->contains(p_mm)) return -1;
   const int c = std::min(static_cast<int>(pixel.x()), std::max(w - 2, 0));
   const int r = std::min(static_cast<int>(pixel.y()), std::max(h - 2, 0));
   const double u = pixel.x() - c;
@@ -37,10 +41,17 @@ double intensity(const UltrasoundFrame& frame, const Eigen::Vector2d& p_mm) {
          v * ((1 - u) * frame.pixels.at(c, r1) + u * frame.pixels.at(c1, r1));
 }
 
+}  // namespace
+
+double intensity(const UltrasoundFrame& frame, const Eigen::Vector2d& p_mm) {
+  return intensity_by(frame, frame.grid.mm_per_pixel.inverse(), p_mm);
+}
+
 void draw_ultrasound(render::Canvas& canvas, const PlaneView& view, const UltrasoundFrame& frame) {
+  const Eigen::Matrix2d pixel_from_mm = frame.grid.mm_per_pixel.inverse();
   for (int y = 0; y < view.height; ++y) {
     for (int x = 0; x < view.width; ++x) {
-      const double value = intensity(frame, view.point_of(x, y));
+      const double value = intensity_by(frame, pixel_from_mm, view.point_of(x, y));
       if (value < 0) continue;
       const auto grey = static_cast<std::uint8_t>(std::lround(value));
       canvas.set(view.x + x, view.y + y, {grey, grey, grey, 255});

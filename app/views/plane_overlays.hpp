@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "app/views/panels.hpp"
+#include "app/views/plane_view.hpp"
+#include "render/canvas.hpp"
+
+namespace nav::app {
+
+/// Colour of the needle and of the probe's marked side, in every view.
+inline constexpr Rgba8 kNeedleColour = render::rgb8(0x8fd3ff);
+
+/// Corner of an ultrasound image at the probe's marked side, at the transducer face.
+Point<frames::Image> marked_corner(const UltrasoundFrame& frame);
+
+/// Draws depth marks every 10 mm at the right edge, with numbers in mm every 50 or 20 mm, and a dot
+/// at the probe's marked side. size: of the numbers, pixels.
+void draw_depth_marks(render::Canvas& canvas, const PlaneView& view, const UltrasoundFrame& frame,
+                      int size);
+
+/// Draws the needle and the target where they meet the ultrasound plane. Draws nothing without a
+/// placed image, and no needle that is stale or lost.
+void draw_in_plane(render::Canvas& canvas, const PlaneView& view, const PanelContext& context);
+
+}  // namespace nav::app

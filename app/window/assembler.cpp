@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/window/assembler.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace nav::app {
+namespace {
+
+constexpr std::size_t kMostFlats = 16;
+
+std::uint64_t number_of(const FlatPictures& flat) { return flat.ultrasound.moment->number; }
+
+}  // namespace
+
+void RefreshAssembler::add(FlatPictures flat, Timestamp now) {
+  flats_.push_back({std::move(flat), now});
+  if (flats_.size() <= kMostFlats) return;
+  flats_.pop_front();
+  ++superseded_;
+}
+
+void RefreshAssembler::add(Picture scene, Timestamp now) {
+  if (scene_) ++superseded_;
+  scene_ = std::move(scene);
+  scene_since_ = now;
+}
+
+/// Takes one of the waiting flat images; older ones are superseded.
+FlatPictures RefreshAssembler::take_flat(std::size_t index) {
+  FlatPictures taken = std::move(flats_[index].flat);
+  superseded_ += index;
+  flats_.erase(flats_.begin(), flats_.begin() + static_cast<std::ptrdiff_t>(index) + 1);
+  flat_number_ = number_of(taken);
+  return taken;
+}
+
+Assembled RefreshAssembler::next(Timestamp now) {
+  Assembled shown;
+  if (scene_) {
+    const std::uint64_t wanted = scene_->moment->number;
+    const auto same = std::find_if(flats_.begin(), flats_.end(), [&](const Waiting& waiting) {
+      return number_of(waiting.flat) == wanted;
+    });
+    const bool comes = wanted > flat_number_ && same == flats_.end() &&
+                       (flats_.empty() || number_of(flats_.back().flat) < wanted);
+    if (same != flats_.end()) {
+      shown.flat = take_flat(static_cast<std::size_t>(same - flats_.begin()));
+    }
+    // Its flat views will come; without them it would show another moment than they do.
+    if (!comes || now - scene_since_ >= kMostWait) {
+      scene_number_ = wanted;
+      shown.scene = std::exchange(scene_, std::nullopt);
+    }
+  }
+  if (!shown.flat && !flats_.empty()) {
+    const bool agrees = number_of(flats_.back().flat) == scene_number_;
+    if (agrees || now - flats_.front().since >= kMostWait) {
+      shown.flat = take_flat(flats_.size() - 1);
+    }
+  }
+  return shown;
+}
+
+}  // namespace nav::app

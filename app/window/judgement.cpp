@@ -1,0 +1,123 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/window/judgement.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <vector>
+
+namespace nav::app {
+namespace {
+
+std::string upper(std::string word) {
+  std::transform(word.begin(), word.end(), word.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return word;
+}
+
+std::string seconds_text(double seconds) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1f s", seconds);
+  return text;
+}
+
+/// Stale when a time has passed, whatever the session's thread says.
+Safety watched(const Safety& safety, const std::string& what, std::optional<Timestamp> until,
+               std::optional<Timestamp> since, Timestamp now) {
+  if (!until || now <= *until + kDrawingAllowance) return safety;
+  const double age = to_seconds(now - since.value_or(*until));
+  return compose({safety, {SafetyState::kStale, "no new " + what + " for " + seconds_text(age)}});
+}
+
+ViewJudgement judged(const std::string& name, Safety safety, const Moment& shown, Timestamp now) {
+  ViewJudgement view;
+  view.covered = safety.state >= SafetyState::kStale;
+  if (view.covered) view.headline = name + " " + upper(to_string(safety.state));
+  view.safety = std::move(safety);
+  view.age_ms = 1e3 * to_seconds(now - shown.published);
+  return view;
+}
+
+ViewJudgement nothing_yet(const std::string& name) {
+  return {{SafetyState::kLost, "nothing received yet"}, true, name + " LOST"};
+}
+
+/// The 3D view shows the CT, which does not age; live parts of it do.
+ViewJudgement judge_scene(const Moment& newest, const SharedMoment& flat, const Moment& shown,
+                          const std::string& engine_failure, Timestamp now) {
+  ViewJudgement view;
+  view.safety = newest.epoch.plane;
+  view.late = flat && flat->number > shown.number;
+  view.age_ms = 1e3 * to_seconds(now - shown.published);
+  const session::Epoch& epoch = shown.epoch;
+  std::vector<Timestamp> ends;
+  if (epoch.plane.state <= SafetyState::kDegraded && shown.ultrasound_until) {
+    ends.push_back(*shown.ultrasound_until);
+  }
+  if (epoch.ct_from_needle && epoch.needle.state <= SafetyState::kDegraded && shown.needle_until) {
+    ends.push_back(*shown.needle_until);
+  }
+  const bool too_old = std::any_of(
+      ends.begin(), ends.end(), [&](Timestamp until) { return now > until + kDrawingAllowance; });
+  const bool stands_still = view.late && now - shown.published > kLongestLate;
+  if (!engine_failure.empty()) {
+    view.covered = true;
+    view.headline = "3D VIEW LOST";
+    view.safety = {SafetyState::kLost, engine_failure};
+  } else if (too_old || stands_still) {
+    view.covered = true;
+    view.headline = "3D VIEW STALE";
+    view.safety = {SafetyState::kStale, "no new 3D image for " + seconds_text(view.age_ms / 1e3)};
+  }
+  return view;
+}
+
+}  // namespace
+
+Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const SharedMoment& scene,
+                const EngineFailures& failures, Timestamp now) {
+  Judgement judgement{nothing_yet("ULTRASOUND"), nothing_yet("CT PLANE"), nothing_yet("3D VIEW"),
+                      std::nullopt, "no session yet"};
+  if (!newest) return judgement;
+  if (flat) {
+    // The older of both decides: what is on the screen, and what the session last said.
+    const auto image = [&](const Safety& safety) {
+      return watched(safety, "ultrasound image", flat->ultrasound_until, flat->acquired, now);
+    };
+    judgement.ultrasound =
+        judged("ULTRASOUND", image(compose({newest->epoch.ultrasound, flat->epoch.ultrasound})),
+               *flat, now);
+    judgement.ct =
+        judged("CT PLANE", image(compose({newest->epoch.plane, flat->epoch.plane})), *flat, now);
+    for (ViewJudgement* view : {&judgement.ultrasound, &judgement.ct}) {
+      if (failures.flat.empty()) continue;
+      view->covered = true;
+      view->headline = "VIEW LOST";
+      view->safety = {SafetyState::kLost, failures.flat};
+    }
+    judgement.ultrasound.late = judgement.ct.late = scene && scene->number > flat->number;
+  }
+  if (scene) {
+    judgement.scene = judge_scene(*newest, flat, *scene, failures.scene, now);
+  } else if (!failures.scene.empty()) {
+    judgement.scene.safety.cause = failures.scene;
+  }
+  const Safety needle =
+      watched(newest->epoch.needle, "needle pose", newest->needle_until, newest->published, now);
+  const SharedMoment& numbers = flat ? flat : newest;
+  const Safety shown =
+      watched(numbers->epoch.needle, "needle pose", numbers->needle_until, numbers->published, now);
+  if (newest->epoch.guidance && numbers->epoch.guidance && needle.shows_numbers() &&
+      shown.shows_numbers()) {
+    judgement.guidance = numbers->epoch.guidance;
+    judgement.withdrawn.clear();
+  } else {
+    const Safety worst = compose({needle, shown});
+    judgement.withdrawn = !worst.cause.empty() ? worst.cause
+                          : !newest->plan      ? "no plan: no target"
+                                               : newest->epoch.plane.cause;
+  }
+  return judgement;
+}
+
+}  // namespace nav::app

@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "app/window/moment.hpp"
+
+namespace nav::app {
+
+/// Judgement of one view.
+struct ViewJudgement {
+  Safety safety;           ///< State of what it shows.
+  bool covered = false;    ///< Its image must not be taken for the present.
+  std::string headline{};  ///< Covered: "ULTRASOUND STALE".
+  bool late = false;       ///< It shows an older moment than another view.
+  double age_ms = 0;       ///< Age of the moment it shows.
+};
+
+/// Judgement of the whole window at a time.
+struct Judgement {
+  ViewJudgement ultrasound, ct, scene;
+  /// Numbers of the needle; absent: withdrawn, for the cause.
+  std::optional<NeedleGuidance> guidance;
+  std::string withdrawn{};
+};
+
+/// Time that drawing and waiting for each other may add to the validity of a image.
+inline constexpr Duration kDrawingAllowance = std::chrono::milliseconds(150);
+
+/// A 3D view that shows an older moment than the others for longer than this is covered, even if
+/// nothing in it is live.
+inline constexpr Duration kLongestLate = std::chrono::seconds(2);
+
+/// Sentences of engines that failed; empty: they did not.
+struct EngineFailures {
+  std::string scene{}, flat{};
+};
+
+/// Judges the views and numbers that are on the screen now. The watchdog of the window: it depends
+/// on no other thread, so it holds when an engine or the session hangs.
+///
+/// \p newest: newest moment of the session; \p flat, \p scene: moments that the flat views and the
+/// 3D view show; each may be null.
+Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const SharedMoment& scene,
+                const EngineFailures& failures, Timestamp now);
+
+}  // namespace nav::app

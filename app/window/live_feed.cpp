@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <utility>
+
+#include "app/window/feed.hpp"
+#include "session/live_session.hpp"
+
+namespace nav::app {
+namespace {
+
+/// A session with a simulated or recorded device is not taken for one of a patient.
+std::string kind_of_devices(const std::vector<session::DeviceOptions>& devices) {
+  const auto has = [&](const char* kind) {
+    return std::ranges::any_of(devices, [&](const auto& device) { return device.kind == kind; });
+  };
+  if (has("simulated")) return "SIMULATED";
+  return has("recording") ? "RECORDING" : "LIVE";
+}
+
+class LiveFeed final : public Feed {
+ public:
+  LiveFeed(const SessionConfig& config, const Clock& clock, Console& console,
+           session::LiveSession live, PlacedView::Parts parts)
+      : config_(config),
+        clock_(clock),
+        live_(std::move(live)),
+        view_(config, console, std::move(parts)),
+        driver_(live_.session(), {}, placing_listener(view_, live_.session(), failure_)) {
+    if (config_.plan) live_.session().navigator().set_plan(*config_.plan);
+    if (const auto placement = view_.show_before_images()) {
+      live_.session().navigator().set_placement(*placement);
+    }
+    live_.start();
+  }
+  ~LiveFeed() override { live_.session().stop(); }
+
+  Result<std::optional<session::Epoch>> next(Timestamp now) override {
+    auto epoch = driver_.next_at_pace(now, false);
+    if (failure_) return *failure_;
+    return epoch;
+  }
+  [[nodiscard]] session::Epoch again(session::Epoch, Timestamp) override {
+    return session().refresh();
+  }
+  [[nodiscard]] Timestamp on_clock(Timestamp time) const override { return time; }
+  [[nodiscard]] bool over() const override { return driver_.over(); }
+  void finish() override {
+    live_.session().finish();
+    live_.session().navigator().finish();
+  }
+  [[nodiscard]] session::Session& session() override { return live_.session(); }
+  [[nodiscard]] PlacedView& view() override { return view_; }
+  [[nodiscard]] std::string kind() const override {
+    return kind_of_devices(config_.source.devices);
+  }
+  [[nodiscard]] std::string ended() const override { return "the devices have nothing more"; }
+  [[nodiscard]] std::vector<std::pair<std::string, std::string>> facts() override {
+    std::vector<std::pair<std::string, std::string>> all;
+    all.emplace_back("patient", "CT " + config_.ct.path.string());
+    for (const auto& device : live_.status()) {
+      all.emplace_back("devices",
+                       device.id + " (" + device.kind + "): " + to_string(device.health.state) +
+                           (device.health.cause.empty() ? "" : ", ") + device.health.cause);
+    }
+    all.emplace_back("calibration", live_.calibration_statement());
+    all.emplace_back("registration", live_.reference_statement());
+    if (const auto& placement = view_.placement()) {
+      all.emplace_back("registration", placement->statement);
+    }
+    return all;
+  }
+
+ private:
+  const SessionConfig& config_;
+  const Clock& clock_;
+  session::LiveSession live_;
+  PlacedView view_;
+  std::optional<Error> failure_;
+  session::Driver driver_;
+};
+
+}  // namespace
+
+Result<std::unique_ptr<Feed>> open_live_feed(const SessionConfig& config, const Clock& clock,
+                                             Console& console) {
+  auto live = session::LiveSession::open(config.source, clock, console);
+  if (!live) return live.error();
+  auto parts = PlacedView::prepare(config, live->reference_frame(), console);
+  if (!parts) return parts.error();
+  return std::unique_ptr<Feed>(
+      std::make_unique<LiveFeed>(config, clock, console, *std::move(live), *std::move(parts)));
+}
+
+}  // namespace nav::app

@@ -1,0 +1,200 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/window/main_window.hpp"
+
+#include <QPainter>
+
+#include "app/window/theme.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr int kWatchdogMs = 30;
+constexpr int kLeastWidth = 1280;
+constexpr int kLeastHeight = 800;
+
+QLabel* words_label(const QString& name, const QString& accessible, QWidget* parent) {
+  auto* label = new QLabel(parent);
+  label->setObjectName(name);
+  label->setAccessibleName(accessible);
+  label->setWordWrap(true);
+  label->setTextFormat(Qt::PlainText);
+  label->setAlignment(Qt::AlignLeft | Qt::AlignTop);
+  label->setContentsMargins(10, 8, 10, 8);
+  label->setAutoFillBackground(true);
+  QPalette palette = label->palette();
+  palette.setColor(QPalette::Window, QColor::fromRgb(theme::kWindowPanel));
+  label->setPalette(palette);
+  return label;
+}
+
+}  // namespace
+
+MainWindow::MainWindow(const Options& options, const Clock& clock, Console& console,
+                       WindowReport& report)
+    : clock_(clock),
+      title_(options.title),
+      snapshot_folder_(options.snapshot_folder),
+      rail_(new Rail(this)),
+      scene_(new SceneWidget(QStringLiteral("view3d"), QStringLiteral("3D"), this)),
+      ultrasound_(
+          new UltrasoundWidget(QStringLiteral("ultrasound"), QStringLiteral("Ultrasound"), this)),
+      ct_(new ViewWidget(QStringLiteral("ctplane"), QStringLiteral("CT along the plane"), this)),
+      numerals_(new Numerals(this)),
+      status_(new StatusLines(this)),
+      panel_(words_label(QStringLiteral("panel"), QStringLiteral("Panel of the step"), this)),
+      keys_(words_label(QStringLiteral("keys"), QStringLiteral("Keys"), this)),
+      loop_(options.loop, clock, console, report, {scene_, ultrasound_, ct_, numerals_, status_}) {
+  setObjectName(QStringLiteral("window"));
+  setWindowTitle(title_);
+  setStyleSheet(theme::style_sheet());
+  setMinimumSize(1, 1);
+  resize(kLeastWidth, kLeastHeight);
+  keys_->setWordWrap(false);
+  keys_->hide();
+  rail_->chosen = [this](int step) { choose_step(step); };
+  rail_->freeze = [this] {
+    loop_.set_frozen(!loop_.frozen());
+    rail_->set_frozen(loop_.frozen());
+  };
+  rail_->snapshot = [this] { take_snapshot(); };
+  add_actions();
+  rail_->choose(step_);
+  loop_.changed = [this] {
+    update_steps();
+    update_panel();
+  };
+  QObject::connect(&watchdog_, &QTimer::timeout, this, [this] {
+    loop_.tick();
+    update_steps();
+  });
+  watchdog_.start(kWatchdogMs);
+  loop_.tick();
+  update_panel();
+  scene_->setFocus();
+}
+
+MainWindow::~MainWindow() { loop_.stop(); }
+
+void MainWindow::paintEvent(QPaintEvent*) {
+  QPainter painter(this);
+  painter.fillRect(rect(), QColor::fromRgb(theme::kWindowBackground));
+}
+
+void MainWindow::resizeEvent(QResizeEvent*) { arrange(); }
+
+void MainWindow::add_actions() {
+  for (int i = 0; i < kStepCount; ++i) {
+    actions_.add({QStringLiteral("step%1").arg(i + 1),
+                  QStringLiteral("step %1: %2")
+                      .arg(i + 1)
+                      .arg(QLatin1String(kStepNames[static_cast<std::size_t>(i)])),
+                  QKeySequence(Qt::Key_F1 + i), [this, i] { choose_step(i); }});
+  }
+  const auto add = [this](const char* name, const char* title, QKeyCombination key,
+                          std::function<void()> run) {
+    actions_.add({QLatin1String(name), QLatin1String(title), QKeySequence(key), std::move(run)});
+  };
+  add("freeze", "freeze the views, or go live", QKeyCombination(Qt::Key_Space), rail_->freeze);
+  add("snapshot", "save the window as a PNG file", QKeyCombination(Qt::Key_S),
+      [this] { take_snapshot(); });
+  add("reset-camera", "first camera of the 3D view", QKeyCombination(Qt::Key_R),
+      [this] { loop_.reset_camera(); });
+  add("layout-guidance", "layout: 3D, ultrasound, CT", QKeyCombination(Qt::Key_1),
+      [this] { set_layout(WindowLayout::kGuidance); });
+  add("layout-single", "layout: the view under the mouse alone; again: back",
+      QKeyCombination(Qt::Key_4), [this] { set_layout(WindowLayout::kSingle); });
+  add("full-screen", "full screen without the rail; again: back", QKeyCombination(Qt::Key_F11),
+      [this] { toggle_full_screen(); });
+  add("keys", "list the keys", QKeyCombination(Qt::Key_Question), [this] { toggle_keys(); });
+  add("cancel", "close what lies on top", QKeyCombination(Qt::Key_Escape), [this] { cancel(); });
+  add("quit", "close the window", QKeyCombination(Qt::ControlModifier, Qt::Key_Q),
+      [this] { close(); });
+}
+
+void MainWindow::arrange() {
+  constexpr int kGap = 6;
+  constexpr int kNumeralsHeight = 150;
+  const int left = with_rail_ ? Rail::kWidth : 0;
+  const int bottom = status_->wanted_height();
+  rail_->setVisible(with_rail_);
+  rail_->setGeometry(0, 0, Rail::kWidth, std::max(1, height() - bottom));
+  status_->setGeometry(0, height() - bottom, width(), bottom);
+  const QRect area(left, kGap, std::max(1, width() - left - kGap),
+                   std::max(1, height() - bottom - kGap));
+  const QSize keys = keys_->sizeHint().boundedTo(area.size());
+  keys_->setGeometry(QRect(area.topLeft() + QPoint(40, 40), keys));
+  const bool single = layout_ == WindowLayout::kSingle;
+  for (QWidget* view : {static_cast<QWidget*>(scene_), static_cast<QWidget*>(ultrasound_),
+                        static_cast<QWidget*>(ct_)}) {
+    view->setVisible(!single || view == single_);
+  }
+  panel_->setVisible(!single);
+  // The numbers stay in every layout.
+  const int right_width = single ? 0 : std::max(1, area.width() * 36 / 100);
+  const int centre_width = std::max(1, area.width() - right_width - (single ? 0 : kGap));
+  const int view_height = std::max(1, area.height() - kNumeralsHeight - kGap);
+  const QRect centre(area.left(), area.top(), centre_width, view_height);
+  numerals_->setGeometry(area.left(), centre.bottom() + 1 + kGap, centre_width, kNumeralsHeight);
+  if (single) {
+    single_->setGeometry(centre);
+    return;
+  }
+  scene_->setGeometry(centre);
+  const int x = centre.right() + 1 + kGap;
+  const int half = std::max(1, (view_height - kGap) / 2);
+  ultrasound_->setGeometry(x, area.top(), right_width, half);
+  ct_->setGeometry(x, area.top() + half + kGap, right_width, half);
+  panel_->setGeometry(x, numerals_->y(), right_width, kNumeralsHeight);
+}
+
+void MainWindow::set_layout(WindowLayout layout) {
+  if (layout == WindowLayout::kSingle && layout_ == WindowLayout::kSingle) {
+    layout = before_single_;
+  } else if (layout == WindowLayout::kSingle) {
+    before_single_ = layout_;
+    single_ = scene_;
+    for (QWidget* view : {static_cast<QWidget*>(ultrasound_), static_cast<QWidget*>(ct_)}) {
+      if (view->underMouse()) single_ = view;
+    }
+  }
+  layout_ = layout;
+  arrange();
+  loop_.order_pictures();
+}
+
+void MainWindow::toggle_full_screen() {
+  with_rail_ = !with_rail_;
+  setWindowState(with_rail_ ? windowState() & ~Qt::WindowFullScreen
+                            : windowState() | Qt::WindowFullScreen);
+  arrange();
+}
+
+void MainWindow::toggle_keys() {
+  QString text = QStringLiteral("Keys\n\n");
+  for (const Action& action : actions_.all()) {
+    text += action.key.toString() + QStringLiteral("\t") + action.title + QStringLiteral("\n");
+  }
+  keys_->setText(text);
+  keys_->setVisible(!keys_->isVisible());
+  arrange();
+  keys_->raise();
+}
+
+void MainWindow::cancel() {
+  if (keys_->isVisible()) {
+    keys_->hide();
+  } else if (!with_rail_) {
+    toggle_full_screen();
+  }
+}
+
+void MainWindow::choose_step(int step) {
+  step_ = step;
+  rail_->choose(step);
+  update_panel();
+}
+
+QImage MainWindow::shot() { return grab().toImage().convertToFormat(QImage::Format_RGB32); }
+
+}  // namespace nav::app

@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <QLabel>
+#include <QTimer>
+#include <QWidget>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "app/window/actions.hpp"
+#include "app/window/rail.hpp"
+#include "app/window/refresh_loop.hpp"
+
+namespace nav::app {
+
+/// Arrangements of the views, by keys 1 to 4.
+enum class WindowLayout { kGuidance, kSlices, kNeedle, kSingle };
+
+/// The one window: rail, views, numbers, panel of the step, states of the inputs.
+class MainWindow final : public QWidget {
+ public:
+  struct Options {
+    RefreshLoop::Options loop;
+    QString title = QStringLiteral("Sonde");
+    QString snapshot_folder{};  ///< Empty: the folder in which the program was started.
+  };
+  /// Clock, console and report must outlive it.
+  MainWindow(const Options& options, const Clock& clock, Console& console, WindowReport& report);
+  ~MainWindow() override;
+
+  /// Starts the session and the engines.
+  void start() { loop_.start(); }
+  void stop() { loop_.stop(); }
+  [[nodiscard]] RefreshLoop& loop() { return loop_; }
+  [[nodiscard]] const Actions& actions() const { return actions_; }
+  [[nodiscard]] const Rail& rail() const { return *rail_; }
+  [[nodiscard]] const Numerals& numerals() const { return *numerals_; }
+  /// State of a thing by its stable name, as scripts read it: "state.ultrasound", "numeral.tip",
+  /// "view.scene", "step.4", "session", "frozen", "layout". Absent: there is no such thing.
+  [[nodiscard]] std::optional<QString> value(const QString& name) const;
+  /// Runs the action of a key, whichever control has the focus. True: the key has one.
+  bool press(const QKeyEvent& event) { return actions_.press(event, clock_.now()); }
+  /// The window as it is painted now.
+  [[nodiscard]] QImage shot();
+
+ private:
+  void resizeEvent(QResizeEvent* event) override;
+  void paintEvent(QPaintEvent* event) override;
+  void add_actions();
+  void arrange();
+  void choose_step(int step);
+  void set_layout(WindowLayout layout);
+  void toggle_full_screen();
+  void toggle_keys();
+  void take_snapshot();
+  void update_steps();
+  void update_panel();
+  void cancel();
+
+  const Clock& clock_;
+  QString title_;
+  QString snapshot_folder_;
+  Rail* rail_;
+  SceneWidget* scene_;
+  UltrasoundWidget* ultrasound_;
+  ViewWidget* ct_;
+  Numerals* numerals_;
+  StatusLines* status_;
+  QLabel* panel_;
+  QLabel* keys_;
+  RefreshLoop loop_;
+  Actions actions_;
+  QTimer watchdog_;
+  WindowLayout layout_ = WindowLayout::kGuidance;
+  WindowLayout before_single_ = WindowLayout::kGuidance;
+  QWidget* single_ = nullptr;  ///< View that fills the window in the layout single.
+  bool with_rail_ = true;
+  int step_ = 5;
+  QString snapshot_words_;
+  std::vector<std::jthread> writers_;  ///< Write snapshots; joined first.
+};
+
+}  // namespace nav::app

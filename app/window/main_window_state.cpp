@@ -1,0 +1,136 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include <QDateTime>
+#include <QDir>
+#include <array>
+
+#include "app/window/main_window.hpp"
+#include "app/window/theme.hpp"
+
+namespace nav::app {
+namespace {
+
+QString word_of(StepState state) { return mark_of(state).section(QLatin1Char(' '), 1); }
+
+QString word_of(const ViewJudgement& view) {
+  if (view.covered) return QStringLiteral("covered");
+  return view.late ? QStringLiteral("late") : QStringLiteral("shown");
+}
+
+}  // namespace
+
+void MainWindow::update_steps() {
+  const SessionNews& news = loop_.news();
+  const SharedMoment& moment = loop_.newest();
+  const bool failed = news.stage == SessionNews::Stage::kFailed;
+  const bool running = news.stage == SessionNews::Stage::kRunning;
+  const bool image = moment && moment->epoch.frame.has_value();
+  const auto done = [&](bool is) { return is ? StepState::kDone : StepState::kToDo; };
+  const bool loading = news.stage == SessionNews::Stage::kLoading && loop_.has_session();
+  const StepState begun = failed && !moment ? StepState::kFailed
+                          : loading         ? StepState::kBusy
+                                            : done(running || moment);
+  rail_->set_step(0, begun);
+  rail_->set_step(1, begun == StepState::kDone && !image ? StepState::kBusy : begun);
+  rail_->set_step(2, done(image));
+  rail_->set_step(3, done(moment && moment->epoch.placement.state == SafetyState::kValid));
+  rail_->set_step(4, done(moment && moment->plan));
+  rail_->set_step(5, loop_.judgement().guidance ? StepState::kBusy : StepState::kToDo);
+}
+
+void MainWindow::update_panel() {
+  const auto index = static_cast<std::size_t>(step_);
+  QString text = QStringLiteral("%1  %2\n").arg(step_ + 1).arg(QLatin1String(kStepNames[index]));
+  const QString step = QString::fromLatin1(kStepNames[index]).toLower();
+  bool any = false;
+  for (const auto& [name, sentence] : loop_.news().facts) {
+    if (step != QString::fromStdString(name)) continue;
+    text += theme::plain(sentence) + QStringLiteral("\n");
+    any = true;
+  }
+  if (step_ == 5) {
+    const SharedMoment& moment = loop_.newest();
+    text += moment && moment->plan
+                ? QStringLiteral("Numbers show while ultrasound, needle and CT are valid.\n")
+                : QStringLiteral("Numbers need a target: [plan] of the session file.\n");
+    any = true;
+  }
+  if (!any) text += QStringLiteral("Nothing yet.\n");
+  if (!snapshot_words_.isEmpty()) text += snapshot_words_;
+  panel_->setText(text);
+}
+
+void MainWindow::take_snapshot() {
+  const QImage image = shot();
+  const QDir folder(snapshot_folder_.isEmpty() ? QDir::currentPath() : snapshot_folder_);
+  const QString stamp =
+      QDateTime::currentDateTime().toString(QStringLiteral("yyyyMMdd-HHmmss-zzz"));
+  const QString path = folder.filePath(QStringLiteral("sonde-%1.png").arg(stamp));
+  // Compressing takes long: not on the window's thread.
+  writers_.emplace_back([this, image, path] {
+    const bool saved = image.save(path, "PNG");
+    QMetaObject::invokeMethod(
+        this,
+        [this, saved, path] {
+          snapshot_words_ = saved
+                                ? QStringLiteral("Snapshot: %1").arg(path)
+                                : QStringLiteral("The snapshot could not be written: %1").arg(path);
+          update_panel();
+        },
+        Qt::QueuedConnection);
+  });
+}
+
+std::optional<QString> MainWindow::value(const QString& name) const {
+  const QString kind = name.section(QLatin1Char('.'), 0, 0);
+  const QString what = name.section(QLatin1Char('.'), 1);
+  if (kind == QLatin1String("state")) {
+    for (const InputStatus& input : status_->inputs()) {
+      if (what == QString::fromStdString(input.name)) {
+        return QString::fromLatin1(to_string(input.safety.state));
+      }
+    }
+    return loop_.newest() ? std::nullopt : std::optional(QStringLiteral("lost"));
+  }
+  if (kind == QLatin1String("numeral")) {
+    const QString text = numerals_->value(what);
+    return text.isEmpty() ? std::nullopt : std::optional(text);
+  }
+  if (kind == QLatin1String("view")) {
+    for (const ViewWidget* view :
+         {static_cast<const ViewWidget*>(scene_), static_cast<const ViewWidget*>(ultrasound_),
+          static_cast<const ViewWidget*>(ct_)}) {
+      if (view->objectName() == what) return word_of(view->judgement());
+    }
+    return std::nullopt;
+  }
+  if (kind == QLatin1String("step")) {
+    const int step = what.toInt() - 1;
+    if (step < 0 || step >= kStepCount) return std::nullopt;
+    return word_of(rail_->step(step));
+  }
+  if (name == QLatin1String("session")) {
+    if (!loop_.has_session()) return QStringLiteral("none");
+    switch (loop_.news().stage) {
+      case SessionNews::Stage::kLoading:
+        return QStringLiteral("loading");
+      case SessionNews::Stage::kRunning:
+        return QStringLiteral("running");
+      case SessionNews::Stage::kFailed:
+        return QStringLiteral("failed");
+    }
+  }
+  if (name == QLatin1String("frozen")) {
+    return loop_.frozen() ? QStringLiteral("yes") : QStringLiteral("no");
+  }
+  if (name == QLatin1String("keys")) {
+    return keys_->isVisible() ? QStringLiteral("shown") : QStringLiteral("hidden");
+  }
+  if (name == QLatin1String("layout")) {
+    constexpr std::array names{"guidance", "slices", "needle", "single"};
+    return QString::fromLatin1(names[static_cast<std::size_t>(layout_)]);
+  }
+  return std::nullopt;
+}
+
+}  // namespace nav::app

@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <QImage>
+#include <cstdint>
+#include <optional>
+
+#include "app/views/plane_view.hpp"
+#include "app/window/moment.hpp"
+#include "nav/image.hpp"
+#include "render/scene.hpp"
+
+namespace nav::app {
+
+/// A finished image of one view, made by an engine on its own thread. Format RGB32: a widget paints
+/// it without a conversion.
+struct Picture {
+  SharedMoment moment{};  ///< The moment that it shows.
+  QImage image{};
+  std::optional<PlaneView> plane{};  ///< Flat views: position of the ultrasound plane.
+  render::Camera camera{};           ///< 3D view.
+  bool refined = true;               ///< False: coarse, because something moves.
+  std::uint64_t asked = 0;           ///< 3D view: number of the newest camera order it obeys.
+  double draw_ms = 0;                ///< Time of the engine.
+  double convert_ms = 0;             ///< Time to RGB32.
+};
+
+/// Colours as RGB32; alpha is not used.
+QImage to_rgb32(const Image2d<Rgba8>& image);
+/// Rounds as render::to_8bit() does: round(255 · clamp(x, 0, 1)).
+QImage to_rgb32(const Image2d<RgbaF>& image);
+
+/// Draws a heartbeat into the lower right corner: a dot that moves with every image, so that an
+/// image that stands still is seen to stand still.
+void draw_heartbeat(QImage& image, std::uint64_t beat);
+
+}  // namespace nav::app

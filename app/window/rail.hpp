@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <QPushButton>
+#include <QWidget>
+#include <array>
+#include <functional>
+
+namespace nav::app {
+
+/// State of a step of the procedure.
+enum class StepState { kToDo, kBusy, kDone, kFailed };
+/// Mark and word of a step's state.
+QString mark_of(StepState state);
+
+inline constexpr int kStepCount = 7;
+/// Names of the steps, in order.
+extern const std::array<const char*, kStepCount> kStepNames;
+
+/// The rail at the left: the steps with their states, Freeze and Snapshot.
+class Rail final : public QWidget {
+ public:
+  static constexpr int kWidth = 190;
+
+  explicit Rail(QWidget* parent);
+  void set_step(int step, StepState state);
+  void choose(int step);
+  void set_frozen(bool frozen);
+  [[nodiscard]] StepState step(int step) const { return states_.at(index(step)); }
+
+  std::function<void(int step)> chosen;
+  std::function<void()> freeze, snapshot;
+
+ private:
+  static std::size_t index(int step) { return static_cast<std::size_t>(step); }
+  void label(int step);
+
+  std::array<QPushButton*, kStepCount> steps_{};
+  std::array<StepState, kStepCount> states_{};
+  QPushButton* freeze_;
+  QPushButton* snapshot_;
+};
+
+}  // namespace nav::app

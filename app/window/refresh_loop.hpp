@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <QObject>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "app/console.hpp"
+#include "app/window/assembler.hpp"
+#include "app/window/flat_engine.hpp"
+#include "app/window/judgement.hpp"
+#include "app/window/numerals.hpp"
+#include "app/window/scene_engine.hpp"
+#include "app/window/scene_widget.hpp"
+#include "app/window/session_thread.hpp"
+#include "app/window/status_lines.hpp"
+#include "app/window/window_report.hpp"
+
+namespace nav::app {
+
+/// Widgets that show a session.
+struct SessionViews {
+  SceneWidget* scene;
+  UltrasoundWidget* ultrasound;
+  ViewWidget* ct;
+  Numerals* numerals;
+  StatusLines* status;
+};
+
+/// Brings the moments of a session to the widgets: orders images from the engines, shows those of
+/// one moment together, and watches over what they are worth. Lives on the window's thread; the
+/// session and each engine have a thread of their own.
+class RefreshLoop final : public QObject {
+ public:
+  struct Options {
+    SessionConfig config;
+    std::string engine = "auto";
+    bool loop = true;
+    bool has_session = true;
+  };
+  /// Clock, console, report and widgets must outlive it.
+  RefreshLoop(const Options& options, const Clock& clock, Console& console, WindowReport& report,
+              const SessionViews& views);
+  ~RefreshLoop() override { stop(); }
+
+  void start();
+  /// Joins all threads. Idempotent.
+  void stop();
+
+  void move_camera(const render::WindowInput& input);
+  void reset_camera();
+  /// Keeps what is on the screen, as frozen, until the next call.
+  void set_frozen(bool frozen);
+  [[nodiscard]] bool frozen() const { return frozen_.has_value(); }
+  /// Orders images of the newest moment in the sizes of the views.
+  void order_pictures();
+  /// Switches a fault on for a time: "cover-marker" and "hold-images" of a simulated session,
+  /// "hang-engine", "hang-views" and "hang-session" of the window's threads.
+  /// False: there is none of that name.
+  bool fault(const std::string& name, Duration time);
+  /// Shows what has come, and judges what is on the screen. Called by a timer too: the watchdog.
+  void tick();
+
+  [[nodiscard]] bool has_session() const { return has_session_; }
+  [[nodiscard]] const SessionNews& news() const { return news_; }
+  [[nodiscard]] const SharedMoment& newest() const { return newest_; }
+  [[nodiscard]] const Judgement& judgement() const { return judgement_; }
+  [[nodiscard]] const RefreshAssembler& assembler() const { return assembler_; }
+  /// Adds what the threads know to a report.
+  void complete(io::Json& report) const;
+
+  /// Called when the state of the session has changed.
+  std::function<void()> changed;
+
+  // For tests and scripts.
+  [[nodiscard]] SceneEngine& scene_engine() { return scene_engine_; }
+  [[nodiscard]] FlatEngine& flat_engine() { return flat_engine_; }
+  [[nodiscard]] SessionThread& session() { return session_; }
+
+ private:
+  struct Frozen {
+    SharedMoment moment;
+    Timestamp since;
+  };
+  struct Loss {
+    Timestamp since;
+    bool withdrawn = false;
+    bool covered = false;
+  };
+  void take_all();
+  void show(Assembled shown);
+  void apply(const Judgement& judgement, Timestamp now);
+  void measure(Timestamp now);
+  void measure_painting();
+  [[nodiscard]] SharedMoment wanted() const { return frozen_ ? frozen_->moment : newest_; }
+
+  const Clock& clock_;
+  WindowReport& report_;
+  SessionViews views_;
+  bool has_session_;
+  Mailbox<SharedMoment> moments_;
+  Mailbox<SessionNews> news_box_;
+  Mailbox<FlatPictures> flats_;
+  Mailbox<Picture> scenes_;
+  Mailbox<std::string> scene_failures_, flat_failures_;
+  FlatEngine flat_engine_;
+  SceneEngine scene_engine_;
+  SessionThread session_;
+  RefreshAssembler assembler_;
+
+  SessionNews news_;
+  EngineFailures failures_;
+  SharedMoment newest_, flat_moment_, scene_moment_;
+  std::optional<Frozen> frozen_;
+  Judgement judgement_;
+  std::optional<render::Camera> camera_;
+  std::uint64_t camera_number_ = 0;
+  std::optional<Timestamp> camera_asked_;
+  std::optional<Loss> loss_;
+  std::uint64_t latency_of_ = 0;  ///< Number of the image whose latency was measured last.
+};
+
+}  // namespace nav::app

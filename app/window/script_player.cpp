@@ -1,0 +1,225 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/window/script_player.hpp"
+
+#include <QApplication>
+#include <QDir>
+#include <QMouseEvent>
+#include <QWheelEvent>
+
+#include "io/digest.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr int kScriptTickMs = 5;
+constexpr int kDragSteps = 10;
+constexpr double kLongestWait = 3600;
+
+void send_mouse(QWidget& to, QEvent::Type type, QPointF at, Qt::MouseButton button,
+                Qt::MouseButtons down) {
+  QMouseEvent event(type, at, to.mapToGlobal(at), button, down, Qt::NoModifier);
+  QApplication::sendEvent(&to, &event);
+}
+
+/// Writes an image and describes it. \p path may be empty: it is only described.
+Result<io::Json> save_shot(const std::string& name, const QImage& image, const QString& path) {
+  std::string bytes;
+  for (int y = 0; y < image.height(); ++y) {
+    bytes.append(reinterpret_cast<const char*>(image.constScanLine(y)),
+                 4 * static_cast<std::size_t>(image.width()));
+  }
+  if (!path.isEmpty() && !image.save(path, "PNG")) {
+    return Error{ErrorCode::kIo, path.toStdString() + ": could not be written"};
+  }
+  return io::Json{{"name", name},
+                  {"sha256", io::sha256_hex(bytes)},
+                  {"width", image.width()},
+                  {"height", image.height()}};
+}
+
+Error cannot(const std::string& what) { return {ErrorCode::kUsage, what}; }
+
+}  // namespace
+
+ScriptPlayer::ScriptPlayer(std::vector<ScriptLine> lines, const Options& options,
+                           MainWindow& window, const Clock& clock, WindowReport& report,
+                           std::function<void(std::optional<Error>)> done)
+    : lines_(std::move(lines)),
+      options_(options),
+      window_(window),
+      clock_(clock),
+      report_(report),
+      done_(std::move(done)) {
+  QObject::connect(&timer_, &QTimer::timeout, &window_, [this] { step(); });
+  timer_.start(kScriptTickMs);
+}
+
+void ScriptPlayer::step() {
+  if (next_ >= lines_.size() || lines_[next_].command == "quit") {
+    return end(std::nullopt);
+  }
+  const ScriptLine& line = lines_[next_];
+  const auto played = play(line);
+  if (!played) {
+    return end(Error{played.error().code, "line " + std::to_string(line.number) + ": " +
+                                              line.command + ": " + played.error().message});
+  }
+  if (!*played) return;
+  ++next_;
+  waiting_since_.reset();
+}
+
+Result<bool> ScriptPlayer::play(const ScriptLine& line) {
+  const auto once = [](const Result<void>& done) -> Result<bool> {
+    if (!done) return done.error();
+    return true;
+  };
+  if (line.command == "wait" || line.command == "expect" || line.command == "pause") {
+    return await(line);
+  }
+  if (line.command == "click") return once(click(line));
+  if (line.command == "key") return once(press(line.words[0]));
+  if (line.command == "drag") return once(drag(line));
+  if (line.command == "wheel") return once(wheel(line));
+  if (line.command == "shot") return once(shoot(line.words[0]));
+  if (line.command == "resize") {
+    const auto width = script_number(line.words[0], 1, 7680);
+    if (!width) return width.error();
+    const auto height = script_number(line.words[1], 1, 4320);
+    if (!height) return height.error();
+    window_.resize(static_cast<int>(*width), static_cast<int>(*height));
+    return true;
+  }
+  const auto seconds = script_number(line.words[1], 0, kLongestWait);
+  if (!seconds) return seconds.error();
+  if (!window_.loop().fault(line.words[0], from_seconds(*seconds))) {
+    return cannot(
+        "expected cover-marker, hold-images, hang-engine, hang-views or hang-session, found '" +
+        line.words[0] + "'");
+  }
+  return true;
+}
+
+/// wait: until a thing has a value. expect: as wait, with a default of no time at all.
+Result<bool> ScriptPlayer::await(const ScriptLine& line) {
+  if (!waiting_since_) waiting_since_ = clock_.now();
+  const double waited = to_seconds(clock_.now() - *waiting_since_);
+  if (line.command == "pause") {
+    const auto seconds = script_number(line.words[0], 0, kLongestWait);
+    if (!seconds) return seconds.error();
+    return waited >= *seconds;
+  }
+  const auto most =
+      line.words.size() > 2 ? script_number(line.words[2], 0, kLongestWait) : Result<double>(0.0);
+  if (!most) return most.error();
+  const auto value = window_.value(QString::fromStdString(line.words[0]));
+  if (!value && window_.loop().newest()) {
+    return cannot("expected a thing of the window, found '" + line.words[0] + "'");
+  }
+  const QString wanted = QString::fromStdString(line.words[1]);
+  const bool shows = wanted == QLatin1String("shown") && line.words[0].starts_with("numeral.");
+  const bool reached =
+      value && (*value == wanted || (shows && *value != QLatin1String("withdrawn")));
+  if (reached) return true;
+  if (waited < *most) return false;
+  return cannot("expected " + line.words[0] + " = " + line.words[1] + " within " +
+                (line.words.size() > 2 ? line.words[2] : std::string("0")) + " s, found " +
+                (value ? value->toStdString() : std::string("nothing")));
+}
+
+Result<QWidget*> ScriptPlayer::control(const std::string& name) {
+  auto* found = window_.findChild<QWidget*>(QString::fromStdString(name));
+  if (found == nullptr) return cannot("expected a control's name, found '" + name + "'");
+  if (!found->isVisible()) return cannot("'" + name + "' is not visible");
+  if (!found->isEnabled()) return cannot("'" + name + "' is disabled");
+  return found;
+}
+
+Result<void> ScriptPlayer::click(const ScriptLine& line) {
+  const auto found = control(line.words[0]);
+  if (!found) return found.error();
+  const QPointF centre = QRectF((*found)->rect()).center();
+  send_mouse(**found, QEvent::MouseButtonPress, centre, Qt::LeftButton, Qt::LeftButton);
+  send_mouse(**found, QEvent::MouseButtonRelease, centre, Qt::LeftButton, Qt::NoButton);
+  return {};
+}
+
+Result<void> ScriptPlayer::press(const std::string& key) {
+  const QKeySequence sequence(QString::fromStdString(key));
+  if (sequence.count() != 1 || sequence[0].key() == Qt::Key_unknown) {
+    return cannot("expected a key, found '" + key + "'");
+  }
+  QWidget* to = QApplication::focusWidget() != nullptr ? QApplication::focusWidget() : &window_;
+  for (const auto type : {QEvent::KeyPress, QEvent::KeyRelease}) {
+    QKeyEvent event(type, sequence[0].key(), sequence[0].keyboardModifiers());
+    QApplication::sendEvent(to, &event);
+  }
+  return {};
+}
+
+Result<void> ScriptPlayer::drag(const ScriptLine& line) {
+  const auto found = control(line.words[0]);
+  if (!found) return found.error();
+  const auto dx = script_number(line.words[1], -10000, 10000);
+  if (!dx) return dx.error();
+  const auto dy = script_number(line.words[2], -10000, 10000);
+  if (!dy) return dy.error();
+  const std::string name = line.words.size() > 3 ? line.words[3] : "left";
+  if (name != "left" && name != "middle" && name != "right") {
+    return cannot("expected left, middle or right, found '" + name + "'");
+  }
+  const auto button = name == "left"     ? Qt::LeftButton
+                      : name == "middle" ? Qt::MiddleButton
+                                         : Qt::RightButton;
+  QPointF at = QRectF((*found)->rect()).center();
+  send_mouse(**found, QEvent::MouseButtonPress, at, button, button);
+  for (int i = 0; i < kDragSteps; ++i) {
+    at += QPointF(*dx, *dy) / kDragSteps;
+    send_mouse(**found, QEvent::MouseMove, at, Qt::NoButton, button);
+  }
+  send_mouse(**found, QEvent::MouseButtonRelease, at, button, Qt::NoButton);
+  return {};
+}
+
+Result<void> ScriptPlayer::wheel(const ScriptLine& line) {
+  const auto found = control(line.words[0]);
+  if (!found) return found.error();
+  const auto notches = script_number(line.words[1], -1000, 1000);
+  if (!notches) return notches.error();
+  const QPointF centre = QRectF((*found)->rect()).center();
+  constexpr int kNotch = 120;
+  QWheelEvent event(centre, (*found)->mapToGlobal(centre), QPoint(),
+                    QPoint(0, static_cast<int>(*notches * kNotch)), Qt::NoButton, Qt::NoModifier,
+                    Qt::NoScrollPhase, false);
+  QApplication::sendEvent(*found, &event);
+  return {};
+}
+
+Result<void> ScriptPlayer::shoot(const std::string& name) {
+  if (name.find_first_of("/\\") != std::string::npos || name.front() == '.') {
+    return cannot("expected a name without a folder, found '" + name + "'");
+  }
+  const QString path = options_.shots_folder.isEmpty()
+                           ? QString()
+                           : QDir(options_.shots_folder)
+                                 .filePath(QString::fromStdString(name) + QStringLiteral(".png"));
+  // Compressing takes longer than the views may wait.
+  shots_.push_back(std::async(std::launch::async, save_shot, name, window_.shot(), path));
+  return {};
+}
+
+void ScriptPlayer::end(std::optional<Error> failure) {
+  timer_.stop();
+  for (auto& shot : shots_) {
+    auto saved = shot.get();
+    if (saved) {
+      report_.shot(*std::move(saved));
+    } else if (!failure) {
+      failure = saved.error();
+    }
+  }
+  done_(std::move(failure));
+}
+
+}  // namespace nav::app

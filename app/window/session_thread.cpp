@@ -1,0 +1,199 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/window/session_thread.hpp"
+
+#include <chrono>
+#include <exception>
+
+#include "app/report.hpp"
+#include "app/views/plane_overlays.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr auto kPollSession = std::chrono::milliseconds(2);
+constexpr auto kLookAgain = std::chrono::milliseconds(10);
+/// Time between two moments in which only the needle moves.
+constexpr auto kMostSilence = std::chrono::milliseconds(50);
+constexpr double kMarkRadiusMm = 2;
+
+/// The scene of an epoch, with the probe's marked side on the plane.
+std::shared_ptr<const render::Scene> scene_of(const Presenter& presenter,
+                                              const session::Epoch& epoch) {
+  auto scene = std::make_shared<render::Scene>(presenter.scene(epoch));
+  if (scene->plane && scene->plane->safety.state <= SafetyState::kDegraded) {
+    const Eigen::Vector3d blue =
+        Eigen::Vector3d(kNeedleColour.r, kNeedleColour.g, kNeedleColour.b) / 255.0;
+    scene->spheres.push_back(
+        {.centre_ct = scene->plane->ct_from_image * marked_corner(scene->plane->frame),
+         .radius_mm = kMarkRadiusMm,
+         .rgb = blue});
+  }
+  return scene;
+}
+
+bool same_states(const session::Epoch& a, const session::Epoch& b) {
+  return a.ultrasound.state == b.ultrasound.state && a.plane.state == b.plane.state &&
+         a.needle.state == b.needle.state;
+}
+
+}  // namespace
+
+SessionThread::SessionThread(SessionConfig config, bool loop, const Clock& clock, Console& console,
+                             Hears hears)
+    : config_(std::move(config)),
+      loop_(loop),
+      clock_(clock),
+      console_(console),
+      hears_(std::move(hears)) {
+  // Only the scenes of the session's own presenter are used: it draws nothing.
+  config_.output.engine = "cpu";
+}
+
+void SessionThread::start() {
+  thread_ = std::jthread([this](const std::stop_token& stop) {
+    try {
+      run(stop);
+    } catch (const std::exception& failure) {
+      tell(SessionNews::Stage::kFailed, std::string("the session failed: ") + failure.what());
+    }
+  });
+}
+
+void SessionThread::stop() {
+  thread_.request_stop();
+  faults_.close();
+  if (thread_.joinable()) thread_.join();
+}
+
+void SessionThread::tell(SessionNews::Stage stage, std::string words, Feed* feed) {
+  hears_.news(
+      {stage, std::move(words),
+       feed != nullptr ? feed->facts() : std::vector<std::pair<std::string, std::string>>()});
+}
+
+void SessionThread::run(const std::stop_token& stop) {
+  tell(SessionNews::Stage::kLoading, "loading the session");
+  auto feed = open_feed(config_, loop_, clock_, console_);
+  if (!feed) return tell(SessionNews::Stage::kFailed, feed.error().message);
+  tell(SessionNews::Stage::kRunning, "running", feed->get());
+  play(**feed, stop);
+  (*feed)->finish();
+  ledger_ = json_of((*feed)->session().navigator().ledger());
+}
+
+void SessionThread::play(Feed& feed, const std::stop_token& stop) {
+  std::optional<session::Epoch> shown;
+  std::string failure;
+  bool placed = false;
+  Timestamp looked{}, published{};
+  while (!stop.stop_requested()) {
+    obey(feed);
+    const Timestamp now = clock_.now();
+    bool publish = false;
+    if (failure.empty() && !feed.over()) {
+      auto epoch = feed.next(now);
+      if (!epoch) {
+        failure = epoch.error().message;
+        tell(SessionNews::Stage::kFailed, failure, &feed);
+      } else if (*epoch) {
+        shown = std::move(**epoch);
+        publish = true;
+      }
+      if (shown && (feed.over() || !failure.empty())) {
+        shown = session::ended(*std::move(shown), failure.empty() ? feed.ended() : failure);
+        publish = true;
+      }
+    }
+    if (shown && !publish && !feed.over() && failure.empty() && now - looked >= kLookAgain) {
+      auto again = feed.again(*shown, now);
+      looked = now;
+      // A needle moves between two images.
+      const bool moves = again.guidance && now - published >= kMostSilence;
+      publish = moves || !same_states(again, *shown);
+      if (publish) shown = std::move(again);
+    }
+    if (publish) {
+      published = now;
+      look_at_streams(feed, now);
+      auto moment = moment_of(feed, *shown, now);
+      if (feed.over()) moment->notice = feed.ended();
+      if (!failure.empty()) moment->notice = failure;
+      hears_.moment(std::move(moment));
+    }
+    if (!placed && feed.view().placement()) {
+      placed = true;
+      tell(SessionNews::Stage::kRunning, "running", &feed);
+    }
+    if (!publish) std::this_thread::sleep_for(kPollSession);
+  }
+}
+
+void SessionThread::obey(Feed& feed) {
+  if (const auto ns = hang_ns_.exchange(0); ns > 0) {
+    std::this_thread::sleep_for(std::chrono::nanoseconds(ns));
+  }
+  const auto fault = faults_.take();
+  if (!fault) return;
+  const bool done = fault->name == "cover-marker" ? feed.cover_marker(fault->time)
+                                                  : feed.hold_images(fault->time);
+  if (!done) {
+    console_.report(Severity::kWarning, "fault",
+                    fault->name + ": expected a simulated session, found another kind");
+  }
+}
+
+/// Rates and drops, twice a second: percentiles of all periods take time.
+void SessionThread::look_at_streams(Feed& feed, Timestamp now) {
+  constexpr auto kLookPeriod = std::chrono::milliseconds(500);
+  if (looked_ && now - *looked_ < kLookPeriod) return;
+  looked_ = now;
+  look_ = {};
+  for (const auto& account : feed.session().accounts()) {
+    const bool images = account.info.kind == StreamKind::kImages;
+    if (!images && account.info.role != ToolRole::kNeedle) continue;
+    auto& rate = images ? look_.images_hz : look_.needle_hz;
+    auto& drops = images ? look_.images_dropped : look_.needle_dropped;
+    if (account.timing.rate_hz > 0) rate = account.timing.rate_hz;
+    drops +=
+        account.ledger.dropped_total() + account.ledger.rejected_total() + account.timing.missing;
+  }
+}
+
+std::shared_ptr<Moment> SessionThread::moment_of(Feed& feed, session::Epoch epoch, Timestamp now) {
+  PlacedView& view = feed.view();
+  auto moment = std::make_shared<Moment>();
+  moment->number = ++number_;
+  moment->ct = view.shared_ct();
+  moment->scene = scene_of(view.presenter(), epoch);
+  moment->plan = view.plan();
+  moment->window = view.presenter().window();
+  moment->needle_length_mm = config_.source.needle_size.length_mm;
+  moment->needle_expected = view.needle_expected();
+  moment->kind = feed.kind();
+  const std::string outside = view.outside();
+  if (const auto& placement = view.placement()) {
+    moment->warning = outside.empty() ? registration_warning(placement->warnings) : outside;
+  }
+  moment->published = now;
+  const auto at = [&](const std::optional<Timestamp>& time) -> std::optional<Timestamp> {
+    if (!time) return std::nullopt;
+    return feed.on_clock(*time);
+  };
+  std::optional<Timestamp> acquired;
+  if (epoch.frame) acquired = epoch.frame->frame.acquired;
+  moment->acquired = at(acquired);
+  moment->ultrasound_until = at(epoch.ultrasound_until);
+  moment->needle_until = at(epoch.needle_until);
+  moment->inputs = {
+      {"ultrasound", epoch.ultrasound, moment->acquired, look_.images_hz, look_.images_dropped},
+      {"CT", epoch.placement}};
+  if (moment->needle_expected || moment->plan) {
+    moment->inputs.push_back(
+        {"needle", epoch.needle, at(epoch.needle_acquired), look_.needle_hz, look_.needle_dropped});
+  }
+  moment->epoch = std::move(epoch);
+  return moment;
+}
+
+}  // namespace nav::app

@@ -1,0 +1,82 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "app/window/feed.hpp"
+#include "app/window/mailbox.hpp"
+#include "app/window/moment.hpp"
+#include "io/json.hpp"
+
+namespace nav::app {
+
+/// A fault that is switched on for a time: "cover-marker" or "hold-images".
+struct FaultOrder {
+  std::string name;
+  Duration time;
+};
+
+/// How far a session has come, for the steps of the window.
+struct SessionNews {
+  enum class Stage { kLoading, kRunning, kFailed };
+  Stage stage = Stage::kLoading;
+  std::string words{};  ///< The work in progress, or the failure.
+  std::vector<std::pair<std::string, std::string>> facts = {};  ///< Feed::facts().
+};
+
+/// Opens and plays a session on a thread of its own, and hands over its moments. Reads all files:
+/// the window's thread reads none.
+class SessionThread {
+ public:
+  /// Called on the session's thread.
+  struct Hears {
+    std::function<void(SharedMoment)> moment;
+    std::function<void(SessionNews)> news;
+  };
+  /// The clock and the console must outlive it.
+  SessionThread(SessionConfig config, bool loop, const Clock& clock, Console& console, Hears hears);
+  ~SessionThread() { stop(); }
+
+  void start();
+  /// Joins the thread. Idempotent.
+  void stop();
+  void order(FaultOrder fault) { faults_.put(std::move(fault)); }
+  /// Stops playing for a time, as a session that hangs.
+  void hang(Duration time) { hang_ns_ = time.count(); }
+  /// Account of the images; after stop().
+  [[nodiscard]] const io::Json& ledger() const { return ledger_; }
+
+ private:
+  void run(const std::stop_token& stop);
+  void play(Feed& feed, const std::stop_token& stop);
+  [[nodiscard]] std::shared_ptr<Moment> moment_of(Feed& feed, session::Epoch epoch, Timestamp now);
+  void look_at_streams(Feed& feed, Timestamp now);
+  void obey(Feed& feed);
+  void tell(SessionNews::Stage stage, std::string words, Feed* feed = nullptr);
+
+  SessionConfig config_;
+  bool loop_;
+  const Clock& clock_;
+  Console& console_;
+  Hears hears_;
+  Mailbox<FaultOrder> faults_;
+  std::atomic<Duration::rep> hang_ns_{0};
+  std::uint64_t number_ = 0;
+  struct StreamLook {
+    std::optional<double> images_hz, needle_hz;
+    std::uint64_t images_dropped = 0, needle_dropped = 0;
+  } look_;
+  std::optional<Timestamp> looked_;
+  io::Json ledger_;
+  std::jthread thread_;
+};
+
+}  // namespace nav::app

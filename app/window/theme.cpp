@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/window/theme.hpp"
+
+#include <QPainterPath>
+#include <array>
+
+#include "app/console.hpp"
+
+namespace nav::app::theme {
+
+QColor colour_of_state(SafetyState state) {
+  switch (state) {
+    case SafetyState::kValid:
+      return QColor(0x2f, 0xd0, 0x60);
+    case SafetyState::kDegraded:
+      return QColor(0xff, 0xb4, 0x00);
+    case SafetyState::kStale:
+    case SafetyState::kLost:
+      return QColor(0xa8, 0xae, 0xb4);
+  }
+  return QColor(0xa8, 0xae, 0xb4);
+}
+
+void draw_state_shape(QPainter& painter, const QRectF& square, SafetyState state) {
+  painter.save();
+  painter.setRenderHint(QPainter::Antialiasing);
+  const QColor colour = colour_of_state(state);
+  painter.setPen(Qt::NoPen);
+  painter.setBrush(colour);
+  if (state == SafetyState::kValid) {
+    painter.drawEllipse(square);
+  } else if (state == SafetyState::kDegraded) {
+    const std::array<QPointF, 3> corners{QPointF(square.center().x(), square.top()),
+                                         square.bottomRight(), square.bottomLeft()};
+    painter.drawPolygon(corners.data(), 3);
+  } else if (state == SafetyState::kStale) {
+    const double third = square.height() / 3;
+    painter.drawRect(square.adjusted(0, third, 0, -third));
+  } else {
+    painter.setPen(QPen(colour, square.width() / 4));
+    painter.drawLine(square.topLeft(), square.bottomRight());
+    painter.drawLine(square.topRight(), square.bottomLeft());
+  }
+  painter.restore();
+}
+
+QFont font(int pixels, bool bold) {
+  QFont made(QStringLiteral("DejaVu Sans"));
+  made.setPixelSize(pixels);
+  made.setBold(bold);
+  return made;
+}
+
+double draw_tag(QPainter& painter, double x, double y, const QString& text, const QFont& font,
+                const QColor& colour) {
+  if (text.isEmpty()) return x;
+  painter.setFont(font);
+  const QFontMetricsF metrics(font);
+  const double width = metrics.horizontalAdvance(text);
+  const QRectF box(x, y, width + 12, metrics.height() + 4);
+  painter.fillRect(box, QColor(0x10, 0x14, 0x18, 0xd8));
+  painter.setPen(colour);
+  painter.drawText(QPointF(x + 6, y + 2 + metrics.ascent()), text);
+  return box.right();
+}
+
+QString plain(const std::string& text) { return QString::fromStdString(without_controls(text)); }
+
+QString style_sheet() {
+  return QStringLiteral(
+      "QWidget { color: #e6ebf0; font-family: 'DejaVu Sans'; font-size: 14px; }"
+      "QPushButton { background: #26303a; border: 2px solid #36424d; border-radius: 6px;"
+      " padding: 4px 10px; text-align: left; min-height: 44px; }"
+      "QPushButton:hover { background: #2f3b47; }"
+      "QPushButton:checked { background: #1f5f8c; border-color: #8fd3ff; }"
+      "QPushButton:focus { border-color: #ffffff; }"
+      "QPushButton:disabled { color: #a7b2bc; }"
+      "QLabel#panel { background: #1b2229; }"
+      "QLabel#keys { background: #1b2229; border: 2px solid #8fd3ff; }");
+}
+
+}  // namespace nav::app::theme

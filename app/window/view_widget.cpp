@@ -1,0 +1,199 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/window/view_widget.hpp"
+
+#include <QPainter>
+#include <chrono>
+#include <cmath>
+
+#include "app/views/plane_overlays.hpp"
+#include "app/window/theme.hpp"
+#include "nav/stopwatch.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr int kSmallText = 14;
+constexpr int kMargin = 6;
+
+}  // namespace
+
+ViewWidget::ViewWidget(const QString& name, const QString& title, QWidget* parent)
+    : QWidget(parent), title_(title) {
+  setObjectName(name);
+  setAccessibleName(title);
+  setAttribute(Qt::WA_OpaquePaintEvent);
+  setFocusPolicy(Qt::StrongFocus);
+}
+
+void ViewWidget::set_picture(Picture picture) {
+  picture.image.setDevicePixelRatio(devicePixelRatioF());
+  picture_ = std::move(picture);
+  fresh_ = true;
+  update();
+}
+
+void ViewWidget::set_judgement(const ViewJudgement& judgement, const std::string& kind) {
+  const auto shown = [](const ViewJudgement& j) {
+    return std::tuple(j.safety.state, j.safety.cause, j.covered, j.headline, j.late);
+  };
+  const QString word = theme::plain(kind);
+  const bool changed = shown(judgement) != shown(judgement_) || word != kind_;
+  judgement_ = judgement;
+  kind_ = word;
+  if (changed) update();
+}
+
+void ViewWidget::set_frozen(std::optional<double> seconds) {
+  const auto tenths = [](const std::optional<double>& s) { return s ? std::lround(*s * 10) : -1; };
+  const bool changed = tenths(seconds) != tenths(frozen_s_);
+  frozen_s_ = seconds;
+  if (changed) update();
+}
+
+PixelSize ViewWidget::pixel_size() const {
+  const double ratio = devicePixelRatioF();
+  return {std::clamp(static_cast<int>(std::lround(width() * ratio)), 1, 16384),
+          std::clamp(static_cast<int>(std::lround(height() * ratio)), 1, 16384)};
+}
+
+void ViewWidget::resizeEvent(QResizeEvent*) {
+  if (resized) resized();
+}
+
+void ViewWidget::paintEvent(QPaintEvent*) {
+  const auto start = std::chrono::steady_clock::now();
+  QPainter painter(this);
+  if (picture_ && !judgement_.covered) {
+    const QSizeF size = picture_->image.deviceIndependentSize();
+    if (std::abs(size.width() - width()) < 1 && std::abs(size.height() - height()) < 1) {
+      painter.drawImage(0, 0, picture_->image);
+    } else {
+      // Until the image of the new size comes.
+      painter.fillRect(rect(), QColor::fromRgb(theme::kWindowBackground));
+      const QSizeF fitted = size.scaled(QSizeF(QWidget::size()), Qt::KeepAspectRatio);
+      painter.drawImage(
+          QRectF({(width() - fitted.width()) / 2, (height() - fitted.height()) / 2}, fitted),
+          picture_->image);
+    }
+    paint_marks(painter, *picture_);
+  } else {
+    paint_cover(painter);
+  }
+  paint_words(painter);
+  painter.setPen(QPen(theme::colour_of_state(judgement_.safety.state), 2));
+  painter.setBrush(Qt::NoBrush);
+  painter.drawRect(QRectF(rect()).adjusted(1, 1, -1, -1));
+  painter.end();
+  if (fresh_ && picture_ && painted) {
+    fresh_ = false;
+    painted(*picture_, 1e3 * seconds_since(start));
+  }
+}
+
+/// Nothing of the old image is left: it could be taken for the present one.
+void ViewWidget::paint_cover(QPainter& painter) {
+  painter.fillRect(rect(), QColor::fromRgb(theme::kWindowBackground));
+  painter.fillRect(rect(), QBrush(QColor(0x2a, 0x32, 0x3a), Qt::BDiagPattern));
+  const QColor colour = theme::colour_of_state(judgement_.safety.state);
+  const int large = std::clamp(width() / 16, 18, 40);
+  const double shape = large;
+  theme::draw_state_shape(
+      painter, QRectF(width() / 2.0 - shape / 2, height() / 2.0 - 2.2 * large, shape, shape),
+      judgement_.safety.state);
+  painter.setPen(colour);
+  painter.setFont(theme::font(large, true));
+  const QRectF upper(kMargin, height() / 2.0 - large, width() - 2 * kMargin, 1.5 * large);
+  painter.drawText(upper, Qt::AlignCenter, theme::plain(judgement_.headline));
+  painter.setPen(QColor::fromRgb(theme::kWindowText));
+  painter.setFont(theme::font(kSmallText + 2));
+  painter.drawText(QRectF(2 * kMargin, upper.bottom(), width() - 4 * kMargin,
+                          height() - upper.bottom() - kMargin),
+                   Qt::AlignHCenter | Qt::AlignTop | Qt::TextWordWrap,
+                   theme::plain(judgement_.safety.cause));
+}
+
+void ViewWidget::paint_words(QPainter& painter) {
+  const QFont small = theme::font(kSmallText);
+  const QColor text = QColor::fromRgb(theme::kWindowText);
+  double right = theme::draw_tag(painter, kMargin, kMargin, title_, small, text);
+  if (!kind_.isEmpty()) {
+    right = theme::draw_tag(painter, right + 4, kMargin, kind_, theme::font(kSmallText, true),
+                            QColor::fromRgb(theme::kWindowAccent));
+  }
+  // State: shape and word, at the upper right.
+  const QString word =
+      frozen_s_ ? QStringLiteral("frozen") : theme::plain(to_string(judgement_.safety.state));
+  const double word_width = QFontMetricsF(small).horizontalAdvance(word) + 12;
+  const double x = width() - kMargin - word_width;
+  const double line = QFontMetricsF(small).height() + 4;
+  if (x - 20 > right) {
+    painter.fillRect(QRectF(x - 20, kMargin, 20, line), QColor(0x10, 0x14, 0x18, 0xd8));
+    theme::draw_state_shape(painter, QRectF(x - 16, kMargin + line / 2 - 6, 12, 12),
+                            judgement_.safety.state);
+    theme::draw_tag(painter, x, kMargin, word, small,
+                    theme::colour_of_state(judgement_.safety.state));
+  }
+  double y = kMargin + line + 2;
+  if (frozen_s_) {
+    theme::draw_tag(painter, kMargin, y, QStringLiteral("FROZEN %1 s").arg(*frozen_s_, 0, 'f', 1),
+                    theme::font(26, true), text);
+    y += 40;
+  }
+  if (judgement_.covered) return;
+  if (judgement_.late) {
+    theme::draw_tag(painter, kMargin, y,
+                    QStringLiteral("LATE %1 ms").arg(std::lround(judgement_.age_ms)),
+                    theme::font(kSmallText, true), theme::colour_of_state(SafetyState::kDegraded));
+  }
+  if (judgement_.safety.state == SafetyState::kDegraded) {
+    painter.setFont(small);
+    const QString cause = theme::plain(judgement_.safety.cause);
+    // Beside the letters of the directions, which stand in the middle of the edges.
+    const double widest = std::min(width() - 2.0 * kMargin, std::max(200.0, 0.42 * width()));
+    const QRectF most(0, 0, widest - 12, height());
+    const QRectF box = QFontMetricsF(small).boundingRect(most, Qt::TextWordWrap, cause);
+    const QRectF at(kMargin, y, box.width() + 12, box.height() + 4);
+    painter.fillRect(at, QColor(0x10, 0x14, 0x18, 0xd8));
+    painter.setPen(theme::colour_of_state(SafetyState::kDegraded));
+    painter.drawText(at.adjusted(6, 2, 0, 0), Qt::TextWordWrap, cause);
+  }
+}
+
+void UltrasoundWidget::paint_marks(QPainter& painter, const Picture& picture) {
+  if (!picture.plane || !picture.moment->epoch.frame) return;
+  const UltrasoundFrame& frame = picture.moment->epoch.frame->frame;
+  const double ratio = picture.image.devicePixelRatio();
+  const PlaneView& plane = *picture.plane;
+  const auto at = [&](const Eigen::Vector2d& mm) -> QPointF {
+    const Eigen::Vector2d p = plane.pixel_of(mm) / ratio;
+    return {p.x(), p.y()};
+  };
+  const double deepest = box_mm(frame).second.y();
+  painter.setFont(theme::font(13));
+  const QFontMetricsF metrics(painter.font());
+  for (int depth = 0; depth <= deepest && depth <= 1000; depth += 5) {
+    const double y = at({0, depth}).y();
+    const bool whole = depth % 10 == 0;
+    painter.setPen(QColor::fromRgb(theme::kWindowFaint));
+    const double edge = width() - 4;
+    painter.drawLine(QPointF(edge - (whole ? 10 : 5), y), QPointF(edge, y));
+    const double step = at({0, 10}).y() - at({0, 0}).y();
+    const int every = step >= metrics.height() + 2 ? 10 : 50;
+    if (depth % every != 0 || depth == 0) continue;
+    // The first number has the unit.
+    const QString number =
+        QString::number(depth / 10) + (depth == every ? QStringLiteral(" cm") : QString());
+    const double x = edge - 14 - metrics.horizontalAdvance(number);
+    painter.drawText(QPointF(x, y + metrics.ascent() / 2 - 1), number);
+  }
+  const QPointF corner = at(marked_corner(frame).mm.head<2>());
+  painter.setRenderHint(QPainter::Antialiasing);
+  painter.setPen(Qt::NoPen);
+  painter.setBrush(QColor::fromRgb(theme::kWindowAccent));
+  painter.drawEllipse(QPointF(std::clamp(corner.x(), 12.0, width() - 44.0),
+                              std::clamp(corner.y(), 40.0, height() - 12.0)),
+                      6, 6);
+}
+
+}  // namespace nav::app

@@ -1,0 +1,131 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/window/window_program.hpp"
+
+#include <QGuiApplication>
+#include <QLibraryInfo>
+#include <algorithm>
+#include <utility>
+
+#include "app/interrupt.hpp"
+#include "app/output_folder.hpp"
+#include "app/report.hpp"
+#include "app/window/display_check.hpp"
+#include "app/window/key_filter.hpp"
+#include "app/window/main_window.hpp"
+#include "app/window/script_player.hpp"
+#include "app/window/timed_application.hpp"
+#include "app/window/window_controls.hpp"
+#include "io/atomic_file.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr std::size_t kLargestScript = 1 << 24;
+constexpr int kInterruptMs = 100;
+
+Result<SessionConfig> config_of(const Settings& settings) {
+  if (settings.session.empty()) {
+    SessionConfig config = settings.config;
+    config.source.kind = SessionConfig::SourceKind::kSimulated;
+    config.source.seed = settings.window.seed;
+    config.appearance = {.preset = "ct-liver", .nodes = {}};
+    config.view = settings.demo.view;
+    return config;
+  }
+  auto config = read_session_config(settings.session);
+  if (!config) return config.error();
+  if (auto ok = validate(*config); !ok) return ok.error();
+  return config;
+}
+
+Result<std::vector<ScriptLine>> script_of(const WindowOptions& options) {
+  if (options.script.empty()) return std::vector<ScriptLine>();
+  const auto text = io::read_file(options.script, kLargestScript);
+  if (!text) return text.error();
+  auto lines = parse_script(*text);
+  if (!lines) {
+    return Error{ErrorCode::kRefused, options.script.string() + ": " + lines.error().message};
+  }
+  return lines;
+}
+
+QString title_of(const Settings& settings, const SessionConfig& config) {
+  QString title = QStringLiteral("Sonde");
+  using Kind = SessionConfig::SourceKind;
+  const bool has_session = !settings.session.empty() || settings.window.simulated;
+  if (!has_session) return title;
+  title += config.source.kind == Kind::kSimulated   ? QStringLiteral(" – SIMULATED")
+           : config.source.kind == Kind::kRecording ? QStringLiteral(" – RECORDING")
+                                                    : QStringLiteral(" – LIVE");
+  const bool simulates = std::ranges::any_of(
+      config.source.devices, [](const auto& device) { return device.kind == "simulated"; });
+  if (config.source.kind == Kind::kLive && simulates)
+    title += QStringLiteral(" (SIMULATED DEVICE)");
+  return title + QStringLiteral(" – research software, not a medical device");
+}
+
+}  // namespace
+
+Result<void> run_window(const Settings& settings, int& argc, char** argv, Console& console) {
+  const WindowOptions& options = settings.window;
+  const auto config = config_of(settings);
+  if (!config) return config.error();
+  auto lines = script_of(options);
+  if (!lines) return lines.error();
+  if (!options.shots.empty()) {
+    if (auto folder = OutputFolder::create(options.shots); !folder) return folder.error();
+  }
+  if (auto display = check_display(); !display) return display;
+
+  // A locale's decimal comma would change numbers that are read and written.
+  QLocale::setDefault(QLocale::c());
+  const MonotonicClock clock;
+  WindowReport report;
+  TimedApplication application(argc, argv);
+  application.measure_into(&report);
+  MainWindow window({.loop = {.config = *config,
+                              .engine = options.engine,
+                              .loop = !options.once,
+                              .has_session = !settings.session.empty() || options.simulated},
+                     .title = title_of(settings, *config),
+                     .snapshot_folder = QString::fromStdString(options.shots.string())},
+                    clock, console, report);
+  KeyFilter filter(window);
+  application.installEventFilter(&filter);
+  std::optional<Error> failure;
+  std::optional<ScriptPlayer> player;
+  if (!options.script.empty()) {
+    player.emplace(std::move(*lines),
+                   ScriptPlayer::Options{QString::fromStdString(options.shots.string())}, window,
+                   clock, report, [&](std::optional<Error> error) {
+                     failure = std::move(error);
+                     QCoreApplication::quit();
+                   });
+  }
+  const Interrupt interrupt;
+  QTimer look;
+  QObject::connect(&look, &QTimer::timeout, &window, [&] {
+    if (interrupt.asked()) QCoreApplication::quit();
+  });
+  look.start(kInterruptMs);
+  window.show();
+  window.start();
+  QCoreApplication::exec();
+  application.measure_into(nullptr);
+  io::Json json = report.json();
+  json["controls"] = controls_of(window);
+  window.stop();
+  json["toolkit"] = std::string("Qt ") + qVersion();
+  json["platform"] = QGuiApplication::platformName().toStdString();
+  json["device_pixel_ratio"] = window.devicePixelRatioF();
+  window.loop().complete(json);
+  json["diagnostics"] = json_of(console.entries());
+  if (!settings.json.empty()) {
+    if (auto written = write_json(json, settings.json); !written) return written;
+  }
+  if (!failure) return {};
+  return Error{ErrorCode::kRefused, options.script.string() + ": " + failure->message};
+}
+
+}  // namespace nav::app

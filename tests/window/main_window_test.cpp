@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// The real window with the simulated procedure, in this process.
+#include "app/window/main_window.hpp"
+
+#include <QApplication>
+#include <QMouseEvent>
+#include <QWheelEvent>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "app/options/settings.hpp"
+#include "app/window/key_filter.hpp"
+#include "app/window/window_controls.hpp"
+
+namespace nav::app {
+namespace {
+
+/// One application for the whole program.
+QApplication& application() {
+  static const bool offscreen = [] {
+    setenv("QT_QPA_PLATFORM", "offscreen", 1);
+    return true;
+  }();
+  static int argc = offscreen ? 1 : 0;
+  static char name[] = "window_test";
+  static char* argv[] = {name, nullptr};
+  // Never destroyed: what it uses may be gone at the end of the program.
+  static auto* made = new QApplication(argc, argv);
+  return *made;
+}
+
+class MainWindowTest : public ::testing::Test {
+ protected:
+  MainWindowTest() {
+    application();
+    SessionConfig config;
+    config.source.kind = SessionConfig::SourceKind::kSimulated;
+    config.appearance.preset = "ct-liver";
+    window_ = std::make_unique<MainWindow>(
+        MainWindow::Options{.loop = {.config = config, .engine = "cpu"}}, clock_, console_,
+        report_);
+    filter_ = std::make_unique<KeyFilter>(*window_);
+    application().installEventFilter(filter_.get());
+    window_->resize(640, 480);
+    window_->show();
+    window_->start();
+  }
+  ~MainWindowTest() override {
+    application().removeEventFilter(filter_.get());
+    window_->stop();
+  }
+  /// Handles events until a thing has a value, at most a minute.
+  bool reaches(const char* thing, const char* value) {
+    return until([&] { return window_->value(QLatin1String(thing)) == QLatin1String(value); });
+  }
+  bool until(const std::function<bool()>& done) {
+    const Timestamp end = clock_.now() + std::chrono::seconds(60);
+    while (clock_.now() < end) {
+      QCoreApplication::processEvents(QEventLoop::AllEvents, 20);
+      if (done()) return true;
+    }
+    return false;
+  }
+  bool shows_numbers() {
+    return until([&] { return window_->value("numeral.tip") != QLatin1String("withdrawn"); });
+  }
+
+  MonotonicClock clock_;
+  Console console_{false};
+  WindowReport report_;
+  std::unique_ptr<MainWindow> window_;
+  std::unique_ptr<KeyFilter> filter_;
+};
+
+TEST_F(MainWindowTest, CoversAStaleImageAndWithdrawsTheNumbers) {
+  ASSERT_TRUE(reaches("view.ultrasound", "shown"));
+  ASSERT_TRUE(shows_numbers());
+  ASSERT_TRUE(window_->loop().fault("cover-marker", std::chrono::seconds(2)));
+  EXPECT_TRUE(reaches("numeral.tip", "withdrawn"));
+  EXPECT_TRUE(reaches("view.ultrasound", "covered"));
+  EXPECT_TRUE(reaches("view.ctplane", "covered"));
+  EXPECT_TRUE(reaches("view.ultrasound", "shown")) << "it comes back by itself";
+  EXPECT_EQ(report_.epochs_disagree(), 0U);
+  EXPECT_GT(report_.refreshes(), 10U);
+}
+
+TEST_F(MainWindowTest, CoversTheViewOfAnEngineThatHangs) {
+  ASSERT_TRUE(reaches("view.view3d", "shown"));
+  ASSERT_TRUE(shows_numbers());
+  ASSERT_TRUE(window_->loop().fault("hang-engine", std::chrono::seconds(4)));
+  EXPECT_TRUE(reaches("view.view3d", "covered"));
+  EXPECT_TRUE(reaches("view.view3d", "shown"));
+  ASSERT_TRUE(window_->loop().fault("hang-session", std::chrono::seconds(2)));
+  EXPECT_TRUE(reaches("view.ultrasound", "covered"));
+  EXPECT_TRUE(reaches("numeral.tip", "withdrawn"));
+}
+
+TEST_F(MainWindowTest, AFrozenWindowShowsNoLiveNumber) {
+  ASSERT_TRUE(reaches("view.ultrasound", "shown"));
+  ASSERT_TRUE(shows_numbers());
+  QKeyEvent space(QEvent::KeyPress, Qt::Key_Space, Qt::NoModifier);
+  QApplication::sendEvent(window_.get(), &space);
+  EXPECT_EQ(window_->value("frozen"), QLatin1String("yes"));
+  EXPECT_EQ(window_->value("numeral.tip"), QLatin1String("withdrawn"));
+}
+
+TEST_F(MainWindowTest, EveryControlHasANameAndNoTextIsCut) {
+  ASSERT_TRUE(reaches("session", "running"));
+  window_->resize(1280, 800);
+  QCoreApplication::processEvents();
+  for (const auto& control : controls_of(*window_)) {
+    EXPECT_GE(control["contrast"].get<double>(), 4.5) << control["name"];
+    if (control["kind"] != "button") continue;
+    EXPECT_NE(control["accessible_name"], "") << control["name"];
+    EXPECT_FALSE(control["clipped"].get<bool>()) << control["name"];
+    EXPECT_GE(control["height_px"].get<int>(), 44) << control["name"];
+  }
+}
+
+TEST_F(MainWindowTest, AnyTwoThousandEventsLeaveNoCrashAndEqualEpochs) {
+  ASSERT_TRUE(reaches("view.ultrasound", "shown"));
+  std::mt19937 random(11);
+  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+  const auto controls = window_->findChildren<QWidget*>();
+  constexpr std::array kButtons{Qt::LeftButton, Qt::MiddleButton, Qt::RightButton};
+  for (int i = 0; i < 2000; ++i) {
+    QWidget* to = controls[below(static_cast<int>(controls.size()))];
+    const QPointF at(below(400) - 20, below(400) - 20);
+    const auto button = kButtons[static_cast<std::size_t>(below(3))];
+    const int kind = below(6);
+    if (kind < 3) {
+      constexpr std::array kTypes{QEvent::MouseButtonPress, QEvent::MouseMove,
+                                  QEvent::MouseButtonRelease};
+      QMouseEvent event(kTypes[static_cast<std::size_t>(kind)], at, to->mapToGlobal(at), button,
+                        button, Qt::NoModifier);
+      // Snapshots would write files.
+      if (to->objectName() != QLatin1String("snapshot")) QApplication::sendEvent(to, &event);
+    } else if (kind == 3) {
+      QWheelEvent event(at, to->mapToGlobal(at), QPoint(), QPoint(0, below(4000) - 2000),
+                        Qt::NoButton, Qt::NoModifier, Qt::NoScrollPhase, false);
+      QApplication::sendEvent(to, &event);
+    } else if (kind == 4) {
+      constexpr std::array kKeys{Qt::Key_F1,       Qt::Key_F6,     Qt::Key_Space, Qt::Key_R,
+                                 Qt::Key_1,        Qt::Key_2,      Qt::Key_4,     Qt::Key_F11,
+                                 Qt::Key_Question, Qt::Key_Escape, Qt::Key_Tab};
+      const auto key = kKeys[static_cast<std::size_t>(below(static_cast<int>(kKeys.size())))];
+      QKeyEvent event(QEvent::KeyPress, key, Qt::NoModifier, QString(), below(4) == 0);
+      QApplication::sendEvent(to, &event);
+    } else if (below(40) == 0) {
+      window_->resize(1 + below(900), 1 + below(700));
+    }
+    if (i % 10 == 0) QCoreApplication::processEvents();
+  }
+  EXPECT_EQ(report_.epochs_disagree(), 0U);
+}
+
+}  // namespace
+}  // namespace nav::app

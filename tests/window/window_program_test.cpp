@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Runs the built program as a user does.
+#include <cstdlib>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <sys/wait.h>
+
+#include "tests/support/test_data.hpp"
+
+namespace nav::app {
+namespace {
+
+using ::testing::HasSubstr;
+
+class WindowProgramTest : public ::testing::Test {
+ protected:
+  void script(const std::string& text) const { std::ofstream(folder_ / "script.txt") << text; }
+  /// Exit code of `sonde window` with the script.
+  [[nodiscard]] int run(const std::string& arguments) const {
+    const std::string command = "QT_QPA_PLATFORM=offscreen " SONDE_PROGRAM " window " + arguments +
+                                " --script " + (folder_ / "script.txt").string() + " --json " +
+                                (folder_ / "report.json").string() + " >" +
+                                (folder_ / "log").string() + " 2>&1";
+    const int status = std::system(command.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  [[nodiscard]] std::string log() const {
+    std::ostringstream text;
+    text << std::ifstream(folder_ / "log").rdbuf();
+    return text.str();
+  }
+  [[nodiscard]] nlohmann::json report() const {
+    return nlohmann::json::parse(std::ifstream(folder_ / "report.json"));
+  }
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(WindowProgramTest, TheReportHasEveryKey) {
+  script(
+      "wait view.ultrasound shown 60\nwait numeral.tip shown 30\ndrag view3d 40 10\npause 1\n"
+      "fault cover-marker 1\nwait numeral.tip withdrawn 5\nwait view.ultrasound covered 5\n"
+      "shot covered\nquit\n");
+  ASSERT_EQ(run("--simulated --engine cpu --shots " + folder_.path().string()), 0) << log();
+  const nlohmann::json json = report();
+  for (const char* key : {"toolkit",
+                          "platform",
+                          "engine",
+                          "device",
+                          "device_pixel_ratio",
+                          "refreshes",
+                          "superseded",
+                          "ledger",
+                          "latency_ms",
+                          "latency_independent_ms",
+                          "input_to_paint_ms",
+                          "handler_ms",
+                          "longest_block_ms",
+                          "paint_cpu_ms",
+                          "convert_cpu_ms",
+                          "withdrawn_after_ms",
+                          "covered_after_ms",
+                          "epochs_disagree",
+                          "states",
+                          "jobs",
+                          "controls",
+                          "costs",
+                          "shots",
+                          "diagnostics"}) {
+    EXPECT_TRUE(json.contains(key)) << key;
+  }
+  EXPECT_EQ(json["epochs_disagree"], 0);
+  EXPECT_EQ(json["engine"], "cpu");
+  EXPECT_TRUE(json["ledger"]["balanced"].get<bool>());
+  EXPECT_GT(json["refreshes"].get<int>(), 0);
+  EXPECT_TRUE(json["withdrawn_after_ms"]["max"].is_number());
+  EXPECT_EQ(json["shots"][0]["name"], "covered");
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "covered.png"));
+}
+
+TEST_F(WindowProgramTest, ALineThatCannotBeDoneEndsWithItsNumberAndCause) {
+  script("resize 800 600\nclick no-such-button\n");
+  EXPECT_EQ(run(""), 5);
+  EXPECT_THAT(log(), HasSubstr("line 2: click: expected a control's name, found 'no-such-button'"));
+  script("resize 800 600\nfly\n");
+  EXPECT_EQ(run(""), 5);
+  EXPECT_THAT(log(), HasSubstr("line 2: expected one of click"));
+  script("expect session running\n");
+  EXPECT_EQ(run(""), 5);
+  EXPECT_THAT(log(), HasSubstr("line 1: expect: expected session = running"));
+}
+
+TEST_F(WindowProgramTest, ASessionThatCannotBeOpenedIsNamedAndTheWindowStays) {
+  std::ofstream(folder_ / "session.toml")
+      << "[source]\nkind = \"recording\"\nrecording = \"none.mha\"\n[ct]\npath = \"none.nii\"\n";
+  script("wait session failed 20\nexpect view.view3d covered\nkey F2\nshot failed\nquit\n");
+  EXPECT_EQ(run((folder_ / "session.toml").string()), 0) << log();
+}
+
+TEST_F(WindowProgramTest, WithoutADisplayThereIsAClearError) {
+  const std::string command = "env -u DISPLAY -u WAYLAND_DISPLAY -u QT_QPA_PLATFORM " SONDE_PROGRAM
+                              " window >" +
+                              (folder_ / "log").string() + " 2>&1";
+  const int status = std::system(command.c_str());
+  EXPECT_EQ(WEXITSTATUS(status), 4);
+  EXPECT_THAT(log(), HasSubstr("window: expected a display, found DISPLAY not set"));
+}
+
+}  // namespace
+}  // namespace nav::app
