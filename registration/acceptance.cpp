@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "nav/check.hpp"
+#include "registration/error_probability.hpp"
 #include "registration/uncertainty/misfit.hpp"
 
 namespace nav::registration {
@@ -32,15 +33,25 @@ double most_stretched(const ImageScale& stretch) {
   return std::isnan(strain) ? strain : std::max(deep, strain);
 }
 
-/// Adds at most one sentence.
+/// Adds one sentence for each cause that was estimated with the pose, and at most one for the
+/// others.
 void judge_misfits(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
                    const AcceptanceLimits& warnings, Judge& judge) {
+  const auto judge_one = [&](const Misfit& misfit, const std::string& how) {
+    const auto cause = static_cast<std::size_t>(misfit.cause);
+    const bool estimated = !misfit.deviations.empty();
+    const auto of = [&](const AcceptanceLimits& from) {
+      return estimated ? from.max_corrected_mm.at(cause) : from.max_misfit_mm.at(cause);
+    };
+    judge.at_most("misfit of images and CT, " + how + in_words(misfit), misfit.excess_mm(),
+                  of(limits), of(warnings), " mm");
+  };
+  for (const Misfit& misfit : result.misfits) {
+    if (!misfit.deviations.empty() && misfit.telling()) judge_one(misfit, "from ");
+  }
   const Misfit* worst = likeliest_misfit(result, limits);
   if (worst == nullptr) worst = likeliest_misfit(result, warnings);
-  if (worst == nullptr) return;
-  const auto cause = static_cast<std::size_t>(worst->cause);
-  judge.at_most("misfit of images and CT, probably from " + in_words(*worst), worst->excess_mm(),
-                limits.max_misfit_mm[cause], warnings.max_misfit_mm[cause], " mm");
+  if (worst != nullptr) judge_one(*worst, "probably from ");
 }
 
 /// Judges the disagreements of halves. A reason why halves could not be compared is given once, and
@@ -79,6 +90,9 @@ Result<void> validate(const AcceptanceLimits& limits) {
   if (!(limits.min_overlap >= 0 && limits.min_overlap <= 1)) {
     return reject("min_overlap", "0 to 1", limits.min_overlap);
   }
+  if (!(limits.max_error_probability > 0 && limits.max_error_probability <= 1)) {
+    return reject("max_error_probability", "a value in (0, 1]", limits.max_error_probability);
+  }
   if (!std::isfinite(limits.min_z_score)) {
     return reject("min_z_score", "a finite number", limits.min_z_score);
   }
@@ -109,12 +123,19 @@ Result<void> validate(const AcceptanceLimits& limits) {
   for (const double limit : limits.max_misfit_mm) {
     if (!(limit > 0)) return reject("max_misfit_mm", "positive numbers", limit);
   }
+  for (const double limit : limits.max_corrected_mm) {
+    if (!(limit > 0)) return reject("max_corrected_mm", "positive numbers", limit);
+  }
   return {};
 }
 
 AcceptanceLimits limits_for(Effort effort) {
   AcceptanceLimits limits;
   if (effort == Effort::kQuick) {
+    // The probability was not fitted to quick registrations.
+    limits.max_error_probability = 1;
+    limits.min_z_score = 4.5;
+    limits.min_margin = 0.15;
     limits.max_cost = 0.25;
     // The halves of its few images have errors of the same size themselves.
     limits.max_split_disagreement_mm = 1.5;
@@ -231,26 +252,18 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   judge.at_most("scale of the images (they are drawn unscaled)", most_stretched(result.stretch),
                 limits.max_scale, warnings.max_scale, "");
   judge_misfits(result, limits, warnings, judge);
+  // Whatever missed a limit of its own says more than the probability.
+  if (result.covariance_valid && !judge.any()) {
+    judge.at_most("probability that the error at the target exceeds 3 mm",
+                  error_probability(result, target), limits.max_error_probability,
+                  warnings.max_error_probability, "");
+  }
   return std::move(judge).decision();
 }
 
 const Misfit* likeliest_misfit(const ImageRegistrationResult& result,
                                const AcceptanceLimits& limits) {
-  constexpr double kShare = 0.4;
-  std::vector<const Misfit*> beyond;
-  double most = 0;
-  for (const Misfit& misfit : result.misfits) {
-    const double limit_mm = limits.max_misfit_mm[static_cast<std::size_t>(misfit.cause)];
-    if (misfit.excess_mm() <= limit_mm) continue;
-    beyond.push_back(&misfit);
-    most = std::max(most, misfit.gain);
-  }
-  // Misfits are sorted, simplest first.
-  const auto found = std::find_if(beyond.begin(), beyond.end(), [&](const Misfit* misfit) {
-    return misfit->gain >= kShare * most;
-  });
-  if (found != beyond.end()) return *found;
-  return beyond.empty() ? nullptr : beyond.back();
+  return likeliest_of(result.misfits, limits.max_misfit_mm);
 }
 
 double predicted_tre_rms_mm(const LandmarkRegistration& fit, const Point<frames::Ct>& target) {

@@ -3,6 +3,7 @@
 #include "registration/image_registration.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -12,6 +13,7 @@
 #include "nav/index.hpp"
 #include "nav/stopwatch.hpp"
 #include "registration/assessment.hpp"
+#include "registration/error_solver.hpp"
 #include "registration/image_scale.hpp"
 #include "registration/pose_solver.hpp"
 #include "registration/prepared.hpp"
@@ -22,6 +24,7 @@
 #include "registration/similarity/patch_channels.hpp"
 #include "registration/similarity/sweep_points.hpp"
 #include "registration/uncertainty/frame_bootstrap.hpp"
+#include "registration/uncertainty/joint_uncertainty.hpp"
 #include "registration/uncertainty/sandwich.hpp"
 
 namespace nav::registration {
@@ -51,6 +54,16 @@ constexpr double kSolveProgress = 0.9;
 // and 0.4. The fraction includes patches without CT structure; otherwise a pose where the CT has
 // none would be the best.
 constexpr double kJudgingShare = 0.12;
+// Delays that a solve on the level before the finest begins with, s, and what they must change.
+constexpr std::array<double, 5> kTriedDelaysS{-0.4, -0.2, 0, 0.2, 0.4};
+constexpr double kWideDelayS = 10;
+constexpr double kLeastDelayMm = 1.5;
+constexpr int kDelayIterations = 8;
+// Errors are believed if they lower the cost by more than chance does: twice what as many unknowns
+// lower the sum of squares of independent patches by. Patches lie half over their neighbours.
+constexpr double kPatchesPerIndependent = 4;
+constexpr double kTellingPerError = 2;
+constexpr double kClearlyLess = 0.9;
 
 /// The CT of one level.
 struct LevelCt {
@@ -100,6 +113,7 @@ struct Candidate {
   PoseSolution solution;
   bool plain;  ///< Descends from the initial pose alone: never dropped.
   std::vector<LevelSolve> history;
+  ImageErrors errors = {};  ///< Found on the levels so far.
 };
 
 class Registrar {
@@ -125,10 +139,30 @@ class Registrar {
   Result<void> add_level();
   void solve_starts(const Level& level);
   void solve_candidates(const Level& level, std::size_t keep);
-  PoseSolution solve(const Level& level, const Pose& start);
+  PoseSolution solve(const Level& level, const Candidate& candidate);
   PoseSolution solve_on(const Level& level, const PatchSet& patches, const Pose& start,
                         double tolerance);
-  PoseSolution solve_where_structured(const Level& level, const Pose& start);
+  PoseSolution solve_where_structured(const Level& level, const Candidate& candidate);
+  void add_initial(const Level& level);
+  void try_delays(const Level& level, Candidate& candidate);
+  void refine_errors(Candidate& best);
+  void add_patients_misfit(std::vector<Misfit>& misfits) const;
+  /// Errors that are estimated with the pose.
+  [[nodiscard]] ErrorSigmas sigmas() const {
+    // A calibration rotates about its phantom, which need not lie in the middle of the images.
+    const double shift_mm = options_.calibration_sigma_mm;
+    return {.delay_s = options_.delay_sigma_s,
+            .scale = options_.scale_sigma,
+            .turn_rad = shift_mm / kRotationScaleMm,
+            .shift_mm = std::sqrt(2.0) * shift_mm};
+  }
+  [[nodiscard]] bool estimates_errors() const {
+    return options_.similarity != Similarity::kMutualInformation &&
+           options_.stretch == ScaleModel::kNone && !sigmas().vector().isZero(0);
+  }
+  [[nodiscard]] PatchSet without(const ImageErrors& errors, const PatchSet& patches) const {
+    return corrected(patches, errors, sweep_.motions(), sweep_.path());
+  }
   [[nodiscard]] bool finest(const Level& level) const {
     return &level.prepared == &sweep_.levels().back();
   }
@@ -143,6 +177,8 @@ class Registrar {
   [[nodiscard]] std::optional<double> margin(const Candidate& best) const;
   [[nodiscard]] double initial_cost(const Level& level) const;
   [[nodiscard]] ImageRegistrationResult report(const Candidate& best);
+  [[nodiscard]] JointCovariance joint_covariance_of(const Candidate& best, const LocalShape& shape,
+                                                    const PatchSet& patches) const;
   void stretch(Candidate& best);
   bool keep_going();
   /// True if the time limit is exceeded; the caller then stops early.
@@ -170,6 +206,7 @@ class Registrar {
   PatchSet judging_;  // Patches of the finest level.
   std::optional<double> lost_margin_;
   ImageScale stretch_;
+  std::optional<Candidate> before_errors_;  // The chosen one, if errors were then estimated.
   double fraction_ = 0;
   bool cancelled_ = false;
   bool hurried_ = false;
@@ -219,9 +256,10 @@ PatchSet Registrar::structured(const Level& level, const Pose& pose,
                            level.ct.near.get(), smoother ? before->ct.channels.get() : nullptr);
 }
 
-PoseSolution Registrar::solve(const Level& level, const Pose& start) {
-  if (finest(level) && sweep_.levels().size() > 1) return solve_where_structured(level, start);
-  return solve_on(level, level.patches(), start, kCoarseTolerance);
+PoseSolution Registrar::solve(const Level& level, const Candidate& candidate) {
+  if (finest(level) && sweep_.levels().size() > 1) return solve_where_structured(level, candidate);
+  return solve_on(level, without(candidate.errors, level.patches()), candidate.solution.pose,
+                  kCoarseTolerance);
 }
 
 PoseSolution Registrar::solve_on(const Level& level, const PatchSet& patches, const Pose& start,
@@ -232,24 +270,26 @@ PoseSolution Registrar::solve_on(const Level& level, const PatchSet& patches, co
 
 /// Solves with the patches in which the CT has structure, and judges with the patches of highest
 /// ultrasound contrast.
-PoseSolution Registrar::solve_where_structured(const Level& level, const Pose& start) {
+PoseSolution Registrar::solve_where_structured(const Level& level, const Candidate& candidate) {
+  const Pose& start = candidate.solution.pose;
+  const PatchSet patches = without(candidate.errors, level.patches());
   // A part of the patches covers most of the distance; all patches then need only a step or two.
   std::size_t index = 0;
   std::optional<PoseSolution> near;
-  if (level.patches().patches.size() / kFirstStride >= kLeastFirst) {
-    const PatchSet some = structured(level, start, subset(level.patches(), [&](const Patch&) {
-                                       return index++ % kFirstStride == 0;
-                                     }));
+  if (patches.patches.size() / kFirstStride >= kLeastFirst) {
+    const PatchSet some = structured(
+        level, start, subset(patches, [&](const Patch&) { return index++ % kFirstStride == 0; }));
     if (some.patches.size() >= kLeastFirst) near = solve_on(level, some, start, kCoarseTolerance);
   }
   const Pose& from = near ? near->pose : start;
   const double coarser = level.prepared.options.sample_step_mm / kFineStepMm;
   // Mutual information hardly falls towards its minimum.
   const double power = options_.similarity == Similarity::kMutualInformation ? 2 : 4;
-  PoseSolution solution = solve_on(level, structured(level, from, level.patches()), from,
+  PoseSolution solution = solve_on(level, structured(level, from, patches), from,
                                    kFineTolerance * std::pow(coarser, power));
   if (near) solution.iterations += near->iterations;
-  const Lc2Cost judge = level.cost.on(judging_);
+  const PatchSet judging = without(candidate.errors, judging_);
+  const Lc2Cost judge = level.cost.on(judging);
   const CostTerms before = judge.cost(start);
   const CostTerms after = judge.cost(solution.pose);
   solution.initial_cost = before.cost;
@@ -258,11 +298,112 @@ PoseSolution Registrar::solve_where_structured(const Level& level, const Pose& s
   return solution;
 }
 
+/// The initial pose competes on every level, not only as a start of the coarsest: a coarse level
+/// may lead away from it. Without seeded starts it is followed alone in any case.
+void Registrar::add_initial(const Level& level) {
+  const auto cost_at = [&](const Pose& pose) { return level.cost.cost(pose).cost; };
+  double least = 1;
+  for (const Candidate& candidate : candidates_) {
+    if (distance_mm(points_, candidate.solution.pose, initial_) < kSameCandidateMm) return;
+    least = std::min(least, cost_at(candidate.solution.pose));
+  }
+  const double cost = cost_at(initial_);
+  if (cost > kLostRatio * least) return;
+  const LevelSolve solve{
+      .initial_cost = cost, .final_cost = cost, .seconds = 0, .iterations = 0, .candidates = 0};
+  PoseSolution solution = candidates_.front().solution;
+  solution.pose = initial_;
+  candidates_.push_back(
+      {std::move(solution), true, std::vector<LevelSolve>(levels_.size() - 1, solve)});
+}
+
+/// Looks for a delay that is longer than a solve from no delay finds: a long one moves the images
+/// by more than the patches of the finest level reach.
+void Registrar::try_delays(const Level& level, Candidate& candidate) {
+  if (!estimates_errors() || options_.delay_sigma_s <= 0) return;
+  double fastest_mm_s = 0;
+  for (const ImageMotion& motion : sweep_.motions()) {
+    fastest_mm_s = std::max(fastest_mm_s, motion.velocity_mm_s.norm());
+  }
+  if (fastest_mm_s * kTriedDelaysS.back() < kLeastDelayMm) return;
+  const ErrorSigmas delay_only{.delay_s = kWideDelayS, .scale = 0};
+  SolveLimits few = limits(kCoarseTolerance);
+  few.max_iterations = std::min(few.max_iterations, kDelayIterations);
+  std::optional<ErrorSolution> best;
+  for (const double delay_s : kTriedDelaysS) {
+    if (!keep_going() || late()) return;
+    ErrorSolution found =
+        solve_errors(solved_cost(level, level.patches()), candidate.solution.pose,
+                     {.delay_s = delay_s}, points_.centroid, delay_only, sweep_.motions(),
+                     sweep_.path(), limits(kCoarseTolerance), [this] { return keep_going(); });
+    non_finite_ = std::max(non_finite_, found.pose.non_finite);
+    if (!best || found.pose.final_cost < best->pose.final_cost) best = std::move(found);
+  }
+  if (!best || best->pose.final_cost > kClearlyLess * candidate.solution.final_cost) return;
+  candidate.solution.pose = best->pose.pose;
+  candidate.solution.final_cost = best->pose.final_cost;
+  candidate.errors = best->errors;
+}
+
+/// Patches of a level as recorded that have an index among the chosen, every stride-th of them.
+PatchSet as_recorded(const PatchSet& all, const PatchSet& chosen, std::size_t stride = 1) {
+  std::vector<bool> used(all.patches.size(), false);
+  for (std::size_t i = 0; i < chosen.patches.size(); i += stride) {
+    used[chosen.patches[i].index] = true;
+  }
+  return subset(all, [&](const Patch& patch) { return used[patch.index]; });
+}
+
+/// Refines the chosen pose together with the errors of the system: first with a part of the
+/// patches, which covers most of the distance. Keeps the pose as it was if the errors explain no
+/// more than chance.
+void Registrar::refine_errors(Candidate& best) {
+  const Level& level = levels_.back();
+  const PatchSet chosen =
+      structured(level, best.solution.pose, without(best.errors, level.patches()));
+  if (chosen.patches.size() < kMinPatches) return;
+  const double coarser = level.prepared.options.sample_step_mm / kFineStepMm;
+  const bool many = chosen.patches.size() / kFirstStride >= kLeastFirst;
+  const Candidate before = best;
+  for (const std::size_t stride : {kFirstStride, std::size_t{1}}) {
+    if (stride > 1 && !many) continue;
+    if (!keep_going() || late()) return;
+    const PatchSet patches = as_recorded(level.patches(), chosen, stride);
+    const double tolerance = stride > 1 ? kCoarseTolerance : kFineTolerance * std::pow(coarser, 4);
+    ErrorSolution found = solve_errors(solved_cost(level, patches), best.solution.pose, best.errors,
+                                       points_.centroid, sigmas(), sweep_.motions(), sweep_.path(),
+                                       limits(tolerance), [this] { return keep_going(); });
+    non_finite_ = std::max(non_finite_, found.pose.non_finite);
+    found.pose.iterations += best.solution.iterations;
+    found.pose.initial_cost = best.solution.initial_cost;
+    best.solution = std::move(found.pose);
+    best.errors = found.errors;
+  }
+  const auto cost_of = [&](const Candidate& candidate) {
+    const PatchSet moved = without(candidate.errors, as_recorded(level.patches(), chosen));
+    return solved_cost(level, moved).cost(candidate.solution.pose).cost;
+  };
+  const double after = cost_of(best);
+  const auto estimated = static_cast<double>((sigmas().vector().array() > 0).count());
+  const double independent = static_cast<double>(chosen.patches.size()) / kPatchesPerIndependent;
+  if (!((cost_of(before) - after) * independent > kTellingPerError * estimated * after)) {
+    best.solution.pose = before.solution.pose;
+    best.errors = before.errors;
+  } else {
+    before_errors_ = before;
+  }
+  const PatchSet judging = without(best.errors, judging_);
+  best.solution.final_cost = level.cost.on(judging).cost(best.solution.pose).cost;
+  best.history.back().iterations = best.solution.iterations;
+  best.history.back().final_cost = best.solution.final_cost;
+}
+
 void Registrar::solve_candidates(const Level& level, std::size_t keep) {
   const auto start = std::chrono::steady_clock::now();
+  add_initial(level);
   for (Candidate& candidate : candidates_) {
     if (cancelled_) return;
-    candidate.solution = solve(level, candidate.solution.pose);
+    candidate.solution = solve(level, candidate);
     const PoseSolution& solution = candidate.solution;
     non_finite_ = std::max(non_finite_, solution.non_finite);
     candidate.history.push_back({.initial_cost = solution.initial_cost,
@@ -352,10 +493,43 @@ double Registrar::initial_cost(const Level& level) const {
   return level.cost.on(some).cost(initial_).cost;
 }
 
+/// Covariance of the chosen pose whatever the errors of the system are. patches: those of the
+/// shape, corrected.
+JointCovariance Registrar::joint_covariance_of(const Candidate& best, const LocalShape& shape,
+                                               const PatchSet& patches) const {
+  const Pose& pose = best.solution.pose;
+  if (!estimates_errors()) {
+    return {sandwich_covariance(shape, patches, pose, options_.bias_floor_mm)};
+  }
+  const PatchSet recorded = as_recorded(levels_.back().patches(), patches);
+  return joint_covariance(shape, recorded, best.errors, pose, sigmas(), sweep_.motions(),
+                          sweep_.path(), options_.bias_floor_mm);
+}
+
+/// Motion of the patient and deformed tissue, as seen from the pose before the errors of the system
+/// were estimated: these may explain a part of them, and would hide it.
+void Registrar::add_patients_misfit(std::vector<Misfit>& misfits) const {
+  if (!before_errors_) return;
+  const Level& finest = levels_.back();
+  const Pose& pose = before_errors_->solution.pose;
+  const PatchSet patches =
+      structured(finest, pose, without(before_errors_->errors, finest.patches()));
+  const LocalShape shape = local_shape(solved_cost(finest, patches), pose, pose * points_.centroid,
+                                       kCurvatureSteps * finest.prepared.options.sample_step_mm);
+  const auto plain = find_misfits(shape, patches, pose, sweep_.motions());
+  const Misfit* cause = likeliest_of(plain, kTellingMm);
+  if (cause == nullptr) return;
+  if (cause->cause != MisfitCause::kMotion && cause->cause != MisfitCause::kBend) return;
+  for (Misfit& misfit : misfits) {
+    if (misfit.cause == cause->cause && misfit.excess_mm() < cause->excess_mm()) misfit = *cause;
+  }
+}
+
 ImageRegistrationResult Registrar::report(const Candidate& best) {
   const Level& finest = levels_.back();
   const Pose& pose = best.solution.pose;
-  const PatchSet patches = stretched(structured(finest, pose, finest.patches()), stretch_);
+  const PatchSet patches =
+      stretched(structured(finest, pose, without(best.errors, finest.patches())), stretch_);
   const Lc2Cost solved = solved_cost(finest, patches);
   const Point<frames::Ct> centre = pose * points_.centroid;
   const double sample_step_mm = finest.prepared.options.sample_step_mm;
@@ -365,15 +539,16 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
   const LocalShape shape =
       shared ? local_shape(solved, centre, around)
              : local_shape(solved, pose, centre, kCurvatureSteps * sample_step_mm);
-  const SandwichCovariance covariance =
-      sandwich_covariance(shape, patches, pose, options_.bias_floor_mm);
+  const JointCovariance joint = joint_covariance_of(best, shape, patches);
+  const SandwichCovariance& covariance = joint.pose;
   FrameBootstrap bootstrap = frame_bootstrap(shape, options_.bootstrap);
+  const LevelCt& first = levels_.front().ct;
   ImageRegistrationResult result{
       .ct_from_reference = pose,
       .termination = best.solution.termination,
       .message = best.solution.message,
       .final_cost = best.solution.final_cost,
-      .overlap = overlap(ct_, points_, pose),
+      .overlap = overlap(ct_, points_, pose, first.near ? nullptr : first.channels.get()),
       .patches = static_cast<int>(finest.patches().patches.size()),
       .uncertainty = with_bootstrap(covariance, bootstrap, options_.bias_floor_mm),
       .covariance_valid = covariance.valid,
@@ -382,12 +557,14 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
           z_score(levels_.front().cost, points_, pose, options_.z_score_poses, options_.seed + 1),
       .margin = margin(best)};
   result.clusters = covariance.uncertainty;
-  result.misfits = find_misfits(shape, patches, pose, sweep_.motions());
-  result.uncertainty.widen(telling_excess_mm(result.misfits));
-  if (const double sigma_mm = options_.calibration_sigma_mm; sigma_mm > 0) {
-    result.uncertainty.covariance +=
-        calibration_covariance(shape, patches, pose, sweep_.motions(), sigma_mm);
+  result.errors = best.errors;
+  result.error_deviations = joint.errors.diagonal().cwiseMax(0).cwiseSqrt();
+  result.misfits = find_misfits(shape, patches, pose, sweep_.motions(), best.errors);
+  if (estimates_errors()) {
+    set_intervals(joint.errors, sigmas(), result.misfits);
+    add_patients_misfit(result.misfits);
   }
+  result.uncertainty.widen(telling_excess_mm(result.misfits));
   result.bootstrap = std::move(bootstrap);
   result.stretch = stretch_;
   result.used_patches = static_cast<int>(patches.patches.size());
@@ -449,6 +626,9 @@ Result<ImageRegistrationResult> Registrar::run() {
     } else {
       const bool before_finest = i + 2 == count;
       solve_candidates(levels_[i], before_finest ? kKeptOnFinest : kKeptCandidates);
+      if (before_finest) {
+        for (Candidate& candidate : candidates_) try_delays(levels_[i], candidate);
+      }
     }
     if (cancelled_) return cancelled();
     fraction_ = kSolveProgress * static_cast<double>(i + 1) / static_cast<double>(count);
@@ -459,6 +639,7 @@ Result<ImageRegistrationResult> Registrar::run() {
                                        return a.solution.final_cost < b.solution.final_cost;
                                      });
   if (options_.stretch != ScaleModel::kNone && !late()) stretch(*best);
+  if (estimates_errors() && !late()) refine_errors(*best);
   if (cancelled_) return cancelled();
   if (hurried_) best->solution.termination = Termination::kTimeLimit;
   if (non_finite_ > 0) {

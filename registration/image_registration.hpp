@@ -15,6 +15,7 @@
 #include "nav/sweep.hpp"
 #include "nav/transform.hpp"
 #include "nav/volume.hpp"
+#include "registration/image_errors.hpp"
 #include "registration/similarity/patch_loss.hpp"
 #include "registration/similarity/shadow_mask.hpp"
 #include "registration/uncertainty/frame_bootstrap.hpp"
@@ -74,9 +75,9 @@ struct ImageScale {
 
 /// Options of the registration of a sweep to a CT. The defaults suit an abdominal sweep.
 struct ImageRegistrationOptions {
-  /// Levels from coarse to fine; the first also ranks the starts. At least one. A level whose
-  /// patches do not fit into the ultrasound images is left out and reported; the last level must
-  /// fit.
+  /// Levels from coarse to fine; the first also ranks the starts. At least one. If too few patches
+  /// of a level fit into the ultrasound images, smaller ones are used. A level whose smallest
+  /// patches do not fit is left out and reported; the last level must fit.
   std::vector<LevelOptions> levels = {
       {.sample_step_mm = 5.0, .patch_side = 7, .patches = 250, .frame_step_mm = 9.0},
       {.sample_step_mm = 3.0, .patch_side = 9, .patches = 500, .frame_step_mm = 6.0},
@@ -110,10 +111,14 @@ struct ImageRegistrationOptions {
   double start_range_rad = 0.45;  ///< Half width of the starts' box of rotation vectors, [0, pi].
   int z_score_poses = 60;         ///< Random poses that the result is compared with, >= 10.
   double bias_floor_mm = 0.07;    ///< Standard deviation below which no sweep's error falls, >= 0.
-  /// Uncertainty of the probe's calibration, [0, 10]: see calibration_covariance(). 0: the
-  /// calibration is taken to be exact, and the predicted error holds only if it is. A value above 0
-  /// requires kLc2.
-  double calibration_sigma_mm = 0;
+  /// Uncertainty of the probe's calibration, [0, 10]: standard deviation of a shift along each axis
+  /// of the images and, at 60 mm, of a rotation. 0: the calibration is taken to be exact, and the
+  /// predicted error holds only if it is. kLc2 and kNcc alone.
+  double calibration_sigma_mm = 0.5;
+  /// Standard deviations of the delay between images and poses, s, and of the scale of their pixels
+  /// or of the speed of sound, relative; they are estimated with the pose; 0: ruled out. [0, 1] and
+  /// [0, 0.1]. kLc2 and kNcc alone.
+  double delay_sigma_s = 0.2, scale_sigma = 0.02;
   BootstrapOptions bootstrap;  ///< Resampling of the ultrasound images, for the predicted error.
   int threads = 2;             ///< 1 to 64; the result does not depend on it.
   /// Time limit, > 0. After it no solve begins or continues: the best pose so far is assessed and
@@ -197,8 +202,9 @@ struct ImageRegistrationResult {
   /// If ultrasound images are so small that only the finest level fits, it is the cost of all
   /// patches with the loss, which is higher.
   double final_cost;
-  double overlap;  ///< Fraction of the usable ultrasound inside the CT, [0, 1].
-  int patches;     ///< Patches on the finest level.
+  /// Fraction of the usable ultrasound inside the CT and not in its air, [0, 1].
+  double overlap;
+  int patches;  ///< Patches on the finest level.
 
   /// Uncertainty about the sweep's centroid; includes the largest misfit that is not chance.
   /// Meaningless unless covariance_valid.
@@ -219,6 +225,10 @@ struct ImageRegistrationResult {
   std::vector<LevelReport> levels{};  ///< Coarse to fine.
   double total_s = 0;                 ///< Wall time of the whole call.
   ImageScale stretch = {};            ///< Identity unless the options ask for it.
+  /// Errors of the system that were estimated with the pose, and their standard deviations
+  /// (ImageErrors::vector()); 0: not estimated. The images of the sweep are drawn without them.
+  ImageErrors errors = {};
+  ErrorVector error_deviations = ErrorVector::Zero();
   /// The two covariances that uncertainty takes the larger of, in every direction
   /// (frame_bootstrap.hpp): by clusters of patches alone, and by resampled ultrasound images.
   PoseUncertainty clusters = {};

@@ -116,12 +116,11 @@ Result<void> validate(const ImageRegistrationOptions& options) {
   if (!(options.calibration_sigma_mm >= 0 && options.calibration_sigma_mm <= 10)) {
     return reject("calibration_sigma_mm", "0 to 10", options.calibration_sigma_mm);
   }
-  if (options.calibration_sigma_mm > 0 && options.similarity != Similarity::kLc2) {
-    return Error{
-        ErrorCode::kUsage,
-        std::string(
-            "image registration: calibration_sigma_mm requires the similarity lc2, found ") +
-            to_string(options.similarity)};
+  if (!(options.delay_sigma_s >= 0 && options.delay_sigma_s <= 1)) {
+    return reject("delay_sigma_s", "0 to 1", options.delay_sigma_s);
+  }
+  if (!(options.scale_sigma >= 0 && options.scale_sigma <= 0.1)) {
+    return reject("scale_sigma", "0 to 0.1", options.scale_sigma);
   }
   if (const auto ok = validate(options.bootstrap); !ok) return ok.error();
   if (!(options.time_limit_s > 0)) {

@@ -16,6 +16,9 @@ namespace nav::registration {
 namespace {
 
 constexpr const char* kSource = "registration";
+// Fewer patches rank poses badly; smaller patches than this show no structure.
+constexpr std::size_t kRankingPatches = 60;
+constexpr int kLeastSide = 5;
 
 std::vector<double> steps_of(const ImageRegistrationOptions& options) {
   std::vector<double> steps;
@@ -90,14 +93,19 @@ Result<PreparedSweep> PreparedSweep::create(const Sweep& as_recorded,
   PreparedSweep prepared;
   prepared.points_ = sweep_points(sweep, *masks);
   prepared.motions_ = image_motions(sweep, as_recorded);
+  prepared.path_ = image_motions(as_recorded, as_recorded);
   prepared.steps_ = steps_of(options);
   for (std::size_t i = 0; i < options.levels.size(); ++i) {
     if (keep_going && !keep_going()) {
       return Error{ErrorCode::kCancelled, "image registration: cancelled by the caller"};
     }
     const auto start = std::chrono::steady_clock::now();
-    const LevelOptions& level = options.levels[i];
+    LevelOptions level = options.levels[i];
     PatchSet patches = make_patches(sweep, *masks, level, sigma_of(level.sample_step_mm));
+    while (patches.patches.size() < kRankingPatches && level.patch_side > kLeastSide) {
+      level.patch_side -= 2;
+      patches = make_patches(sweep, *masks, level, sigma_of(level.sample_step_mm));
+    }
     const std::size_t found = patches.patches.size();
     if (found >= kMinPatches && !prepared.points_.points.empty()) {
       prepared.levels_.push_back({i, level, std::move(patches), seconds_since(start)});

@@ -67,10 +67,12 @@ class PreparedSweep {
   [[nodiscard]] const std::vector<double>& sample_steps_mm() const { return steps_; }
   /// Motions of the ultrasound images that Patch::frame indexes.
   [[nodiscard]] const std::vector<ImageMotion>& motions() const { return motions_; }
+  /// Motions of all recorded ultrasound images.
+  [[nodiscard]] const std::vector<ImageMotion>& path() const { return path_; }
 
  private:
   SweepPoints points_;
-  std::vector<ImageMotion> motions_;
+  std::vector<ImageMotion> motions_, path_;
   std::vector<PreparedLevel> levels_;
   std::vector<double> steps_;
 };

@@ -96,6 +96,8 @@ CohortOptions default_cohort(registration::Effort effort) {
   options.limits = registration::limits_for(effort);
   options.local.starts = 0;
   options.local.threads = options.global.threads = 1;
+  // The cohort's calibration is exact.
+  options.local.calibration_sigma_mm = options.global.calibration_sigma_mm = 0;
   return options;
 }
 

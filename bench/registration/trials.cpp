@@ -132,6 +132,8 @@ class SweepTrials {
     trial.margin = found.margin;
     trial.overlap = found.overlap;
     trial.basin_mm = found.basin.shift_mm;
+    trial.delay_ms = 1e3 * found.errors.delay_s;
+    trial.delay_deviation_ms = 1e3 * found.error_deviations[0];
     for (const auto& misfit : found.misfits) {
       trial.excess_mm[static_cast<std::size_t>(misfit.cause)] = misfit.excess_mm();
     }
@@ -209,7 +211,8 @@ std::string csv_header() {
   return "level,patient,path,mode,start_mm,hopeless,acceptable,solved,accepted,warned,error_mm,"
          "predicted_mm,covered,covered_clusters,covered_bootstrap,solve_cpu_s,sweep_cpu_s,z_score,"
          "cost,overlap,split_mm,halves_mm,"
-         "margin,basin_mm,delay_mm,pixel_size_mm,calibration_mm,motion_mm,bend_mm,reason\n";
+         "margin,basin_mm,delay_mm,pixel_size_mm,calibration_mm,motion_mm,bend_mm,delay_ms,delay_"
+         "deviation_ms,reason\n";
 }
 
 std::string to_csv(const std::vector<Trial>& trials) {
@@ -225,7 +228,7 @@ std::string to_csv(const std::vector<Trial>& trials) {
     if (t.margin) text << *t.margin;
     text << ',' << t.basin_mm;
     for (const double excess_mm : t.excess_mm) text << ',' << excess_mm;
-    text << ",\"" << t.reason << "\"\n";
+    text << ',' << t.delay_ms << ',' << t.delay_deviation_ms << ",\"" << t.reason << "\"\n";
   }
   return text.str();
 }

@@ -46,7 +46,9 @@ struct Trial {
   double z_score = 0, cost = 1, overlap = 0, split_mm = 0, halves_mm = 0;
   std::optional<double> margin;
   double basin_mm = 0;
-  std::array<double, registration::kMisfitCauses> excess_mm{};  ///< By MisfitCause.
+  /// Excess of each registration::MisfitCause.
+  std::array<double, registration::kMisfitCauses> excess_mm{};
+  double delay_ms = 0, delay_deviation_ms = 0;  ///< Estimated with the pose.
 
   [[nodiscard]] bool right(double limit_mm = kSuccessMm) const {
     return solved && acceptable && error_mm < limit_mm;

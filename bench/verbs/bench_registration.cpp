@@ -3,6 +3,7 @@
 #include "bench/verbs/bench_registration.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -152,6 +153,8 @@ void RegistrationBench::measure_levels() {
       options.global_mm = {5};
     }
     options.keep = false;
+    // A calibration states its own error: of one axis.
+    options.global.calibration_sigma_mm = errors_of(level).calibration_mm / std::sqrt(3.0);
     CaseStore store(options_.model, level);
     console_.begin(title);
     const auto result =

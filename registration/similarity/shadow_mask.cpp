@@ -20,6 +20,8 @@ namespace nav::registration {
 namespace {
 
 constexpr int kOutside = -1;
+// An echo outweighs as many cells without one.
+constexpr int kDarkPerEcho = 3;
 // No ultrasound image is wider; a larger size has wrong units, and its mask would take minutes.
 constexpr double kWidestImageMm = 1000;
 // Arc length at mid depth; the widest probes have a third of a metre.
@@ -257,8 +259,8 @@ std::vector<int> usual_grey(const std::vector<std::vector<float>>& means, int li
 }
 
 /// First depth bin of each line that is no longer usable: the depth with the most echoes above it
-/// less cells without an echo. A dark vessel does not end a line, and a bright cell of noise far
-/// below does not prolong one.
+/// less a third of the cells without an echo. Dark tissue or a vessel does not end a line, and a
+/// bright cell of noise far below does not prolong one.
 std::vector<int> line_ends(const CellGreys& means, const CellGreys& calmed,
                            const std::vector<int>& usual, const NoiseFloor& noise, CellCount count,
                            const ShadowMaskOptions& options) {
@@ -272,7 +274,7 @@ std::vector<int> line_ends(const CellGreys& means, const CellGreys& calmed,
     for (std::size_t line = 0; line < lines; ++line) {
       if (means[first + line] < 0) continue;
       const bool echo = means[first + line] >= limit && calmed[first + line] >= least;
-      balance[line] += echo ? 1 : -1;
+      balance[line] += echo ? kDarkPerEcho : -1;
       if (balance[line] <= best[line]) continue;
       best[line] = balance[line];
       own[line] = depth + 1;

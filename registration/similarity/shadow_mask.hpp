@@ -29,12 +29,12 @@ Result<void> validate(const ShadowMaskOptions& options);
 bool same_geometry(const UltrasoundFrame& a, const UltrasoundFrame& b);
 
 /// A mask of the size of each ultrasound image: 1 if an echo is usable, else 0. A scan line (a ray
-/// from the apex if the image has an outline, else a column) ends where the echoes above it
-/// outnumber the samples without an echo most; beyond it lies shadow, noise or air. An echo is
-/// brighter than the 75th percentile of the whole sweep at that depth minus drop_grey, and brighter
-/// than the sweep's noise (noise_floor.hpp). Without an outline, pixels that are black in every image and
-/// connected to the border are left out. Errors: kUsage (options), kMalformedData (impossible pixel
-/// grid or outline). Deterministic; thread-safe.
+/// from the apex if the image has an outline, else a column) ends where three times
+/// the echoes above it exceed the samples without an echo most; beyond it lies shadow, noise or
+/// air. An echo is brighter than the 75th percentile of the whole sweep at that depth minus
+/// drop_grey, and brighter than the sweep's noise (noise_floor.hpp). Without an outline, pixels
+/// that are black in every image and connected to the border are left out. Errors: kUsage
+/// (options), kMalformedData (impossible pixel grid or outline). Deterministic; thread-safe.
 Result<std::vector<Image2d<std::uint8_t>>> shadow_masks(const Sweep& sweep,
                                                         const ShadowMaskOptions& options);
 

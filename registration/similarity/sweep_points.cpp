@@ -51,7 +51,25 @@ SweepPoints sweep_points(const Sweep& sweep, const std::vector<Image2d<std::uint
   return out;
 }
 
-double overlap(const VoxelGrid& grid, const SweepPoints& sweep, const Pose& pose) {
+namespace {
+
+/// True if the CT shows air at a point in Grid coordinates; false outside the texels.
+bool in_air(const CtChannels& ct, const Eigen::Vector3d& p_grid) {
+  // Smoothed soft tissue, fat included, is above −1.2 even beside air; values end at −1.5.
+  constexpr float kAir = -1.45f;
+  const Eigen::Array3d index = (p_grid.array() / ct.spacing_mm.array()).round();
+  const Eigen::Array3d size(ct.size[0], ct.size[1], ct.size[2]);
+  if (!(index >= 0).all() || !(index < size).all()) return false;
+  const auto [nx, ny, nz] = ct.size;
+  const auto at = [&](Eigen::Index axis) { return static_cast<std::size_t>(index[axis]); };
+  const std::size_t texel = (at(2) * as_size(ny) + at(1)) * as_size(nx) + at(0);
+  return ct.texels[texel][0] < kAir;
+}
+
+}  // namespace
+
+double overlap(const VoxelGrid& grid, const SweepPoints& sweep, const Pose& pose,
+               const CtChannels* ct) {
   if (sweep.points.empty()) return 0;
   std::size_t inside = 0;
   const Eigen::Array3d last =
@@ -61,7 +79,9 @@ double overlap(const VoxelGrid& grid, const SweepPoints& sweep, const Pose& pose
                                grid.directions.transpose() * pose.rotation().toRotationMatrix();
   for (const auto& p : sweep.points) {
     const Eigen::Array3d index = middle + (turn * (p - sweep.centroid).v).array();
-    if ((index >= 0).all() && (index <= last).all()) ++inside;
+    if ((index < 0).any() || (index > last).any()) continue;
+    if (ct != nullptr && in_air(*ct, ct->grid_of((pose * p).mm))) continue;
+    ++inside;
   }
   return static_cast<double>(inside) / static_cast<double>(sweep.points.size());
 }

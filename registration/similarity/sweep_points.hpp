@@ -23,8 +23,10 @@ struct SweepPoints {
 /// Points 4 mm or more apart in images 4 mm or more apart, inside the masks.
 SweepPoints sweep_points(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& masks);
 
-/// Fraction of the points inside the box of voxel centres, [0, 1]; 0 if there are no points.
-double overlap(const VoxelGrid& grid, const SweepPoints& sweep, const Pose& pose);
+/// Fraction of the points inside the box of voxel centres and not in its air, where no echo comes
+/// from, [0, 1]; 0 if there are no points. ct: channels that tell air from tissue; null: no air.
+double overlap(const VoxelGrid& grid, const SweepPoints& sweep, const Pose& pose,
+               const CtChannels* ct = nullptr);
 
 /// Mean |M (p − centroid)|² of the points, mm².
 double spread_mm2(const SweepPoints& sweep, const Eigen::Matrix3d& m);

@@ -37,6 +37,7 @@ constexpr int kMostMoments = 17;
 constexpr int kImagesPerMoment = 2;
 constexpr int kCubesPerMoment = 6;
 constexpr double kPolynomialMm = 60;
+constexpr double k95 = 1.96;
 
 /// The inverse of a symmetric matrix in the directions with eigenvalues of at least \p least, and
 /// the number of these directions.
@@ -151,25 +152,32 @@ void find_unnoticed(const Reduced& by, const Eigen::MatrixXd& inverse, const Siz
   if (some) out.unnoticed = least_noticed_mm(out) / std::sqrt(found.values[0]);
 }
 
-/// Joint step of pose and cause, and its noise.
+/// Joint step of pose and cause, and its noise. corrected: what the patches were corrected by
+/// before, which is a part of the misfit; empty: nothing.
 template <class Cause>
 Misfit fit(MisfitCause kind, const Cause& cause, const Witnesses& witnesses,
-           const Sized& sized = {}) {
+           const Sized& sized = {}, const Eigen::VectorXd& corrected = {}) {
   Misfit out{kind};
   out.unnoticed = std::numeric_limits<double>::infinity();
   const Reduced by = reduced(cause.system(witnesses), witnesses);
   const double by_shift = witnesses.hessian.bottomRightCorner<3, 3>().trace() / 3;
   const auto [inverse, kept] = inverse_above(by.curvature, kLeastCurvature * by_shift);
   if (kept == 0) return out;
-  const Eigen::VectorXd step = -(inverse * by.score);
+  Eigen::VectorXd step = -(inverse * by.score);
+  if (corrected.size() > 0) {
+    step += (by.scale.array() > 0)
+                .select(corrected.array() / by.scale.array().max(1e-300), 0.0)
+                .matrix();
+  }
   const Eigen::VectorXd numbers = by.scale.cwiseProduct(step);
-  auto [scatter, clusters] = scatter_after(cause, numbers, by, witnesses);
+  const Eigen::VectorXd left = by.scale.cwiseProduct(-(inverse * by.score));
+  auto [scatter, clusters] = scatter_after(cause, left, by, witnesses);
   if (clusters < kLeastClusters) return out;
   const auto n = static_cast<double>(clusters);
   scatter *= n / (n - std::min(static_cast<double>(kept) + 6, n / 2));
   out.found_mm = square_root(step.dot(by.moves * step));
   out.noise_mm = square_root((by.moves * inverse * scatter * inverse).trace());
-  out.gain = -by.score.dot(step);
+  out.gain = step.dot(by.curvature * step);
   if (sized.count == 0) {
     out.unnoticed = least_noticed_mm(out);
     return out;
@@ -179,13 +187,13 @@ Misfit fit(MisfitCause kind, const Cause& cause, const Witnesses& witnesses,
   return out;
 }
 
-Misfit fit_delay(const Witnesses& witnesses) {
+Misfit fit_delay(const Witnesses& witnesses, const ErrorVector& corrected) {
   const ImageCause<1> cause(witnesses, [](const ImageMotion& motion) {
     Vector6d twist;
     twist << motion.turn_rad_s, motion.velocity_mm_s;
     return twist;
   });
-  return fit(MisfitCause::kDelay, cause, witnesses, {0, 1});
+  return fit(MisfitCause::kDelay, cause, witnesses, {0, 1}, corrected.head<1>());
 }
 
 /// Rotations and translations of the images along their own axes.
@@ -198,9 +206,10 @@ ImageCause<6> calibration_of(const Witnesses& witnesses) {
           }};
 }
 
-Misfit fit_calibration(const Witnesses& witnesses) {
+Misfit fit_calibration(const Witnesses& witnesses, const ErrorVector& corrected) {
   constexpr Sized kShifts{3, 3};  // They follow the rotations.
-  return fit(MisfitCause::kCalibration, calibration_of(witnesses), witnesses, kShifts);
+  return fit(MisfitCause::kCalibration, calibration_of(witnesses), witnesses, kShifts,
+             corrected.tail<6>());
 }
 
 /// Shifts at moments spread evenly over the sweep, linear between them.
@@ -252,34 +261,6 @@ int moments_of(const Witnesses& witnesses, double seconds) {
   return moments >= 3 ? moments : 0;
 }
 
-Witnesses witnesses_of(const LocalShape& shape, const PatchSet& patches, const Pose& pose,
-                       std::span<const ImageMotion> motions) {
-  Witnesses out{
-      pose.rotation().toRotationMatrix(), (pose.inverse() * shape.centre_ct).mm, {}, shape.hessian};
-  const Matrix6d scale = twist_from_scaled();
-  Matrix6d sum = Matrix6d::Zero();
-  for (const Matrix6d& hessian : shape.patch_hessians) sum += hessian;
-  const Matrix6d softer = turning_into(shape.hessian, scale * sum * scale) * scale;
-  for (std::size_t i = 0; i < shape.patch_hessians.size(); ++i) {
-    const Patch& patch = patches.patches[i];
-    NAV_CHECK(as_size(patch.frame) < motions.size(), patch.frame);
-    const Eigen::Vector3d r =
-        (pose * Point<frames::Reference>{patch.centre_mm} - shape.centre_ct).v;
-    const Eigen::Array3d cell = (r / kCubeMm).array().floor();
-    out.all.push_back(
-        {.patch = &patch,
-         .motion = &motions[as_size(patch.frame)],
-         .from_centre = r,
-         .cube = {static_cast<int>(cell[0]), static_cast<int>(cell[1]), static_cast<int>(cell[2])},
-         .gradient = shape.patch_gradients[i],
-         .hessian = softer * shape.patch_hessians[i] * softer.transpose()});
-    out.gradient += shape.patch_gradients[i];
-    const ByPose by_pose = displacement_by_pose(r);
-    out.pose_moves += by_pose.transpose() * by_pose;
-  }
-  return out;
-}
-
 /// Text for a direction in the axes of an image; an empty direction is unknown and may be any.
 std::string image_direction(const std::vector<double>& along) {
   if (along.empty()) return "in any direction";
@@ -328,6 +309,34 @@ std::string fault_in_words(const Misfit& misfit) {
 
 }  // namespace
 
+Witnesses witnesses_of(const LocalShape& shape, const PatchSet& patches, const Pose& pose,
+                       std::span<const ImageMotion> motions) {
+  Witnesses out{
+      pose.rotation().toRotationMatrix(), (pose.inverse() * shape.centre_ct).mm, {}, shape.hessian};
+  const Matrix6d scale = twist_from_scaled();
+  Matrix6d sum = Matrix6d::Zero();
+  for (const Matrix6d& hessian : shape.patch_hessians) sum += hessian;
+  const Matrix6d softer = turning_into(shape.hessian, scale * sum * scale) * scale;
+  for (std::size_t i = 0; i < shape.patch_hessians.size(); ++i) {
+    const Patch& patch = patches.patches[i];
+    NAV_CHECK(as_size(patch.frame) < motions.size(), patch.frame);
+    const Eigen::Vector3d r =
+        (pose * Point<frames::Reference>{patch.centre_mm} - shape.centre_ct).v;
+    const Eigen::Array3d cell = (r / kCubeMm).array().floor();
+    out.all.push_back(
+        {.patch = &patch,
+         .motion = &motions[as_size(patch.frame)],
+         .from_centre = r,
+         .cube = {static_cast<int>(cell[0]), static_cast<int>(cell[1]), static_cast<int>(cell[2])},
+         .gradient = shape.patch_gradients[i],
+         .hessian = softer * shape.patch_hessians[i] * softer.transpose()});
+    out.gradient += shape.patch_gradients[i];
+    const ByPose by_pose = displacement_by_pose(r);
+    out.pose_moves += by_pose.transpose() * by_pose;
+  }
+  return out;
+}
+
 const char* to_string(MisfitCause cause) {
   switch (cause) {
     case MisfitCause::kDelay:
@@ -348,13 +357,54 @@ double Misfit::excess_mm() const {
   return square_root(found_mm * found_mm - kNoiseShare * noise_mm * noise_mm);
 }
 
+bool Misfit::telling() const {
+  if (deviations.size() != values.size()) return true;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (std::abs(values[i]) > k95 * deviations[i]) return true;
+  }
+  return values.empty();
+}
+
+void set_intervals(const Eigen::Matrix<double, kErrorParameters, kErrorParameters>& covariance,
+                   const ErrorSigmas& sigmas, std::vector<Misfit>& misfits) {
+  constexpr double kUnshown = 0.9;
+  const ErrorVector prior = sigmas.vector();
+  for (Misfit& misfit : misfits) {
+    // The values of a cause follow one another in ErrorVector.
+    Index first = 0;
+    if (misfit.cause == MisfitCause::kPixelSize) first = 1;
+    if (misfit.cause == MisfitCause::kCalibration) first = 3;
+    const auto count = static_cast<Index>(misfit.values.size());
+    if (count == 0 || !(prior[first] > 0)) continue;
+    misfit.deviations.clear();
+    for (Index i = first; i < first + count; ++i) {
+      misfit.deviations.push_back(square_root(covariance(i, i)));
+    }
+    double deviation = *std::max_element(misfit.deviations.begin(), misfit.deviations.end());
+    double before = prior[first];
+    if (misfit.cause == MisfitCause::kCalibration) {
+      const Eigen::Matrix3d shifts = covariance.bottomRightCorner<3, 3>();
+      const auto pairs = eigenpairs<3>(shifts);
+      const Eigen::Vector3d along = pairs.vectors.col(2);
+      misfit.unnoticed_along.assign(along.begin(), along.end());
+      deviation = square_root(pairs.values[2]);
+      before = prior[kErrorParameters - 1];
+    }
+    misfit.unnoticed =
+        deviation < kUnshown * before ? k95 * deviation : std::numeric_limits<double>::infinity();
+  }
+}
+
 std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patches, const Pose& pose,
-                                 std::span<const ImageMotion> motions) {
+                                 std::span<const ImageMotion> motions,
+                                 const ImageErrors& corrected) {
   if (shape.patch_hessians.empty() || !curvature_fault(shape.hessian).empty()) return {};
   const Witnesses witnesses = witnesses_of(shape, patches, pose, motions);
-  std::vector<Misfit> out{fit_delay(witnesses),
-                          fit(MisfitCause::kPixelSize, PixelCause(witnesses), witnesses, {0, 1}),
-                          fit_calibration(witnesses)};
+  const ErrorVector by = corrected.vector();
+  std::vector<Misfit> out{
+      fit_delay(witnesses, by),
+      fit(MisfitCause::kPixelSize, PixelCause(witnesses), witnesses, {0, 1}, by.segment<2>(1)),
+      fit_calibration(witnesses, by)};
   const double first_s = motions.front().time_s;
   const double last_s = motions.back().time_s;
   if (const int moments = moments_of(witnesses, last_s - first_s); moments > 0) {
@@ -386,17 +436,27 @@ std::string in_words(const Misfit& misfit) {
     case MisfitCause::kDelay:
       text << "a delay between images and poses";
       if (values.size() == 1) {
-        text << " (images about " << 10 * std::lround(std::abs(100 * values[0])) << " ms "
+        text << " (images " << std::fixed << std::setprecision(0) << 1000 * std::abs(values[0]);
+        if (misfit.deviations.size() == 1) {
+          text << " +- " << std::max(1.0, std::round(k95 * 1000 * misfit.deviations[0]));
+        }
+        text << " ms "
              << (values[0] > 0 ? "later than their poses: lower"
                                : "earlier than their poses: raise")
              << " --temporal-offset-ms)";
       }
       break;
     case MisfitCause::kPixelSize:
-      text << "a wrong pixel size or speed of sound";
+      text << "a wrong pixel size or speed of sound, or tissue deformed relative to the CT";
       if (values.size() == 2) {
-        text << std::showpos << " (" << 100 * values[0] << " % in depth, " << 100 * values[1]
-             << " % in width; recalibrate the probe)";
+        const auto size = [&](std::size_t i, const char* along) {
+          text << std::showpos << 100 * values[i] << std::noshowpos;
+          if (misfit.deviations.size() == 2) text << " +- " << k95 * 100 * misfit.deviations[i];
+          text << " % in " << along;
+        };
+        text << " (";
+        size(0, "depth, ");
+        size(1, "width; recalibrate the probe)");
       }
       break;
     case MisfitCause::kCalibration:
@@ -413,9 +473,29 @@ std::string in_words(const Misfit& misfit) {
   return text.str();
 }
 
+const Misfit* likeliest_of(const std::vector<Misfit>& misfits,
+                           const std::array<double, kMisfitCauses>& limits_mm) {
+  constexpr double kShare = 0.4;
+  std::vector<const Misfit*> beyond;
+  double most = 0;
+  for (const Misfit& misfit : misfits) {
+    if (!misfit.deviations.empty()) continue;
+    if (misfit.excess_mm() <= limits_mm[static_cast<std::size_t>(misfit.cause)]) continue;
+    beyond.push_back(&misfit);
+    most = std::max(most, misfit.gain);
+  }
+  // Misfits are sorted, simplest first.
+  const auto found = std::find_if(beyond.begin(), beyond.end(), [&](const Misfit* misfit) {
+    return misfit->gain >= kShare * most;
+  });
+  if (found != beyond.end()) return *found;
+  return beyond.empty() ? nullptr : beyond.back();
+}
+
 double telling_excess_mm(const std::vector<Misfit>& misfits) {
   double largest = 0;
   for (const Misfit& misfit : misfits) {
+    if (!misfit.deviations.empty()) continue;
     const double excess_mm = misfit.excess_mm();
     if (std::isnan(excess_mm)) return excess_mm;
     const double share = excess_mm / telling_mm(misfit);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "nav/transform.hpp"
+#include "registration/image_errors.hpp"
 #include "registration/motion/image_motion.hpp"
 #include "registration/twist.hpp"
 
@@ -46,6 +47,8 @@ struct Misfit {
   /// and width, minus 1. kCalibration: rotation (rad) and translation (mm) in the image's axes.
   /// Others: empty. A large step is inexact: for 200 ms it finds 110 to 280.
   std::vector<double> values = {};
+  /// Standard deviations of the values; empty: the cause was not estimated with the pose.
+  std::vector<double> deviations = {};
 
   /// Size of a fault that is only just worth a warning in this sweep: a delay, s; a fraction of the
   /// depth; a calibration shift in the direction that the sweep shows least, mm; the distance that
@@ -60,6 +63,8 @@ struct Misfit {
 
   /// √(found² − 3 noise²), 0 if that is negative: the part beyond noise, mm.
   [[nodiscard]] double excess_mm() const;
+  /// True if the 95 % interval of one of the values excludes 0, or if they have none.
+  [[nodiscard]] bool telling() const;
 };
 
 /// One Newton step for pose and cause together from the best pose alone (a score test; Rao 1948).
@@ -67,10 +72,12 @@ struct Misfit {
 /// remaining gradients of the patches in cubes of 20 mm. Directions that the sweep cannot
 /// distinguish from a pose are left out. Nothing is found if the patches lie in fewer cubes than a
 /// covariance needs. Empty if the pose itself is not determined, and for a similarity without terms
-/// of single patches. motions: motions of the images that the patches belong to.
+/// of single patches. motions: motions of the images that the patches belong to. corrected: errors
+/// that the patches of the shape were corrected by before; they count as found.
 std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patches,
                                  const Transform<frames::Ct, frames::Reference>& pose,
-                                 std::span<const ImageMotion> motions);
+                                 std::span<const ImageMotion> motions,
+                                 const ImageErrors& corrected = {});
 
 /// Covariance to add to that of a pose if the calibration is right within sigma_mm, >= 0: standard
 /// deviation of a translation along each of the image's axes and, at 60 mm, of a rotation about
@@ -81,9 +88,24 @@ Matrix6d calibration_covariance(const LocalShape& shape, const PatchSet& patches
                                 const Transform<frames::Ct, frames::Reference>& pose,
                                 std::span<const ImageMotion> motions, double sigma_mm);
 
+/// The most likely cause among the misfits whose excess is beyond limits_mm, by MisfitCause: the
+/// simplest (with the fewest parameters) that explains at least two fifths of what the best of them
+/// explains. A delay also looks like a motion, and wrong pixels like a bend. Causes that were
+/// estimated with the pose do not count. Points into \p misfits; null: none is beyond its limit.
+const Misfit* likeliest_of(const std::vector<Misfit>& misfits,
+                           const std::array<double, kMisfitCauses>& limits_mm);
+
 /// The largest excess, weighted by how unlikely it is chance, mm: weight 0 up to half of
 /// kTellingMm, 1 from kTellingMm on, linear in between. 0 without misfits. NaN if one is NaN.
+/// Causes that were estimated with the pose do not count.
 double telling_excess_mm(const std::vector<Misfit>& misfits);
+
+/// Says how well errors are known that were estimated with the pose: sets Misfit::deviations of
+/// their causes, and Misfit::unnoticed to the half width of the 95 % interval. covariance: of
+/// ImageErrors::vector(); sigmas: before the sweep, 0 for an error that was not estimated. An error
+/// that the sweep leaves within 10 % as unknown as it was is one that it never shows.
+void set_intervals(const Eigen::Matrix<double, kErrorParameters, kErrorParameters>& covariance,
+                   const ErrorSigmas& sigmas, std::vector<Misfit>& misfits);
 
 /// Text for the user: faults that this sweep would not show, by Misfit::unnoticed; empty without
 /// misfits.

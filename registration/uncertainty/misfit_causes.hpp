@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <map>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -17,6 +18,8 @@
 /// parameters of a cause, the sums of the patches' gradients and curvatures by them, and the
 /// movements back from parameters.
 namespace nav::registration {
+
+struct LocalShape;
 
 /// The data of a patch that every cause needs, in scaled parameters about the shape's centre.
 struct Witness {
@@ -37,6 +40,10 @@ struct Witnesses {
   /// Sum of DᵀD over all patches, D the displacements by the pose.
   Matrix6d pose_moves = Matrix6d::Zero();
 };
+
+/// The data of all patches of a shape at a pose. motions: of the images that the patches belong to.
+Witnesses witnesses_of(const LocalShape& shape, const PatchSet& patches, const Pose& pose,
+                       std::span<const ImageMotion> motions);
 
 using ByPose = Eigen::Matrix<double, 3, 6>;
 /// Displacement of a point by scaled parameters of the pose.

@@ -122,10 +122,13 @@ TEST(EffortTest, EffortsHaveNamesAndValidOptions) {
 
 TEST(EffortTest, AQuickRegistrationFindsThePoseFromEightImages) {
   CollectingDiagnostics diagnostics;
+  // The probe moves at an even speed, which eight images do not tell from a delay: it is known.
+  ImageRegistrationOptions options = quick();
+  options.delay_sigma_s = 0.01;
   for (unsigned seed = 1; seed <= 3; ++seed) {
     const auto start = test::off_by(test::true_pose(), 6, 0.08, seed);
     const auto result = register_sweep(test::blob_scene().ct, test::blob_scene().sweep, start,
-                                       quick(), diagnostics);
+                                       options, diagnostics);
     ASSERT_TRUE(test::has_value(result));
     // Samples of 2 mm, a patient that follows the model, and noise of 4 grey levels.
     EXPECT_LT(test::cube_error_mm(result->ct_from_reference, test::true_pose()), 0.8);

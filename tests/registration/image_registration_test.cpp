@@ -220,7 +220,7 @@ TEST(ImageRegistrationTest, RejectsImagesWithoutEchoes) {
       register_sweep(scene().ct, sweep, test::true_pose(), test::small_options(60), diagnostics),
       ErrorCode::kRefused,
       {"patches outside shadows, found 0", "0 of 4 images", "4 are of one grey", "110 x 110 mm",
-       "16 x 16 mm", "the first 10 mm"}));
+       "6.4 x 6.4 mm", "the first 10 mm"}));
 }
 
 TEST(ImageRegistrationTest, ReportsThatAPatchDoesNotFitIntoTheImages) {
@@ -231,7 +231,7 @@ TEST(ImageRegistrationTest, ReportsThatAPatchDoesNotFitIntoTheImages) {
   CollectingDiagnostics diagnostics;
   EXPECT_TRUE(test::rejects(
       register_sweep(scene().ct, *tiny, test::true_pose(), test::small_options(60), diagnostics),
-      ErrorCode::kRefused, {"0 are of one grey", "1.1 x 2.2 mm", "16 x 16"}));
+      ErrorCode::kRefused, {"0 are of one grey", "1.1 x 2.2 mm", "6.4 x 6.4"}));
 }
 
 TEST(ImageRegistrationTest, OneImageIsNeverAccepted) {
@@ -273,9 +273,21 @@ TEST(ImageRegistrationTest, ProgressGrowsToOne) {
   EXPECT_EQ(last, 1.0);
 }
 
-TEST(ImageRegistrationTest, ALevelThatDoesNotFitIsLeftOutAndReported) {
+TEST(ImageRegistrationTest, PatchesThatDoNotFitBecomeSmaller) {
   auto options = test::small_options(60);
   options.levels.insert(options.levels.begin(), LevelOptions{10.0, 21, 100, 9.0});
+  CollectingDiagnostics diagnostics;
+  const auto result = register_sweep(
+      scene().ct, scene().sweep, test::off_by(test::true_pose(), 5, 0.05, 1), options, diagnostics);
+  ASSERT_TRUE(test::has_value(result));
+  ASSERT_EQ(result->levels.size(), 4u);
+  EXPECT_GE(result->levels[0].patches, 20);
+  EXPECT_TRUE(diagnostics.entries().empty());
+}
+
+TEST(ImageRegistrationTest, ALevelThatDoesNotFitIsLeftOutAndReported) {
+  auto options = test::small_options(60);
+  options.levels.insert(options.levels.begin(), LevelOptions{20.0, 21, 100, 9.0});
   CollectingDiagnostics diagnostics;
   const auto result = register_sweep(
       scene().ct, scene().sweep, test::off_by(test::true_pose(), 5, 0.05, 1), options, diagnostics);

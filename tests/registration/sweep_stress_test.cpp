@@ -135,27 +135,24 @@ TEST(SweepStressTest, SomeBlackAndWhiteImagesDoNoHarm) {
   EXPECT_LT(outcome.error_mm, 0.8) << outcome.reasons;
 }
 
-TEST(SweepStressTest, ADelayOfAHundredMillisecondsIsRejected) {
+TEST(SweepStressTest, ADelayOfTwoImagesIsCorrectOrRejected) {
   // 24 images, 4 mm apart. At 20 images per second, 100 ms are two images, 8 mm. The hand tilts a
   // little on its way. Only this distinguishes a delay from a shift.
   for (const double images : {-2.0, 2.0}) {
     const StressOutcome outcome = run(test::blob_scene().ct, late_by(images));
     EXPECT_LT(outcome.error_mm, 8.0 + 1.5);
-    EXPECT_FALSE(outcome.accepted);
-    EXPECT_NE(outcome.reasons.find("misfit of images and CT"), std::string::npos)
-        << outcome.reasons;
+    expect_right_or_refused(outcome, 2.0);
   }
 }
 
-TEST(SweepStressTest, AScaleErrorOfThreePercentIsRejected) {
+TEST(SweepStressTest, AScaleErrorOfThreePercentIsCorrectOrRejected) {
   for (const double scale : {0.97, 1.03}) {
     const Sweep sweep = with_frames([&](std::size_t, TrackedFrame& tracked) {
       tracked.frame.grid.mm_per_pixel *= scale;
       tracked.frame.grid.origin_mm *= scale;
     });
     const StressOutcome outcome = run(test::blob_scene().ct, sweep);
-    EXPECT_FALSE(outcome.accepted);
-    EXPECT_NE(outcome.reasons.find("pixel size"), std::string::npos) << outcome.reasons;
+    expect_right_or_refused(outcome, 2.0);
   }
 }
 

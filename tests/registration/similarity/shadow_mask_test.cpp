@@ -119,7 +119,7 @@ TEST(ShadowMaskTest, BrightNoiseBelowTheUsualGreyIsStillShadow) {
 int noise_at(int f, const Eigen::Vector2d& p, double spread) {
   const auto column = static_cast<std::uint64_t>(std::lround(p.x() + 200));
   const auto row = static_cast<std::uint64_t>(std::lround(p.y()));
-  double sum = 0;  // Of four uniform numbers: nearly Gaussian, standard deviation 0.577.
+  double sum = 0;  // Four uniform numbers: nearly Gaussian, standard deviation 0.577.
   for (std::uint64_t k = 0; k < 4; ++k) {
     sum += fraction(4 * ((static_cast<std::uint64_t>(f) * 500 + column) * 500 + row) + k) - 0.5;
   }

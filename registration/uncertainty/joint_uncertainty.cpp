@@ -1,0 +1,100 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "registration/uncertainty/joint_uncertainty.hpp"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <array>
+#include <map>
+
+#include "nav/index.hpp"
+#include "registration/uncertainty/misfit_causes.hpp"
+
+namespace nav::registration {
+namespace {
+
+constexpr Eigen::Index kPose = 6;
+
+/// Scaled parameters [60 ω | t] of the pose that move a patch as the errors do, for each error that
+/// is estimated, in units of its standard deviation.
+using ByError = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
+}  // namespace
+
+JointCovariance joint_covariance(const LocalShape& shape, const PatchSet& as_recorded,
+                                 const ImageErrors& errors, const Pose& pose,
+                                 const ErrorSigmas& sigmas, std::span<const ImageMotion> motions,
+                                 ProbePath path, double bias_floor_mm) {
+  const PatchSet patches = corrected(as_recorded, errors, motions, path);
+  JointCovariance out{sandwich_covariance(shape, patches, pose, bias_floor_mm)};
+  if (!out.pose.valid || shape.patch_hessians.empty()) return out;
+  const ErrorVector sigma = sigmas.vector();
+  std::vector<Eigen::Index> estimated;
+  for (Eigen::Index i = 0; i < kErrorParameters; ++i) {
+    if (sigma[i] > 0) estimated.push_back(i);
+  }
+  const auto count = static_cast<Eigen::Index>(estimated.size());
+  if (count == 0) return out;
+  const Eigen::Index all = kPose + count;
+
+  const Witnesses witnesses = witnesses_of(shape, patches, pose, motions);
+  const auto twists = twists_by_errors(as_recorded, errors, motions, path);
+  Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(all, all);
+  curvature.topLeftCorner<kPose, kPose>() = shape.hessian;
+  std::map<std::array<int, 3>, Eigen::VectorXd> clusters;
+  for (std::size_t i = 0; i < witnesses.all.size(); ++i) {
+    const Witness& witness = witnesses.all[i];
+    ByError by(6, count);
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const Vector6d twist = sigma[estimated[as_size(static_cast<int>(k))]] *
+                             twists[i].col(estimated[as_size(static_cast<int>(k))]);
+      const Eigen::Vector3d turn = witnesses.rotation * twist.head<3>();
+      by.col(k).head<3>() = kRotationScaleMm * turn;
+      by.col(k).tail<3>() =
+          witnesses.rotation * twist.tail<3>() + cross_matrix(witness.from_centre) * turn;
+    }
+    const ByError curved = witness.hessian * by;
+    curvature.topRightCorner(kPose, count) += curved;
+    curvature.bottomRightCorner(count, count) += by.transpose() * curved;
+    auto [at, fresh] = clusters.try_emplace(witness.cube);
+    if (fresh) at->second.setZero(all);
+    at->second.head<kPose>() += witness.gradient;
+    at->second.tail(count) += by.transpose() * witness.gradient;
+  }
+  curvature.bottomLeftCorner(count, kPose) = curvature.topRightCorner(kPose, count).transpose();
+  Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(all, all);
+  for (const auto& [cube, gradient] : clusters) scatter += gradient * gradient.transpose();
+  const auto n = static_cast<double>(clusters.size());
+  scatter *= n / std::max(n - static_cast<double>(all), 0.5 * n);
+
+  const Eigen::LDLT<Matrix6d> pose_only(shape.hessian);
+  const double weight =
+      std::max(pose_only.solve(scatter.topLeftCorner<kPose, kPose>()).trace() / kPose, 0.0);
+  Eigen::VectorXd prior = Eigen::VectorXd::Zero(all);
+  prior.tail(count).setConstant(weight);
+  curvature += Eigen::MatrixXd(prior.asDiagonal());
+  const Eigen::LDLT<Eigen::MatrixXd> solver(curvature);
+  const Eigen::MatrixXd inner = scatter + Eigen::MatrixXd((weight * prior).asDiagonal());
+  const Eigen::MatrixXd half = solver.solve(inner);
+  Eigen::MatrixXd covariance = solver.solve(half.transpose());
+  covariance = 0.5 * (covariance + covariance.transpose()).eval();
+  if (solver.info() != Eigen::Success || !solver.isPositive() || !covariance.allFinite()) {
+    out.pose.valid = false;
+    out.pose.fault = "the sweep does not tell its pose from errors of the system";
+    return out;
+  }
+  const Matrix6d scale = twist_from_scaled();
+  const Matrix6d floor = bias_floor_mm * bias_floor_mm * Matrix6d::Identity();
+  out.pose.uncertainty.covariance =
+      scale * (covariance.topLeftCorner<kPose, kPose>() + floor) * scale;
+  for (Eigen::Index k = 0; k < count; ++k) {
+    for (Eigen::Index m = 0; m < count; ++m) {
+      const Eigen::Index i = estimated[as_size(static_cast<int>(k))];
+      const Eigen::Index j = estimated[as_size(static_cast<int>(m))];
+      out.errors(i, j) = sigma[i] * sigma[j] * covariance(kPose + k, kPose + m);
+    }
+  }
+  return out;
+}
+
+}  // namespace nav::registration
