@@ -122,6 +122,8 @@ io::Json as_json(const std::vector<registration::Misfit>& misfits) {
   for (const registration::Misfit& misfit : misfits) {
     io::Json values = io::Json::array();
     for (const double value : misfit.values) values.push_back(json_number(value));
+    io::Json deviations = io::Json::array();
+    for (const double value : misfit.deviations) deviations.push_back(json_number(value));
     list.push_back(
         {{"cause", registration::to_string(misfit.cause)},
          {"excess_mm", json_number(misfit.excess_mm())},
@@ -131,7 +133,8 @@ io::Json as_json(const std::vector<registration::Misfit>& misfits) {
          {"unnoticed", json_number(misfit.unnoticed)},
          {"unnoticed_along", misfit.unnoticed_along.size() == 3 ? io::Json(misfit.unnoticed_along)
                                                                 : io::Json(nullptr)},
-         {"values", values}});
+         {"values", values},
+         {"deviations", deviations}});
   }
   return list;
 }
@@ -180,6 +183,7 @@ io::Json json_of(const registration::ImageRegistrationResult& result,
   }
   json["misfits"] = as_json(result.misfits);
   json["predicted_target_error_rms_mm"] = json_number(result.tre_rms_mm(target));
+  json["error_probability"] = json_number(registration::error_probability(result, target));
   json["clustered_target_error_rms_mm"] =
       result.covariance_valid ? json_number(result.clusters.tre_rms_mm(target)) : io::Json(nullptr);
   json["bootstrap"] = bootstrap_json(result.bootstrap, target);

@@ -244,6 +244,17 @@ void add_register_rows(std::vector<Option>& rows) {
        .slot = NAV_SLOT(registration.calibration_sigma_mm),
        .range = within(0, 10),
        .needs = {sweep_to_register()}},
+      {.name = "--delay-sigma-ms",
+       .type = "MS",
+       .unit = "ms",
+       .text =
+           "how well the delay between images and poses is known: its standard deviation; the delay "
+           "is estimated with the pose; 0: known exactly",
+       .group = group::kGroupRegistration,
+       .verbs = here,
+       .slot = NAV_SLOT(registration.delay_sigma_ms),
+       .range = within(0, 1000),
+       .needs = {sweep_to_register()}},
       {.name = "--target",
        .type = "X",
        .unit = "mm",

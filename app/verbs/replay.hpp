@@ -35,7 +35,8 @@ struct RegisterOptions {
   std::optional<double> time_limit_s;        ///< For registration by images; absent: none.
   std::string loss = "cauchy";               ///< none, cauchy or geman-mcclure.
   std::string stretch = "none";              ///< none, sound-speed or affine.
-  double calibration_sigma_mm = 0;           ///< ImageRegistrationOptions'.
+  double calibration_sigma_mm = 0.5;         ///< ImageRegistrationOptions'.
+  double delay_sigma_ms = 200;               ///< ImageRegistrationOptions', in ms.
   MotionOptions motion;                      ///< Refined after the common pose.
   ShapeFiles shape;                          ///< Points onto a surface or vessels; empty: none.
   std::optional<Eigen::Vector3d> target_ct;  ///< Point at which the error is judged, LPS mm;

@@ -216,6 +216,7 @@ Result<Solver> choose_solver(const RegisterOptions& options) {
   solver.loss.kind = *loss;
   solver.stretch = *stretch;
   solver.calibration_sigma_mm = options.calibration_sigma_mm;
+  solver.delay_sigma_s = 1e-3 * options.delay_sigma_ms;
   if (const auto ok = registration::validate(solver); !ok) return ok.error();
   return Solver{solver, registration::limits_for(*effort)};
 }
@@ -359,6 +360,7 @@ io::Json report_of(const SessionConfig& config, const RegisterOptions& options, 
   json["similarity"] = registration::to_string(registration::Similarity::kLc2);
   json["loss"] = options.loss;
   json["calibration_sigma_mm"] = options.calibration_sigma_mm;
+  json["delay_sigma_ms"] = options.delay_sigma_ms;
   return json;
 }
 
