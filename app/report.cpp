@@ -7,6 +7,7 @@
 #include <iostream>
 
 #include "io/atomic_file.hpp"
+#include "registration/error_probability.hpp"
 
 namespace nav::app {
 namespace {
