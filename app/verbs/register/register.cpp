@@ -114,18 +114,11 @@ Result<Transform<frames::Ct, frames::Reference>> shape_start(const SessionConfig
 /// Compares a pose by shape with landmarks. An offset that all points share (of the pointer or of
 /// the segmentation) shifts the pose by shape without a residual; only landmarks can show it. Adds
 /// a reason against the pose when the two poses are farther apart at the target than their
-/// predicted errors explain, and a warning when there are no landmarks.
+/// predicted errors explain.
 io::Json second_opinion(const Ground& ground, const registration::ShapeRegistration& result,
                         const Point<frames::Ct>& target, registration::Decision& decision) {
   constexpr double kSigmas = 3;
-  if (!ground.landmarks) {
-    if (decision.accepted) {
-      decision.warnings.emplace_back(
-          "points: an offset that all points share is not in the predicted error; --landmarks "
-          "would show it");
-    }
-    return nullptr;
-  }
+  if (!ground.landmarks) return nullptr;
   const auto& fit = ground.landmarks->fit;
   const Point<frames::Ct> there =
       fit.ct_from_reference * (result.ct_from_reference.inverse() * target);
@@ -141,6 +134,23 @@ io::Json second_opinion(const Ground& ground, const registration::ShapeRegistrat
   return {{"apart_mm", json_number(apart_mm)}, {"limit_mm", json_number(limit_mm)}};
 }
 
+/// The landmarks as far as they rule rivals of a shape out: three times the predicted error, over
+/// the points.
+std::optional<registration::KnownPose> known_pose(const Ground& ground,
+                                                  const registration::ShapeRegistration& result) {
+  constexpr double kSigmas = 3;
+  if (!ground.landmarks || !ground.landmarks->no_majority.empty()) return {};
+  const auto& fit = ground.landmarks->fit;
+  double squares = 0;
+  for (const auto& p : result.some_points) {
+    squares += std::pow(registration::predicted_tre_rms_mm(fit, fit.ct_from_reference * p), 2);
+  }
+  const auto count = static_cast<double>(result.some_points.size());
+  return registration::KnownPose{.ct_from_reference = fit.ct_from_reference,
+                                 .within_mm = kSigmas * std::sqrt(squares / count),
+                                 .tells_sides = !ground.landmarks->mirrored_fre_rms_mm};
+}
+
 Result<void> register_by_shape(const SessionConfig& config, const RegisterOptions& options,
                                const Ground& ground, const std::optional<std::string>& json_file,
                                Console& console) {
@@ -150,7 +160,8 @@ Result<void> register_by_shape(const SessionConfig& config, const RegisterOption
   if (!result) return result.error();
   const Point<frames::Ct> target =
       options.target_ct ? Point<frames::Ct>{*options.target_ct} : result->uncertainty.centre_ct;
-  auto decision = registration::decide(*result, registration::ShapeLimits{}, target);
+  auto decision = registration::decide(*result, registration::ShapeLimits{}, target,
+                                       registration::kShapeWarnings, known_pose(ground, *result));
   const io::Json opinion = second_opinion(ground, *result, target, decision);
   report_warnings(decision.warnings, console);
   io::Json json;

@@ -4,7 +4,7 @@
 
 #include "app/report.hpp"
 #include "nav/result.hpp"
-#include "registration/shape/shape_registration.hpp"
+#include "registration/shape/shape_acceptance.hpp"
 
 namespace nav::app {
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "registration/shape/shape_registration.hpp"
+#include "registration/shape/shape_acceptance.hpp"
 
 #include <cmath>
 #include <functional>
