@@ -112,6 +112,20 @@ BonePose displaced(const BonePose& pose, const Eigen::Vector3d& centre, BoneRand
   return registration::moved(pose, centre, twist);
 }
 
+bool is_undetermined(const registration::ShapeRegistration& result) {
+  if (!result.evidence) return true;
+  const auto& turned = result.evidence->rivals.turned;
+  const registration::ShapeLimits limits;
+  const double least = limits.min_evidence;
+  const auto& strain = result.evidence->strain;
+  if (strain.scale_sigma > limits.max_scale_sigma &&
+      strain.moved_sigma_mm > limits.max_moved_sigma_mm) {
+    return true;
+  }
+  return std::any_of(turned.begin(), turned.end(),
+                     [&](const auto& one) { return std::abs(one.evidence) < least; });
+}
+
 }  // namespace
 
 const char* to_string(BoneKind kind) {
@@ -189,16 +203,24 @@ Eigen::Vector3d BoneModel::tube(double u, double v) const {
   radius *= cap;
   const double x = radius * std::cos(a);
   const double y = radius * std::sin(a);
+  // The line itself differs from one person to the next.
+  double aside = 0;
+  double along = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double waves = 1.3 * static_cast<double>(i + 1);
+    aside += 2.5 * form(30 + i) / static_cast<double>(i + 1) * std::sin(waves * s + form(33 + i));
+    along += 2.5 * form(36 + i) / static_cast<double>(i + 1) * std::cos(waves * s + form(39 + i));
+  }
   if (rib) {
     const double bend = 85 + 15 * form(20);
     const double angle = (1.0 + 0.12 * form(21)) * s * (1 + 0.15 * s);
-    const double r = bend * (1 + 0.12 * s) + x;
+    const double r = bend * (1 + 0.12 * s) + x + aside;
     return {r * std::cos(angle) - bend, r * std::sin(angle),
-            y + (18 + 6 * form(22)) * s * std::abs(s) + 9 * s};
+            y + along + (18 + 6 * form(22)) * s * std::abs(s) + 9 * s};
   }
   const double half = 150 + 45 * form(20);
   const double bow = (9 + 5 * form(21)) * (1 - s * s);
-  return {x + bow, y + 4 * form(22) * std::sin(2 * s + 1), half * s};
+  return {x + bow + aside, y + along + 4 * form(22) * std::sin(2 * s + 1), half * s};
 }
 
 /// The other bones: a radius over the sphere with processes; bones of the midline are symmetric in
@@ -342,6 +364,7 @@ Result<BoneTrial> run_bone(BoneKind kind, BoneCase bone_case, std::uint64_t bone
                   .seed = run_seed,
                   .error_mm = 0,
                   .accepted = false,
+                  .undetermined = false,
                   .false_accept = false,
                   .reasons = "",
                   .seconds = seconds_since(begin),
@@ -354,7 +377,8 @@ Result<BoneTrial> run_bone(BoneKind kind, BoneCase bone_case, std::uint64_t bone
   trial.accepted = decision.accepted;
   for (const auto& one : decision.reasons)
     trial.reasons += (trial.reasons.empty() ? "" : "; ") + one;
-  const bool other = bone_case == BoneCase::kOtherPatient || bone_case == BoneCase::kOtherLevel;
+  trial.undetermined = is_undetermined(trial.result);
+  const bool other = bone_case == BoneCase::kOtherPatient;
   trial.false_accept = trial.accepted && (other || trial.error_mm > kWrongMm);
   return trial;
 }
@@ -380,37 +404,44 @@ Result<std::vector<BoneTrial>> run_bones(const BoneCohortOptions& options,
   return trials;
 }
 
-std::string to_text(const std::vector<BoneTrial>& trials) {
-  struct Count {
-    int runs = 0, accepted = 0, wrong = 0;
-    double seconds = 0;
-  };
-  std::map<std::pair<int, int>, Count> counts;
-  Count all;
+std::vector<BoneCount> count_bones(const std::vector<BoneTrial>& trials) {
+  std::map<std::pair<BoneCase, BoneKind>, BoneCount> counts;
   for (const BoneTrial& one : trials) {
-    for (Count* count :
-         {&counts[{static_cast<int>(one.bone_case), static_cast<int>(one.kind)}], &all}) {
-      ++count->runs;
-      count->accepted += one.accepted ? 1 : 0;
-      count->wrong += one.false_accept ? 1 : 0;
-      count->seconds += one.seconds;
-    }
+    BoneCount& count = counts[{one.bone_case, one.kind}];
+    count.bone_case = one.bone_case;
+    count.kind = one.kind;
+    ++count.runs;
+    count.accepted += one.accepted ? 1 : 0;
+    count.undetermined += one.undetermined ? 1 : 0;
+    count.false_accepts += one.false_accept ? 1 : 0;
+    count.seconds += one.seconds;
+  }
+  std::vector<BoneCount> out;
+  for (const auto& [key, count] : counts) out.push_back(count);
+  return out;
+}
+
+std::string to_text(const std::vector<BoneTrial>& trials) {
+  BoneCount all{};
+  std::ostringstream rows;
+  rows << std::left << std::setw(20) << "case" << std::setw(13) << "bone" << std::right
+       << std::setw(7) << "runs" << std::setw(10) << "accepted" << std::setw(14) << "undetermined"
+       << std::setw(7) << "false" << '\n';
+  for (const BoneCount& one : count_bones(trials)) {
+    rows << std::left << std::setw(20) << to_string(one.bone_case) << std::setw(13)
+         << to_string(one.kind) << std::right << std::setw(7) << one.runs << std::setw(10)
+         << one.accepted << std::setw(14) << one.undetermined << std::setw(7) << one.false_accepts
+         << '\n';
+    all.runs += one.runs;
+    all.accepted += one.accepted;
+    all.false_accepts += one.false_accepts;
+    all.seconds += one.seconds;
   }
   std::ostringstream text;
-  text << "shapes: " << all.runs << " runs, " << all.accepted << " accepted, " << all.wrong
-       << " false accepts, " << std::setprecision(2) << all.seconds / std::max(all.runs, 1)
-       << " s each\n";
-  for (int c = 0; c < kBoneCases; ++c) {
-    text << "  " << std::left << std::setw(18) << to_string(static_cast<BoneCase>(c));
-    for (int k = 0; k < kBoneKinds; ++k) {
-      const auto found = counts.find({c, k});
-      if (found == counts.end()) continue;
-      const Count& n = found->second;
-      text << "  " << to_string(static_cast<BoneKind>(k)) << ' ' << n.accepted << '/' << n.runs;
-      if (n.wrong > 0) text << " (" << n.wrong << " false)";
-    }
-    text << '\n';
-  }
+  text << "points on surfaces of bones made by code: " << all.runs << " runs, " << all.accepted
+       << " accepted, " << all.false_accepts << " of them wrong, " << std::setprecision(2)
+       << all.seconds / std::max(all.runs, 1) << " s each\n"
+       << rows.str();
   return text.str();
 }
 

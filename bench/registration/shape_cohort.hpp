@@ -65,7 +65,8 @@ struct BoneTrial {
   std::uint64_t seed;
   double error_mm;  ///< RMS of the points from where they belong on the surface.
   bool accepted;
-  bool false_accept;  ///< Accepted, but the wrong bone or more than 3 mm off.
+  bool undetermined;  ///< Sliding, a rival that fits as well, or no size.
+  bool false_accept;  ///< Accepted, and wrong: kOtherPatient, or error_mm > 3.
   std::string reasons;
   double seconds;
   registration::ShapeRegistration result;
@@ -75,7 +76,6 @@ struct BoneCohortOptions {
   std::uint64_t first_seed = 1;
   int bones = 42;  ///< Shapes; their kinds take turns.
   int runs = 1;    ///< Runs of each case and shape.
-  int threads = 1;
 };
 
 /// Runs one case of one bone.
@@ -84,6 +84,18 @@ Result<BoneTrial> run_bone(BoneKind kind, BoneCase bone_case, std::uint64_t bone
 
 Result<std::vector<BoneTrial>> run_bones(const BoneCohortOptions& options,
                                          const std::function<void(double)>& progress);
+
+/// Runs of one case and kind.
+struct BoneCount {
+  BoneCase bone_case;
+  BoneKind kind;
+  int runs = 0;
+  int accepted = 0;
+  int undetermined = 0;  ///< See BoneTrial.
+  int false_accepts = 0;
+  double seconds = 0;  ///< Of all runs, the registration alone.
+};
+std::vector<BoneCount> count_bones(const std::vector<BoneTrial>& trials);
 
 /// Table: runs, accepted ones and false accepts by case and by kind.
 std::string to_text(const std::vector<BoneTrial>& trials);

@@ -72,7 +72,7 @@ void judge_mirrored(const ShapeRegistration& result, double least, const KnownPo
   }
 }
 
-void judge_strain(const ShapeStrain& strain, const ShapeLimits& limits, Judge& judge) {
+void judge_strain(const ShapeStrain& strain, const ShapeLimits& limits, bool known, Judge& judge) {
   const double most = strain.stretches.cwiseAbs().maxCoeff();
   if (std::abs(strain.scale) >
       std::max(limits.max_stretch, limits.max_scale_sigmas * strain.scale_sigma)) {
@@ -88,6 +88,18 @@ void judge_strain(const ShapeStrain& strain, const ShapeLimits& limits, Judge& j
                  (strain.stretches[at] > 0 ? "shorter" : "longer") + " along Ct (" +
                  rounded(d.x(), 2) + ", " + rounded(d.y(), 2) + ", " + rounded(d.z(), 2) +
                  "): check the patient and the level");
+  }
+  if (strain.scale_sigma > limits.max_scale_sigma &&
+      strain.moved_sigma_mm > limits.max_moved_sigma_mm) {
+    const std::string text =
+        "size: the points show the size of the shape only within " +
+        rounded(100 * std::min(2 * strain.scale_sigma, 1.0), 0) +
+        " %: another level or patient would fit as well; touch more of the bone";
+    if (known) {
+      judge.warn(text);
+    } else {
+      judge.reject(text + " or give landmarks");
+    }
   }
   const double least =
       std::max(limits.max_shared_distance_mm, kSharedSigmas * strain.shared_sigma_mm);
@@ -121,10 +133,6 @@ Decision decide(const ShapeRegistration& result, const ShapeLimits& limits,
   }
   judge.at_most("mean distance of the points", result.after.mean_mm, limits.max_mean_mm,
                 warnings.max_mean_mm, " mm");
-  if (result.margin && !known) {
-    judge.at_least("margin to another minimum", *result.margin, limits.min_margin,
-                   warnings.min_margin);
-  }
   if (result.sliding.empty()) {
     judge.at_most("predicted error at the target", result.tre_rms_mm(target), limits.max_tre_rms_mm,
                   warnings.max_tre_rms_mm, " mm RMS");
@@ -144,9 +152,18 @@ Decision decide(const ShapeRegistration& result, const ShapeLimits& limits,
                  " mm: check for the right bone, level and patient");
   }
   const KnownPose* vouched = known ? &*known : nullptr;
+  if (known) {
+    const double from_known_mm =
+        apart_mm(result.some_points, result.ct_from_reference, known->ct_from_reference);
+    if (!(from_known_mm <= known->within_mm)) {
+      judge.reject("points: expected within " + rounded(known->within_mm, 1) +
+                   " mm of where the landmarks or the start put them, found " +
+                   rounded(from_known_mm, 1) + " mm");
+    }
+  }
   judge_turned(result, limits.min_evidence, vouched, judge);
   judge_mirrored(result, limits.min_evidence, vouched, judge);
-  judge_strain(result.evidence->strain, limits, judge);
+  judge_strain(result.evidence->strain, limits, known.has_value(), judge);
   if (!known) {
     judge_shared_distance(result.evidence->strain, limits.max_shared_distance_mm, judge);
   }

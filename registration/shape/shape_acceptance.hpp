@@ -12,7 +12,6 @@ namespace nav::registration {
 /// Limits that a registration to a shape must meet. Inclusive.
 struct ShapeLimits {
   double max_mean_mm = 3;     ///< Mean distance of all points, > 0.
-  double min_margin = 0.15;   ///< Margin to another minimum, if one was found.
   double max_tre_rms_mm = 2;  ///< Predicted error at the target, > 0.
   /// Residuals that neighbouring points share, as a multiple of the expected noise, > 0.
   double max_shared = 1.3;
@@ -21,13 +20,16 @@ struct ShapeLimits {
   /// Stretch of the shape that explains the points better, > 0, if it is beyond chance.
   double max_stretch = 0.01;
   /// Log-likelihood that a strain of six parameters may gain by chance. Twice this value is a
-  /// chi-squared of six degrees of freedom: 8 is passed once in 70 times.
-  double max_strain_evidence = 8;
-  double max_scale_sigmas = 3.3;        ///< The same for a stretch that is equal in all directions.
+  /// chi-squared of six degrees of freedom: 7.5 is passed once in 50 times.
+  double max_strain_evidence = 7.5;
+  double max_scale_sigmas = 3;  ///< The same for a stretch that is equal in all directions.
+  /// A size that is known less well than both of these is not shown by the points: a bone of
+  /// another level would fit as well.
+  double max_scale_sigma = 0.01;
+  double max_moved_sigma_mm = 1.2;
   double max_shared_distance_mm = 1.5;  ///< Of all points from the surface, if it is known.
 };
-inline constexpr ShapeLimits kShapeWarnings{
-    .max_mean_mm = 2.5, .min_margin = 0.3, .max_tre_rms_mm = 1};
+inline constexpr ShapeLimits kShapeWarnings{.max_mean_mm = 2.5, .max_tre_rms_mm = 1};
 
 /// What is known about the pose without the shape: landmarks, or a start that the user vouches for.
 struct KnownPose {

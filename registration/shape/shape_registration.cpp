@@ -223,10 +223,10 @@ ShapeRegistration ShapeRegistrar::report(const std::vector<ShapeSolution>& found
   std::vector<Pose> others;
   for (const ShapeSolution& one : found) others.push_back(one.pose);
   const ShapeNoise noise = shape_noise(at, discrepancy_mm, options_.least_sigma_mm);
-  out.evidence = ShapeEvidence{
-      .noise = noise,
-      .strain = shape_strain(points_, shape_, best.pose, at, noise),
-      .rivals = shape_rivals(points_, shape_, best.pose, others, noise, options_, keep_going_)};
+  out.evidence = ShapeEvidence{.noise = noise,
+                               .strain = shape_strain(points_, shape_, best.pose, at, noise),
+                               .rivals = shape_rivals(points_, shape_, initial_, best.pose, others,
+                                                      noise, options_, keep_going_)};
   return out;
 }
 

@@ -83,8 +83,8 @@ struct ShapeRegistration {
 /// Registers tracked surface points to a surface, or points along vessels to centre lines. It
 /// minimises by robust (Huber), trimmed (Chetverikov et al. 2002) least squares the offsets that
 /// the shape does not leave free, from the initial pose and from seeded starts ranked by distance;
-/// Ceres with exact Jacobians, twists about the points' centroid. Directions that the shape leaves
-/// free altogether are found from the curvature, kept as in the start and named.
+/// Levenberg–Marquardt with exact Jacobians, twists about the points' centroid. Directions that the
+/// shape leaves free altogether are found from the curvature, kept as in the start and named.
 /// keep_going: asked between solves; false ends with kCancelled.
 /// Errors: kUsage (options), kMalformedData (fewer than 20 points, points that are not finite or
 /// beyond 1e7 mm), kRefused (points that coincide), kCancelled. Thread-safe, deterministic.

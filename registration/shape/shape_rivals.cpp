@@ -30,6 +30,11 @@ constexpr double kOtherPoseMm = 3;
 // A residual beyond this many sigmas says no more than that the point is a stray.
 constexpr double kStraySigmas = 3.5;
 constexpr std::size_t kMirroredPieces = 600;
+// A shape that differs from its mirror image by no more than this has no side for navigation.
+constexpr double kSymmetricSigmas = 1.5;
+constexpr double kSymmetricMm = 1;
+// Around half turns the search is as wide as that for the registration itself.
+constexpr int kWideVariations = 30;
 
 ReferencePoints few_of(const ReferencePoints& points, std::size_t count) {
   const std::size_t stride = std::max<std::size_t>(1, (points.size() + count - 1) / count);
@@ -89,11 +94,12 @@ std::vector<Eigen::Matrix3d> turns_of(const Eigen::Matrix3d& axes) {
 
 class RivalSearch {
  public:
-  RivalSearch(const ReferencePoints& points, const ShapeField& shape, const Pose& best,
-              const std::vector<Pose>& others, const ShapeNoise& noise,
+  RivalSearch(const ReferencePoints& points, const ShapeField& shape, const Pose& initial,
+              const Pose& best, const std::vector<Pose>& others, const ShapeNoise& noise,
               const ShapeRegistrationOptions& options, const std::function<bool()>& keep_going)
       : points_(points),
         shape_(shape),
+        initial_(initial),
         best_(best),
         others_(others),
         noise_(noise),
@@ -103,19 +109,8 @@ class RivalSearch {
   ShapeRivals run() {
     const double own = likelihood(points_, best_);
     ShapeRivals out;
-    out.turned = rivals(points_, best_, own, false);
-    ReferencePoints flipped = mirrored(points_);
-    // The pose that puts each mirrored point beside its original, reflected in the plane across the
-    // shortest axis of the shape.
-    const Axes of = shape_axes();
-    const Eigen::Vector3d across = of.axes.col(2);
-    const Eigen::Matrix3d reflect = Eigen::Matrix3d::Identity() - 2 * across * across.transpose();
-    Eigen::Matrix3d back = Eigen::Matrix3d::Identity();
-    back(0, 0) = -1;
-    const Eigen::Matrix3d rotation = reflect * best_.rotation().toRotationMatrix() * back;
-    const Eigen::Vector3d shift = reflect * (best_.translation_mm() - of.centre) + of.centre;
-    const Pose start{Eigen::Quaterniond(rotation).normalized(), shift};
-    const auto found = rivals(flipped, start, own, true);
+    out.turned = rivals(points_, own, false);
+    const auto found = rivals(mirrored(points_), own, true);
     if (!found.empty()) {
       out.mirrored = found.front();
       out.own_mirror_image = is_own_mirror_image(found.front().pose);
@@ -151,13 +146,22 @@ class RivalSearch {
       squares += std::pow(shape_.distance_mm((pose * p).mm), 2);
       ++count;
     }
-    return std::sqrt(squares / count) <= noise_.sigma_mm;
+    return std::sqrt(squares / count) <= std::max(kSymmetricSigmas * noise_.sigma_mm, kSymmetricMm);
   }
 
-  std::vector<Pose> ranked(const ReferencePoints& points, const Pose& centre) const {
+  /// The pose that puts each mirrored point where a pose puts its original, reflected in the plane
+  /// across the shape's shortest axis.
+  [[nodiscard]] static Pose reflected(const Pose& pose, const Axes& of) {
+    const Eigen::Vector3d across = of.axes.col(2);
+    const Eigen::Matrix3d reflect = Eigen::Matrix3d::Identity() - 2 * across * across.transpose();
+    const Eigen::Matrix3d back = Eigen::Vector3d(-1, 1, 1).asDiagonal();
+    const Eigen::Matrix3d rotation = reflect * pose.rotation().toRotationMatrix() * back;
+    return {Eigen::Quaterniond(rotation).normalized(),
+            of.centre + reflect * (pose.translation_mm() - of.centre)};
+  }
+
+  std::vector<Pose> ranked(const ReferencePoints& points, bool mirror) const {
     const Axes of = shape_axes();
-    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-    for (const auto& p : points) middle += (centre * p).mm / static_cast<double>(points.size());
     const ReferencePoints few = few_of(points, kRankedPoints);
     const auto variations = spread_twists(kVariations, kVariationRad, kVariationMm, options_.seed);
     std::vector<std::pair<double, Pose>> all;
@@ -167,14 +171,25 @@ class RivalSearch {
       all.emplace_back(sum, pose);
     };
     const Eigen::Vector3d along = of.axes.col(0) * of.lengths[0];
-    for (const Eigen::Matrix3d& turn : turns_of(of.axes)) {
-      const Eigen::Quaterniond r = (Eigen::Quaterniond(turn) * centre.rotation()).normalized();
-      for (const Eigen::Vector3d& about : {of.centre, middle}) {
-        for (const double shift : {0.0, -0.4, 0.4}) {
-          const Pose pose{r, about + turn * (centre.translation_mm() - about) + shift * along};
-          consider(pose);
-          const Eigen::Vector3d at = about + turn * (middle - about) + shift * along;
-          for (const Vector6d& twist : variations) consider(moved(pose, at, twist));
+    const auto wide = spread_twists(kWideVariations, options_.start_range_rad,
+                                    options_.start_range_mm, options_.seed + 1);
+    for (const bool from_best : {true, false}) {
+      const Pose& from = from_best ? best_ : initial_;
+      const Pose centre = mirror ? reflected(from, of) : from;
+      Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+      for (const auto& p : few) middle += (centre * p).mm / static_cast<double>(few.size());
+      for (const Eigen::Matrix3d& turn : turns_of(of.axes)) {
+        const bool half_turn = (turn - turn.transpose()).norm() < 1e-6;
+        if (!from_best && !half_turn) continue;
+        const Eigen::Quaterniond r = (Eigen::Quaterniond(turn) * centre.rotation()).normalized();
+        for (const Eigen::Vector3d& about : {of.centre, middle}) {
+          for (const double shift : {0.0, -0.4, 0.4}) {
+            const Pose pose{r, about + turn * (centre.translation_mm() - about) + shift * along};
+            consider(pose);
+            const Eigen::Vector3d at = about + turn * (middle - about) + shift * along;
+            const auto& around = half_turn && shift == 0.0 ? wide : variations;
+            for (const Vector6d& twist : around) consider(moved(pose, at, twist));
+          }
         }
       }
     }
@@ -199,11 +214,10 @@ class RivalSearch {
   }
 
   /// Distinct minima other than the registration, strongest first.
-  std::vector<ShapeRival> rivals(const ReferencePoints& points, const Pose& centre, double own,
-                                 bool mirror) const {
+  std::vector<ShapeRival> rivals(const ReferencePoints& points, double own, bool mirror) const {
     const ReferencePoints some = few_of(points, kSolvedPoints);
     std::vector<std::pair<double, Pose>> found;
-    for (const Pose& start : ranked(points, centre)) {
+    for (const Pose& start : ranked(points, mirror)) {
       if (keep_going_ && !keep_going_()) return {};
       const Pose pose = descend(some, shape_, start, options_, kRivalRounds).pose;
       if (!mirror && apart(some, pose, best_) < kOtherPoseMm) continue;
@@ -255,6 +269,7 @@ class RivalSearch {
 
   const ReferencePoints& points_;
   const ShapeField& shape_;
+  const Pose& initial_;
   const Pose& best_;
   const std::vector<Pose>& others_;
   const ShapeNoise& noise_;
@@ -264,11 +279,11 @@ class RivalSearch {
 
 }  // namespace
 
-ShapeRivals shape_rivals(const ReferencePoints& points, const ShapeField& shape, const Pose& best,
-                         const std::vector<Pose>& others, const ShapeNoise& noise,
-                         const ShapeRegistrationOptions& options,
+ShapeRivals shape_rivals(const ReferencePoints& points, const ShapeField& shape,
+                         const Pose& initial, const Pose& best, const std::vector<Pose>& others,
+                         const ShapeNoise& noise, const ShapeRegistrationOptions& options,
                          const std::function<bool()>& keep_going) {
-  return RivalSearch(points, shape, best, others, noise, options, keep_going).run();
+  return RivalSearch(points, shape, initial, best, others, noise, options, keep_going).run();
 }
 
 }  // namespace nav::registration

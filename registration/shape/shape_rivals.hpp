@@ -14,10 +14,12 @@ namespace nav::registration {
 
 /// Searches rivals of a registration: from half turns about the principal axes of the shape and of
 /// the points, from turns about the long axis and shifts along it, each with seeded variations, of
-/// the points and of their mirror image; the best are solved to convergence with all points.
+/// the points and of their mirror image; the best are solved to convergence with all points. The
+/// initial pose is turned in the same way: a registration to the wrong shape may lie anywhere.
 /// others: further minima of the points, which are rivals too. Deterministic. keep_going: asked
 /// between solves; false ends the search early.
 ShapeRivals shape_rivals(const ReferencePoints& points, const ShapeField& shape,
+                         const Transform<frames::Ct, frames::Reference>& initial,
                          const Transform<frames::Ct, frames::Reference>& best,
                          const std::vector<Transform<frames::Ct, frames::Reference>>& others,
                          const ShapeNoise& noise, const ShapeRegistrationOptions& options,

@@ -15,12 +15,14 @@ namespace {
 
 // Points closer than this share the errors of the segmentation and of the pointer.
 constexpr double kSharedErrorMm = 5;
-constexpr double kRoughMm = 4;
-constexpr double kLeastRoughPairs = 20;
+constexpr double kNeighbourMm = 8;
+constexpr double kLeastNeighbours = 20;
+constexpr double kMostSigmas = 3;
 constexpr double kHuberWidth = 1.345;
 constexpr double kUsualStrain = 0.1;
-// A shared distance whose square is visible by less than this fraction is taken up by the pose.
-constexpr double kLeastVisible = 1e-4;
+// If the pose takes up all but this fraction of the squares of an explanation, the rest is within
+// the errors of the field between its nodes.
+constexpr double kLeastVisible = 0.02;
 
 using Cube = std::array<int, 3>;
 
@@ -34,6 +36,36 @@ std::map<Cube, std::vector<std::size_t>> cubes_of(const std::vector<Eigen::Vecto
   std::map<Cube, std::vector<std::size_t>> cubes;
   for (std::size_t k = 0; k < places.size(); ++k) cubes[cube_of(places[k], side_mm)].push_back(k);
   return cubes;
+}
+
+/// Standard deviation of what a point and its nearest neighbour do not share.
+std::optional<double> roughness_mm(const ShapeCurvature& at, double sigma_mm) {
+  const auto cubes = cubes_of(at.places_ct_mm, kNeighbourMm);
+  double squares = 0;
+  double count = 0;
+  for (std::size_t i = 0; i < at.places_ct_mm.size(); ++i) {
+    const Eigen::Vector3d& p = at.places_ct_mm[i];
+    const Cube cube = cube_of(p, kNeighbourMm);
+    double least = kNeighbourMm;
+    std::optional<std::size_t> nearest;
+    for (int n = 0; n < 27; ++n) {
+      const auto found =
+          cubes.find({cube[0] + n % 3 - 1, cube[1] + n / 3 % 3 - 1, cube[2] + n / 9 - 1});
+      if (found == cubes.end()) continue;
+      for (const std::size_t j : found->second) {
+        const double apart = (at.places_ct_mm[j] - p).norm();
+        if (j == i || apart >= least) continue;
+        least = apart;
+        nearest = j;
+      }
+    }
+    if (!nearest) continue;
+    const double difference2 = (at.offsets_mm[i] - at.offsets_mm[*nearest]).squaredNorm() / 2;
+    squares += std::min(difference2, std::pow(kMostSigmas * sigma_mm, 2));
+    ++count;
+  }
+  if (count < kLeastNeighbours) return {};
+  return std::sqrt(squares / count);
 }
 
 /// Columns: twist, shared distance, six strains.
@@ -87,20 +119,13 @@ ShapeNoise shape_noise(const ShapeCurvature& at, double discrepancy_mm, double l
   // The larger one: the tails of a wrong shape count, single strays do not.
   noise.sigma_mm = std::max(
       {1.4826 * *middle, std::sqrt(squares / static_cast<double>(sizes.size())), least_mm});
-  double differences = 0;
-  double pairs = 0;
-  for (const auto& [cube, members] : cubes_of(at.places_ct_mm, kRoughMm)) {
-    for (std::size_t a = 1; a < members.size() && a < 30; ++a) {
-      const Eigen::Vector3d d = at.offsets_mm[members[a]] - at.offsets_mm[members[a - 1]];
-      differences += std::min(d.squaredNorm() / 2, 9 * noise.sigma_mm * noise.sigma_mm);
-      ++pairs;
-    }
-  }
-  if (pairs >= kLeastRoughPairs) noise.rough_mm = std::sqrt(differences / pairs);
+  noise.rough_mm = roughness_mm(at, noise.sigma_mm);
   const auto count = static_cast<double>(at.places_ct_mm.size());
   const auto cells = static_cast<double>(cubes_of(at.places_ct_mm, kSharedErrorMm).size());
   const auto blocks = static_cast<double>(cubes_of(at.places_ct_mm, 15).size());
-  const double share = std::min(std::pow(discrepancy_mm / noise.sigma_mm, 2), 1.0);
+  const double rough2 = std::pow(noise.rough_mm.value_or(noise.sigma_mm) / noise.sigma_mm, 2);
+  const double shared2 = std::pow(discrepancy_mm / noise.sigma_mm, 2);
+  const double share = std::clamp(std::max(shared2, 1 - rough2), 0.0, 1.0);
   const double members = cells / blocks;
   noise.independent_points = std::min(count, cells) / (1 + (members - 1) * share);
   return noise;
