@@ -76,7 +76,7 @@ class SegmentationError {
   std::array<Wave, kWaves> waves_{};
 };
 
-/// Where a pointer reaches: a rectangle of the surface's parameters.
+/// Part that a pointer reaches: a rectangle of the surface's parameters.
 struct Reach {
   double u0, u1, v0, v1;
 };

@@ -93,7 +93,7 @@ struct BoneCount {
   int accepted = 0;
   int undetermined = 0;  ///< See BoneTrial.
   int false_accepts = 0;
-  double seconds = 0;  ///< Of all runs, the registration alone.
+  double seconds = 0;  ///< Sum over the runs, the registration alone.
 };
 std::vector<BoneCount> count_bones(const std::vector<BoneTrial>& trials);
 

@@ -22,16 +22,16 @@ struct ShapeLimits {
   /// Log-likelihood that a strain of six parameters may gain by chance. Twice this value is a
   /// chi-squared of six degrees of freedom: 7.5 is passed once in 50 times.
   double max_strain_evidence = 7.5;
-  double max_scale_sigmas = 3;  ///< The same for a stretch that is equal in all directions.
+  double max_scale_sigmas = 3;  ///< Limit of a stretch that is equal in all directions.
   /// A size that is known less well than both of these is not shown by the points: a bone of
   /// another level would fit as well.
   double max_scale_sigma = 0.01;
   double max_moved_sigma_mm = 1.2;
-  double max_shared_distance_mm = 1.5;  ///< Of all points from the surface, if it is known.
+  double max_shared_distance_mm = 1.5;  ///< Distance of all points from the surface, if known.
 };
 inline constexpr ShapeLimits kShapeWarnings{.max_mean_mm = 2.5, .max_tre_rms_mm = 1};
 
-/// What is known about the pose without the shape: landmarks, or a start that the user vouches for.
+/// Knowledge about the pose without the shape: landmarks, or a start that the user vouches for.
 struct KnownPose {
   Transform<frames::Ct, frames::Reference> ct_from_reference;
   double within_mm;  ///< The points lie within this distance (RMS) of where the pose puts them.

@@ -8,7 +8,7 @@
 
 #include "nav/transform.hpp"
 
-/// What the residuals of points say about a registration to a shape, beside their size.
+/// Evidence in the residuals of points for and against a registration to a shape.
 namespace nav::registration {
 
 /// Noise of points about a shape, from the residuals at a pose.

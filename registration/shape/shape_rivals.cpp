@@ -29,7 +29,7 @@ constexpr double kSameRivalMm = 2;
 constexpr double kOtherPoseMm = 3;
 // A residual beyond this many sigmas says no more than that the point is a stray.
 constexpr double kStraySigmas = 3.5;
-constexpr std::size_t kMirroredPieces = 600;
+constexpr std::size_t kMirroredPieces = 300;
 // A shape that differs from its mirror image by no more than this has no side for navigation.
 constexpr double kSymmetricSigmas = 1.5;
 constexpr double kSymmetricMm = 1;
@@ -133,20 +133,24 @@ class RivalSearch {
     return -sum * noise_.independent_points / static_cast<double>(points.size());
   }
 
-  /// Even choice of the shape's pieces, reflected as a pose of mirrored points says, on the shape.
+  /// Registers an even choice of the shape's pieces, mirrored, to the shape, from a pose of
+  /// mirrored points. The points see a part of it, so their pose alone would put the rest beside
+  /// it.
   [[nodiscard]] bool is_own_mirror_image(const Pose& pose) const {
     const auto& pieces = shape_.shape().elements;
     const std::size_t stride = std::max<std::size_t>(1, pieces.size() / kMirroredPieces);
     const auto reference_from_ct = best_.inverse();
-    double squares = 0;
-    double count = 0;
+    ReferencePoints all;
     for (std::size_t i = 0; i < pieces.size(); i += stride) {
-      Point<frames::Reference> p = reference_from_ct * Point<frames::Ct>{pieces[i].point_mm};
-      p.mm.x() = -p.mm.x();
-      squares += std::pow(shape_.distance_mm((pose * p).mm), 2);
-      ++count;
+      all.push_back(reference_from_ct * Point<frames::Ct>{pieces[i].point_mm});
     }
-    return std::sqrt(squares / count) <= std::max(kSymmetricSigmas * noise_.sigma_mm, kSymmetricMm);
+    all = mirrored(std::move(all));
+    const Pose whole = descend(all, shape_, pose, options_, kRivalRounds).pose;
+    if (apart(mirrored(points_), whole, pose) > kOtherPoseMm) return false;
+    double squares = 0;
+    for (const auto& p : all) squares += std::pow(shape_.distance_mm((whole * p).mm), 2);
+    return std::sqrt(squares / static_cast<double>(all.size())) <=
+           std::max(kSymmetricSigmas * noise_.sigma_mm, kSymmetricMm);
   }
 
   /// The pose that puts each mirrored point where a pose puts its original, reflected in the plane

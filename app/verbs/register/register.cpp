@@ -134,8 +134,8 @@ io::Json second_opinion(const Ground& ground, const registration::ShapeRegistrat
   return {{"apart_mm", json_number(apart_mm)}, {"limit_mm", json_number(limit_mm)}};
 }
 
-/// What rules rivals of a shape out: landmarks, within three times their predicted error over the
-/// points, or a start that the user vouches for.
+/// Knowledge that rules rivals of a shape out: landmarks, within three times their predicted error
+/// over the points, or a start that the user vouches for.
 std::optional<registration::KnownPose> known_pose(
     const Ground& ground, const RegisterOptions& options,
     const Transform<frames::Ct, frames::Reference>& start,

@@ -17,7 +17,7 @@ struct ShapeFiles {
   std::filesystem::path surface;       ///< Mesh in CT coordinates, or empty.
   std::filesystem::path centre_lines;  ///< Branches of vessels in CT coordinates, or empty; the
                                        ///< tracked points are then branches too.
-  std::optional<double> sigma_mm;      ///< Of the points, along each axis; absent: not known.
+  std::optional<double> sigma_mm;      ///< Standard deviation of the points; absent: not known.
   /// The start puts the points within this distance (RMS) of where they are; absent: not known.
   std::optional<double> start_within_mm;
 };
