@@ -19,6 +19,8 @@ constexpr int kMostScaleSteps = 100;
 constexpr double kUsualLogScale = 0.3;
 constexpr double kShownLogScale = 0.1;
 constexpr double kFactorSigmas = 3;
+// Where both frames have the same axes, the CT's pixels are blamed.
+constexpr double kOtherFrame = 1.5;
 
 /// Continued fraction of the incomplete beta function (Press et al., Numerical Recipes, 6.4).
 double beta_fraction(double a, double b, double x) {
@@ -203,8 +205,9 @@ std::optional<LandmarkScale> landmark_scale(std::span<const LandmarkPair> pairs,
   // The frames' roles are swapped in the last one.
   candidates[2].fit.log_factors *= -1;
   // One factor, unless three explain clearly more; then the frame along whose axes the fit is best.
-  const Candidate& along =
-      candidates[1].fit.chi2 <= candidates[2].fit.chi2 ? candidates[1] : candidates[2];
+  const Candidate& along = candidates[1].fit.chi2 <= kOtherFrame * candidates[2].fit.chi2
+                               ? candidates[1]
+                               : candidates[2];
   const auto chance_of = [&](double before, double parameters, const ScaledFit& fit,
                              double all_parameters) {
     const double rest = 3 * count - 6 - all_parameters;

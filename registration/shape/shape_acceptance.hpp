@@ -26,7 +26,7 @@ struct ShapeLimits {
   /// A size that is known less well than both of these is not shown by the points: a bone of
   /// another level would fit as well.
   double max_scale_sigma = 0.01;
-  double max_moved_sigma_mm = 1.2;
+  double max_moved_sigma_mm = 1;
   double max_shared_distance_mm = 1.5;  ///< Distance of all points from the surface, if known.
 };
 inline constexpr ShapeLimits kShapeWarnings{.max_mean_mm = 2.5, .max_tre_rms_mm = 1};

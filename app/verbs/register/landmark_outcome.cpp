@@ -53,14 +53,15 @@ std::optional<double> mirrored(std::vector<registration::LandmarkPair> pairs) {
   return fit->fre_rms_mm;
 }
 
-/// An error for the first point outside the CT.
+/// An error for the first point that lies outside the CT by more than a marker does.
 Result<void> check_inside(const LandmarkList& list, const Volume& ct) {
+  constexpr double kMarkerMm = 5;
   const VoxelGrid& grid = ct.grid();
   const Eigen::Vector3d half = 0.5 * grid.extent_mm();
   for (const auto& pair : list.pairs) {
     const Eigen::Vector3d from_centre =
         grid.directions.transpose() * (pair.ct.mm - grid.centre().mm);
-    if ((from_centre.cwiseAbs().array() <= half.array()).all()) continue;
+    if ((from_centre.cwiseAbs().array() <= half.array() + kMarkerMm).all()) continue;
     const Eigen::Vector3d reach = grid.directions.cwiseAbs() * half;
     std::ostringstream text;
     text << "landmark '" << pair.name << "': expected its Ct point inside the CT, "

@@ -54,7 +54,7 @@ inline constexpr std::size_t kMostSwapped = 60;
 /// Fits the pairs of a file that agree with each other (robust_landmarks.hpp). If the file has the
 /// axes of the errors, the fit is refined with them. Warns of every rejected pair. If the file has
 /// no sigmas, a pair may be off by 5 mm, the limit of the residual. ct: rejects files with a point
-/// outside it, which the message names; may be null. Errors name the file.
+/// more than 5 mm outside it, which the message names; may be null. Errors name the file.
 Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path, const Volume* ct,
                                                Diagnostics& diagnostics);
 

@@ -84,12 +84,12 @@ TEST_F(CommandLineTest, NamesAWrongScaleOfLandmarksAndPointsOutsideTheCt) {
                                                        {-7, 4, 8},  {8, 3, -8}, {1, -8, -6}};
     for (std::size_t i = 0; i < places.size(); ++i) {
       const auto& [x, y, z] = places[i];
-      file << "Point" << i << ',' << 10 * x << ',' << 10 * y << ',' << 10 * z << ','
-           << 10 * x * x_scale << ',' << 10 * y << ',' << (i == 5 ? last_z : 10 * z) << '\n';
+      file << "Point" << i << ',' << 6 * x << ',' << 6 * y << ',' << 6 * z << ',' << 6 * x * x_scale
+           << ',' << 6 * y << ',' << (i == 5 ? last_z : 6 * z) << '\n';
     }
     return points.string();
   };
-  expect_rejection("register --landmarks " + write(0.82, -60), 5,
+  expect_rejection("register --landmarks " + write(0.82, -36), 5,
                    {"18 % too close together along x", "pixel size"});
   const Outcome outcome = sonde("register --json - --landmarks " + points.string());
   const io::Json found = io::Json::parse(outcome.output)["registration"];
