@@ -10,6 +10,7 @@
 #include <memory>
 #include <unistd.h>
 
+#include "bench/registration/shape_cohort.hpp"
 #include "bench/registration/slice_curve.hpp"
 #include "bench/verbs/bench.hpp"
 #include "bench/verbs/bench_registration_json.hpp"
@@ -50,6 +51,7 @@ class RegistrationBench {
   Result<void> measure_motion();
   Result<void> measure_skin();
   Result<void> measure_live();
+  Result<void> measure_shapes();
   void write(const std::vector<Trial>& trials);
   [[nodiscard]] auto progress() const {
     return [this](double fraction) { console_.progress(fraction); };
@@ -78,6 +80,7 @@ class RegistrationBench {
   std::vector<SkinCurvePoint> skin_;
   std::vector<MotionPoint> motion_;
   LiveCurve live_;
+  std::vector<BoneTrial> shapes_;
   std::optional<PeerComparison> peer_;
 };
 
@@ -295,6 +298,18 @@ Result<void> RegistrationBench::measure_skin() {
   return keep(bench::measure_skin(options, progress()), skin_);
 }
 
+Result<void> RegistrationBench::measure_shapes() {
+  console_.begin("points on surfaces");
+  BoneCohortOptions options;
+  options.first_seed = kDevelopmentSeed;
+  options.runs = 8;
+  if (options_.quick) {
+    options.bones = kBoneKinds;
+    options.runs = 1;
+  }
+  return keep(run_bones(options, progress()), shapes_);
+}
+
 /// At once: a long run can be looked at while it lasts.
 void RegistrationBench::write(const std::vector<Trial>& trials) {
   if (trials_.is_open()) trials_ << to_csv(trials) << std::flush;
@@ -334,6 +349,7 @@ io::Json RegistrationBench::json() const {
   json["skin"] = json_of(skin_);
   json["motion"] = json_of(motion_);
   json["live"] = json_of(live_);
+  json["shapes"] = json_of(shapes_);
   json["peer"] = peer_ ? json_of(*peer_) : io::Json::array();
   return json;
 }
@@ -372,6 +388,9 @@ Result<void> RegistrationBench::run() {
   }
   if (wants("live")) {
     if (auto ok = measure_live(); !ok) return ok;
+  }
+  if (wants("shapes")) {
+    if (auto ok = measure_shapes(); !ok) return ok;
   }
   if (wants("peer")) {
     if (auto ok = compare(); !ok) return ok;

@@ -232,4 +232,18 @@ void add_totals(const std::vector<FaultPoint>& points, io::Json& summary) {
   summary["fault_false_accepts"] = points.empty() ? io::Json(nullptr) : io::Json(false_accepts);
 }
 
+io::Json json_of(const std::vector<BoneTrial>& trials) {
+  io::Json json = io::Json::array();
+  for (const BoneCount& one : count_bones(trials)) {
+    json.push_back({{"case", to_string(one.bone_case)},
+                    {"kind", to_string(one.kind)},
+                    {"runs", one.runs},
+                    {"accepted", one.accepted},
+                    {"undetermined", one.undetermined},
+                    {"false_accepts", one.false_accepts},
+                    {"cpu_s", one.seconds / one.runs}});
+  }
+  return json;
+}
+
 }  // namespace nav::bench

@@ -12,6 +12,7 @@
 #include "bench/registration/live_curve.hpp"
 #include "bench/registration/motion_curve.hpp"
 #include "bench/registration/peer.hpp"
+#include "bench/registration/shape_cohort.hpp"
 #include "bench/registration/skin_curve.hpp"
 #include "bench/registration/start_curve.hpp"
 #include "bench/registration/summary.hpp"
@@ -30,6 +31,7 @@ io::Json json_of(const std::vector<MotionPoint>& points);
 /// Null when nothing was measured.
 io::Json json_of(const BootstrapCurve& curve);
 io::Json json_of(const LiveCurve& curve);
+io::Json json_of(const std::vector<BoneTrial>& trials);
 /// seeds: "development" or "evaluation".
 io::Json json_of(const std::vector<FaultPoint>& points, const std::string& seeds);
 /// Adds "fault_runs" and "fault_false_accepts" of all of them; null without points.

@@ -83,9 +83,10 @@ void BenchCommandLine::add_registration() {
       ->check(app::in_range(1, 100, "patients"));
   verb->add_option(
           "--part", registration_.parts,
-          "cohort, faults, levels, starts, curve, bootstrap, skin, motion, live, peer; default all")
+          "cohort, faults, levels, starts, curve, bootstrap, skin, motion, live, shapes, peer; "
+          "default all")
       ->check(app::among({"cohort", "faults", "levels", "starts", "curve", "bootstrap", "skin",
-                          "motion", "live", "peer"}))
+                          "motion", "live", "shapes", "peer"}))
       ->delimiter(',');
   verb->add_option("--trials", registration_.trials, "CSV with a line per registration");
   add_json(*verb);

@@ -207,7 +207,8 @@ double ShapeField::distance_mm(const Eigen::Vector3d& p) const {
 ShapeSample ShapeField::at(const Eigen::Vector3d& p) const {
   const VoxelGrid& grid = data_->grid;
   const FieldCell cell = cell_of(grid, p);
-  ShapeSample sample{Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero(), 1e300};
+  ShapeSample sample{Eigen::Vector3d::Zero(), Eigen::Matrix3d::Zero(), 1e300,
+                     Eigen::Vector3d::Zero()};
   for (int corner = 0; corner < 8; ++corner) {
     const std::array<int, 3> bit{corner & 1, (corner >> 1) & 1, corner >> 2};
     std::size_t offset = 0;
@@ -224,6 +225,7 @@ ShapeSample ShapeField::at(const Eigen::Vector3d& p) const {
     const double w = weight(0) * weight(1) * weight(2);
     sample.offset_mm += w * off;
     sample.by_point += w * bound;
+    sample.axis += w * e.axis;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double slope = (bit[axis] == 1 ? 1 : -1) * cell.moves[axis] * weight((axis + 1) % 3) *
                            weight((axis + 2) % 3);

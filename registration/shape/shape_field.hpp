@@ -22,6 +22,8 @@ struct ShapeSample {
   Eigen::Vector3d offset_mm;
   Eigen::Matrix3d by_point;  ///< Derivative of the offset by the point.
   double distance_mm;        ///< Distance from the nearest piece with its full extent, >= 0.
+  /// Mean normal (or tangent) of the pieces around; its sign is that of the mesh's windings.
+  Eigen::Vector3d axis;
 };
 
 /// The nearest piece of a shape for every node of a grid, computed once. A look-up replaces the
@@ -39,6 +41,7 @@ class ShapeField {
   [[nodiscard]] double distance_mm(const Eigen::Vector3d& p_ct_mm) const;
   [[nodiscard]] ShapeKind kind() const { return data_->shape.kind; }
   [[nodiscard]] const std::string& name() const { return data_->shape.name; }
+  [[nodiscard]] const Shape& shape() const { return data_->shape; }
   [[nodiscard]] std::size_t node_count() const { return data_->nearest.size(); }
 
  private:

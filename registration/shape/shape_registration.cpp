@@ -11,7 +11,9 @@
 #include "nav/positions.hpp"
 #include "registration/search/starts.hpp"
 #include "registration/shape/shape_discrepancy.hpp"
+#include "registration/shape/shape_rivals.hpp"
 #include "registration/shape/shape_solver.hpp"
+#include "registration/shape/shape_strain.hpp"
 
 namespace nav::registration {
 namespace {
@@ -28,6 +30,7 @@ constexpr int kCoarseRounds = 6;
 constexpr double kSameShapeMm = 2;
 constexpr double kOtherMinimumMm = 5;
 constexpr double kClearlyWorse = 1.2;
+constexpr std::size_t kComparedPoints = 80;
 
 Error reject(ErrorCode code, const std::string& expected, const std::string& found) {
   return {code, "shape registration: expected " + expected + ", found " + found};
@@ -95,7 +98,9 @@ class ShapeRegistrar {
       one.iterations += before;
     }
     sort(found);
-    return report(found);
+    ShapeRegistration result = report(found);
+    if (stopped()) return cancelled();
+    return result;
   }
 
  private:
@@ -200,18 +205,29 @@ ShapeRegistration ShapeRegistrar::report(const std::vector<ShapeSolution>& found
   const ShapeSolution& best = found.front();
   const ShapeCurvature at = curvature_at(points_, shape_, best.pose, options_);
   const Observability seen = observability(at.curvature, at.lever_mm, options_.least_strength);
-  return {.ct_from_reference = best.pose,
-          .before = summary_of(points_, shape_, initial_),
-          .after = summary_of(points_, shape_, best.pose),
-          .points = static_cast<int>(points_.size()),
-          .trimmed = static_cast<int>(points_.size() - at.counted.size()),
-          .scale_mm = at.scale_mm,
-          .iterations = best.iterations,
-          .converged = best.converged,
-          .sliding = sliding_directions(seen, at.centre_ct_mm),
-          .margin = margin(found),
-          .uncertainty = uncertainty(at, seen),
-          .discrepancy_mm = shape_discrepancy_mm(at.places_ct_mm, at.offsets_mm, shape_.kind())};
+  const double discrepancy_mm = shape_discrepancy_mm(at.places_ct_mm, at.offsets_mm, shape_.kind());
+  ShapeRegistration out{.ct_from_reference = best.pose,
+                        .before = summary_of(points_, shape_, initial_),
+                        .after = summary_of(points_, shape_, best.pose),
+                        .points = static_cast<int>(points_.size()),
+                        .trimmed = static_cast<int>(points_.size() - at.counted.size()),
+                        .scale_mm = at.scale_mm,
+                        .iterations = best.iterations,
+                        .converged = best.converged,
+                        .sliding = sliding_directions(seen, at.centre_ct_mm),
+                        .margin = margin(found),
+                        .uncertainty = uncertainty(at, seen),
+                        .discrepancy_mm = discrepancy_mm,
+                        .some_points = some_of(points_, kComparedPoints)};
+  if (!out.sliding.empty()) return out;
+  std::vector<Pose> others;
+  for (const ShapeSolution& one : found) others.push_back(one.pose);
+  const ShapeNoise noise = shape_noise(at, discrepancy_mm, options_.least_sigma_mm);
+  out.evidence = ShapeEvidence{.noise = noise,
+                               .strain = shape_strain(points_, shape_, best.pose, at, noise),
+                               .rivals = shape_rivals(points_, shape_, initial_, best.pose, others,
+                                                      noise, options_, keep_going_)};
+  return out;
 }
 
 }  // namespace
@@ -234,6 +250,8 @@ Result<void> validate(const ShapeRegistrationOptions& o) {
             o.start_range_mm),
       check(o.start_range_rad >= 0 && o.start_range_rad <= M_PI, "start_range_rad", "0 to pi",
             o.start_range_rad),
+      check(o.least_sigma_mm > 0 && o.least_sigma_mm <= 100, "least_sigma_mm", "0 to 100",
+            o.least_sigma_mm),
       check(o.least_strength > 0 && o.least_strength < 1, "least_strength", "0 to 1",
             o.least_strength)};
   for (const auto& ok : checks) {
@@ -265,26 +283,6 @@ Result<ShapeRegistration> register_points(std::span<const Point<frames::Referenc
   });
   if (!spread) return reject(ErrorCode::kRefused, "points over 1 mm apart", "one position");
   return ShapeRegistrar(points, shape, initial, options, keep_going).run();
-}
-
-Decision decide(const ShapeRegistration& result, const ShapeLimits& limits,
-                const Point<frames::Ct>& target, const ShapeLimits& warnings) {
-  Judge judge;
-  for (const SlidingDirection& one : result.sliding) {
-    judge.reject("the shape does not determine the " + one.description);
-  }
-  judge.at_most("mean distance of the points", result.after.mean_mm, limits.max_mean_mm,
-                warnings.max_mean_mm, " mm");
-  if (result.margin) {
-    judge.at_least("margin to another minimum", *result.margin, limits.min_margin,
-                   warnings.min_margin);
-  }
-  if (result.sliding.empty()) {
-    judge.at_most("predicted error at the target", result.tre_rms_mm(target), limits.max_tre_rms_mm,
-                  warnings.max_tre_rms_mm, " mm RMS");
-  }
-  if (!result.converged) judge.reject("the solver did not converge");
-  return std::move(judge).decision();
 }
 
 }  // namespace nav::registration

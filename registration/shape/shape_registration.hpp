@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "nav/result.hpp"
-#include "registration/acceptance.hpp"
+#include "registration/shape/shape_evidence.hpp"
 #include "registration/shape/shape_field.hpp"
 #include "registration/uncertainty/observability.hpp"
 #include "registration/uncertainty/pose_uncertainty.hpp"
@@ -34,6 +34,8 @@ struct ShapeRegistrationOptions {
   /// determine the direction: it stays as in the start.
   double least_strength = 4e-3;
   std::uint64_t seed = 1;
+  /// Least noise that the evidence for and against rivals assumes, > 0: the field's own errors.
+  double least_sigma_mm = 0.25;
 };
 
 /// Returns an error that names the first option that is out of its range.
@@ -65,6 +67,10 @@ struct ShapeRegistration {
   /// Disagreement of points and shape beyond noise, one axis, standard deviation
   /// (shape_discrepancy.hpp). A target moves with it as the surface does, whatever the pose.
   double discrepancy_mm = 0;
+  /// An even choice of at most 80 of the points, to compare poses.
+  std::vector<Point<frames::Reference>> some_points{};
+  /// Rivals and other explanations; absent if a direction slides.
+  std::optional<ShapeEvidence> evidence{};
 
   /// Expected RMS error at a point of the CT, mm, from the pose and the discrepancy; infinite if a
   /// direction slides. It does not include errors that all points share and the pose absorbs.
@@ -77,8 +83,8 @@ struct ShapeRegistration {
 /// Registers tracked surface points to a surface, or points along vessels to centre lines. It
 /// minimises by robust (Huber), trimmed (Chetverikov et al. 2002) least squares the offsets that
 /// the shape does not leave free, from the initial pose and from seeded starts ranked by distance;
-/// Ceres with exact Jacobians, twists about the points' centroid. Directions that the shape leaves
-/// free altogether are found from the curvature, kept as in the start and named.
+/// Levenberg–Marquardt with exact Jacobians, twists about the points' centroid. Directions that the
+/// shape leaves free altogether are found from the curvature, kept as in the start and named.
 /// keep_going: asked between solves; false ends with kCancelled.
 /// Errors: kUsage (options), kMalformedData (fewer than 20 points, points that are not finite or
 /// beyond 1e7 mm), kRefused (points that coincide), kCancelled. Thread-safe, deterministic.
@@ -87,19 +93,5 @@ Result<ShapeRegistration> register_points(std::span<const Point<frames::Referenc
                                           const Transform<frames::Ct, frames::Reference>& initial,
                                           const ShapeRegistrationOptions& options = {},
                                           const std::function<bool()>& keep_going = {});
-
-/// Limits that a registration to a shape must meet. Inclusive.
-struct ShapeLimits {
-  double max_mean_mm = 3;     ///< Mean distance of all points, > 0.
-  double min_margin = 0.15;   ///< Margin to another minimum, if one was found.
-  double max_tre_rms_mm = 2;  ///< Predicted error at the target, > 0.
-};
-inline constexpr ShapeLimits kShapeWarnings{
-    .max_mean_mm = 2.5, .min_margin = 0.3, .max_tre_rms_mm = 1};
-
-/// Judges a result for use at a target. A value that is not finite never passes; every sliding
-/// direction is a reason for rejection and is named.
-Decision decide(const ShapeRegistration& result, const ShapeLimits& limits,
-                const Point<frames::Ct>& target, const ShapeLimits& warnings = kShapeWarnings);
 
 }  // namespace nav::registration

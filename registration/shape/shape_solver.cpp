@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/shape/shape_solver.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
-#include <ceres/ceres.h>
 #include <cmath>
 #include <numeric>
 
@@ -18,7 +18,11 @@ constexpr double kMadToSigma = 1.4826;
 // Huber: 95 % as efficient as least squares for normally distributed noise.
 constexpr double kHuberSigmas = 1.345;
 constexpr int kIterationsPerRound = 5;
+constexpr int kStepAttempts = 6;
 constexpr double kStillMm = 1e-3;
+constexpr double kNearlyStillMm = 0.03;
+constexpr int kExactRounds = 12;
+constexpr double kStepStillMm = 1e-4;
 constexpr double kMaxShapeTravelMm = 100;
 
 double median(std::vector<double> values) {
@@ -40,42 +44,6 @@ Placed place(const ShapeField& shape, const Eigen::Vector3d& p, const Eigen::Vec
   motion << -cross_matrix(p - centre), Eigen::Matrix3d::Identity();
   return {sample.offset_mm, sample.by_point * motion};
 }
-
-/// Offset of one point in mm; parameters along the directions of an observability, mm.
-class OffsetCost final : public ceres::SizedCostFunction<3, 6> {
- public:
-  OffsetCost(const ShapeField& shape, const Point<frames::Reference>& point, const Pose& start,
-             const Eigen::Vector3d& centre, const Matrix6d& twist_from_parameters)
-      : shape_(shape),
-        point_(point),
-        start_(start),
-        centre_(centre),
-        twist_from_parameters_(twist_from_parameters) {}
-
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    const Eigen::Map<const Vector6d> z(parameters[0]);
-    if (!z.allFinite() || z.norm() > kMaxShapeTravelMm) return false;
-    const Vector6d twist = twist_from_parameters_ * z;
-    const Eigen::Vector3d p = (moved(start_, centre_, twist) * point_).mm;
-    const Placed placed = place(shape_, p, centre_ + twist.tail<3>());
-    Eigen::Map<Eigen::Vector3d> r(residuals);
-    r = placed.offset;
-    if (jacobians == nullptr || jacobians[0] == nullptr) return r.allFinite();
-    Eigen::Map<Eigen::Matrix<double, 3, 6, Eigen::RowMajor>> jacobian(jacobians[0]);
-    Matrix36d by_twist = placed.by_twist;
-    by_twist.leftCols<3>() = (by_twist.leftCols<3>() * left_jacobian(twist.head<3>())).eval();
-    jacobian = by_twist * twist_from_parameters_;
-    return r.allFinite() && jacobian.allFinite();
-  }
-
- private:
-  const ShapeField& shape_;
-  const Point<frames::Reference>& point_;
-  const Pose& start_;
-  const Eigen::Vector3d& centre_;
-  const Matrix6d& twist_from_parameters_;
-};
 
 /// The nearest fraction of the points.
 std::vector<std::size_t> nearest_share(const ReferencePoints& points, const ShapeField& shape,
@@ -100,39 +68,64 @@ double mean_of(const ReferencePoints& points, const ShapeField& shape, const Pos
   return sum / static_cast<double>(counted.size());
 }
 
-/// One round; returns the points' mean motion, mm.
+/// Σ Huber of the offsets of the counted points (half squares near zero), with its normal equations
+/// by a twist about a centre when they are asked for.
+double robust_sum(const ReferencePoints& points, const ShapeField& shape, const Pose& pose,
+                  const std::vector<std::size_t>& counted, double width,
+                  const Eigen::Vector3d& centre, Matrix6d* curvature, Vector6d* gradient) {
+  double sum = 0;
+  for (const std::size_t i : counted) {
+    const Placed one = place(shape, (pose * points[i]).mm, centre);
+    const double size = one.offset.norm();
+    sum += size <= width ? 0.5 * size * size : width * (size - 0.5 * width);
+    if (curvature == nullptr) continue;
+    const double weight = std::min(1.0, width / std::max(size, 1e-12));
+    *curvature += weight * one.by_twist.transpose() * one.by_twist;
+    *gradient += weight * one.by_twist.transpose() * one.offset;
+  }
+  return sum;
+}
+
+/// One round of Levenberg–Marquardt in the directions that are seen; returns the points' mean
+/// motion, mm.
 double solve_round(const ReferencePoints& points, const ShapeField& shape, const ShapeCurvature& at,
                    const ShapeRegistrationOptions& options, ShapeSolution& solution) {
   const Observability seen = observability(at.curvature, at.lever_mm, options.least_strength);
-  if (seen.unseen == 6) return 0;
-  Matrix6d twist_from_parameters;
-  for (Eigen::Index i = 0; i < 6; ++i) twist_from_parameters.col(i) = seen.twist(i);
-  Vector6d z = Vector6d::Zero();
-  ceres::Problem::Options ownership;
-  ownership.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::HuberLoss loss(kHuberSigmas * at.scale_mm);
-  ceres::Problem problem(ownership);
-  const Pose start = solution.pose;
-  for (const std::size_t i : at.counted) {
-    problem.AddResidualBlock(
-        new OffsetCost(shape, points[i], start, at.centre_ct_mm, twist_from_parameters), &loss,
-        z.data());
+  const Eigen::Index free = 6 - seen.unseen;
+  if (free == 0) return 0;
+  Eigen::Matrix<double, 6, Eigen::Dynamic> directions(6, free);
+  for (Eigen::Index i = 0; i < free; ++i) directions.col(i) = seen.twist(seen.unseen + i);
+  const double width = kHuberSigmas * at.scale_mm;
+  const Eigen::Vector3d& centre = at.centre_ct_mm;
+  Eigen::VectorXd travelled = Eigen::VectorXd::Zero(free);
+  double damping = 1e-4;
+  for (int step = 0; step < kIterationsPerRound; ++step) {
+    Matrix6d curvature = Matrix6d::Zero();
+    Vector6d gradient = Vector6d::Zero();
+    const double before =
+        robust_sum(points, shape, solution.pose, at.counted, width, centre, &curvature, &gradient);
+    const Eigen::MatrixXd normal = directions.transpose() * curvature * directions;
+    const Eigen::VectorXd slope = directions.transpose() * gradient;
+    bool better = false;
+    double moved_mm = 0;
+    for (int attempt = 0; attempt < kStepAttempts && !better; ++attempt) {
+      Eigen::MatrixXd damped = normal;
+      damped.diagonal() *= 1 + damping;
+      const Eigen::VectorXd z = damped.ldlt().solve(-slope);
+      const bool usable = z.allFinite() && (travelled + z).norm() <= kMaxShapeTravelMm;
+      const Pose pose = usable ? moved(solution.pose, centre, directions * z) : solution.pose;
+      better = usable && robust_sum(points, shape, pose, at.counted, width, centre, nullptr,
+                                    nullptr) < before;
+      damping *= better ? 0.1 : 10;
+      if (!better) continue;
+      solution.pose = pose;
+      travelled += z;
+      moved_mm = z.norm();
+    }
+    ++solution.iterations;
+    if (!better || moved_mm < kStepStillMm) break;
   }
-  if (seen.unseen > 0) {
-    std::vector<int> held(static_cast<std::size_t>(seen.unseen));
-    std::iota(held.begin(), held.end(), 0);
-    problem.SetManifold(z.data(), new ceres::SubsetManifold(6, held));
-  }
-  ceres::Solver::Options solver;
-  solver.linear_solver_type = ceres::DENSE_NORMAL_CHOLESKY;
-  solver.logging_type = ceres::SILENT;
-  solver.max_num_iterations = kIterationsPerRound;
-  ceres::Solver::Summary summary;
-  ceres::Solve(solver, &problem, &summary);
-  if (!summary.IsSolutionUsable() || !z.allFinite()) return 0;
-  solution.iterations += std::max(static_cast<int>(summary.iterations.size()) - 1, 0);
-  solution.pose = moved(start, at.centre_ct_mm, twist_from_parameters * z);
-  return z.norm();
+  return travelled.norm();
 }
 
 }  // namespace
@@ -174,7 +167,8 @@ ShapeSolution descend(const ReferencePoints& points, const ShapeField& shape, co
   for (int round = 0; round < max_rounds && !solution.converged; ++round) {
     const ShapeCurvature at = curvature_at(points, shape, solution.pose, options);
     const double moved_mm = solve_round(points, shape, at, options, solution);
-    solution.converged = moved_mm < kStillMm;
+    // Late rounds may exchange points at the edge of the trimmed share for ever.
+    solution.converged = moved_mm < (round < kExactRounds ? kStillMm : kNearlyStillMm);
   }
   solution.mean_mm = mean_of(points, shape, solution.pose,
                              nearest_share(points, shape, solution.pose, options.keep_fraction));

@@ -3,7 +3,10 @@
 #include "app/verbs/register/landmark_outcome.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <numbers>
+#include <sstream>
 #include <utility>
 
 #include "app/verbs/register/landmark_file.hpp"
@@ -50,11 +53,52 @@ std::optional<double> mirrored(std::vector<registration::LandmarkPair> pairs) {
   return fit->fre_rms_mm;
 }
 
+/// An error for the first point that lies outside the CT by more than a marker does.
+Result<void> check_inside(const LandmarkList& list, const Volume& ct) {
+  constexpr double kMarkerMm = 5;
+  const VoxelGrid& grid = ct.grid();
+  const Eigen::Vector3d half = 0.5 * grid.extent_mm();
+  for (const auto& pair : list.pairs) {
+    const Eigen::Vector3d from_centre =
+        grid.directions.transpose() * (pair.ct.mm - grid.centre().mm);
+    if ((from_centre.cwiseAbs().array() <= half.array() + kMarkerMm).all()) continue;
+    const Eigen::Vector3d reach = grid.directions.cwiseAbs() * half;
+    std::ostringstream text;
+    text << "landmark '" << pair.name << "': expected its Ct point inside the CT, "
+         << (grid.centre().mm - reach).transpose() << " to "
+         << (grid.centre().mm + reach).transpose() << " mm, found " << pair.ct.mm.transpose();
+    return Error{ErrorCode::kMalformedData, text.str()};
+  }
+  return {};
+}
+
+/// A wrong scale, if all pairs agree with it and not without it.
+std::optional<registration::LandmarkScale> wrong_scale(
+    const LandmarkList& list, const registration::RobustLandmarkOptions& options) {
+  registration::LandmarkScaleOptions scale;
+  double sigma2 = 0;
+  for (const auto& pair : list.pairs) {
+    sigma2 += pair.sigma_mm * pair.sigma_mm / static_cast<double>(list.pairs.size());
+  }
+  scale.max_fre_rms_mm = std::min(registration::LandmarkLimits{}.max_fre_rms_mm,
+                                  options.inlier_sigmas * std::sqrt(sigma2));
+  return registration::landmark_scale(list.pairs, scale);
+}
+
 Result<LandmarkOutcome> fit_list(const LandmarkList& list) {
   registration::RobustLandmarkOptions options;
   if (!list.sigmas_given) options.inlier_sigmas = registration::LandmarkLimits{}.max_fre_rms_mm;
   const auto robust = registration::register_landmarks_robustly(list.pairs, options);
   if (!robust && robust.error().code != ErrorCode::kRefused) return robust.error();
+  if (const auto scale = wrong_scale(list, options)) {
+    auto all = registration::register_landmarks(list.pairs);
+    if (!all) return all.error();
+    return LandmarkOutcome{.fit = std::move(*all),
+                           .gate_sigmas = options.inlier_sigmas,
+                           .shaped = false,
+                           .no_majority = "",
+                           .scale = scale};
+  }
   const std::vector<std::string> rejected = robust ? robust->rejected : std::vector<std::string>{};
   auto fit = !list.shaped.empty() ? refine(list, rejected)
              : robust             ? Result(robust->fit)
@@ -81,10 +125,15 @@ Result<LandmarkOutcome> fit_list(const LandmarkList& list) {
 
 }  // namespace
 
-Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path,
+Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path, const Volume* ct,
                                                Diagnostics& diagnostics) {
   const auto list = read_landmarks(path);
   if (!list) return list.error();
+  if (ct != nullptr) {
+    if (const auto ok = check_inside(*list, *ct); !ok) {
+      return Error{ok.error().code, path.string() + ": " + ok.error().message};
+    }
+  }
   auto outcome = fit_list(*list);
   if (!outcome) {
     return Error{outcome.error().code, path.string() + ": " + outcome.error().message};
@@ -107,6 +156,14 @@ registration::Decision decide(const LandmarkOutcome& outcome, const Point<frames
   auto decision = registration::decide(outcome.fit, registration::LandmarkLimits{}, target);
   if (!outcome.no_majority.empty()) {
     decision.reject(outcome.no_majority);
+  }
+  if (outcome.scale) {
+    // The scale is the reason of every other one.
+    decision.reasons.clear();
+    decision.reject("landmarks: " + registration::in_words(*outcome.scale) +
+                    "; with this corrected all fit within " +
+                    quantity(outcome.scale->fre_rms_mm, 2, "mm") + " RMS, without it within " +
+                    quantity(outcome.scale->rigid_fre_rms_mm, 2, "mm"));
   }
   if (!decision.accepted) return decision;
   constexpr std::size_t kNoneToSpare = 3;
@@ -156,6 +213,14 @@ io::Json json_of(const LandmarkOutcome& outcome, const registration::Decision& d
   json["rejected"] = io::Json::array();
   for (const auto& one : outcome.rejected) {
     json["rejected"].push_back({{"name", one.name}, {"distance_mm", one.distance_mm}});
+  }
+  json["scale"] = nullptr;
+  if (outcome.scale) {
+    constexpr std::array kAxes = {"all", "ct", "reference"};
+    const Eigen::Vector3d& f = outcome.scale->factors;
+    json["scale"] = {{"axes", kAxes[static_cast<std::size_t>(outcome.scale->axes)]},
+                     {"factors", {f.x(), f.y(), f.z()}},
+                     {"fre_rms_mm", outcome.scale->fre_rms_mm}};
   }
   if (ct != nullptr) {
     const double limit = registration::LandmarkLimits{}.max_tre_rms_mm;

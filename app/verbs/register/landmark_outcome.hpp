@@ -10,6 +10,8 @@
 #include "app/console.hpp"
 #include "app/report.hpp"
 #include "nav/transform.hpp"
+#include "nav/volume.hpp"
+#include "registration/landmarks/landmark_scale.hpp"
 #include "registration/landmarks/landmarks.hpp"
 
 namespace nav::app {
@@ -40,6 +42,9 @@ struct LandmarkOutcome {
   /// RMS residual of the pairs with one frame mirrored; present when it is within the limit. The
   /// pairs then lie nearly in one plane and cannot tell left from right.
   std::optional<double> mirrored_fre_rms_mm = {};
+  /// A wrong scale by which all pairs agree. No pair is rejected then, the fit uses all and is
+  /// never accepted.
+  std::optional<registration::LandmarkScale> scale = {};
 };
 
 /// Largest number of pairs for which swaps are tested. In longer lists the other pairs outweigh two
@@ -48,8 +53,9 @@ inline constexpr std::size_t kMostSwapped = 60;
 
 /// Fits the pairs of a file that agree with each other (robust_landmarks.hpp). If the file has the
 /// axes of the errors, the fit is refined with them. Warns of every rejected pair. If the file has
-/// no sigmas, a pair may be off by 5 mm, the limit of the residual. Errors name the file.
-Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path,
+/// no sigmas, a pair may be off by 5 mm, the limit of the residual. ct: rejects files with a point
+/// more than 5 mm outside it, which the message names; may be null. Errors name the file.
+Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path, const Volume* ct,
                                                Diagnostics& diagnostics);
 
 /// Decides if the outcome may be used at a target. Warns when only three pairs are used, because

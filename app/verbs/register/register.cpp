@@ -67,7 +67,7 @@ Result<Ground> read_ground(const SessionConfig& config, const RegisterOptions& o
     ground.ct = std::move(*ct);
   }
   if (!options.landmarks.empty()) {
-    auto outcome = register_landmark_file(options.landmarks, console);
+    auto outcome = register_landmark_file(options.landmarks, ground.ct.get(), console);
     if (!outcome) return outcome.error();
     ground.landmarks = std::move(*outcome);
   }
@@ -114,18 +114,11 @@ Result<Transform<frames::Ct, frames::Reference>> shape_start(const SessionConfig
 /// Compares a pose by shape with landmarks. An offset that all points share (of the pointer or of
 /// the segmentation) shifts the pose by shape without a residual; only landmarks can show it. Adds
 /// a reason against the pose when the two poses are farther apart at the target than their
-/// predicted errors explain, and a warning when there are no landmarks.
+/// predicted errors explain.
 io::Json second_opinion(const Ground& ground, const registration::ShapeRegistration& result,
                         const Point<frames::Ct>& target, registration::Decision& decision) {
   constexpr double kSigmas = 3;
-  if (!ground.landmarks) {
-    if (decision.accepted) {
-      decision.warnings.emplace_back(
-          "points: an offset that all points share is not in the predicted error; --landmarks "
-          "would show it");
-    }
-    return nullptr;
-  }
+  if (!ground.landmarks) return nullptr;
   const auto& fit = ground.landmarks->fit;
   const Point<frames::Ct> there =
       fit.ct_from_reference * (result.ct_from_reference.inverse() * target);
@@ -141,6 +134,35 @@ io::Json second_opinion(const Ground& ground, const registration::ShapeRegistrat
   return {{"apart_mm", json_number(apart_mm)}, {"limit_mm", json_number(limit_mm)}};
 }
 
+/// Knowledge that rules rivals of a shape out: landmarks, within three times their predicted error
+/// over the points, or a start that the user vouches for.
+std::optional<registration::KnownPose> known_pose(
+    const Ground& ground, const RegisterOptions& options,
+    const Transform<frames::Ct, frames::Reference>& start,
+    const registration::ShapeRegistration& result) {
+  constexpr double kSigmas = 3;
+  std::optional<registration::KnownPose> known;
+  if (options.shape.start_within_mm) {
+    known = {.ct_from_reference = start,
+             .within_mm = *options.shape.start_within_mm,
+             .tells_sides = false};
+  }
+  if (!ground.landmarks || !ground.landmarks->no_majority.empty() || ground.landmarks->scale) {
+    return known;
+  }
+  const auto& fit = ground.landmarks->fit;
+  double squares = 0;
+  for (const auto& p : result.some_points) {
+    squares += std::pow(registration::predicted_tre_rms_mm(fit, fit.ct_from_reference * p), 2);
+  }
+  const double within_mm =
+      kSigmas * std::sqrt(squares / static_cast<double>(result.some_points.size()));
+  return registration::KnownPose{
+      .ct_from_reference = fit.ct_from_reference,
+      .within_mm = known ? std::min(within_mm, known->within_mm) : within_mm,
+      .tells_sides = !ground.landmarks->mirrored_fre_rms_mm};
+}
+
 Result<void> register_by_shape(const SessionConfig& config, const RegisterOptions& options,
                                const Ground& ground, const std::optional<std::string>& json_file,
                                Console& console) {
@@ -150,7 +172,9 @@ Result<void> register_by_shape(const SessionConfig& config, const RegisterOption
   if (!result) return result.error();
   const Point<frames::Ct> target =
       options.target_ct ? Point<frames::Ct>{*options.target_ct} : result->uncertainty.centre_ct;
-  auto decision = registration::decide(*result, registration::ShapeLimits{}, target);
+  auto decision = registration::decide(
+      *result, registration::ShapeLimits{}, target, registration::kShapeWarnings,
+      known_pose(ground, options, *start, *result), options.shape.sigma_mm);
   const io::Json opinion = second_opinion(ground, *result, target, decision);
   report_warnings(decision.warnings, console);
   io::Json json;

@@ -51,6 +51,34 @@ io::Json as_json(const registration::DistanceSummary& distances) {
           {"p95_mm", distances.p95_mm}};
 }
 
+io::Json as_json(const registration::ShapeRival& rival) {
+  return {{"mean_mm", rival.mean_mm},
+          {"evidence", json_number(rival.evidence)},
+          {"apart_mm", rival.apart_mm}};
+}
+
+/// Null if a direction slides.
+io::Json as_json(const std::optional<registration::ShapeEvidence>& evidence) {
+  if (!evidence) return nullptr;
+  const auto& [noise, strain, rivals] = *evidence;
+  io::Json json = {{"noise_mm", noise.sigma_mm},
+                   {"rough_mm", noise.rough_mm ? io::Json(*noise.rough_mm) : io::Json(nullptr)},
+                   {"independent_points", noise.independent_points},
+                   {"scale", strain.scale},
+                   {"scale_sigma", json_number(strain.scale_sigma)},
+                   {"strain_evidence", json_number(strain.evidence)},
+                   {"shared_distance_mm", strain.shared_mm},
+                   {"shared_distance_sigma_mm", json_number(strain.shared_sigma_mm)},
+                   {"own_mirror_image", rivals.own_mirror_image},
+                   {"mirrored", rivals.mirrored ? as_json(*rivals.mirrored) : io::Json(nullptr)}};
+  json["turned"] = io::Json::array();
+  for (const auto& rival : rivals.turned) {
+    json["turned"].push_back(as_json(rival));
+    json["turned"].back()["turned_deg"] = rival.turned_deg;
+  }
+  return json;
+}
+
 }  // namespace
 
 Result<registration::ShapeRegistration> register_shape_files(
@@ -88,6 +116,7 @@ io::Json json_of(const registration::ShapeRegistration& result,
   json["sliding"] = io::Json::array();
   for (const auto& one : result.sliding) json["sliding"].push_back(one.description);
   json["predicted_target_error_rms_mm"] = json_number(result.tre_rms_mm(target));
+  json["evidence"] = as_json(result.evidence);
   json[pose_key(decision)] = json_of(result.ct_from_reference.matrix());
   return json;
 }

@@ -2,9 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
+#include <optional>
+
 #include "app/report.hpp"
 #include "nav/result.hpp"
-#include "registration/shape/shape_registration.hpp"
+#include "registration/shape/shape_acceptance.hpp"
 
 namespace nav::app {
 
@@ -14,6 +17,9 @@ struct ShapeFiles {
   std::filesystem::path surface;       ///< Mesh in CT coordinates, or empty.
   std::filesystem::path centre_lines;  ///< Branches of vessels in CT coordinates, or empty; the
                                        ///< tracked points are then branches too.
+  std::optional<double> sigma_mm;      ///< Standard deviation of the points; absent: not known.
+  /// The start puts the points within this distance (RMS) of where they are; absent: not known.
+  std::optional<double> start_within_mm;
 };
 
 /// Registers tracked points to a surface, or tracked vessels to centre lines, from a start pose.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Registrations by landmarks and surfaces on the command line.
 #include <algorithm>
+#include <array>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <string>
@@ -74,6 +75,32 @@ TEST_F(CommandLineTest, RegistersByAgreeingLandmarksAndNamesTheOthers) {
             found["target_error_rms_mm"].get<double>());
 }
 
+TEST_F(CommandLineTest, NamesAWrongScaleOfLandmarksAndPointsOutsideTheCt) {
+  const auto points = folder_ / "scaled.csv";
+  const auto write = [&](double x_scale, double last_z) {
+    std::ofstream file(points);
+    file << "name,reference_x_mm,reference_y_mm,reference_z_mm,ct_x_mm,ct_y_mm,ct_z_mm\n";
+    const std::vector<std::array<double, 3>> places = {{-8, -6, 1}, {7, -7, 9}, {0, 8, -7},
+                                                       {-7, 4, 8},  {8, 3, -8}, {1, -8, -6}};
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const auto& [x, y, z] = places[i];
+      file << "Point" << i << ',' << 6 * x << ',' << 6 * y << ',' << 6 * z << ',' << 6 * x * x_scale
+           << ',' << 6 * y << ',' << (i == 5 ? last_z : 6 * z) << '\n';
+    }
+    return points.string();
+  };
+  expect_rejection("register --landmarks " + write(0.82, -36), 5,
+                   {"18 % too close together along x", "pixel size"});
+  const Outcome outcome = sonde("register --json - --landmarks " + points.string());
+  const io::Json found = io::Json::parse(outcome.output)["registration"];
+  EXPECT_TRUE(found["rejected"].empty()) << "innocent points are blamed";
+  EXPECT_EQ(found["scale"]["axes"], "ct");
+  EXPECT_NEAR(found["scale"]["factors"][0].get<double>(), 0.82, 0.01);
+  EXPECT_EQ(found["reasons"].size(), 1u);
+  expect_rejection("register --ct " + write_ct() + " --landmarks " + write(1, 5000), 3,
+                   {"'Point5'", "inside the CT", "5000"});
+}
+
 TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   // A hip roof of 80 x 60 mm, and the roof without its ends, which slides along the ridge.
   const auto points = folder_ / "points.txt";
@@ -95,9 +122,12 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   };
   const std::string tail = " --points " + points.string() +
                            " --ct-from-reference '1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1' --json -";
-  const Outcome outcome =
-      sonde("register --surface " +
-            mesh("roof.vtk", "4 18\n4 0 1 5 4\n4 3 4 5 2\n3 0 4 3\n3 1 2 5") + tail);
+  const std::string on_roof = "register --surface " +
+                              mesh("roof.vtk", "4 18\n4 0 1 5 4\n4 3 4 5 2\n3 0 4 3\n3 1 2 5") +
+                              tail;
+  // Half a turn leaves the roof as it is, so the start must be vouched for.
+  expect_rejection(on_roof, 5, {"as well when turned by 180 degrees", "landmarks"});
+  const Outcome outcome = sonde(on_roof + " --start-within 10");
   ASSERT_EQ(outcome.code, 0) << outcome.errors;
   const io::Json found = io::Json::parse(outcome.output);
   EXPECT_EQ(found["method"], "surface");
@@ -137,6 +167,8 @@ TEST_F(CommandLineTest, RegistersPointsToASurfaceAndNamesWhatSlides) {
   EXPECT_LT(said["apart_mm"].get<double>(), 0.5);
   EXPECT_LT(said["apart_mm"].get<double>(), said["limit_mm"].get<double>());
   expect_rejection(by_both + " --landmarks " + landmarks(8), 5, {"landmarks and shape", "apart"});
+  expect_rejection(on_roof + " --start-within 2", 5, {"within 2.0 mm", "the start put them"});
+  expect_rejection("register --start-within 2 --landmarks " + landmarks(0), 2, {"--points"});
   expect_rejection("register --surface x.vtk", 2, {"--points"});
   const std::string by_image = "register " + write_sweep() + " --ct " + write_ct();
   expect_rejection(by_image + " --effort lazy", 2, {"--effort", "quick", "usual", "lazy"});

@@ -105,7 +105,7 @@ TEST_F(LandmarkFileTest, WarnsOfPairsThatNoOtherPairChecks) {
                                const std::vector<Eigen::Vector3d>& ct) {
     const auto path = folder_ / "points.csv";
     std::ofstream(path) << lines_of(reference, ct);
-    const auto outcome = register_landmark_file(path, diagnostics);
+    const auto outcome = register_landmark_file(path, nullptr, diagnostics);
     EXPECT_TRUE(test::has_value(outcome));
     const auto decision = decide(*outcome, target);
     EXPECT_TRUE(decision.accepted);

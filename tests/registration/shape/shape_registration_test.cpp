@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "registration/shape/shape_registration.hpp"
-
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <random>
 
+#include "registration/shape/shape_acceptance.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/trials.hpp"
@@ -326,6 +326,112 @@ TEST(ShapeRegistrationTest, AStraightVesselSlidesAlongItself) {
   ASSERT_EQ(result->sliding.size(), 2u);
   EXPECT_EQ(result->sliding[0].description, "translation along Ct (0.00, 1.00, 0.00)");
   EXPECT_EQ(result->sliding[1].description.rfind("rotation about Ct (0.00, 1.00, 0.00)", 0), 0u);
+}
+
+bool says(const std::vector<std::string>& texts, const std::string& what) {
+  return std::any_of(texts.begin(), texts.end(),
+                     [&](const std::string& text) { return text.find(what) != std::string::npos; });
+}
+
+std::string all_of(const Decision& decision) {
+  std::string text;
+  for (const auto& one : decision.reasons) text += one + "; ";
+  return text;
+}
+
+TEST(ShapeRegistrationTest, TheMirroredSurfaceIsRejectedAndNamed) {
+  const auto mirrored = [](double u, double v) {
+    const Eigen::Vector3d p = landscape(u, v);
+    return Eigen::Vector3d(-p.x(), p.y(), p.z());
+  };
+  const auto result = register_points(touched(landscape, 400, 0.3, 21),
+                                      field_of(mesh_of(mirrored, 140, 110)), test::true_pose());
+  ASSERT_TRUE(test::has_value(result));
+  const Decision decision = decide(*result, {}, {{0, 0, 0}});
+  EXPECT_FALSE(decision.accepted);
+  EXPECT_TRUE(says(decision.reasons, "mirrored surface better")) << all_of(decision);
+  EXPECT_TRUE(says(decision.reasons, "check the side"));
+}
+
+/// A roof with ridge and gables: half a turn about the vertical leaves it as it is, and a mirror
+/// too.
+Eigen::Vector3d hip_roof(double u, double v) {
+  const double x = 80 * (u - 0.5);
+  const double y = 60 * (v - 0.5);
+  return {x, y, std::min(30 - std::abs(y), 40 - std::abs(x))};
+}
+
+TEST(ShapeRegistrationTest, ASymmetricShapeNeedsAPoseThatTheUserVouchesFor) {
+  const auto result =
+      register_points(touched(hip_roof, 400, 0.3, 22, 0), field_of(mesh_of(hip_roof, 80, 60)),
+                      test::off_by(test::true_pose(), 4, 0.05, 1));
+  ASSERT_TRUE(test::has_value(result));
+  ASSERT_TRUE(result->evidence.has_value());
+  ASSERT_FALSE(result->evidence->rivals.turned.empty());
+  EXPECT_NEAR(result->evidence->rivals.turned[0].turned_deg, 180, 3);
+  const Decision alone = decide(*result, {}, {{0, 0, 0}});
+  EXPECT_FALSE(alone.accepted);
+  EXPECT_TRUE(says(alone.reasons, "as well when turned by")) << all_of(alone);
+  const KnownPose known{
+      .ct_from_reference = test::true_pose(), .within_mm = 6, .tells_sides = false};
+  const Decision vouched = decide(*result, {}, {{0, 0, 0}}, kShapeWarnings, known);
+  EXPECT_TRUE(vouched.accepted) << all_of(vouched);
+  EXPECT_TRUE(says(vouched.warnings, "its own mirror image"));
+  const KnownPose elsewhere{.ct_from_reference = test::off_by(test::true_pose(), 20, 0, 3),
+                            .within_mm = 6,
+                            .tells_sides = false};
+  EXPECT_TRUE(says(decide(*result, {}, {{0, 0, 0}}, kShapeWarnings, elsewhere).reasons,
+                   "where the landmarks or the start put them"));
+}
+
+TEST(ShapeRegistrationTest, AShapeOfAnotherSizeIsRejectedByItsSize) {
+  for (const double factor : {0.95, 1.05}) {
+    const auto scaled = [&](double u, double v) {
+      return Eigen::Vector3d(factor * landscape(u, v));
+    };
+    const auto result = register_points(touched(landscape, 500, 0.3, 23),
+                                        field_of(mesh_of(scaled, 140, 110)), test::true_pose());
+    ASSERT_TRUE(test::has_value(result));
+    const Decision decision = decide(*result, {}, {{0, 0, 0}});
+    EXPECT_FALSE(decision.accepted);
+    EXPECT_TRUE(says(decision.reasons, factor < 1 ? "% larger" : "% smaller")) << all_of(decision);
+    EXPECT_NEAR(result->evidence->strain.scale, factor - 1, 0.015);
+  }
+}
+
+TEST(ShapeRegistrationTest, GivenNoiseJudgesTheResiduals) {
+  const auto result = register_points(touched(landscape, 500, 0.9, 24), landscape_field(),
+                                      test::off_by(test::true_pose(), 4, 0.05, 1));
+  ASSERT_TRUE(test::has_value(result));
+  EXPECT_NEAR(*result->evidence->noise.rough_mm, 0.9, 0.25);
+  const Decision usual = decide(*result, {}, {{0, 0, 0}});
+  EXPECT_TRUE(usual.accepted) << all_of(usual);
+  const Decision strict = decide(*result, {}, {{0, 0, 0}}, kShapeWarnings, {}, 0.3);
+  EXPECT_TRUE(says(strict.reasons, "residuals of the points")) << all_of(strict);
+}
+
+TEST(ShapeRegistrationTest, WarnsOfASharedDistanceOnlyWhereThePoseTakesItUp) {
+  const auto warnings = [](const auto& surface, int nu, int nv, double inner) {
+    const auto result =
+        register_points(touched(surface, 500, 0.3, 25, inner), field_of(mesh_of(surface, nu, nv)),
+                        test::off_by(test::true_pose(), 3, 0.03, 1));
+    EXPECT_TRUE(test::has_value(result));
+    ShapeLimits no_rivals;
+    no_rivals.min_evidence = -1e9;
+    const Decision decision = decide(*result, no_rivals, {{0, 0, 0}});
+    EXPECT_TRUE(decision.accepted) << all_of(decision);
+    return decision.warnings;
+  };
+  // The faces of the roof have one slope, so a shared distance is a shift; around a closed surface
+  // it is not.
+  EXPECT_TRUE(says(warnings(hip_roof, 80, 60, 0.0), "one side of the shape"));
+  const auto potato = [](double u, double v) {
+    Eigen::Vector3d p = sphere(u, v) - Eigen::Vector3d(10, 0, 0);
+    p = p.cwiseProduct(Eigen::Vector3d(1.6, 1, 0.7));
+    return Eigen::Vector3d(p * (1 + 0.12 * std::sin(p.x() / 11 + 1) + 0.1 * std::cos(p.y() / 9) +
+                                0.1 * std::sin(p.z() / 8)));
+  };
+  EXPECT_FALSE(says(warnings(potato, 120, 80, 0.02), "one side of the shape"));
 }
 
 TEST(ShapeRegistrationTest, RejectsAnotherShape) {
