@@ -3,6 +3,7 @@
 #include "registration/acceptance.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <sstream>
 
@@ -52,6 +53,29 @@ void judge_misfits(const ImageRegistrationResult& result, const AcceptanceLimits
   const Misfit* worst = likeliest_misfit(result, limits);
   if (worst == nullptr) worst = likeliest_misfit(result, warnings);
   if (worst != nullptr) judge_one(*worst, "probably from ");
+}
+
+/// Judges errors of the system against what was known of them before.
+void judge_errors(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
+                  const AcceptanceLimits& warnings, Judge& judge) {
+  constexpr std::array<const char*, kErrorParameters> kNames{
+      "delay",       "depth scale", "width scale", "calibration", "calibration",
+      "calibration", "calibration", "calibration", "calibration"};
+  const ErrorVector values = result.errors.vector();
+  std::size_t worst = 0;
+  double most = 0;
+  for (std::size_t i = 0; i < kNames.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    if (!(result.error_sigmas[k] > 0)) continue;
+    const double sigmas = std::abs(values[k]) / result.error_sigmas[k];
+    if (!(sigmas <= most)) {
+      worst = i;
+      most = sigmas;
+    }
+  }
+  judge.at_most(std::string(kNames[worst]) +
+                    " that makes the images fit, in standard deviations of what is known of it",
+                most, limits.max_error_sigmas, warnings.max_error_sigmas, "");
 }
 
 /// Judges the disagreements of halves. A reason why halves could not be compared is given once, and
@@ -122,6 +146,9 @@ Result<void> validate(const AcceptanceLimits& limits) {
   }
   for (const double limit : limits.max_misfit_mm) {
     if (!(limit > 0)) return reject("max_misfit_mm", "positive numbers", limit);
+  }
+  if (!(limits.max_error_sigmas > 0)) {
+    return reject("max_error_sigmas", "a positive number", limits.max_error_sigmas);
   }
   for (const double limit : limits.max_corrected_mm) {
     if (!(limit > 0)) return reject("max_corrected_mm", "positive numbers", limit);
@@ -252,11 +279,13 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   judge.at_most("scale of the images (they are drawn unscaled)", most_stretched(result.stretch),
                 limits.max_scale, warnings.max_scale, "");
   judge_misfits(result, limits, warnings, judge);
+  judge_errors(result, limits, warnings, judge);
   // Whatever missed a limit of its own says more than the probability.
-  if (result.covariance_valid && !judge.any()) {
+  if (result.covariance_valid && !judge.rejected()) {
+    const double most = limits.max_error_probability;
     judge.at_most("probability that the error at the target exceeds 3 mm",
-                  error_probability(result, target), limits.max_error_probability,
-                  warnings.max_error_probability, "");
+                  error_probability(result, target), most,
+                  judge.warned() ? most : warnings.max_error_probability, "");
   }
   return std::move(judge).decision();
 }

@@ -22,7 +22,7 @@ namespace nav::registration {
 struct AcceptanceLimits {
   double min_overlap = 0.6;  ///< Fraction of the ultrasound inside the CT, [0, 1].
   /// Probability that the target error exceeds 3 mm (error_probability.hpp), (0, 1].
-  double max_error_probability = 0.02;
+  double max_error_probability = 0.03;
   double min_z_score = 0;  ///< Score against random poses, on the first level.
   /// Number of distinct positions of the probe, BootstrapOptions::block_mm apart. Ultrasound images
   /// from fewer positions match elsewhere nearly as well, and resampling them does not show the
@@ -46,6 +46,9 @@ struct AcceptanceLimits {
   /// then hardly displace it, but the images are drawn as far from their place, and what is tracked
   /// beside them is off. mm, > 0.
   std::array<double, 3> max_corrected_mm = {4, 1.5, 1};
+  /// Largest error of the system that was estimated with the pose, in standard deviations of what
+  /// was known of it before, > 0. In the CT of another patient, errors far beyond make images fit.
+  double max_error_sigmas = 3;
 };
 
 /// Returns an error that names the first limit that is out of its range.
@@ -65,7 +68,7 @@ AcceptanceLimits limits_for(Effort effort);
 /// patients; there, 4 to 8 % of the accepted results get a warning
 /// (docs/registration-experiments.md). The other values are ones that no result there came near.
 inline constexpr AcceptanceLimits kWarningLimits{.min_overlap = 0.8,
-                                                 .max_error_probability = 0.005,
+                                                 .max_error_probability = 0.01,
                                                  .min_z_score = 0,
                                                  .max_cost = 0.4,
                                                  .min_margin = 0.3,
@@ -75,7 +78,8 @@ inline constexpr AcceptanceLimits kWarningLimits{.min_overlap = 0.8,
                                                  .max_basin_shift_mm = 0.5,
                                                  .max_scale = 0.008,
                                                  .max_misfit_mm = kTellingMm,
-                                                 .max_corrected_mm = {0.4, 0.45, 0.5}};
+                                                 .max_corrected_mm = {0.4, 0.45, 0.5},
+                                                 .max_error_sigmas = 2.5};
 
 enum class Verdict { kAccept, kWarn, kReject };
 /// Stable lower-case name: `accept`, `warn`, `refuse`.
@@ -115,8 +119,8 @@ class Judge {
                const std::string& unit);
   void reject(std::string reason) { reasons_.push_back(std::move(reason)); }
   void warn(std::string warning) { warnings_.push_back(std::move(warning)); }
-  /// True if a limit was missed or a value came near one.
-  [[nodiscard]] bool any() const { return !reasons_.empty() || !warnings_.empty(); }
+  [[nodiscard]] bool rejected() const { return !reasons_.empty(); }
+  [[nodiscard]] bool warned() const { return !warnings_.empty(); }
   [[nodiscard]] Decision decision() &&;
 
  private:

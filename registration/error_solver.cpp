@@ -23,6 +23,7 @@ constexpr int kAll = 6 + kErrorParameters;
 constexpr double kPathStepS = 0.02;
 // Values beyond these have another cause.
 constexpr double kMostDelayS = 1, kMostScale = 0.12, kMostTurnRad = 0.3, kMostShiftMm = 20;
+constexpr double kMostSigmas = 4;
 constexpr double kClusterMm = 20;
 // One unit of a parameter moves the patches by about a millimetre.
 constexpr double kDelayUnitS = 0.03;
@@ -190,6 +191,7 @@ class ErrorCost final : public ceres::CostFunction {
     const double weight =
         temperature(patches, cost.on(patches).terms(unknowns.start, unknowns.centre_ct_mm, true));
     const ErrorVector sigma = sigmas.vector();
+    most_ = kMostSigmas * sigma;
     precision_ = (sigma.array() > 0).select(weight / sigma.array().square(), 0.0);
     set_num_residuals(kAll + 1);
     mutable_parameter_block_sizes()->push_back(kAll);
@@ -200,7 +202,7 @@ class ErrorCost final : public ceres::CostFunction {
     const AllVector delta = Eigen::Map<const AllVector>(parameters[0]);
     if (!delta.allFinite() || delta.head<kPose>().norm() > kMaxTravelMm) return false;
     const ImageErrors errors = unknowns_.errors(delta);
-    if (!plausible(errors)) return false;
+    if (!plausible(errors) || beyond_prior(errors)) return false;
     const bool slopes = jacobians != nullptr && jacobians[0] != nullptr;
     const PatchSet patches = corrected(cost_.patches(), errors, motions_, path_);
     const Lc2Cost cost = cost_.on(patches);
@@ -240,6 +242,15 @@ class ErrorCost final : public ceres::CostFunction {
   }
 
  private:
+  /// True if an error is larger than what is known of the system allows. Where the sweep does not
+  /// show an error, its prior alone may be too weak to hold it.
+  [[nodiscard]] bool beyond_prior(const ImageErrors& errors) const {
+    const ErrorVector change = (errors.vector() - unknowns_.first).cwiseAbs();
+    return (most_.array() > 0 && errors.vector().cwiseAbs().array() > most_.array() &&
+            change.array() > 0)
+        .any();
+  }
+
   /// Gradient and Hessian of E/2 by the twist of the pose and the errors.
   void sum(const PatchSet& patches, const ImageErrors& errors, const Pose& pose,
            const Eigen::Vector3d& centre, const CostTerms& terms, AllVector& gradient,
@@ -265,7 +276,7 @@ class ErrorCost final : public ceres::CostFunction {
 
   const Lc2Cost& cost_;
   Unknowns unknowns_;
-  ErrorVector precision_;
+  ErrorVector precision_, most_;
   // Ceres asks for Jacobians on one thread, once for each accepted step.
   mutable SecantCurvature<Eigen::Dynamic> curvature_;
   std::span<const ImageMotion> motions_;

@@ -559,6 +559,7 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
   result.clusters = covariance.uncertainty;
   result.errors = best.errors;
   result.error_deviations = joint.errors.diagonal().cwiseMax(0).cwiseSqrt();
+  if (estimates_errors()) result.error_sigmas = sigmas().vector();
   result.misfits = find_misfits(shape, patches, pose, sweep_.motions(), best.errors);
   if (estimates_errors()) {
     set_intervals(joint.errors, sigmas(), result.misfits);

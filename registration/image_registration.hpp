@@ -229,6 +229,8 @@ struct ImageRegistrationResult {
   /// (ImageErrors::vector()); 0: not estimated. The images of the sweep are drawn without them.
   ImageErrors errors = {};
   ErrorVector error_deviations = ErrorVector::Zero();
+  /// Standard deviations of the errors before the registration; 0: not estimated.
+  ErrorVector error_sigmas = ErrorVector::Zero();
   /// The two covariances that uncertainty takes the larger of, in every direction
   /// (frame_bootstrap.hpp): by clusters of patches alone, and by resampled ultrasound images.
   PoseUncertainty clusters = {};

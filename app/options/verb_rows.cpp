@@ -247,9 +247,9 @@ void add_register_rows(std::vector<Option>& rows) {
       {.name = "--delay-sigma-ms",
        .type = "MS",
        .unit = "ms",
-       .text =
-           "how well the delay between images and poses is known: its standard deviation; the delay "
-           "is estimated with the pose; 0: known exactly",
+       .text = "how well the delay between images and poses is known: its standard deviation; the "
+               "delay "
+               "is estimated with the pose; 0: known exactly",
        .group = group::kGroupRegistration,
        .verbs = here,
        .slot = NAV_SLOT(registration.delay_sigma_ms),

@@ -22,7 +22,7 @@ using registration::decide;
 using BonePose = Transform<frames::Ct, frames::Reference>;
 
 constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kWrongMm = 3;
+constexpr double kWrongPoseMm = 3;
 constexpr int kMeshU = 72;
 constexpr int kMeshV = 110;
 
@@ -379,7 +379,7 @@ Result<BoneTrial> run_bone(BoneKind kind, BoneCase bone_case, std::uint64_t bone
     trial.reasons += (trial.reasons.empty() ? "" : "; ") + one;
   trial.undetermined = is_undetermined(trial.result);
   const bool other = bone_case == BoneCase::kOtherPatient;
-  trial.false_accept = trial.accepted && (other || trial.error_mm > kWrongMm);
+  trial.false_accept = trial.accepted && (other || trial.error_mm > kWrongPoseMm);
   return trial;
 }
 

@@ -19,7 +19,7 @@ constexpr int kMostScaleSteps = 100;
 constexpr double kUsualLogScale = 0.3;
 constexpr double kShownLogScale = 0.1;
 constexpr double kFactorSigmas = 3;
-// Where both frames have the same axes, the CT's pixels are blamed.
+// The CT's pixels are blamed if both frames have the same axes.
 constexpr double kOtherFrame = 1.5;
 
 /// Continued fraction of the incomplete beta function (Press et al., Numerical Recipes, 6.4).

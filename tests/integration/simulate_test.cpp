@@ -192,7 +192,7 @@ TEST(SimulateTest, ARecordingIsRegisteredOnlyToItsOwnCt) {
       const bool accepted = own.at("registration").at("accepted").get<bool>();
       EXPECT_TRUE(accepted || options.effort == "quick") << own.at("registration").dump(1);
       EXPECT_EQ(own.at("effort"), effort);
-      EXPECT_EQ(own.at("registration").at("basin").at("shift_mm"), 0);
+      EXPECT_LE(own.at("registration").at("basin").at("shift_mm"), 0.5);
       EXPECT_GE(own.at("registration").at("regions").size(), 6u);
       EXPECT_LT(target_error_mm(*patient, own), 1);
       const io::Json wrong = registered(*patient, other.options.ct, start, report, options);
