@@ -50,6 +50,17 @@ std::optional<double> time_of_misfits_s(const PreparedCt& ct, const PreparedSwee
 std::optional<MisfitCause> named_by(const Decision& decision, const ImageRegistrationResult& result,
                                     const registration::AcceptanceLimits& limits) {
   const registration::Misfit* misfit = likeliest_misfit(result, limits);
+  // Causes that were estimated with the pose: the one that moves the images most.
+  double most_mm = 0;
+  for (const registration::Misfit& one : result.misfits) {
+    const bool told =
+        !one.deviations.empty() && one.telling() &&
+        one.excess_mm() > registration::kTellingMm[static_cast<std::size_t>(one.cause)];
+    if (misfit != nullptr && misfit->deviations.empty()) break;
+    if (!told || one.excess_mm() <= most_mm) continue;
+    misfit = &one;
+    most_mm = one.excess_mm();
+  }
   // Only accepted results have warnings.
   if (misfit == nullptr && decision.accepted) {
     misfit = likeliest_misfit(result, registration::kWarningLimits);

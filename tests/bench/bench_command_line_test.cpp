@@ -45,7 +45,7 @@ TEST_F(BenchCommandLineTest, SondeRunsTheProgramBesideIt) {
             "lists, found foo"},
            {"bench foo",
             "sonde bench: expected one of render, predicates, scaling, registration, derived, "
-            "reconstruct or "
+            "vessels, reconstruct or "
             "gallery, found 'foo'"},
            {"gallery", "--out: expected a value (folder to write to), found none"}}) {
     expect_rejection(built_sonde(arguments), arguments, 2, {"sonde-bench: error: " + sentence});
@@ -65,7 +65,8 @@ TEST_F(BenchCommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
             "sonde-bench render: expected no further argument than 'sonde-bench render --help' "
             "lists, found foo"},
            {"foo",
-            "verb: expected one of render, predicates, scaling, registration, derived, reconstruct "
+            "verb: expected one of render, predicates, scaling, registration, derived, vessels, "
+            "reconstruct "
             "or gallery, "
             "found 'foo'"}}) {
     expect_rejection(arguments, 2, {"sonde-bench: error: " + sentence});

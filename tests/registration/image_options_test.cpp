@@ -94,6 +94,7 @@ TEST(LossTest, ALossReducesTheEffectOfImagesWithAWrongPose) {
   const auto error_with = [&](const RobustLoss& loss) {
     auto options = test::small_options();
     options.loss = loss;
+    options.delay_sigma_s = 0;  // A probe that jumps has no speed.
     const auto result = solve(*torn, options);
     EXPECT_TRUE(test::has_value(result));
     return result ? error_mm(*result) : 1e9;
@@ -101,6 +102,10 @@ TEST(LossTest, ALossReducesTheEffectOfImagesWithAWrongPose) {
   const double plain = error_with({PatchLoss::kNone, 1});
   EXPECT_LT(error_with({PatchLoss::kCauchy, 0.1}), 0.7 * plain);
   EXPECT_LT(error_with({PatchLoss::kGemanMcClure, 0.2}), 0.7 * plain);
+  // With a delay from such speeds, nothing wrong is accepted.
+  const auto delayed = solve(*torn, test::small_options());
+  ASSERT_TRUE(test::has_value(delayed));
+  EXPECT_TRUE(error_mm(*delayed) < 2 || !decide(*delayed, {}, {{0, 0, 0}}).accepted);
 }
 
 TEST(SimilarityTest, GradientsAreTheDerivativesOfTheCost) {
