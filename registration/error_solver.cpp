@@ -17,13 +17,13 @@
 namespace nav::registration {
 namespace {
 
-constexpr Eigen::Index kPose = 6;
+constexpr Eigen::Index kPoseParameters = 6;
 constexpr int kAll = 6 + kErrorParameters;
 // Steps along the path of the probe.
 constexpr double kPathStepS = 0.02;
 // Values beyond these have another cause.
 constexpr double kMostDelayS = 1, kMostScale = 0.12, kMostTurnRad = 0.3, kMostShiftMm = 20;
-constexpr double kMostSigmas = 4;
+constexpr double kMostPriorSigmas = 4;
 constexpr double kClusterMm = 20;
 // One unit of a parameter moves the patches by about a millimetre.
 constexpr double kDelayUnitS = 0.03;
@@ -167,7 +167,7 @@ struct Unknowns {
   ErrorVector estimated;  ///< 1 for an error that is estimated, else 0.
 
   static Vector6d twist_of(const AllVector& delta) {
-    Vector6d twist = delta.head<kPose>();
+    Vector6d twist = delta.head<kPoseParameters>();
     twist.head<3>() /= kRotationScaleMm;
     return twist;
   }
@@ -191,7 +191,7 @@ class ErrorCost final : public ceres::CostFunction {
     const double weight =
         temperature(patches, cost.on(patches).terms(unknowns.start, unknowns.centre_ct_mm, true));
     const ErrorVector sigma = sigmas.vector();
-    most_ = kMostSigmas * sigma;
+    most_ = kMostPriorSigmas * sigma;
     precision_ = (sigma.array() > 0).select(weight / sigma.array().square(), 0.0);
     set_num_residuals(kAll + 1);
     mutable_parameter_block_sizes()->push_back(kAll);
@@ -200,7 +200,7 @@ class ErrorCost final : public ceres::CostFunction {
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
     const AllVector delta = Eigen::Map<const AllVector>(parameters[0]);
-    if (!delta.allFinite() || delta.head<kPose>().norm() > kMaxTravelMm) return false;
+    if (!delta.allFinite() || delta.head<kPoseParameters>().norm() > kMaxTravelMm) return false;
     const ImageErrors errors = unknowns_.errors(delta);
     if (!plausible(errors) || beyond_prior(errors)) return false;
     const bool slopes = jacobians != nullptr && jacobians[0] != nullptr;
@@ -255,8 +255,8 @@ class ErrorCost final : public ceres::CostFunction {
   void sum(const PatchSet& patches, const ImageErrors& errors, const Pose& pose,
            const Eigen::Vector3d& centre, const CostTerms& terms, AllVector& gradient,
            AllMatrix& hessian) const {
-    gradient.head<kPose>() = terms.gradient;
-    hessian.topLeftCorner<kPose, kPose>() = terms.hessian;
+    gradient.head<kPoseParameters>() = terms.gradient;
+    hessian.topLeftCorner<kPoseParameters, kPoseParameters>() = terms.hessian;
     const auto twists = twists_by_errors(cost_.patches(), errors, motions_, path_);
     const Eigen::Matrix3d turn = pose.rotation().toRotationMatrix();
     for (std::size_t i = 0; i < twists.size(); ++i) {
@@ -267,11 +267,11 @@ class ErrorCost final : public ceres::CostFunction {
       by.bottomRows<3>() = turn * twists[i].bottomRows<3>() + cross_matrix(r) * by.topRows<3>();
       const ByErrors curved = terms.patch_hessians[i] * by;
       gradient.tail<kErrorParameters>() += by.transpose() * terms.patch_gradients[i];
-      hessian.topRightCorner<kPose, kErrorParameters>() += curved;
+      hessian.topRightCorner<kPoseParameters, kErrorParameters>() += curved;
       hessian.bottomRightCorner<kErrorParameters, kErrorParameters>() += by.transpose() * curved;
     }
-    hessian.bottomLeftCorner<kErrorParameters, kPose>() =
-        hessian.topRightCorner<kPose, kErrorParameters>().transpose();
+    hessian.bottomLeftCorner<kErrorParameters, kPoseParameters>() =
+        hessian.topRightCorner<kPoseParameters, kErrorParameters>().transpose();
   }
 
   const Lc2Cost& cost_;

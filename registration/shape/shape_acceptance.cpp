@@ -24,9 +24,9 @@ std::string rounded(double value, int digits) {
   return text.str();
 }
 
-double apart_mm(const std::vector<Point<frames::Reference>>& points,
-                const Transform<frames::Ct, frames::Reference>& a,
-                const Transform<frames::Ct, frames::Reference>& b) {
+double points_apart_mm(const std::vector<Point<frames::Reference>>& points,
+                       const Transform<frames::Ct, frames::Reference>& a,
+                       const Transform<frames::Ct, frames::Reference>& b) {
   double sum = 0;
   for (const auto& p : points) sum += ((a * p).mm - (b * p).mm).squaredNorm();
   return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(points.size(), 1)));
@@ -36,8 +36,8 @@ void judge_turned(const ShapeRegistration& result, double least, const KnownPose
                   Judge& judge) {
   for (const ShapeRival& rival : result.evidence->rivals.turned) {
     if (rival.evidence >= least) continue;
-    if (known != nullptr &&
-        apart_mm(result.some_points, rival.pose, known->ct_from_reference) > known->within_mm) {
+    if (known != nullptr && points_apart_mm(result.some_points, rival.pose,
+                                            known->ct_from_reference) > known->within_mm) {
       continue;
     }
     judge.reject("the points fit the shape " +
@@ -154,7 +154,7 @@ Decision decide(const ShapeRegistration& result, const ShapeLimits& limits,
   const KnownPose* vouched = known ? &*known : nullptr;
   if (known) {
     const double from_known_mm =
-        apart_mm(result.some_points, result.ct_from_reference, known->ct_from_reference);
+        points_apart_mm(result.some_points, result.ct_from_reference, known->ct_from_reference);
     if (!(from_known_mm <= known->within_mm)) {
       judge.reject("points: expected within " + rounded(known->within_mm, 1) +
                    " mm of where the landmarks or the start put them, found " +

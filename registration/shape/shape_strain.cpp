@@ -15,7 +15,7 @@ namespace {
 
 // Points closer than this share the errors of the segmentation and of the pointer.
 constexpr double kSharedErrorMm = 5;
-constexpr double kNeighbourMm = 8;
+constexpr double kStrainNeighbourMm = 8;
 constexpr double kLeastNeighbours = 20;
 constexpr double kMostSigmas = 3;
 constexpr double kHuberWidth = 1.345;
@@ -40,13 +40,13 @@ std::map<Cube, std::vector<std::size_t>> cubes_of(const std::vector<Eigen::Vecto
 
 /// Standard deviation of what a point and its nearest neighbour do not share.
 std::optional<double> roughness_mm(const ShapeCurvature& at, double sigma_mm) {
-  const auto cubes = cubes_of(at.places_ct_mm, kNeighbourMm);
+  const auto cubes = cubes_of(at.places_ct_mm, kStrainNeighbourMm);
   double squares = 0;
   double count = 0;
   for (std::size_t i = 0; i < at.places_ct_mm.size(); ++i) {
     const Eigen::Vector3d& p = at.places_ct_mm[i];
-    const Cube cube = cube_of(p, kNeighbourMm);
-    double least = kNeighbourMm;
+    const Cube cube = cube_of(p, kStrainNeighbourMm);
+    double least = kStrainNeighbourMm;
     std::optional<std::size_t> nearest;
     for (int n = 0; n < 27; ++n) {
       const auto found =

@@ -13,7 +13,7 @@
 namespace nav::registration {
 namespace {
 
-constexpr Eigen::Index kPose = 6;
+constexpr Eigen::Index kPoseRows = 6;
 
 /// Scaled parameters [60 ω | t] of the pose that move a patch as the errors do, for each error that
 /// is estimated, in units of its standard deviation.
@@ -35,12 +35,12 @@ JointCovariance joint_covariance(const LocalShape& shape, const PatchSet& as_rec
   }
   const auto count = static_cast<Eigen::Index>(estimated.size());
   if (count == 0) return out;
-  const Eigen::Index all = kPose + count;
+  const Eigen::Index all = kPoseRows + count;
 
   const Witnesses witnesses = witnesses_of(shape, patches, pose, motions);
   const auto twists = twists_by_errors(as_recorded, errors, motions, path);
   Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(all, all);
-  curvature.topLeftCorner<kPose, kPose>() = shape.hessian;
+  curvature.topLeftCorner<kPoseRows, kPoseRows>() = shape.hessian;
   std::map<std::array<int, 3>, Eigen::VectorXd> clusters;
   for (std::size_t i = 0; i < witnesses.all.size(); ++i) {
     const Witness& witness = witnesses.all[i];
@@ -54,22 +54,23 @@ JointCovariance joint_covariance(const LocalShape& shape, const PatchSet& as_rec
           witnesses.rotation * twist.tail<3>() + cross_matrix(witness.from_centre) * turn;
     }
     const ByError curved = witness.hessian * by;
-    curvature.topRightCorner(kPose, count) += curved;
+    curvature.topRightCorner(kPoseRows, count) += curved;
     curvature.bottomRightCorner(count, count) += by.transpose() * curved;
     auto [at, fresh] = clusters.try_emplace(witness.cube);
     if (fresh) at->second.setZero(all);
-    at->second.head<kPose>() += witness.gradient;
+    at->second.head<kPoseRows>() += witness.gradient;
     at->second.tail(count) += by.transpose() * witness.gradient;
   }
-  curvature.bottomLeftCorner(count, kPose) = curvature.topRightCorner(kPose, count).transpose();
+  curvature.bottomLeftCorner(count, kPoseRows) =
+      curvature.topRightCorner(kPoseRows, count).transpose();
   Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(all, all);
   for (const auto& [cube, gradient] : clusters) scatter += gradient * gradient.transpose();
   const auto n = static_cast<double>(clusters.size());
   scatter *= n / std::max(n - static_cast<double>(all), 0.5 * n);
 
   const Eigen::LDLT<Matrix6d> pose_only(shape.hessian);
-  const double weight =
-      std::max(pose_only.solve(scatter.topLeftCorner<kPose, kPose>()).trace() / kPose, 0.0);
+  const double weight = std::max(
+      pose_only.solve(scatter.topLeftCorner<kPoseRows, kPoseRows>()).trace() / kPoseRows, 0.0);
   Eigen::VectorXd prior = Eigen::VectorXd::Zero(all);
   prior.tail(count).setConstant(weight);
   curvature += Eigen::MatrixXd(prior.asDiagonal());
@@ -86,12 +87,12 @@ JointCovariance joint_covariance(const LocalShape& shape, const PatchSet& as_rec
   const Matrix6d scale = twist_from_scaled();
   const Matrix6d floor = bias_floor_mm * bias_floor_mm * Matrix6d::Identity();
   out.pose.uncertainty.covariance =
-      scale * (covariance.topLeftCorner<kPose, kPose>() + floor) * scale;
+      scale * (covariance.topLeftCorner<kPoseRows, kPoseRows>() + floor) * scale;
   for (Eigen::Index k = 0; k < count; ++k) {
     for (Eigen::Index m = 0; m < count; ++m) {
       const Eigen::Index i = estimated[as_size(static_cast<int>(k))];
       const Eigen::Index j = estimated[as_size(static_cast<int>(m))];
-      out.errors(i, j) = sigma[i] * sigma[j] * covariance(kPose + k, kPose + m);
+      out.errors(i, j) = sigma[i] * sigma[j] * covariance(kPoseRows + k, kPoseRows + m);
     }
   }
   return out;
