@@ -68,10 +68,10 @@ void judge_errors(const ImageRegistrationResult& result, const AcceptanceLimits&
     const auto k = static_cast<Eigen::Index>(i);
     if (!(result.error_sigmas[k] > 0)) continue;
     const double sigmas = std::abs(values[k]) / result.error_sigmas[k];
-    if (!(sigmas <= most)) {
-      worst = i;
-      most = sigmas;
-    }
+    if (sigmas <= most) continue;
+    worst = i;
+    most = sigmas;
+    if (std::isnan(sigmas)) break;
   }
   judge.at_most(std::string(kNames[worst]) +
                     " that makes the images fit, in standard deviations of what is known of it",
@@ -164,8 +164,6 @@ AcceptanceLimits limits_for(Effort effort) {
     limits.min_z_score = 4.5;
     limits.min_margin = 0.15;
     limits.max_cost = 0.25;
-    // The halves of its few images have errors of the same size themselves.
-    limits.max_split_disagreement_mm = 1.5;
     limits.max_misfit_mm[static_cast<std::size_t>(MisfitCause::kDelay)] = 0.75;
     limits.max_misfit_mm[static_cast<std::size_t>(MisfitCause::kCalibration)] = 0.9;
   }

@@ -329,15 +329,7 @@ ErrorSolution solve_errors(const Lc2Cost& cost, const Pose& start, const ImageEr
   auto* residuals = new ErrorCost(cost, unknowns, sigmas, motions, path, non_finite);
   const CostSolution found = minimise(residuals, delta, limits, keep_going);
   const AllVector all = delta;
-  return {{.pose = unknowns.pose(all),
-           .initial_cost = found.initial_cost,
-           .final_cost = found.final_cost,
-           .iterations = found.iterations,
-           .non_finite = non_finite,
-           .termination = found.termination,
-           .message = found.message,
-           .cancelled = found.cancelled},
-          unknowns.errors(all)};
+  return {solution_at(unknowns.pose(all), found, non_finite), unknowns.errors(all)};
 }
 
 }  // namespace nav::registration

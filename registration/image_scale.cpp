@@ -167,14 +167,8 @@ ScaleSolution solve_scale(const Lc2Cost& cost, const Pose& start,
   // Ceres takes ownership.
   auto* residuals = new ScaleCost(cost, start, centroid, model, non_finite);
   const CostSolution found = minimise(residuals, delta, limits, keep_going);
-  return {{.pose = moved(start, (start * centroid).mm, ScaleCost::twist_of(delta)),
-           .initial_cost = found.initial_cost,
-           .final_cost = found.final_cost,
-           .iterations = found.iterations,
-           .non_finite = non_finite,
-           .termination = found.termination,
-           .message = found.message,
-           .cancelled = found.cancelled},
+  return {solution_at(moved(start, (start * centroid).mm, ScaleCost::twist_of(delta)), found,
+                      non_finite),
           stretch_of(model, delta.tail(delta.size() - kPose), centroid)};
 }
 

@@ -84,14 +84,7 @@ PoseSolution solve_pose(const Lc2Cost& cost, const Pose& start,
   Eigen::VectorXd delta(6);
   auto* residuals = new TwistCost(cost, start, centre, non_finite);  // Ceres takes ownership.
   const CostSolution found = minimise(residuals, delta, limits, keep_going);
-  return {.pose = moved(start, centre, TwistCost::twist_of(delta.data())),
-          .initial_cost = found.initial_cost,
-          .final_cost = found.final_cost,
-          .iterations = found.iterations,
-          .non_finite = non_finite,
-          .termination = found.termination,
-          .message = found.message,
-          .cancelled = found.cancelled};
+  return solution_at(moved(start, centre, TwistCost::twist_of(delta.data())), found, non_finite);
 }
 
 }  // namespace nav::registration

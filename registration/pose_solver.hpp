@@ -33,6 +33,18 @@ struct PoseSolution {
   bool cancelled;
 };
 
+/// The solution whose solve ended at a pose. non_finite: see PoseSolution.
+inline PoseSolution solution_at(const Pose& pose, const CostSolution& found, int non_finite) {
+  return {.pose = pose,
+          .initial_cost = found.initial_cost,
+          .final_cost = found.final_cost,
+          .iterations = found.iterations,
+          .non_finite = non_finite,
+          .termination = found.termination,
+          .message = found.message,
+          .cancelled = found.cancelled};
+}
+
 /// Levenberg–Marquardt by Ceres over a twist about the position of the sweep's centroid at the
 /// start pose, so that the origins of the CT and the tracker do not matter. Ceres sees 7 residuals.
 /// H = QΛQᵀ is the Gauss–Newton Hessian, softened by the secants of the steps taken, and g is the

@@ -243,6 +243,14 @@ Result<void> validate_one(const DeviceOptions& device, const std::string& name) 
 
 }  // namespace
 
+LiveKind live_kind(const std::vector<DeviceOptions>& devices) {
+  const auto has = [&](const char* kind) {
+    return std::ranges::any_of(devices, [&](const auto& device) { return device.kind == kind; });
+  };
+  if (has("simulated")) return LiveKind::kSimulated;
+  return has("recording") ? LiveKind::kRecording : LiveKind::kLive;
+}
+
 const std::vector<std::string>& device_kinds() {
   static const std::vector<std::string> kinds{"openigtlink", "ndi", "simulated", "recording"};
   return kinds;

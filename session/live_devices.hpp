@@ -29,6 +29,11 @@ struct LiveDevice {
 /// Kinds of devices, as in a session file.
 const std::vector<std::string>& device_kinds();
 
+/// Kind of a live session by its devices: one with a simulated or recorded device is not taken for
+/// one of a patient.
+enum class LiveKind { kLive, kRecording, kSimulated };
+LiveKind live_kind(const std::vector<DeviceOptions>& devices);
+
 /// Rejects an unknown kind, an address that the kind cannot read, no streams, and keys out of
 /// range, by name: "devices[0].address: expected …, found …".
 Result<void> validate(const std::vector<DeviceOptions>& devices);

@@ -55,19 +55,12 @@ Transform<frames::Ct, frames::Reference> with_error(
 }
 
 sim::SimulatedSessionOptions session_options(const DemoOptions& options) {
-  sim::SimulatedSessionOptions session;
-  session.seed = options.seed;
-  session.path.kind = sim::HandPathKind::kTilt;
-  session.path.length_mm = 80;
-  session.path.angle_rad = 1.1;
-  // A steady hand keeps the needle in the image.
-  session.path.tremor.drift_mm = 0.2;
-  session.path.tremor.drift_rad = 0.002;
+  sim::SimulatedSessionOptions session = sim::demonstrated_procedure(options.seed);
   session.frame_rate_hz = kFrameRateHz;
   session.duration_s = (kSweepFrames - 1) / kFrameRateHz;
   // Two images arrive between two refreshes.
   const int images = options.output.frames > 0 ? options.output.frames : kDefaultApproachImages;
-  session.approach.emplace().duration_s = (2 * images - 1) / kFrameRateHz;
+  session.approach->duration_s = (2 * images - 1) / kFrameRateHz;
   session.image_timing = {kStampOffset, kImageLatency};
   return session;
 }

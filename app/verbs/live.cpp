@@ -41,11 +41,15 @@ io::Json percentiles(std::vector<double> values) {
 
 /// Kind of the session, which every image shows.
 std::string banner_of(const std::vector<session::DeviceOptions>& devices) {
-  const auto has = [&](const char* kind) {
-    return std::ranges::any_of(devices, [&](const auto& device) { return device.kind == kind; });
-  };
-  if (has("simulated")) return "SIMULATED DEVICE";
-  return has("recording") ? "RECORDING PLAYED AS A DEVICE" : "live";
+  switch (session::live_kind(devices)) {
+    case session::LiveKind::kSimulated:
+      return "SIMULATED DEVICE";
+    case session::LiveKind::kRecording:
+      return "RECORDING PLAYED AS A DEVICE";
+    case session::LiveKind::kLive:
+      break;
+  }
+  return "live";
 }
 
 class Live {

@@ -39,6 +39,22 @@ Error reconstruction_stopped() {
   return {ErrorCode::kCancelled, "reconstruct: stopped; nothing was written"};
 }
 
+/// Plays a recording to its end, with its progress under a name.
+Result<void> read_all(session::RecordedSession& session, session::Session::Listener& listener,
+                      const std::string& name, Console& console, const Interrupt& interrupt) {
+  console.begin(name);
+  for (bool more = true; more;) {
+    const auto stepped = session.step(listener);
+    if (!stepped) return stepped.error();
+    more = *stepped;
+    if (interrupt.asked()) return reconstruction_stopped();
+    console.progress(static_cast<double>(session.frames_read()) /
+                     static_cast<double>(std::max<std::int64_t>(session.total_frames(), 1)));
+  }
+  console.end();
+  return {};
+}
+
 Result<std::optional<io::VolumeReconstruction>> reconstruction_of_plus(
     const std::filesystem::path& file) {
   if (file.empty()) return std::optional<io::VolumeReconstruction>();
@@ -111,16 +127,7 @@ Result<SurveyedImages> survey_images(session::RecordedSession& session, bool ski
     found.groups.back().poses.push_back(paired.tracked->reference_from_image);
     if (count++ % stride == 0) found.spread.spread.push_back(*paired.tracked);
   };
-  console.begin("survey");
-  for (bool more = true; more;) {
-    const auto stepped = session.step(listener);
-    if (!stepped) return stepped.error();
-    more = *stepped;
-    if (interrupt.asked()) return reconstruction_stopped();
-    console.progress(static_cast<double>(session.frames_read()) /
-                     static_cast<double>(std::max<std::int64_t>(session.total_frames(), 1)));
-  }
-  console.end();
+  if (auto ok = read_all(session, listener, "survey", console, interrupt); !ok) return ok.error();
   if (found.groups.empty()) return session::nothing_paired(session);
   if (auto ok = check_frames(session, skip_bad_frames); !ok) return ok.error();
   return found;
@@ -245,16 +252,7 @@ Result<AddedImages> add_images(session::RecordedSession& session, const PlusClip
     const std::string& doubt = paired.tracked->doubt;
     if (!doubt.empty() && added.doubtful++ == 0) added.first_doubt = doubt;
   };
-  console.begin("images");
-  for (bool more = true; more;) {
-    const auto stepped = session.step(listener);
-    if (!stepped) return stepped.error();
-    more = *stepped;
-    if (interrupt.asked()) return reconstruction_stopped();
-    console.progress(static_cast<double>(session.frames_read()) /
-                     static_cast<double>(std::max<std::int64_t>(session.total_frames(), 1)));
-  }
-  console.end();
+  if (auto ok = read_all(session, listener, "images", console, interrupt); !ok) return ok.error();
   if (added.doubtful > 0) {
     console.report(Severity::kWarning, "reconstruct",
                    std::to_string(added.doubtful) +

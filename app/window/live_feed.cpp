@@ -1,21 +1,24 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
 #include <utility>
 
 #include "app/window/feed.hpp"
+#include "session/live_devices.hpp"
 #include "session/live_session.hpp"
 
 namespace nav::app {
 namespace {
 
-/// A session with a simulated or recorded device is not taken for one of a patient.
-std::string kind_of_devices(const std::vector<session::DeviceOptions>& devices) {
-  const auto has = [&](const char* kind) {
-    return std::ranges::any_of(devices, [&](const auto& device) { return device.kind == kind; });
-  };
-  if (has("simulated")) return "SIMULATED";
-  return has("recording") ? "RECORDING" : "LIVE";
+std::string kind_in_words(session::LiveKind kind) {
+  switch (kind) {
+    case session::LiveKind::kSimulated:
+      return "SIMULATED";
+    case session::LiveKind::kRecording:
+      return "RECORDING";
+    case session::LiveKind::kLive:
+      break;
+  }
+  return "LIVE";
 }
 
 class LiveFeed final : public Feed {
@@ -52,7 +55,7 @@ class LiveFeed final : public Feed {
   [[nodiscard]] session::Session& session() override { return live_.session(); }
   [[nodiscard]] PlacedView& view() override { return view_; }
   [[nodiscard]] std::string kind() const override {
-    return kind_of_devices(config_.source.devices);
+    return kind_in_words(session::live_kind(config_.source.devices));
   }
   [[nodiscard]] std::string ended() const override { return "the devices have nothing more"; }
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> facts() override {

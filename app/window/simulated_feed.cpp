@@ -22,20 +22,13 @@ constexpr double kSweepSeconds = 3;
 constexpr double kApproachSeconds = 20;
 
 sim::SimulatedSessionOptions simulated_procedure(std::uint64_t seed) {
-  sim::SimulatedSessionOptions session;
-  session.seed = seed;
-  session.path.kind = sim::HandPathKind::kTilt;
-  session.path.length_mm = 80;
-  session.path.angle_rad = 1.1;
-  // A steady hand keeps the needle in the image.
-  session.path.tremor.drift_mm = 0.2;
-  session.path.tremor.drift_rad = 0.002;
+  sim::SimulatedSessionOptions session = sim::demonstrated_procedure(seed);
   session.probe.columns = kSimulatedColumns;
   session.probe.rows = kSimulatedRows;
   session.probe.lines = kSimulatedLines;
   session.frame_rate_hz = kSimulatedRateHz;
   session.duration_s = kSweepSeconds;
-  session.approach.emplace().duration_s = kApproachSeconds;
+  session.approach->duration_s = kApproachSeconds;
   return session;
 }
 

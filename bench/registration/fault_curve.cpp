@@ -47,20 +47,21 @@ std::optional<double> time_of_misfits_s(const PreparedCt& ct, const PreparedSwee
   return cpu_s;
 }
 
+/// The cause that was estimated with the pose and moves the images most; null: none is telling.
+const registration::Misfit* likeliest_estimated(const std::vector<registration::Misfit>& misfits) {
+  const registration::Misfit* most = nullptr;
+  for (const registration::Misfit& one : misfits) {
+    const double telling_mm = registration::kTellingMm[static_cast<std::size_t>(one.cause)];
+    const bool told = !one.deviations.empty() && one.telling() && one.excess_mm() > telling_mm;
+    if (told && (most == nullptr || one.excess_mm() > most->excess_mm())) most = &one;
+  }
+  return most;
+}
+
 std::optional<MisfitCause> named_by(const Decision& decision, const ImageRegistrationResult& result,
                                     const registration::AcceptanceLimits& limits) {
   const registration::Misfit* misfit = likeliest_misfit(result, limits);
-  // Causes that were estimated with the pose: the one that moves the images most.
-  double most_mm = 0;
-  for (const registration::Misfit& one : result.misfits) {
-    const bool told =
-        !one.deviations.empty() && one.telling() &&
-        one.excess_mm() > registration::kTellingMm[static_cast<std::size_t>(one.cause)];
-    if (misfit != nullptr && misfit->deviations.empty()) break;
-    if (!told || one.excess_mm() <= most_mm) continue;
-    misfit = &one;
-    most_mm = one.excess_mm();
-  }
+  if (misfit == nullptr) misfit = likeliest_estimated(result.misfits);
   // Only accepted results have warnings.
   if (misfit == nullptr && decision.accepted) {
     misfit = likeliest_misfit(result, registration::kWarningLimits);

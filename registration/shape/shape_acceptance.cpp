@@ -6,6 +6,8 @@
 #include <cmath>
 #include <sstream>
 
+#include "registration/shape/shape_solver.hpp"
+
 namespace nav::registration {
 namespace {
 
@@ -22,14 +24,6 @@ std::string rounded(double value, int digits) {
   text.precision(digits);
   text << value;
   return text.str();
-}
-
-double points_apart_mm(const std::vector<Point<frames::Reference>>& points,
-                       const Transform<frames::Ct, frames::Reference>& a,
-                       const Transform<frames::Ct, frames::Reference>& b) {
-  double sum = 0;
-  for (const auto& p : points) sum += ((a * p).mm - (b * p).mm).squaredNorm();
-  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(points.size(), 1)));
 }
 
 void judge_turned(const ShapeRegistration& result, double least, const KnownPose* known,

@@ -38,24 +38,10 @@ Error reject(ErrorCode code, const std::string& expected, const std::string& fou
 
 Error cancelled() { return {ErrorCode::kCancelled, "shape registration: cancelled by the caller"}; }
 
-/// An even choice of at most count points.
-ReferencePoints some_of(std::span<const Point<frames::Reference>> points, std::size_t count) {
-  const std::size_t stride = std::max<std::size_t>(1, (points.size() + count - 1) / count);
-  ReferencePoints out;
-  for (std::size_t i = 0; i < points.size(); i += stride) out.push_back(points[i]);
-  return out;
-}
-
 Point<frames::Reference> centroid_of(const ReferencePoints& points) {
   Point<frames::Reference> centroid{Eigen::Vector3d::Zero()};
   for (const auto& p : points) centroid.mm += p.mm / static_cast<double>(points.size());
   return centroid;
-}
-
-double apart_mm(const ReferencePoints& points, const Pose& a, const Pose& b) {
-  double sum = 0;
-  for (const auto& p : points) sum += ((a * p).mm - (b * p).mm).squaredNorm();
-  return std::sqrt(sum / static_cast<double>(points.size()));
 }
 
 DistanceSummary summary_of(const ReferencePoints& points, const ShapeField& shape,
@@ -77,8 +63,8 @@ class ShapeRegistrar {
   ShapeRegistrar(std::span<const Point<frames::Reference>> points, const ShapeField& shape,
                  const Pose& initial, const ShapeRegistrationOptions& options,
                  const std::function<bool()>& keep_going)
-      : points_(some_of(points, static_cast<std::size_t>(options.max_points))),
-        coarse_(some_of(points_, kCoarsePoints)),
+      : points_(some_points_of(points, static_cast<std::size_t>(options.max_points))),
+        coarse_(some_points_of(points_, kCoarsePoints)),
         shape_(shape),
         initial_(initial),
         options_(options),
@@ -126,7 +112,7 @@ class ShapeRegistrar {
 
   /// The initial pose and the starts with the smallest distances.
   std::vector<Pose> ranked_starts() {
-    const ReferencePoints screen = some_of(points_, kScreenPoints);
+    const ReferencePoints screen = some_points_of(points_, kScreenPoints);
     const Eigen::Vector3d centre = (initial_ * centroid_of(points_)).mm;
     // The distance of a point is capped at the largest offset of a start, so that outliers do not
     // decide the ranking.
@@ -159,7 +145,7 @@ class ShapeRegistrar {
     std::vector<ShapeSolution> kept;
     for (const ShapeSolution& one : all) {
       const bool known = std::any_of(kept.begin(), kept.end(), [&](const ShapeSolution& k) {
-        return apart_mm(coarse_, k.pose, one.pose) < kSameShapeMm;
+        return points_apart_mm(coarse_, k.pose, one.pose) < kSameShapeMm;
       });
       if (!known) kept.push_back(one);
     }
@@ -169,7 +155,7 @@ class ShapeRegistrar {
   [[nodiscard]] std::optional<double> margin(const std::vector<ShapeSolution>& found) const {
     std::optional<double> least;
     for (const ShapeSolution& other : found) {
-      if (apart_mm(coarse_, other.pose, found.front().pose) <= kOtherMinimumMm) continue;
+      if (points_apart_mm(coarse_, other.pose, found.front().pose) <= kOtherMinimumMm) continue;
       const double own = std::max(found.front().mean_mm, 1e-12);
       least = std::min(least.value_or(1e300), (other.mean_mm - own) / own);
     }
@@ -218,7 +204,7 @@ ShapeRegistration ShapeRegistrar::report(const std::vector<ShapeSolution>& found
                         .margin = margin(found),
                         .uncertainty = uncertainty(at, seen),
                         .discrepancy_mm = discrepancy_mm,
-                        .some_points = some_of(points_, kComparedPoints)};
+                        .some_points = some_points_of(points_, kComparedPoints)};
   if (!out.sliding.empty()) return out;
   std::vector<Pose> others;
   for (const ShapeSolution& one : found) others.push_back(one.pose);

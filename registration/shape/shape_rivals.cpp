@@ -36,13 +36,6 @@ constexpr double kSymmetricMm = 1;
 // Around half turns the search is as wide as that for the registration itself.
 constexpr int kWideVariations = 30;
 
-ReferencePoints few_of(const ReferencePoints& points, std::size_t count) {
-  const std::size_t stride = std::max<std::size_t>(1, (points.size() + count - 1) / count);
-  ReferencePoints out;
-  for (std::size_t i = 0; i < points.size(); i += stride) out.push_back(points[i]);
-  return out;
-}
-
 ReferencePoints mirrored(ReferencePoints points) {
   for (auto& p : points) p.mm.x() = -p.mm.x();
   return points;
@@ -146,7 +139,7 @@ class RivalSearch {
     }
     all = mirrored(std::move(all));
     const Pose whole = descend(all, shape_, pose, options_, kRivalRounds).pose;
-    if (apart(mirrored(points_), whole, pose) > kOtherPoseMm) return false;
+    if (points_apart_mm(mirrored(points_), whole, pose) > kOtherPoseMm) return false;
     double squares = 0;
     for (const auto& p : all) squares += std::pow(shape_.distance_mm((whole * p).mm), 2);
     return std::sqrt(squares / static_cast<double>(all.size())) <=
@@ -166,7 +159,7 @@ class RivalSearch {
 
   std::vector<Pose> ranked(const ReferencePoints& points, bool mirror) const {
     const Axes of = shape_axes();
-    const ReferencePoints few = few_of(points, kRankedPoints);
+    const ReferencePoints few = some_points_of(points, kRankedPoints);
     const auto variations = spread_twists(kVariations, kVariationRad, kVariationMm, options_.seed);
     std::vector<std::pair<double, Pose>> all;
     const auto consider = [&](const Pose& pose) {
@@ -203,7 +196,7 @@ class RivalSearch {
     std::vector<Pose> out;
     for (const auto& [sum, pose] : all) {
       const bool known = std::any_of(out.begin(), out.end(), [&](const Pose& k) {
-        return apart(few, k, pose) < kVariationMm;
+        return points_apart_mm(few, k, pose) < kVariationMm;
       });
       if (!known) out.push_back(pose);
       if (out.size() >= kSolvedRivals) break;
@@ -211,24 +204,18 @@ class RivalSearch {
     return out;
   }
 
-  static double apart(const ReferencePoints& points, const Pose& a, const Pose& b) {
-    double sum = 0;
-    for (const auto& p : points) sum += ((a * p).mm - (b * p).mm).squaredNorm();
-    return std::sqrt(sum / static_cast<double>(points.size()));
-  }
-
   /// Distinct minima other than the registration, strongest first.
   std::vector<ShapeRival> rivals(const ReferencePoints& points, double own, bool mirror) const {
-    const ReferencePoints some = few_of(points, kSolvedPoints);
+    const ReferencePoints some = some_points_of(points, kSolvedPoints);
     std::vector<std::pair<double, Pose>> found;
     for (const Pose& start : ranked(points, mirror)) {
       if (keep_going_ && !keep_going_()) return {};
       const Pose pose = descend(some, shape_, start, options_, kRivalRounds).pose;
-      if (!mirror && apart(some, pose, best_) < kOtherPoseMm) continue;
+      if (!mirror && points_apart_mm(some, pose, best_) < kOtherPoseMm) continue;
       found.emplace_back(likelihood(some, pose), pose);
     }
     for (const Pose& pose : others_) {
-      if (!mirror && apart(some, pose, best_) >= kOtherPoseMm) {
+      if (!mirror && points_apart_mm(some, pose, best_) >= kOtherPoseMm) {
         found.emplace_back(likelihood(some, pose), pose);
       }
     }
@@ -238,13 +225,13 @@ class RivalSearch {
     std::vector<Pose> taken;
     for (const auto& [value, pose] : found) {
       const bool known = std::any_of(taken.begin(), taken.end(), [&](const Pose& k) {
-        return apart(some, k, pose) < kSameRivalMm;
+        return points_apart_mm(some, k, pose) < kSameRivalMm;
       });
       if (known) continue;
       taken.push_back(pose);
       const ShapeSolution solved = descend(points, shape_, pose, options_, options_.max_rounds);
-      const double apart_mm =
-          mirror ? apart_from_best(points, solved.pose) : apart(points, solved.pose, best_);
+      const double apart_mm = mirror ? apart_from_best(points, solved.pose)
+                                     : points_apart_mm(points, solved.pose, best_);
       if (mirror || apart_mm >= kOtherPoseMm) {
         out.push_back(
             {.pose = solved.pose,

@@ -130,6 +130,20 @@ double solve_round(const ReferencePoints& points, const ShapeField& shape, const
 
 }  // namespace
 
+ReferencePoints some_points_of(std::span<const Point<frames::Reference>> points,
+                               std::size_t count) {
+  const std::size_t stride = std::max<std::size_t>(1, (points.size() + count - 1) / count);
+  ReferencePoints out;
+  for (std::size_t i = 0; i < points.size(); i += stride) out.push_back(points[i]);
+  return out;
+}
+
+double points_apart_mm(const ReferencePoints& points, const Pose& a, const Pose& b) {
+  double sum = 0;
+  for (const auto& p : points) sum += ((a * p).mm - (b * p).mm).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(points.size(), 1)));
+}
+
 ShapeCurvature curvature_at(const ReferencePoints& points, const ShapeField& shape,
                             const Pose& pose, const ShapeRegistrationOptions& options) {
   ShapeCurvature out{.centre_ct_mm = Eigen::Vector3d::Zero(),

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <vector>
 
 #include "registration/shape/shape_registration.hpp"
@@ -10,6 +11,14 @@
 namespace nav::registration {
 
 using ReferencePoints = std::vector<Point<frames::Reference>>;
+
+/// An even choice of at most count points.
+ReferencePoints some_points_of(std::span<const Point<frames::Reference>> points, std::size_t count);
+
+/// Distance of the points between two poses, RMS, mm; 0 without points.
+double points_apart_mm(const ReferencePoints& points,
+                       const Transform<frames::Ct, frames::Reference>& a,
+                       const Transform<frames::Ct, frames::Reference>& b);
 
 /// One local optimisation of points onto a shape.
 struct ShapeSolution {

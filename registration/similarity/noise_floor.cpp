@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "nav/index.hpp"
+#include "registration/similarity/grey_histogram.hpp"
 
 namespace nav::registration {
 namespace {
@@ -59,28 +60,6 @@ struct PairSums {
     return correlation + 2 / std::sqrt(n / kPairsPerIndependent) < kLeastCorrelation;
   }
 };
-
-/// Grey that a share of the cells of one depth, in all images, does not exceed; negative: no cell.
-float quantile_at(const std::vector<CellGreys>& greys, std::size_t first, std::size_t lines,
-                  double share) {
-  std::array<std::int64_t, 256> bins{};
-  std::int64_t total = 0;
-  for (const CellGreys& image : greys) {
-    for (std::size_t i = first; i < first + lines; ++i) {
-      if (image[i] < 0) continue;
-      ++bins[static_cast<std::size_t>(std::min(image[i], 255.0f))];
-      ++total;
-    }
-  }
-  if (total == 0) return -1;
-  const double wanted = share * static_cast<double>(total);
-  std::int64_t seen = 0;
-  for (std::size_t bin = 0; bin < bins.size(); ++bin) {
-    seen += bins[bin];
-    if (static_cast<double>(seen) >= wanted) return static_cast<float>(bin);
-  }
-  return 255;
-}
 
 /// Pairs of lines kLinesApart at one depth, less the mean of each cell over the images: a pattern
 /// that all images share, as from an uneven gain, says nothing.
@@ -160,12 +139,13 @@ NoiseFloor noise_floor(const std::vector<CellGreys>& greys, const std::vector<Ce
     floor.noise_from = depth;
   }
 
-  std::vector<float> darkest(depths, 255);
+  std::vector<float> darkest(depths, 255), usual(depths, 0);
   float least = 255;
   for (std::size_t depth = depths; depth-- > 0;) {
-    const float dark = quantile_at(calmed, depth * lines, lines, kDarkest);
-    if (dark >= 0) least = std::min(least, dark);
+    const GreyHistogram histogram = greys_at(calmed, depth, lines);
+    least = std::min(least, static_cast<float>(histogram.quantile(kDarkest).value_or(255)));
     darkest[depth] = least;
+    usual[depth] = static_cast<float>(histogram.quantile(kUsual).value_or(0));
   }
   for (std::size_t depth = 0; depth < depths; ++depth) {
     // Spread of single cells about their surroundings, where these are as dark as noise.
@@ -181,8 +161,7 @@ NoiseFloor noise_floor(const std::vector<CellGreys>& greys, const std::vector<Ce
     }
     const float spread = cells > 0 ? static_cast<float>(std::sqrt(squares / cells)) : 0;
     const float margin = std::max(kDeviations * spread / kCalming, kLeastMargin);
-    const float usual = quantile_at(calmed, depth * lines, lines, kUsual);
-    if (usual >= darkest[depth] + kClearMargins * margin) {
+    if (usual[depth] >= darkest[depth] + kClearMargins * margin) {
       floor.least_echo[depth] = darkest[depth] + margin;
     }
   }

@@ -13,6 +13,7 @@
 #include <string>
 
 #include "nav/index.hpp"
+#include "registration/similarity/grey_histogram.hpp"
 #include "registration/similarity/image_outline.hpp"
 #include "registration/similarity/noise_floor.hpp"
 
@@ -215,45 +216,11 @@ std::vector<float> cell_means(const UltrasoundFrame& frame, const ScanGeometry& 
   return means;
 }
 
-/// Number of cells of each grey, in two parts: neighbours, mostly of similar grey, need not wait
-/// for each other. Empty cells come first.
-class GreyHistogram {
- public:
-  void add(std::span<const float> greys) {
-    int* even = bins_[0].data();
-    int* odd = bins_[1].data();
-    std::size_t i = 0;
-    for (; i + 1 < greys.size(); i += 2) {
-      ++even[bin_of(greys[i])];
-      ++odd[bin_of(greys[i + 1])];
-    }
-    if (i < greys.size()) ++even[bin_of(greys[i])];
-  }
-  /// The least grey that three quarters of the cells do not exceed; 0 if there are no cells.
-  [[nodiscard]] int upper_quartile() const {
-    const auto count = [&](std::size_t bin) { return bins_[0][bin] + bins_[1][bin]; };
-    std::int64_t total = 0;
-    for (std::size_t bin = 1; bin < kBins; ++bin) total += count(bin);
-    std::int64_t seen = 0;
-    std::size_t bin = 1;
-    while (bin + 1 < kBins && 4 * (seen += count(bin)) < 3 * total) ++bin;
-    return static_cast<int>(bin) + kOutside;
-  }
-
- private:
-  static constexpr std::size_t kBins = 257;
-  static int bin_of(float grey) { return static_cast<int>(std::min(grey, 255.0f)) - kOutside; }
-  std::array<std::array<int, kBins>, 2> bins_{};
-};
-
-/// 75th percentile over all lines and images, for each depth.
-std::vector<int> usual_grey(const std::vector<std::vector<float>>& means, int lines, int depths) {
-  const auto count = as_size(lines);
+/// 75th percentile over all lines and images, for each depth; 0 where no image has a pixel.
+std::vector<int> usual_grey(const std::vector<CellGreys>& means, CellCount count) {
   std::vector<int> usual;
-  for (std::size_t depth = 0; depth < as_size(depths); ++depth) {
-    GreyHistogram histogram;
-    for (const auto& cells : means) histogram.add(std::span(cells).subspan(depth * count, count));
-    usual.push_back(histogram.upper_quartile());
+  for (std::size_t depth = 0; depth < as_size(count.depths); ++depth) {
+    usual.push_back(greys_at(means, depth, as_size(count.lines)).quantile(0.75).value_or(0));
   }
   return usual;
 }
@@ -376,14 +343,14 @@ Result<std::vector<Image2d<std::uint8_t>>> shadow_masks(const Sweep& sweep,
     }
   }
   const ScanGeometry geometry = scan_geometry(first, options.line_spacing_mm);
-  std::vector<std::vector<float>> means;
+  std::vector<CellGreys> means;
   means.reserve(frames.size());
   for (const auto& tracked : frames) means.push_back(cell_means(tracked.frame, geometry));
   const CellCount count{geometry.lines, geometry.depths};
   std::vector<CellGreys> calmed;
   calmed.reserve(frames.size());
   for (const CellGreys& image : means) calmed.push_back(calm(image, count));
-  const std::vector<int> usual = usual_grey(means, geometry.lines, geometry.depths);
+  const std::vector<int> usual = usual_grey(means, count);
   const NoiseFloor noise = noise_floor(means, calmed, count);
   const int near = static_cast<int>(std::ceil(options.near_field_mm / geometry.bin_mm));
 

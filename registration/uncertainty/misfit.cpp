@@ -414,20 +414,6 @@ std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patche
   return out;
 }
 
-Matrix6d calibration_covariance(const LocalShape& shape, const PatchSet& patches, const Pose& pose,
-                                std::span<const ImageMotion> motions, double sigma_mm) {
-  if (shape.patch_hessians.empty() || !curvature_fault(shape.hessian).empty()) {
-    return Matrix6d::Zero();
-  }
-  const Witnesses witnesses = witnesses_of(shape, patches, pose, motions);
-  const Matrix6d given_up =
-      reduced(calibration_of(witnesses).system(witnesses), witnesses).given_up;
-  Vector6d sigma = Vector6d::Constant(sigma_mm);
-  sigma.head<3>() /= kRotationScaleMm;
-  const Matrix6d root = twist_from_scaled() * given_up * sigma.asDiagonal();
-  return root * root.transpose();
-}
-
 std::string in_words(const Misfit& misfit) {
   const std::vector<double>& values = misfit.values;
   std::ostringstream text;

@@ -79,15 +79,6 @@ std::vector<Misfit> find_misfits(const LocalShape& shape, const PatchSet& patche
                                  std::span<const ImageMotion> motions,
                                  const ImageErrors& corrected = {});
 
-/// Covariance to add to that of a pose if the calibration is right within sigma_mm, >= 0: standard
-/// deviation of a translation along each of the image's axes and, at 60 mm, of a rotation about
-/// each. It covers the part of a calibration error that goes into the pose, and so displaces what
-/// is tracked by itself. [rad | mm] about the shape's centre, as in PoseUncertainty. Zero if the
-/// pose is not determined, and for a similarity without terms of single patches.
-Matrix6d calibration_covariance(const LocalShape& shape, const PatchSet& patches,
-                                const Transform<frames::Ct, frames::Reference>& pose,
-                                std::span<const ImageMotion> motions, double sigma_mm);
-
 /// The most likely cause among the misfits whose excess is beyond limits_mm, by MisfitCause: the
 /// simplest (with the fewest parameters) that explains at least two fifths of what the best of them
 /// explains. A delay also looks like a motion, and wrong pixels like a bend. Causes that were

@@ -131,6 +131,18 @@ class SessionFrames final : public ImageStream {
 
 }  // namespace
 
+SimulatedSessionOptions demonstrated_procedure(std::uint64_t seed) {
+  SimulatedSessionOptions session;
+  session.seed = seed;
+  session.path.kind = HandPathKind::kTilt;
+  session.path.length_mm = 80;
+  session.path.angle_rad = 1.1;
+  session.path.tremor.drift_mm = 0.2;
+  session.path.tremor.drift_rad = 0.002;
+  session.approach.emplace();
+  return session;
+}
+
 Result<void> validate(const SimulatedSessionOptions& o) {
   const auto reject = [](const char* what) {
     return Error{ErrorCode::kUsage, std::string("simulated session: expected ") + what};

@@ -66,6 +66,10 @@ struct SimulatedSessionOptions {
 /// Rejects invalid options; the message names the first one out of range.
 Result<void> validate(const SimulatedSessionOptions& options);
 
+/// The procedure that Sonde demonstrates: the probe tilts over the liver, then a needle approaches
+/// its target, with a hand so steady that the needle stays in the image.
+SimulatedSessionOptions demonstrated_procedure(std::uint64_t seed);
+
 enum class Phase { kSweep, kApproach };
 
 struct PhaseInterval {

@@ -8,66 +8,23 @@
 
 #include "registration/acceptance.hpp"
 #include "registration/prepared.hpp"
-#include "tests/registration/synthetic.hpp"
+#include "tests/registration/uneven_hand.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace nav::registration {
 namespace {
 
 using Vec = Eigen::Vector3d;
-using ImagePose = Transform<frames::Ct, frames::Image>;
-
-constexpr int kImages = 48;
-constexpr double kStepS = 0.1;  // Time between images.
-
-/// A hand that moves at an uneven speed, tilts and turns about two axes.
-ImagePose hand_at(double seconds) {
-  const double t = seconds / (kStepS * (kImages - 1));
-  const Eigen::Quaterniond turn = Eigen::AngleAxisd(0.5 * std::sin(5 * t), Vec::UnitY()) *
-                                  Eigen::AngleAxisd(0.25 * std::sin(9 * t), Vec::UnitX());
-  return {turn.normalized(),
-          Vec(0, 0, 70 * (t - 0.5) + 6 * std::sin(7 * t)) - turn * Vec(0, 45, 0)};
-}
-
-const test::BlobPatient& patient() {
-  static const test::BlobPatient instance(7, 150);
-  return instance;
-}
-
-const Volume& ct() {
-  static const Volume instance = test::blob_ct(patient(), test::cubic_grid(75));
-  return instance;
-}
-
-/// Images of the hand's path, with poses of late_s before the images.
-Sweep sweep_late_by(double late_s) {
-  const Sweep right = test::images_along(
-                          patient(), kImages, [](int f) { return hand_at(kStepS * f); },
-                          [](int, const Vec& now, const Vec& beam) -> test::AtRest {
-                            return {now, beam};
-                          })
-                          .sweep;
-  std::vector<TrackedFrame> frames = right.frames();
-  for (int f = 0; f < kImages; ++f) {
-    frames[static_cast<std::size_t>(f)].reference_from_image =
-        test::true_pose().inverse() * hand_at(kStepS * f - late_s);
-  }
-  return *Sweep::create(std::move(frames), "late");
-}
-
-ImageRegistrationOptions options() {
-  ImageRegistrationOptions solver = test::small_options(0);
-  solver.levels.back() = {.sample_step_mm = 1.6,
-                          .patch_side = 9,
-                          .patches = 1500,
-                          .frame_step_mm = 1,
-                          .choice = PatchChoice::kEven};
-  return solver;
-}
+using test::hand_ct;
+using test::hand_options;
+using test::kHandImages;
+using test::kHandStepS;
+using test::uneven_hand_at;
+using test::uneven_sweep_late_by;
 
 PreparedSweep prepared(const Sweep& sweep) {
   CollectingDiagnostics diagnostics;
-  auto made = PreparedSweep::create(sweep, options(), diagnostics);
+  auto made = PreparedSweep::create(sweep, hand_options(), diagnostics);
   EXPECT_TRUE(test::has_value(made));
   return std::move(made).value();
 }
@@ -81,7 +38,7 @@ ImageErrors some_errors() {
 }
 
 TEST(ErrorSolverTest, NoErrorsChangeNothing) {
-  const PreparedSweep sweep = prepared(sweep_late_by(0));
+  const PreparedSweep sweep = prepared(uneven_sweep_late_by(0));
   const PatchSet& patches = sweep.levels().back().patches;
   const PatchSet same = corrected(patches, {}, sweep.motions(), sweep.path());
   ASSERT_EQ(same.patches.size(), patches.patches.size());
@@ -94,7 +51,7 @@ TEST(ErrorSolverTest, NoErrorsChangeNothing) {
 
 TEST(ErrorSolverTest, TwistsAreTheDerivativesOfTheCorrection) {
   constexpr double kStep = 1e-4;
-  const PreparedSweep sweep = prepared(sweep_late_by(0));
+  const PreparedSweep sweep = prepared(uneven_sweep_late_by(0));
   const PatchSet& patches = sweep.levels().back().patches;
   const auto at = [&](const ErrorVector& values) {
     return corrected(patches, ImageErrors::of(values), sweep.motions(), sweep.path());
@@ -127,16 +84,17 @@ TEST(ErrorSolverTest, TwistsAreTheDerivativesOfTheCorrection) {
 
 TEST(ErrorSolverTest, ADelayMovesTheImagesAlongThePathOfTheProbe) {
   // A quarter of a second at up to 60 mm/s, and back to the true path.
-  const PreparedSweep late = prepared(sweep_late_by(0.25));
+  const PreparedSweep late = prepared(uneven_sweep_late_by(0.25));
   const PatchSet& patches = late.levels().back().patches;
   const PatchSet moved = corrected(patches, {.delay_s = 0.25}, late.motions(), late.path());
   double before = 0;
   double after = 0;
   for (std::size_t i = 0; i < patches.patches.size(); ++i) {
     const int frame = patches.patches[i].frame;
-    if (kStepS * frame > kStepS * (kImages - 1) - 0.5) continue;  // The path ends.
-    const auto true_of_late = test::true_pose().inverse() * hand_at(kStepS * frame) *
-                              hand_at(kStepS * frame - 0.25).inverse() * test::true_pose();
+    if (kHandStepS * frame > kHandStepS * (kHandImages - 1) - 0.5) continue;  // The path ends.
+    const auto true_of_late = test::true_pose().inverse() * uneven_hand_at(kHandStepS * frame) *
+                              uneven_hand_at(kHandStepS * frame - 0.25).inverse() *
+                              test::true_pose();
     const Vec truth = (true_of_late * Point<frames::Reference>{patches.patches[i].centre_mm}).mm;
     before = std::max(before, (patches.patches[i].centre_mm - truth).norm());
     after = std::max(after, (moved.patches[i].centre_mm - truth).norm());
@@ -147,15 +105,15 @@ TEST(ErrorSolverTest, ADelayMovesTheImagesAlongThePathOfTheProbe) {
 
 TEST(ErrorSolverTest, FindsADelayAWrongScaleAndThePoseTogether) {
   for (const double late_s : {-0.18, 0.06, 0.3}) {
-    std::vector<TrackedFrame> frames = sweep_late_by(late_s).frames();
+    std::vector<TrackedFrame> frames = uneven_sweep_late_by(late_s).frames();
     for (TrackedFrame& tracked : frames) {
       tracked.frame.grid.mm_per_pixel *= 1.02;
       tracked.frame.grid.origin_mm *= 1.02;
     }
     const Sweep sweep = *Sweep::create(std::move(frames), "late and large");
     CollectingDiagnostics diagnostics;
-    const auto result = register_sweep(ct(), sweep, test::off_by(test::true_pose(), 4, 0.05, 1),
-                                       options(), diagnostics);
+    const auto result = register_sweep(
+        hand_ct(), sweep, test::off_by(test::true_pose(), 4, 0.05, 1), hand_options(), diagnostics);
     ASSERT_TRUE(test::has_value(result));
     EXPECT_NEAR(result->errors.delay_s, late_s, 0.02);
     EXPECT_NEAR(result->errors.width_scale, 1 / 1.02, 0.01);
@@ -165,12 +123,12 @@ TEST(ErrorSolverTest, FindsADelayAWrongScaleAndThePoseTogether) {
 }
 
 TEST(ErrorSolverTest, ErrorsThatAreRuledOutStayAtZero) {
-  ImageRegistrationOptions solver = options();
+  ImageRegistrationOptions solver = hand_options();
   solver.delay_sigma_s = 0;
   solver.calibration_sigma_mm = 0;
   CollectingDiagnostics diagnostics;
   const auto result =
-      register_sweep(ct(), sweep_late_by(0.08), test::true_pose(), solver, diagnostics);
+      register_sweep(hand_ct(), uneven_sweep_late_by(0.08), test::true_pose(), solver, diagnostics);
   ASSERT_TRUE(test::has_value(result));
   EXPECT_EQ(result->errors.delay_s, 0);
   EXPECT_EQ(result->error_deviations[0], 0);

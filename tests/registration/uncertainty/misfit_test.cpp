@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "registration/acceptance.hpp"
-#include "tests/registration/synthetic.hpp"
+#include "tests/registration/uneven_hand.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace nav::registration {
@@ -21,33 +21,11 @@ using ::testing::HasSubstr;
 using ImagePose = Transform<frames::Ct, frames::Image>;
 using Rest = std::function<test::AtRest(int, const Vec&, const Vec&)>;
 
-constexpr int kImages = 48;
-constexpr double kStepS = 0.1;  // Time between images.
+constexpr int kImages = test::kHandImages;
+constexpr double kStepS = test::kHandStepS;
+using test::uneven_hand_at;
 
-const test::BlobPatient& patient() {
-  static const test::BlobPatient instance(7, 150);
-  return instance;
-}
-
-const Volume& ct() {
-  static const Volume instance = test::blob_ct(patient(), test::cubic_grid(75));
-  return instance;
-}
-
-/// A hand that moves at an uneven speed, tilts and turns.
-ImagePose hand_at(double seconds) {
-  const double t = seconds / (kStepS * (kImages - 1));  // Ranges from 0 to 1.
-  const Eigen::Quaterniond turn = Eigen::AngleAxisd(0.5 * std::sin(5 * t), Vec::UnitY()) *
-                                  Eigen::AngleAxisd(0.25 * std::sin(9 * t), Vec::UnitX());
-  const double along = 70 * (t - 0.5) + 6 * std::sin(7 * t);
-  return {turn.normalized(), Vec(0, 0, along) - turn * Vec(0, 45, 0)};
-}
-
-Sweep sweep_of(const Rest& rest) {
-  return test::images_along(
-             patient(), kImages, [](int f) { return hand_at(kStepS * f); }, rest)
-      .sweep;
-}
+Sweep sweep_of(const Rest& rest) { return test::uneven_sweep(rest); }
 
 Rest at_rest() {
   return [](int, const Vec& now, const Vec& beam) -> test::AtRest { return {now, beam}; };
@@ -64,20 +42,12 @@ Sweep altered(const std::function<void(int, TrackedFrame&)>& change) {
   return *Sweep::create(std::move(frames), "altered");
 }
 
-ImageRegistrationOptions options() {
-  ImageRegistrationOptions solver = test::small_options(0);
-  solver.levels.back() = {.sample_step_mm = 1.6,
-                          .patch_side = 9,
-                          .patches = 1500,
-                          .frame_step_mm = 1,
-                          .choice = PatchChoice::kEven};
-  return solver;
-}
+ImageRegistrationOptions options() { return test::hand_options(); }
 
 ImageRegistrationResult fitted(const Sweep& sweep,
                                const ImageRegistrationOptions& solver = options()) {
   CollectingDiagnostics diagnostics;
-  auto result = register_sweep(ct(), sweep, test::true_pose(), solver, diagnostics);
+  auto result = register_sweep(test::hand_ct(), sweep, test::true_pose(), solver, diagnostics);
   EXPECT_TRUE(test::has_value(result));
   return std::move(result).value();
 }
@@ -125,7 +95,8 @@ TEST(MisfitTest, FindsADelayWithItsSignAndSize) {
   for (const double late_s : {-0.08, 0.08}) {
     // The poses are those of a time late_s before the images.
     const Sweep sweep = altered([&](int f, TrackedFrame& tracked) {
-      tracked.reference_from_image = test::true_pose().inverse() * hand_at(kStepS * f - late_s);
+      tracked.reference_from_image =
+          test::true_pose().inverse() * uneven_hand_at(kStepS * f - late_s);
     });
     const auto result = fitted(sweep);
     const Misfit delay = by_cause(result.misfits).at(MisfitCause::kDelay);
@@ -210,7 +181,8 @@ TEST(MisfitTest, ReportsTheErrorsThatItWouldNotNotice) {
   }
   const auto found = [](double late_s) {
     const Sweep sweep = altered([&](int f, TrackedFrame& tracked) {
-      tracked.reference_from_image = test::true_pose().inverse() * hand_at(kStepS * f - late_s);
+      tracked.reference_from_image =
+          test::true_pose().inverse() * uneven_hand_at(kStepS * f - late_s);
     });
     return by_cause(fitted(sweep).misfits).at(MisfitCause::kDelay);
   };
@@ -255,7 +227,8 @@ ImagePose fanning_hand_at(int f) {
 
 /// A fan whose images have a calibration error.
 Sweep fan_off_by(const Vec& shift_mm, const Vec& turn_rad = Vec::Zero()) {
-  static const Sweep fan = test::images_along(patient(), kImages, fanning_hand_at, at_rest()).sweep;
+  static const Sweep fan =
+      test::images_along(test::hand_patient(), kImages, fanning_hand_at, at_rest()).sweep;
   std::vector<TrackedFrame> frames = fan.frames();
   for (TrackedFrame& tracked : frames) {
     const UltrasoundFrame& frame = tracked.frame;
@@ -355,7 +328,7 @@ TEST(MisfitTest, ADistantReferenceChangesNothing) {
   const auto& truth = test::true_pose();
   const Transform<frames::Ct, frames::Reference> start(
       truth.rotation(), truth.translation_mm() - truth.rotation() * far);
-  const auto away = register_sweep(ct(), sweep, start, options(), diagnostics);
+  const auto away = register_sweep(test::hand_ct(), sweep, start, options(), diagnostics);
   ASSERT_TRUE(test::has_value(away));
   const auto here = by_cause(fitted(right_sweep()).misfits);
   for (const Misfit& misfit : away->misfits) {
@@ -399,15 +372,15 @@ TEST(ImageMotionTest, EqualsTheMotionOfTheHand) {
     const auto at = [&](double s) {
       const double middle = 0.5 * (90 - 1);
       const auto& grid = right_sweep().frames()[0].frame.grid;
-      return (reference_from_ct * hand_at(s) * grid.at(middle, middle)).mm;
+      return (reference_from_ct * uneven_hand_at(s) * grid.at(middle, middle)).mm;
     };
     // A chord over 0.2 s, from the image before to the image after.
     const Vec velocity = (at(kStepS * (f + 1)) - at(kStepS * (f - 1))) / (2 * kStepS);
     EXPECT_LT((motion.velocity_mm_s - velocity).norm(), 1e-9);
     EXPECT_LT((motion.middle_mm - at(kStepS * f)).norm(), 1e-9);
     const Eigen::AngleAxisd turn(reference_from_ct.rotation() *
-                                 hand_at(kStepS * (f + 1)).rotation() *
-                                 hand_at(kStepS * (f - 1)).rotation().conjugate() *
+                                 uneven_hand_at(kStepS * (f + 1)).rotation() *
+                                 uneven_hand_at(kStepS * (f - 1)).rotation().conjugate() *
                                  reference_from_ct.rotation().conjugate());
     EXPECT_LT((motion.turn_rad_s - turn.angle() / (2 * kStepS) * turn.axis()).norm(), 1e-9);
   }
