@@ -190,7 +190,11 @@ std::string in_words(const CLI::App& app, const CLI::ParseError& problem) {
   }
   if (dynamic_cast<const CLI::RequiredError*>(&problem) != nullptr) {
     const auto* option = option_at(0);
-    return option != nullptr ? nothing_for(*option) : wrong_verb(app);
+    if (option == nullptr) return wrong_verb(app);
+    // A mistyped option is likely the cause of the one that is missing.
+    const auto rest = app.remaining(true);
+    const bool mistyped = !rest.empty() && rest.front().starts_with('-');
+    return mistyped ? wrong_argument(app) : nothing_for(*option);
   }
   if (dynamic_cast<const CLI::ExcludesError*>(&problem) != nullptr) {
     const std::string excludes = " excludes ";

@@ -11,10 +11,8 @@
 namespace nav::devices {
 namespace {
 
-constexpr const char* kNdiReporter = "devices.ndi";
 constexpr const char* kPortUnplugged = "it was unplugged; plug it in again";
 constexpr std::size_t kReadBytes = std::size_t{1} << 14;
-constexpr std::size_t kMostReports = 256;
 constexpr int kMostFailures = 3;
 constexpr Duration kQuiet = std::chrono::milliseconds(30);
 constexpr Duration kLongestDrain = std::chrono::milliseconds(500);
@@ -33,76 +31,38 @@ Result<std::unique_ptr<NdiSource>> NdiSource::create(NdiOptions options,
 
 NdiSource::NdiSource(NdiOptions options, std::unique_ptr<NdiTransport> transport,
                      const Clock& clock, Diagnostics& diagnostics)
-    : options_(std::move(options)),
+    : PolledSource(clock, diagnostics, "devices.ndi"),
+      options_(std::move(options)),
       transport_(std::move(transport)),
-      clock_(clock),
-      diagnostics_(diagnostics),
       due_(clock.now()),
       baud_(options_.baud),
       form_(options_.form),
       tracks_(options_.streams.size()),
-      retry_(options_.first_retry) {
+      retry_(options_.first_retry, options_.longest_retry) {
   for (const NdiStream& stream : options_.streams) {
-    infos_.push_back({stream.tool.name, StreamKind::kPoses, stream.role});
+    add_stream({stream.tool.name, StreamKind::kPoses, stream.role});
     // The reply to BX2 does not say that a tool was plugged in.
     if (stream.tool.rom.empty() && form_ == NdiForm::kBx2) form_ = NdiForm::kBx;
   }
-  health_.samples.resize(infos_.size());
-  health_.tool_faults.resize(infos_.size());
+  health_.samples.resize(streams().size());
+  health_.tool_faults.resize(streams().size());
   health_.form = form_;
-}
-
-void NdiSource::stop() noexcept {
-  stopped_ = true;
-  wake_.signal();
 }
 
 NdiHealth NdiSource::account() const {
   const std::lock_guard lock(mutex_);
   NdiHealth health = health_;
-  if (stopped_) health.state = NdiState::kStopped;
+  if (is_stopped()) health.state = NdiState::kStopped;
   return health;
 }
 
 SourceHealth NdiSource::health() const { return source_health(account()); }
 
-Result<Sample> NdiSource::next(Deadline deadline) {
-  Sample sample;
-  for (;;) {
-    if (stopped_) {
-      transport_->close();
-      return Error{ErrorCode::kCancelled, transport_->name() + ": stopped"};
-    }
-    if (take_ready(sample)) return sample;
-    const Timestamp now = clock_.now();
-    if (now >= due_) advance(now);
-    send_reports();
-    const bool writes = state_ == NdiState::kConnecting || (asked_ && sent_ < question_.size());
-    const Timestamp until = std::min(deadline, due_);
-    std::array<Watched, 2> watched = {Watched{.fd = wake_.get(), .read = true},
-                                      Watched{.fd = transport_->descriptor(),
-                                              .read = state_ != NdiState::kConnecting,
-                                              .write = writes}};
-    const Timestamp before = clock_.now();
-    wait_for(watched, until > before ? until - before : Duration(0));
-    if (stopped_) continue;
-    attend(watched[1].read, watched[1].write);
-    send_reports();
-    if (take_ready(sample)) return sample;
-    if (clock_.now() >= deadline) {
-      return Error{ErrorCode::kTimeout, transport_->name() + ": no sample by the deadline"};
-    }
-  }
-}
-
-bool NdiSource::take_ready(Sample& sample) {
-  if (taken_ == ready_.size()) {
-    ready_.clear();
-    taken_ = 0;
-    return false;
-  }
-  sample = std::move(ready_[taken_++]);
-  return true;
+Watched NdiSource::watched() const {
+  const bool connecting = state_ == NdiState::kConnecting;
+  return {.fd = transport_->descriptor(),
+          .read = !connecting,
+          .write = connecting || (asked_ && sent_ < question_.size())};
 }
 
 void NdiSource::set_state(NdiState state, Timestamp due) {
@@ -178,7 +138,7 @@ void NdiSource::attend(bool readable, bool writable) {
   if (state_ == NdiState::kConnecting) {
     if (!writable) return;
     if (const auto failure = transport_->finish()) return lose(*failure);
-    return begin_setup(clock_.now());
+    return begin_setup(clock().now());
   }
   if (readable) receive();
   if (writable && asked_ && sent_ < question_.size()) send_rest();
@@ -187,7 +147,7 @@ void NdiSource::attend(bool readable, bool writable) {
 void NdiSource::receive() {
   if (buffer_.size() < filled_ + kReadBytes) buffer_.resize(filled_ + kReadBytes);
   const TcpTransfer got = transport_->receive(std::span(buffer_).subspan(filled_));
-  const Timestamp now = clock_.now();
+  const Timestamp now = clock().now();
   if (got.bytes > 0) {
     {
       const std::lock_guard lock(mutex_);
@@ -263,9 +223,9 @@ void NdiSource::take_setup_reply(const NdiReply& reply, Timestamp now) {
 }
 
 void NdiSource::go_on_with_setup(Timestamp now) {
-  for (std::size_t i = 0; i < infos_.size(); ++i) {
+  for (std::size_t i = 0; i < streams().size(); ++i) {
     const std::string& fault = setup_->tools()[i].fault;
-    if (!fault.empty()) report_once(Severity::kWarning, infos_[i].name + ": " + fault);
+    if (!fault.empty()) report_once(Severity::kWarning, streams()[i].name + ": " + fault);
     const std::lock_guard lock(mutex_);
     health_.tool_faults[i] = fault;
   }
@@ -287,7 +247,7 @@ void NdiSource::setup_done(Timestamp now) {
     health_.version = version;
   }
   look_again_ = now + kLookAgain;
-  reports_.push_back({Severity::kInfo, "tracking: " + version.firmware + " " + version.serial});
+  report(Severity::kInfo, "tracking: " + version.firmware + " " + version.serial);
   answered_ = now;
   set_state(NdiState::kTracking, now);
 }
@@ -389,13 +349,13 @@ void NdiSource::take_tracking_reply(const NdiReply& reply, Timestamp now) {
   }
   answered_ = now;
   if (state_ == NdiState::kSilent) {
-    reports_.push_back({Severity::kInfo, "replies come again"});
-    reported_.erase("nothing has come for " + ndi_seconds(options_.silence));
+    report(Severity::kInfo, "replies come again");
+    forget_report("nothing has come for " + ndi_seconds(options_.silence));
   }
-  retry_ = options_.first_retry;
-  const std::size_t before = ready_.size();
+  retry_.reset();
+  const std::size_t before = ready().size();
   take_readings(now);
-  const Duration pause = ready_.size() > before ? Duration(0) : options_.idle_period;
+  const Duration pause = ready().size() > before ? Duration(0) : options_.idle_period;
   set_state(NdiState::kTracking, std::max(now + pause, asked_at_ + options_.shortest_period));
   look_for_plugged(now);
 }
@@ -423,30 +383,30 @@ void NdiSource::take_tracking_error(const NdiReply& reply, Timestamp now) {
 }
 
 void NdiSource::take_readings(Timestamp now) {
-  const std::size_t before = ready_.size();
-  const NdiTracks::Taken taken = tracks_.take(readings_, now, ready_);
+  const std::size_t before = ready().size();
+  const NdiTracks::Taken taken = tracks_.take(readings_, now, ready());
   for (const std::size_t stream : taken.unplugged) {
-    report_once(Severity::kWarning, infos_[stream].name + ": " + kPortUnplugged);
+    report_once(Severity::kWarning, streams()[stream].name + ": " + kPortUnplugged);
   }
   const std::lock_guard lock(mutex_);
   health_.repeats += taken.repeats;
   health_.undeclared += taken.undeclared;
   for (const std::size_t stream : taken.unplugged) health_.tool_faults[stream] = kPortUnplugged;
-  for (std::size_t i = before; i < ready_.size(); ++i) ++health_.samples[ready_[i].stream];
+  for (std::size_t i = before; i < ready().size(); ++i) ++health_.samples[ready()[i].stream];
 }
 
 /// Sets ports up again when the tracker says that a tool was plugged in, and one is wanted.
 void NdiSource::look_for_plugged(Timestamp now) {
   if ((readings_.system_status & kNdiPortOccupied) == 0 || now < look_again_) return;
   bool wanted = false;
-  for (std::size_t i = 0; i < infos_.size(); ++i) {
+  for (std::size_t i = 0; i < streams().size(); ++i) {
     if (!options_.streams[i].tool.rom.empty() || tracks_.is_usable(i)) continue;
     setup_->forget(i);
     wanted = true;
   }
   if (!wanted) return;
   setup_->look_again();
-  reported_.clear();
+  forget_reports();
   set_state(NdiState::kSetup, now);
   go_on_with_setup(now);
 }
@@ -457,7 +417,7 @@ void NdiSource::lose(const TcpFailure& failure) {
   filled_ = 0;
   asked_ = draining_ = false;
   look_again_ = {};
-  const Timestamp now = clock_.now();
+  const Timestamp now = clock().now();
   {
     const std::lock_guard lock(mutex_);
     health_.cause = failure.cause;
@@ -465,27 +425,13 @@ void NdiSource::lose(const TcpFailure& failure) {
   }
   if (reported_loss_ != failure.message) {
     reported_loss_ = failure.message;
-    reports_.push_back({Severity::kWarning, failure.message + "; it is tried again"});
+    report(Severity::kWarning, failure.message + "; it is tried again");
   }
   if (was_tracking) {
-    retry_ = options_.first_retry;
-    reported_.clear();
+    retry_.reset();
+    forget_reports();
   }
-  set_state(NdiState::kWaiting, now + retry_);
-  retry_ = std::min(2 * retry_, options_.longest_retry);
-}
-
-/// Reports what may repeat with every reply, the first time only.
-void NdiSource::report_once(Severity severity, const std::string& message) {
-  if (reported_.size() >= kMostReports || !reported_.emplace(message, true).second) return;
-  reports_.push_back({severity, message});
-}
-
-void NdiSource::send_reports() {
-  for (const Report& one : reports_) {
-    diagnostics_.report(one.severity, kNdiReporter, transport_->name() + ": " + one.message);
-  }
-  reports_.clear();
+  set_state(NdiState::kWaiting, now + retry_.take());
 }
 
 }  // namespace nav::devices

@@ -2,10 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -19,8 +17,7 @@
 #include "devices/ndi/ndi_setup.hpp"
 #include "devices/ndi/ndi_tracks.hpp"
 #include "devices/ndi/ndi_transport.hpp"
-#include "nav/diagnostics.hpp"
-#include "nav/source.hpp"
+#include "devices/polled_source.hpp"
 
 namespace nav::devices {
 
@@ -33,7 +30,7 @@ namespace nav::devices {
 ///   - Sample::device_time: time of BX2, or counter / 60 Hz for a Polaris; otherwise absent.
 ///   - Sample::sequence: counter of the tracker with a device_time, otherwise a count of samples.
 ///   - The times `acquired` are those of reception until a clock model has mapped device_time.
-class NdiSource final : public Source {
+class NdiSource final : public PolledSource {
  public:
   /// \p clock advances with real time; clock and diagnostics must outlive the source. Errors: those
   /// of validate().
@@ -41,27 +38,24 @@ class NdiSource final : public Source {
                                                    std::unique_ptr<NdiTransport> transport,
                                                    const Clock& clock, Diagnostics& diagnostics);
 
-  [[nodiscard]] const std::vector<StreamInfo>& streams() const override { return infos_; }
-  Result<Sample> next(Deadline deadline) override;
-  void stop() noexcept override;
   /// Thread-safe.
   [[nodiscard]] NdiHealth account() const;
   [[nodiscard]] SourceHealth health() const override;
 
  private:
-  struct Report {
-    Severity severity;
-    std::string message;
-  };
   NdiSource(NdiOptions options, std::unique_ptr<NdiTransport> transport, const Clock& clock,
             Diagnostics& diagnostics);
 
-  bool take_ready(Sample& sample);
+  [[nodiscard]] std::string name() const override { return transport_->name(); }
+  [[nodiscard]] Timestamp wake_time() const override { return due_; }
+  void advance(Timestamp now) override;
+  [[nodiscard]] Watched watched() const override;
+  void attend(bool readable, bool writable) override;
+  void close() noexcept override { transport_->close(); }
+
   void set_state(NdiState state, Timestamp due);
-  void advance(Timestamp now);
   void open(Timestamp now);
   void begin_setup(Timestamp now);
-  void attend(bool readable, bool writable);
   void receive();
   void read_replies(Timestamp now);
   void take_reply(const NdiReply& reply, Timestamp now);
@@ -81,17 +75,10 @@ class NdiSource final : public Source {
   void drain(Timestamp now);
   void repeat_question(Timestamp now);
   void lose(const TcpFailure& failure);
-  void report_once(Severity severity, const std::string& message);
-  void send_reports();
   [[nodiscard]] bool is_tracking() const;
 
   NdiOptions options_;
   std::unique_ptr<NdiTransport> transport_;
-  const Clock& clock_;
-  Diagnostics& diagnostics_;
-  std::vector<StreamInfo> infos_;
-  WakeEvent wake_;
-  std::atomic<bool> stopped_{false};
 
   // Used by next() only.
   NdiState state_ = NdiState::kWaiting;
@@ -116,12 +103,8 @@ class NdiSource final : public Source {
   NdiForm form_;
   NdiReadings readings_;
   NdiTracks tracks_;
-  Duration retry_;
+  RetryTimes retry_;
   std::string reported_loss_;
-  std::vector<Sample> ready_;
-  std::size_t taken_ = 0;
-  std::vector<Report> reports_;
-  std::map<std::string, bool> reported_;
 
   mutable std::mutex mutex_;  ///< Guards the health; never held while calling out.
   NdiHealth health_;

@@ -14,7 +14,6 @@
 namespace nav::devices {
 namespace {
 
-constexpr const char* kReporter = "devices.openigtlink";
 constexpr std::size_t kLeastRoom = std::size_t{1} << 16;
 constexpr std::size_t kMostRoom = std::size_t{1} << 22;
 constexpr std::size_t kMostNames = 64;
@@ -125,28 +124,22 @@ Result<std::unique_ptr<OpenIgtLinkSource>> OpenIgtLinkSource::create(OpenIgtLink
 
 OpenIgtLinkSource::OpenIgtLinkSource(OpenIgtLinkOptions options, TcpEndpoint peer,
                                      const Clock& clock, Diagnostics& diagnostics)
-    : options_(std::move(options)),
+    : PolledSource(clock, diagnostics, "devices.openigtlink"),
+      options_(std::move(options)),
       peer_(std::move(peer)),
-      clock_(clock),
-      diagnostics_(diagnostics),
       parser_(options_.parser),
       due_(clock.now()),
-      retry_(options_.first_retry) {
+      retry_(options_.first_retry, options_.longest_retry) {
   for (const OpenIgtLinkStream& stream : options_.streams) {
-    infos_.push_back({stream.device, stream.kind, stream.role});
+    add_stream({stream.device, stream.kind, stream.role});
   }
-  health_.samples.resize(infos_.size());
-}
-
-void OpenIgtLinkSource::stop() noexcept {
-  stopped_ = true;
-  wake_.signal();
+  health_.samples.resize(streams().size());
 }
 
 OpenIgtLinkHealth OpenIgtLinkSource::account() const {
   const std::lock_guard lock(mutex_);
   OpenIgtLinkHealth health = health_;
-  if (stopped_) health.state = OpenIgtLinkState::kStopped;
+  if (is_stopped()) health.state = OpenIgtLinkState::kStopped;
   return health;
 }
 
@@ -179,46 +172,8 @@ SourceHealth OpenIgtLinkSource::health() const {
   return health;
 }
 
-Result<Sample> OpenIgtLinkSource::next(Deadline deadline) {
-  Sample sample;
-  for (;;) {
-    if (stopped_) {
-      socket_.close();
-      return Error{ErrorCode::kCancelled, peer_.text + ": stopped"};
-    }
-    if (take_ready(sample)) return sample;
-    const Timestamp now = clock_.now();
-    advance(now);
-    send_reports();
-    const bool connecting = health_.state == OpenIgtLinkState::kConnecting;
-    const Timestamp until = std::min(deadline, wake_time());
-    std::array<Watched, 2> watched = {
-        Watched{.fd = wake_.get(), .read = true},
-        Watched{.fd = socket_.get(), .read = !connecting, .write = connecting}};
-    wait_for(watched, until > now ? until - now : Duration(0));
-    if (stopped_) continue;
-    attend(watched[1].read, watched[1].write);
-    send_reports();
-    if (take_ready(sample)) return sample;
-    if (clock_.now() >= deadline) {
-      return Error{ErrorCode::kTimeout, peer_.text + ": no sample by the deadline"};
-    }
-  }
-}
-
-bool OpenIgtLinkSource::take_ready(Sample& sample) {
-  if (taken_ == ready_.size()) {
-    ready_.clear();
-    taken_ = 0;
-    return false;
-  }
-  sample = std::move(ready_[taken_++]);
-  return true;
-}
-
 /// Does what is due: begins or gives up an attempt, notices silence.
 void OpenIgtLinkSource::advance(Timestamp now) {
-  if (now < wake_time()) return;
   if (!socket_.is_open()) {
     auto begun = begin_tcp_connect(peer_);
     if (!begun) {
@@ -253,6 +208,11 @@ Timestamp OpenIgtLinkSource::wake_time() const {
   }
 }
 
+Watched OpenIgtLinkSource::watched() const {
+  const bool connecting = health_.state == OpenIgtLinkState::kConnecting;
+  return {.fd = socket_.get(), .read = !connecting, .write = connecting};
+}
+
 void OpenIgtLinkSource::attend(bool readable, bool writable) {
   if (!socket_.is_open()) return;
   if (health_.state == OpenIgtLinkState::kConnecting) {
@@ -260,7 +220,7 @@ void OpenIgtLinkSource::attend(bool readable, bool writable) {
     if (const auto failure = finish_tcp_connect(socket_)) {
       lose(*failure);
     } else {
-      connected(clock_.now());
+      connected(clock().now());
     }
   } else if (readable) {
     receive();
@@ -299,7 +259,7 @@ void OpenIgtLinkSource::connected(Timestamp now) {
 void OpenIgtLinkSource::receive() {
   const std::size_t least = std::clamp(parser_.wanted(), kLeastRoom, kMostRoom);
   const TcpTransfer got = receive_now(socket_, parser_.prepare(least));
-  const Timestamp received = clock_.now();
+  const Timestamp received = clock().now();
   if (got.bytes > 0) {
     parser_.commit(got.bytes);
     heard_ = received;
@@ -310,7 +270,7 @@ void OpenIgtLinkSource::receive() {
       health_.state = OpenIgtLinkState::kConnected;
     }
     read_messages(received);
-    if (parser_.counts().messages > before) retry_ = options_.first_retry;
+    if (parser_.counts().messages > before) retry_.reset();
     health_.stream = parser_.counts();
     report_faults();
   }
@@ -329,13 +289,13 @@ void OpenIgtLinkSource::lose(const TcpFailure& failure) {
     health_.stream = parser_.counts();
     count_named(health_.losses, failure.cause);
   }
-  due_ = clock_.now() + retry_;
+  const Duration wait = retry_.take();
+  due_ = clock().now() + wait;
   if (was_connected || reported_loss_ != failure.cause) {
     reported_loss_ = failure.cause;
     report(Severity::kWarning, (was_connected ? "the connection is lost: " : "cannot connect: ") +
-                                   failure.message + "; trying again in " + seconds_text(retry_));
+                                   failure.message + "; trying again in " + seconds_text(wait));
   }
-  retry_ = std::min(2 * retry_, options_.longest_retry);
 }
 
 void OpenIgtLinkSource::read_messages(Timestamp received) {
@@ -439,13 +399,13 @@ void OpenIgtLinkSource::add(std::size_t stream, const IgtlMessage& message, Time
   sample.received = received;
   sample.device_time = message.header.device_time();
   sample.what = std::move(what);
-  ready_.push_back(std::move(sample));
+  deliver(std::move(sample));
 }
 
 std::optional<std::size_t> OpenIgtLinkSource::stream_of(std::string_view device,
                                                         StreamKind kind) const {
-  for (std::size_t i = 0; i < infos_.size(); ++i) {
-    if (infos_[i].kind == kind && wire_name(infos_[i].name) == device) return i;
+  for (std::size_t i = 0; i < streams().size(); ++i) {
+    if (streams()[i].kind == kind && wire_name(streams()[i].name) == device) return i;
   }
   return std::nullopt;
 }
@@ -472,23 +432,6 @@ void OpenIgtLinkSource::report_faults() {
            std::string("a broken message was skipped: ") + to_string(static_cast<IgtlFault>(i)));
   }
   reported_faults_ = counts;
-}
-
-/// Reports what may repeat with every message, the first time only.
-void OpenIgtLinkSource::report_once(Severity severity, const std::string& key,
-                                    const std::string& message) {
-  if (reported_.size() < kMostNames && reported_.emplace(key, true).second) {
-    report(severity, message);
-  }
-}
-
-void OpenIgtLinkSource::report(Severity severity, std::string message) {
-  reports_.push_back({severity, peer_.text + ": " + std::move(message)});
-}
-
-void OpenIgtLinkSource::send_reports() {
-  for (const Report& one : reports_) diagnostics_.report(one.severity, kReporter, one.message);
-  reports_.clear();
 }
 
 }  // namespace nav::devices

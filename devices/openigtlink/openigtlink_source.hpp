@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -17,8 +16,7 @@
 
 #include "devices/openigtlink/igtl_parser.hpp"
 #include "devices/openigtlink/tcp_socket.hpp"
-#include "nav/diagnostics.hpp"
-#include "nav/source.hpp"
+#include "devices/polled_source.hpp"
 
 namespace nav::devices {
 
@@ -84,7 +82,7 @@ struct OpenIgtLinkHealth {
 /// Sample::device_time is the header's time stamp, ns since 1970; absent when the sender gives
 /// none. The times `acquired` are those of reception until a clock model has mapped the device
 /// time.
-class OpenIgtLinkSource final : public Source {
+class OpenIgtLinkSource final : public PolledSource {
  public:
   /// Finds the address of the host, which may wait for the name service. \p clock advances with
   /// real time; clock and diagnostics must outlive the source. Errors: those of validate(), and
@@ -93,25 +91,20 @@ class OpenIgtLinkSource final : public Source {
                                                            const Clock& clock,
                                                            Diagnostics& diagnostics);
 
-  [[nodiscard]] const std::vector<StreamInfo>& streams() const override { return infos_; }
-  Result<Sample> next(Deadline deadline) override;
-  void stop() noexcept override;
   /// Thread-safe.
   [[nodiscard]] OpenIgtLinkHealth account() const;
   [[nodiscard]] SourceHealth health() const override;
 
  private:
-  struct Report {
-    Severity severity;
-    std::string message;
-  };
   OpenIgtLinkSource(OpenIgtLinkOptions options, TcpEndpoint peer, const Clock& clock,
                     Diagnostics& diagnostics);
 
-  bool take_ready(Sample& sample);
-  void advance(Timestamp now);
-  [[nodiscard]] Timestamp wake_time() const;
-  void attend(bool readable, bool writable);
+  [[nodiscard]] std::string name() const override { return peer_.text; }
+  [[nodiscard]] Timestamp wake_time() const override;
+  void advance(Timestamp now) override;
+  [[nodiscard]] Watched watched() const override;
+  void attend(bool readable, bool writable) override;
+  void close() noexcept override { socket_.close(); }
   void connected(Timestamp now);
   void receive();
   void lose(const TcpFailure& failure);
@@ -125,32 +118,20 @@ class OpenIgtLinkSource final : public Source {
            decltype(Sample::what) what);
   void reject(const IgtlMessage& message, const std::string& why);
   void report_faults();
-  void report_once(Severity severity, const std::string& key, const std::string& message);
-  void report(Severity severity, std::string message);
-  void send_reports();
   [[nodiscard]] std::optional<std::size_t> stream_of(std::string_view device,
                                                      StreamKind kind) const;
   void note_undeclared(std::string_view device, const IgtlMessage& message);
 
   OpenIgtLinkOptions options_;
   TcpEndpoint peer_;
-  const Clock& clock_;
-  Diagnostics& diagnostics_;
-  std::vector<StreamInfo> infos_;
-  WakeEvent wake_;
-  std::atomic<bool> stopped_{false};
 
   // Used by next() only.
   FileDescriptor socket_;
   IgtlParser parser_;
   Timestamp due_{};    ///< Time of the next attempt, or the end of the one that runs.
   Timestamp heard_{};  ///< Newest bytes.
-  Duration retry_;
+  RetryTimes retry_;
   std::string reported_loss_;
-  std::vector<Sample> ready_;
-  std::size_t taken_ = 0;
-  std::vector<Report> reports_;
-  std::map<std::string, bool, std::less<>> reported_;
   IgtlStreamCounts reported_faults_;
 
   mutable std::mutex mutex_;  ///< Guards the health; never held while calling out.

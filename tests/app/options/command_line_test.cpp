@@ -175,6 +175,9 @@ TEST_F(CommandLineTest, ParseErrorsHaveTheFormOfOtherErrors) {
            {"demo --out x --rms_error=3",
             "sonde demo: expected an option that 'sonde demo --help-all' lists, found "
             "--rms_error=3; did you mean --rms-error?"},
+           {"demo --widht 3",  // Not that --out is missing.
+            "sonde demo: expected an option that 'sonde demo --help-all' lists, found --widht; did "
+            "you mean --width?"},
            {"reply", "verb: expected one of " + verbs + ", found 'reply'; did you mean replay?"},
            {"help levitate", "help: expected a verb, or --man and a verb, found 'levitate'"},
            {"help --man levitate", "help: expected a verb, or --man and a verb, found 'levitate'"},
