@@ -6,9 +6,11 @@
 #include <charconv>
 #include <utility>
 
+#include "devices/can/can_arm_source.hpp"
 #include "devices/ndi/ndi_source.hpp"
 #include "devices/openigtlink/openigtlink_source.hpp"
 #include "io/recording_source.hpp"
+#include "session/arm_file.hpp"
 #include "session/paced_source.hpp"
 #include "session/played_recording.hpp"
 #include "sim/session/simulated_session.hpp"
@@ -123,6 +125,35 @@ Result<LiveDevice> open_ndi(const DeviceOptions& device, const std::string& need
   return LiveDevice{.options = device, .source = *std::move(opened)};
 }
 
+/// "can:can0".
+std::optional<std::string> can_address(std::string_view text) {
+  constexpr std::string_view kBegin = "can:";
+  constexpr std::size_t kLongestName = 15;  // IFNAMSIZ of an interface without its end.
+  if (!text.starts_with(kBegin)) return std::nullopt;
+  text.remove_prefix(kBegin.size());
+  if (text.empty() || text.size() > kLongestName) return std::nullopt;
+  return std::string(text);
+}
+
+Result<LiveDevice> open_can_arm(const DeviceOptions& device, const std::string& needle_body,
+                                const SourceOptions& source, const Clock& clock,
+                                Diagnostics& diagnostics) {
+  auto arm = read_arm_file(device.arm);
+  if (!arm) return arm.error();
+  devices::CanArmOptions options;
+  options.body = device.bodies.front().name;
+  options.role = options.body == needle_body ? ToolRole::kNeedle : role_of(options.body, source);
+  options.arm = *std::move(arm);
+  options.period =
+      std::chrono::duration_cast<Duration>(std::chrono::duration<double>(1 / device.rate_hz));
+  const std::string interface = *can_address(device.address);
+  auto opened = devices::CanArmSource::create(
+      options, interface, devices::CanArmSource::on_interface(interface, options.arm), clock,
+      diagnostics);
+  if (!opened) return opened.error();
+  return LiveDevice{.options = device, .source = *std::move(opened)};
+}
+
 /// A simulated session with the source of its streams.
 struct Simulation {
   explicit Simulation(sim::SimulatedSession made) : session(std::move(made)) {}
@@ -228,6 +259,17 @@ Result<void> validate_one(const DeviceOptions& device, const std::string& name) 
   if (device.kind == "ndi") {
     if (auto ok = validate_ndi(device, name); !ok) return ok;
   }
+  if (device.kind == "can-arm") {
+    if (!can_address(device.address)) return reject("address", "can:INTERFACE", device.address);
+    if (device.arm.empty()) return reject("arm", "the file of the arm's kinematics", "");
+    if (device.bodies.size() != 1) {
+      return reject("bodies", "the one body that the arm holds",
+                    std::to_string(device.bodies.size()));
+    }
+    if (!(device.rate_hz >= 1 && device.rate_hz <= 1000)) {
+      return reject("rate_hz", "1 to 1000 Hz", std::to_string(device.rate_hz));
+    }
+  }
   if (device.kind == "recording" && device.address.empty()) {
     return reject("address", "the file of a PLUS sequence", device.address);
   }
@@ -252,7 +294,8 @@ LiveKind live_kind(const std::vector<DeviceOptions>& devices) {
 }
 
 const std::vector<std::string>& device_kinds() {
-  static const std::vector<std::string> kinds{"openigtlink", "ndi", "simulated", "recording"};
+  static const std::vector<std::string> kinds{"openigtlink", "ndi", "can-arm", "simulated",
+                                              "recording"};
   return kinds;
 }
 
@@ -275,6 +318,8 @@ Result<LiveDevice> open_device(const DeviceOptions& device, const std::string& n
                                Diagnostics& diagnostics) {
   auto opened = device.kind == "simulated" ? open_simulated(device, clock)
                 : device.kind == "ndi" ? open_ndi(device, needle_body, source, clock, diagnostics)
+                : device.kind == "can-arm"
+                    ? open_can_arm(device, needle_body, source, clock, diagnostics)
                 : device.kind == "recording"
                     ? open_recording(device, source, clock, diagnostics)
                     : open_openigtlink(device, needle_body, source, clock, diagnostics);

@@ -33,13 +33,16 @@ struct DeviceBody {
 struct DeviceOptions {
   std::string id{};    ///< Unique name in messages, reports and recordings.
   std::string kind{};  ///< One of device_kinds().
-  /// "tcp:host:port", for ndi also "serial:/dev/ttyUSB0"; the file for a recording.
+  /// "tcp:host:port", for ndi also "serial:/dev/ttyUSB0"; for can-arm "can:can0"; the file for a
+  /// recording.
   std::string address{};
   std::vector<DeviceBody> bodies{};
   /// Name of the images on the device; empty: it gives none.
   std::string image{};
   bool announce_version_2 = true;  ///< openigtlink: OpenIgtLinkOptions'.
   int baud = 115200;               ///< ndi on a serial port: rate that the line is raised to.
+  std::filesystem::path arm{};     ///< can-arm: file of its kinematics.
+  double rate_hz = 200;            ///< can-arm: poses a second, [1, 1000].
   // Simulated devices.
   std::string family = "abdomen";   ///< Patient: sim::patient_families().
   std::string tracker = "optical";  ///< sim::TrackerKind.

@@ -56,6 +56,11 @@ void read_devices(Section& root, const char* key, Settings& settings) {
         // A tool definition lies beside the session file.
         if (is_file(body.tool)) body.tool = one.beside_file(body.tool).string();
       }
+    } else if (device.kind == "can-arm") {
+      one.text("address", device.address);
+      one.path("arm", device.arm);
+      one.number("rate_hz", device.rate_hz);
+      read_bodies(one, name, device.bodies);
     } else {
       one.text("address", device.address);
       one.text("image", device.image);
@@ -93,6 +98,9 @@ void write_devices(KeyWriter& writer, const char* key, const Settings& settings)
       table.insert("address", device.address);
       if (device.kind == "ndi") {
         table.insert("baud", device.baud);
+      } else if (device.kind == "can-arm") {
+        table.insert("arm", absolute_text(device.arm));
+        table.insert("rate_hz", device.rate_hz);
       } else {
         if (!device.image.empty()) table.insert("image", device.image);
         table.insert("announce_version_2", device.announce_version_2);

@@ -126,6 +126,19 @@ void CommandLine::add_serve() {
   });
 }
 
+void CommandLine::add_emulate() {
+  CLI::App& verb = add_verb("emulate", settings_);
+  verb.callback([this, &verb] {
+    verb_ = [this, &verb](Console& console) -> Result<void> {
+      if (auto ok = as_given(verb, "emulate", validate(settings_.config)); !ok) return ok;
+      if (auto ok = reject_idle(verb, "emulate", settings_); !ok) return ok;
+      if (auto ok = check_live("emulate"); !ok) return ok;
+      if (auto ok = reject_overwriting_of(settings_.config, settings_.json, {}); !ok) return ok;
+      return run_emulate(settings_.config, settings_.serve, json(), console);
+    };
+  });
+}
+
 void CommandLine::add_live() {
   CLI::App& verb = add_verb("live", settings_);
   verb.callback([this, &verb] {

@@ -34,6 +34,7 @@ class CommandLine {
     add_record();
     add_export();
     add_serve();
+    add_emulate();
     add_reconstruct();
     add_register();
     add_info();
@@ -64,6 +65,7 @@ class CommandLine {
   void add_record();
   void add_export();
   void add_serve();
+  void add_emulate();
   void add_reconstruct();
   [[nodiscard]] Result<void> check_live(const std::string& verb) const;
   void add_register();

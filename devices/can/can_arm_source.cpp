@@ -12,7 +12,7 @@ namespace {
 constexpr int kMostQuestions = 3;
 constexpr int kMostFramesAtOnce = 1000;
 
-/// One question of the set-up of an encoder.
+/// One question of the setup of an encoder.
 struct SetupStep {
   CanObject object;
   bool writes = false;

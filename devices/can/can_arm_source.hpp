@@ -22,7 +22,7 @@ struct CanArmOptions {
   ToolRole role = ToolRole::kProbe;
   ArmModel arm;
   Duration period = std::chrono::milliseconds(5);       ///< Between two SYNC, 1 ms to 1 s.
-  Duration reply = std::chrono::milliseconds(200);      ///< Time for an answer during set-up, > 0.
+  Duration reply = std::chrono::milliseconds(200);      ///< Time for an answer during setup, > 0.
   Duration heartbeat = std::chrono::milliseconds(100);  ///< Set at each encoder, 1 ms to 60 s.
   /// Time without a sign of an encoder after which the arm is lost, > heartbeat.
   Duration lost = std::chrono::milliseconds(300);
@@ -42,7 +42,7 @@ struct CanArmHealth {
   std::uint64_t frames = 0;       ///< Received.
   std::uint64_t poses = 0;        ///< Delivered with a matrix.
   bool at_rest_seen = false;      ///< The arm was shown in its rest position, or has none.
-  /// By cause: "missing_joint" (a SYNC that not all encoders answered), "late", "send_full",
+  /// Counts by cause: "missing_joint" (a SYNC that not all encoders answered), "late", "send_full",
   /// "kernel_drops", "malformed", "emergency", "reboot", and those of can_error_causes().
   std::map<std::string, std::uint64_t> bad;
   std::map<std::string, std::uint64_t> losses;

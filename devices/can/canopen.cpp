@@ -39,7 +39,7 @@ CanObject object_in(const CanFrame& frame) {
   return {static_cast<std::uint16_t>(frame.data[1] | frame.data[2] << 8), frame.data[3]};
 }
 
-/// A number of 1 to 4 bytes, from a place on.
+/// A number of 1 to 4 bytes, from a byte on.
 std::uint32_t number_in(const CanFrame& frame, std::size_t from, std::size_t bytes) {
   std::uint32_t value = 0;
   for (std::size_t i = 0; i < bytes; ++i) {
@@ -121,7 +121,7 @@ std::optional<SdoReply> read_sdo_reply(const CanFrame& frame) {
 }
 
 std::string sdo_abort_sentence(std::uint32_t code) {
-  const char* text = "the node refuses";
+  const char* text = "the node rejects the request";
   switch (code) {
     case 0x05040000:
       text = "the transfer timed out";

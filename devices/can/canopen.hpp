@@ -62,7 +62,7 @@ CanOpenMessage classify_canopen(const CanFrame& frame);
 struct SdoReply {
   CanObject object;
   bool is_abort = false;
-  std::uint32_t value = 0;  ///< What was read, or the code of the abort.
+  std::uint32_t value = 0;  ///< The value that was read, or the code of the abort.
 };
 /// Absent for replies that are no expedited ones, and for frames of less than 8 bytes.
 std::optional<SdoReply> read_sdo_reply(const CanFrame& frame);
@@ -87,7 +87,7 @@ CanNodeState read_heartbeat(const CanFrame& frame);
 /// Position of an encoder: the first 4 bytes of a PDO; absent for a shorter one.
 std::optional<std::uint32_t> read_position(const CanFrame& frame);
 
-// What a node sends, for tests and the emulator.
+// Frames that a node sends, for tests and the emulator.
 CanFrame can_heartbeat(int node, CanNodeState state);
 CanFrame can_position(int node, std::uint32_t counts);
 CanFrame can_emergency(int node, const CanEmergency& emergency);

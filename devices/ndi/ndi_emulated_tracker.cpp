@@ -233,8 +233,10 @@ NdiReadings NdiEmulatedTracker::look() {
     if (!one.gone) reading = options_.see(*one.tool, number_);
     reading.handle = handle;
     reading.status = 0x31;
-    reading.number = number_;
-    reading.time = DeviceTime(std::chrono::nanoseconds(std::int64_t{number_} * kSecond / kHz));
+    if (!reading.number) {
+      reading.number = number_;
+      reading.time = DeviceTime(std::chrono::nanoseconds(std::int64_t{number_} * kSecond / kHz));
+    }
     readings.tools.push_back(reading);
   }
   return readings;

@@ -26,7 +26,8 @@ struct NdiEmulatedTool {
 struct NdiEmulatedOptions {
   std::vector<NdiEmulatedTool> tools;
   /// Gives the reading of a tool (index in `tools`) at a frame number: rotation, translation,
-  /// error, presence and volume flags. The rest is filled in. Called by the emulator's thread.
+  /// error, presence and volume flags. A reading with a number of its own keeps it; the rest is
+  /// filled in. Called by the emulator's thread.
   std::function<NdiToolReading(std::size_t tool, std::uint32_t number)> see;
   std::string firmware = "Polaris Control Firmware";
   std::string serial = "P4-00000";

@@ -255,7 +255,8 @@ TYPED_TEST(DeviceContractTest, APeerThatVanishesIsALossWithACauseAndComesBack) {
   EXPECT_FALSE(this->rig_.source->health().cause.empty());
   const std::size_t warnings = this->rig_.diagnostics.entries().size();
   EXPECT_GT(warnings, 0U);
-  // What stays the same while the peer is away is said once or twice, not with every attempt.
+  // A message that stays the same while the peer is away is said once or twice, not with every
+  // attempt.
   for (int i = 0; i < 20; ++i)
     (void)this->rig_.source->next(this->rig_.clock.now() + milliseconds(20));
   EXPECT_LE(this->rig_.diagnostics.entries().size(), warnings + 2) << this->reports();

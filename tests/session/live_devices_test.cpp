@@ -35,7 +35,8 @@ TEST(LiveDevicesTest, NamesTheKeyThatCannotBeUsed) {
   EXPECT_EQ(changed([](auto& d) { d.id = "a b"; }),
             "devices[0].id: expected 1 to 64 letters, digits and _ - ., found 'a b'");
   EXPECT_EQ(changed([](auto& d) { d.kind = "ndj"; }),
-            "devices[0].kind: expected one of openigtlink, ndi, simulated, recording, found 'ndj'");
+            "devices[0].kind: expected one of openigtlink, ndi, can-arm, simulated, recording, "
+            "found 'ndj'");
   for (const char* address : {"127.0.0.1:18944", "tcp:18944", "tcp::18944", "tcp:host:0",
                               "tcp:host:65536", "tcp:host:12x", "tcp:host:", ""}) {
     EXPECT_NE(changed([&](auto& d) { d.address = address; }), "") << address;

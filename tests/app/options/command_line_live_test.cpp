@@ -4,7 +4,11 @@
 #include <fstream>
 #include <gtest/gtest.h>
 #include <string>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
 
+#include "devices/openigtlink/openigtlink_server.hpp"
 #include "tests/app/options/command_line_support.hpp"
 
 namespace nav::app {
@@ -109,6 +113,61 @@ TEST_F(CommandLineLiveTest, ADeviceThatIsNotThereEndsWithCode4) {
       "address = \"tcp:127.0.0.1:1\"\nimage = \"Image\"\nbodies = [{name = \"Probe\"}]\n");
   expect_rejection("devices --seconds 0.5 --session " + session, 4,
                    {"plus", "ProbeToTracker", "no_listener"});
+}
+
+/// A port that nothing listens at.
+std::uint16_t free_port() {
+  CollectingDiagnostics diagnostics;
+  return (*devices::OpenIgtLinkServer::start({}, diagnostics))->port();
+}
+
+TEST_F(CommandLineLiveTest, EmulatesATrackerThatAnotherSessionReads) {
+  const std::string line = (folder_ / "ttyNDI").string();
+  const std::string port = std::to_string(free_port());
+  const std::string served = simulated_session();
+  const std::string account = (folder_ / "emulated.json").string();
+  const pid_t emulator = ::fork();
+  ASSERT_GE(emulator, 0);
+  if (emulator == 0) {
+    ::_exit(sonde("emulate ndi --faults 0.02 --port " + port + " --seconds 12 --json " + account +
+                  " --session " + served + " --line serial:" + line)
+                .code);
+  }
+  for (int i = 0; i < 4000 && !std::filesystem::is_symlink(line); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  const auto client = folder_ / "client.toml";
+  std::ofstream(client) << "[source]\nkind = \"live\"\ncalibration = \"plus.xml\"\n"
+                           "[[devices]]\nid = \"tracker\"\nkind = \"ndi\"\naddress = \"serial:"
+                        << line
+                        << "\"\nbodies = [{name = \"Probe\", tool = \"port:1\"}, {name = "
+                           "\"Reference\", tool = \"port:2\"}]\n[[devices]]\nid = \"scanner\"\n"
+                           "kind = \"openigtlink\"\nimage = \"Image\"\naddress = \"tcp:127.0.0.1:"
+                        << port << "\"\n";
+  write_calibration();
+  const Outcome devices = sonde("devices --seconds 7 --json - --session " + client.string());
+  int status = 0;
+  ASSERT_EQ(::waitpid(emulator, &status, 0), emulator);
+  EXPECT_EQ(devices.code, 0) << devices.errors;
+  const auto report = io::Json::parse(devices.output);
+  EXPECT_EQ(report["devices"][0]["state"], "streaming");
+  EXPECT_EQ(report["devices"][0]["firmware"], "Sonde tracker, EMULATED");
+  for (const auto& device : report["devices"]) {
+    for (const auto& stream : device["streams"]) {
+      EXPECT_GT(stream["received"].get<int>(), 3) << stream["name"];
+    }
+  }
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+  EXPECT_GT(io::Json::parse(text_of(account))["commands"].get<int>(), 20);
+}
+
+TEST_F(CommandLineLiveTest, RejectsWhatCannotBeEmulated) {
+  const std::string served = simulated_session();
+  expect_rejection("emulate ndi --line /dev/ttyUSB0 --session " + served, 2,
+                   {"--line: expected serial:PATH or tcp:PORT"});
+  expect_rejection("emulate openigtlink --faults 0.1 --session " + served, 2,
+                   {"--faults requires kind ndi"});
+  expect_rejection("emulate polhemus --session " + served, 2, {"expected openigtlink or ndi"});
 }
 
 TEST_F(CommandLineLiveTest, OverwritesNothingThatItReads) {

@@ -115,7 +115,8 @@ TEST_F(CommandLineTest, ParseErrorsHaveTheFormOfOtherErrors) {
     std::string sentence;
   };
   const std::string verbs =
-      "demo, replay, live, window, record, export, serve, reconstruct, register, info, slices, "
+      "demo, replay, live, window, record, export, serve, emulate, reconstruct, register, info, "
+      "slices, "
       "predicates, "
       "derive, "
       "bench, gallery, devices, "
