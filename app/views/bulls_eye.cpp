@@ -46,8 +46,8 @@ SliceGeometry bulls_eye_geometry(const NeedlePlan& plan,
     return std::max(std::abs(from.dot(geometry.plane.right.v)),
                     std::abs(from.dot(geometry.plane.down.v)));
   };
-  double furthest = std::max(reach(ct_from_needle * Point<frames::Needle>{{0, 0, 0}}),
-                             plan.target_radius_mm);
+  double furthest =
+      std::max(reach(ct_from_needle * Point<frames::Needle>{{0, 0, 0}}), plan.target_radius_mm);
   if (const auto aim = aim_of(geometry, ct_from_needle)) furthest = std::max(furthest, reach(*aim));
   double shown_mm = kBullsEyeRingsMm.back();
   for (std::size_t i = kBullsEyeRingsMm.size() - 1; i >= 1; --i) {

@@ -99,8 +99,7 @@ void draw_trace(render::Canvas& canvas, const SliceGeometry& geometry, const Pan
 }  // namespace
 
 Point<frames::Ct> SliceGeometry::point_at(const Eigen::Vector2d& pixel) const {
-  const Vec2 mm =
-      mm_per_px * (pixel - Vec2(0.5 * (size.width - 1), 0.5 * (size.height - 1)));
+  const Vec2 mm = mm_per_px * (pixel - Vec2(0.5 * (size.width - 1), 0.5 * (size.height - 1)));
   return {plane.centre_ct.mm + mm.x() * plane.right.v + mm.y() * plane.down.v};
 }
 
@@ -137,8 +136,8 @@ std::optional<SliceGeometry> slice_geometry(const PanelContext& context,
   }
   const double fitting = kSliceMargin * std::max(width_mm / std::max(1, request.size.width),
                                                  height_mm / std::max(1, request.size.height));
-  geometry.mm_per_px =
-      std::clamp(fitting / std::clamp(request.zoom.factor, 0.25, 64.0), kLeastMmPerPx, kMostMmPerPx);
+  geometry.mm_per_px = std::clamp(fitting / std::clamp(request.zoom.factor, 0.25, 64.0),
+                                  kLeastMmPerPx, kMostMmPerPx);
   geometry.plane.centre_ct.mm += request.zoom.shift_mm.x() * geometry.plane.right.v +
                                  request.zoom.shift_mm.y() * geometry.plane.down.v;
   return geometry;
@@ -168,13 +167,11 @@ render::HuWindow dragged_window(const render::HuWindow& window, const Eigen::Vec
   constexpr double kLeastWidth = 1;
   constexpr double kMostWidth = 20000;
   constexpr double kFurthestLevel = 20000;
-  const double width =
-      std::clamp(window.width * std::exp(2 * std::clamp(drag.x(), -4.0, 4.0)), kLeastWidth,
-                 kMostWidth);
+  const double width = std::clamp(window.width * std::exp(2 * std::clamp(drag.x(), -4.0, 4.0)),
+                                  kLeastWidth, kMostWidth);
   // A drag over the whole height moves the level by the width of the window.
-  const double level =
-      std::clamp(window.level - window.width * std::clamp(drag.y(), -100.0, 100.0),
-                 -kFurthestLevel, kFurthestLevel);
+  const double level = std::clamp(window.level - window.width * std::clamp(drag.y(), -100.0, 100.0),
+                                  -kFurthestLevel, kFurthestLevel);
   return {level, width};
 }
 
@@ -205,9 +202,10 @@ bool SliceDrawer::is_kept(const Key& key) const {
   if (!key_ || key_->ct.values().data() != key.ct.values().data()) return false;
   const SliceGeometry& a = key_->geometry;
   const SliceGeometry& b = key.geometry;
-  return a.size == b.size && a.mm_per_px == b.mm_per_px && a.plane.centre_ct.mm == b.plane.centre_ct.mm &&
-         a.plane.right.v == b.plane.right.v && a.plane.down.v == b.plane.down.v &&
-         key_->window.level == key.window.level && key_->window.width == key.window.width;
+  return a.size == b.size && a.mm_per_px == b.mm_per_px &&
+         a.plane.centre_ct.mm == b.plane.centre_ct.mm && a.plane.right.v == b.plane.right.v &&
+         a.plane.down.v == b.plane.down.v && key_->window.level == key.window.level &&
+         key_->window.width == key.window.width;
 }
 
 SliceDrawing SliceDrawer::draw(const PanelContext& context, const SliceRequest& request) {

@@ -35,8 +35,8 @@ struct SliceGeometry {
 /// Everything that one slice needs beside the epoch.
 struct SliceRequest {
   SliceKind kind = SliceKind::kAxial;
-  PixelSize size{1, 1};        ///< Device pixels.
-  double ratio = 1;            ///< Device pixels of a pixel of the screen: widths of lines.
+  PixelSize size{1, 1};  ///< Device pixels.
+  double ratio = 1;      ///< Device pixels of a pixel of the screen: widths of lines.
   Point<frames::Ct> cursor{Eigen::Vector3d::Zero()};  ///< The orthogonal slices lie through it.
   SliceZoom zoom{};
 };

@@ -142,8 +142,7 @@ void FlatWidget::paint_cursor(QPainter& painter, const Picture& picture) {
     if (std::abs(p.z()) <= kCursorReachMm) at = QPointF(p.x() / ratio, p.y() / ratio);
   } else if (picture.plane && picture.moment->epoch.ct_from_image &&
              picture.moment->epoch.plane.state <= SafetyState::kDegraded) {
-    const Eigen::Vector3d p =
-        (picture.moment->epoch.ct_from_image->inverse() * picture.cursor).mm;
+    const Eigen::Vector3d p = (picture.moment->epoch.ct_from_image->inverse() * picture.cursor).mm;
     const Eigen::Vector2d pixel = picture.plane->pixel_of(p.head<2>()) / ratio;
     if (std::abs(p.z()) <= kCursorReachMm) at = QPointF(pixel.x(), pixel.y());
   }
@@ -193,8 +192,8 @@ void FlatWidget::paint_slice_words(QPainter& painter, const Picture& picture) {
   if (id_ == ViewId::kBullsEye || height() < 160) return;
   theme::draw_tag(painter, kMarkMargin, y,
                   theme::plain(words_of_window(std::round(picture.window.level),
-                                               std::round(picture.window.width))), small,
-                  text);
+                                               std::round(picture.window.width))),
+                  small, text);
   if (!is_orthogonal(id_) || height() < 200) return;
   theme::draw_tag(painter, kMarkMargin, y - line - 2,
                   theme::plain(position_words(picture.cursor.mm)), small, text);

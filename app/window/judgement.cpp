@@ -139,6 +139,7 @@ Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const Shar
   if (newest->epoch.guidance && numbers->epoch.guidance && needle.shows_numbers() &&
       shown.shows_numbers()) {
     judgement.guidance = numbers->epoch.guidance;
+    judgement.error = numbers->guidance_error;
     judgement.withdrawn.clear();
   } else {
     const Safety worst = compose({needle, shown});

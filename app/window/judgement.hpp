@@ -28,6 +28,7 @@ struct Judgement {
   ViewJudgement bullseye;  ///< Shown while there are numbers.
   /// Numbers of the needle; absent: withdrawn, for the cause.
   std::optional<NeedleGuidance> guidance;
+  std::optional<session::GuidanceError> error{};  ///< Intervals of these numbers.
   std::string withdrawn{};
 };
 

@@ -301,7 +301,7 @@ void RefreshLoop::apply(const Judgement& judgement, Timestamp now) {
     }
   }
   views_.scene->set_judgement(shown.scene, kind);
-  views_.numerals->show_numbers(shown.guidance, shown.withdrawn);
+  views_.numerals->show_numbers(shown.guidance, shown.error, shown.withdrawn);
   QString notice;
   if (!newest_) {
     notice = QString::fromStdString(news_.words);

@@ -58,8 +58,7 @@ bool SliceControl::change(ViewId id, const SliceInput& input, const Picture& see
       return true;
     case SliceInput::Kind::kWindow:
       if (id == ViewId::kUltrasound || id == ViewId::kBullsEye) return false;
-      settings_.window =
-          dragged_window(settings_.window.value_or(seen.moment->window), input.drag);
+      settings_.window = dragged_window(settings_.window.value_or(seen.moment->window), input.drag);
       return true;
     case SliceInput::Kind::kZoom:
       if (!slice_of(id) || !seen.slice) return false;

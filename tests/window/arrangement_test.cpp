@@ -39,8 +39,7 @@ TEST(ArrangementTest, EachLayoutHasItsViews) {
     for (const ViewId id : wanted) all = all && made.views[id].has_value();
     return all;
   };
-  EXPECT_TRUE(
-      has(WindowLayout::kGuidance, {ViewId::kScene, ViewId::kUltrasound, ViewId::kCt}));
+  EXPECT_TRUE(has(WindowLayout::kGuidance, {ViewId::kScene, ViewId::kUltrasound, ViewId::kCt}));
   EXPECT_TRUE(has(WindowLayout::kSlices,
                   {ViewId::kAxial, ViewId::kCoronal, ViewId::kSagittal, ViewId::kScene}));
   EXPECT_TRUE(has(WindowLayout::kNeedle, {ViewId::kBullsEye, ViewId::kNeedleFirst,

@@ -3,7 +3,6 @@
 // The real window with the simulated procedure, in this process.
 #include "app/window/main_window.hpp"
 
-#include <QApplication>
 #include <QMouseEvent>
 #include <QWheelEvent>
 #include <gtest/gtest.h>
@@ -12,23 +11,12 @@
 #include "app/options/settings.hpp"
 #include "app/window/key_filter.hpp"
 #include "app/window/window_controls.hpp"
+#include "tests/window/application.hpp"
 
 namespace nav::app {
 namespace {
 
-/// One application for the whole program.
-QApplication& application() {
-  static const bool offscreen = [] {
-    setenv("QT_QPA_PLATFORM", "offscreen", 1);
-    return true;
-  }();
-  static int argc = offscreen ? 1 : 0;
-  static char name[] = "window_test";
-  static char* argv[] = {name, nullptr};
-  // Never destroyed: what it uses may be gone at the end of the program.
-  static auto* made = new QApplication(argc, argv);
-  return *made;
-}
+using test::application;
 
 class MainWindowTest : public ::testing::Test {
  protected:

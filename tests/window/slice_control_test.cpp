@@ -99,8 +99,8 @@ TEST_F(SliceControlTest, AViewWithoutAPositionInTheCtSetsNoCursor) {
 
 TEST(SliceColourTest, NoStateHasTheColourOfASlice) {
   for (const ViewId id : {ViewId::kAxial, ViewId::kCoronal, ViewId::kSagittal}) {
-    for (const SafetyState state : {SafetyState::kValid, SafetyState::kDegraded,
-                                    SafetyState::kStale, SafetyState::kLost}) {
+    for (const SafetyState state :
+         {SafetyState::kValid, SafetyState::kDegraded, SafetyState::kStale, SafetyState::kLost}) {
       EXPECT_NE(*slice_colour(id), theme::colour_of_state(state).rgb());
     }
   }
