@@ -48,10 +48,10 @@ class SliceViewTest : public ::testing::Test {
     UltrasoundFrame frame;
     frame.pixels = Image2d<std::uint8_t>(21, 21, std::vector<std::uint8_t>(21 * 21, 90));
     frame.grid = PixelGrid::centred(21, 1, 1);
-    epoch_.frame = TrackedFrame{
-        .frame = frame,
-        .reference_from_image = {Eigen::Quaterniond::Identity(), Vec3::Zero()},
-        .pose_gap = Duration::zero()};
+    epoch_.frame =
+        TrackedFrame{.frame = frame,
+                     .reference_from_image = {Eigen::Quaterniond::Identity(), Vec3::Zero()},
+                     .pose_gap = Duration::zero()};
     Eigen::Matrix3d axes;  // Columns of the image to the back, rows to the feet.
     axes << Vec3::UnitY(), -Vec3::UnitZ(), -Vec3::UnitX();
     epoch_.ct_from_image.emplace(Eigen::Quaterniond(axes), Vec3(0, 0, 10));
@@ -124,8 +124,8 @@ TEST_F(SliceViewTest, TheTraceLiesWhereThePlaneCutsTheSlice) {
     EXPECT_NEAR(std::abs(mm.y()), 10, kMm) << "the image is 20 mm wide";
   }
   const SliceRequest above{.kind = SliceKind::kAxial, .size = {310, 210}, .cursor = {{0, 0, 12}}};
-  EXPECT_FALSE(trace_of(epoch_.frame->frame, *epoch_.ct_from_image,
-                        *slice_geometry(context(), above)))
+  EXPECT_FALSE(
+      trace_of(epoch_.frame->frame, *epoch_.ct_from_image, *slice_geometry(context(), above)))
       << "the image begins at z = 10 mm";
 }
 
@@ -140,7 +140,8 @@ TEST_F(SliceViewTest, TheTraceHasTheColourOfItsStateAndIsWithdrawnWhenStale) {
   }
   for (const SafetyState state : {SafetyState::kStale, SafetyState::kLost}) {
     add_plane(state);
-    EXPECT_EQ(pixels_of(drawer.draw(context(), request).image), pixels_of(without)) << to_string(state);
+    EXPECT_EQ(pixels_of(drawer.draw(context(), request).image), pixels_of(without))
+        << to_string(state);
   }
   EXPECT_EQ(drawer.sampled(), 1) << "the CT slice is kept while only the plane moves";
 }
@@ -152,8 +153,8 @@ TEST_F(SliceViewTest, AnotherCtOrWindowIsNeverShownFromMemory) {
   PanelContext brighter = context();
   brighter.window = {0, 400};
   EXPECT_NE(pixels_of(drawer.draw(brighter, request).image), pixels_of(first));
-  const Volume empty = *Volume::create(
-      ct_.grid(), std::vector<std::int16_t>(ct_.values().size(), 0), "empty");
+  const Volume empty =
+      *Volume::create(ct_.grid(), std::vector<std::int16_t>(ct_.values().size(), 0), "empty");
   const PanelContext other{
       .epoch = epoch_, .ct = empty, .plan = plan_, .window = {150, 400}, .banner = banner_};
   EXPECT_NE(pixels_of(drawer.draw(other, request).image), pixels_of(first));
@@ -171,7 +172,8 @@ TEST_F(SliceViewTest, NeedleSlicesNeedANeedle) {
     const auto geometry = slice_geometry(context(), {.kind = kind, .size = {200, 200}});
     ASSERT_TRUE(geometry);
     for (const double along : {0.0, -50.0}) {
-      const Vec3 p = geometry->pixel_of(*epoch_.ct_from_needle * Point<frames::Needle>{{0, 0, along}});
+      const Vec3 p =
+          geometry->pixel_of(*epoch_.ct_from_needle * Point<frames::Needle>{{0, 0, along}});
       EXPECT_NEAR(p.z(), 0, kMm) << "the shaft lies in the slice";
       EXPECT_NEAR(p.x(), 99.5, 1e-6) << "and points down";
     }
