@@ -116,6 +116,14 @@ Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const Shar
                                 flat->needle_until, flat->published, now);
     judgement.needle = judged("NEEDLE", compose({needle, newest->epoch.placement}), *flat, now);
     judgement.slices = judge_ct_view("SLICE", *newest, number_of(scene), *flat, failures.flat, now);
+    if (!judgement.slices.covered) judgement.slices.about = "plane";
+    // Until the image without the line of the plane comes.
+    const bool has_line = flat->epoch.plane.state <= SafetyState::kDegraded;
+    if (has_line && newest->epoch.plane.state >= SafetyState::kStale) {
+      judgement.slices.covered = true;
+      judgement.slices.headline = "SLICE " + upper(to_string(newest->epoch.plane.state));
+      judgement.slices.about.clear();
+    }
     const bool late = scene && scene->number > flat->number;
     for (ViewJudgement* view : {&judgement.ultrasound, &judgement.ct, &judgement.needle}) {
       view->late = late;
