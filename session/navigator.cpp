@@ -3,6 +3,7 @@
 #include "session/navigator.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <variant>
 #include <vector>
 
@@ -67,7 +68,20 @@ void Navigator::add_missing(const MissingImage& missing) {
   diagnostics_.report(Severity::kWarning, "source", missing.message);
 }
 
-void Navigator::add_pose(ToolRole role, const RawPose& pose) {
+std::optional<double> Navigator::tracker_error_mm() const {
+  double sum = 0;
+  for (const ToolRole role : {ToolRole::kNeedle, ToolRole::kReference}) {
+    if (role == ToolRole::kReference && fixed_reference_) continue;
+    const auto found = tracker_errors_mm_.find(role);
+    if (found == tracker_errors_mm_.end() || !found->second) return std::nullopt;
+    sum += *found->second * *found->second;
+  }
+  return std::sqrt(sum);
+}
+
+void Navigator::add_pose(ToolRole role, const RawPose& pose,
+                         std::optional<double> tracker_error_mm) {
+  tracker_errors_mm_[role] = tracker_error_mm;
   if (role == ToolRole::kProbe) {
     pairer_.add_probe_pose(pose);
   } else if (role == ToolRole::kReference) {
@@ -238,6 +252,7 @@ void Navigator::refresh_needle(Epoch& epoch) const {
   epoch.needle_until = instant + freshness_limits(needle_period()).stale_after;
   epoch.ct_from_needle = placement_->ct_from_reference * *reference_from_tracker *
                          tracker_from_needle.tracker_from_body;
+  epoch.tracker_error_mm = tracker_error_mm();
   if (plan_ && epoch.needle.shows_numbers()) epoch.guidance = guide(*plan_, *epoch.ct_from_needle);
 }
 

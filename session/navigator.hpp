@@ -39,6 +39,9 @@ struct Epoch {
   std::optional<Timestamp> needle_acquired;
   /// Present only while the whole chain is valid; otherwise withdrawn.
   std::optional<NeedleGuidance> guidance;
+  /// The tracker's own figure of the error of needle and reference together, RMS in mm, of their
+  /// newest poses; absent: the tracker gives none for one of them.
+  std::optional<double> tracker_error_mm{};
   /// Times at which the image and the needle become stale if nothing newer comes; absent without
   /// them.
   std::optional<Timestamp> ultrasound_until{}, needle_until{};
@@ -70,7 +73,9 @@ class Navigator {
   /// Samples in order of arrival.
   void add_image(UltrasoundFrame image);
   /// Role: kProbe, kReference or kNeedle; poses of other tools are of no use here.
-  void add_pose(ToolRole role, const RawPose& pose);
+  /// tracker_error_mm: the tracker's own figure of the error of this pose; absent: it gives none.
+  void add_pose(ToolRole role, const RawPose& pose,
+                std::optional<double> tracker_error_mm = std::nullopt);
   void add_missing(const MissingImage& missing);
   /// An image that a newer one superseded before it came here: it tells about the period.
   void saw_image(Timestamp acquired) { image_period_.add(acquired); }
@@ -119,6 +124,7 @@ class Navigator {
 
  private:
   void refresh_needle(Epoch& epoch) const;
+  [[nodiscard]] std::optional<double> tracker_error_mm() const;
   [[nodiscard]] Safety explained(Safety safety, bool images, ToolRole tool) const;
   [[nodiscard]] Duration frame_period() const;
   [[nodiscard]] Duration needle_period() const;
@@ -135,6 +141,7 @@ class Navigator {
   std::string images_lost_;
   std::string images_trouble_;
   std::map<ToolRole, std::string> poses_trouble_;
+  std::map<ToolRole, std::optional<double>> tracker_errors_mm_;  ///< Figures of the newest poses.
   std::string newest_rejection_;  ///< Cause, while the newest image was rejected.
   std::map<ToolRole, std::string> poses_lost_;
   std::optional<TrackedFrame> newest_;

@@ -69,6 +69,7 @@ Result<std::optional<Placement>> given_placement(const PlacementOptions& options
                   .kind = "registered",
                   .statement = "The CT was registered: " + options.registration.string() + ".",
                   .warnings = std::move(registered->warnings),
+                  .uncertainty = options.follow ? std::nullopt : registered->uncertainty,
                   .registered_recording = std::move(registered->recording)});
   }
   if (!options.ct_from_reference) return std::optional<Placement>();

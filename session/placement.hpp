@@ -25,6 +25,9 @@ struct Placement {
   std::vector<std::string> warnings = {};  ///< Warnings of an accepted registration.
   /// One sentence with the distance if no image of the sweep meets the CT; else empty.
   std::string outside = {};
+  /// Covariance of a registration; absent: not known, or the CT follows the tissue, whose error it
+  /// does not hold.
+  std::optional<registration::PoseUncertainty> uncertainty = {};
   /// Recording of the registration; absent: of any.
   std::optional<RecordingRead> registered_recording = {};
 };

@@ -110,6 +110,44 @@ Result<std::optional<RecordingRead>> registered_recording(const io::Json& json,
                    found.dump(-1, ' ', false, io::Json::error_handler_t::replace)};
 }
 
+/// Covariance of the pose; absent where the file has none. kMalformedData: it is none.
+Result<std::optional<registration::PoseUncertainty>> uncertainty_of(const io::Json& json,
+                                                                    const std::string& file) {
+  using Found = std::optional<registration::PoseUncertainty>;
+  if (json.value("covariance_valid", io::Json(false)) != io::Json(true)) return Found();
+  const io::Json numbers = json.value("covariance", io::Json());
+  const io::Json centre = json.value("covariance_centre_ct_mm", io::Json());
+  const auto all_numbers = [](const io::Json& list, std::size_t size) {
+    return list.is_array() && list.size() == size &&
+           std::all_of(list.begin(), list.end(), [](const io::Json& n) { return n.is_number(); });
+  };
+  const auto reject = [&](const std::string& expected, const std::string& found) {
+    return Error{ErrorCode::kMalformedData, file + ": expected " + expected + ", found " + found};
+  };
+  if (!all_numbers(numbers, 36) || !all_numbers(centre, 3)) {
+    return reject(
+        "36 numbers in registration.covariance and 3 in registration.covariance_centre_ct_mm",
+        "others");
+  }
+  registration::PoseUncertainty read{{Eigen::Vector3d::Zero()}, {}};
+  for (int i = 0; i < 3; ++i) {
+    read.centre_ct.mm[i] = centre[static_cast<std::size_t>(i)].get<double>();
+  }
+  for (int i = 0; i < 36; ++i) {
+    read.covariance(i / 6, i % 6) = numbers[static_cast<std::size_t>(i)].get<double>();
+  }
+  const double largest = read.covariance.cwiseAbs().maxCoeff();
+  constexpr double kRounding = 1e-6;
+  const bool symmetric =
+      (read.covariance - read.covariance.transpose()).cwiseAbs().maxCoeff() <= kRounding * largest;
+  const bool variances = read.covariance.diagonal().minCoeff() >= 0;
+  if (!symmetric || !variances) {
+    return reject("a symmetric matrix with variances >= 0 in registration.covariance",
+                  symmetric ? "a negative variance" : "one that is not symmetric");
+  }
+  return Found(read);
+}
+
 /// Rejects an accepted registration with entries that only a refused one has.
 Result<void> check_accepted(const io::Json& registration, const std::string& file) {
   const auto reject = [&](const std::string& expected, const io::Json& found) {
@@ -211,7 +249,13 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
   }
   auto rigid = rigid_from_matrix<frames::Ct, frames::Reference>(matrix);
   if (!rigid) return Error{rigid.error().code, path.string() + ": " + rigid.error().message};
-  return ReadRegistration{*rigid, std::move(*warnings), *std::move(recording), !frame.is_null()};
+  auto uncertainty = uncertainty_of(registration, path.string());
+  if (!uncertainty) return uncertainty.error();
+  return ReadRegistration{.ct_from_reference = *rigid,
+                          .warnings = std::move(*warnings),
+                          .recording = *std::move(recording),
+                          .uncertainty = *uncertainty,
+                          .names_frame = !frame.is_null()};
 }
 
 Result<void> check_recording(const RecordingRead& registered, const RecordingRead& now,

@@ -12,6 +12,7 @@
 #include "io/json.hpp"
 #include "nav/result.hpp"
 #include "nav/volume.hpp"
+#include "registration/uncertainty/pose_uncertainty.hpp"
 
 namespace nav::session {
 
@@ -43,6 +44,9 @@ struct ReadRegistration {
   Transform<frames::Ct, frames::Reference> ct_from_reference;
   std::vector<std::string> warnings;       ///< Empty unless it was accepted with warnings.
   std::optional<RecordingRead> recording;  ///< Recording that it was made from; absent: of any.
+  /// Covariance of the pose; absent: the file has none, because the images do not determine a
+  /// direction or because the registration is of landmarks.
+  std::optional<registration::PoseUncertainty> uncertainty = {};
   bool names_frame = true;  ///< False: of landmarks alone, which do not say whose frame it is.
 };
 
@@ -54,7 +58,8 @@ struct RegistrationUse {
 
 /// Reads the JSON that 'sonde register' wrote. Rejects a file that is not one, a registration that
 /// was not accepted, one of another CT or frame, one that contradicts itself (a verdict that is
-/// unknown or contradicts `accepted`, entries in `reasons`, a refused pose, a damaged recording),
+/// unknown or contradicts `accepted`, entries in `reasons`, a refused pose, a damaged recording or
+/// covariance),
 /// and a matrix that is not rigid; one with the breath, whose pose is that of rest, unless the CT
 /// follows. A file without a verdict has no warnings, one without a recording (of landmarks, or
 /// older) is of any. Computes the digest of the CT, which takes a while.

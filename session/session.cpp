@@ -345,11 +345,12 @@ void Session::deliver(std::size_t index, Sample sample, const Listener& listener
     if (listener.missing) listener.missing(sample.sequence, *missing);
   } else {
     NAV_CHECK(stream.info.kind == StreamKind::kPoses);
-    RawPose& pose = std::get<PoseSample>(sample.what).pose;
+    PoseSample& tracked = std::get<PoseSample>(sample.what);
+    RawPose& pose = tracked.pose;
     if (stream.info.role == ToolRole::kNeedle && setup_.body_from_tip) {
       pose.tracker_from_body *= *setup_.body_from_tip;
     }
-    navigator_.add_pose(stream.info.role, pose);
+    navigator_.add_pose(stream.info.role, pose, tracked.tracker_error_mm);
   }
 }
 

@@ -66,9 +66,16 @@ void draw_depth_marks(Canvas& canvas, const PlaneView& view, const UltrasoundFra
 }
 
 void draw_in_plane(Canvas& canvas, const PlaneView& view, const PanelContext& context) {
+  if (context.epoch.ct_from_image) {
+    draw_in_plane(canvas, view, *context.epoch.ct_from_image, context);
+  }
+}
+
+void draw_in_plane(Canvas& canvas, const PlaneView& view,
+                   const Transform<frames::Ct, frames::Image>& ct_from_image,
+                   const PanelContext& context) {
   const session::Epoch& epoch = context.epoch;
-  if (!epoch.ct_from_image) return;
-  const auto image_from_ct = epoch.ct_from_image->inverse();
+  const auto image_from_ct = ct_from_image.inverse();
   if (context.plan) {
     const Eigen::Vector3d target = (image_from_ct * context.plan->target_ct).mm;
     const auto ring = [&](double r, double width) {

@@ -22,5 +22,9 @@ void draw_depth_marks(render::Canvas& canvas, const PlaneView& view, const Ultra
 /// Draws the needle and the target where they meet the ultrasound plane. Draws nothing without a
 /// placed image, and no needle that is stale or lost.
 void draw_in_plane(render::Canvas& canvas, const PlaneView& view, const PanelContext& context);
+/// Draws them where they meet another plane of the CT, whose position ct_from_image tells.
+void draw_in_plane(render::Canvas& canvas, const PlaneView& view,
+                   const Transform<frames::Ct, frames::Image>& ct_from_image,
+                   const PanelContext& context);
 
 }  // namespace nav::app

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::size_t kMostFlats = 16;
 
-std::uint64_t number_of(const FlatPictures& flat) { return flat.ultrasound.moment->number; }
+std::uint64_t number_of(const FlatPictures& flat) { return flat.moment->number; }
 
 }  // namespace
 
@@ -21,7 +21,15 @@ void RefreshAssembler::add(FlatPictures flat, Timestamp now) {
   ++superseded_;
 }
 
+void RefreshAssembler::expect_scene(bool expected) {
+  if (expected == with_scene_) return;
+  with_scene_ = expected;
+  scene_.reset();
+  scene_number_ = 0;
+}
+
 void RefreshAssembler::add(Picture scene, Timestamp now) {
+  if (!with_scene_) return;
   if (scene_) ++superseded_;
   scene_ = std::move(scene);
   scene_since_ = now;
@@ -40,13 +48,14 @@ Assembled RefreshAssembler::next(Timestamp now) {
   Assembled shown;
   if (scene_) {
     const std::uint64_t wanted = scene_->moment->number;
-    const auto same = std::find_if(flats_.begin(), flats_.end(), [&](const Waiting& waiting) {
+    // The newest of that moment: the user may have moved its slices.
+    const auto same = std::find_if(flats_.rbegin(), flats_.rend(), [&](const Waiting& waiting) {
       return number_of(waiting.flat) == wanted;
     });
-    const bool comes = wanted > flat_number_ && same == flats_.end() &&
+    const bool comes = wanted > flat_number_ && same == flats_.rend() &&
                        (flats_.empty() || number_of(flats_.back().flat) < wanted);
-    if (same != flats_.end()) {
-      shown.flat = take_flat(static_cast<std::size_t>(same - flats_.begin()));
+    if (same != flats_.rend()) {
+      shown.flat = take_flat(static_cast<std::size_t>(flats_.rend() - same) - 1);
     }
     // Its flat views will come; without them it would show another moment than they do.
     if (!comes || now - scene_since_ >= kMostWait) {
@@ -56,7 +65,7 @@ Assembled RefreshAssembler::next(Timestamp now) {
   }
   if (!shown.flat && !flats_.empty()) {
     const bool agrees = number_of(flats_.back().flat) == scene_number_;
-    if (agrees || now - flats_.front().since >= kMostWait) {
+    if (agrees || !with_scene_ || now - flats_.front().since >= kMostWait) {
       shown.flat = take_flat(flats_.size() - 1);
     }
   }

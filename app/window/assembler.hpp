@@ -26,6 +26,8 @@ class RefreshAssembler {
 
   void add(FlatPictures flat, Timestamp now);
   void add(Picture scene, Timestamp now);
+  /// False: the 3D view is not on the screen; the flat views do not wait for it.
+  void expect_scene(bool expected);
   /// Returns the images to be shown now; none: what is on the screen stays.
   Assembled next(Timestamp now);
 
@@ -33,7 +35,7 @@ class RefreshAssembler {
   [[nodiscard]] std::uint64_t flat_number() const { return flat_number_; }
   [[nodiscard]] std::uint64_t scene_number() const { return scene_number_; }
   /// The 3D view shows an older moment than the flat views, and has to say so.
-  [[nodiscard]] bool scene_is_late() const { return scene_number_ != flat_number_; }
+  [[nodiscard]] bool scene_is_late() const { return with_scene_ && scene_number_ != flat_number_; }
   /// Images that a newer one replaced before they were shown.
   [[nodiscard]] std::uint64_t superseded() const { return superseded_; }
 
@@ -46,6 +48,7 @@ class RefreshAssembler {
 
   std::deque<Waiting> flats_;
   std::optional<Picture> scene_;
+  bool with_scene_ = true;
   Timestamp scene_since_{};
   std::uint64_t flat_number_ = 0;
   std::uint64_t scene_number_ = 0;

@@ -4,30 +4,41 @@
 
 #include <atomic>
 #include <functional>
+#include <optional>
 #include <string>
 #include <thread>
 
 #include "app/window/mailbox.hpp"
 #include "app/window/picture.hpp"
+#include "app/window/view_id.hpp"
 
 namespace nav::app {
 
-/// The two flat views of one moment.
+/// The flat views of one moment; views that were not ordered are absent.
 struct FlatPictures {
-  Picture ultrasound, ct;
+  SharedMoment moment{};
+  PerView<std::optional<Picture>> views{};
 };
 
-/// Sizes of the flat views, device pixels.
-struct FlatSizes {
-  PixelSize ultrasound{1, 1}, ct{1, 1};
+/// Settings of the user for the slices, the same for all views of a refresh.
+struct SliceSettings {
+  std::optional<Point<frames::Ct>> cursor{};  ///< Absent: the target, else the middle of the CT.
+  std::optional<render::HuWindow> window{};   ///< Absent: the session's.
+  PerView<SliceZoom> zoom{};
 };
 
-/// Draws the flat views on a thread of its own; it takes the newest moment only.
+/// The cursor of the slices of a moment.
+Point<frames::Ct> cursor_of(const SliceSettings& settings, const Moment& moment);
+
+/// Draws the flat views on a thread of its own; it takes the newest order only.
 class FlatEngine {
  public:
   struct Order {
-    SharedMoment moment;
-    FlatSizes sizes;
+    SharedMoment moment{};
+    PerView<PixelSize> sizes{};  ///< Device pixels; 0 x 0: the view is not on the screen.
+    double ratio = 1;            ///< Device pixels of a pixel of the screen.
+    SliceSettings settings{};
+    std::uint64_t number = 0;  ///< Number of the newest change of the settings.
   };
   struct Hears {
     std::function<void(FlatPictures)> done;  ///< Called on the engine's thread, as is failed.

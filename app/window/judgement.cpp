@@ -39,15 +39,18 @@ ViewJudgement judged(const std::string& name, Safety safety, const Moment& shown
 }
 
 ViewJudgement nothing_yet(const std::string& name) {
-  return {{SafetyState::kLost, "nothing received yet"}, true, name + " LOST"};
+  return {.safety = {SafetyState::kLost, "nothing received yet"},
+          .covered = true,
+          .headline = name + " LOST"};
 }
 
-/// The 3D view shows the CT, which does not age; live parts of it do.
-ViewJudgement judge_scene(const Moment& newest, const SharedMoment& flat, const Moment& shown,
-                          const std::string& engine_failure, Timestamp now) {
+/// The 3D view and the slices show the CT, which does not age; live parts of it do.
+/// others: number of the moment that other views show; 0: none.
+ViewJudgement judge_ct_view(const std::string& name, const Moment& newest, std::uint64_t others,
+                            const Moment& shown, const std::string& engine_failure, Timestamp now) {
   ViewJudgement view;
   view.safety = newest.epoch.plane;
-  view.late = flat && flat->number > shown.number;
+  view.late = others > shown.number;
   view.age_ms = 1e3 * to_seconds(now - shown.published);
   const session::Epoch& epoch = shown.epoch;
   std::vector<Timestamp> ends;
@@ -62,22 +65,42 @@ ViewJudgement judge_scene(const Moment& newest, const SharedMoment& flat, const 
   const bool stands_still = view.late && now - shown.published > kLongestLate;
   if (!engine_failure.empty()) {
     view.covered = true;
-    view.headline = "3D VIEW LOST";
+    view.headline = name + " LOST";
     view.safety = {SafetyState::kLost, engine_failure};
   } else if (too_old || stands_still) {
     view.covered = true;
-    view.headline = "3D VIEW STALE";
-    view.safety = {SafetyState::kStale, "no new 3D image for " + seconds_text(view.age_ms / 1e3)};
+    view.headline = name + " STALE";
+    view.safety = {SafetyState::kStale,
+                   "no new image of this view for " + seconds_text(view.age_ms / 1e3)};
   }
   return view;
 }
+
+/// A bull's-eye is read as a number, and withdrawn with the numbers.
+ViewJudgement judge_bulls_eye(const Judgement& judgement) {
+  ViewJudgement view = judgement.needle;
+  if (judgement.guidance || view.safety.state == SafetyState::kLost) return view;
+  view.covered = true;
+  view.headline = "BULL'S-EYE WITHDRAWN";
+  if (view.safety.state == SafetyState::kValid) view.safety.state = SafetyState::kLost;
+  view.safety.cause = judgement.withdrawn;
+  return view;
+}
+
+std::uint64_t number_of(const SharedMoment& moment) { return moment ? moment->number : 0; }
 
 }  // namespace
 
 Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const SharedMoment& scene,
                 const EngineFailures& failures, Timestamp now) {
-  Judgement judgement{nothing_yet("ULTRASOUND"), nothing_yet("CT PLANE"), nothing_yet("3D VIEW"),
-                      std::nullopt, "no session yet"};
+  Judgement judgement{.ultrasound = nothing_yet("ULTRASOUND"),
+                      .ct = nothing_yet("CT PLANE"),
+                      .scene = nothing_yet("3D VIEW"),
+                      .slices = nothing_yet("SLICE"),
+                      .needle = nothing_yet("NEEDLE"),
+                      .bullseye = nothing_yet("BULL'S-EYE"),
+                      .guidance = std::nullopt,
+                      .withdrawn = "no session yet"};
   if (!newest) return judgement;
   if (flat) {
     // The older of both decides: what is on the screen, and what the session last said.
@@ -89,16 +112,30 @@ Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const Shar
                *flat, now);
     judgement.ct =
         judged("CT PLANE", image(compose({newest->epoch.plane, flat->epoch.plane})), *flat, now);
-    for (ViewJudgement* view : {&judgement.ultrasound, &judgement.ct}) {
+    const auto needle = watched(compose({newest->epoch.needle, flat->epoch.needle}), "needle pose",
+                                flat->needle_until, flat->published, now);
+    judgement.needle = judged("NEEDLE", compose({needle, newest->epoch.placement}), *flat, now);
+    judgement.slices = judge_ct_view("SLICE", *newest, number_of(scene), *flat, failures.flat, now);
+    if (!judgement.slices.covered) judgement.slices.about = "plane";
+    // Until the image without the line of the plane comes.
+    const bool has_line = flat->epoch.plane.state <= SafetyState::kDegraded;
+    if (has_line && newest->epoch.plane.state >= SafetyState::kStale) {
+      judgement.slices.covered = true;
+      judgement.slices.headline = "SLICE " + upper(to_string(newest->epoch.plane.state));
+      judgement.slices.about.clear();
+    }
+    const bool late = scene && scene->number > flat->number;
+    for (ViewJudgement* view : {&judgement.ultrasound, &judgement.ct, &judgement.needle}) {
+      view->late = late;
       if (failures.flat.empty()) continue;
       view->covered = true;
       view->headline = "VIEW LOST";
       view->safety = {SafetyState::kLost, failures.flat};
     }
-    judgement.ultrasound.late = judgement.ct.late = scene && scene->number > flat->number;
   }
   if (scene) {
-    judgement.scene = judge_scene(*newest, flat, *scene, failures.scene, now);
+    judgement.scene =
+        judge_ct_view("3D VIEW", *newest, number_of(flat), *scene, failures.scene, now);
   } else if (!failures.scene.empty()) {
     judgement.scene.safety.cause = failures.scene;
   }
@@ -110,6 +147,7 @@ Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const Shar
   if (newest->epoch.guidance && numbers->epoch.guidance && needle.shows_numbers() &&
       shown.shows_numbers()) {
     judgement.guidance = numbers->epoch.guidance;
+    judgement.error = numbers->guidance_error;
     judgement.withdrawn.clear();
   } else {
     const Safety worst = compose({needle, shown});
@@ -117,7 +155,30 @@ Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const Shar
                           : !newest->plan      ? "no plan: no target"
                                                : newest->epoch.plane.cause;
   }
+  if (flat) judgement.bullseye = judge_bulls_eye(judgement);
   return judgement;
+}
+
+ViewJudgement& judgement_of(Judgement& judgement, ViewId id) {
+  switch (id) {
+    case ViewId::kScene:
+      return judgement.scene;
+    case ViewId::kUltrasound:
+      return judgement.ultrasound;
+    case ViewId::kCt:
+      return judgement.ct;
+    case ViewId::kNeedleFirst:
+    case ViewId::kNeedleSecond:
+      return judgement.needle;
+    case ViewId::kBullsEye:
+      return judgement.bullseye;
+    default:
+      return judgement.slices;
+  }
+}
+
+const ViewJudgement& judgement_of(const Judgement& judgement, ViewId id) {
+  return judgement_of(const_cast<Judgement&>(judgement), id);  // NOLINT
 }
 
 }  // namespace nav::app

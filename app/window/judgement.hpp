@@ -6,12 +6,14 @@
 #include <string>
 
 #include "app/window/moment.hpp"
+#include "app/window/view_id.hpp"
 
 namespace nav::app {
 
 /// Judgement of one view.
 struct ViewJudgement {
   Safety safety;           ///< State of what it shows.
+  std::string about{};     ///< The part that has the state, if not the whole view: "plane".
   bool covered = false;    ///< Its image must not be taken for the present.
   std::string headline{};  ///< Covered: "ULTRASOUND STALE".
   bool late = false;       ///< It shows an older moment than another view.
@@ -21,12 +23,20 @@ struct ViewJudgement {
 /// Judgement of the whole window at a time.
 struct Judgement {
   ViewJudgement ultrasound, ct, scene;
+  ViewJudgement slices;    ///< The three slices along the patient's axes.
+  ViewJudgement needle;    ///< The two slices along the needle.
+  ViewJudgement bullseye;  ///< Shown while there are numbers.
   /// Numbers of the needle; absent: withdrawn, for the cause.
   std::optional<NeedleGuidance> guidance;
+  std::optional<session::GuidanceError> error{};  ///< Intervals of these numbers.
   std::string withdrawn{};
 };
 
-/// Time that drawing and waiting for each other may add to the validity of a image.
+/// The part of a judgement that is about a view.
+const ViewJudgement& judgement_of(const Judgement& judgement, ViewId id);
+ViewJudgement& judgement_of(Judgement& judgement, ViewId id);
+
+/// Time that drawing and waiting for each other may add to the validity of an image.
 inline constexpr Duration kDrawingAllowance = std::chrono::milliseconds(150);
 
 /// A 3D view that shows an older moment than the others for longer than this is covered, even if
@@ -43,6 +53,8 @@ struct EngineFailures {
 ///
 /// \p newest: newest moment of the session; \p flat, \p scene: moments that the flat views and the
 /// 3D view show; each may be null.
+///
+/// The CT of the slices does not age; the line of the live plane and the needle in them do.
 Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const SharedMoment& scene,
                 const EngineFailures& failures, Timestamp now);
 

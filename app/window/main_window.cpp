@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/window/main_window.hpp"
 
+#include <QApplication>
 #include <QPainter>
 
 #include "app/window/theme.hpp"
@@ -28,6 +29,23 @@ QLabel* words_label(const QString& name, const QString& accessible, QWidget* par
   return label;
 }
 
+PerView<FlatWidget*> flat_widgets(QWidget* parent) {
+  PerView<FlatWidget*> made{};
+  const auto add = [&](ViewId id, const char* name, const char* title) {
+    made[id] = new FlatWidget(id, QLatin1String(name), QLatin1String(title), parent);
+  };
+  made[ViewId::kUltrasound] = new UltrasoundWidget(
+      ViewId::kUltrasound, QStringLiteral("ultrasound"), QStringLiteral("Ultrasound"), parent);
+  add(ViewId::kCt, "ctplane", "CT along the plane");
+  add(ViewId::kAxial, "axial", "Axial");
+  add(ViewId::kCoronal, "coronal", "Coronal");
+  add(ViewId::kSagittal, "sagittal", "Sagittal");
+  add(ViewId::kNeedleFirst, "needle1", "Along the needle, 1");
+  add(ViewId::kNeedleSecond, "needle2", "Along the needle, 2");
+  add(ViewId::kBullsEye, "bullseye", "Bull's-eye");
+  return made;
+}
+
 }  // namespace
 
 MainWindow::MainWindow(const Options& options, const Clock& clock, Console& console,
@@ -37,14 +55,12 @@ MainWindow::MainWindow(const Options& options, const Clock& clock, Console& cons
       snapshot_folder_(options.snapshot_folder),
       rail_(new Rail(this)),
       scene_(new SceneWidget(QStringLiteral("view3d"), QStringLiteral("3D"), this)),
-      ultrasound_(
-          new UltrasoundWidget(QStringLiteral("ultrasound"), QStringLiteral("Ultrasound"), this)),
-      ct_(new ViewWidget(QStringLiteral("ctplane"), QStringLiteral("CT along the plane"), this)),
+      flat_(flat_widgets(this)),
       numerals_(new Numerals(this)),
       status_(new StatusLines(this)),
       panel_(words_label(QStringLiteral("panel"), QStringLiteral("Panel of the step"), this)),
       keys_(words_label(QStringLiteral("keys"), QStringLiteral("Keys"), this)),
-      loop_(options.loop, clock, console, report, {scene_, ultrasound_, ct_, numerals_, status_}) {
+      loop_(options.loop, clock, console, report, {scene_, flat_, numerals_, status_}) {
   setObjectName(QStringLiteral("window"));
   setWindowTitle(title_);
   setStyleSheet(theme::style_sheet());
@@ -58,6 +74,9 @@ MainWindow::MainWindow(const Options& options, const Clock& clock, Console& cons
     rail_->set_frozen(loop_.frozen());
   };
   rail_->snapshot = [this] { take_snapshot(); };
+  for (const ViewId id : kFlatViews) {
+    flat_[id]->enlarge = [this, id] { enlarge(id); };
+  }
   add_actions();
   rail_->choose(step_);
   loop_.changed = [this] {
@@ -100,8 +119,14 @@ void MainWindow::add_actions() {
       [this] { take_snapshot(); });
   add("reset-camera", "first camera of the 3D view", QKeyCombination(Qt::Key_R),
       [this] { loop_.reset_camera(); });
+  add("reset-slices", "first cursor, zoom and grey window of the slices",
+      QKeyCombination(Qt::ShiftModifier, Qt::Key_R), [this] { loop_.reset_slices(); });
   add("layout-guidance", "layout: 3D, ultrasound, CT", QKeyCombination(Qt::Key_1),
       [this] { set_layout(WindowLayout::kGuidance); });
+  add("layout-slices", "layout: axial, coronal, sagittal, 3D", QKeyCombination(Qt::Key_2),
+      [this] { set_layout(WindowLayout::kSlices); });
+  add("layout-needle", "layout: bull's-eye, slices along the needle, ultrasound",
+      QKeyCombination(Qt::Key_3), [this] { set_layout(WindowLayout::kNeedle); });
   add("layout-single", "layout: the view under the mouse alone; again: back",
       QKeyCombination(Qt::Key_4), [this] { set_layout(WindowLayout::kSingle); });
   add("full-screen", "full screen without the rail; again: back", QKeyCombination(Qt::Key_F11),
@@ -114,7 +139,6 @@ void MainWindow::add_actions() {
 
 void MainWindow::arrange() {
   constexpr int kGap = 6;
-  constexpr int kNumeralsHeight = 150;
   const int left = with_rail_ ? Rail::kWidth : 0;
   const int bottom = status_->wanted_height();
   rail_->setVisible(with_rail_);
@@ -124,43 +148,53 @@ void MainWindow::arrange() {
                    std::max(1, height() - bottom - kGap));
   const QSize keys = keys_->sizeHint().boundedTo(area.size());
   keys_->setGeometry(QRect(area.topLeft() + QPoint(40, 40), keys));
-  const bool single = layout_ == WindowLayout::kSingle;
-  for (QWidget* view : {static_cast<QWidget*>(scene_), static_cast<QWidget*>(ultrasound_),
-                        static_cast<QWidget*>(ct_)}) {
-    view->setVisible(!single || view == single_);
+  const Arrangement made = arrange_views(layout_, single_, area);
+  const QWidget* focused = QApplication::focusWidget();
+  const bool view_has_focus = dynamic_cast<const ViewWidget*>(focused) != nullptr;
+  const auto place = [](QWidget* widget, const std::optional<QRect>& at) {
+    widget->setVisible(at.has_value());
+    if (at) widget->setGeometry(*at);
+  };
+  place(scene_, made.views[ViewId::kScene]);
+  for (const ViewId id : kFlatViews) place(flat_[id], made.views[id]);
+  place(numerals_, made.numerals);
+  place(panel_, made.panel);
+  // Qt gives the focus of a view that is hidden to the next control: here, to another view.
+  for (std::size_t i = 0; i < kViewCount && view_has_focus && focused->isHidden(); ++i) {
+    if (!made.views.all[i]) continue;
+    view(static_cast<ViewId>(i))->setFocus();
+    break;
   }
-  panel_->setVisible(!single);
-  // The numbers stay in every layout.
-  const int right_width = single ? 0 : std::max(1, area.width() * 36 / 100);
-  const int centre_width = std::max(1, area.width() - right_width - (single ? 0 : kGap));
-  const int view_height = std::max(1, area.height() - kNumeralsHeight - kGap);
-  const QRect centre(area.left(), area.top(), centre_width, view_height);
-  numerals_->setGeometry(area.left(), centre.bottom() + 1 + kGap, centre_width, kNumeralsHeight);
-  if (single) {
-    single_->setGeometry(centre);
-    return;
+  loop_.views_changed();
+}
+
+ViewWidget* MainWindow::view(ViewId id) const {
+  return id == ViewId::kScene ? static_cast<ViewWidget*>(scene_) : flat_[id];
+}
+
+ViewId MainWindow::view_under_mouse() const {
+  for (const ViewId id : kFlatViews) {
+    if (flat_[id]->isVisible() && flat_[id]->underMouse()) return id;
   }
-  scene_->setGeometry(centre);
-  const int x = centre.right() + 1 + kGap;
-  const int half = std::max(1, (view_height - kGap) / 2);
-  ultrasound_->setGeometry(x, area.top(), right_width, half);
-  ct_->setGeometry(x, area.top() + half + kGap, right_width, half);
-  panel_->setGeometry(x, numerals_->y(), right_width, kNumeralsHeight);
+  if (!scene_->isHidden()) return ViewId::kScene;
+  return layout_ == WindowLayout::kNeedle ? ViewId::kUltrasound : single_;
+}
+
+void MainWindow::enlarge(ViewId id) {
+  if (layout_ == WindowLayout::kSingle) {
+    layout_ = before_single_;
+  } else {
+    before_single_ = layout_;
+    single_ = id;
+    layout_ = WindowLayout::kSingle;
+  }
+  arrange();
 }
 
 void MainWindow::set_layout(WindowLayout layout) {
-  if (layout == WindowLayout::kSingle && layout_ == WindowLayout::kSingle) {
-    layout = before_single_;
-  } else if (layout == WindowLayout::kSingle) {
-    before_single_ = layout_;
-    single_ = scene_;
-    for (QWidget* view : {static_cast<QWidget*>(ultrasound_), static_cast<QWidget*>(ct_)}) {
-      if (view->underMouse()) single_ = view;
-    }
-  }
+  if (layout == WindowLayout::kSingle) return enlarge(view_under_mouse());
   layout_ = layout;
   arrange();
-  loop_.order_pictures();
 }
 
 void MainWindow::toggle_full_screen() {
@@ -186,6 +220,8 @@ void MainWindow::cancel() {
     keys_->hide();
   } else if (!with_rail_) {
     toggle_full_screen();
+  } else if (layout_ == WindowLayout::kSingle) {
+    enlarge(single_);
   }
 }
 

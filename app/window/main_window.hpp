@@ -11,13 +11,11 @@
 #include <vector>
 
 #include "app/window/actions.hpp"
+#include "app/window/arrangement.hpp"
 #include "app/window/rail.hpp"
 #include "app/window/refresh_loop.hpp"
 
 namespace nav::app {
-
-/// Arrangements of the views, by keys 1 to 4.
-enum class WindowLayout { kGuidance, kSlices, kNeedle, kSingle };
 
 /// The one window: rail, views, numbers, panel of the step, states of the inputs.
 class MainWindow final : public QWidget {
@@ -53,6 +51,12 @@ class MainWindow final : public QWidget {
   void arrange();
   void choose_step(int step);
   void set_layout(WindowLayout layout);
+  /// Shows one view alone, or goes back if it is shown alone.
+  void enlarge(ViewId id);
+  [[nodiscard]] ViewWidget* view(ViewId id) const;
+  [[nodiscard]] ViewId view_under_mouse() const;
+  /// Position of the cursor, grey window and zoom of the slices, as scripts read them.
+  [[nodiscard]] std::optional<QString> slice_value(const QString& what) const;
   void toggle_full_screen();
   void toggle_keys();
   void take_snapshot();
@@ -65,8 +69,7 @@ class MainWindow final : public QWidget {
   QString snapshot_folder_;
   Rail* rail_;
   SceneWidget* scene_;
-  UltrasoundWidget* ultrasound_;
-  ViewWidget* ct_;
+  PerView<FlatWidget*> flat_;
   Numerals* numerals_;
   StatusLines* status_;
   QLabel* panel_;
@@ -76,7 +79,7 @@ class MainWindow final : public QWidget {
   QTimer watchdog_;
   WindowLayout layout_ = WindowLayout::kGuidance;
   WindowLayout before_single_ = WindowLayout::kGuidance;
-  QWidget* single_ = nullptr;  ///< View that fills the window in the layout single.
+  ViewId single_ = ViewId::kScene;  ///< View that fills the window in the layout single.
   bool with_rail_ = true;
   int step_ = 5;
   QString snapshot_words_;

@@ -3,6 +3,7 @@
 #include <QDateTime>
 #include <QDir>
 #include <array>
+#include <cmath>
 
 #include "app/window/main_window.hpp"
 #include "app/window/theme.hpp"
@@ -12,9 +13,17 @@ namespace {
 
 QString word_of(StepState state) { return mark_of(state).section(QLatin1Char(' '), 1); }
 
-QString word_of(const ViewJudgement& view) {
-  if (view.covered) return QStringLiteral("covered");
-  return view.late ? QStringLiteral("late") : QStringLiteral("shown");
+QString word_of(const ViewWidget& view) {
+  if (view.isHidden()) return QStringLiteral("hidden");
+  if (view.judgement().covered) return QStringLiteral("covered");
+  if (!view.picture()) return QStringLiteral("drawing");
+  return view.judgement().late ? QStringLiteral("late") : QStringLiteral("shown");
+}
+
+/// A position along one of the patient's axes: "S12.3". It belongs to the orthogonal slices.
+QString position_text(double ct_mm, const char* positive, const char* negative) {
+  const double mm = std::round(10 * ct_mm) / 10;
+  return QLatin1String(mm < 0 ? negative : positive) + QString::number(std::abs(mm), 'f', 1);
 }
 
 }  // namespace
@@ -97,13 +106,13 @@ std::optional<QString> MainWindow::value(const QString& name) const {
     return text.isEmpty() ? std::nullopt : std::optional(text);
   }
   if (kind == QLatin1String("view")) {
-    for (const ViewWidget* view :
-         {static_cast<const ViewWidget*>(scene_), static_cast<const ViewWidget*>(ultrasound_),
-          static_cast<const ViewWidget*>(ct_)}) {
-      if (view->objectName() == what) return word_of(view->judgement());
+    for (std::size_t i = 0; i < kViewCount; ++i) {
+      const ViewWidget* one = view(static_cast<ViewId>(i));
+      if (one->objectName() == what) return word_of(*one);
     }
     return std::nullopt;
   }
+  if (kind == QLatin1String("slice")) return slice_value(what);
   if (kind == QLatin1String("step")) {
     const int step = what.toInt() - 1;
     if (step < 0 || step >= kStepCount) return std::nullopt;
@@ -129,6 +138,28 @@ std::optional<QString> MainWindow::value(const QString& name) const {
   if (name == QLatin1String("layout")) {
     constexpr std::array names{"guidance", "slices", "needle", "single"};
     return QString::fromLatin1(names[static_cast<std::size_t>(layout_)]);
+  }
+  return std::nullopt;
+}
+
+std::optional<QString> MainWindow::slice_value(const QString& what) const {
+  const SharedMoment& moment = loop_.newest();
+  if (!moment) return std::nullopt;
+  const SliceSettings& settings = loop_.slices();
+  const Eigen::Vector3d cursor = cursor_of(settings, *moment).mm;
+  if (what == QLatin1String("axial")) return position_text(cursor.z(), "S", "I");
+  if (what == QLatin1String("coronal")) return position_text(cursor.y(), "P", "A");
+  if (what == QLatin1String("sagittal")) return position_text(cursor.x(), "L", "R");
+  if (what == QLatin1String("window")) {
+    const render::HuWindow window = settings.window.value_or(moment->window);
+    return QStringLiteral("%1/%2").arg(std::lround(window.level)).arg(std::lround(window.width));
+  }
+  if (what.startsWith(QLatin1String("zoom-"))) {
+    for (const ViewId id : kFlatViews) {
+      if (slice_of(id) && flat_[id]->objectName() == what.mid(5)) {
+        return QString::number(settings.zoom[id].factor, 'f', 2);
+      }
+    }
   }
   return std::nullopt;
 }

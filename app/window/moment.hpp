@@ -11,6 +11,7 @@
 #include "app/views/panels.hpp"
 #include "nav/volume.hpp"
 #include "render/scene.hpp"
+#include "session/guidance_error.hpp"
 #include "session/navigator.hpp"
 
 namespace nav::app {
@@ -34,6 +35,8 @@ struct Moment {
   std::shared_ptr<const render::Scene> scene{};  ///< With the first camera of the session.
   std::optional<NeedlePlan> plan{};
   render::HuWindow window{};  ///< Grey window of the CT's slices.
+  /// Intervals of the numbers in the epoch; absent without numbers.
+  std::optional<session::GuidanceError> guidance_error{};
   double needle_length_mm = 0;
   bool needle_expected = false;
   std::string kind{};     ///< "SIMULATED", "RECORDING" or "LIVE".

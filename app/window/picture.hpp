@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "app/views/plane_view.hpp"
+#include "app/views/slice_view.hpp"
 #include "app/window/moment.hpp"
 #include "nav/image.hpp"
 #include "render/scene.hpp"
@@ -18,12 +19,15 @@ namespace nav::app {
 struct Picture {
   SharedMoment moment{};  ///< The moment that it shows.
   QImage image{};
-  std::optional<PlaneView> plane{};  ///< Flat views: position of the ultrasound plane.
-  render::Camera camera{};           ///< 3D view.
-  bool refined = true;               ///< False: coarse, because something moves.
-  std::uint64_t asked = 0;           ///< 3D view: number of the newest camera order it obeys.
-  double draw_ms = 0;                ///< Time of the engine.
-  double convert_ms = 0;             ///< Time to RGB32.
+  std::optional<PlaneView> plane{};      ///< Flat views: position of the ultrasound plane.
+  std::optional<SliceGeometry> slice{};  ///< Slices and bull's-eye; absent: nothing is shown.
+  Point<frames::Ct> cursor{Eigen::Vector3d::Zero()};  ///< Flat views: the cursor of all of them.
+  render::HuWindow window{};                          ///< Flat views: grey window of the CT.
+  render::Camera camera{};                            ///< 3D view.
+  bool refined = true;                                ///< False: coarse, because something moves.
+  std::uint64_t asked = 0;  ///< Number of the newest order of the camera, or of the slices.
+  double draw_ms = 0;       ///< Time of the engine.
+  double convert_ms = 0;    ///< Time to RGB32.
 };
 
 /// Colours as RGB32; alpha is not used.

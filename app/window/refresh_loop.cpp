@@ -18,6 +18,24 @@ auto poster(Mailbox<T>& box, RefreshLoop& loop) {
   };
 }
 
+bool is_shown(const QWidget* widget) { return !widget->isHidden(); }
+
+const char* cost_name(ViewId id) {
+  switch (id) {
+    case ViewId::kUltrasound:
+      return "ultrasound";
+    case ViewId::kCt:
+      return "ct";
+    case ViewId::kBullsEye:
+      return "bull's-eye";
+    case ViewId::kNeedleFirst:
+    case ViewId::kNeedleSecond:
+      return "needle slice";
+    default:
+      return "slice";
+  }
+}
+
 }  // namespace
 
 RefreshLoop::RefreshLoop(const Options& options, const Clock& clock, Console& console,
@@ -33,29 +51,34 @@ RefreshLoop::RefreshLoop(const Options& options, const Clock& clock, Console& co
                {poster(moments_, *this), poster(news_box_, *this)}) {
   if (!has_session_) news_.words = "no session: sonde window SESSION, or --simulated";
   views_.scene->moved = [this](const render::WindowInput& input) { move_camera(input); };
-  for (ViewWidget* view : {static_cast<ViewWidget*>(views_.scene),
-                           static_cast<ViewWidget*>(views_.ultrasound), views_.ct}) {
-    view->resized = [this] { order_pictures(); };
+  views_.scene->resized = [this] { order_pictures(); };
+  for (const ViewId id : kFlatViews) {
+    views_.flat[id]->resized = [this] { order_pictures(); };
+    views_.flat[id]->moved = [this](ViewId view, const SliceInput& input, const Picture& seen) {
+      move_slices(view, input, seen);
+    };
   }
   measure_painting();
 }
 
 void RefreshLoop::measure_painting() {
-  views_.ultrasound->painted = [this](const Picture& picture, double ms) {
-    report_.paint(ms);
-    report_.convert(picture.convert_ms);
-    report_.draw("ultrasound", picture.draw_ms);
-    const Moment& moment = *picture.moment;
-    if (!moment.acquired || !moment.epoch.frame || frozen_) return;
-    const std::uint64_t image = moment.epoch.frame->frame.sequence + 1;
-    if (image == std::exchange(latency_of_, image)) return;
-    report_.latency(1e3 * to_seconds(clock_.now() - *moment.acquired));
-  };
-  views_.ct->painted = [this](const Picture& picture, double ms) {
-    report_.paint(ms);
-    report_.convert(picture.convert_ms);
-    report_.draw("ct", picture.draw_ms);
-  };
+  for (const ViewId id : kFlatViews) {
+    views_.flat[id]->painted = [this, id](const Picture& picture, double ms) {
+      report_.paint(ms);
+      report_.convert(picture.convert_ms);
+      report_.draw(cost_name(id), picture.draw_ms);
+      if (slices_asked_ && picture.asked >= slices_.number()) {
+        report_.input_to_paint(1e3 * to_seconds(clock_.now() - *slices_asked_));
+        slices_asked_.reset();
+      }
+      if (id != ViewId::kUltrasound) return;
+      const Moment& moment = *picture.moment;
+      if (!moment.acquired || !moment.epoch.frame || frozen_) return;
+      const std::uint64_t image = moment.epoch.frame->frame.sequence + 1;
+      if (image == std::exchange(latency_of_, image)) return;
+      report_.latency(1e3 * to_seconds(clock_.now() - *moment.acquired));
+    };
+  }
   views_.scene->painted = [this](const Picture& picture, double ms) {
     report_.paint(ms);
     report_.convert(picture.convert_ms);
@@ -84,7 +107,37 @@ void RefreshLoop::move_camera(const render::WindowInput& input) {
   camera_ = render::moved(camera_.value_or(moment->scene->camera), input);
   ++camera_number_;
   if (!camera_asked_) camera_asked_ = clock_.now();
-  scene_engine_.draw({moment, camera_, views_.scene->pixel_size(), camera_number_, frozen()});
+  order_scene(moment);
+}
+
+void RefreshLoop::order_scene(const SharedMoment& moment) {
+  if (!is_shown(views_.scene)) return;
+  scene_engine_.draw({moment, camera_, views_.scene->pixel_size(), camera_number_, frozen(),
+                      slices_.settings().cursor});
+}
+
+void RefreshLoop::move_slices(ViewId id, const SliceInput& input, const Picture& seen) {
+  if (!slices_.apply(id, input, seen)) return;
+  if (!slices_asked_) slices_asked_ = clock_.now();
+  order_pictures();
+}
+
+void RefreshLoop::reset_slices() {
+  slices_.reset();
+  order_pictures();
+}
+
+void RefreshLoop::views_changed() {
+  const bool scene = is_shown(views_.scene);
+  assembler_.expect_scene(scene);
+  if (!scene) {
+    views_.scene->clear_picture();
+    scene_moment_.reset();
+  }
+  for (const ViewId id : kFlatViews) {
+    if (!is_shown(views_.flat[id])) views_.flat[id]->clear_picture();
+  }
+  order_pictures();
 }
 
 void RefreshLoop::reset_camera() {
@@ -99,10 +152,8 @@ void RefreshLoop::set_frozen(bool frozen) {
     frozen_ = Frozen{flat_moment_, clock_.now()};
   } else {
     frozen_.reset();
-    for (ViewWidget* view : {static_cast<ViewWidget*>(views_.scene),
-                             static_cast<ViewWidget*>(views_.ultrasound), views_.ct}) {
-      view->set_frozen(std::nullopt);
-    }
+    views_.scene->set_frozen(std::nullopt);
+    for (const ViewId id : kFlatViews) views_.flat[id]->set_frozen(std::nullopt);
   }
   order_pictures();
   tick();
@@ -111,8 +162,16 @@ void RefreshLoop::set_frozen(bool frozen) {
 void RefreshLoop::order_pictures() {
   const SharedMoment moment = wanted();
   if (!moment) return;
-  flat_engine_.draw({moment, {views_.ultrasound->pixel_size(), views_.ct->pixel_size()}});
-  scene_engine_.draw({moment, camera_, views_.scene->pixel_size(), camera_number_, frozen()});
+  FlatEngine::Order order{.moment = moment,
+                          .ratio = views_.scene->devicePixelRatioF(),
+                          .settings = slices_.settings(),
+                          .number = slices_.number()};
+  for (const ViewId id : kFlatViews) {
+    const FlatWidget& view = *views_.flat[id];
+    order.sizes[id] = is_shown(&view) ? view.pixel_size() : PixelSize{0, 0};
+  }
+  flat_engine_.draw(std::move(order));
+  order_scene(moment);
 }
 
 bool RefreshLoop::fault(const std::string& name, Duration time) {
@@ -144,10 +203,10 @@ void RefreshLoop::take_all() {
     for (const InputStatus& input : newest_->inputs) report_.state(to_seconds(now), input);
     if (!frozen_) order_pictures();
   }
-  const auto fits = [this](const Picture& picture) {
+  const auto fits = [this](const auto& picture) {
     return !frozen_ || picture.moment->number == frozen_->moment->number;
   };
-  if (auto flat = flats_.take(); flat && fits(flat->ultrasound)) {
+  if (auto flat = flats_.take(); flat && fits(*flat)) {
     assembler_.add(std::move(*flat), now);
   }
   if (auto scene = scenes_.take(); scene && fits(*scene)) {
@@ -158,9 +217,16 @@ void RefreshLoop::take_all() {
 void RefreshLoop::show(Assembled shown) {
   if (!shown.flat && !shown.scene) return;
   if (shown.flat) {
-    flat_moment_ = shown.flat->ultrasound.moment;
-    views_.ultrasound->set_picture(std::move(shown.flat->ultrasound));
-    views_.ct->set_picture(std::move(shown.flat->ct));
+    flat_moment_ = shown.flat->moment;
+    for (const ViewId id : kFlatViews) {
+      auto& picture = shown.flat->views[id];
+      // A view that has just come to the screen was not ordered yet: it waits for its image.
+      if (picture && is_shown(views_.flat[id])) {
+        views_.flat[id]->set_picture(*std::move(picture));
+      } else {
+        views_.flat[id]->clear_picture();
+      }
+    }
   }
   if (shown.scene) {
     scene_moment_ = shown.scene->moment;
@@ -176,7 +242,8 @@ void RefreshLoop::tick() {
   const Timestamp now = clock_.now();
   judgement_ = judge(newest_, flat_moment_, scene_moment_, failures_, now);
   if (!newest_) {
-    for (ViewJudgement* view : {&judgement_.ultrasound, &judgement_.ct, &judgement_.scene}) {
+    for (ViewJudgement* view : {&judgement_.ultrasound, &judgement_.ct, &judgement_.scene,
+                                &judgement_.slices, &judgement_.needle, &judgement_.bullseye}) {
       view->headline = news_.stage == SessionNews::Stage::kFailed ? "NO SESSION"
                        : has_session_                             ? "LOADING"
                                                                   : "NO SESSION";
@@ -186,36 +253,55 @@ void RefreshLoop::tick() {
   }
   apply(judgement_, now);
   measure(now);
-  if (refreshed && flat_moment_ && scene_moment_) {
-    // Each view keeps the moment that it shows; one that differs has to be marked or covered.
-    const bool same =
-        views_.ultrasound->picture()->moment->number == views_.ct->picture()->moment->number &&
-        (views_.scene->picture()->moment->number == flat_moment_->number || judgement_.scene.late ||
-         judgement_.scene.covered || judgement_.ultrasound.late || judgement_.ultrasound.covered);
-    report_.refresh(same);
+  if (refreshed && flat_moment_) report_.refresh(views_agree());
+}
+
+/// Each view keeps the moment that it shows; one that differs has to be marked or covered.
+bool RefreshLoop::views_agree() const {
+  for (const ViewId id : kFlatViews) {
+    const auto& picture = views_.flat[id]->picture();
+    if (picture && picture->moment->number != flat_moment_->number) return false;
   }
+  if (!scene_moment_ || scene_moment_->number == flat_moment_->number) return true;
+  const Judgement& j = judgement_;
+  return j.scene.late || j.scene.covered || j.ultrasound.late || j.ultrasound.covered;
+}
+
+/// A frozen view says that it is frozen and shows no live number. It is covered only where there is
+/// nothing to see in it.
+void RefreshLoop::judge_frozen(Judgement& shown, Timestamp now) {
+  const Safety frozen{SafetyState::kStale, "frozen by the user"};
+  const double seconds = to_seconds(now - frozen_->since);
+  if (scene_moment_) shown.scene.covered = false;
+  shown.scene.safety = frozen;
+  views_.scene->set_frozen(seconds);
+  for (const ViewId id : kFlatViews) {
+    const auto& picture = views_.flat[id]->picture();
+    ViewJudgement& view = judgement_of(shown, id);
+    view.covered = !picture || (!picture->plane && !picture->slice);
+    view.late = false;
+    view.headline = "NOTHING TO SHOW";
+    view.safety = frozen;
+    view.about.clear();
+    views_.flat[id]->set_judgement(view, newest_ ? newest_->kind : "");
+    views_.flat[id]->set_frozen(seconds);
+  }
+  shown.guidance.reset();
+  shown.withdrawn = frozen.cause;
 }
 
 void RefreshLoop::apply(const Judgement& judgement, Timestamp now) {
   const std::string kind = newest_ ? newest_->kind : "";
   Judgement shown = judgement;
   if (frozen_) {
-    // A frozen view is not covered: it says that it is frozen, and shows no live number.
-    for (ViewJudgement* view : {&shown.ultrasound, &shown.ct, &shown.scene}) {
-      if (view->covered && scene_moment_) view->covered = false;
-      view->safety = {SafetyState::kStale, "frozen by the user"};
-    }
-    shown.guidance.reset();
-    shown.withdrawn = "frozen by the user";
-    for (ViewWidget* view : {static_cast<ViewWidget*>(views_.scene),
-                             static_cast<ViewWidget*>(views_.ultrasound), views_.ct}) {
-      view->set_frozen(to_seconds(now - frozen_->since));
+    judge_frozen(shown, now);
+  } else {
+    for (const ViewId id : kFlatViews) {
+      views_.flat[id]->set_judgement(judgement_of(shown, id), kind);
     }
   }
-  views_.ultrasound->set_judgement(shown.ultrasound, kind);
-  views_.ct->set_judgement(shown.ct, kind);
   views_.scene->set_judgement(shown.scene, kind);
-  views_.numerals->show_numbers(shown.guidance, shown.withdrawn);
+  views_.numerals->show_numbers(shown.guidance, shown.error, shown.withdrawn);
   QString notice;
   if (!newest_) {
     notice = QString::fromStdString(news_.words);

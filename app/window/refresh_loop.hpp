@@ -10,11 +10,13 @@
 #include "app/console.hpp"
 #include "app/window/assembler.hpp"
 #include "app/window/flat_engine.hpp"
+#include "app/window/flat_widget.hpp"
 #include "app/window/judgement.hpp"
 #include "app/window/numerals.hpp"
 #include "app/window/scene_engine.hpp"
 #include "app/window/scene_widget.hpp"
 #include "app/window/session_thread.hpp"
+#include "app/window/slice_control.hpp"
 #include "app/window/status_lines.hpp"
 #include "app/window/window_report.hpp"
 
@@ -23,8 +25,7 @@ namespace nav::app {
 /// Widgets that show a session.
 struct SessionViews {
   SceneWidget* scene;
-  UltrasoundWidget* ultrasound;
-  ViewWidget* ct;
+  PerView<FlatWidget*> flat;  ///< Null for the 3D view.
   Numerals* numerals;
   StatusLines* status;
 };
@@ -51,6 +52,12 @@ class RefreshLoop final : public QObject {
 
   void move_camera(const render::WindowInput& input);
   void reset_camera();
+  /// Moves the slices of a view as the user does.
+  void move_slices(ViewId id, const SliceInput& input, const Picture& seen);
+  /// Cursor, zooms and grey window of the slices as at the beginning.
+  void reset_slices();
+  /// Tells which views are on the screen: orders their images, and forgets those of the others.
+  void views_changed();
   /// Keeps what is on the screen, as frozen, until the next call.
   void set_frozen(bool frozen);
   [[nodiscard]] bool frozen() const { return frozen_.has_value(); }
@@ -67,6 +74,7 @@ class RefreshLoop final : public QObject {
   [[nodiscard]] const SessionNews& news() const { return news_; }
   [[nodiscard]] const SharedMoment& newest() const { return newest_; }
   [[nodiscard]] const Judgement& judgement() const { return judgement_; }
+  [[nodiscard]] const SliceSettings& slices() const { return slices_.settings(); }
   [[nodiscard]] const RefreshAssembler& assembler() const { return assembler_; }
   /// Adds what the threads know to a report.
   void complete(io::Json& report) const;
@@ -94,6 +102,9 @@ class RefreshLoop final : public QObject {
   void apply(const Judgement& judgement, Timestamp now);
   void measure(Timestamp now);
   void measure_painting();
+  void order_scene(const SharedMoment& moment);
+  [[nodiscard]] bool views_agree() const;
+  void judge_frozen(Judgement& shown, Timestamp now);
   [[nodiscard]] SharedMoment wanted() const { return frozen_ ? frozen_->moment : newest_; }
 
   const Clock& clock_;
@@ -118,6 +129,8 @@ class RefreshLoop final : public QObject {
   std::optional<render::Camera> camera_;
   std::uint64_t camera_number_ = 0;
   std::optional<Timestamp> camera_asked_;
+  SliceControl slices_;
+  std::optional<Timestamp> slices_asked_;
   std::optional<Loss> loss_;
   std::uint64_t latency_of_ = 0;  ///< Number of the image whose latency was measured last.
 };

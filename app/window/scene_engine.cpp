@@ -26,6 +26,18 @@ bool shows_live(const session::Epoch& epoch) {
          (epoch.ct_from_needle && epoch.needle.state <= SafetyState::kDegraded);
 }
 
+/// Three thin lines through the cursor, along the patient's axes.
+void add_cursor(render::Scene& scene, const Point<frames::Ct>& cursor) {
+  constexpr double kArmMm = 12;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Eigen::Vector3d arm = kArmMm * Eigen::Vector3d::Unit(axis);
+    scene.lines.push_back({.from_ct = {cursor.mm - arm},
+                           .to_ct = {cursor.mm + arm},
+                           .radius_mm = 0.4,
+                           .rgb = {1, 1, 1}});
+  }
+}
+
 bool is_software(const std::string& device) {
   for (const char* name : {"llvmpipe", "softpipe", "swrast", "Software"}) {
     if (device.find(name) != std::string::npos) return true;
@@ -113,6 +125,7 @@ Result<Picture> SceneEngine::draw_now(const Order& order, render::ProgressiveRen
   if (order.camera) scene.camera = *order.camera;
   scene.width = order.size.width;
   scene.height = order.size.height;
+  if (order.cursor) add_cursor(scene, *order.cursor);
   const auto start = std::chrono::steady_clock::now();
   auto drawn = renderer.draw(scene, clock_.now());
   if (!drawn) return drawn.error();
@@ -120,7 +133,6 @@ Result<Picture> SceneEngine::draw_now(const Order& order, render::ProgressiveRen
   const auto converting = std::chrono::steady_clock::now();
   Picture picture{.moment = order.moment,
                   .image = to_rgb32(drawn->image.pixels),
-                  .plane = {},
                   .camera = scene.camera,
                   .refined = drawn->refined,
                   .asked = order.number};

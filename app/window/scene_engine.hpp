@@ -30,6 +30,8 @@ class SceneEngine {
     PixelSize size{1, 1};                    ///< Device pixels.
     std::uint64_t number = 0;                ///< Number of the newest camera order.
     bool frozen = false;                     ///< Nothing newer will be wanted for now.
+    /// Cursor of the slices, once the user has set it.
+    std::optional<Point<frames::Ct>> cursor{};
   };
   struct Hears {
     std::function<void(Picture)> done;  ///< Called on the engine's thread, as is failed.

@@ -79,6 +79,8 @@ Result<bool> ScriptPlayer::play(const ScriptLine& line) {
     return await(line);
   }
   if (line.command == "click") return once(click(line));
+  if (line.command == "doubleclick") return once(double_click(line));
+  if (line.command == "hover") return once(hover(line));
   if (line.command == "key") return once(press(line.words[0]));
   if (line.command == "drag") return once(drag(line));
   if (line.command == "wheel") return once(wheel(line));
@@ -145,6 +147,29 @@ Result<void> ScriptPlayer::click(const ScriptLine& line) {
   return {};
 }
 
+Result<void> ScriptPlayer::double_click(const ScriptLine& line) {
+  if (auto first = click(line); !first) return first;
+  QWidget* to = *control(line.words[0]);
+  const QPointF centre = QRectF(to->rect()).center();
+  send_mouse(*to, QEvent::MouseButtonDblClick, centre, Qt::LeftButton, Qt::LeftButton);
+  send_mouse(*to, QEvent::MouseButtonRelease, centre, Qt::LeftButton, Qt::NoButton);
+  return {};
+}
+
+Result<void> ScriptPlayer::hover(const ScriptLine& line) {
+  const auto found = control(line.words[0]);
+  if (!found) return found.error();
+  for (QWidget* other : window_.findChildren<QWidget*>()) {
+    if (other == *found || !other->underMouse()) continue;
+    QEvent leave(QEvent::Leave);
+    QApplication::sendEvent(other, &leave);
+  }
+  const QPointF centre = QRectF((*found)->rect()).center();
+  QEnterEvent enter(centre, centre, (*found)->mapToGlobal(centre));
+  QApplication::sendEvent(*found, &enter);
+  return {};
+}
+
 Result<void> ScriptPlayer::press(const std::string& key) {
   const QKeySequence sequence(QString::fromStdString(key));
   if (sequence.count() != 1 || sequence[0].key() == Qt::Key_unknown) {
@@ -187,10 +212,14 @@ Result<void> ScriptPlayer::wheel(const ScriptLine& line) {
   if (!found) return found.error();
   const auto notches = script_number(line.words[1], -1000, 1000);
   if (!notches) return notches.error();
+  if (line.words.size() > 2 && line.words[2] != "ctrl") {
+    return cannot("expected ctrl or nothing, found '" + line.words[2] + "'");
+  }
+  const auto keys = line.words.size() > 2 ? Qt::ControlModifier : Qt::NoModifier;
   const QPointF centre = QRectF((*found)->rect()).center();
   constexpr int kNotch = 120;
   QWheelEvent event(centre, (*found)->mapToGlobal(centre), QPoint(),
-                    QPoint(0, static_cast<int>(*notches * kNotch)), Qt::NoButton, Qt::NoModifier,
+                    QPoint(0, static_cast<int>(*notches * kNotch)), Qt::NoButton, keys,
                     Qt::NoScrollPhase, false);
   QApplication::sendEvent(*found, &event);
   return {};

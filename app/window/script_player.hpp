@@ -32,6 +32,8 @@ class ScriptPlayer {
   Result<bool> play(const ScriptLine& line);
   Result<bool> await(const ScriptLine& line);
   Result<void> click(const ScriptLine& line);
+  Result<void> double_click(const ScriptLine& line);
+  Result<void> hover(const ScriptLine& line);
   Result<void> press(const std::string& key);
   Result<void> drag(const ScriptLine& line);
   Result<void> wheel(const ScriptLine& line);

@@ -168,6 +168,12 @@ std::shared_ptr<Moment> SessionThread::moment_of(Feed& feed, session::Epoch epoc
   moment->scene = scene_of(view.presenter(), epoch);
   moment->plan = view.plan();
   moment->window = view.presenter().window();
+  if (epoch.guidance && epoch.ct_from_needle && moment->plan) {
+    moment->guidance_error = session::guidance_error(
+        *moment->plan, *epoch.ct_from_needle,
+        {.registration = view.placement() ? view.placement()->uncertainty : std::nullopt,
+         .tracker_rms_mm = epoch.tracker_error_mm});
+  }
   moment->needle_length_mm = config_.source.needle_size.length_mm;
   moment->needle_expected = view.needle_expected();
   moment->kind = feed.kind();

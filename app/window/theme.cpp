@@ -76,6 +76,7 @@ QString style_sheet() {
       "QPushButton:checked { background: #1f5f8c; border-color: #8fd3ff; }"
       "QPushButton:focus { border-color: #ffffff; }"
       "QPushButton:disabled { color: #a7b2bc; }"
+      "QToolTip { background: #1b2229; color: #e6ebf0; border: 1px solid #36424d; }"
       "QLabel#panel { background: #1b2229; }"
       "QLabel#keys { background: #1b2229; border: 2px solid #8fd3ff; }");
 }

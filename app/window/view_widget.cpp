@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cmath>
 
-#include "app/views/plane_overlays.hpp"
 #include "app/window/theme.hpp"
 #include "nav/stopwatch.hpp"
 
@@ -33,9 +32,16 @@ void ViewWidget::set_picture(Picture picture) {
   update();
 }
 
+void ViewWidget::clear_picture() {
+  if (!picture_) return;
+  picture_.reset();
+  fresh_ = false;
+  update();
+}
+
 void ViewWidget::set_judgement(const ViewJudgement& judgement, const std::string& kind) {
   const auto shown = [](const ViewJudgement& j) {
-    return std::tuple(j.safety.state, j.safety.cause, j.covered, j.headline, j.late);
+    return std::tuple(j.safety.state, j.safety.cause, j.about, j.covered, j.headline, j.late);
   };
   const QString word = theme::plain(kind);
   const bool changed = shown(judgement) != shown(judgement_) || word != kind_;
@@ -77,13 +83,21 @@ void ViewWidget::paintEvent(QPaintEvent*) {
           picture_->image);
     }
     paint_marks(painter, *picture_);
-  } else {
+  } else if (judgement_.covered) {
     paint_cover(painter);
+  } else {
+    // Until the first image of the view comes.
+    painter.fillRect(rect(), QColor::fromRgb(theme::kWindowBackground));
   }
   paint_words(painter);
-  painter.setPen(QPen(theme::colour_of_state(judgement_.safety.state), 2));
+  // A frame of a view's own colour does not tell the state; shape and word do.
+  const double frame = own_colour_ ? 4 : 2;
+  painter.setPen(QPen(
+      own_colour_ ? QColor::fromRgb(*own_colour_) : theme::colour_of_state(judgement_.safety.state),
+      frame, Qt::SolidLine, Qt::SquareCap, Qt::MiterJoin));
   painter.setBrush(Qt::NoBrush);
-  painter.drawRect(QRectF(rect()).adjusted(1, 1, -1, -1));
+  painter.setRenderHint(QPainter::Antialiasing, false);
+  painter.drawRect(QRectF(rect()).adjusted(frame / 2, frame / 2, -frame / 2, -frame / 2));
   painter.end();
   if (fresh_ && picture_ && painted) {
     fresh_ = false;
@@ -116,14 +130,16 @@ void ViewWidget::paint_cover(QPainter& painter) {
 void ViewWidget::paint_words(QPainter& painter) {
   const QFont small = theme::font(kSmallText);
   const QColor text = QColor::fromRgb(theme::kWindowText);
-  double right = theme::draw_tag(painter, kMargin, kMargin, title_, small, text);
+  double right = theme::draw_tag(painter, kMargin, kMargin, title_, theme::font(kSmallText, true),
+                                 own_colour_ ? QColor::fromRgb(*own_colour_) : text);
   if (!kind_.isEmpty()) {
     right = theme::draw_tag(painter, right + 4, kMargin, kind_, theme::font(kSmallText, true),
                             QColor::fromRgb(theme::kWindowAccent));
   }
   // State: shape and word, at the upper right.
-  const QString word =
-      frozen_s_ ? QStringLiteral("frozen") : theme::plain(to_string(judgement_.safety.state));
+  const QString about = theme::plain(judgement_.about.empty() ? "" : judgement_.about + " ");
+  const QString word = frozen_s_ ? QStringLiteral("frozen")
+                                 : about + theme::plain(to_string(judgement_.safety.state));
   const double word_width = QFontMetricsF(small).horizontalAdvance(word) + 12;
   const double x = width() - kMargin - word_width;
   const double line = QFontMetricsF(small).height() + 4;
@@ -158,42 +174,6 @@ void ViewWidget::paint_words(QPainter& painter) {
     painter.setPen(theme::colour_of_state(SafetyState::kDegraded));
     painter.drawText(at.adjusted(6, 2, 0, 0), Qt::TextWordWrap, cause);
   }
-}
-
-void UltrasoundWidget::paint_marks(QPainter& painter, const Picture& picture) {
-  if (!picture.plane || !picture.moment->epoch.frame) return;
-  const UltrasoundFrame& frame = picture.moment->epoch.frame->frame;
-  const double ratio = picture.image.devicePixelRatio();
-  const PlaneView& plane = *picture.plane;
-  const auto at = [&](const Eigen::Vector2d& mm) -> QPointF {
-    const Eigen::Vector2d p = plane.pixel_of(mm) / ratio;
-    return {p.x(), p.y()};
-  };
-  const double deepest = box_mm(frame).second.y();
-  painter.setFont(theme::font(13));
-  const QFontMetricsF metrics(painter.font());
-  for (int depth = 0; depth <= deepest && depth <= 1000; depth += 5) {
-    const double y = at({0, depth}).y();
-    const bool whole = depth % 10 == 0;
-    painter.setPen(QColor::fromRgb(theme::kWindowFaint));
-    const double edge = width() - 4;
-    painter.drawLine(QPointF(edge - (whole ? 10 : 5), y), QPointF(edge, y));
-    const double step = at({0, 10}).y() - at({0, 0}).y();
-    const int every = step >= metrics.height() + 2 ? 10 : 50;
-    if (depth % every != 0 || depth == 0) continue;
-    // The first number has the unit.
-    const QString number =
-        QString::number(depth / 10) + (depth == every ? QStringLiteral(" cm") : QString());
-    const double x = edge - 14 - metrics.horizontalAdvance(number);
-    painter.drawText(QPointF(x, y + metrics.ascent() / 2 - 1), number);
-  }
-  const QPointF corner = at(marked_corner(frame).mm.head<2>());
-  painter.setRenderHint(QPainter::Antialiasing);
-  painter.setPen(Qt::NoPen);
-  painter.setBrush(QColor::fromRgb(theme::kWindowAccent));
-  painter.drawEllipse(QPointF(std::clamp(corner.x(), 12.0, width() - 44.0),
-                              std::clamp(corner.y(), 40.0, height() - 12.0)),
-                      6, 6);
 }
 
 }  // namespace nav::app

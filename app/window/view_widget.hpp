@@ -20,6 +20,8 @@ class ViewWidget : public QWidget {
   ViewWidget(const QString& name, const QString& title, QWidget* parent);
 
   void set_picture(Picture picture);
+  /// Forgets the image: the view has left the screen, and its image grows old.
+  void clear_picture();
   /// State, and the kind of the session ("SIMULATED").
   void set_judgement(const ViewJudgement& judgement, const std::string& kind);
   /// Frozen by the user for that long; absent: not.
@@ -30,12 +32,14 @@ class ViewWidget : public QWidget {
   [[nodiscard]] PixelSize pixel_size() const;
   [[nodiscard]] QString title() const { return title_; }
 
-  /// Called when a image has been painted for the first time, with the time of painting in ms.
+  /// Called when an image has been painted for the first time, with the time of painting in ms.
   std::function<void(const Picture&, double paint_ms)> painted;
   /// Called when the view has another size.
   std::function<void()> resized;
 
  protected:
+  /// Colour of name and frame; absent: the frame has the colour of the state.
+  void set_own_colour(QRgb colour) { own_colour_ = colour; }
   void paintEvent(QPaintEvent* event) override;
   void resizeEvent(QResizeEvent* event) override;
   /// Marks over the image of one kind of view; not called while it is covered.
@@ -46,20 +50,12 @@ class ViewWidget : public QWidget {
   void paint_cover(QPainter& painter);
 
   QString title_;
+  std::optional<QRgb> own_colour_;
   std::optional<Picture> picture_;
   bool fresh_ = false;  ///< The image has not been painted yet.
-  ViewJudgement judgement_{{}, true, "NOTHING YET"};
+  ViewJudgement judgement_{.safety = {}, .covered = true, .headline = "NOTHING YET"};
   std::optional<double> frozen_s_;
   QString kind_;
-};
-
-/// The live ultrasound: depth scale in cm with ticks every 5 mm, and a dot at the marked side.
-class UltrasoundWidget final : public ViewWidget {
- public:
-  using ViewWidget::ViewWidget;
-
- private:
-  void paint_marks(QPainter& painter, const Picture& picture) override;
 };
 
 }  // namespace nav::app

@@ -68,6 +68,30 @@ TEST_F(RegistrationFileTest, APoseThatWasRefusedIsNeverTaken) {
   EXPECT_TRUE(test::rejects(read(json), Code::kRefused, {"not accepted"}));
 }
 
+TEST_F(RegistrationFileTest, ReadsTheCovarianceOfThePoseAndRejectsADamagedOne) {
+  EXPECT_FALSE(read(good())->uncertainty) << "of landmarks";
+  io::Json json = good();
+  io::Json& registration = json["registration"];
+  registration["covariance_valid"] = true;
+  registration["covariance_centre_ct_mm"] = {1, 2, 3};
+  registration["covariance"] = std::vector<double>(36, 0.0);
+  for (std::size_t i = 0; i < 6; ++i) registration["covariance"][7 * i] = 0.25;
+  const auto found = read(json);
+  ASSERT_TRUE(test::has_value(found));
+  ASSERT_TRUE(found->uncertainty);
+  EXPECT_EQ(found->uncertainty->centre_ct.mm, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(found->uncertainty->covariance(5, 5), 0.25);
+  registration["covariance"][1] = 0.1;
+  EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData, {"symmetric"}));
+  registration["covariance"][1] = 0;
+  registration["covariance"][0] = -0.25;
+  EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData, {"negative variance"}));
+  registration["covariance"] = {1, 2};
+  EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData, {"36 numbers"}));
+  registration["covariance_valid"] = false;
+  EXPECT_FALSE(read(json)->uncertainty) << "the sweep does not determine a direction";
+}
+
 TEST_F(RegistrationFileTest, CarriesVerdictAndWarnings) {
   EXPECT_TRUE(read(good())->warnings.empty());  // A file from before there were verdicts.
   io::Json json = good();

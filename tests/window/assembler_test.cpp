@@ -23,7 +23,7 @@ TEST(RefreshAssemblerTest, ShowsTheViewsOfOneMomentTogether) {
   assembler.add(picture_of(moment), kStart + 20 * kMs);
   const Assembled shown = assembler.next(kStart + 20 * kMs);
   ASSERT_TRUE(shown.flat && shown.scene);
-  EXPECT_EQ(shown.flat->ct.moment->number, 1U);
+  EXPECT_EQ(shown.flat->views[ViewId::kCt]->moment->number, 1U);
   EXPECT_EQ(shown.scene->moment->number, 1U);
   EXPECT_FALSE(assembler.scene_is_late());
 }
@@ -48,7 +48,7 @@ TEST(RefreshAssemblerTest, FlatViewsGoOnWithoutALateThreeDView) {
   EXPECT_FALSE(assembler.next(kStart + RefreshAssembler::kMostWait - 1 * kMs).flat);
   const Assembled shown = assembler.next(kStart + RefreshAssembler::kMostWait);
   ASSERT_TRUE(shown.flat);
-  EXPECT_EQ(shown.flat->ultrasound.moment->number, 3U) << "the newest";
+  EXPECT_EQ(shown.flat->moment->number, 3U) << "the newest";
   EXPECT_TRUE(assembler.scene_is_late());
   EXPECT_EQ(assembler.superseded(), 1U);
 }
@@ -62,6 +62,30 @@ TEST(RefreshAssemblerTest, AnImageOfTheShownMomentIsShownAtOnce) {
   // The camera moved, or the image is drawn in full.
   assembler.add(picture_of(moment), kStart + 5 * kMs);
   EXPECT_TRUE(assembler.next(kStart + 5 * kMs).scene);
+  EXPECT_FALSE(assembler.scene_is_late());
+}
+
+TEST(RefreshAssemblerTest, TheNewestFlatViewsOfAMomentAreShown) {
+  RefreshAssembler assembler;
+  const auto moment = valid_moment(1, kStart);
+  FlatPictures moved = flat_of(moment);
+  moved.views[ViewId::kCt]->asked = 7;
+  assembler.add(flat_of(moment), kStart);
+  assembler.add(std::move(moved), kStart + 1 * kMs);
+  assembler.add(picture_of(moment), kStart + 2 * kMs);
+  const Assembled shown = assembler.next(kStart + 2 * kMs);
+  ASSERT_TRUE(shown.flat && shown.scene);
+  EXPECT_EQ(shown.flat->views[ViewId::kCt]->asked, 7U);
+}
+
+TEST(RefreshAssemblerTest, FlatViewsDoNotWaitForAHiddenThreeDView) {
+  RefreshAssembler assembler;
+  assembler.expect_scene(false);
+  assembler.add(picture_of(valid_moment(1, kStart)), kStart);
+  assembler.add(flat_of(valid_moment(1, kStart)), kStart);
+  const Assembled shown = assembler.next(kStart);
+  EXPECT_TRUE(shown.flat);
+  EXPECT_FALSE(shown.scene);
   EXPECT_FALSE(assembler.scene_is_late());
 }
 

@@ -83,6 +83,38 @@ TEST(JudgementTest, AFailedEngineIsNamed) {
   EXPECT_EQ(now.scene.safety.cause, "no memory");
 }
 
+TEST(JudgementTest, SlicesShowTheCtWhenThePlaneIsStaleAndSayIt) {
+  const auto shown = valid_moment(2, kStart);
+  shown->epoch.ultrasound = shown->epoch.plane = {SafetyState::kStale, "no image"};
+  shown->epoch.needle = {SafetyState::kStale, "old pose"};
+  shown->epoch.guidance.reset();
+  const Judgement now = judge(shown, shown, shown, {}, kStart + std::chrono::seconds(10));
+  EXPECT_FALSE(now.slices.covered);
+  EXPECT_EQ(now.slices.safety.state, SafetyState::kStale);
+  EXPECT_TRUE(now.needle.covered) << "slices along a needle that is not there any more";
+  EXPECT_TRUE(now.bullseye.covered);
+}
+
+TEST(JudgementTest, SlicesWithAnOldLineOfThePlaneAreCovered) {
+  const auto moment = valid_moment(1, kStart);
+  const auto end = kStart + 100 * kMs + kDrawingAllowance;
+  EXPECT_FALSE(judge(moment, moment, moment, {}, end).slices.covered);
+  const Judgement now = judge(moment, moment, moment, {}, end + 1 * kMs);
+  EXPECT_TRUE(now.slices.covered && now.needle.covered && now.bullseye.covered);
+  EXPECT_EQ(now.slices.headline, "SLICE STALE");
+}
+
+TEST(JudgementTest, ABullsEyeIsCoveredWithoutNumbers) {
+  const auto moment = valid_moment(1, kStart);
+  EXPECT_FALSE(judge(moment, moment, moment, {}, kStart + 30 * kMs).bullseye.covered);
+  moment->epoch.guidance.reset();
+  const Judgement now = judge(moment, moment, moment, {}, kStart + 30 * kMs);
+  EXPECT_FALSE(now.needle.covered);
+  EXPECT_TRUE(now.bullseye.covered);
+  EXPECT_EQ(now.bullseye.headline, "BULL'S-EYE WITHDRAWN");
+  EXPECT_EQ(now.bullseye.safety.cause, "no plan: no target");
+}
+
 TEST(JudgementTest, WithoutASessionEverythingIsCovered) {
   const Judgement now = judge(nullptr, nullptr, nullptr, {}, kStart);
   EXPECT_TRUE(now.ultrasound.covered && now.ct.covered && now.scene.covered);

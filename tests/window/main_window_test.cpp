@@ -3,7 +3,6 @@
 // The real window with the simulated procedure, in this process.
 #include "app/window/main_window.hpp"
 
-#include <QApplication>
 #include <QMouseEvent>
 #include <QWheelEvent>
 #include <gtest/gtest.h>
@@ -12,23 +11,12 @@
 #include "app/options/settings.hpp"
 #include "app/window/key_filter.hpp"
 #include "app/window/window_controls.hpp"
+#include "tests/window/application.hpp"
 
 namespace nav::app {
 namespace {
 
-/// One application for the whole program.
-QApplication& application() {
-  static const bool offscreen = [] {
-    setenv("QT_QPA_PLATFORM", "offscreen", 1);
-    return true;
-  }();
-  static int argc = offscreen ? 1 : 0;
-  static char name[] = "window_test";
-  static char* argv[] = {name, nullptr};
-  // Never destroyed: what it uses may be gone at the end of the program.
-  static auto* made = new QApplication(argc, argv);
-  return *made;
-}
+using test::application;
 
 class MainWindowTest : public ::testing::Test {
  protected:
@@ -103,6 +91,92 @@ TEST_F(MainWindowTest, AFrozenWindowShowsNoLiveNumber) {
   QApplication::sendEvent(window_.get(), &space);
   EXPECT_EQ(window_->value("frozen"), QLatin1String("yes"));
   EXPECT_EQ(window_->value("numeral.tip"), QLatin1String("withdrawn"));
+}
+
+TEST_F(MainWindowTest, EachLayoutShowsItsViewsOfOneMoment) {
+  ASSERT_TRUE(shows_numbers());
+  const auto press = [&](int key) {
+    QKeyEvent event(QEvent::KeyPress, key, Qt::NoModifier);
+    QApplication::sendEvent(window_.get(), &event);
+  };
+  press(Qt::Key_2);
+  for (const char* view : {"view.axial", "view.coronal", "view.sagittal", "view.view3d"}) {
+    EXPECT_TRUE(reaches(view, "shown")) << view;
+  }
+  EXPECT_EQ(window_->value("view.ultrasound"), QLatin1String("hidden"));
+  press(Qt::Key_3);
+  for (const char* view : {"view.bullseye", "view.needle1", "view.needle2", "view.ultrasound"}) {
+    EXPECT_TRUE(reaches(view, "shown")) << view;
+  }
+  EXPECT_EQ(window_->value("view.view3d"), QLatin1String("hidden"));
+  ASSERT_TRUE(window_->loop().fault("cover-marker", std::chrono::seconds(2)));
+  EXPECT_TRUE(reaches("view.bullseye", "covered"));
+  EXPECT_TRUE(reaches("view.needle1", "covered"));
+  press(Qt::Key_2);
+  EXPECT_TRUE(reaches("view.axial", "shown")) << "the CT does not grow old";
+  EXPECT_EQ(report_.epochs_disagree(), 0U);
+}
+
+TEST_F(MainWindowTest, SlicesFollowTheMouse) {
+  ASSERT_TRUE(reaches("view.view3d", "shown"));
+  QKeyEvent slices(QEvent::KeyPress, Qt::Key_2, Qt::NoModifier);
+  QApplication::sendEvent(window_.get(), &slices);
+  ASSERT_TRUE(reaches("view.axial", "shown"));
+  auto* axial = window_->findChild<FlatWidget*>(QStringLiteral("axial"));
+  const auto drag = [&](Qt::MouseButton button, QPointF from, QPointF to) {
+    QMouseEvent down(QEvent::MouseButtonPress, from, axial->mapToGlobal(from), button, button,
+                     Qt::NoModifier);
+    QMouseEvent move(QEvent::MouseMove, to, axial->mapToGlobal(to), Qt::NoButton, button,
+                     Qt::NoModifier);
+    QMouseEvent up(QEvent::MouseButtonRelease, to, axial->mapToGlobal(to), button, Qt::NoButton,
+                   Qt::NoModifier);
+    for (QMouseEvent* event : {&down, &move, &up}) QApplication::sendEvent(axial, event);
+  };
+  const QPointF centre = QRectF(axial->rect()).center();
+  const auto sagittal = window_->value("slice.sagittal");
+  const auto height = window_->value("slice.axial");
+  drag(Qt::LeftButton, centre, centre + QPointF(10, 0));
+  EXPECT_NE(window_->value("slice.sagittal"), sagittal);
+  EXPECT_EQ(window_->value("slice.axial"), height);
+  const auto level = window_->value("slice.window");
+  drag(Qt::RightButton, centre, centre + QPointF(30, 10));
+  EXPECT_NE(window_->value("slice.window"), level);
+  QWheelEvent notch(centre, axial->mapToGlobal(centre), QPoint(), QPoint(0, 120), Qt::NoButton,
+                    Qt::NoModifier, Qt::NoScrollPhase, false);
+  QApplication::sendEvent(axial, &notch);
+  EXPECT_NE(window_->value("slice.axial"), height);
+  QWheelEvent zoom(centre, axial->mapToGlobal(centre), QPoint(), QPoint(0, 120), Qt::NoButton,
+                   Qt::ControlModifier, Qt::NoScrollPhase, false);
+  QApplication::sendEvent(axial, &zoom);
+  EXPECT_EQ(window_->value("slice.zoom-axial"), QLatin1String("1.15"));
+  // The image on the screen obeys.
+  const Eigen::Vector3d wanted = cursor_of(window_->loop().slices(), *window_->loop().newest()).mm;
+  EXPECT_TRUE(until([&] { return axial->picture() && axial->picture()->cursor.mm == wanted; }));
+  ASSERT_TRUE(window_->loop().fault("hang-views", std::chrono::seconds(3)));
+  EXPECT_TRUE(reaches("view.axial", "covered")) << "the line of the plane in it is old";
+  EXPECT_TRUE(reaches("view.axial", "shown"));
+  // A double click enlarges, and again goes back.
+  for (const char* layout : {"single", "slices"}) {
+    const QPointF at = QRectF(axial->rect()).center();
+    QMouseEvent twice(QEvent::MouseButtonDblClick, at, axial->mapToGlobal(at), Qt::LeftButton,
+                      Qt::LeftButton, Qt::NoModifier);
+    QApplication::sendEvent(axial, &twice);
+    EXPECT_EQ(window_->value("layout"), QLatin1String(layout));
+  }
+}
+
+TEST_F(MainWindowTest, TheListOfKeysHasEveryAction) {
+  window_->loop().stop();  // No session is needed.
+  QKeyEvent ask(QEvent::KeyPress, Qt::Key_Question, Qt::ShiftModifier);
+  QApplication::sendEvent(window_.get(), &ask);
+  EXPECT_EQ(window_->value("keys"), QLatin1String("shown"));
+  const QString text = window_->findChild<QLabel*>(QStringLiteral("keys"))->text();
+  for (const Action& action : window_->actions().all()) {
+    EXPECT_TRUE(text.contains(action.title)) << action.name.toStdString();
+  }
+  QKeyEvent escape(QEvent::KeyPress, Qt::Key_Escape, Qt::NoModifier);
+  QApplication::sendEvent(window_.get(), &escape);
+  EXPECT_EQ(window_->value("keys"), QLatin1String("hidden"));
 }
 
 TEST_F(MainWindowTest, EveryControlHasANameAndNoTextIsCut) {

@@ -36,7 +36,11 @@ inline app::Picture picture_of(app::SharedMoment moment) {
 }
 
 inline app::FlatPictures flat_of(const app::SharedMoment& moment) {
-  return {picture_of(moment), picture_of(moment)};
+  app::FlatPictures flat;
+  flat.moment = moment;
+  flat.views[app::ViewId::kUltrasound] = picture_of(moment);
+  flat.views[app::ViewId::kCt] = picture_of(moment);
+  return flat;
 }
 
 }  // namespace nav::test

@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <QRect>
+#include <optional>
+
+#include "app/window/view_id.hpp"
+
+namespace nav::app {
+
+/// Arrangements of the views, by keys 1 to 4.
+enum class WindowLayout { kGuidance, kSlices, kNeedle, kSingle };
+
+/// Rectangles of the views in a part of the window.
+struct Arrangement {
+  PerView<std::optional<QRect>> views{};  ///< Absent: not on the screen.
+  QRect numerals{};                       ///< On the screen in every layout.
+  std::optional<QRect> panel{};           ///< Absent: not on the screen.
+};
+
+/// Places the views of a layout. single: the view that fills the area in the layout single. All
+/// rectangles have at least one pixel and lie apart from each other where the area is large enough.
+Arrangement arrange_views(WindowLayout layout, ViewId single, const QRect& area);
+
+}  // namespace nav::app

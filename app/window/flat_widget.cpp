@@ -1,0 +1,256 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/window/flat_widget.hpp"
+
+#include <QMouseEvent>
+#include <QPainter>
+#include <algorithm>
+#include <cmath>
+
+#include "app/views/bulls_eye.hpp"
+#include "app/views/overlay.hpp"
+#include "app/views/plane_overlays.hpp"
+#include "app/window/theme.hpp"
+
+namespace nav::app {
+namespace {
+
+constexpr int kMarkText = 14;
+constexpr double kMarkMargin = 8;
+constexpr double kWheelNotch = 120;
+/// A cursor farther from an oblique view is not drawn in it, mm.
+constexpr double kCursorReachMm = 2;
+
+/// The largest length of 1, 2 or 5 times a power of ten that is at most as long, mm.
+double round_length(double most_mm) {
+  const double decade = std::pow(10.0, std::floor(std::log10(most_mm)));
+  double length = decade;
+  for (const double step : {2.0, 5.0}) {
+    if (step * decade <= most_mm) length = step * decade;
+  }
+  return length;
+}
+
+}  // namespace
+
+std::optional<QRgb> slice_colour(ViewId id) {
+  switch (id) {
+    case ViewId::kAxial:
+      return 0xfff34a33;
+    case ViewId::kCoronal:
+      return 0xff6eb04b;
+    case ViewId::kSagittal:
+      return 0xffedd54c;
+    default:
+      return std::nullopt;
+  }
+}
+
+FlatWidget::FlatWidget(ViewId id, const QString& name, const QString& title, QWidget* parent)
+    : ViewWidget(name, title, parent), id_(id) {
+  if (const auto colour = slice_colour(id)) set_own_colour(*colour);
+}
+
+Eigen::Vector2d FlatWidget::device_pixel(const QPointF& at) const {
+  const double ratio = devicePixelRatioF();
+  return {at.x() * ratio - 0.5, at.y() * ratio - 0.5};
+}
+
+void FlatWidget::send(const SliceInput& input) {
+  // Under a cover the user sees no image that could be pointed at.
+  if (moved && picture() && !judgement().covered) moved(id_, input, *picture());
+}
+
+void FlatWidget::mousePressEvent(QMouseEvent* event) {
+  if (button_ != Qt::NoButton) return;
+  button_ = event->button();
+  last_ = event->position();
+  if (button_ == Qt::LeftButton) {
+    send({.kind = SliceInput::Kind::kCursor, .at = device_pixel(last_)});
+  }
+}
+
+void FlatWidget::mouseReleaseEvent(QMouseEvent* event) {
+  if (event->button() == button_) button_ = Qt::NoButton;
+}
+
+void FlatWidget::mouseDoubleClickEvent(QMouseEvent* event) {
+  if (event->button() == Qt::LeftButton && enlarge) enlarge();
+}
+
+void FlatWidget::mouseMoveEvent(QMouseEvent* event) {
+  if (button_ == Qt::NoButton) return;
+  const QPointF way = event->position() - last_;
+  last_ = event->position();
+  if (button_ == Qt::LeftButton) {
+    send({.kind = SliceInput::Kind::kCursor, .at = device_pixel(last_)});
+  } else if (button_ == Qt::MiddleButton) {
+    const double ratio = devicePixelRatioF();
+    send({.kind = SliceInput::Kind::kPan, .drag = {way.x() * ratio, way.y() * ratio}});
+  } else if (button_ == Qt::RightButton) {
+    const double size = std::max(1, height());
+    send({.kind = SliceInput::Kind::kWindow, .drag = {way.x() / size, -way.y() / size}});
+  }
+}
+
+void FlatWidget::wheelEvent(QWheelEvent* event) {
+  event->accept();
+  const double notches = std::clamp(event->angleDelta().y() / kWheelNotch, -1000.0, 1000.0);
+  if (event->modifiers().testFlag(Qt::ControlModifier)) {
+    constexpr double kZoomOfNotch = 1.15;
+    send({.kind = SliceInput::Kind::kZoom,
+          .at = device_pixel(event->position()),
+          .amount = std::pow(kZoomOfNotch, std::clamp(notches, -20.0, 20.0))});
+    return;
+  }
+  // A touch pad sends parts of a notch.
+  notches_ += notches;
+  const double whole = std::trunc(notches_);
+  notches_ -= whole;
+  if (whole != 0) send({.kind = SliceInput::Kind::kStep, .amount = whole});
+}
+
+void FlatWidget::paint_marks(QPainter& painter, const Picture& picture) {
+  paint_cursor(painter, picture);
+  if (!picture.slice) return;
+  paint_slice_words(painter, picture);
+  if (id_ == ViewId::kBullsEye) paint_rings(painter, picture);
+}
+
+void FlatWidget::paint_cursor(QPainter& painter, const Picture& picture) {
+  const double ratio = picture.image.devicePixelRatio();
+  painter.setRenderHint(QPainter::Antialiasing, false);
+  if (is_orthogonal(id_) && picture.slice) {
+    const Eigen::Vector3d at = picture.slice->pixel_of(picture.cursor) / ratio;
+    // Each line has the colour of the slice that it stands for.
+    const bool axial = id_ == ViewId::kAxial;
+    const QRgb across = *slice_colour(axial ? ViewId::kCoronal : ViewId::kAxial);
+    const QRgb along =
+        *slice_colour(id_ == ViewId::kSagittal ? ViewId::kCoronal : ViewId::kSagittal);
+    constexpr double kGap = 8;
+    painter.setPen(QPen(QColor::fromRgb(across), 1));
+    painter.drawLine(QPointF(0, at.y()), QPointF(at.x() - kGap, at.y()));
+    painter.drawLine(QPointF(at.x() + kGap, at.y()), QPointF(width(), at.y()));
+    painter.setPen(QPen(QColor::fromRgb(along), 1));
+    painter.drawLine(QPointF(at.x(), 0), QPointF(at.x(), at.y() - kGap));
+    painter.drawLine(QPointF(at.x(), at.y() + kGap), QPointF(at.x(), height()));
+    return;
+  }
+  std::optional<QPointF> at;
+  if (slice_of(id_) && picture.slice) {
+    const Eigen::Vector3d p = picture.slice->pixel_of(picture.cursor);
+    if (std::abs(p.z()) <= kCursorReachMm) at = QPointF(p.x() / ratio, p.y() / ratio);
+  } else if (picture.plane && picture.moment->epoch.ct_from_image &&
+             picture.moment->epoch.plane.state <= SafetyState::kDegraded) {
+    const Eigen::Vector3d p = (picture.moment->epoch.ct_from_image->inverse() * picture.cursor).mm;
+    const Eigen::Vector2d pixel = picture.plane->pixel_of(p.head<2>()) / ratio;
+    if (std::abs(p.z()) <= kCursorReachMm) at = QPointF(pixel.x(), pixel.y());
+  }
+  if (!at) return;
+  painter.setPen(QPen(Qt::white, 1));
+  for (const QPointF& arm : {QPointF(1, 0), QPointF(-1, 0), QPointF(0, 1), QPointF(0, -1)}) {
+    painter.drawLine(*at + 4 * arm, *at + 12 * arm);
+  }
+}
+
+void FlatWidget::paint_slice_words(QPainter& painter, const Picture& picture) {
+  const QColor text = QColor::fromRgb(theme::kWindowText);
+  const QFont small = theme::font(kMarkText);
+  const QFont large = theme::font(18, true);
+  const double line = QFontMetricsF(small).height() + 4;
+  const auto letter = [&](double x, double y, const std::string& words) {
+    const QString shown = theme::plain(words);
+    const QFontMetricsF metrics(large);
+    theme::draw_tag(painter, x - metrics.horizontalAdvance(shown) / 2 - 6,
+                    y - metrics.height() / 2 - 2, shown, large, text);
+  };
+  const render::SliceLabels letters = render::labels_of(picture.slice->plane);
+  letter(22, height() / 2.0, letters.left);
+  letter(width() - 22, height() / 2.0, letters.right);
+  // Below the line of the state.
+  letter(width() / 2.0, kMarkMargin + line + 20, letters.top);
+  letter(width() / 2.0, height() - 22, letters.bottom);
+
+  double y = height() - kMarkMargin - line;
+  const double mm_per_pixel = picture.slice->mm_per_px * picture.image.devicePixelRatio();
+  const double most_mm = width() / 4.0 * mm_per_pixel;
+  if (most_mm > 1e-3 && width() > 120) {
+    const double length_mm = round_length(most_mm);
+    const double length = length_mm / mm_per_pixel;
+    const double x = kMarkMargin + 6;
+    const double base = y + line / 2;
+    for (const auto& [colour, thick] : {std::pair(QColor(Qt::black), 4.0), {text, 2.0}}) {
+      painter.setPen(QPen(colour, thick));
+      painter.drawLine(QPointF(x, base), QPointF(x + length, base));
+      painter.drawLine(QPointF(x, base - 5), QPointF(x, base + 5));
+      painter.drawLine(QPointF(x + length, base - 5), QPointF(x + length, base + 5));
+    }
+    theme::draw_tag(painter, x + length + 4, y, QStringLiteral("%1 mm").arg(length_mm), small,
+                    text);
+    y -= line + 2;
+  }
+  if (id_ == ViewId::kBullsEye || height() < 160) return;
+  theme::draw_tag(painter, kMarkMargin, y,
+                  theme::plain(words_of_window(std::round(picture.window.level),
+                                               std::round(picture.window.width))),
+                  small, text);
+  if (!is_orthogonal(id_) || height() < 200) return;
+  theme::draw_tag(painter, kMarkMargin, y - line - 2,
+                  theme::plain(position_words(picture.cursor.mm)), small, text);
+}
+
+void FlatWidget::paint_rings(QPainter& painter, const Picture& picture) {
+  const double mm_per_pixel = picture.slice->mm_per_px * picture.image.devicePixelRatio();
+  const QFont small = theme::font(kMarkText);
+  const QFontMetricsF metrics(small);
+  double last = 0;
+  for (const double ring_mm : kBullsEyeRingsMm) {
+    const double radius = ring_mm / mm_per_pixel;
+    const double x = width() / 2.0 + radius;
+    const QString words = QStringLiteral("%1").arg(ring_mm);
+    const double needed = metrics.horizontalAdvance(words) + 16;
+    if (radius - last < needed || x + needed > width() - 44) continue;
+    last = radius;
+    theme::draw_tag(painter, x + 2, height() / 2.0 + 2, words, small,
+                    QColor::fromRgb(theme::kWindowFaint));
+  }
+}
+
+void UltrasoundWidget::paint_marks(QPainter& painter, const Picture& picture) {
+  FlatWidget::paint_marks(painter, picture);
+  if (!picture.plane || !picture.moment->epoch.frame) return;
+  const UltrasoundFrame& frame = picture.moment->epoch.frame->frame;
+  const double ratio = picture.image.devicePixelRatio();
+  const PlaneView& plane = *picture.plane;
+  const auto at = [&](const Eigen::Vector2d& mm) -> QPointF {
+    const Eigen::Vector2d p = plane.pixel_of(mm) / ratio;
+    return {p.x(), p.y()};
+  };
+  const double deepest = box_mm(frame).second.y();
+  painter.setFont(theme::font(13));
+  const QFontMetricsF metrics(painter.font());
+  for (int depth = 0; depth <= deepest && depth <= 1000; depth += 5) {
+    const double y = at({0, depth}).y();
+    const bool whole = depth % 10 == 0;
+    painter.setPen(QColor::fromRgb(theme::kWindowFaint));
+    const double edge = width() - 4;
+    painter.drawLine(QPointF(edge - (whole ? 10 : 5), y), QPointF(edge, y));
+    const double step = at({0, 10}).y() - at({0, 0}).y();
+    const int every = step >= metrics.height() + 2 ? 10 : 50;
+    if (depth % every != 0 || depth == 0) continue;
+    // The first number has the unit.
+    const QString number =
+        QString::number(depth / 10) + (depth == every ? QStringLiteral(" cm") : QString());
+    const double x = edge - 14 - metrics.horizontalAdvance(number);
+    painter.drawText(QPointF(x, y + metrics.ascent() / 2 - 1), number);
+  }
+  const QPointF corner = at(marked_corner(frame).mm.head<2>());
+  painter.setRenderHint(QPainter::Antialiasing);
+  painter.setPen(Qt::NoPen);
+  painter.setBrush(QColor::fromRgb(theme::kWindowAccent));
+  painter.drawEllipse(QPointF(std::clamp(corner.x(), 12.0, width() - 44.0),
+                              std::clamp(corner.y(), 40.0, height() - 12.0)),
+                      6, 6);
+}
+
+}  // namespace nav::app

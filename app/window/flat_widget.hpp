@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "app/window/slice_control.hpp"
+#include "app/window/view_widget.hpp"
+
+namespace nav::app {
+
+/// Colour of an orthogonal slice's name and frame, as in 3D Slicer; absent for other views. No
+/// state has one of them.
+std::optional<QRgb> slice_colour(ViewId id);
+
+/// A flat view: left button sets the cursor, middle button moves, right button changes window and
+/// level, wheel goes through the slices, Ctrl and wheel zoom, a double click enlarges the view.
+/// Shows the cursor, and for slices letters, scale, window and position.
+class FlatWidget : public ViewWidget {
+ public:
+  FlatWidget(ViewId id, const QString& name, const QString& title, QWidget* parent);
+
+  /// Called for what the user does, with the image that the user sees.
+  std::function<void(ViewId, const SliceInput&, const Picture&)> moved;
+  /// Called by a double click.
+  std::function<void()> enlarge;
+  [[nodiscard]] ViewId id() const { return id_; }
+
+ protected:
+  void mousePressEvent(QMouseEvent* event) override;
+  void mouseMoveEvent(QMouseEvent* event) override;
+  void mouseReleaseEvent(QMouseEvent* event) override;
+  void mouseDoubleClickEvent(QMouseEvent* event) override;
+  void wheelEvent(QWheelEvent* event) override;
+  void paint_marks(QPainter& painter, const Picture& picture) override;
+
+ private:
+  void send(const SliceInput& input);
+  [[nodiscard]] Eigen::Vector2d device_pixel(const QPointF& at) const;
+  void paint_cursor(QPainter& painter, const Picture& picture);
+  void paint_slice_words(QPainter& painter, const Picture& picture);
+  void paint_rings(QPainter& painter, const Picture& picture);
+
+  ViewId id_;
+  QPointF last_;
+  Qt::MouseButton button_ = Qt::NoButton;  ///< The one that began the drag; others do nothing.
+  double notches_ = 0;                     ///< Parts of a notch of the wheel.
+};
+
+/// The live ultrasound: depth scale in cm with ticks every 5 mm, and a dot at the marked side.
+class UltrasoundWidget final : public FlatWidget {
+ public:
+  using FlatWidget::FlatWidget;
+
+ private:
+  void paint_marks(QPainter& painter, const Picture& picture) override;
+};
+
+}  // namespace nav::app

@@ -1,0 +1,91 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "app/window/slice_control.hpp"
+
+#include <algorithm>
+
+namespace nav::app {
+namespace {
+
+constexpr double kLeastZoom = 0.25;
+constexpr double kMostZoom = 64;
+/// A slice cannot be shifted out of sight.
+constexpr double kFurthestShiftMm = 2000;
+
+}  // namespace
+
+std::optional<Point<frames::Ct>> ct_point_at(ViewId id, const Picture& picture,
+                                             const Eigen::Vector2d& at) {
+  if (slice_of(id)) {
+    if (!picture.slice) return std::nullopt;
+    return picture.slice->point_at(at);
+  }
+  const bool flat = id == ViewId::kCt || id == ViewId::kUltrasound;
+  if (!flat || !picture.plane || !picture.moment) return std::nullopt;
+  const session::Epoch& epoch = picture.moment->epoch;
+  if (!epoch.ct_from_image || epoch.plane.state > SafetyState::kDegraded) return std::nullopt;
+  const PlaneView& plane = *picture.plane;
+  const Eigen::Vector2d mm =
+      plane.origin_mm + plane.mm_per_px * (at - Eigen::Vector2d(plane.x, plane.y));
+  return *epoch.ct_from_image * Point<frames::Image>{{mm.x(), mm.y(), 0}};
+}
+
+bool SliceControl::apply(ViewId id, const SliceInput& input, const Picture& seen) {
+  if (!seen.moment || !seen.moment->ct || !change(id, input, seen)) return false;
+  ++number_;
+  return true;
+}
+
+void SliceControl::reset() {
+  settings_ = {};
+  ++number_;
+}
+
+bool SliceControl::change(ViewId id, const SliceInput& input, const Picture& seen) {
+  const VoxelGrid& grid = seen.moment->ct->grid();
+  switch (input.kind) {
+    case SliceInput::Kind::kCursor: {
+      const auto point = ct_point_at(id, seen, input.at);
+      if (!point) return false;
+      settings_.cursor = within_ct(grid, *point);
+      return true;
+    }
+    case SliceInput::Kind::kStep:
+      if (!is_orthogonal(id)) return false;
+      // From the newest cursor: several notches come between two images.
+      settings_.cursor =
+          stepped(grid, *slice_of(id), cursor_of(settings_, *seen.moment), input.amount);
+      return true;
+    case SliceInput::Kind::kWindow:
+      if (id == ViewId::kUltrasound || id == ViewId::kBullsEye) return false;
+      settings_.window = dragged_window(settings_.window.value_or(seen.moment->window), input.drag);
+      return true;
+    case SliceInput::Kind::kZoom:
+      if (!slice_of(id) || !seen.slice) return false;
+      zoom(id, input.amount, input.at, *seen.slice);
+      return true;
+    case SliceInput::Kind::kPan:
+      if (!slice_of(id) || !seen.slice) return false;
+      settings_.zoom[id].shift_mm =
+          (settings_.zoom[id].shift_mm - seen.slice->mm_per_px * input.drag)
+              .cwiseMax(-kFurthestShiftMm)
+              .cwiseMin(kFurthestShiftMm);
+      return true;
+  }
+  return false;
+}
+
+void SliceControl::zoom(ViewId id, double factor, const Eigen::Vector2d& at,
+                        const SliceGeometry& geometry) {
+  SliceZoom& zoom = settings_.zoom[id];
+  const double before = zoom.factor;
+  zoom.factor = std::clamp(before * std::clamp(factor, 1e-3, 1e3), kLeastZoom, kMostZoom);
+  // The distance of the point from the middle shrinks with the scale, so the middle moves to it.
+  const Eigen::Vector2d middle(0.5 * (geometry.size.width - 1), 0.5 * (geometry.size.height - 1));
+  const double now_mm_per_px = geometry.mm_per_px * before / zoom.factor;
+  zoom.shift_mm = (zoom.shift_mm + (geometry.mm_per_px - now_mm_per_px) * (at - middle))
+                      .cwiseMax(-kFurthestShiftMm)
+                      .cwiseMin(kFurthestShiftMm);
+}
+
+}  // namespace nav::app
