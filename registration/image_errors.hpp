@@ -31,7 +31,7 @@ struct ImageErrors {
 /// error is ruled out and not estimated.
 struct ErrorSigmas {
   double delay_s = 0.2;
-  double scale = 0.02;
+  double depth_scale = 0.02, width_scale = 0.02;
   double turn_rad = 0, shift_mm = 0;  ///< About and along each axis of the images.
   [[nodiscard]] ErrorVector vector() const;
 };

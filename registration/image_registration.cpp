@@ -14,7 +14,7 @@
 #include "nav/stopwatch.hpp"
 #include "registration/assessment.hpp"
 #include "registration/error_solver.hpp"
-#include "registration/image_scale.hpp"
+#include "registration/image_strain.hpp"
 #include "registration/pose_solver.hpp"
 #include "registration/prepared.hpp"
 #include "registration/regions.hpp"
@@ -57,6 +57,8 @@ constexpr double kJudgingShare = 0.12;
 // Delays that a solve on the level before the finest begins with, s, and what they must change.
 constexpr std::array<double, 5> kTriedDelaysS{-0.4, -0.2, 0, 0.2, 0.4};
 constexpr double kWideDelayS = 10;
+/// Standard deviation of the depth factor where the speed of sound is in doubt.
+constexpr double kWideScale = 0.1;
 constexpr double kLeastDelayMm = 1.5;
 constexpr int kDelayIterations = 8;
 // Errors are believed if they lower the cost by more than chance does: twice what as many unknowns
@@ -152,13 +154,15 @@ class Registrar {
     // A calibration rotates about its phantom, which need not lie in the middle of the images.
     const double shift_mm = options_.calibration_sigma_mm;
     return {.delay_s = options_.delay_sigma_s,
-            .scale = options_.scale_sigma,
+            .depth_scale = options_.stretch == ScaleModel::kSoundSpeed
+                               ? std::max(kWideScale, options_.scale_sigma)
+                               : options_.scale_sigma,
+            .width_scale = options_.scale_sigma,
             .turn_rad = shift_mm / kRotationScaleMm,
             .shift_mm = std::sqrt(2.0) * shift_mm};
   }
   [[nodiscard]] bool estimates_errors() const {
-    return options_.similarity != Similarity::kMutualInformation &&
-           options_.stretch == ScaleModel::kNone && !sigmas().vector().isZero(0);
+    return options_.similarity != Similarity::kMutualInformation && !sigmas().vector().isZero(0);
   }
   [[nodiscard]] PatchSet without(const ImageErrors& errors, const PatchSet& patches) const {
     return corrected(patches, errors, sweep_.motions(), sweep_.path());
@@ -179,7 +183,7 @@ class Registrar {
   [[nodiscard]] ImageRegistrationResult report(const Candidate& best);
   [[nodiscard]] JointCovariance joint_covariance_of(const Candidate& best, const LocalShape& shape,
                                                     const PatchSet& patches) const;
-  void stretch(Candidate& best);
+  void strain(Candidate& best);
   bool keep_going();
   /// True if the time limit is exceeded; the caller then stops early.
   bool late() {
@@ -326,7 +330,7 @@ void Registrar::try_delays(const Level& level, Candidate& candidate) {
     fastest_mm_s = std::max(fastest_mm_s, motion.velocity_mm_s.norm());
   }
   if (fastest_mm_s * kTriedDelaysS.back() < kLeastDelayMm) return;
-  const ErrorSigmas delay_only{.delay_s = kWideDelayS, .scale = 0};
+  const ErrorSigmas delay_only{.delay_s = kWideDelayS, .depth_scale = 0, .width_scale = 0};
   SolveLimits few = limits(kCoarseTolerance);
   few.max_iterations = std::min(few.max_iterations, kDelayIterations);
   std::optional<ErrorSolution> best;
@@ -463,20 +467,21 @@ std::optional<double> Registrar::margin(const Candidate& best) const {
   return margin;
 }
 
-/// Refines the chosen pose together with the depth factor or strain that the options allow.
-void Registrar::stretch(Candidate& best) {
+/// Refines the chosen pose together with a strain of the tissue.
+void Registrar::strain(Candidate& best) {
   const int iterations = best.solution.iterations;
   const Level& level = levels_.back();
-  const PatchSet patches = structured(level, best.solution.pose, level.patches());
+  const PatchSet patches =
+      structured(level, best.solution.pose, without(best.errors, level.patches()));
   const SolveLimits until{.max_iterations = options_.max_iterations,
                           .late = [this] { return late(); }};
-  ScaleSolution found =
-      solve_scale(solved_cost(level, patches), best.solution.pose, points_.centroid,
-                  options_.stretch, until, [this] { return keep_going(); });
+  StrainSolution found = solve_strain(solved_cost(level, patches), best.solution.pose,
+                                      points_.centroid, until, [this] { return keep_going(); });
   non_finite_ = std::max(non_finite_, found.pose.non_finite);
   found.pose.iterations += iterations;
-  found.pose.final_cost =
-      level.cost.on(stretched(judging_, found.stretch)).cost(found.pose.pose).cost;
+  found.pose.final_cost = level.cost.on(strained(without(best.errors, judging_), found.stretch))
+                              .cost(found.pose.pose)
+                              .cost;
   best.solution = std::move(found.pose);
   best.history.back().iterations = best.solution.iterations;
   best.history.back().final_cost = best.solution.final_cost;
@@ -529,7 +534,7 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
   const Level& finest = levels_.back();
   const Pose& pose = best.solution.pose;
   const PatchSet patches =
-      stretched(structured(finest, pose, without(best.errors, finest.patches())), stretch_);
+      strained(structured(finest, pose, without(best.errors, finest.patches())), stretch_);
   const Lc2Cost solved = solved_cost(finest, patches);
   const Point<frames::Ct> centre = pose * points_.centroid;
   const double sample_step_mm = finest.prepared.options.sample_step_mm;
@@ -568,6 +573,9 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
   result.uncertainty.widen(telling_excess_mm(result.misfits));
   result.bootstrap = std::move(bootstrap);
   result.stretch = stretch_;
+  if (options_.stretch == ScaleModel::kSoundSpeed) {
+    result.stretch.depth_scale = best.errors.depth_scale;
+  }
   result.used_patches = static_cast<int>(patches.patches.size());
   result.basin = check_basin(around, solved, points_);
   result.regions = region_agreement(around, solved);
@@ -639,8 +647,8 @@ Result<ImageRegistrationResult> Registrar::run() {
                                      [](const Candidate& a, const Candidate& b) {
                                        return a.solution.final_cost < b.solution.final_cost;
                                      });
-  if (options_.stretch != ScaleModel::kNone && !late()) stretch(*best);
   if (estimates_errors() && !late()) refine_errors(*best);
+  if (options_.stretch == ScaleModel::kAffine && !late()) strain(*best);
   if (cancelled_) return cancelled();
   if (hurried_) best->solution.termination = Termination::kTimeLimit;
   if (non_finite_ > 0) {
@@ -700,9 +708,9 @@ Result<ImageRegistrationResult> register_prepared(
   const auto channels_of = [&](const LevelReach& reach) -> Result<LevelCt> {
     const LevelOptions& level = reach.level.options;
     const double sigma_mm = sigma_of(level.sample_step_mm);
-    // Mutual information and the depth factor or strain read the channels of the level directly.
+    // Mutual information and the strain read the channels of the level directly.
     const bool any_ct = options.similarity != Similarity::kMutualInformation &&
-                        options.stretch == ScaleModel::kNone;
+                        options.stretch != ScaleModel::kAffine;
     if (any_ct && !reach.poses.empty()) {
       auto near = few_texels(ct, reach);
       if (!near) return near.error();

@@ -56,11 +56,13 @@ enum class Similarity {
 /// Stable lower-case name: "lc2", "ncc", "mi".
 const char* to_string(Similarity similarity);
 
-/// Parameters that are refined on the finest level besides the pose (stretch.hpp).
+/// Scale factors that are estimated besides those that every registration estimates.
 enum class ScaleModel {
   kNone,
-  kSoundSpeed,  ///< One depth factor: the speed of sound of the tissue over that of the scanner.
-  kAffine,      ///< Six strains about the sweep's centroid.
+  /// The depth factor (speed of sound of the tissue over that of the scanner) may be off by 10 %
+  /// instead of scale_sigma: it is one of the errors that are estimated with the pose.
+  kSoundSpeed,
+  kAffine,  ///< Six strains about the sweep's centroid, on the finest level (image_strain.hpp).
 };
 
 /// Stable lower-case name: "none", "sound-speed", "affine".

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "registration/acceptance.hpp"
-#include "registration/image_scale.hpp"
+#include "registration/image_strain.hpp"
 #include "registration/motion/volume_sweep.hpp"
 #include "registration/prepared.hpp"
 #include "registration/similarity/mutual_information.hpp"
@@ -187,6 +187,9 @@ TEST(ImageScaleTest, FindsTheSpeedOfSound) {
     EXPECT_LT(error_mm(*found), 0.6);
     EXPECT_LT(error_mm(*found), 0.7 * error_mm(*rigid));
     EXPECT_LT(found->final_cost, rigid->final_cost);
+    // Knowing less of the scale cannot make the pose more certain.
+    const Point<frames::Ct> target{{0, 0, 0}};
+    EXPECT_GT(found->tre_rms_mm(target), 0.9 * rigid->tre_rms_mm(target));
     EXPECT_EQ(rigid->stretch.depth_scale, 1.0);
     // A result with a scale is rejected in any case, because the displayed image is not scaled.
     const Decision decision = decide(*found, {}, {{0, 0, 0}});

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "registration/image_scale.hpp"
+#include "registration/image_strain.hpp"
 
 #include <algorithm>
 #include <ceres/ceres.h>
@@ -12,32 +12,23 @@ namespace nav::registration {
 namespace {
 
 constexpr double kMaxStrain = 0.1;
-constexpr Eigen::Index kPose = 6;
+constexpr Eigen::Index kPose = 6, kStrains = 6, kSize = kPose + kStrains;
 
 using Parameters = Eigen::VectorXd;
 
-Eigen::Index count_of(ScaleModel model) { return model == ScaleModel::kSoundSpeed ? 1 : 6; }
-
-/// Converts parameters, in mm at 60 mm, to a depth factor or strain.
-ImageScale stretch_of(ScaleModel model, const Eigen::VectorXd& m,
-                      const Point<frames::Reference>& centroid) {
-  ImageScale stretch;
-  stretch.centre_mm = centroid.mm;
+/// Converts parameters, in mm at 60 mm, to a strain.
+ImageScale strain_of(const Eigen::VectorXd& m, const Point<frames::Reference>& centroid) {
+  ImageScale strain;
+  strain.centre_mm = centroid.mm;
   const Eigen::VectorXd e = m / kRotationScaleMm;
-  if (model == ScaleModel::kSoundSpeed) {
-    stretch.depth_scale = 1 + e[0];
-  } else {
-    stretch.strain << e[0], e[3], e[4], e[3], e[1], e[5], e[4], e[5], e[2];
-  }
-  return stretch;
+  strain.strain << e[0], e[3], e[4], e[3], e[1], e[5], e[4], e[5], e[2];
+  return strain;
 }
 
-/// Derivative of a patch's centre by the parameters, Reference, mm per mm.
-Eigen::Matrix3Xd motion_of(ScaleModel model, const Patch& patch,
-                           const Point<frames::Reference>& centroid) {
-  if (model == ScaleModel::kSoundSpeed) return patch.depth_mm / kRotationScaleMm * patch.beam;
+/// Derivative of a patch's centre by the strains, Reference, mm per mm.
+Eigen::Matrix3Xd motion_of(const Patch& patch, const Point<frames::Reference>& centroid) {
   const Eigen::Vector3d r = (patch.centre_mm - centroid.mm) / kRotationScaleMm;
-  Eigen::Matrix3Xd motion(3, 6);
+  Eigen::Matrix3Xd motion(3, kStrains);
   motion << r.x(), 0, 0, r.y(), r.z(), 0,  //
       0, r.y(), 0, r.x(), 0, r.z(),        //
       0, 0, r.z(), 0, r.x(), r.y();
@@ -53,19 +44,17 @@ struct Terms {
 };
 
 /// Residuals as in pose_solver.cpp, with more parameters: fill_residuals().
-class ScaleCost final : public ceres::CostFunction {
+class StrainCost final : public ceres::CostFunction {
  public:
-  ScaleCost(const Lc2Cost& cost, const Pose& start, const Point<frames::Reference>& centroid,
-            ScaleModel model, int& non_finite)
+  StrainCost(const Lc2Cost& cost, const Pose& start, const Point<frames::Reference>& centroid,
+             int& non_finite)
       : cost_(cost),
         start_(start),
         centroid_(centroid),
         centre_((start * centroid).mm),
-        model_(model),
-        size_(kPose + count_of(model)),
         non_finite_(non_finite) {
-    set_num_residuals(static_cast<int>(size_) + 1);
-    mutable_parameter_block_sizes()->push_back(static_cast<int>(size_));
+    set_num_residuals(static_cast<int>(kSize) + 1);
+    mutable_parameter_block_sizes()->push_back(static_cast<int>(kSize));
   }
 
   static Vector6d twist_of(const Parameters& delta) {
@@ -76,18 +65,18 @@ class ScaleCost final : public ceres::CostFunction {
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
-    const Parameters delta = Eigen::Map<const Parameters>(parameters[0], size_);
-    const Eigen::VectorXd m = delta.tail(size_ - kPose);
+    const Parameters delta = Eigen::Map<const Parameters>(parameters[0], kSize);
+    const Eigen::VectorXd m = delta.tail(kStrains);
     if (!delta.allFinite() || delta.head<kPose>().norm() > kMaxTravelMm ||
         m.cwiseAbs().maxCoeff() > kMaxStrain * kRotationScaleMm) {
       return false;
     }
     const bool slopes = jacobians != nullptr && jacobians[0] != nullptr;
-    const Terms terms = terms_at(delta, stretch_of(model_, m, centroid_), slopes);
+    const Terms terms = terms_at(delta, strain_of(m, centroid_), slopes);
     non_finite_ = std::max(non_finite_, terms.non_finite);
-    Eigen::Map<Eigen::VectorXd> r(residuals, size_ + 1);
+    Eigen::Map<Eigen::VectorXd> r(residuals, kSize + 1);
     r.setZero();
-    r[size_] = std::sqrt(terms.cost);
+    r[kSize] = std::sqrt(terms.cost);
     if (!slopes) return std::isfinite(terms.cost);
     if (!std::isfinite(terms.cost) || !terms.hessian.allFinite()) return false;
     fill(terms, r, jacobians[0]);
@@ -99,7 +88,7 @@ class ScaleCost final : public ceres::CostFunction {
                                bool slopes) const {
     const Vector6d twist = twist_of(delta);
     const Pose pose = moved(start_, centre_, twist);
-    const PatchSet patches = stretched(cost_.patches(), stretch);
+    const PatchSet patches = strained(cost_.patches(), stretch);
     if (!slopes) {
       const CostTerms plain = cost_.on(patches).cost(pose);
       return {plain.cost, plain.non_finite, {}, {}};
@@ -110,7 +99,7 @@ class ScaleCost final : public ceres::CostFunction {
     Matrix6d chain = Matrix6d::Identity();
     chain.topLeftCorner<3, 3>() = left_jacobian(twist.head<3>()) / kRotationScaleMm;
     const Matrix6d common = grid_from_ct(ct) * chain;
-    Terms sum{0, 0, Eigen::VectorXd::Zero(size_), Eigen::MatrixXd::Zero(size_, size_)};
+    Terms sum{0, 0, Eigen::VectorXd::Zero(kSize), Eigen::MatrixXd::Zero(kSize, kSize)};
     for (std::size_t i = 0; i < patches.patches.size(); ++i) {
       const PlacedPatch placed = place(patches, i, at);
       const PatchTerms one = cost_.patch(placed);
@@ -120,10 +109,10 @@ class ScaleCost final : public ceres::CostFunction {
         ++sum.non_finite;
         continue;
       }
-      Eigen::MatrixXd by_parameters = Eigen::MatrixXd::Zero(6, size_);
+      Eigen::MatrixXd by_parameters = Eigen::MatrixXd::Zero(6, kSize);
       by_parameters.leftCols<kPose>() = patch_from_common(placed.centre - centre) * common;
-      by_parameters.bottomRightCorner(3, size_ - kPose) =
-          at.rotation * motion_of(model_, cost_.patches().patches[i], centroid_);
+      by_parameters.bottomRightCorner(3, kStrains) =
+          at.rotation * motion_of(cost_.patches().patches[i], centroid_);
       sum.cost += w * one.s;
       sum.gradient += w * by_parameters.transpose() * one.gradient;
       sum.hessian += w * by_parameters.transpose() * one.hessian * by_parameters;
@@ -133,7 +122,7 @@ class ScaleCost final : public ceres::CostFunction {
 
   void fill(const Terms& terms, Eigen::Map<Eigen::VectorXd> r, double* jacobian_data) const {
     Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> jacobian(
-        jacobian_data, size_ + 1, size_);
+        jacobian_data, kSize + 1, kSize);
     fill_residuals(terms.cost, terms.gradient, terms.hessian, r, jacobian);
   }
 
@@ -141,35 +130,31 @@ class ScaleCost final : public ceres::CostFunction {
   Pose start_;
   Point<frames::Reference> centroid_;
   Eigen::Vector3d centre_;
-  ScaleModel model_;
-  Eigen::Index size_;
   int& non_finite_;
 };
 
 }  // namespace
 
-PatchSet stretched(const PatchSet& patches, const ImageScale& stretch) {
+PatchSet strained(const PatchSet& patches, const ImageScale& strain) {
   PatchSet out = patches;
   for (Patch& patch : out.patches) {
-    patch.centre_mm += (stretch.depth_scale - 1) * patch.depth_mm * patch.beam +
-                       stretch.strain * (patch.centre_mm - stretch.centre_mm);
+    patch.centre_mm += strain.strain * (patch.centre_mm - strain.centre_mm);
   }
   return out;
 }
 
-ScaleSolution solve_scale(const Lc2Cost& cost, const Pose& start,
-                          const Point<frames::Reference>& centroid, ScaleModel model,
-                          const SolveLimits& limits, const std::function<bool()>& keep_going) {
-  NAV_CHECK(model != ScaleModel::kNone);
+StrainSolution solve_strain(const Lc2Cost& cost, const Pose& start,
+                            const Point<frames::Reference>& centroid, const SolveLimits& limits,
+                            const std::function<bool()>& keep_going) {
   NAV_CHECK(cost.similarity() != Similarity::kMutualInformation);
   int non_finite = 0;
-  Parameters delta(kPose + count_of(model));
+  Parameters delta(kSize);
   // Ceres takes ownership.
-  auto* residuals = new ScaleCost(cost, start, centroid, model, non_finite);
+  auto* residuals = new StrainCost(cost, start, centroid, non_finite);
   const CostSolution found = minimise(residuals, delta, limits, keep_going);
-  return {solution_at(moved(start, (start * centroid).mm, ScaleCost::twist_of(delta)), found,
+  return {solution_at(moved(start, (start * centroid).mm, StrainCost::twist_of(delta)), found,
                       non_finite),
-          stretch_of(model, delta.tail(delta.size() - kPose), centroid)};
+          strain_of(delta.tail(kStrains), centroid)};
 }
 
 }  // namespace nav::registration
