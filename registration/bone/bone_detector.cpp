@@ -24,11 +24,11 @@ namespace {
 constexpr std::array kRidgeHalfMm = {0.25, 0.5, 0.9};
 constexpr double kRidgeGapMm = 0.4;     // Between the ridge and what it is compared with.
 constexpr double kRidgeBesideMm = 1.5;  // Length of that, above and below.
-constexpr double kAboveMm = 6;          // Echoes above the ridge, which the shadow is compared with.
-constexpr double kBelowMm = 2;          // From the ridge to where its shadow begins.
-constexpr double kLaterEchoMm = 4;      // Length of a later echo in the shadow,
-constexpr double kLaterHalfMm = 15;     // which counts half this far below.
-constexpr double kLeastTissue = 4;      // Grey above the noise.
+constexpr double kAboveMm = 6;       // Echoes above the ridge, which the shadow is compared with.
+constexpr double kBelowMm = 2;       // From the ridge to where its shadow begins.
+constexpr double kLaterEchoMm = 4;   // Length of a later echo in the shadow,
+constexpr double kLaterHalfMm = 15;  // which counts half this far below.
+constexpr double kLeastTissue = 4;   // Grey above the noise.
 // An echo below darkness lies in the shadow of another: the echoes above it are weaker than this
 // share of those higher up, which count half this far above.
 constexpr double kLeastLit = 0.3;
@@ -40,16 +40,16 @@ constexpr float kTwiceStronger = 1.3f;
 // wall of a vessel ends no shadow.
 constexpr float kPerShade = 0.6f;
 constexpr float kPerLater = 0.75f;
-constexpr double kCellMm = 1;           // Cells of the noise floor.
+constexpr double kCellMm = 1;  // Cells of the noise floor.
 constexpr std::size_t kLearntImages = 24;
 // Log-odds of bone against none, by ridge (in standard deviations of the texture) and by shadow.
 constexpr double kUsualRidge = 2.0;
 constexpr double kPerRidge = 0.9;
 constexpr double kMostRidge = 6;
 constexpr double kPerShadow = 6;
-constexpr double kBeginCost = 5;     // A surface that begins or ends within an image.
-constexpr double kPerJumpMm = 1.0;   // A step in depth from one line to the next.
-constexpr double kRefineMm = 0.6;    // The peak lies this close to the best path.
+constexpr double kBeginCost = 5;      // A surface that begins or ends within an image.
+constexpr double kPerJumpMm = 1.0;    // A step in depth from one line to the next.
+constexpr double kRefineMm = 0.6;     // The peak lies this close to the best path.
 constexpr double kPeakHalfMm = 0.15;  // Half width of the mean whose peak is sought.
 // The echo lies at the centre of what exceeds this share of the way from the tissue to its peak.
 constexpr double kEchoShare = 0.5;
@@ -202,7 +202,8 @@ void BoneDetector::Data::learn_noise(const Sweep& sweep) {
         pixels[cell] += 1;
       }
     }
-    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = pixels[i] > 0 ? sums[i] / pixels[i] : -1;
+    for (std::size_t i = 0; i < sums.size(); ++i)
+      sums[i] = pixels[i] > 0 ? sums[i] / pixels[i] : -1;
     calmed.push_back(calm(sums, count));
     cells.push_back(std::move(sums));
   }
@@ -305,11 +306,12 @@ Greys BoneDetector::Data::odds(const Greys& greys) const {
       const float least =
           std::max(static_cast<float>(kLeastTissue), static_cast<float>(kLeastLit) * l[i]);
       const float share = t[i] > least ? echo / t[i] : 2.0f;
-      const bool may = depth >= near + scan.first(static_cast<int>(i)) && share < most && ridge[i] > 1;
+      const bool may =
+          depth >= near + scan.first(static_cast<int>(i)) && share < most && ridge[i] > 1;
       if (!may || is_second_echo(ridges, depth, i)) continue;
       out[i * as_size(depths) + as_size(depth)] =
-          static_cast<float>(kPerRidge) *
-              (std::min(ridge[i], static_cast<float>(kMostRidge)) - static_cast<float>(kUsualRidge)) +
+          static_cast<float>(kPerRidge) * (std::min(ridge[i], static_cast<float>(kMostRidge)) -
+                                           static_cast<float>(kUsualRidge)) +
           static_cast<float>(kPerShadow) * (0.5f * most - share);
     }
   }

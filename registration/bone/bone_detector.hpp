@@ -28,22 +28,23 @@ Result<void> validate(const BoneDetectorOptions& options);
 
 /// A place where a scan line meets bone.
 struct BoneEcho {
-  int line;                 ///< Scan line, from the first column of the image.
-  Eigen::Vector2d at_mm;    ///< Image frame, finer than a pixel.
-  Eigen::Vector2d along;    ///< Direction of the line away from the transducer, unit, Image frame.
-  double confidence;        ///< [0, 1], from ridge and shadow.
+  int line;               ///< Scan line, from the first column of the image.
+  Eigen::Vector2d at_mm;  ///< Image frame, finer than a pixel.
+  Eigen::Vector2d along;  ///< Direction of the line away from the transducer, unit, Image frame.
+  double confidence;      ///< [0, 1], from ridge and shadow.
 };
 
 /// Echoes of bone in one image, at most one on each line, in the order of the lines.
 using BoneSurface = std::vector<BoneEcho>;
 
 /// Detects the surface of bone in the images of a sweep. Bone is a bright ridge along the lines'
-/// depth, at one of three widths, whose line stays dark below it (Foroughi et al. 2007; Hacihaliloglu
-/// et al. 2009 use local phase for the ridge). The shadow is an echo, less the noise of the sweep at
-/// that depth (noise_floor.hpp), that is much weaker than those above the ridge; an echo farther down
-/// counts against it as well. The surface of an image is the best path over its lines (dynamic
-/// programming), which leaves out lines without bone. Other things that cast shadows, gas above all,
-/// are not told from bone. Copies share the data; thread-safe, deterministic.
+/// depth, at one of three widths, whose line stays dark below it (Foroughi et al. 2007;
+/// Hacihaliloglu et al. 2009 use local phase for the ridge). The shadow is an echo, less the noise
+/// of the sweep at that depth (noise_floor.hpp), that is much weaker than those above the ridge; an
+/// echo farther down counts against it as well. The surface of an image is the best path over its
+/// lines (dynamic programming), which leaves out lines without bone. Other things that cast
+/// shadows, gas above all, are not told from bone. Copies share the data; thread-safe,
+/// deterministic.
 class BoneDetector {
  public:
   /// Learns noise, texture and geometry of a sweep. Errors: kUsage (options), kMalformedData
@@ -69,8 +70,8 @@ struct BoneOfSweep {
 };
 
 /// Detects bone in each image; a sector that the images show without saying so is found first
-/// (image_outline.hpp). threads: 0 for all cores; the result does not depend on it. Errors: those of
-/// BoneDetector::create().
+/// (image_outline.hpp). threads: 0 for all cores; the result does not depend on it. Errors: those
+/// of BoneDetector::create().
 Result<BoneOfSweep> bone_of_sweep(const Sweep& sweep, const BoneDetectorOptions& options = {},
                                   int threads = 0);
 

@@ -55,14 +55,16 @@ ScanLines::ScanLines(const Sweep& sweep, double line_mm) {
     for (int line = 0; line < lines_; ++line) {
       const Eigen::Vector2d p = at_mm(line, depth);
       const Eigen::Vector2d pixel = frame.grid.pixel_of({{p.x(), p.y(), 0}});
-      if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= width - 1 && pixel.y() <= height - 1)) {
+      if (!(pixel.x() >= 0 && pixel.y() >= 0 && pixel.x() <= width - 1 &&
+            pixel.y() <= height - 1)) {
         continue;
       }
       const int column = std::clamp(static_cast<int>(pixel.x()), 0, std::max(width - 2, 0));
       const int row = std::clamp(static_cast<int>(pixel.y()), 0, std::max(height - 2, 0));
       Tap& tap = taps_[as_size(depth) * as_size(lines_) + as_size(line)];
       tap.pixel = row * width + column;
-      tap.right = static_cast<std::uint16_t>(width < 2 ? 0 : std::lround(256 * (pixel.x() - column)));
+      tap.right =
+          static_cast<std::uint16_t>(width < 2 ? 0 : std::lround(256 * (pixel.x() - column)));
       tap.below = static_cast<std::uint16_t>(height < 2 ? 0 : std::lround(256 * (pixel.y() - row)));
       int& first = first_[as_size(line)];
       if (dark[as_size(tap.pixel)] == 0) first = std::min(first, depth);

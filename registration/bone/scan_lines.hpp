@@ -16,7 +16,8 @@ namespace nav::registration {
 class ScanLines {
  public:
   /// Lines line_mm apart half way down (more if an image would have over 320 lines), samples one
-  /// row of pixels apart, 0.1 to 0.5 mm. Preconditions: the grid and outline are valid, line_mm > 0.
+  /// row of pixels apart, 0.1 to 0.5 mm. Preconditions: the grid and outline are valid, line_mm >
+  /// 0.
   ScanLines(const Sweep& sweep, double line_mm);
 
   [[nodiscard]] int lines() const { return lines_; }

@@ -41,8 +41,8 @@ Sweep bone_images(const Painter& grey, const std::optional<SectorOutline>& outli
       for (int column = 0; column < kBoneWidth; ++column) {
         const Eigen::Vector2d p = frame.grid.at(column, row).mm.head<2>();
         const bool inside = !outline || outline->contains(p);
-        pixels.push_back(static_cast<std::uint8_t>(
-            inside ? std::clamp(grey(f, p), 0.0, 255.0) : 0.0));
+        pixels.push_back(
+            static_cast<std::uint8_t>(inside ? std::clamp(grey(f, p), 0.0, 255.0) : 0.0));
       }
     }
     frame.pixels = Image2d<std::uint8_t>(kBoneWidth, kBoneHeight, std::move(pixels));
@@ -71,10 +71,8 @@ Painter bone_with_shadow(const Painter& shadow) {
 }
 
 TEST(BoneDetectorTest, FindsASurfaceFinerThanAPixel) {
-  const auto bone = bone_of_sweep(
-      bone_images(bone_with_shadow([](int image, const Eigen::Vector2d& p) {
-        return 6 * speckle(image, p);
-      })));
+  const auto bone = bone_of_sweep(bone_images(
+      bone_with_shadow([](int image, const Eigen::Vector2d& p) { return 6 * speckle(image, p); })));
   ASSERT_TRUE(test::has_value(bone));
   ASSERT_EQ(bone->images.size(), 6U);
   for (const BoneSurface& image : bone->images) {
@@ -161,8 +159,8 @@ TEST(BoneDetectorTest, FollowsTheLinesOfASector) {
 }
 
 TEST(BoneDetectorTest, TheResultDoesNotDependOnTheThreads) {
-  const Sweep sweep = bone_images(bone_with_shadow(
-      [](int image, const Eigen::Vector2d& p) { return 20 * speckle(image, p); }));
+  const Sweep sweep = bone_images(
+      bone_with_shadow([](int image, const Eigen::Vector2d& p) { return 20 * speckle(image, p); }));
   const auto one = bone_of_sweep(sweep, {}, 1);
   const auto two = bone_of_sweep(sweep, {}, 2);
   ASSERT_TRUE(test::has_value(one));
@@ -180,8 +178,8 @@ TEST(BoneDetectorTest, BlackAndNoisyImagesHaveNoBone) {
   const auto black = bone_of_sweep(bone_images([](int, const Eigen::Vector2d&) { return 0.0; }));
   ASSERT_TRUE(test::has_value(black));
   EXPECT_EQ(black->share(), 0);
-  const auto noise = bone_of_sweep(bone_images(
-      [](int image, const Eigen::Vector2d& p) { return 255 * speckle(image, p); }));
+  const auto noise = bone_of_sweep(
+      bone_images([](int image, const Eigen::Vector2d& p) { return 255 * speckle(image, p); }));
   ASSERT_TRUE(test::has_value(noise));
   EXPECT_LT(noise->share(), 0.01);
 }
