@@ -26,8 +26,8 @@ Result<ShapeField> field_of(const Shape& shape) {
   for (const ShapeElement& e : shape.elements) box.extend(e.point_mm);
   const Eigen::Vector3d sides = box.sizes().array() + 2 * kFieldMarginMm;
   const bool fine = sides.prod() / std::pow(kFineFieldMm, 3) <= kMostFineNodes;
-  return ShapeField::create(shape, {.spacing_mm = fine ? kFineFieldMm : kCoarseFieldMm,
-                                    .margin_mm = kFieldMarginMm});
+  return ShapeField::create(
+      shape, {.spacing_mm = fine ? kFineFieldMm : kCoarseFieldMm, .margin_mm = kFieldMarginMm});
 }
 
 /// Pieces that face some beam, of an even choice of the points, in a pose.
@@ -37,8 +37,8 @@ Shape facing(const Shape& surface, const std::vector<BonePoint>& points,
   std::vector<Eigen::Vector3d> beams;
   for (const BonePoint& one : points) {
     const Eigen::Vector3d beam = pose.rotation() * one.beam;
-    const bool known = std::any_of(beams.begin(), beams.end(),
-                                   [&](const auto& b) { return b.dot(beam) > 0.985; });
+    const bool known =
+        std::any_of(beams.begin(), beams.end(), [&](const auto& b) { return b.dot(beam) > 0.985; });
     if (!known) beams.push_back(beam);
   }
   Shape out{surface.kind, {}, surface.spacing_mm, surface.name};
@@ -85,8 +85,9 @@ Result<BoneRegistration> register_bone(const BoneOfSweep& bone, const Sweep& swe
   const Shape side = facing(surface, found, start, options.facing_rad);
   if (side.elements.empty()) {
     return Error{ErrorCode::kRefused,
-                 surface.name + ": no surface of bone faces the probe in the start pose: check the "
-                                "start"};
+                 surface.name +
+                     ": no surface of bone faces the probe in the start pose: check the "
+                     "start"};
   }
   const auto side_field = field_of(side);
   if (!side_field) return side_field.error();
@@ -95,9 +96,11 @@ Result<BoneRegistration> register_bone(const BoneOfSweep& bone, const Sweep& swe
   auto near = register_points(points, *side_field, start, options.shape, keep_going);
   if (!near) return near.error();
   // Once more from there: the side is that of the start, which may have been turned.
-  const auto side_found = field_of(facing(surface, found, near->ct_from_reference, options.facing_rad));
+  const auto side_found =
+      field_of(facing(surface, found, near->ct_from_reference, options.facing_rad));
   if (!side_found) return side_found.error();
-  auto result = register_points(points, *side_found, near->ct_from_reference, options.shape, keep_going);
+  auto result =
+      register_points(points, *side_found, near->ct_from_reference, options.shape, keep_going);
   if (!result) return result.error();
   result->before = near->before;
   const auto whole =
@@ -107,9 +110,9 @@ Result<BoneRegistration> register_bone(const BoneOfSweep& bone, const Sweep& swe
                        .echoes = found.size(),
                        .share = bone.share(),
                        .from_whole_mm = 0};
-  out.from_whole_mm = points_apart_mm(out.shape.some_points, out.shape.ct_from_reference,
-                                      whole->ct_from_reference);
-  // What slides on either does so.
+  out.from_whole_mm =
+      points_apart_mm(out.shape.some_points, out.shape.ct_from_reference, whole->ct_from_reference);
+  // A direction that slides on either surface does so.
   if (out.shape.sliding.empty()) out.shape.sliding = whole->sliding;
   out.shape.evidence = out.shape.sliding.empty() ? whole->evidence : std::nullopt;
   return out;
@@ -118,8 +121,7 @@ Result<BoneRegistration> register_bone(const BoneOfSweep& bone, const Sweep& swe
 Decision decide(const BoneRegistration& result, const ShapeLimits& limits,
                 const Point<frames::Ct>& target, const std::optional<KnownPose>& known,
                 const std::optional<double>& given_sigma_mm) {
-  Decision decision =
-      decide(result.shape, limits, target, kShapeWarnings, known, given_sigma_mm);
+  Decision decision = decide(result.shape, limits, target, kShapeWarnings, known, given_sigma_mm);
   bool slides = false;
   bool turns = false;
   for (const SlidingDirection& one : result.shape.sliding) {

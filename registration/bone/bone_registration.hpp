@@ -11,7 +11,7 @@
 
 namespace nav::registration {
 
-/// A place on bone that an image of a sweep shows.
+/// A position on bone that an image of a sweep shows.
 struct BonePoint {
   Point<frames::Reference> at;
   Eigen::Vector3d beam;  ///< Away from the transducer, unit, Reference.
@@ -25,11 +25,11 @@ std::vector<BonePoint> bone_points(const BoneOfSweep& bone, const Sweep& sweep,
 
 struct BoneRegistrationOptions {
   BoneRegistrationOptions() { shape.keep_fraction = 0.9; }
-  /// Of the points to the surface. Echoes of other things are trimmed: a tenth of the points.
+  /// Options of points on a surface. Echoes of other things are trimmed: a tenth of the points.
   ShapeRegistrationOptions shape;
   double least_confidence = 0.6;  ///< Echoes below do not count, [0, 1].
-  /// A piece of the surface can cause an echo if its normal is within this angle of the direction to
-  /// some transducer, in the start pose, whose rotation may be wrong, (0, pi].
+  /// A piece of the surface can cause an echo if its normal is within this angle of the direction
+  /// to some transducer, in the start pose, whose rotation may be wrong, (0, pi].
   double facing_rad = 1.75;
 };
 
@@ -43,10 +43,10 @@ struct BoneRegistration {
                          ///< faces, would put them, RMS.
 };
 
-/// Registers the bone that a sweep shows to the surface of bone in the CT, whose pieces have outward
-/// normals. An echo lies on the side that faces the probe, so that the pose is sought on those
-/// pieces alone; rivals are sought on all. Errors: kRefused (fewer than 20 points; no surface faces
-/// the probe), and those of register_points(). Thread-safe, deterministic.
+/// Registers the bone that a sweep shows to the surface of bone in the CT, whose pieces have
+/// outward normals. An echo lies on the side that faces the probe, so that the pose is sought on
+/// those pieces alone; rivals are sought on all. Errors: kRefused (fewer than 20 points; no surface
+/// faces the probe), and those of register_points(). Thread-safe, deterministic.
 Result<BoneRegistration> register_bone(const BoneOfSweep& bone, const Sweep& sweep,
                                        const Shape& surface,
                                        const Transform<frames::Ct, frames::Reference>& start,
@@ -54,7 +54,7 @@ Result<BoneRegistration> register_bone(const BoneOfSweep& bone, const Sweep& swe
                                        const std::function<bool()>& keep_going = {});
 
 /// decide() of shapes, with what to show next for each direction that the bone leaves free. A whole
-/// surface that puts the points elsewhere refuses too.
+/// surface that puts the points elsewhere is a reason for rejection too.
 Decision decide(const BoneRegistration& result, const ShapeLimits& limits,
                 const Point<frames::Ct>& target, const std::optional<KnownPose>& known = {},
                 const std::optional<double>& given_sigma_mm = {});

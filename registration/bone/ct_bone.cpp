@@ -43,7 +43,8 @@ struct Lattice {
 
 /// 1 for voxels outside bone that the largest connected part of the rest reaches without passing a
 /// gap of one voxel.
-std::vector<std::uint8_t> outside_bone(const std::vector<std::uint8_t>& bone, const Lattice& lattice) {
+std::vector<std::uint8_t> outside_bone(const std::vector<std::uint8_t>& bone,
+                                       const Lattice& lattice) {
   std::vector<std::uint8_t> open(bone.size(), 0);
   for (std::size_t i = 0; i < bone.size(); ++i) {
     if (bone[i] != 0) continue;
@@ -85,7 +86,8 @@ Eigen::Vector3d index_gradient(const Volume& ct, const std::array<int, 3>& at) {
     high[axis] = std::min(at[axis] + 1, ct.grid().size[axis] - 1);
     const int apart = std::max(high[axis] - low[axis], 1);
     out[static_cast<Eigen::Index>(axis)] =
-        (ct.at(high[0], high[1], high[2]) - ct.at(low[0], low[1], low[2])) / static_cast<double>(apart);
+        (ct.at(high[0], high[1], high[2]) - ct.at(low[0], low[1], low[2])) /
+        static_cast<double>(apart);
   }
   return out;
 }
@@ -110,7 +112,8 @@ std::optional<double> bone_threshold_hu(const Volume& ct) {
   }
   std::size_t bright = 0;
   for (int hu = soft + kClearlyBoneHu; hu <= kHighestHu; ++hu) bright += count(hu);
-  if (static_cast<double>(bright) < kLeastBoneShare * static_cast<double>(ct.hu().size())) return {};
+  if (static_cast<double>(bright) < kLeastBoneShare * static_cast<double>(ct.hu().size()))
+    return {};
   std::size_t seen = 0;
   int middle = soft + kClearlyBoneHu;
   while (middle < kHighestHu && 2 * (seen += count(middle)) < bright) ++middle;
@@ -131,8 +134,8 @@ Result<Shape> bone_surface(const Volume& ct, double threshold_hu,
     for (int j = 0; j < grid.size[1]; ++j) {
       for (int i = 0; i < grid.size[0]; ++i) {
         const std::array<int, 3> at = {i, j, k};
-        const std::size_t voxel = as_size(k) * lattice.stride[2] + as_size(j) * lattice.stride[1] +
-                                  as_size(i);
+        const std::size_t voxel =
+            as_size(k) * lattice.stride[2] + as_size(j) * lattice.stride[1] + as_size(i);
         for (std::size_t axis = 0; axis < 3; ++axis) {
           if (at[axis] + 1 >= grid.size[axis]) continue;
           const std::size_t next = voxel + lattice.stride[axis];

@@ -57,8 +57,8 @@ Volume ct_of(const MadeBone& bone) {
 
 Shape surface_of(const MadeBone& bone) {
   const Volume ct = ct_of(bone);
-  const auto shape = bone_surface(ct, *bone_threshold_hu(ct),
-                                  {Spot::Constant(-1e3), Spot::Constant(1e3)});
+  const auto shape =
+      bone_surface(ct, *bone_threshold_hu(ct), {Spot::Constant(-1e3), Spot::Constant(1e3)});
   EXPECT_TRUE(test::has_value(shape));
   return *shape;
 }
@@ -170,8 +170,9 @@ TEST(BoneRegistrationTest, TheShaftAloneSlidesAndSaysWhatToShow) {
 
 TEST(BoneRegistrationTest, TheOtherSideIsRefused) {
   const Scanned scanned = scan({}, -35, 50);
-  const auto result = register_bone(scanned.bone, scanned.sweep,
-                                    surface_of({.joint = true, .mirrored = true}), displaced(5, 0.05));
+  const auto result =
+      register_bone(scanned.bone, scanned.sweep, surface_of({.joint = true, .mirrored = true}),
+                    displaced(5, 0.05));
   ASSERT_TRUE(test::has_value(result));
   EXPECT_FALSE(decide(*result, {}, result->shape.uncertainty.centre_ct).accepted);
 }
