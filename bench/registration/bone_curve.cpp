@@ -82,10 +82,9 @@ Result<void> register_scene(const BoneScene& scene, const registration::BoneOfSw
     const Volume ct = mirrored ? scene.mirrored_ct() : scene.ct;
     const auto surface = registration::bone_surface(ct, *threshold, all);
     if (!surface) return surface.error();
-    const CtPose start = mirrored ? start_from(scene.truth, centre, kMirroredStartMm,
-                                               kMirroredStartRad, seed)
-                                  : start_from(scene.truth, centre, options.start_mm,
-                                               options.start_rad, seed);
+    const CtPose start =
+        mirrored ? start_from(scene.truth, centre, kMirroredStartMm, kMirroredStartRad, seed)
+                 : start_from(scene.truth, centre, options.start_mm, options.start_rad, seed);
     ++(mirrored ? finding.mirrored : finding.runs);
     const auto result = registration::register_bone(bone, scene.sweep, *surface, start);
     if (!result) {
@@ -156,13 +155,13 @@ std::string to_text(const std::vector<BoneFinding>& findings) {
     for (const double e : one.depth_errors_mm) sizes.push_back(std::abs(e));
     text << std::left << std::setw(11) << to_string(one.site) << std::setw(7)
          << to_string(one.level) << std::right << std::setprecision(2) << std::setw(7)
-         << one.with_bone << std::setw(6) << static_cast<double>(one.found) / std::max(one.with_bone, 1)
-         << std::setw(6) << one.far << std::setw(6) << one.without_bone << std::setw(7)
-         << share_of(one.depth_errors_mm, 0.5) << std::setw(6) << share_of(sizes, 0.95)
-         << std::setw(6) << one.detect_ms << " |" << std::setw(4) << one.runs << std::setw(7)
-         << share_of(one.errors_mm, 0.5) << std::setw(4) << one.accepted << std::setw(4)
-         << one.wrong_accepted << std::setw(4) << one.undetermined << std::setw(4)
-         << one.mirrored_accepted << '\n';
+         << one.with_bone << std::setw(6)
+         << static_cast<double>(one.found) / std::max(one.with_bone, 1) << std::setw(6) << one.far
+         << std::setw(6) << one.without_bone << std::setw(7) << share_of(one.depth_errors_mm, 0.5)
+         << std::setw(6) << share_of(sizes, 0.95) << std::setw(6) << one.detect_ms << " |"
+         << std::setw(4) << one.runs << std::setw(7) << share_of(one.errors_mm, 0.5) << std::setw(4)
+         << one.accepted << std::setw(4) << one.wrong_accepted << std::setw(4) << one.undetermined
+         << std::setw(4) << one.mirrored_accepted << '\n';
   }
   return text.str();
 }

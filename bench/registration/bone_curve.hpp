@@ -25,10 +25,10 @@ struct BoneFinding {
   BoneSite site;
   ErrorLevel level;
   // Detection, over all scan lines.
-  int with_bone = 0;     ///< Lines that meet bone.
-  int found = 0;         ///< Lines of these whose bone is found within 2 mm.
-  int far = 0;           ///< Echoes farther than 2 mm from the line's bone.
-  int without_bone = 0;  ///< Echoes on lines without bone.
+  int with_bone = 0;                      ///< Lines that meet bone.
+  int found = 0;                          ///< Lines of these whose bone is found within 2 mm.
+  int far = 0;                            ///< Echoes farther than 2 mm from the line's bone.
+  int without_bone = 0;                   ///< Echoes on lines without bone.
   std::vector<double> depth_errors_mm{};  ///< Found less true depth, where within 2 mm.
   double detect_ms = 0;                   ///< Processor time of an image.
   // Registration from the start.

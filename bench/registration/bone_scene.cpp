@@ -105,7 +105,8 @@ class MadeBody {
       const double depth = r - (kChestMm - 18 - 1.5 * shape);
       const double wide = 6.5 + form_[static_cast<std::size_t>(i + 4)];
       const double tube = (std::hypot((q.z() - height) / wide, depth / 4.0) - 1) * 4.0;
-      const double end = r * (angle - 0.13 - 0.05 * i - 0.02 * form_[static_cast<std::size_t>(i + 7)]);
+      const double end =
+          r * (angle - 0.13 - 0.05 * i - 0.02 * form_[static_cast<std::size_t>(i + 7)]);
       least = std::min(least, sim::shapes::smooth_intersection(tube, end, 3));
     }
     return least;
@@ -133,7 +134,8 @@ Result<Volume> ct_of(const MadeBody& body) {
   for (int k = 0; k < grid.size[2]; ++k) {
     for (int j = 0; j < grid.size[1]; ++j) {
       for (int i = 0; i < grid.size[0]; ++i) {
-        hu.push_back(static_cast<std::int16_t>(std::lround(body.hu(grid.at({1.0 * i, 1.0 * j, 1.0 * k}).mm))));
+        hu.push_back(static_cast<std::int16_t>(
+            std::lround(body.hu(grid.at({1.0 * i, 1.0 * j, 1.0 * k}).mm))));
       }
     }
   }
@@ -141,7 +143,8 @@ Result<Volume> ct_of(const MadeBody& body) {
 }
 
 /// The hand: along the axis, about the body's middle, turning the face as it goes.
-std::vector<ImageView> hand_over(const MadeBody& body, BoneSite site, std::uint64_t seed, int images) {
+std::vector<ImageView> hand_over(const MadeBody& body, BoneSite site, std::uint64_t seed,
+                                 int images) {
   sim::Random random(seed, 0x68616e64);
   const double phase = random.uniform(0, 6.28);
   const double from = site == BoneSite::kShaft ? -50 : body.chest() ? -38 : -30;

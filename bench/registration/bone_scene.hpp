@@ -16,12 +16,12 @@
 namespace nav::bench {
 
 enum class BoneSite {
-  kSpine,      ///< Lumbar vertebrae of sim::make_patient(), convex probe.
-  kShoulder,   ///< Head of the humerus of sim::make_patient(), linear probe.
-  kLongBone,   ///< Shaft and joint of a long bone, linear probe.
-  kShaft,      ///< The shaft alone: nothing shows the position along it.
-  kRibs,       ///< Three ribs over lung, with their front ends, linear probe.
-  kNoBone,     ///< Soft tissue of a limb without a bone, linear probe.
+  kSpine,     ///< Lumbar vertebrae of sim::make_patient(), convex probe.
+  kShoulder,  ///< Head of the humerus of sim::make_patient(), linear probe.
+  kLongBone,  ///< Shaft and joint of a long bone, linear probe.
+  kShaft,     ///< The shaft alone: nothing shows the position along it.
+  kRibs,      ///< Three ribs over lung, with their front ends, linear probe.
+  kNoBone,    ///< Soft tissue of a limb without a bone, linear probe.
 };
 inline constexpr int kBoneSites = 6;
 const char* to_string(BoneSite site);
@@ -30,8 +30,8 @@ const char* to_string(BoneSite site);
 struct BoneScene {
   Volume ct;
   std::shared_ptr<const sim::Anatomy> anatomy;
-  Sweep sweep;   ///< With the errors of the level.
-  CtPose truth;  ///< ct_from_reference.
+  Sweep sweep;                                              ///< With the errors of the level.
+  CtPose truth;                                             ///< ct_from_reference.
   std::vector<Transform<frames::Ct, frames::Image>> views;  ///< True pose of each image.
   /// The CT is that of the other side of the body: mirrored in x about its middle.
   [[nodiscard]] Volume mirrored_ct() const;

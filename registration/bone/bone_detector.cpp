@@ -31,7 +31,7 @@ constexpr double kLaterHalfMm = 15;  // which counts half this far below.
 constexpr double kLeastTissue = 4;   // Grey above the noise.
 // An echo below darkness lies in the shadow of another: the echoes above it are weaker than this
 // share of those higher up, which count half this far above.
-constexpr double kLeastLit = 0.3;
+constexpr double kLeastLitShare = 0.3;
 constexpr double kLitHalfMm = 30;
 // An echo that runs to and fro between bone and transducer shows again at twice the depth, weaker.
 constexpr double kTwiceMm = 0.8;
@@ -304,7 +304,7 @@ Greys BoneDetector::Data::odds(const Greys& greys) const {
       const float after = std::max(later[i], 0.0f);
       const float echo = std::max(kPerShade * shade + (1 - kPerShade) * after, kPerLater * after);
       const float least =
-          std::max(static_cast<float>(kLeastTissue), static_cast<float>(kLeastLit) * l[i]);
+          std::max(static_cast<float>(kLeastTissue), static_cast<float>(kLeastLitShare) * l[i]);
       const float share = t[i] > least ? echo / t[i] : 2.0f;
       const bool may =
           depth >= near + scan.first(static_cast<int>(i)) && share < most && ridge[i] > 1;

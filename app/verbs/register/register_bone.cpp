@@ -68,11 +68,11 @@ Result<BoneOutcome> register_bone_of(const Sweep& sweep, const Volume& ct,
 io::Json json_of(const BoneOutcome& outcome, const registration::Decision& decision,
                  const Point<frames::Ct>& target) {
   io::Json json = json_of(outcome.result.shape, decision, target);
-  json["bone"] = {{"echoes", outcome.result.echoes},
-                  {"line_share", outcome.result.share},
-                  {"threshold_hu",
-                   outcome.threshold_hu ? io::Json(*outcome.threshold_hu) : io::Json(nullptr)},
-                  {"from_whole_surface_mm", json_number(outcome.result.from_whole_mm)}};
+  json["bone"] = {
+      {"echoes", outcome.result.echoes},
+      {"line_share", outcome.result.share},
+      {"threshold_hu", outcome.threshold_hu ? io::Json(*outcome.threshold_hu) : io::Json(nullptr)},
+      {"from_whole_surface_mm", json_number(outcome.result.from_whole_mm)}};
   return json;
 }
 
