@@ -40,7 +40,7 @@ constexpr float kTwiceStronger = 1.3f;
 // wall of a vessel ends no shadow.
 constexpr float kPerShade = 0.6f;
 constexpr float kPerLater = 0.75f;
-constexpr double kCellMm = 1;  // Cells of the noise floor.
+constexpr double kNoiseCellMm = 1;  // Cells of the noise floor.
 constexpr std::size_t kLearntImages = 24;
 // Log-odds of bone against none, by ridge (in standard deviations of the texture) and by shadow.
 constexpr double kUsualRidge = 2.0;
@@ -185,8 +185,8 @@ struct BoneDetector::Data {
 };
 
 void BoneDetector::Data::learn_noise(const Sweep& sweep) {
-  const int across = std::max(1, static_cast<int>(std::lround(kCellMm / scan.line_mm())));
-  const int down = std::max(1, steps(kCellMm));
+  const int across = std::max(1, static_cast<int>(std::lround(kNoiseCellMm / scan.line_mm())));
+  const int down = std::max(1, steps(kNoiseCellMm));
   const CellCount count{(scan.lines() + across - 1) / across, (scan.depths() + down - 1) / down};
   const auto lines = as_size(count.lines);
   std::vector<CellGreys> cells, calmed;
