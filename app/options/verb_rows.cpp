@@ -225,6 +225,16 @@ void add_register_rows(std::vector<Option>& rows) {
        .slot = NAV_SLOT(registration.shape.centre_lines),
        .absent = "none"}};
   const std::vector<Option> method{
+      {.name = "--by",
+       .type = "NAME",
+       .text = "what a sweep is registered by; auto: tissue, or bone where tissue is refused and "
+               "bone is accepted; both: tissue, refused where the bone says otherwise",
+       .group = group::kGroupRegistration,
+       .verbs = here,
+       .slot = NAV_SLOT(registration.by),
+       .choices = {"auto", "bone", "tissue", "both"},
+       .usual = true,
+       .needs = {sweep_to_register()}},
       {.name = "--effort",
        .type = "NAME",
        .text = "effort of the search; quick: in a fifth of the time, a few tenths of a millimetre "
@@ -298,7 +308,7 @@ void add_register_rows(std::vector<Option>& rows) {
        .slot = NAV_SLOT(registration.shape.sigma_mm),
        .range = within(0.05, 10),
        .absent = "from the points",
-       .needs = {{.any_of = {{"--points"}}, .verb = "register"}}},
+       .needs = {{.any_of = {{"--points"}, {"--by", {"bone"}}}, .verb = "register"}}},
       {.name = "--start-within",
        .type = "MM",
        .unit = "mm",
@@ -308,7 +318,7 @@ void add_register_rows(std::vector<Option>& rows) {
        .slot = NAV_SLOT(registration.shape.start_within_mm),
        .range = within(0.1, 100),
        .absent = "not known",
-       .needs = {{.any_of = {{"--points"}}, .verb = "register"}}},
+       .needs = {{.any_of = {{"--points"}, {"--by", {"bone"}}}, .verb = "register"}}},
       {.name = "--target",
        .type = "X",
        .unit = "mm",

@@ -31,6 +31,9 @@ struct RegisterOptions {
   /// left, anterior, posterior, superior or inferior; empty: not known. For a search without a
   /// start.
   std::string marker_towards;
+  /// auto, bone, tissue or both: what a sweep is registered by. auto: tissue, or bone where tissue
+  /// is refused and bone is not.
+  std::string by = "auto";
   std::string effort = "usual";              ///< quick or usual: registration::Effort.
   std::optional<double> time_limit_s;        ///< For registration by images; absent: none.
   std::string loss = "cauchy";               ///< none, cauchy or geman-mcclure.

@@ -10,6 +10,7 @@
 #include <memory>
 #include <unistd.h>
 
+#include "bench/registration/bone_curve.hpp"
 #include "bench/registration/shape_cohort.hpp"
 #include "bench/registration/slice_curve.hpp"
 #include "bench/verbs/bench.hpp"
@@ -52,6 +53,7 @@ class RegistrationBench {
   Result<void> measure_skin();
   Result<void> measure_live();
   Result<void> measure_shapes();
+  Result<void> measure_bone();
   void write(const std::vector<Trial>& trials);
   [[nodiscard]] auto progress() const {
     return [this](double fraction) { console_.progress(fraction); };
@@ -81,6 +83,7 @@ class RegistrationBench {
   std::vector<MotionPoint> motion_;
   LiveCurve live_;
   std::vector<BoneTrial> shapes_;
+  std::vector<BoneFinding> bones_;
   std::optional<PeerComparison> peer_;
 };
 
@@ -310,6 +313,18 @@ Result<void> RegistrationBench::measure_shapes() {
   return keep(run_bones(options, progress()), shapes_);
 }
 
+Result<void> RegistrationBench::measure_bone() {
+  console_.begin("bone in images");
+  BoneCurveOptions options;
+  options.first_seed = kDevelopmentSeed;
+  if (options_.quick) {
+    options.sweeps = 1;
+    options.images = 12;
+    options.levels = {ErrorLevel::kGood};
+  }
+  return keep(measure_bones(options, progress()), bones_);
+}
+
 /// At once: a long run can be looked at while it lasts.
 void RegistrationBench::write(const std::vector<Trial>& trials) {
   if (trials_.is_open()) trials_ << to_csv(trials) << std::flush;
@@ -350,6 +365,7 @@ io::Json RegistrationBench::json() const {
   json["motion"] = json_of(motion_);
   json["live"] = json_of(live_);
   json["shapes"] = json_of(shapes_);
+  json["bone"] = json_of(bones_);
   json["peer"] = peer_ ? json_of(*peer_) : io::Json::array();
   return json;
 }
@@ -391,6 +407,9 @@ Result<void> RegistrationBench::run() {
   }
   if (wants("shapes")) {
     if (auto ok = measure_shapes(); !ok) return ok;
+  }
+  if (wants("bone")) {
+    if (auto ok = measure_bone(); !ok) return ok;
   }
   if (wants("peer")) {
     if (auto ok = compare(); !ok) return ok;

@@ -246,4 +246,25 @@ io::Json json_of(const std::vector<BoneTrial>& trials) {
   return json;
 }
 
+io::Json json_of(const std::vector<BoneFinding>& findings) {
+  io::Json json = io::Json::array();
+  for (const BoneFinding& one : findings) {
+    json.push_back({{"site", to_string(one.site)},
+                    {"errors", to_string(one.level)},
+                    {"lines_with_bone", one.with_bone},
+                    {"found", one.found},
+                    {"far", one.far},
+                    {"without_bone", one.without_bone},
+                    {"detect_ms", one.detect_ms},
+                    {"runs", one.runs},
+                    {"errors_mm", one.errors_mm},
+                    {"accepted", one.accepted},
+                    {"wrong_accepted", one.wrong_accepted},
+                    {"undetermined", one.undetermined},
+                    {"mirrored", one.mirrored},
+                    {"mirrored_accepted", one.mirrored_accepted}});
+  }
+  return json;
+}
+
 }  // namespace nav::bench

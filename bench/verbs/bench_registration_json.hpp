@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/report.hpp"
+#include "bench/registration/bone_curve.hpp"
 #include "bench/registration/bootstrap_curve.hpp"
 #include "bench/registration/effort_curve.hpp"
 #include "bench/registration/fault_curve.hpp"
@@ -32,6 +33,7 @@ io::Json json_of(const std::vector<MotionPoint>& points);
 io::Json json_of(const BootstrapCurve& curve);
 io::Json json_of(const LiveCurve& curve);
 io::Json json_of(const std::vector<BoneTrial>& trials);
+io::Json json_of(const std::vector<BoneFinding>& findings);
 /// seeds: "development" or "evaluation".
 io::Json json_of(const std::vector<FaultPoint>& points, const std::string& seeds);
 /// Adds "fault_runs" and "fault_false_accepts" of all of them; null without points.

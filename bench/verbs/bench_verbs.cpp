@@ -81,12 +81,12 @@ void BenchCommandLine::add_registration() {
       "effort of cohort, faults and starts: quick or usual");
   verb->add_option("--patients", registration_.patients, "number of patients of each cohort")
       ->check(app::in_range(1, 100, "patients"));
-  verb->add_option(
-          "--part", registration_.parts,
-          "cohort, faults, levels, starts, curve, bootstrap, skin, motion, live, shapes, peer; "
-          "default all")
+  verb->add_option("--part", registration_.parts,
+                   "cohort, faults, levels, starts, curve, bootstrap, skin, motion, live, shapes, "
+                   "bone, peer; "
+                   "default all")
       ->check(app::among({"cohort", "faults", "levels", "starts", "curve", "bootstrap", "skin",
-                          "motion", "live", "shapes", "peer"}))
+                          "motion", "live", "shapes", "bone", "peer"}))
       ->delimiter(',');
   verb->add_option("--trials", registration_.trials, "CSV with a line per registration");
   add_json(*verb);

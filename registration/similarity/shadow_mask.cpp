@@ -289,6 +289,8 @@ Result<void> check_outline(const SectorOutline& outline, const std::string& name
   return Error{ErrorCode::kMalformedData, text.str()};
 }
 
+}  // namespace
+
 Result<void> check_geometry(const Sweep& sweep) {
   for (std::size_t i = 0; i < sweep.frames().size(); ++i) {
     const UltrasoundFrame& frame = sweep.frames()[i].frame;
@@ -308,10 +310,14 @@ Result<void> check_geometry(const Sweep& sweep) {
     if (!frame.outline) continue;
     if (auto ok = check_outline(*frame.outline, name); !ok) return ok;
   }
+  for (std::size_t i = 1; i < sweep.frames().size(); ++i) {
+    if (same_geometry(sweep.frames().front().frame, sweep.frames()[i].frame)) continue;
+    return Error{ErrorCode::kMalformedData,
+                 "sweep image " + std::to_string(i) +
+                     ": expected the pixel grid and outline of image 0, found others"};
+  }
   return {};
 }
-
-}  // namespace
 
 Result<void> validate(const ShadowMaskOptions& options) {
   if (!(options.near_field_mm >= 0 && options.near_field_mm < 1e3)) {
@@ -335,13 +341,6 @@ Result<std::vector<Image2d<std::uint8_t>>> shadow_masks(const Sweep& sweep,
   if (const auto ok = check_geometry(sweep); !ok) return ok.error();
   const auto& frames = sweep.frames();
   const UltrasoundFrame& first = frames.front().frame;
-  for (std::size_t i = 1; i < frames.size(); ++i) {
-    if (!same_geometry(first, frames[i].frame)) {
-      return Error{ErrorCode::kMalformedData,
-                   "sweep image " + std::to_string(i) +
-                       ": expected the pixel grid and outline of image 0, found others"};
-    }
-  }
   const ScanGeometry geometry = scan_geometry(first, options.line_spacing_mm);
   std::vector<CellGreys> means;
   means.reserve(frames.size());

@@ -28,6 +28,10 @@ Result<void> validate(const ShadowMaskOptions& options);
 /// frame.
 bool same_geometry(const UltrasoundFrame& a, const UltrasoundFrame& b);
 
+/// Rejects a sweep with an impossible pixel grid or outline, with images more than a metre wide,
+/// and with images of different geometry (kMalformedData). The message names the image.
+Result<void> check_geometry(const Sweep& sweep);
+
 /// A mask of the size of each ultrasound image: 1 if an echo is usable, else 0. A scan line (a ray
 /// from the apex if the image has an outline, else a column) ends where three times
 /// the echoes above it exceed the samples without an echo most; beyond it lies shadow, noise or

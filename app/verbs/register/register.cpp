@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "app/verbs/register/landmark_outcome.hpp"
+#include "app/verbs/register/register_bone.hpp"
 #include "app/verbs/register/register_shape.hpp"
 #include "app/verbs/register/registration_image.hpp"
 #include "app/verbs/replay.hpp"
@@ -22,6 +23,8 @@
 
 namespace nav::app {
 namespace {
+
+bool moves(const MotionOptions& motion) { return motion.breath_period_s || motion.deformable; }
 
 std::string joined(const std::vector<std::string>& reasons) {
   std::string text;
@@ -225,8 +228,7 @@ Result<Solver> choose_solver(const RegisterOptions& options) {
   using registration::ScaleModel;
   const auto effort = one_of("--effort", options.effort, {Effort::kQuick, Effort::kUsual});
   if (!effort) return effort.error();
-  const bool moves = options.motion.breath_period_s || options.motion.deformable;
-  if (*effort == Effort::kQuick && moves) {
+  if (*effort == Effort::kQuick && moves(options.motion)) {
     return Error{ErrorCode::kUsage, "--effort quick excludes --breath-period and --deformable"};
   }
   const auto loss = one_of("--loss", options.loss,
@@ -404,6 +406,97 @@ Result<void> write_registration_image(const SessionConfig& config, const Volume&
                          answer, accepted, window));
 }
 
+/// A registration by bone with its report.
+struct BoneReport {
+  io::Json json;
+  registration::Decision decision;
+  registration::Pose ct_from_reference;
+};
+
+/// Registers an opened sweep by the bone that it shows, from a pose.
+Result<BoneReport> report_bone(const SessionConfig& config, const RegisterOptions& options,
+                               const Ground& ground, const OpenedSweep& opened,
+                               const registration::Pose& from, double time_limit_s,
+                               Console& console) {
+  const auto begin = std::chrono::steady_clock::now();
+  const int threads = config.output.threads > 0 ? usable_threads(config.output.threads) : 2;
+  const auto outcome =
+      register_bone_of(opened.sweep, *ground.ct, options.shape.surface, from, threads,
+                       [&] { return seconds_since(begin) < time_limit_s; });
+  if (!outcome) {
+    if (outcome.error().code != ErrorCode::kCancelled) return outcome.error();
+    return Error{ErrorCode::kRefused, "registration by bone: the time limit was reached"};
+  }
+  const auto& shape = outcome->result.shape;
+  const Point<frames::Ct> target =
+      options.target_ct ? Point<frames::Ct>{*options.target_ct} : shape.uncertainty.centre_ct;
+  auto decision =
+      registration::decide(outcome->result, registration::ShapeLimits{}, target,
+                           known_pose(ground, options, from, shape), options.shape.sigma_mm);
+  const io::Json opinion = second_opinion(ground, shape, target, decision);
+  if (decision.accepted && !opened.survey.warning.empty()) {
+    decision.warnings.push_back(opened.survey.warning);
+  }
+  io::Json json = report_of(config, options, *ground.ct, opened, target);
+  json["method"] = "bone";
+  json["similarity"] = nullptr;
+  json["registration"] = json_of(*outcome, decision, target);
+  json["registration"]["landmarks"] = opinion;
+  json["registration"]["seconds"] = seconds_since(begin);
+  json["ledger"] = json_of(opened.session.navigator().ledger());
+  json["diagnostics"] = json_of(console.entries());
+  return BoneReport{std::move(json), std::move(decision), shape.ct_from_reference};
+}
+
+/// Compares a pose by tissue with one by bone, sought from it. Rejects the former if the bone
+/// determines a pose that is farther away at the target than the predicted errors explain, or if
+/// the sweep shows too little bone.
+void judge_by_bone(const SessionConfig& config, const RegisterOptions& options,
+                   const Ground& ground, const OpenedSweep& opened,
+                   const registration::ImageRegistrationResult& answer,
+                   const Point<frames::Ct>& target, registration::Decision& decision,
+                   Console& console) {
+  constexpr double kSigmas = 3;
+  const int threads = config.output.threads > 0 ? usable_threads(config.output.threads) : 2;
+  const auto bone = register_bone_of(opened.sweep, *ground.ct, options.shape.surface,
+                                     answer.ct_from_reference, threads, {});
+  if (!bone) {
+    decision.reject("by bone: " + bone.error().message);
+    return;
+  }
+  const auto& shape = bone->result.shape;
+  if (!shape.sliding.empty()) {
+    console.report(Severity::kInfo, "registration",
+                   "by bone: it leaves the " + shape.sliding.front().description +
+                       " free, so that it does not judge the pose by tissue");
+    return;
+  }
+  const Point<frames::Ct> there =
+      shape.ct_from_reference * (answer.ct_from_reference.inverse() * target);
+  const double apart_mm = (there - target).v.norm();
+  const double limit_mm = kSigmas * std::hypot(shape.tre_rms_mm(target), answer.tre_rms_mm(target));
+  if (apart_mm <= limit_mm) return;
+  std::ostringstream text;
+  text << std::setprecision(3) << "bone and tissue: expected poses at most " << limit_mm
+       << " mm apart at the target (from their predicted errors), found " << apart_mm << " mm";
+  decision.reject(text.str());
+}
+
+/// Writes report and image of a registration by bone; kRefused if it was not accepted.
+Result<void> deliver_bone(const BoneReport& report, const SessionConfig& config,
+                          const Ground& ground, const OpenedSweep& opened,
+                          const std::optional<std::string>& json_file, Console& console) {
+  report_warnings(report.decision.warnings, console);
+  if (auto written = deliver(report.json, config, json_file); !written) return written;
+  if (auto written = write_registration_image(config, *ground.ct, opened, report.ct_from_reference,
+                                              report.decision.accepted);
+      !written) {
+    return written;
+  }
+  if (report.decision.accepted) return {};
+  return Error{ErrorCode::kRefused, "registration: refused: " + joined(report.decision.reasons)};
+}
+
 Result<void> register_by_images(const SessionConfig& config, const RegisterOptions& options,
                                 const Ground& ground, const std::optional<std::string>& json_file,
                                 Console& console) {
@@ -418,6 +511,15 @@ Result<void> register_by_images(const SessionConfig& config, const RegisterOptio
   if (!search) return search.error();
   auto opened = open_sweep(config, ground, console);
   if (!opened) return opened.error();
+  if (options.by == "bone" && opened->start.kind != "centred") {
+    console.begin("registration by bone");
+    const auto report =
+        report_bone(config, options, ground, *opened, opened->start.placement.ct_from_reference,
+                    solver.time_limit_s, console);
+    if (!report) return report.error();
+    console.end(registration::in_words(report->decision.verdict()));
+    return deliver_bone(*report, config, ground, *opened, json_file, console);
+  }
 
   console.begin("registration");
   const auto begin = std::chrono::steady_clock::now();
@@ -434,6 +536,29 @@ Result<void> register_by_images(const SessionConfig& config, const RegisterOptio
   motion->result.total_s = seconds_since(begin);
   const auto& answer = motion->result;
   auto& decision = motion->decision;
+  // Without a start, tissue finds the one for bone.
+  const bool instead = options.by == "auto" && !decision.accepted && !moves(options.motion);
+  if (options.by == "bone" || instead) {
+    const auto report = report_bone(config, options, ground, *opened,
+                                    instead && opened->start.kind != "skin"
+                                        ? opened->start.placement.ct_from_reference
+                                        : answer.ct_from_reference,
+                                    solver.time_limit_s, console);
+    if (!report && !instead) return report.error();
+    if (report && (report->decision.accepted || !instead)) {
+      if (instead) {
+        console.report(Severity::kInfo, "registration",
+                       "by tissue: refused: " + joined(decision.reasons) + "; by bone: accepted");
+      }
+      return deliver_bone(*report, config, ground, *opened, json_file, console);
+    }
+    if (report) {
+      console.report(Severity::kInfo, "registration",
+                     "by bone: refused: " + joined(report->decision.reasons));
+    }
+  }
+  if (options.by == "both")
+    judge_by_bone(config, options, ground, *opened, answer, target, decision, console);
   if (const auto hidden = hidden_from_needle(config, options, answer);
       decision.accepted && !hidden.empty()) {
     decision.warnings.push_back(hidden);
@@ -470,8 +595,13 @@ Result<void> reject_contradictions(const SessionConfig& config, const RegisterOp
   const auto reject = [](const std::string& text) { return Error{ErrorCode::kUsage, text}; };
   const bool by_shape = !options.shape.points.empty();
   const bool by_images = !config.source.recording.empty();
-  const bool moves = options.motion.breath_period_s || options.motion.deformable;
-  if (by_shape && moves) {
+  const bool moving = moves(options.motion);
+  const bool by_bone = by_images && (options.by == "bone" || options.by == "both");
+  if (by_bone && moving) {
+    return reject("--by " + options.by + " excludes " +
+                  (options.motion.breath_period_s ? "--breath-period" : "--deformable"));
+  }
+  if (by_shape && moving) {
     return reject(std::string("--points excludes ") +
                   (options.motion.breath_period_s ? "--breath-period" : "--deformable") +
                   ", which requires a sweep");
@@ -480,10 +610,13 @@ Result<void> reject_contradictions(const SessionConfig& config, const RegisterOp
     return reject("--marker-towards requires a sweep");
   }
   if (by_shape && !by_images) return {};
-  if (by_shape || !options.shape.surface.empty() || !options.shape.centre_lines.empty()) {
-    return reject("--surface and --centre-lines require --points and exclude a sweep");
+  const bool mesh = !options.shape.surface.empty() && !by_bone;
+  if (by_shape || mesh || !options.shape.centre_lines.empty()) {
+    return reject(
+        "--surface and --centre-lines require --points and exclude a sweep, except --surface with "
+        "--by bone or both");
   }
-  if (!by_images && moves) {
+  if (!by_images && moving) {
     return reject("--breath-period and --deformable require a sweep");
   }
   if (!by_images && !ground.landmarks) {
