@@ -24,11 +24,11 @@ namespace {
 
 using render::features::Stroke;
 
-render::Scene scene_of(const SessionConfig& config, const PredicateFile& file,
-                       const render::PredicateVolume& volume) {
+render::Scene scene_of(const SessionConfig& config, const render::PredicateVolume& volume) {
   const PredicateOptions& options = config.predicates;
   render::Scene scene =
-      render::predicate_scene(volume, file.model, config.output.width, config.output.height);
+      render::predicate_scene(volume, volume.predicates.model, config.output.width,
+                              config.output.height);
   const Eigen::Vector3d look_at = scene.camera.look_at_ct.mm;
   const double fitting = (scene.camera.eye_ct.mm - look_at).norm();
   const double distance = config.view.distance_mm > 0 ? config.view.distance_mm : fitting;
@@ -265,7 +265,7 @@ Result<void> run_predicates(const SessionConfig& config, Console& console) {
                                  *strokes);
   if (!made) return made.error();
   auto& [file, volume, as_recorded] = *made;
-  render::Scene scene = scene_of(config, file, volume);
+  render::Scene scene = scene_of(config, volume);
   const auto panels = strokes->empty() ? compare(**engine, scene, as_recorded, console)
                                        : compare_scribbles(**engine, *strokes,
                                                            options.scribble_share, scene, console);
