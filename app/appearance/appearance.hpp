@@ -17,7 +17,8 @@
 
 namespace nav::app {
 
-/// Volume and colours that the 3D view draws in place of the CT as it is. Slices and registration use the CT.
+/// Volume and colours that the 3D view draws in place of the CT as it is. Slices and registration
+/// use the CT.
 struct DrawnCt {
   std::shared_ptr<const Volume> ct;  ///< For drawing only; not in HU where bone was moved.
   render::TransferFunction transfer;

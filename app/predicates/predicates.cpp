@@ -26,9 +26,8 @@ using render::features::Stroke;
 
 render::Scene scene_of(const SessionConfig& config, const render::PredicateVolume& volume) {
   const PredicateOptions& options = config.predicates;
-  render::Scene scene =
-      render::predicate_scene(volume, volume.predicates.model, config.output.width,
-                              config.output.height);
+  render::Scene scene = render::predicate_scene(volume, volume.predicates.model,
+                                                config.output.width, config.output.height);
   const Eigen::Vector3d look_at = scene.camera.look_at_ct.mm;
   const double fitting = (scene.camera.eye_ct.mm - look_at).norm();
   const double distance = config.view.distance_mm > 0 ? config.view.distance_mm : fitting;
