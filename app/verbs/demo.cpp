@@ -368,8 +368,11 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   auto presenter = Presenter::create(appearance, shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();
   if (auto ok = save_appearance(options.appearance.save, presenter->appearance()); !ok) return ok;
-  if (presenter->appearance().drawn) console.say(presenter->appearance().drawn->statement);
+  if (presenter->appearance().drawn) {
+    for (const auto& statement : presenter->appearance().drawn->statements) console.say(statement);
+  }
   warn_of_lost_components(presenter->appearance().transfer, console);
+  warn_of_missing_presets(options.appearance, *shared_ct, console);
   warn_of_units(options.appearance, *shared_ct, console);
   const auto shapes = read_cutaway_objects(options.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
