@@ -16,8 +16,8 @@ namespace {
 constexpr std::string_view kTomlMark =
     "# Written by Sonde, which replaces this file only as long as nobody changes it. sha256: ";
 /// First columns of a pose log and of following.csv.
-constexpr std::array<std::string_view, 2> kLogColumns{
-    "sequence,acquired_ns,received_ns,outcome,", "sequence,acquired_ns,state,cost,"};
+constexpr std::array<std::string_view, 2> kLogColumns{"sequence,acquired_ns,received_ns,outcome,",
+                                                      "sequence,acquired_ns,state,cost,"};
 constexpr std::string_view kFooter = "Research software, not a medical device.</footer>";
 
 Result<std::string> piece_of(const detail::InputFile& file, std::int64_t offset,

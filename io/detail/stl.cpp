@@ -42,7 +42,13 @@ Result<void> check_whole_stl(const std::filesystem::path& path, std::string_view
     facets = facets << 8U | static_cast<unsigned char>(text[kHeader - 5 + i]);
   }
   if (facets == 0) return no_facets();
-  if (text.size() - kHeader >= kFacet * facets) return {};
+  if (text.size() - kHeader == kFacet * facets) return {};
+  if (text.size() - kHeader > kFacet * facets) {
+    return malformed_surface(path,
+                             std::to_string(kHeader + kFacet * facets) + " bytes for its " +
+                                 std::to_string(facets) + " facets",
+                             std::to_string(text.size()));
+  }
   return malformed_surface(path, std::to_string(facets) + " facets",
                            std::to_string((text.size() - kHeader) / kFacet));
 }

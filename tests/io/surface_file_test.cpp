@@ -103,6 +103,16 @@ TEST_F(SurfaceFileTest, ConvertsSurfacesInRasToLps) {
   expect("b.stl", binary_stl);
 }
 
+TEST_F(SurfaceFileTest, RejectsABinaryStlOfAnotherLengthThanItsFacetsNeed) {
+  std::string stl(80, ' ');
+  stl += test::bytes_of(std::vector<std::uint32_t>{1});
+  stl += test::bytes_of(std::vector<float>{0, 0, 1, 0, 0, 0, 1.5, 0, 0, 0, 2, 0});
+  stl += std::string(2, '\0');
+  EXPECT_TRUE(test::has_value(read("a.stl", stl)));
+  EXPECT_TRUE(rejects(read("b.stl", stl + "x"), Code::kMalformedData,
+                      {"b.stl", "134 bytes for its 1 facets", "135"}));
+}
+
 const std::string kPlyHead =
     "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
     "property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n";
