@@ -83,8 +83,7 @@ Error is_held(const std::filesystem::path& folder, const Owner& owner) {
 }
 
 Result<void> write_owner(int descriptor, const std::filesystem::path& folder) {
-  const std::string text =
-      "process " + std::to_string(::getpid()) + "\nhost " + this_host() + "\n";
+  const std::string text = "process " + std::to_string(::getpid()) + "\nhost " + this_host() + "\n";
   if (::ftruncate(descriptor, 0) != 0) return cannot(folder, "the lock cannot be written");
   const ssize_t done = ::pwrite(descriptor, text.data(), text.size(), 0);
   if (done != static_cast<ssize_t>(text.size())) {
@@ -100,8 +99,7 @@ Result<FolderLock> FolderLock::take(const std::filesystem::path& folder) {
   for (int i = 0; i < kTries; ++i) {
     auto held = std::make_unique<Held>();
     held->file = folder / kLockFile;
-    held->descriptor =
-        ::open(held->file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
+    held->descriptor = ::open(held->file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
     if (held->descriptor < 0) return cannot(folder, "the lock cannot be created");
     if (::flock(held->descriptor, LOCK_EX | LOCK_NB) != 0) {
       const int reason = errno;

@@ -47,9 +47,9 @@ TEST_F(OutputFolderTest, OneRunHoldsAFolder) {
   {
     const auto first = OutputFolder::create(folder_.path());
     ASSERT_TRUE(test::has_value(first));
-    EXPECT_TRUE(rejects(OutputFolder::create(folder_.path()), ErrorCode::kIo,
-                        {folder_.path().string(), "no other run",
-                         "process " + std::to_string(::getpid())}));
+    EXPECT_TRUE(rejects(
+        OutputFolder::create(folder_.path()), ErrorCode::kIo,
+        {folder_.path().string(), "no other run", "process " + std::to_string(::getpid())}));
     EXPECT_TRUE(rejects(OutputFolder::open(folder_.path(), {}), ErrorCode::kIo, {"no other run"}));
   }
   EXPECT_TRUE(std::filesystem::is_empty(folder_.path())) << "the lock goes with its run";
@@ -67,8 +67,8 @@ TEST_F(OutputFolderTest, TakesOverTheLockOfARunThatWasKilled) {
 TEST_F(OutputFolderTest, RemovesUnfinishedFilesOfEndedProcessesOnly) {
   const std::string dead = "sonde-" + std::to_string(ended_process()) + "-0.partial";
   const std::string alive = "sonde-" + std::to_string(::getppid()) + "-0.partial";
-  for (const std::string& name : {dead, alive, std::string("sonde-x-0.partial"),
-                                  std::string("mine.partial")}) {
+  for (const std::string& name :
+       {dead, alive, std::string("sonde-x-0.partial"), std::string("mine.partial")}) {
     put_text(folder_ / name, "half");
   }
   auto own = io::AtomicFile::create(folder_ / "own.txt");
@@ -130,8 +130,8 @@ TEST_F(OutputFolderTest, ASessionFileThatWasWrittenByHandStays) {
 
 TEST_F(OutputFolderTest, EveryKindOfFileHasItsMark) {
   ASSERT_TRUE(test::has_value(io::write_png(small_image(), folder_ / "a.png")));
-  ASSERT_TRUE(
-      test::has_value(io::write_animation({small_image(), small_image()}, 100, folder_ / "a.webp")));
+  ASSERT_TRUE(test::has_value(
+      io::write_animation({small_image(), small_image()}, 100, folder_ / "a.webp")));
   for (const char* name : {"a.png", "a.webp"}) {
     EXPECT_TRUE(*io::is_own_file(folder_ / name)) << name;
   }

@@ -103,6 +103,24 @@ TEST_F(SurfaceFileTest, ConvertsSurfacesInRasToLps) {
   expect("b.stl", binary_stl);
 }
 
+TEST_F(SurfaceFileTest, TextOfAnStlIsNeverReadAsNumbersOfFacets) {
+  // A library that took it for binary would make room for 2^32 facets.
+  const std::string stl = "solid s\nfacet normal 0 0 1\nouter loop\n" + std::string(150, '\xff') +
+                          "\nvertex 0 0 0\nendsolid s\n";
+  EXPECT_TRUE(rejects(read("a.stl", stl), Code::kMalformedData,
+                      {"a.stl: expected ASCII STL, found bytes that are no text"}));
+}
+
+TEST_F(SurfaceFileTest, SaysInItsOwnWordsWhatIsWrongWithAnAsciiStl) {
+  const std::string facet =
+      "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 x 0\n"
+      "vertex 0 2 0\nendloop\nendfacet\n";
+  EXPECT_TRUE(rejects(read("a.stl", "solid s\n" + facet + "endsolid s\n"), Code::kMalformedData,
+                      {"a.stl: expected solid, facets and vertices", "found other text at line "}));
+  EXPECT_TRUE(rejects(read("b.stl", facet + facet + "endsolid s\n"), Code::kMalformedData,
+                      {"b.stl: expected solid at the beginning", "facet normal"}));
+}
+
 TEST_F(SurfaceFileTest, RejectsABinaryStlOfAnotherLengthThanItsFacetsNeed) {
   std::string stl(80, ' ');
   stl += test::bytes_of(std::vector<std::uint32_t>{1});
