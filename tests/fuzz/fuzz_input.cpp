@@ -47,8 +47,8 @@ std::filesystem::path as_file(const std::uint8_t* bytes, std::size_t size, std::
 
 void check_message(std::string_view message) {
   constexpr std::size_t kMost = 4096;
-  const bool good = !message.empty() && message.size() <= kMost &&
-                    message.find('\n') == std::string_view::npos;
+  const bool good =
+      !message.empty() && message.size() <= kMost && message.find('\n') == std::string_view::npos;
   if (good) return;
   std::fprintf(stderr, "a message is empty, longer than a line, or has several lines: '%.*s'\n",
                static_cast<int>(message.size()), message.data());

@@ -9,7 +9,9 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   using namespace nav;
   const std::string_view text(reinterpret_cast<const char*>(bytes), size);
-  const char* name = text.starts_with("ply") ? "a.ply" : text.starts_with("# vtk") ? "a.vtk" : "a.stl";
+  const char* name = text.starts_with("ply")     ? "a.ply"
+                     : text.starts_with("# vtk") ? "a.vtk"
+                                                 : "a.stl";
   const auto surface = io::read_surface(fuzz::as_file(bytes, size, name));
   if (!surface) fuzz::check_message(surface.error().message);
   const auto points = io::read_point_groups(fuzz::as_file(bytes, size, "a.txt"));
