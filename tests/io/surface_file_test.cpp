@@ -111,6 +111,23 @@ TEST_F(SurfaceFileTest, TextOfAnStlIsNeverReadAsNumbersOfFacets) {
                       {"a.stl: expected ASCII STL, found bytes that are no text"}));
 }
 
+TEST_F(SurfaceFileTest, PointsMayComeFromSpreadsheets) {
+  for (const char* text : {"1.5 2 3\n4 5 6\n", "x,y,z\n1.5,2,3\n4,5,6\n",
+                           "\xef\xbb\xbf"
+                           "1.5,2,3\n4,5,6\n",
+                           "x_mm;y_mm;z_mm\r\n1,5;2;3\r\n4;5;6\r\n"}) {
+    test::put(folder_ / "s.csv", text);
+    const auto groups = read_point_groups(folder_ / "s.csv");
+    ASSERT_TRUE(test::has_value(groups)) << text;
+    ASSERT_EQ(groups->size(), 1U) << text;
+    ASSERT_EQ(groups->front().size(), 2U) << text;
+    EXPECT_EQ(groups->front()[0], Eigen::Vector3d(1.5, 2, 3)) << text;
+    EXPECT_EQ(groups->front()[1], Eigen::Vector3d(4, 5, 6)) << text;
+  }
+  test::put(folder_ / "s.csv", "1 2 3\nx y z\n");
+  EXPECT_TRUE(rejects(read_point_groups(folder_ / "s.csv"), Code::kMalformedData, {"s.csv:2"}));
+}
+
 TEST_F(SurfaceFileTest, SaysInItsOwnWordsWhatIsWrongWithAnAsciiStl) {
   const std::string facet =
       "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 x 0\n"
