@@ -118,7 +118,7 @@ Result<std::vector<std::vector<Eigen::Vector3d>>> read_point_groups(
   for (std::string line; std::getline(stream, line);) {
     ++number;
     if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // Mark of UTF-8.
-    // Where semicolons separate, a comma is the decimal point.
+    // A comma is the decimal point of a line that semicolons separate.
     const bool semicolons = line.find(';') != std::string::npos;
     std::replace(line.begin(), line.end(), ',', semicolons ? '.' : ' ');
     std::replace(line.begin(), line.end(), ';', ' ');
