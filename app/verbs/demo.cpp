@@ -334,9 +334,12 @@ std::vector<std::string> demo_outputs() {
 }
 
 Result<void> run_demo(const DemoOptions& options, Console& console) {
-  auto out = OutputFolder::create(options.output.folder);
-  if (!out) return out.error();
-  out->forget_reports();
+  const RunFiles files{
+      {kDemoPoseLogFile, kRegistrationImage, kDemoAnimationFile, kDemoReportFile, kDemoPageFile},
+      {kSweepSeries, kApproachSeries}};
+  auto opened = OutputFolder::open(options.output.folder, files);
+  if (!opened) return opened.error();
+  std::optional<OutputFolder> out = *std::move(opened);
   auto engine = make_engine(options.output.engine, options.output.threads, console);
   if (!engine) return engine.error();
 
@@ -377,9 +380,12 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   const auto shapes = read_cutaway_objects(options.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
   if (const auto ok = presenter->cut_free(*shapes); !ok) return ok;
-  const auto fresh = out->forget_earlier_run(
-      {kDemoPoseLogFile, kRegistrationImage, kDemoAnimationFile}, {kSweepSeries, kApproachSeries});
-  if (!fresh) return fresh;
+  if (!out) {
+    auto made_folder = OutputFolder::create(options.output.folder);
+    if (!made_folder) return made_folder.error();
+    out = *std::move(made_folder);
+  }
+  if (const auto fresh = out->forget_earlier_run(files); !fresh) return fresh;
   Demo demo(options, console, std::move(*out), simulation, shared_ct, std::move(*presenter),
             window);
   return demo.run();

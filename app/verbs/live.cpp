@@ -221,7 +221,9 @@ class Live {
     }
     const auto session = to_toml(config_);
     if (!session) return session.error();
-    if (auto written = out_->write_text(kLiveSessionFile, *session); !written) return written;
+    if (auto written = out_->write_session(kLiveSessionFile, *session, console_); !written) {
+      return written;
+    }
     if (auto written = write_json(report, (*out_ / kLiveReportFile).string()); !written) {
       return written;
     }
@@ -273,7 +275,7 @@ Result<void> run_live(const SessionConfig& config, const std::optional<std::stri
   if (writes) {
     auto made = OutputFolder::create(config.output.folder);
     if (!made) return made.error();
-    if (auto ok = made->forget_earlier_run({kLivePoseLogFile, kLiveReportFile}, {kLiveSeries});
+    if (auto ok = made->forget_earlier_run({{kLivePoseLogFile, kLiveReportFile}, {kLiveSeries}});
         !ok) {
       return ok;
     }

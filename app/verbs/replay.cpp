@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include "app/interrupt.hpp"
 #include "app/report.hpp"
 #include "app/verbs/placed_view.hpp"
 #include "app/verbs/session_window.hpp"
@@ -119,8 +120,16 @@ class Replay {
     return {};
   }
 
+  [[nodiscard]] Error stopped() const {
+    return {ErrorCode::kCancelled, "replay: stopped by Ctrl-C; complete in " +
+                                       out_->path().string() + ": " + std::to_string(shown_) +
+                                       " images; the report was not written"};
+  }
+
   Result<void> play() {
+    const Interrupt interrupt;
     for (;;) {
+      if (interrupt.asked()) return stopped();
       const auto epoch = driver_.next();
       if (!epoch) return epoch.error();
       if (failure_) return *failure_;
@@ -226,7 +235,7 @@ Result<void> Replay::write_folder(const io::Json& report) {
   }
   const auto session = to_toml(config_);
   if (!session) return session.error();
-  if (auto written = out.write_text(kSessionFile, *session); !written) return written;
+  if (auto written = out.write_session(kSessionFile, *session, console_); !written) return written;
   if (auto written = write_json(report, (out / kReportFile).string()); !written) return written;
 
   HtmlReport html;
@@ -303,8 +312,14 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   }
   // It is written at the end; what it cannot hold is said before the work.
   if (const auto session = to_toml(config); !session) return session.error();
+  // Not the session file, which may be the one that this run was started by.
+  const RunFiles files{{kPoseLogFile, kFollowingFile, kReportFile, kPageFile, kAnimationFile},
+                       {kImageSeries}};
+  std::optional<OutputFolder> out;
   if (writes) {
-    if (auto ok = forget_earlier_reports(config.output.folder); !ok) return ok;
+    auto opened = OutputFolder::open(config.output.folder, files);
+    if (!opened) return opened.error();
+    out = *std::move(opened);
   }
   auto session = session::RecordedSession::open(config.source, console);
   if (!session) return session.error();
@@ -333,15 +348,13 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
     if (auto ok = session->learn_outline(); !ok) return ok;
   }
 
-  std::optional<OutputFolder> out;
   if (writes) {
-    auto made = OutputFolder::create(config.output.folder);
-    if (!made) return made.error();
-    // Not the session file, which may be the one that this run was started by.
-    const auto fresh =
-        made->forget_earlier_run({kPoseLogFile, kFollowingFile, kAnimationFile}, {kImageSeries});
-    if (!fresh) return fresh.error();
-    out = *std::move(made);
+    if (!out) {
+      auto made = OutputFolder::create(config.output.folder);
+      if (!made) return made.error();
+      out = *std::move(made);
+    }
+    if (const auto fresh = out->forget_earlier_run(files); !fresh) return fresh;
   }
   Replay replay(config, console, std::move(out), std::move(*session), std::move(*parts));
   return replay.run(json);
