@@ -89,6 +89,9 @@ class Walker {
       if (!read(at, group) || number(group, false) != 2) break;
       const auto element = header(at, file_.size(), {});
       if (!element) return -1;
+      if (element->size == kUndefined) {
+        return fail("expected a length of an element of group 2, found none", at);
+      }
       if (element->tag == kTransferSyntax && element->size <= 64) {
         std::array<std::byte, 64> value{};
         if (!read(element->value, std::span(value).first(element->size))) {
