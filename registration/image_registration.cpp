@@ -147,7 +147,7 @@ class Registrar {
   PoseSolution solve_where_structured(const Level& level, const Candidate& candidate);
   void add_initial(const Level& level);
   void try_delays(const Level& level, Candidate& candidate);
-  void refine_errors(Candidate& best);
+  void refine_errors(Candidate& best, const ErrorSigmas& sigmas);
   void add_patients_misfit(std::vector<Misfit>& misfits) const;
   /// Errors that are estimated with the pose.
   [[nodiscard]] ErrorSigmas sigmas() const {
@@ -361,7 +361,7 @@ PatchSet as_recorded(const PatchSet& all, const PatchSet& chosen, std::size_t st
 /// Refines the chosen pose together with the errors of the system: first with a part of the
 /// patches, which covers most of the distance. Keeps the pose as it was if the errors explain no
 /// more than chance.
-void Registrar::refine_errors(Candidate& best) {
+void Registrar::refine_errors(Candidate& best, const ErrorSigmas& sigmas) {
   const Level& level = levels_.back();
   const PatchSet chosen =
       structured(level, best.solution.pose, without(best.errors, level.patches()));
@@ -375,7 +375,7 @@ void Registrar::refine_errors(Candidate& best) {
     const PatchSet patches = as_recorded(level.patches(), chosen, stride);
     const double tolerance = stride > 1 ? kCoarseTolerance : kFineTolerance * std::pow(coarser, 4);
     ErrorSolution found = solve_errors(solved_cost(level, patches), best.solution.pose, best.errors,
-                                       points_.centroid, sigmas(), sweep_.motions(), sweep_.path(),
+                                       points_.centroid, sigmas, sweep_.motions(), sweep_.path(),
                                        limits(tolerance), [this] { return keep_going(); });
     non_finite_ = std::max(non_finite_, found.pose.non_finite);
     found.pose.iterations += best.solution.iterations;
@@ -388,12 +388,12 @@ void Registrar::refine_errors(Candidate& best) {
     return solved_cost(level, moved).cost(candidate.solution.pose).cost;
   };
   const double after = cost_of(best);
-  const auto estimated = static_cast<double>((sigmas().vector().array() > 0).count());
+  const auto estimated = static_cast<double>((sigmas.vector().array() > 0).count());
   const double independent = static_cast<double>(chosen.patches.size()) / kPatchesPerIndependent;
   if (!((cost_of(before) - after) * independent > kTellingPerError * estimated * after)) {
     best.solution.pose = before.solution.pose;
     best.errors = before.errors;
-  } else {
+  } else if (!before_errors_) {
     before_errors_ = before;
   }
   const PatchSet judging = without(best.errors, judging_);
@@ -647,7 +647,12 @@ Result<ImageRegistrationResult> Registrar::run() {
                                      [](const Candidate& a, const Candidate& b) {
                                        return a.solution.final_cost < b.solution.final_cost;
                                      });
-  if (estimates_errors() && !late()) refine_errors(*best);
+  if (estimates_errors() && options_.stretch == ScaleModel::kSoundSpeed && !late()) {
+    // An error that is in doubt is looked for alone first: it has to explain less than all
+    // together.
+    refine_errors(*best, {.delay_s = 0, .depth_scale = sigmas().depth_scale, .width_scale = 0});
+  }
+  if (estimates_errors() && !late()) refine_errors(*best, sigmas());
   if (options_.stretch == ScaleModel::kAffine && !late()) strain(*best);
   if (cancelled_) return cancelled();
   if (hurried_) best->solution.termination = Termination::kTimeLimit;
