@@ -79,6 +79,8 @@ void read_key(Section& section, const Option& option, Settings& settings) {
         } else if constexpr (std::is_same_v<T, Eigen::Vector3d> ||
                              std::is_same_v<T, std::optional<Eigen::Vector3d>>) {
           numbers(3, [&](const double* v) { *at = Eigen::Map<const Eigen::Vector3d>(v); });
+        } else if constexpr (std::is_same_v<T, std::optional<Eigen::Vector2d>>) {
+          numbers(2, [&](const double* v) { *at = Eigen::Map<const Eigen::Vector2d>(v); });
         } else if constexpr (std::is_same_v<T, std::optional<Eigen::Vector4d>>) {
           numbers(4, [&](const double* v) { *at = Eigen::Map<const Eigen::Vector4d>(v); });
         } else if constexpr (std::is_same_v<T, std::optional<Eigen::Matrix<double, 6, 1>>>) {

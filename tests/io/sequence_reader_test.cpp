@@ -307,7 +307,7 @@ TEST_F(SequenceReaderTest, RejectsFilesThatAreNoSequence) {
   EXPECT_TRUE(rejects(SequenceReader::open("/dev/zero"), Code::kIo, {"special file"}));
   EXPECT_TRUE(rejects(open(""), Code::kMalformedData, {"cut short"}));
   EXPECT_TRUE(rejects(open("hello\nworld\n"), Code::kUnsupportedData, {"hello"}));
-  EXPECT_TRUE(rejects(open(std::string(5000, '\0')), Code::kMalformedData, {"cut short"}));
+  EXPECT_TRUE(rejects(open(std::string(5000, '\0')), Code::kMalformedData, {"line of text"}));
   const std::string good = meta(kFrames);
   EXPECT_TRUE(rejects(open(good.substr(0, good.size() / 2)), Code::kMalformedData,
                       {"cut short", "ElementDataFile"}));

@@ -221,7 +221,7 @@ TEST_F(SequenceWriterTest, RejectsFramesThatWouldBreakTheFile) {
   EXPECT_TRUE(rejects(writer->append(frame(0, 14)), Code::kUsage, {"frame 0", "15", "14"}));
   auto bad = frame(0, 15);
   bad.fields["Note"] = "two\nlines";
-  EXPECT_TRUE(rejects(writer->append(bad), Code::kUsage, {"Note", "two lines"}));
+  EXPECT_TRUE(rejects(writer->append(bad), Code::kUsage, {"Note", "two\\nlines"}));
   bad = frame(0, 15);
   bad.fields["a=b"] = "x";
   EXPECT_TRUE(rejects(writer->append(bad), Code::kUsage, {"a=b"}));
