@@ -45,13 +45,13 @@ GuidanceError guidance_error(const NeedlePlan& plan,
                              const Transform<frames::Ct, frames::Needle>& needle,
                              const KnownErrors& known) {
   GuidanceError error;
-  const bool has_registration = known.registration.has_value() &&
-                                known.registration->covariance.allFinite();
+  const bool has_registration =
+      known.registration.has_value() && known.registration->covariance.allFinite();
   const bool has_tracker = known.tracker_rms_mm.has_value() && std::isfinite(*known.tracker_rms_mm);
   (has_registration ? error.with : error.without).emplace_back("registration");
   (has_tracker ? error.with : error.without).emplace_back("tracker, position of the tip");
-  for (const char* never : {"calibration of the needle", "bending of the needle",
-                            "motion of the organ"}) {
+  for (const char* never :
+       {"calibration of the needle", "bending of the needle", "motion of the organ"}) {
     error.without.emplace_back(never);
   }
   if (!has_registration && !has_tracker) return error;
@@ -85,12 +85,12 @@ GuidanceError guidance_error(const NeedlePlan& plan,
   const Eigen::Matrix<double, 1, 6> of_depth =
       -axis.transpose() * of_tip + to_target.transpose() * of_axis;
   error.along_axis_mm =
-      kInterval95 * std::sqrt(std::max(0.0, (of_depth * twist * of_depth.transpose()).value() +
-                                                tracker));
+      kInterval95 *
+      std::sqrt(std::max(0.0, (of_depth * twist * of_depth.transpose()).value() + tracker));
   const Mat3 across = Mat3::Identity() - axis * axis.transpose();
   const Jacobian of_lateral = across * (-of_tip - depth * of_axis);
-  error.lateral_mm = kInterval95 * sigma_of_length(across * to_target,
-                                                   covariance(of_lateral, -across));
+  error.lateral_mm =
+      kInterval95 * sigma_of_length(across * to_target, covariance(of_lateral, -across));
   if (has_registration) {
     // The error of the angle: that of the axis, in the plane of axis and path.
     const Mat3 of_direction = of_axis * twist * of_axis.transpose();

@@ -15,8 +15,8 @@ namespace nav::session {
 struct KnownErrors {
   /// Covariance of ct_from_reference; absent: not known.
   std::optional<registration::PoseUncertainty> registration{};
-  /// The tracker's own figure of the error of the needle's position, RMS in mm, with the reference's
-  /// if that is tracked; absent: the tracker gives none.
+  /// The tracker's own figure of the error of the needle's position, RMS in mm, with the
+  /// reference's if that is tracked; absent: the tracker gives none.
   std::optional<double> tracker_rms_mm{};
 };
 
