@@ -50,7 +50,7 @@ RefreshLoop::RefreshLoop(const Options& options, const Clock& clock, Console& co
       session_(options.config, options.loop, clock, console,
                {poster(moments_, *this), poster(news_box_, *this)}) {
   if (!has_session_) news_.words = "no session: sonde window SESSION, or --simulated";
-  views_.scene->moved = [this](const render::WindowInput& input) { move_camera(input); };
+  views_.scene->moved = [this](const render::CameraMovement& movement) { move_camera(movement); };
   views_.scene->resized = [this] { order_pictures(); };
   for (const ViewId id : kFlatViews) {
     views_.flat[id]->resized = [this] { order_pictures(); };
@@ -101,10 +101,10 @@ void RefreshLoop::stop() {
   scene_engine_.stop();
 }
 
-void RefreshLoop::move_camera(const render::WindowInput& input) {
+void RefreshLoop::move_camera(const render::CameraMovement& movement) {
   const SharedMoment moment = wanted();
   if (!moment) return;
-  camera_ = render::moved(camera_.value_or(moment->scene->camera), input);
+  camera_ = render::moved(camera_.value_or(moment->scene->camera), movement);
   ++camera_number_;
   if (!camera_asked_) camera_asked_ = clock_.now();
   order_scene(moment);

@@ -50,7 +50,7 @@ class RefreshLoop final : public QObject {
   /// Joins all threads. Idempotent.
   void stop();
 
-  void move_camera(const render::WindowInput& input);
+  void move_camera(const render::CameraMovement& movement);
   void reset_camera();
   /// Moves the slices of a view as the user does.
   void move_slices(ViewId id, const SliceInput& input, const Picture& seen);
