@@ -137,10 +137,15 @@ void ViewWidget::paint_words(QPainter& painter) {
                             QColor::fromRgb(theme::kWindowAccent));
   }
   // State: shape and word, at the upper right.
+  const QFontMetricsF metrics(small);
   const QString about = theme::plain(judgement_.about.empty() ? "" : judgement_.about + " ");
-  const QString word = frozen_s_ ? QStringLiteral("frozen")
-                                 : about + theme::plain(to_string(judgement_.safety.state));
-  const double word_width = QFontMetricsF(small).horizontalAdvance(word) + 12;
+  QString word = frozen_s_ ? QStringLiteral("frozen")
+                           : about + theme::plain(to_string(judgement_.safety.state));
+  // The state alone, where there is no space for its part too.
+  if (!frozen_s_ && width() - kMargin - (metrics.horizontalAdvance(word) + 12) - 20 <= right) {
+    word = theme::plain(to_string(judgement_.safety.state));
+  }
+  const double word_width = metrics.horizontalAdvance(word) + 12;
   const double x = width() - kMargin - word_width;
   const double line = QFontMetricsF(small).height() + 4;
   if (x - 20 > right) {
