@@ -20,7 +20,8 @@ ImageErrors ImageErrors::of(const ErrorVector& values) {
 
 ErrorVector ErrorSigmas::vector() const {
   ErrorVector out;
-  out << delay_s, depth_scale, width_scale, turn_rad, turn_rad, turn_rad, shift_mm, shift_mm, shift_mm;
+  out << delay_s, depth_scale, width_scale, turn_rad, turn_rad, turn_rad, shift_mm, shift_mm,
+      shift_mm;
   return out;
 }
 

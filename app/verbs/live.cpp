@@ -225,17 +225,13 @@ class Live {
   Latencies latencies_;
 };
 
-/// The window shows devices; it writes and records nothing, and the user ends it.
+/// The window writes no series of images.
 Result<void> check_window(const SessionConfig& config) {
-  const char* found = !config.output.folder.empty()   ? "--out"
-                      : !config.output.record.empty() ? "--record"
-                      : config.output.seconds > 0     ? "--seconds"
-                                                      : nullptr;
-  if (found == nullptr) return {};
+  if (config.output.folder.empty()) return {};
   return Error{ErrorCode::kUsage,
-               std::string("--window: expected none of --out, --record and --seconds beside it, "
-                           "found ") +
-                   found};
+               "--window of live devices writes no images: expected no --out beside it, found " +
+                   config.output.folder.string() +
+                   " (--record keeps the data; replay its recording with --out for images)"};
 }
 
 }  // namespace

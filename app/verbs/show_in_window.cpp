@@ -3,6 +3,7 @@
 #include "app/verbs/show_in_window.hpp"
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -38,7 +39,18 @@ Result<void> show_in_window(const SessionConfig& config, const std::optional<std
   const auto path = file_in_memory(*text);
   if (!path) return path.error();
   OtherProgram program{kWindowProgram, kHowToGetTheWindow, {"sonde window", *path, "--once"}};
-  if (json) program.words.insert(program.words.end(), {"--json", *json});
+  const auto add = [&](const char* option, const std::string& value) {
+    program.words.insert(program.words.end(), {option, value});
+  };
+  if (json) add("--json", *json);
+  // The window chooses between the others.
+  if (config.output.engine == "gl") add("--engine", config.output.engine);
+  if (config.output.seconds > 0) {
+    char seconds[32];
+    std::snprintf(seconds, sizeof seconds, "%.17g", config.output.seconds);
+    add("--seconds", seconds);
+  }
+  if (!config.output.record.empty()) add("--record", config.output.record.string());
   return run_other_program(program);
 }
 
