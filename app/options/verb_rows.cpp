@@ -227,7 +227,7 @@ void add_register_rows(std::vector<Option>& rows) {
   const std::vector<Option> method{
       {.name = "--by",
        .type = "NAME",
-       .text = "what a sweep is registered by; auto: tissue, or bone where tissue is refused and "
+       .text = "evidence that registers a sweep; auto: tissue, or bone where tissue is refused and "
                "bone is accepted; both: tissue, refused where the bone says otherwise",
        .group = group::kGroupRegistration,
        .verbs = here,

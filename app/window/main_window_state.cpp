@@ -65,8 +65,10 @@ void MainWindow::update_panel() {
     any = true;
   }
   if (!any) text += QStringLiteral("Nothing yet.\n");
-  if (const auto& path = loop_.recording().path; !path.empty()) {
-    text += QStringLiteral("Recording: %1\n").arg(QString::fromStdString(path.string()));
+  if (const RecordingStatus& recording = loop_.recording(); !recording.path.empty()) {
+    text +=
+        (recording.since ? QStringLiteral("Recording into %1\n") : QStringLiteral("Recorded: %1\n"))
+            .arg(QString::fromStdString(recording.path.string()));
   }
   if (!record_words_.isEmpty()) text += record_words_ + QStringLiteral("\n");
   if (!snapshot_words_.isEmpty()) text += snapshot_words_;
