@@ -36,10 +36,41 @@ std::string without_numbers(std::string_view text) {
 
 }  // namespace
 
+namespace {
+
+/// Number of bytes of the UTF-8 character at the beginning of a text; 0 if there is none, or one
+/// that controls a terminal.
+std::size_t printable_bytes(std::string_view text) {
+  const auto byte = [&](std::size_t i) {
+    return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U;
+  };
+  const unsigned first = byte(0);
+  if (first < 0x80) return first < 0x20 || first == 0x7f ? 0 : 1;
+  if (first < 0xc2 || first > 0xf4) return 0;
+  const std::size_t size = first < 0xe0 ? 2 : first < 0xf0 ? 3 : 4;
+  for (std::size_t i = 1; i < size; ++i) {
+    if ((byte(i) & 0xc0U) != 0x80) return 0;
+  }
+  const bool control = first == 0xc2 && byte(1) < 0xa0;  // U+0080 to U+009F.
+  return control ? 0 : size;
+}
+
+}  // namespace
+
 std::string without_controls(std::string_view text) {
-  std::string clean(text);
-  for (char& c : clean) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
+  std::string clean;
+  while (!text.empty()) {
+    const std::size_t size = printable_bytes(text);
+    if (size > 0) {
+      clean += text.substr(0, size);
+    } else if (text.front() == '\n') {
+      clean += "\\n";
+    } else {
+      char code[8];
+      std::snprintf(code, sizeof code, "\\x%02x", static_cast<unsigned char>(text.front()));
+      clean += code;
+    }
+    text.remove_prefix(std::max<std::size_t>(size, 1));
   }
   return clean;
 }

@@ -48,8 +48,8 @@ class Console final : public Diagnostics {
   std::chrono::steady_clock::time_point begun_;
 };
 
-/// Replaces control characters with spaces. Names come from files, and control characters in them
-/// could change the terminal.
+/// Shows control characters, and bytes that are no UTF-8, as escape sequences ("\x1b", "\n"). Names
+/// come from files, and control characters in them could change the terminal.
 std::string without_controls(std::string_view text);
 
 }  // namespace nav::app

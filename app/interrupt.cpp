@@ -3,6 +3,8 @@
 #include "app/interrupt.hpp"
 
 #include <cstddef>
+#include <string_view>
+#include <unistd.h>
 
 namespace nav::app {
 namespace {
@@ -12,6 +14,25 @@ volatile std::sig_atomic_t interrupted = 0;
 constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP};
 
 }  // namespace
+
+void say_when_stopped() {
+  struct sigaction action {};
+  // Only functions that a signal handler may call (POSIX.1-2017, 2.4.3).
+  action.sa_handler = [](int signal) {
+    constexpr std::string_view kSaid =
+        "\nsonde: stopped by a signal (Ctrl-C): files that have their final names are complete; "
+        "others, and the report of this run, were not written\n";
+    [[maybe_unused]] const auto done = ::write(STDERR_FILENO, kSaid.data(), kSaid.size());
+    ::raise(signal);
+  };
+  action.sa_flags = static_cast<int>(SA_RESETHAND);
+  for (const int signal : kSignals) {
+    struct sigaction before {};
+    // A program that was started to ignore a signal (nohup) goes on ignoring it.
+    if (::sigaction(signal, nullptr, &before) == 0 && before.sa_handler == SIG_IGN) continue;
+    ::sigaction(signal, &action, nullptr);
+  }
+}
 
 Interrupt::Interrupt() {
   interrupted = 0;

@@ -7,6 +7,10 @@
 
 namespace nav::app {
 
+/// Makes the program say, when SIGINT (Ctrl-C), SIGTERM or SIGHUP ends it, that files under their
+/// names are complete. The program is then ended by that signal. Main thread only.
+void say_when_stopped();
+
 /// Turns the first SIGINT (Ctrl-C) into a request for an orderly end as long as the object exists.
 /// The next SIGINT kills the program. The destructor restores the previous handler. One object at a
 /// time; main thread only.

@@ -3,37 +3,56 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
+#include "app/folder_lock.hpp"
 #include "io/digest.hpp"
+#include "nav/diagnostics.hpp"
 #include "nav/image.hpp"
 #include "nav/result.hpp"
 
 namespace nav::app {
 
-/// Output folder of a verb. Files appear under their names only when complete. Not thread-safe.
+/// Names of the files that a verb may write into its folder.
+struct RunFiles {
+  std::set<std::string> files;   ///< Whole names.
+  std::set<std::string> series;  ///< Numbered images: "sweep" for "sweep_012.png".
+};
+
+/// Output folder of a verb. One run at a time holds it. Files appear under their names only when
+/// complete. A file that Sonde did not write (io::is_own_file) is neither removed nor replaced.
+/// Not thread-safe.
 class OutputFolder {
  public:
-  /// Creates the folder when it is missing and writes a test file to check that it is writable.
-  static Result<OutputFolder> create(const std::filesystem::path& path);
+  /// Who may have written the files that are replaced.
+  enum class Replaces { kOwnFiles, kAnyFile };
+
+  /// Creates the folder when it is missing, takes its lock and removes unfinished files of
+  /// processes that were killed. Errors: kIo when it cannot be written to or another run holds it.
+  static Result<OutputFolder> create(const std::filesystem::path& path,
+                                     Replaces replaces = Replaces::kOwnFiles);
+  /// Takes a folder that exists, as create() does, and checks that all files in it with the names
+  /// of \p run are of Sonde; none if there is no such folder: the run may still be rejected. Call
+  /// it before the inputs are read. It removes no result.
+  static Result<std::optional<OutputFolder>> open(const std::filesystem::path& path,
+                                                  const RunFiles& run);
+
+  /// Removes files of an earlier run that have the names of this run, so that its results never
+  /// stand beside those of this run. Call it when the inputs have been read, before the first
+  /// image. Links stay. Errors: kIo, before anything is removed, when one of them is not of Sonde.
+  [[nodiscard]] Result<void> forget_earlier_run(const RunFiles& run) const;
 
   /// Writes an image and adds it to files(); its pixels enter the image digest.
   Result<void> write_image(const std::string& name, const Image2d<Rgba8>& image);
-  /// Removes the reports of an earlier run, so that they never stand beside the images of a later
-  /// run that stopped.
-  void forget_reports() const;
-  /// Removes files of an earlier run that have the names of this run. Call it before the first
-  /// image. It removes reports, \p files and numbered images of \p series ("sweep_012.png" for
-  /// "sweep"). Links stay.
-  [[nodiscard]] Result<void> forget_earlier_run(const std::set<std::string>& files,
-                                                const std::set<std::string>& series) const;
-  /// Does what forget_earlier_run() does, but keeps the reports: those in a shared folder may be of
-  /// another program.
-  [[nodiscard]] Result<void> forget(const std::set<std::string>& files,
-                                    const std::set<std::string>& series = {}) const;
   Result<void> write_text(const std::string& name, const std::string& text);
+  /// Writes the session of the run as \p name ("session.toml"). If there is a file of that name
+  /// that is not of Sonde or was changed, it stays: the session is written beside it
+  /// ("session.written.toml"), which is reported.
+  Result<void> write_session(const std::string& name, const std::string& toml,
+                             Diagnostics& diagnostics);
   /// Adds a file that other code wrote to files().
   void list(const std::string& name) { files_.push_back(name); }
 
@@ -46,15 +65,17 @@ class OutputFolder {
   [[nodiscard]] std::string image_digest() const;
 
  private:
-  explicit OutputFolder(std::filesystem::path path) : path_(std::move(path)) {}
+  OutputFolder(std::filesystem::path path, FolderLock lock, Replaces replaces)
+      : path_(std::move(path)), lock_(std::move(lock)), replaces_(replaces) {}
+  /// Files of the folder with names of the run. Errors: kIo when one of them is not of Sonde.
+  [[nodiscard]] Result<std::vector<std::filesystem::path>> earlier_files(const RunFiles& run) const;
+  [[nodiscard]] Result<void> check_replaced(const std::filesystem::path& file) const;
+
   std::filesystem::path path_;
+  FolderLock lock_;
+  Replaces replaces_;
   std::vector<std::string> files_;
   std::string image_digests_;
 };
-
-/// Removes the reports of an earlier run and the named files. Call it before anything can stop the
-/// new run. Does not create a missing folder, because the run may still be rejected.
-Result<void> forget_earlier_reports(const std::filesystem::path& folder,
-                                    const std::set<std::string>& files = {});
 
 }  // namespace nav::app

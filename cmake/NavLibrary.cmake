@@ -42,6 +42,10 @@ if(SONDE_SANITIZER)
     target_compile_options(nav_common
                            INTERFACE -fno-sanitize=null,alignment,pointer-overflow,vptr)
   endif()
+  if(SONDE_FUZZ) # A finding has to end the program.
+    target_compile_options(nav_common INTERFACE -fno-sanitize-recover=all
+                                                -Wno-unknown-warning-option)
+  endif()
 endif()
 
 # Optimisation of the files with the hot loops. Kernels for several processors compile the same text

@@ -128,6 +128,8 @@ Result<void> AtomicFile::commit() {
   return {};
 }
 
+void remove_leftovers(const std::filesystem::path& folder) { detail::remove_leftovers(folder); }
+
 Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes) {
   auto file = AtomicFile::create(path);
   if (!file) return file.error();

@@ -41,6 +41,10 @@ class AtomicFile {
   std::uint64_t size_ = 0;
 };
 
+/// Removes unfinished files in a folder ("sonde-12-0.partial") of processes that were killed. Files
+/// of running processes stay, also those of other hosts that share the folder.
+void remove_leftovers(const std::filesystem::path& folder);
+
 /// Writes the whole content through an AtomicFile.
 Result<void> write_file(const std::filesystem::path& path, std::string_view text);
 Result<void> write_file(const std::filesystem::path& path, std::span<const std::byte> bytes);

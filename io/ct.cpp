@@ -130,12 +130,30 @@ Result<StoredVolume> read_anywhere(const std::filesystem::path& path, Diagnostic
   return volume;
 }
 
+/// Pixels of a CT are square, and its slices are farther apart than its pixels, or nearly so.
+void warn_of_flat_voxels(const Eigen::Vector3d& spacing_mm, const std::filesystem::path& path,
+                         Diagnostics& diagnostics) {
+  constexpr double kMostBetweenPixels = 4;
+  constexpr double kMostBetweenSlices = 25;
+  std::array<double, 3> sorted{spacing_mm.x(), spacing_mm.y(), spacing_mm.z()};
+  std::ranges::sort(sorted);
+  if (sorted[1] <= kMostBetweenPixels * sorted[0] && sorted[2] <= kMostBetweenSlices * sorted[1]) {
+    return;
+  }
+  std::ostringstream text;
+  text << path.string() << ": expected pixels that are about square, found voxels of "
+       << spacing_mm.x() << " x " << spacing_mm.y() << " x " << spacing_mm.z()
+       << " mm: is the spacing right?";
+  diagnostics.report(Severity::kWarning, "io.ct", text.str());
+}
+
 }  // namespace
 
 Result<Volume> read_ct(const std::filesystem::path& path, Diagnostics& diagnostics,
                        const CtOptions& options) {
   auto volume = read_anywhere(path, diagnostics, detail::VolumeReading{options});
   if (!volume) return volume.error();
+  warn_of_flat_voxels(volume->grid().spacing_mm, path, diagnostics);
   return Volume(*std::move(volume));
 }
 

@@ -2,13 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/image_output.hpp"
 
+#include <algorithm>
+#include <iterator>
 #include <limits>
 #include <memory>
 #include <png.h>
 #include <webp/encode.h>
 #include <webp/mux.h>
+#include <zlib.h>
 
 #include "io/atomic_file.hpp"
+#include "io/own_mark.hpp"
 
 namespace nav::io {
 
@@ -23,6 +27,33 @@ Error reject(const std::filesystem::path& path, const std::string& what) {
 
 std::span<const std::byte> bytes_of(const Image2d<Rgba8>& image) {
   return std::as_bytes(image.pixels());
+}
+
+/// Text chunk of a PNG that names the software (PNG specification, 11.3.4.3).
+std::vector<std::byte> software_chunk() {
+  const std::string content = "Software" + std::string(1, '\0') + std::string(kSoftwareMark);
+  const std::string body = "tEXt" + content;
+  const auto check = static_cast<std::uint32_t>(
+      crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size())));
+  std::vector<std::byte> chunk;
+  const auto add_number = [&](std::uint32_t number) {
+    for (const int shift : {24, 16, 8, 0}) {
+      chunk.push_back(static_cast<std::byte>((number >> shift) & 0xffU));
+    }
+  };
+  add_number(static_cast<std::uint32_t>(content.size()));
+  std::ranges::transform(body, std::back_inserter(chunk),
+                         [](char c) { return static_cast<std::byte>(c); });
+  add_number(check);
+  return chunk;
+}
+
+/// Metadata of a WebP that name the software.
+std::string software_xmp() {
+  return "<x:xmpmeta xmlns:x=\"adobe:ns:meta/\"><rdf:RDF "
+         "xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\"><rdf:Description "
+         "xmlns:xmp=\"http://ns.adobe.com/xap/1.0/\"><xmp:CreatorTool>" +
+         std::string(kSoftwareMark) + "</xmp:CreatorTool></rdf:Description></rdf:RDF></x:xmpmeta>";
 }
 
 }  // namespace
@@ -41,6 +72,9 @@ Result<void> write_png(const Image2d<Rgba8>& image, const std::filesystem::path&
       png_image_write_to_memory(&png, encoded.data(), &size, 0, bytes_of(image).data(), 0, nullptr);
   if (ok == 0) return Error{ErrorCode::kIo, path.string() + ": cannot encode: " + png.message};
   encoded.resize(size);
+  constexpr std::ptrdiff_t kAfterHeader = 33;  // Signature of 8 bytes, header of 25.
+  const std::vector<std::byte> mark = software_chunk();
+  encoded.insert(encoded.begin() + kAfterHeader, mark.begin(), mark.end());
   return write_file(path, std::span<const std::byte>(encoded));
 }
 
@@ -152,7 +186,17 @@ Result<void> write_animation(const std::vector<Image2d<Rgba8>>& frames, int fram
       WebPAnimEncoderAssemble(encoder.get(), &data) == 0) {
     return fail(WebPAnimEncoderGetError(encoder.get()));
   }
-  return write_file(path, std::as_bytes(std::span(data.bytes, data.size)));
+  const std::unique_ptr<WebPMux, void (*)(WebPMux*)> mux(WebPMuxCreate(&data, 0), WebPMuxDelete);
+  const std::string xmp = software_xmp();
+  const WebPData metadata{reinterpret_cast<const std::uint8_t*>(xmp.data()), xmp.size()};
+  WebPData marked;
+  WebPDataInit(&marked);
+  const std::unique_ptr<WebPData, void (*)(WebPData*)> marked_guard(&marked, WebPDataClear);
+  if (!mux || WebPMuxSetChunk(mux.get(), "XMP ", &metadata, 0) != WEBP_MUX_OK ||
+      WebPMuxAssemble(mux.get(), &marked) != WEBP_MUX_OK) {
+    return fail("its metadata cannot be added");
+  }
+  return write_file(path, std::as_bytes(std::span(marked.bytes, marked.size)));
 }
 
 }  // namespace nav::io

@@ -413,8 +413,14 @@ Result<RecordingFrame> RecordingReader::next() {
     return Error{ErrorCode::kEndOfStream, s.reader.header().path.string() + ": no more frames"};
   }
   const std::int64_t index = s.position++;
-  const auto frame = s.reader.read(index);
+  auto frame = s.reader.read(index);
   if (!frame && frame.error().code != ErrorCode::kMalformedData) return frame.error();
+  // Poses and stamp are in the header: they hold also if the pixels cannot be read.
+  std::optional<Error> unreadable;
+  if (!frame) {
+    unreadable = frame.error();
+    if (auto fields = s.reader.frame_fields(index)) frame = *std::move(fields);
+  }
   const auto reject = [&](const Error& error) {
     RecordingFrame event{.index = index, .image = error};
     event.probe.status = TrackingStatus::kInvalid;
@@ -428,10 +434,11 @@ Result<RecordingFrame> RecordingReader::next() {
                    "frame " + std::to_string(index) + ": expected a Timestamp, found none usable"});
   }
   const Timestamp time(from_seconds(*frame->timestamp_s));
-  RecordingFrame event{.index = index,
-                       .acquired = time,
-                       .image = s.image(*frame, time),
-                       .probe = s.pose(s.chains.probe, *frame, time)};
+  RecordingFrame event{
+      .index = index,
+      .acquired = time,
+      .image = unreadable ? Result<UltrasoundFrame>(*std::move(unreadable)) : s.image(*frame, time),
+      .probe = s.pose(s.chains.probe, *frame, time)};
   if (s.chains.reference) event.reference = s.pose(*s.chains.reference, *frame, time);
   if (s.chains.needle) event.needle = s.pose(*s.chains.needle, *frame, time);
   s.check_direct(*frame, event);

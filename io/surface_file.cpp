@@ -9,6 +9,7 @@
 #include <optional>
 #include <sstream>
 #include <string_view>
+#include <utility>
 
 #include "io/atomic_file.hpp"
 #include "io/detail/surface_cursor.hpp"
@@ -93,6 +94,18 @@ Result<TriangleMesh> read_surface(const std::filesystem::path& path) {
   return mesh;
 }
 
+namespace {
+
+/// True for names of three columns.
+bool is_heading(std::string_view line) {
+  const auto words = detail::split_words(line);
+  return words.size() == 3 && std::none_of(words.begin(), words.end(), [](std::string_view word) {
+           return detail::parse_double(word).has_value();
+         });
+}
+
+}  // namespace
+
 Result<std::vector<std::vector<Eigen::Vector3d>>> read_point_groups(
     const std::filesystem::path& path) {
   const auto text = read_file(path, kMaxTextBytes);
@@ -101,15 +114,22 @@ Result<std::vector<std::vector<Eigen::Vector3d>>> read_point_groups(
   bool within = false;
   int number = 0;
   std::istringstream stream(*text);
+  bool first = true;
   for (std::string line; std::getline(stream, line);) {
     ++number;
-    std::replace(line.begin(), line.end(), ',', ' ');
+    if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // Mark of UTF-8.
+    // A comma is the decimal point of a line that semicolons separate.
+    const bool semicolons = line.find(';') != std::string::npos;
+    std::replace(line.begin(), line.end(), ',', semicolons ? '.' : ' ');
+    std::replace(line.begin(), line.end(), ';', ' ');
     const auto trimmed = detail::trim(line);
     if (!trimmed.empty() && trimmed.front() == '#') continue;
     if (trimmed.empty()) {
       within = false;
       continue;
     }
+    const bool heads = std::exchange(first, false) && is_heading(trimmed);
+    if (heads) continue;
     const auto numbers = detail::parse_doubles(trimmed);
     const bool finite = numbers && std::all_of(numbers->begin(), numbers->end(),
                                                [](double x) { return std::isfinite(x); });

@@ -18,8 +18,9 @@ namespace nav::io {
 /// names the file.
 Result<TriangleMesh> read_surface(const std::filesystem::path& path);
 
-/// Reads points from text: three numbers in each line, separated by blanks or commas, mm. Lines
-/// that begin with # are comments. An empty line ends a group (a branch of a vessel tree) and
+/// Reads points from text: three numbers in each line, separated by blanks, commas or semicolons
+/// (then a comma is a decimal point), mm. The first line may name the columns. Lines that begin
+/// with # are comments. An empty line ends a group (a branch of a vessel tree) and
 /// begins the next one. Errors name file and line.
 Result<std::vector<std::vector<Eigen::Vector3d>>> read_point_groups(
     const std::filesystem::path& path);

@@ -247,6 +247,14 @@ Result<void> check_cutaway(const Cutaway& cutaway) {
   if (!(cutaway.overlay_mm >= 0)) {
     return rejection("cutaway.overlay_mm", "a thickness >= 0 mm", cutaway.overlay_mm);
   }
+  if (cutaway.constant) {
+    const auto& tau = *cutaway.constant;
+    if (!(tau.lower >= 0 && tau.upper <= 1 && tau.lower < tau.upper)) {
+      std::ostringstream found;
+      found << tau.lower << " and " << tau.upper;
+      return rejection("cutaway.constant", "0 <= lower < upper <= 1", found.str());
+    }
+  }
   for (std::size_t i = 0; i < cutaway.polygons.size(); ++i) {
     const std::string name = "cutaway.polygons[" + std::to_string(i) + "]";
     if (const auto ok = check_polygon(name, cutaway.polygons[i]); !ok) return ok;
@@ -276,6 +284,11 @@ Result<void> check_shading(const Shading& s) {
                    check_range("shading.shininess", s.shininess, 0, kMaxShininess)});
 }
 
+bool equal_grids(const VoxelGrid& a, const VoxelGrid& b) {
+  return a.size == b.size && a.spacing_mm == b.spacing_mm && a.origin_mm == b.origin_mm &&
+         a.directions == b.directions;
+}
+
 Result<void> check_ultrasound(const Scene& scene) {
   const UltrasoundVolume& ultrasound = *scene.ultrasound;
   if (!ultrasound.volume) return rejection("ultrasound.volume", "a volume", "none");
@@ -298,6 +311,9 @@ Result<void> validate(const Scene& scene) {
   if (!scene.ct) return rejection("ct", "a volume", "none");
   if (const auto ok = check_position("ct.grid.origin_mm", scene.ct->grid().origin_mm); !ok)
     return ok;
+  if (scene.gradient_source && !equal_grids(scene.gradient_source->grid(), scene.ct->grid())) {
+    return rejection("gradient_source", "the grid of the CT", "another");
+  }
   constexpr double kMaxPixels = 16384;
   if (const auto ok = first_of({check_range("width", scene.width, 1, kMaxPixels),
                                 check_range("height", scene.height, 1, kMaxPixels)});

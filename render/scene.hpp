@@ -33,7 +33,8 @@ enum class ShadingStyle {
            ///< darkened silhouettes.
 };
 
-/// Shading by the central-difference gradient at one voxel, weighted by importance.
+/// Shading by the central-difference gradient at one voxel of Scene::gradient_source or the CT,
+/// weighted by importance.
 struct Shading {
   bool enabled = true;  ///< false: no gradient is ever fetched.
   ShadingStyle style = ShadingStyle::kPhong;
@@ -116,9 +117,17 @@ struct Cutaway {
   double theta1_rad = 30 * M_PI / 180;  ///< Angle of the inner surface around the ray, (0, pi/2).
   double theta2_rad = 50 * M_PI / 180;  ///< Angle of the outer surface, [theta1, pi/2).
   double overlay_mm = 15;               ///< d, along the ray, >= 0; infinity: no clear region.
-  bool around_plane = true;             ///< Cut by the ultrasound image's true outline, if drawn.
-  bool around_needle = false;           ///< Cut by the needle, if it is drawn.
-  bool around_spheres = false;          ///< Cut by target, margin and entry point.
+  /// Constant thresholds tau of Burns et al. 2007 §3.4 in place of those by importance: a sample of
+  /// any importance is whole up to the occlusion `lower`, 0 from `upper` on, and fades linearly in
+  /// between. [0, 1], lower < upper.
+  struct Thresholds {
+    double lower = 0;
+    double upper = 1;
+  };
+  std::optional<Thresholds> constant{};
+  bool around_plane = true;     ///< Cut by the ultrasound image's true outline, if drawn.
+  bool around_needle = false;   ///< Cut by the needle, if it is drawn.
+  bool around_spheres = false;  ///< Cut by target, margin and entry point.
   std::vector<PolygonObject> polygons;
   std::vector<BoxObject> boxes;
   std::vector<std::shared_ptr<const MeshObject>> meshes;
@@ -195,13 +204,16 @@ struct Scene {
   /// A second volume. Costs nothing when absent. Not allowed together with predicates. Projections
   /// other than kComposite leave it out.
   std::optional<UltrasoundVolume> ultrasound{};
+  /// Volume, on the grid of the CT, whose gradients shade samples and open gradient windows:
+  /// shading_source.hpp. Null: the CT itself. Not used by predicates.
+  std::shared_ptr<const StoredVolume> gradient_source{};
 };
 
 /// Checks a scene and names the field that it rejects: no CT, image sizes outside [1, 16384], a
 /// degenerate camera, NaN anywhere, steps outside [1/64, 16], a plane whose grid is invalid,
 /// theta1 > theta2, angles outside (0, pi/2), a negative overlay, polygons that are not flat;
-/// whatever validate(PredicateScene) rejects; ultrasound without a volume, ultrasound beside
-/// predicates of the CT, or a ct_importance outside its range.
+/// a gradient_source on another grid; whatever validate(PredicateScene) rejects; ultrasound without
+/// a volume, ultrasound beside predicates of the CT, or a ct_importance outside its range.
 Result<void> validate(const Scene& scene);
 
 }  // namespace nav::render

@@ -109,8 +109,11 @@ bool same_cutaway(const Cutaway& a, const Cutaway& b) {
     return std::tie(c.theta1_rad, c.theta2_rad, c.overlay_mm, c.around_plane, c.around_needle,
                     c.around_spheres, c.meshes);
   };
-  return plain(a) == plain(b) && same_list(a.polygons, b.polygons, same_polygon) &&
-         same_list(a.boxes, b.boxes, same_box);
+  const auto same_thresholds = [](const Cutaway::Thresholds& x, const Cutaway::Thresholds& y) {
+    return x.lower == y.lower && x.upper == y.upper;
+  };
+  return plain(a) == plain(b) && same_optional(a.constant, b.constant, same_thresholds) &&
+         same_list(a.polygons, b.polygons, same_polygon) && same_list(a.boxes, b.boxes, same_box);
 }
 
 bool same_ultrasound(const UltrasoundVolume& a, const UltrasoundVolume& b) {
@@ -119,11 +122,12 @@ bool same_ultrasound(const UltrasoundVolume& a, const UltrasoundVolume& b) {
 }
 
 bool same_view(const Scene& a, const Scene& b) {
-  return a.ct == b.ct && a.width == b.width && a.height == b.height &&
-         a.background_rgb == b.background_rgb && a.projection == b.projection &&
-         a.grey.level_hu == b.grey.level_hu && a.grey.width_hu == b.grey.width_hu &&
-         same_camera(a.camera, b.camera) && same_shading(a.shading, b.shading) &&
-         same_quality(a.quality, b.quality) && same_classification(a.transfer, b.transfer) &&
+  return a.ct == b.ct && a.gradient_source == b.gradient_source && a.width == b.width &&
+         a.height == b.height && a.background_rgb == b.background_rgb &&
+         a.projection == b.projection && a.grey.level_hu == b.grey.level_hu &&
+         a.grey.width_hu == b.grey.width_hu && same_camera(a.camera, b.camera) &&
+         same_shading(a.shading, b.shading) && same_quality(a.quality, b.quality) &&
+         same_classification(a.transfer, b.transfer) &&
          same_optional(a.predicates, b.predicates, same_drawing) &&
          same_optional(a.ultrasound, b.ultrasound, same_ultrasound);
 }

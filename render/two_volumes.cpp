@@ -13,6 +13,7 @@ Scene ultrasound_scene(const Scene& scene) {
   out.ct = scene.ultrasound->volume;
   out.predicates = scene.ultrasound->predicates;
   out.ultrasound.reset();
+  out.gradient_source.reset();
   return out;
 }
 

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <csignal>
 #include <exception>
 #include <fcntl.h>
 #include <fstream>
@@ -44,8 +43,6 @@ Result<std::unique_ptr<SessionRecorder>> SessionRecorder::start(const Options& o
                                                                 const Clock& clock,
                                                                 Diagnostics& diagnostics) {
   NAV_CHECK(options.most_waiting >= std::size_t{1} << 20, options.most_waiting);
-  // A file size limit is then an error of a write, not the end of the program.
-  std::signal(SIGXFSZ, SIG_IGN);
   io::mcap::RecorderOptions file_options;
   file_options.session = options.facts;
   auto file = io::mcap::DeviceRecorder::create(options.path, std::move(file_options));

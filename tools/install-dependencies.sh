@@ -3,11 +3,12 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Installs the Debian 12 packages that Sonde needs; they are listed only here.
-#   tools/install-dependencies.sh [build] [test] [lint] [tidy]     default: build
+#   tools/install-dependencies.sh [build] [test] [lint] [tidy] [fuzz]     default: build
 # build  compile and run the program and its window
 # test   also run the tests and benchmarks
 # lint   also the formatter and the shader checker
 # tidy   also clang-tidy, which is not needed to build
+# fuzz   also Clang with libFuzzer, for tools/fuzz.sh
 # Idempotent: installs only missing packages, without recommended ones, and prints what it does.
 set -euo pipefail
 
@@ -24,6 +25,7 @@ build=(
 test=(libgtest-dev libgmock-dev libbenchmark-dev xvfb xauth zstd python3)
 lint=(clang-format-14 git glslang-tools python3)
 tidy=(clang-tidy-14 git)
+fuzz=(clang-14 libclang-rt-14-dev)
 
 wanted=()
 for group in "${@:-build}"; do
@@ -32,8 +34,9 @@ for group in "${@:-build}"; do
     test) wanted+=("${build[@]}" "${test[@]}") ;;
     lint) wanted+=("${lint[@]}") ;;
     tidy) wanted+=("${build[@]}" "${test[@]}" "${tidy[@]}") ;;
+    fuzz) wanted+=("${build[@]}" "${fuzz[@]}") ;;
     *)
-      echo "install-dependencies: expected build, test, lint or tidy, found '$group'" >&2
+      echo "install-dependencies: expected build, test, lint, tidy or fuzz, found '$group'" >&2
       exit 2
       ;;
   esac

@@ -5,10 +5,15 @@
 # tests that each sanitizer can run. It takes hours on two cores.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-tools/install-dependencies.sh test lint tidy
+tools/install-dependencies.sh test lint tidy fuzz
 for preset in dev release asan tsan; do
   printf '\n== %s (%s s)\n' "$preset" "$SECONDS"
   cmake --preset "$preset" -Wno-dev
   cmake --build --preset "$preset" --parallel "$(tools/jobs.sh)"
   ctest --preset "$preset"
 done
+printf '\n== damaged inputs (%s s)\n' "$SECONDS"
+python3 tools/mutate.py --sonde build/release/app/sonde --runs 10000 --seed "$(date +%j)"
+printf '\n== fuzzers (%s s)\n' "$SECONDS"
+tools/fuzz.sh 600
+tools/fuzz.sh 600 appearance predicates session

@@ -10,9 +10,15 @@
 #include "app/appearance/appearance_file.hpp"
 #include "app/appearance/preset_folder.hpp"
 #include "render/default_window.hpp"
+#include "render/transfer/body.hpp"
+#include "render/transfer/smoothed_ct.hpp"
 
 namespace nav::app {
 namespace {
+
+/// Drawn by default where the folder of the presets is missing.
+constexpr const char* kBuiltInForCt = "ct-soft-tissue";
+constexpr const char* kBuiltInForMr = "mr-default";
 
 Result<render::TransferFunction> transfer_of(const SessionConfig::Appearance& appearance,
                                              const Volume& ct,
@@ -53,8 +59,8 @@ bool has_vessels(const render::TransferFunction& transfer) {
 
 /// True when the session sets any property of the cutaway's shape.
 bool shapes(const SessionConfig::Appearance::Cutaway& said) {
-  return said.theta1_deg || said.theta2_deg || said.overlay_mm || said.around_plane ||
-         said.around_needle || said.around_targets;
+  return said.theta1_deg || said.theta2_deg || said.overlay_mm || said.constant ||
+         said.around_plane || said.around_needle || said.around_targets;
 }
 
 Result<std::optional<render::Cutaway>> cutaway_of(const SessionConfig::Appearance::Cutaway& said,
@@ -73,6 +79,16 @@ Result<std::optional<render::Cutaway>> cutaway_of(const SessionConfig::Appearanc
   if (said.theta1_deg) cutaway.theta1_rad = *said.theta1_deg * kRadPerDeg;
   if (said.theta2_deg) cutaway.theta2_rad = *said.theta2_deg * kRadPerDeg;
   cutaway.overlay_mm = said.overlay_mm.value_or(cutaway.overlay_mm);
+  if (said.constant) {
+    const auto& tau = *said.constant;
+    cutaway.constant = {tau[0], tau[1]};
+    if (!(tau[0] >= 0 && tau[1] <= 1 && tau[0] < tau[1])) {
+      std::ostringstream text;
+      text << "look.cutaway.constant_thresholds: expected two numbers in [0, 1] in order, found "
+           << tau.transpose();
+      return Error{ErrorCode::kUsage, text.str()};
+    }
+  }
   cutaway.around_plane = said.around_plane.value_or(cutaway.around_plane);
   cutaway.around_needle = said.around_needle.value_or(cutaway.around_needle);
   cutaway.around_spheres = said.around_targets.value_or(cutaway.around_spheres);
@@ -85,11 +101,54 @@ Result<std::optional<render::Cutaway>> cutaway_of(const SessionConfig::Appearanc
   return std::optional<render::Cutaway>(cutaway);
 }
 
+/// The CT that is drawn instead, without the table and with fitted vessels; absent if it is drawn
+/// as it is.
+Result<std::optional<DrawnCt>> drawn_ct(const ResolvedAppearance& resolved,
+                                        const SessionConfig::Appearance& appearance,
+                                        const Volume& ct) {
+  if (resolved.projection != render::Projection::kComposite) return std::optional<DrawnCt>{};
+  const bool in_hu = (resolved.fit_vessels || resolved.remove_table) && render::is_hounsfield(ct);
+  const bool fits = resolved.fit_vessels && in_hu;
+  DrawnCt drawn{std::make_shared<const Volume>(ct), resolved.transfer};
+  if (resolved.remove_table && in_hu) {
+    const render::BodyOnly body = render::without_table(drawn.ct);
+    if (body.removed_ml > 0) {
+      std::ostringstream text;
+      text.precision(3);
+      text << "table: " << body.removed_ml << " ml beside the body are not drawn";
+      drawn.statements.push_back(text.str());
+      drawn.ct = body.ct;
+    }
+  }
+  const std::shared_ptr<const Volume> body = drawn.ct;
+  if (fits) {
+    auto vessels = drawn_vessels(resolved.transfer, appearance, *body);
+    if (!vessels) return vessels.error();
+    drawn.ct = std::move(vessels->ct);
+    drawn.transfer = std::move(vessels->transfer);
+    drawn.statements.push_back(std::move(vessels->statement));
+  }
+  const bool smooths = resolved.shading.enabled && resolved.smoothing_mm > 0;
+  if (smooths || fits) {
+    // Values that were moved for drawing have no gradients of their own.
+    auto source = render::smoothed_for_gradients(body, smooths ? resolved.smoothing_mm : 0, 0);
+    if (!source) return source.error();
+    drawn.gradient_source = *std::move(source);
+  }
+  const bool as_it_is = drawn.statements.empty() && !drawn.gradient_source;
+  return as_it_is ? std::optional<DrawnCt>{} : std::optional(std::move(drawn));
+}
+
 }  // namespace
 
 std::string preset_name(const SessionConfig::Appearance& appearance, const Volume& ct) {
   if (appearance.preset != kContextualPreset) return appearance.preset;
-  return render::is_hounsfield(ct) ? "ct-contextual" : "mr-contextual";
+  const bool in_hu = render::is_hounsfield(ct);
+  std::error_code none;
+  if (!std::filesystem::is_directory(preset_folder(), none)) {
+    return in_hu ? kBuiltInForCt : kBuiltInForMr;
+  }
+  return in_hu ? "ct-contextual" : "mr-contextual";
 }
 
 Result<ResolvedAppearance> resolve_appearance(const SessionConfig::Appearance& appearance,
@@ -106,7 +165,7 @@ Result<ResolvedAppearance> resolve_appearance(const SessionConfig::Appearance& a
     resolved.shading = (*file)->shading.value_or(render::Shading{});
     resolved.value_range = (*file)->value_range;
     resolved.fit_vessels = (*file)->fit_vessels;
-  } else if (appearance.nodes.empty() && appearance.preset != "mr-default") {
+  } else if (appearance.nodes.empty() && preset_name(appearance, ct) != kBuiltInForMr) {
     resolved.fit_vessels = has_vessels(resolved.transfer);
   } else if (appearance.nodes.empty()) {
     resolved.value_range = render::value_range(ct);
@@ -134,12 +193,11 @@ Result<ResolvedAppearance> resolve_appearance(const SessionConfig::Appearance& a
                      resolved.transfer.name()};
   }
   resolved.fit_vessels = (resolved.fit_vessels || appearance.blood_at_mm) && appearance.fit_vessels;
-  const bool composite = resolved.projection == render::Projection::kComposite;
-  if (resolved.fit_vessels && composite && render::is_hounsfield(ct)) {
-    auto drawn = drawn_vessels(resolved.transfer, appearance, ct);
-    if (!drawn) return drawn.error();
-    resolved.drawn = *std::move(drawn);
-  }
+  resolved.remove_table = *file && (*file)->remove_table && appearance.remove_table;
+  resolved.smoothing_mm = appearance.smoothing_mm.value_or(*file ? (*file)->smoothing_mm : 0.0);
+  auto drawn = drawn_ct(resolved, appearance, ct);
+  if (!drawn) return drawn.error();
+  resolved.drawn = *std::move(drawn);
   return resolved;
 }
 
@@ -174,6 +232,21 @@ void warn_of_lost_components(const render::TransferFunction& transfer, Diagnosti
   }
 }
 
+void warn_of_missing_presets(const SessionConfig::Appearance& appearance, const Volume& ct,
+                             Diagnostics& diagnostics) {
+  const std::filesystem::path folder = preset_folder();
+  std::error_code none;
+  const bool by_preset = appearance.file.empty() && appearance.nodes.empty();
+  if (!by_preset || appearance.preset != kContextualPreset ||
+      std::filesystem::is_directory(folder, none)) {
+    return;
+  }
+  diagnostics.report(Severity::kWarning, "look",
+                     folder.string() + ": expected the folder of the presets, found none: " +
+                         preset_name(appearance, ct) + " is drawn in place of " +
+                         kContextualPreset + " (SONDE_APPEARANCES names another folder)");
+}
+
 void warn_of_units(const SessionConfig::Appearance& appearance, const Volume& ct,
                    Diagnostics& diagnostics) {
   const bool of_hounsfield_units =
@@ -191,8 +264,9 @@ void warn_of_units(const SessionConfig::Appearance& appearance, const Volume& ct
 Result<void> save_appearance(const std::filesystem::path& path,
                              const ResolvedAppearance& appearance) {
   if (path.empty()) return {};
-  return write_appearance_file(path, {appearance.transfer, appearance.shading, appearance.cutaway,
-                                      appearance.value_range, appearance.fit_vessels});
+  return write_appearance_file(
+      path, {appearance.transfer, appearance.shading, appearance.cutaway, appearance.value_range,
+             appearance.fit_vessels, appearance.remove_table, appearance.smoothing_mm});
 }
 
 }  // namespace nav::app

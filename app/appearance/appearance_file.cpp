@@ -9,6 +9,7 @@
 #include "app/appearance/slicer_preset.hpp"
 #include "io/atomic_file.hpp"
 #include "io/json_member.hpp"
+#include "render/transfer/smoothed_ct.hpp"
 
 namespace nav::app {
 namespace {
@@ -56,7 +57,7 @@ render::TransferComponent read_component(const io::Json& json, const std::string
   return component;
 }
 
-render::Shading read_shading(const io::Json& json, const std::string& where,
+render::Shading read_shading(const io::Json& json, const std::string& where, double& smoothing_mm,
                              std::optional<Error>& error) {
   render::Shading s;
   std::string style = "phong";
@@ -75,6 +76,10 @@ render::Shading read_shading(const io::Json& json, const std::string& where,
     member.number(key, *value);
   }
   if (style != "phong" && style != "gooch") member.fail("style", "phong or gooch", style);
+  member.number("smoothing_mm", smoothing_mm);
+  if (!(smoothing_mm >= 0 && smoothing_mm <= render::kMostSmoothingMm)) {
+    member.fail("smoothing_mm", "0 to 20 mm", smoothing_mm);
+  }
   s.style = style == "gooch" ? render::ShadingStyle::kGooch : render::ShadingStyle::kPhong;
   member.finish();
   return s;
@@ -87,6 +92,13 @@ render::Cutaway read_cutaway(const io::Json& json, const std::string& where,
   member.angle("theta1_deg", c.theta1_rad);
   member.angle("theta2_deg", c.theta2_rad);
   member.number("overlay_mm", c.overlay_mm, true);
+  std::vector<double> thresholds;
+  member.numbers("constant_thresholds", 2, thresholds);
+  if (!thresholds.empty()) c.constant = {thresholds[0], thresholds[1]};
+  if (c.constant && !(c.constant->lower >= 0 && c.constant->upper <= 1 &&
+                      c.constant->lower < c.constant->upper)) {
+    member.fail("constant_thresholds", "two numbers in [0, 1] in order", thresholds);
+  }
   member.flag("around_plane", c.around_plane);
   member.flag("around_needle", c.around_needle);
   member.flag("around_targets", c.around_spheres);
@@ -138,9 +150,12 @@ Result<AppearanceFile> appearance_from_json(const std::string& name, const io::J
   member.numbers("value_range", 2, range);
   bool fit_vessels = false;
   member.flag("fit_vessels", fit_vessels);
+  bool remove_table = false;
+  member.flag("remove_table", remove_table);
   std::optional<render::Shading> shading;
+  double smoothing_mm = 0;
   if (const io::Json* json = member.any("shading"))
-    shading = read_shading(*json, name + ".shading", error);
+    shading = read_shading(*json, name + ".shading", smoothing_mm, error);
   std::optional<std::optional<render::Cutaway>> cutaway;
   if (const io::Json* json = member.any("cutaway")) {
     cutaway.emplace();
@@ -158,10 +173,14 @@ Result<AppearanceFile> appearance_from_json(const std::string& name, const io::J
   if (fit_vessels && !range.empty()) {
     member.fail("fit_vessels", "HU, without value_range", "both");
   }
+  if (remove_table && !range.empty()) {
+    member.fail("remove_table", "HU, without value_range", "both");
+  }
   if (error) return *error;
   auto transfer = render::TransferFunction::blend(title, std::move(components));
   if (!transfer) return Error{transfer.error().code, name + ": " + transfer.error().message};
-  AppearanceFile appearance{*std::move(transfer), shading, cutaway, {}, fit_vessels};
+  AppearanceFile appearance{*std::move(transfer), shading,      cutaway,     {},
+                            fit_vessels,          remove_table, smoothing_mm};
   if (!range.empty()) appearance.value_range = render::ValueRange{range[0], range[1]};
   if (const auto ok = check_in_scene(name, appearance); !ok) return ok.error();
   return appearance;
@@ -187,8 +206,9 @@ io::Json component_json(const render::TransferComponent& component) {
   return json;
 }
 
-io::Json shading_json(const render::Shading& s) {
+io::Json shading_json(const render::Shading& s, double smoothing_mm) {
   return {{"enabled", s.enabled},
+          {"smoothing_mm", smoothing_mm},
           {"style", s.style == render::ShadingStyle::kGooch ? "gooch" : "phong"},
           {"emphasis", s.emphasis},
           {"full_gradient_per_mm", s.full_gradient_per_mm},
@@ -240,7 +260,10 @@ std::string to_json_text(const AppearanceFile& appearance) {
   if (appearance.value_range)
     root["value_range"] = {appearance.value_range->low, appearance.value_range->high};
   if (appearance.fit_vessels) root["fit_vessels"] = true;
-  if (appearance.shading) root["shading"] = shading_json(*appearance.shading);
+  if (appearance.remove_table) root["remove_table"] = true;
+  if (appearance.shading) {
+    root["shading"] = shading_json(*appearance.shading, appearance.smoothing_mm);
+  }
   if (appearance.cutaway) {
     const auto& c = *appearance.cutaway;
     root["cutaway"] = !c ? io::Json(nullptr)
@@ -250,6 +273,9 @@ std::string to_json_text(const AppearanceFile& appearance) {
                                     {"around_plane", c->around_plane},
                                     {"around_needle", c->around_needle},
                                     {"around_targets", c->around_spheres}};
+    if (c && c->constant) {
+      root["cutaway"]["constant_thresholds"] = {c->constant->lower, c->constant->upper};
+    }
   }
   return root.dump(2, ' ', false, io::Json::error_handler_t::replace) + "\n";
 }

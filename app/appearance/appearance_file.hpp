@@ -28,6 +28,10 @@ struct AppearanceFile {
   std::optional<render::ValueRange> value_range;
   /// The component "vessels" is fitted to the blood of each CT (render/transfer/vessel_fit.hpp).
   bool fit_vessels = false;
+  /// True: nothing beside the body is drawn (render/transfer/body.hpp). Only for CT in HU.
+  bool remove_table = false;
+  /// Sigma of the Gaussian that smooths the CT for gradients, mm (render/transfer/smoothed_ct.hpp).
+  double smoothing_mm = 0;
 };
 
 /// Reads Sonde's own JSON (docs/appearances.md) or 3D Slicer's volume properties, .vp and .vp.json;

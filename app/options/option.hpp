@@ -27,10 +27,10 @@ using Slot =
     std::variant<std::monostate, bool*, int*, std::uint64_t*, double*, std::string*,
                  std::filesystem::path*, std::optional<bool>*, std::optional<int>*,
                  std::optional<std::int64_t>*, std::optional<double>*, std::optional<std::string>*,
-                 Eigen::Vector3d*, std::optional<Eigen::Vector3d>*, std::optional<Eigen::Vector4d>*,
-                 std::optional<Eigen::Matrix<double, 6, 1>>*, std::optional<std::array<double, 3>>*,
-                 std::vector<double>*, std::vector<std::string>*,
-                 std::vector<std::filesystem::path>*>;
+                 Eigen::Vector3d*, std::optional<Eigen::Vector2d>*, std::optional<Eigen::Vector3d>*,
+                 std::optional<Eigen::Vector4d>*, std::optional<Eigen::Matrix<double, 6, 1>>*,
+                 std::optional<std::array<double, 3>>*, std::vector<double>*,
+                 std::vector<std::string>*, std::vector<std::filesystem::path>*>;
 
 /// Numbers that an option takes, in its unit. Ends are included.
 struct Range {

@@ -9,6 +9,7 @@
 #include <system_error>
 
 #include "app/console.hpp"
+#include "app/interrupt.hpp"
 #include "app/options/exit_code.hpp"
 #include "nav/on_demand.hpp"
 
@@ -22,6 +23,7 @@ int print_error(const std::string& program, const Error& error) {
 int run_guarded(const std::string& program, const std::function<int()>& body) {
   // A limit on the size of files is then an error of a write, not the end of the program.
   std::signal(SIGXFSZ, SIG_IGN);
+  say_when_stopped();
   try {
     return body();
   } catch (const std::bad_alloc&) {

@@ -39,6 +39,7 @@ struct SessionConfig {
     std::vector<render::TransferNode> nodes{};  ///< Replaces the preset when not empty.
     bool shading = true;                        ///< false: off, whatever the file says.
     double plane_opacity = 1.0;
+    std::string plane_texture = "ultrasound";  ///< Or ct: the CT along the plane.
     std::filesystem::path file{};        ///< Appearance or Slicer preset; replaces preset, nodes.
     std::optional<std::string> style{};  ///< phong or gooch.
     std::optional<double> emphasis{};    ///< [0, 1].
@@ -50,6 +51,9 @@ struct SessionConfig {
       std::optional<double> theta1_deg{};
       std::optional<double> theta2_deg{};
       std::optional<double> overlay_mm{};  ///< Infinity: no clear region.
+      /// Thresholds of the fade, lower and upper, in place of those by importance; absent: those
+      /// of the file.
+      std::optional<Eigen::Vector2d> constant{};
       std::optional<bool> around_plane{};
       std::optional<bool> around_needle{};
       std::optional<bool> around_targets{};
@@ -57,6 +61,9 @@ struct SessionConfig {
     bool fit_vessels = true;                       ///< false: never, whatever preset or file say.
     std::optional<Eigen::Vector3d> blood_at_mm{};  ///< Point in a vessel, LPS; absent: searched.
     double least_vessel_ml = render::kLeastVesselMl;  ///< Smaller fragments are not drawn.
+    bool remove_table = true;  ///< false: the table is drawn, whatever preset or file say.
+    /// Smoothing of the gradients, [0, 20] mm; absent: of the appearance.
+    std::optional<double> smoothing_mm{};
     std::filesystem::path save{};          ///< Stores the appearance that is drawn; empty: no.
     std::string projection = "composite";  ///< Or maximum, minimum, mean.
     /// Grey window of projections other than composite; absent: that of

@@ -16,6 +16,7 @@ void read_histogram(Section& section, const char* key, Settings& settings) {
     one.number("importance", edit.importance);
     one.number("hue_deg", edit.hue_deg);
     one.number("saturation", edit.saturation);
+    one.number("floor", edit.floor);
     one.finish();
     settings.config.predicates.histogram.push_back(std::move(edit));
   }
@@ -28,6 +29,7 @@ void write_histogram(KeyWriter& writer, const char* key, const Settings& setting
     if (edit.importance) one.insert("importance", *edit.importance);
     if (edit.hue_deg) one.insert("hue_deg", *edit.hue_deg);
     if (edit.saturation) one.insert("saturation", *edit.saturation);
+    if (edit.floor) one.insert("floor", *edit.floor);
     edits.push_back(std::move(one));
   }
   if (!edits.empty()) writer.table.insert(key, std::move(edits));

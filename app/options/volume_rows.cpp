@@ -40,6 +40,10 @@ Result<void> take_importances(Settings& s, const Values& texts) {
   return add_edits(s, texts, parse_importance);
 }
 
+Result<void> take_floors(Settings& s, const Values& texts) {
+  return add_edits(s, texts, parse_floor);
+}
+
 Result<void> take_colours(Settings& s, const Values& texts) {
   return add_edits(s, texts, parse_colour);
 }
@@ -90,6 +94,27 @@ void add_set_rows(std::vector<Option>& rows) {
        .more_keys = {"predicates.histogram", "predicates.histogram.hue_deg",
                      "predicates.histogram.saturation"},
        .take = take_colours},
+      {.name = "--floor",
+       .type = "NAME=F",
+       .text = "least intensity, and so luminance and opacity, of voxels for which a predicate is "
+               "true, 0 to 1; may be repeated",
+       .group = group::kGroupPredicateSet,
+       .verbs = kUltrasound,
+       .absent = "from the set, or none",
+       .repeats = true,
+       .more_keys = {"predicates.histogram", "predicates.histogram.floor"},
+       .needs = {recording_session(), volume_in_replay()},
+       .take = take_floors},
+      {.name = "--soft",
+       .type = "X",
+       .text = "width of soft thresholds as a share of each: a ramp in place of a step; 0: steps",
+       .group = group::kGroupPredicateSet,
+       .verbs = kUltrasound,
+       .slot = NAV_SLOT(config.predicates.soft_share),
+       .range = within(0, 1),
+       .absent = "from the set, or 0",
+       .key = "predicates.soft",
+       .needs = {recording_session(), volume_in_replay()}},
       {.name = "--predicate-importance",
        .type = "NAME=I",
        .text =
@@ -260,16 +285,18 @@ void add_scan_rows(std::vector<Option>& rows) {
        .verbs = kUltrasound,
        .slot = NAV_SLOT(config.predicates.black),
        .range = within(-1e6, 1e6),
+       .absent = "0, or for dim and bright volumes a percentile",
        .key = "predicates.black",
        .needs = {recording_session(), volume_in_replay()}},
       {.name = "--white",
        .type = "X",
        .unit = "stored values",
-       .text = "stored value of full intensity; volumes of more than 8 bits need their own",
+       .text = "stored value of full intensity",
        .group = group::kGroupScanLines,
        .verbs = kUltrasound,
        .slot = NAV_SLOT(config.predicates.white),
        .range = within(-1e6, 1e6),
+       .absent = "255, or for dim and bright volumes a percentile",
        .usual = true,
        .key = "predicates.white",
        .needs = {recording_session(), volume_in_replay()}},

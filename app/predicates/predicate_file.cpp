@@ -68,7 +68,7 @@ PredicateExpression read_expression(const io::Json& json, const std::string& whe
   io::JsonMember member(json, where, error);
   if (error) return {};
   if (json.size() != 1) {
-    member.fail("", "one of not, all, any, entry or a predicate", json);
+    member.fail("", "one of not, all, any, connected, entry or a predicate", json);
     return {};
   }
   const std::string key = json.begin().key();
@@ -79,6 +79,21 @@ PredicateExpression read_expression(const io::Json& json, const std::string& whe
     member.text("entry", out.name);
   } else if (key == "not") {
     out = PredicateExpression::negation(read_expression(value, where + ".not", error));
+  } else if (key == "connected") {
+    double least_mm3 = 0;
+    PredicateExpression operand;
+    io::JsonMember inner(value, where + ".connected", error);
+    inner.number("least_mm3", least_mm3);
+    if (!(least_mm3 >= 0 && least_mm3 <= 1e9)) {
+      inner.fail("least_mm3", "a number in [0, 1e9]", least_mm3);
+    }
+    if (const io::Json* of = inner.any("of")) {
+      operand = read_expression(*of, where + ".connected.of", error);
+    } else {
+      inner.fail("of", "an expression", nullptr);
+    }
+    inner.finish();
+    out = PredicateExpression::connected(std::move(operand), least_mm3);
   } else if (key == "all" || key == "any") {
     out.op = key == "all" ? Operator::kAnd : Operator::kOr;
     member.list(key.c_str(), [&](const io::Json& one, const std::string& at) {
@@ -100,6 +115,7 @@ void read_entry(const io::Json& json, const std::string& where, render::Predicat
   member.number("importance", bar.importance);
   member.number("hue_deg", bar.hue_deg);
   member.number("saturation", bar.saturation);
+  member.number("floor", entry.floor);
   if (const io::Json* expression = member.any("where")) {
     entry.expression = read_expression(*expression, where + ".where", error);
   } else {
@@ -189,6 +205,10 @@ Result<PredicateFile> from_json(const std::string& name, const io::Json& root) {
   if (!(file.opacity_length_mm >= 1e-3 && file.opacity_length_mm <= 1e4)) {
     member.fail("opacity_length_mm", "a number in [0.001, 10000]", file.opacity_length_mm);
   }
+  member.number("soft_thresholds", file.soft_share);
+  if (!(file.soft_share >= 0 && file.soft_share <= 1)) {
+    member.fail("soft_thresholds", "a number in [0, 1]", file.soft_share);
+  }
   member.number("cutaway_importance", file.cutaway_importance);
   if (!(file.cutaway_importance >= 0 && file.cutaway_importance <= 1)) {
     member.fail("cutaway_importance", "a number in [0, 1]", file.cutaway_importance);
@@ -236,6 +256,10 @@ io::Json expression_json(const PredicateExpression& e) {
   if (e.op == Operator::kKind) return kind_json(e);
   if (e.op == Operator::kEntry) return {{"entry", e.name}};
   if (e.op == Operator::kNot) return {{"not", expression_json(e.operands.front())}};
+  if (e.op == Operator::kConnected) {
+    return {{"connected",
+             {{"least_mm3", e.values.front()}, {"of", expression_json(e.operands.front())}}}};
+  }
   io::Json operands = io::Json::array();
   for (const auto& operand : e.operands) operands.push_back(expression_json(operand));
   return {{e.op == Operator::kAnd ? "all" : "any", std::move(operands)}};
@@ -247,7 +271,8 @@ Result<PredicateFile> preset_predicate_file(const std::string& name) {
   auto model = render::preset_predicates(name);
   if (!model) return model.error();
   PredicateFile file{name, *std::move(model)};
-  if (name == "carotid-vessel") file.vessels = {2, 4.5, false};
+  if (name == "carotid-vessel" || name == "thyroid") file.vessels = {2, 4.5, false};
+  if (name == "abdomen") file.vessels = {1.5, 6, false};
   return file;
 }
 
@@ -268,9 +293,12 @@ std::string to_json_text(const PredicateFile& file) {
                                   {"hue_deg", bar.hue_deg},
                                   {"saturation", bar.saturation},
                                   {"where", expression_json(file.model.entries[j].expression)}});
+    const double floor = file.model.entries[j].floor;
+    if (floor > 0) root["predicates"].back()["floor"] = floor;
   }
   root["opacity_length_mm"] = file.opacity_length_mm;
   root["cutaway_importance"] = file.cutaway_importance;
+  if (file.soft_share > 0) root["soft_thresholds"] = file.soft_share;
   root["vessels"] = {{"smallest_radius_mm", file.vessels.smallest_radius_mm},
                      {"largest_radius_mm", file.vessels.largest_radius_mm},
                      {"bright", file.vessels.bright}};

@@ -28,6 +28,7 @@ struct PredicateFile {
   render::PredicateModel model;
   double opacity_length_mm = render::PredicateScene{}.opacity_length_mm;
   double cutaway_importance = render::PredicateScene{}.cutaway_importance;
+  double soft_share = 0;  ///< Width of soft thresholds, as a share of each; 0: steps.
   render::spec::HueMean hue_mean = render::spec::HueMean::kCircular;
   VesselScales vessels{};
   double smoothing_mm = render::features::kUsualSmoothingMm;  ///< Smoothing of gradients.
@@ -43,16 +44,16 @@ Result<PredicateFile> preset_predicate_file(const std::string& name);
 ///    "predicates": [{"name": "vessel", "importance": 0.7, "hue_deg": 0, "saturation": 0.8,
 ///                    "where": {"all": [{"vesselness": {"low": 0.15, "high": 1}},
 ///                                      {"not": {"entry": "skin"}}]}}, ..],
-///    "opacity_length_mm": 2, "cutaway_importance": 1, "hue_mean": "circular",
-///    "vessels": {"smallest_radius_mm": 0.8, "largest_radius_mm": 3, "bright": false},
+///    "opacity_length_mm": 2, "soft_thresholds": 0, "cutaway_importance": 1, "hue_mean":
+///    "circular", "vessels": {"smallest_radius_mm": 0.8, "largest_radius_mm": 3, "bright": false},
 ///    "gradient": {"smoothing_mm": 0.4}, "snr": {"window_voxels": 7, "weights": "uniform"},
 ///    "confidence": {"alpha": 2, "beta": 90, "gamma": 0.05}}
 /// An expression has one member: "not" with an expression, "all" or "any" with a list of them,
-/// "entry" with a name, or a predicate of the library with its parameters, angles in degrees;
-/// missing parameters keep their initial values. Importances are scaled to sum 1. Rejects files
-/// that are larger than 1 MiB, broken or of a newer version, and everything that
-/// validate(PredicateModel) rejects. The message names the file, the position, what was expected
-/// and what was found.
+/// "entry" with a name, "connected" with {"least_mm3": V, "of": expression}, or a predicate of the
+/// library with its parameters, angles in degrees; missing parameters keep their initial values.
+/// Importances are scaled to sum 1. Entries may have a "floor". Rejects files that are larger than
+/// 1 MiB, broken or of a newer version, and everything that validate(PredicateModel) rejects. The
+/// message names the file, the position, what was expected and what was found.
 Result<PredicateFile> read_predicate_file(const std::filesystem::path& path);
 
 /// Predicate set as JSON; read_predicate_file() returns the same values, except for rounding.

@@ -33,6 +33,9 @@ Result<void> check_histogram(const std::vector<HistogramEdit>& edits) {
     if (edit.importance && !is_share(*edit.importance)) {
       return rejected_option("histogram.importance", "0 to 1", *edit.importance);
     }
+    if (edit.floor && !is_share(*edit.floor)) {
+      return rejected_option("histogram.floor", "0 to 1", *edit.floor);
+    }
     if (edit.saturation && !is_share(*edit.saturation)) {
       return rejected_option("histogram.saturation", "0 to 1", *edit.saturation);
     }
@@ -79,7 +82,12 @@ Result<std::vector<double>> numbers_after_name(const std::string& option, const 
 
 Result<void> validate(const PredicateOptions& o) {
   if (const auto ok = check_histogram(o.histogram); !ok) return ok;
-  if (!(o.black < o.white)) return rejected_option("white", "more than black", o.white);
+  // If only one of the two is given, the other is that of 8 bits.
+  constexpr double kWhiteOf8Bits = 255;
+  const double white = o.white.value_or(kWhiteOf8Bits);
+  if ((o.black || o.white) && !(o.black.value_or(0) < white)) {
+    return rejected_option("white", "more than black", white);
+  }
   if (o.smallest_radius_mm && o.largest_radius_mm && *o.smallest_radius_mm > *o.largest_radius_mm) {
     return rejected_option("smallest_radius_mm", "at most largest_radius_mm",
                            *o.smallest_radius_mm);
@@ -129,6 +137,7 @@ Result<void> apply_edits(const std::vector<HistogramEdit>& edits, render::Predic
                              *edit.importance);
     }
     if (edit.importance) model.histogram.drag(at, *edit.importance);
+    model.entries[at].floor = edit.floor.value_or(model.entries[at].floor);
     const auto& bar = model.histogram.bars()[at];
     model.histogram.set_colour(at, edit.hue_deg.value_or(bar.hue_deg),
                                edit.saturation.value_or(bar.saturation));
@@ -141,6 +150,14 @@ Result<HistogramEdit> parse_importance(const std::string& text) {
   const auto numbers = numbers_after_name("--importance", "NAME=IMPORTANCE", text, 1, edit.entry);
   if (!numbers) return numbers.error();
   edit.importance = numbers->front();
+  return edit;
+}
+
+Result<HistogramEdit> parse_floor(const std::string& text) {
+  HistogramEdit edit;
+  const auto numbers = numbers_after_name("--floor", "NAME=FLOOR", text, 1, edit.entry);
+  if (!numbers) return numbers.error();
+  edit.floor = numbers->front();
   return edit;
 }
 

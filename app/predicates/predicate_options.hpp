@@ -20,6 +20,7 @@ struct HistogramEdit {
   std::optional<double> importance{};  ///< [0, 1]; the others keep their proportions.
   std::optional<double> hue_deg{};     ///< Modulo 360.
   std::optional<double> saturation{};  ///< [0, 1].
+  std::optional<double> floor{};       ///< [0, 1]: render::PredicateEntry::floor.
 };
 
 /// Options for drawing 3D ultrasound by predicates: volume, predicate set and view. Part of the
@@ -41,9 +42,12 @@ struct PredicateOptions {
   std::vector<render::features::Stroke> strokes;
   double scribble_share = 0.25;  ///< q of Eq. 9.
   std::filesystem::path
-      save_set_up;     ///< File for the predicate set as it was drawn; empty: not written.
-  double black = 0;    ///< Stored value that is drawn black.
-  double white = 255;  ///< Stored value that is drawn white.
+      save_set_up;  ///< File for the predicate set as it was drawn; empty: not written.
+  /// Stored values that are drawn black and white. Both absent: intensity_window(). One absent: 0
+  /// or 255.
+  std::optional<double> black{};
+  std::optional<double> white{};
+  std::optional<double> soft_share{};  ///< Soft thresholds; absent: value of the predicate set.
   std::optional<double> opacity_length_mm{};  ///< Absent: value of the predicate set.
   std::optional<Eigen::Vector3d> into_ct{};   ///< Direction of parallel scan lines, LPS.
   /// Point of the plane where parallel scan lines have depth 0, LPS mm; absent: the known voxel
@@ -80,6 +84,8 @@ Result<void> apply_edits(const std::vector<HistogramEdit>& edits, render::Predic
 
 /// Parses "NAME=IMPORTANCE". kUsage for anything else.
 Result<HistogramEdit> parse_importance(const std::string& text);
+/// Parses "NAME=FLOOR". kUsage for anything else.
+Result<HistogramEdit> parse_floor(const std::string& text);
 /// Parses "NAME=HUE:SATURATION", degrees and a share in [0, 1]. kUsage for anything else.
 Result<HistogramEdit> parse_colour(const std::string& text);
 

@@ -17,7 +17,9 @@
 #include "io/ct.hpp"
 #include "nav/threads.hpp"
 #include "render/features/derived_features.hpp"
+#include "render/predicates/connected.hpp"
 #include "render/predicates/registry.hpp"
+#include "render/predicates/shaped_intensity.hpp"
 
 namespace nav::app {
 namespace {
@@ -54,6 +56,25 @@ Result<render::PredicateVolume> phantom_of(const PredicateOptions& options) {
   return Error{volume.error().code, "predicates." + volume.error().message};
 }
 
+/// Sets the stored values of no and of full intensity. Phantoms have 0 and 255.
+void set_window(const PredicateOptions& options, const std::optional<int>& unknown,
+                render::PredicateVolume& volume, Console& console) {
+  IntensityWindow window;
+  const bool given = options.black || options.white;
+  if (!given && !options.volume.empty()) {
+    window = intensity_window(volume.ultrasound->values(), unknown);
+  }
+  const double black = options.black.value_or(window.black);
+  const double white = options.white.value_or(window.white);
+  volume.predicates.intensity = {black, white};
+  if (window.by_percentiles) {
+    std::ostringstream text;
+    text << volume.name << ": black " << black << " and white " << white
+         << ", from the percentiles 1 and 99.5 of its values (--black and --white give others)";
+    console.say(text.str());
+  }
+}
+
 /// Volume and scan lines. Where the scan lines lie beside the volume, 'sonde reconstruct' has
 /// written both, and \p unknown becomes its mark of voxels without echoes unless it is given.
 Result<render::PredicateVolume> volume_of(const PredicateOptions& options, int threads,
@@ -85,7 +106,7 @@ Result<render::PredicateVolume> volume_of(const PredicateOptions& options, int t
       unknown = unknown_of_reconstruction(*out->ultrasound, unknown);
     }
   }
-  out->predicates.intensity = {options.black, options.white};
+  set_window(options, unknown, *out, console);
   if (options.labels.empty() && options.layers.empty()) return out;
   auto labels = options.layers.empty() ? read_labels(options.labels, grid, console)
                                        : read_layers(options.layers, grid);
@@ -174,6 +195,7 @@ Result<PredicateFile> set_up_of(const PredicateOptions& options) {
       options.smallest_radius_mm.value_or(file->vessels.smallest_radius_mm);
   file->vessels.largest_radius_mm =
       options.largest_radius_mm.value_or(file->vessels.largest_radius_mm);
+  file->soft_share = options.soft_share.value_or(file->soft_share);
   file->smoothing_mm = options.smoothing_mm.value_or(file->smoothing_mm);
   file->vessels.bright = options.bright_vessels.value_or(file->vessels.bright);
   if (file->vessels.smallest_radius_mm > file->vessels.largest_radius_mm) {
@@ -191,7 +213,7 @@ namespace {
 /// Volume with unknown voxels set to black, because nothing is known about tissue there.
 Result<std::shared_ptr<const StoredVolume>> without_unknown(
     const std::shared_ptr<const StoredVolume>& volume, const PredicateOptions& options,
-    Console& console) {
+    double black, Console& console) {
   if (!options.unknown) return volume;
   const std::int16_t unknown = *stored_value(options.unknown);
   if (std::ranges::find(volume->values(), unknown) == volume->values().end()) {
@@ -200,10 +222,10 @@ Result<std::shared_ptr<const StoredVolume>> without_unknown(
         "predicates.unknown (--unknown): no voxel has the value " + std::to_string(unknown));
     return volume;
   }
-  if (unknown <= options.black) return volume;
+  if (unknown <= black) return volume;
   using Stored = std::numeric_limits<std::int16_t>;
   const auto dark = static_cast<std::int16_t>(
-      std::clamp<double>(std::floor(options.black), Stored::min(), Stored::max()));
+      std::clamp<double>(std::floor(black), Stored::min(), Stored::max()));
   std::vector<std::int16_t> voxels(volume->values().begin(), volume->values().end());
   std::ranges::replace(voxels, unknown, dark);
   auto shown = StoredVolume::create(volume->grid(), std::move(voxels), volume->name());
@@ -230,8 +252,8 @@ Result<PreparedPredicates> prepare_predicates(
   if (const auto ok = check_needs(options, *volume, file->model, from); !ok) return ok.error();
   if (const auto ok = check_strokes(strokes, volume->ultrasound->grid()); !ok) return ok.error();
   if (!options.volume.empty()) {
-    warn_of_white(options.volume.string(), volume->ultrasound->values(), options.white,
-                  options.unknown, console);
+    warn_of_white(options.volume.string(), volume->ultrasound->values(),
+                  volume->predicates.intensity.white, options.unknown, console);
   }
   render::PredicateScene& predicates = volume->predicates;
   predicates.model = file->model;
@@ -241,10 +263,13 @@ Result<PreparedPredicates> prepare_predicates(
   if (const auto ok = add_features(options, *file, threads, *volume, console); !ok) {
     return ok.error();
   }
-  auto shown = without_unknown(volume->ultrasound, options, console);
+  auto shown = without_unknown(volume->ultrasound, options, predicates.intensity.black, console);
   if (!shown) return shown.error();
   volume->ultrasound = *std::move(shown);
-  return PreparedPredicates{*std::move(file), *std::move(volume)};
+  const auto as_recorded = volume->ultrasound;
+  if (const auto ok = render::resolve_connected(*volume); !ok) return ok.error();
+  if (const auto ok = render::shape_intensity(*volume, file->soft_share); !ok) return ok.error();
+  return PreparedPredicates{*std::move(file), *std::move(volume), as_recorded};
 }
 
 }  // namespace nav::app

@@ -17,6 +17,8 @@ namespace nav::app {
 struct PreparedPredicates {
   PredicateFile file;              ///< Predicate set, edits applied.
   render::PredicateVolume volume;  ///< With the scene part of the set and its features.
+  /// The volume without floors and soft thresholds; the same object where there are none.
+  std::shared_ptr<const StoredVolume> as_recorded;
 };
 
 /// Option as a stored value of 16 bits. Precondition: its range was checked.

@@ -24,11 +24,10 @@ namespace {
 
 using render::features::Stroke;
 
-render::Scene scene_of(const SessionConfig& config, const PredicateFile& file,
-                       const render::PredicateVolume& volume) {
+render::Scene scene_of(const SessionConfig& config, const render::PredicateVolume& volume) {
   const PredicateOptions& options = config.predicates;
-  render::Scene scene =
-      render::predicate_scene(volume, file.model, config.output.width, config.output.height);
+  render::Scene scene = render::predicate_scene(volume, volume.predicates.model,
+                                                config.output.width, config.output.height);
   const Eigen::Vector3d look_at = scene.camera.look_at_ct.mm;
   const double fitting = (scene.camera.eye_ct.mm - look_at).norm();
   const double distance = config.view.distance_mm > 0 ? config.view.distance_mm : fitting;
@@ -114,12 +113,12 @@ Result<void> warn_if_unseen(render::Engine& engine, render::Scene scene, Console
   if (share >= kLeastLight || brightest >= kDim) return {};
   std::ostringstream text;
   text.precision(2);
-  text
-      << "'" << name << "', the most important predicate (" << importance
-      << "), can hardly be seen: expected at least 1 % of the light of a white image, found "
-      << 100 * share << " %, nowhere brighter than " << brightest
-      << " of 255. A larger range of the predicate, a shorter --opacity-length-mm, a lower --white "
-         "or a nearer view (--distance) shows more";
+  text << "'" << name << "', the most important predicate (" << importance
+       << "), can hardly be seen: expected at least 1 % of the light of a white image, found "
+       << 100 * share << " %, nowhere brighter than " << brightest
+       << " of 255. A larger range of the predicate, a least brightness (--floor '" << name
+       << "=0.4'), a shorter --opacity-length-mm, a lower --white or a nearer view (--distance) "
+          "shows more";
   console.report(Severity::kWarning, "image", text.str());
   return {};
 }
@@ -184,12 +183,15 @@ void warn_of_letters(const render::PredicateModel& model, Console& console) {
 
 /// Panels with the standard rendering and the rendering by predicates.
 Result<std::vector<PredicatePanel>> compare(render::Engine& engine, const render::Scene& scene,
+                                            std::shared_ptr<const StoredVolume> as_recorded,
                                             Console& console) {
   auto right =
       draw(engine, scene, console);  // Drawn first, because it reports errors in the options.
   if (!right) return right.error();
   warn_if_empty(*right, scene, console);
-  auto left = draw(engine, render::standard_scene(scene), console);
+  render::Scene standard = render::standard_scene(scene);
+  standard.ct = std::move(as_recorded);
+  auto left = draw(engine, standard, console);
   if (!left) return left.error();
   if (const auto ok = warn_if_unseen(engine, scene, console); !ok) return ok.error();
   const auto letters = letters_of_view(scene);
@@ -261,9 +263,9 @@ Result<void> run_predicates(const SessionConfig& config, Console& console) {
   auto made = prepare_predicates(options, config.output.threads, console, DistancesFrom::kOptions,
                                  *strokes);
   if (!made) return made.error();
-  auto& [file, volume] = *made;
-  render::Scene scene = scene_of(config, file, volume);
-  const auto panels = strokes->empty() ? compare(**engine, scene, console)
+  auto& [file, volume, as_recorded] = *made;
+  render::Scene scene = scene_of(config, volume);
+  const auto panels = strokes->empty() ? compare(**engine, scene, as_recorded, console)
                                        : compare_scribbles(**engine, *strokes,
                                                            options.scribble_share, scene, console);
   if (!panels) return panels.error();
@@ -272,7 +274,8 @@ Result<void> run_predicates(const SessionConfig& config, Console& console) {
   console.say("wrote " + options.image.string() + ": " + volume.name + " by predicate set " +
               file.name);
   if (options.save_set_up.empty()) return {};
-  file.model = scene.predicates->model;
+  // The scene has the expressions that were resolved for this volume.
+  file.model.histogram = scene.predicates->model.histogram;
   file.opacity_length_mm = scene.predicates->opacity_length_mm;
   return write_predicate_file(options.save_set_up, file);
 }

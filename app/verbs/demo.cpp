@@ -334,9 +334,12 @@ std::vector<std::string> demo_outputs() {
 }
 
 Result<void> run_demo(const DemoOptions& options, Console& console) {
-  auto out = OutputFolder::create(options.output.folder);
-  if (!out) return out.error();
-  out->forget_reports();
+  const RunFiles files{
+      {kDemoPoseLogFile, kRegistrationImage, kDemoAnimationFile, kDemoReportFile, kDemoPageFile},
+      {kSweepSeries, kApproachSeries}};
+  auto opened = OutputFolder::open(options.output.folder, files);
+  if (!opened) return opened.error();
+  std::optional<OutputFolder> out = *std::move(opened);
   auto engine = make_engine(options.output.engine, options.output.threads, console);
   if (!engine) return engine.error();
 
@@ -368,15 +371,21 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   auto presenter = Presenter::create(appearance, shared_ct, std::move(*engine));
   if (!presenter) return presenter.error();
   if (auto ok = save_appearance(options.appearance.save, presenter->appearance()); !ok) return ok;
-  if (presenter->appearance().drawn) console.say(presenter->appearance().drawn->statement);
+  if (presenter->appearance().drawn) {
+    for (const auto& statement : presenter->appearance().drawn->statements) console.say(statement);
+  }
   warn_of_lost_components(presenter->appearance().transfer, console);
+  warn_of_missing_presets(options.appearance, *shared_ct, console);
   warn_of_units(options.appearance, *shared_ct, console);
   const auto shapes = read_cutaway_objects(options.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
   if (const auto ok = presenter->cut_free(*shapes); !ok) return ok;
-  const auto fresh = out->forget_earlier_run(
-      {kDemoPoseLogFile, kRegistrationImage, kDemoAnimationFile}, {kSweepSeries, kApproachSeries});
-  if (!fresh) return fresh;
+  if (!out) {
+    auto made_folder = OutputFolder::create(options.output.folder);
+    if (!made_folder) return made_folder.error();
+    out = *std::move(made_folder);
+  }
+  if (const auto fresh = out->forget_earlier_run(files); !fresh) return fresh;
   Demo demo(options, console, std::move(*out), simulation, shared_ct, std::move(*presenter),
             window);
   return demo.run();

@@ -203,7 +203,9 @@ class Live {
     }
     const auto session = to_toml(config_);
     if (!session) return session.error();
-    if (auto written = out_.write_text(kLiveSessionFile, *session); !written) return written;
+    if (auto written = out_.write_session(kLiveSessionFile, *session, console_); !written) {
+      return written;
+    }
     if (auto written = write_json(report, (out_ / kLiveReportFile).string()); !written) {
       return written;
     }
@@ -263,7 +265,8 @@ Result<void> run_live(const SessionConfig& config, const std::optional<std::stri
   parts->banner = banner_of(config.source.devices);
   auto out = OutputFolder::create(config.output.folder);
   if (!out) return out.error();
-  if (auto ok = out->forget_earlier_run({kLivePoseLogFile, kLiveReportFile}, {kLiveSeries}); !ok) {
+  if (auto ok = out->forget_earlier_run({{kLivePoseLogFile, kLiveReportFile}, {kLiveSeries}});
+      !ok) {
     return ok;
   }
   if (!config.output.record.empty()) {

@@ -103,9 +103,12 @@ Result<PlacedView::Parts> PlacedView::prepare(const SessionConfig& config,
   if (!presenter) return presenter.error();
   if (auto ok = save_appearance(config.appearance.save, presenter->appearance()); !ok)
     return ok.error();
-  if (presenter->appearance().drawn) console.say(presenter->appearance().drawn->statement);
+  if (presenter->appearance().drawn) {
+    for (const auto& statement : presenter->appearance().drawn->statements) console.say(statement);
+  }
   warn_of_lost_components(presenter->appearance().transfer, console);
   if (!config.predicates.alone || config.predicates.volume.empty()) {
+    warn_of_missing_presets(config.appearance, *shared_ct, console);
     warn_of_units(config.appearance, *shared_ct, console);
   }
   const auto shapes = read_cutaway_objects(config.cutaway_objects, *shared_ct, console);

@@ -13,6 +13,7 @@
 #include "app/interrupt.hpp"
 #include "app/options/overwriting.hpp"
 #include "app/report.hpp"
+#include "app/verbs/image_confidence.hpp"
 #include "io/ct.hpp"
 #include "io/plus_config.hpp"
 #include "io/scan_line_file.hpp"
@@ -163,9 +164,13 @@ Result<PlannedVolume> plan_volume(const ReconstructOptions& options, double spac
                     : options.compound == "max"    ? Compounding::kMaximum
                     : options.compound == "latest" ? Compounding::kLatest
                                                    : Compounding::kMean;
+  how.by_confidence = options.weights == "confidence";
   how.gaussian_voxels = options.gaussian_voxels;
   how.reach_mm = options.reach_mm.value_or(std::min(spacing_mm, 100.0));
   how.threads = options.threads;
+  if (auto ok = validate(how); !ok) {
+    return Error{ok.error().code, "--weights: " + ok.error().message};
+  }
   std::vector<Point<frames::Reference>> corners;
   double pixels = 0;
   for (const auto& group : images.groups) {
@@ -234,11 +239,12 @@ struct AddedImages {
   std::uint64_t doubtful = 0;  ///< Among them, those whose pose is not to be relied on.
   std::string first_doubt;
   std::vector<double> seconds;  ///< Time that each image took.
+  std::optional<Error> failed{};
 };
 
 Result<AddedImages> add_images(session::RecordedSession& session, const PlusClip& clip,
-                               Reconstruction& volume, const Interrupt& interrupt,
-                               Console& console) {
+                               bool by_confidence, int threads, Reconstruction& volume,
+                               const Interrupt& interrupt, Console& console) {
   AddedImages added;
   ImageAreas areas(clip);
   session::Session::Listener listener;
@@ -246,13 +252,21 @@ Result<AddedImages> add_images(session::RecordedSession& session, const PlusClip
     if (!paired.tracked) return;
     const auto area = areas.of(paired.tracked->frame);
     const auto start = std::chrono::steady_clock::now();
-    volume.add(*paired.tracked, area);
+    Image2d<std::uint8_t> confidence;
+    if (by_confidence && !area->empty()) {
+      auto found = image_confidence(paired.tracked->frame, *area, threads);
+      if (!found && !added.failed) added.failed = found.error();
+      if (!found) return;
+      confidence = *std::move(found);
+    }
+    volume.add(*paired.tracked, area, confidence);
     added.seconds.push_back(seconds_since(start));
     ++added.used;
     const std::string& doubt = paired.tracked->doubt;
     if (!doubt.empty() && added.doubtful++ == 0) added.first_doubt = doubt;
   };
   if (auto ok = read_all(session, listener, "images", console, interrupt); !ok) return ok.error();
+  if (added.failed) return *added.failed;
   if (added.doubtful > 0) {
     console.report(Severity::kWarning, "reconstruct",
                    std::to_string(added.doubtful) +
@@ -351,7 +365,8 @@ Result<void> run_reconstruct(const SessionConfig& config, const ReconstructOptio
 
   if (auto ok = session->rewind(); !ok) return ok;
   session->set_outline(sector);
-  const auto added = add_images(*session, *clip, *volume, interrupt, console);
+  const auto added = add_images(*session, *clip, planned->options.by_confidence, options.threads,
+                                *volume, interrupt, console);
   if (!added) return added.error();
   auto values = with_progress("voxels", interrupt, console,
                               [&](const auto& run) { return volume->values(run); });
@@ -403,6 +418,7 @@ Result<void> run_reconstruct(const SessionConfig& config, const ReconstructOptio
   report["volume"] = files.volume.string();
   report["method"] = options.method;
   report["compound"] = options.compound;
+  report["weights"] = options.weights;
   report["reference"] = session->reference_statement();
   report["sector"] = sector ? "learned" : clip->rectangle || clip->fan ? "given" : "none";
   report["frames"] = {

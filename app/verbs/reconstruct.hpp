@@ -24,6 +24,7 @@ struct ReconstructOptions {
   /// Two angles (degrees), column and row of the origin, two radii (pixels); absent: the
   /// configuration's.
   std::optional<Eigen::Matrix<double, 6, 1>> fan;
+  std::string weights = "none";  ///< none, confidence.
   double gaussian_voxels = 0.5;
   std::optional<double> reach_mm;  ///< Absent: the voxels' side.
   int threads = 0;                 ///< 0: all cores.

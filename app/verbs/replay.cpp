@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include "app/interrupt.hpp"
 #include "app/report.hpp"
 #include "app/verbs/placed_view.hpp"
 #include "app/verbs/show_in_window.hpp"
@@ -115,8 +116,16 @@ class Replay {
     return {};
   }
 
+  [[nodiscard]] Error stopped() const {
+    return {ErrorCode::kCancelled, "replay: stopped by Ctrl-C; complete in " +
+                                       out_.path().string() + ": " + std::to_string(shown_) +
+                                       " images; the report was not written"};
+  }
+
   Result<void> play() {
+    const Interrupt interrupt;
     for (;;) {
+      if (interrupt.asked()) return stopped();
       const auto epoch = driver_.next();
       if (!epoch) return epoch.error();
       if (failure_) return *failure_;
@@ -196,7 +205,7 @@ Result<void> Replay::write_folder(const io::Json& report) {
   }
   const auto session = to_toml(config_);
   if (!session) return session.error();
-  if (auto written = out.write_text(kSessionFile, *session); !written) return written;
+  if (auto written = out.write_session(kSessionFile, *session, console_); !written) return written;
   if (auto written = write_json(report, (out / kReportFile).string()); !written) return written;
 
   HtmlReport html;
@@ -271,7 +280,11 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
   if (auto ok = require_path(config.output.folder, "--out", "a folder"); !ok) return ok;
   // It is written at the end; what it cannot hold is said before the work.
   if (const auto session = to_toml(config); !session) return session.error();
-  if (auto ok = forget_earlier_reports(config.output.folder); !ok) return ok;
+  // Not the session file, which may be the one that this run was started by.
+  const RunFiles files{{kPoseLogFile, kFollowingFile, kReportFile, kPageFile, kAnimationFile},
+                       {kImageSeries}};
+  auto out = OutputFolder::open(config.output.folder, files);
+  if (!out) return out.error();
   auto session = session::RecordedSession::open(config.source, console);
   if (!session) return session.error();
   auto parts = PlacedView::prepare(config, session->reference_frame(), console);
@@ -299,14 +312,14 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
     if (auto ok = session->learn_outline(); !ok) return ok;
   }
 
-  auto out = OutputFolder::create(config.output.folder);
-  if (!out) return out.error();
-  // Not the session file, which may be the one that this run was started by.
-  const auto fresh =
-      out->forget_earlier_run({kPoseLogFile, kFollowingFile, kAnimationFile}, {kImageSeries});
-  if (!fresh) return fresh.error();
+  if (!*out) {
+    auto made = OutputFolder::create(config.output.folder);
+    if (!made) return made.error();
+    *out = *std::move(made);
+  }
+  if (const auto fresh = (*out)->forget_earlier_run(files); !fresh) return fresh;
   {
-    Replay replay(config, console, *std::move(out), std::move(*session), std::move(*parts));
+    Replay replay(config, console, **std::move(out), std::move(*session), std::move(*parts));
     if (auto done = replay.run(json); !done) return done;
   }
   // The images are there; the window shows the session from its beginning.

@@ -229,9 +229,9 @@ Result<void> run_slices(const SessionConfig& config, const SlicesOptions& option
   auto out = OutputFolder::create(config.output.folder);
   if (!out) return out.error();
   // Remove slices of an earlier run, so that its needle or plan does not seem to be of this run.
-  std::set<std::string> earlier;
-  for (const std::string& name : slice_names()) earlier.insert(name + ".png");
-  if (const auto ok = out->forget(earlier); !ok) return ok;
+  RunFiles earlier;
+  for (const std::string& name : slice_names()) earlier.files.insert(name + ".png");
+  if (const auto ok = out->forget_earlier_run(earlier); !ok) return ok;
   const std::string warning = overlay->image && !overlay->image->registered ? "NOT REGISTERED" : "";
   for (const NamedPlane& slice : *planes) {
     render::SliceOptions how;

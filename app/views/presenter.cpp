@@ -155,6 +155,23 @@ std::string Presenter::note_of(const session::Epoch& epoch) const {
   return "distance from the needle withdrawn: " + cause + (note_.empty() ? "" : "; " + note_);
 }
 
+Image2d<std::uint8_t> Presenter::ct_on(const render::UltrasoundPlane& plane) const {
+  const auto& pixels = plane.frame.pixels;
+  const auto& grid = plane.frame.grid;
+  std::vector<std::uint8_t> grey;
+  grey.reserve(pixels.pixels().size());
+  const double width = facts_.window.width;
+  const double black = facts_.window.level - 0.5 * width;
+  for (int row = 0; row < pixels.height(); ++row) {
+    for (int column = 0; column < pixels.width(); ++column) {
+      const auto hu = ct_->sample(plane.ct_from_image * grid.at(column, row));
+      const double share = hu ? std::clamp((*hu - black) / width, 0.0, 1.0) : 0.0;
+      grey.push_back(static_cast<std::uint8_t>(std::lround(255 * share)));
+    }
+  }
+  return {pixels.width(), pixels.height(), std::move(grey)};
+}
+
 render::Scene Presenter::scene(const session::Epoch& epoch) const {
   render::Scene scene{.ct = ct_,
                       .transfer = appearance_.transfer,
@@ -169,6 +186,7 @@ render::Scene Presenter::scene(const session::Epoch& epoch) const {
   if (appearance_.drawn) {
     scene.ct = appearance_.drawn->ct;
     scene.transfer = appearance_.drawn->transfer;
+    scene.gradient_source = appearance_.drawn->gradient_source;
   }
   scene.cutaway = appearance_.cutaway;
   scene.projection = appearance_.projection;
@@ -182,6 +200,7 @@ render::Scene Presenter::scene(const session::Epoch& epoch) const {
   scene.quality.jitter = options_.quality.jitter;
   if (ultrasound_ && without_ct_) {
     scene.ct = ultrasound_->volume;
+    scene.gradient_source.reset();
     scene.predicates = ultrasound_->predicates;
   } else {
     scene.ultrasound = ultrasound_;
@@ -189,6 +208,7 @@ render::Scene Presenter::scene(const session::Epoch& epoch) const {
   if (shows_plane(epoch)) {
     scene.plane = render::UltrasoundPlane{epoch.frame->frame, *epoch.ct_from_image,
                                           options_.appearance.plane_opacity, epoch.plane};
+    if (options_.appearance.plane_texture == "ct") scene.plane->frame.pixels = ct_on(*scene.plane);
   }
   if (epoch.ct_from_needle && epoch.needle.state != SafetyState::kLost) {
     const auto& needle = *epoch.ct_from_needle;

@@ -141,6 +141,8 @@ class Presenter {
   Result<void> choose_grey(const render::Scene& first);
   /// Name and settings of the appearance, as the 3D view shows them.
   [[nodiscard]] std::string appearance_words() const;
+  /// The CT along a plane, in its grey window; black outside the CT. The pixels of the image.
+  [[nodiscard]] Image2d<std::uint8_t> ct_on(const render::UltrasoundPlane& plane) const;
   /// Note in the 3D view of an epoch; may be empty.
   [[nodiscard]] std::string note_of(const session::Epoch& epoch) const;
 

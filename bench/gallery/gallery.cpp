@@ -310,7 +310,7 @@ Result<void> run_gallery(const GalleryOptions& options, app::Console& console) {
   if (auto ok = check_only(options.only); !ok) return ok;
   // Reports a wrong name also if no chosen image needs the engine.
   if (auto engine = app::make_engine(options.engine, 0, console); !engine) return engine.error();
-  auto folder = app::OutputFolder::create(options.out);
+  auto folder = app::OutputFolder::create(options.out, app::OutputFolder::Replaces::kAnyFile);
   if (!folder) return folder.error();
   Gallery gallery(options, console);
   console.begin("volumes");

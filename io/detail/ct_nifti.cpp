@@ -331,8 +331,14 @@ Result<VoxelGrid> read_nifti_voxels(const std::filesystem::path& path, VoxelSink
     sink.append(slice, *type, rescale);
   }
   // Only the checksum reveals a changed bit in the voxels.
-  if (const auto end = stream->skip_to_end(); !end) {
-    return fail(end.error().code, end.error().message);
+  const std::int64_t stated = static_cast<std::int64_t>(slice.size()) * grid->size[2];
+  const auto left = stream->skip_to_end(begin + stated);
+  if (!left) return fail(left.error().code, left.error().message);
+  if (*left > 0) {
+    diagnostics.report(Severity::kWarning, "io.ct",
+                       path.string() + ": expected " + std::to_string(stated) +
+                           " bytes of voxels, found " + std::to_string(stated + *left) +
+                           ": bytes that were put in between would shift all values");
   }
   return *grid;
 }

@@ -89,6 +89,9 @@ class Walker {
       if (!read(at, group) || number(group, false) != 2) break;
       const auto element = header(at, file_.size(), {});
       if (!element) return -1;
+      if (element->size == kUndefined) {
+        return fail("expected a length of an element of group 2, found none", at);
+      }
       if (element->tag == kTransferSyntax && element->size <= 64) {
         std::array<std::byte, 64> value{};
         if (!read(element->value, std::span(value).first(element->size))) {
@@ -175,10 +178,24 @@ class Walker {
         at = element->value + element->size;
       }
       if (at < 0) return -1;
-      // Data after the pixel data are never read.
-      if (element->tag == kPixelData && depth == 0) return at;
+      // The library goes on behind the pixel data.
+      if (element->tag == kPixelData && depth == 0 && is_padding(at, end)) return at;
     }
     return at;
+  }
+
+  /// True if fewer bytes than an element has are left, or zeros only.
+  bool is_padding(std::int64_t at, std::int64_t end) {
+    constexpr std::int64_t kLeastElement = 8;
+    if (end - at < kLeastElement) return true;
+    std::array<std::byte, 4096> bytes{};
+    for (; at < end; at += static_cast<std::int64_t>(bytes.size())) {
+      const auto some = std::span(bytes).first(static_cast<std::size_t>(
+          std::min<std::int64_t>(end - at, static_cast<std::int64_t>(bytes.size()))));
+      if (!read(at, some)) return true;
+      if (!std::ranges::all_of(some, [](std::byte b) { return b == std::byte{0}; })) return false;
+    }
+    return true;
   }
 
   std::int64_t walk_items(std::int64_t at, std::int64_t end, bool open, int depth, bool unknown) {

@@ -40,6 +40,7 @@ namespace detail {
 namespace {
 
 constexpr std::int64_t kMaxHeaderBytes = 512LL << 20;
+constexpr std::size_t kMaxLineBytes = 1 << 20;
 
 struct Span {
   std::size_t begin, size;
@@ -56,6 +57,7 @@ class HeaderReader {
     while (true) {
       const auto end = out_.text->find('\n', line_begin_);
       if (end == std::string::npos) {
+        if (const auto ok = check_line(); !ok) return ok.error();
         const auto more = read_chunk();
         if (!more) return more.error();
         if (*more) continue;
@@ -74,6 +76,15 @@ class HeaderReader {
   }
 
  private:
+  /// Rejects a line without an end that cannot be one of a header.
+  [[nodiscard]] Result<void> check_line() const {
+    const std::string_view line = std::string_view(*out_.text).substr(line_begin_);
+    if (line.size() <= kMaxLineBytes && line.find('\0') == std::string_view::npos) return {};
+    return Error{ErrorCode::kMalformedData,
+                 file_.path().string() + ": line " + std::to_string(line_number_ + 1) +
+                     ": expected a line of text of at most 1 MiB, found '" + excerpt(line) + "'"};
+  }
+
   Result<bool> read_chunk() {
     constexpr std::size_t kChunk = 256 << 10;
     const std::size_t have = out_.text->size();

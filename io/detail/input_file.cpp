@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/detail/input_file.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -148,6 +149,14 @@ Result<std::size_t> InputFile::read_stored(std::int64_t offset, std::span<std::b
     }
     if (got == 0) break;
     done += static_cast<std::size_t>(got);
+  }
+  const std::int64_t end = offset + static_cast<std::int64_t>(done);
+  if (!pipe_ && done < out.size() && end < size_) {
+    return Error{ErrorCode::kIo, path_.string() +
+                                     ": the file became shorter while it was read: "
+                                     "expected " +
+                                     std::to_string(size_) + " bytes, found " +
+                                     std::to_string(std::max<std::int64_t>(end, 0))};
   }
   return done;
 }

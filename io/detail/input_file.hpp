@@ -29,7 +29,8 @@ class InputFile {
   /// Length of the file when it was opened, bytes; of a pipe, which has none, 2^62.
   [[nodiscard]] std::int64_t size() const { return size_; }
   [[nodiscard]] bool is_pipe() const { return pipe_ != nullptr; }
-  /// Fills \p out from \p offset. Returns the number of bytes read (fewer only at the end).
+  /// Fills \p out from \p offset. Returns the number of bytes read (fewer only at the end). kIo
+  /// when the file became shorter since it was opened.
   [[nodiscard]] Result<std::size_t> read_at(std::int64_t offset, std::span<std::byte> out) const;
   /// Reads what is there from \p offset, at least one byte: waits only for the first byte of a
   /// pipe. Returns 0 at the end.

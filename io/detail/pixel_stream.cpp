@@ -164,13 +164,20 @@ Result<void> PixelStream::expect_end() {
   return check_ended();
 }
 
-Result<void> PixelStream::skip_to_end() {
-  if (!inflater_) return {};
+Result<std::int64_t> PixelStream::skip_to_end(std::int64_t offset) {
+  if (!inflater_) {
+    std::int64_t all = 0;
+    for (const Part& part : parts_) all += part.place.size;
+    return std::max<std::int64_t>(all - offset, 0);
+  }
   std::vector<std::byte> skipped(Inflater::kBufferBytes);
-  for (;;) {
+  for (std::int64_t left = 0;;) {
     const auto got = inflate(skipped);
     if (!got) return got.error();
-    if (*got < skipped.size()) return check_ended();
+    left += static_cast<std::int64_t>(*got);
+    if (*got == skipped.size()) continue;
+    if (const auto ended = check_ended(); !ended) return ended.error();
+    return left;
   }
 }
 

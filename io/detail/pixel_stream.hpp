@@ -30,9 +30,9 @@ class PixelStream {
   Result<void> read(std::int64_t offset, std::span<std::byte> out);
   /// Checks, after everything was read, that the compressed stream ends here, checksum included.
   Result<void> expect_end();
-  /// Skips, after everything was read, the remaining data. The compressed stream must have an end,
-  /// checksum included.
-  Result<void> skip_to_end();
+  /// Skips what is left behind \p offset, up to which everything was read. Returns the number of
+  /// its bytes, decoded. The compressed stream must have an end, checksum included.
+  Result<std::int64_t> skip_to_end(std::int64_t offset);
 
  private:
   struct Inflater;

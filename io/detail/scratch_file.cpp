@@ -5,15 +5,20 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <fcntl.h>
 #include <limits>
+#include <optional>
 #include <string>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 #include <utility>
 #include <vector>
 #include <zlib.h>
+
+#include "io/detail/text.hpp"
 
 namespace nav::io::detail {
 
@@ -38,9 +43,57 @@ Result<NewFile> create_beside(const std::filesystem::path& path, unsigned mode) 
     NewFile file{path.parent_path() / ("sonde-" + std::to_string(::getpid()) + "-" +
                                        std::to_string(counter++) + ".partial")};
     file.descriptor = ::open(file.name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode);
-    if (file.descriptor >= 0) return file;
+    if (file.descriptor >= 0) {
+      // Held until the file is closed, at the latest by the end of the process: remove_leftovers()
+      // asks for it. File systems without locks do without.
+      ::flock(file.descriptor, LOCK_EX | LOCK_NB);
+      return file;
+    }
     if (errno != EEXIST) return failed_scratch(path, "create");
   }
+}
+
+namespace {
+
+/// Number of the process in a name that create_beside() made; nothing in any other name.
+std::optional<pid_t> process_of(const std::string& name) {
+  constexpr std::string_view kBegin = "sonde-";
+  constexpr std::string_view kEnd = ".partial";
+  if (!name.starts_with(kBegin) || !name.ends_with(kEnd)) return std::nullopt;
+  const std::string_view middle =
+      std::string_view(name).substr(kBegin.size(), name.size() - kBegin.size() - kEnd.size());
+  const auto dash = middle.find('-');
+  if (dash == middle.npos) return std::nullopt;
+  const auto process = parse_int(middle.substr(0, dash));
+  const auto count = parse_int(middle.substr(dash + 1));
+  if (!process || !count || *process < 1 || *count < 0) return std::nullopt;
+  if (*process > std::numeric_limits<pid_t>::max()) return std::nullopt;
+  return static_cast<pid_t>(*process);
+}
+
+bool is_left_behind(const std::filesystem::path& file, pid_t process) {
+  if (::kill(process, 0) == 0 || errno != ESRCH) return false;
+  const int descriptor = ::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+  if (descriptor < 0) return false;
+  // A process of another host or container, which has numbers of its own, holds the lock.
+  const bool free = ::flock(descriptor, LOCK_EX | LOCK_NB) == 0;
+  ::close(descriptor);
+  return free;
+}
+
+}  // namespace
+
+void remove_leftovers(const std::filesystem::path& folder) {
+  std::error_code status;
+  std::vector<std::filesystem::path> dead;
+  std::filesystem::directory_iterator it(folder, status);
+  for (; !status && it != std::filesystem::directory_iterator(); it.increment(status)) {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(it->symlink_status(ignored))) continue;
+    const auto process = process_of(it->path().filename().string());
+    if (process && is_left_behind(it->path(), *process)) dead.push_back(it->path());
+  }
+  for (const auto& file : dead) std::filesystem::remove(file, status);
 }
 
 Result<ScratchFile> ScratchFile::create(const std::filesystem::path& path) {

@@ -20,6 +20,10 @@ struct NewFile {
 /// long for the file system.
 Result<NewFile> create_beside(const std::filesystem::path& path, unsigned mode);
 
+/// Removes the files of create_beside() in a folder whose processes have ended without removing
+/// them. Files of running processes stay, also those of other hosts that share the folder.
+void remove_leftovers(const std::filesystem::path& folder);
+
 /// Unnamed file on disk: it is deleted with the object or the process.
 class ScratchFile {
  public:

@@ -15,6 +15,21 @@
 namespace nav::io::detail {
 namespace {
 
+/// True if the beginning of the file is text by the rule of the library, which reads every other
+/// file as binary, whatever its first word: less than a twentieth of 256 bytes are no ASCII.
+bool begins_as_text(std::string_view content) {
+  constexpr std::size_t kBeginning = 256;
+  constexpr std::size_t kMostOthers = 20;
+  const std::string_view head = content.substr(0, kBeginning);
+  std::size_t others = 0;
+  for (const char c : head) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool text = (byte >= 0x20 && byte <= 0x7f) || c == '\n' || c == '\r' || c == '\t';
+    if (!text) ++others;
+  }
+  return others * kMostOthers < head.size();
+}
+
 /// Rejects a truncated STL file, which VTK reads as a smaller surface.
 Result<void> check_whole_stl(const std::filesystem::path& path, std::string_view text) {
   constexpr std::size_t kHead = 512;
@@ -29,8 +44,14 @@ Result<void> check_whole_stl(const std::filesystem::path& path, std::string_view
   }
   if (solid && !head_has("facet") && head_has("endsolid")) return no_facets();
   if (solid && head_has("facet")) {
+    if (!begins_as_text(text))
+      return malformed_surface(path, "ASCII STL", "bytes that are no text");
     if (text.rfind("endsolid") != std::string_view::npos) return {};
     return malformed_surface(path, "endsolid", "the end of the file before it");
+  }
+  if (!solid && head_has("facet normal") && begins_as_text(text)) {
+    return malformed_surface(path, "solid at the beginning of an ASCII STL",
+                             excerpt(text.substr(0, text.find('\n'))));
   }
   constexpr std::size_t kHeader = 84;
   constexpr std::size_t kFacet = 50;
@@ -42,7 +63,13 @@ Result<void> check_whole_stl(const std::filesystem::path& path, std::string_view
     facets = facets << 8U | static_cast<unsigned char>(text[kHeader - 5 + i]);
   }
   if (facets == 0) return no_facets();
-  if (text.size() - kHeader >= kFacet * facets) return {};
+  if (text.size() - kHeader == kFacet * facets) return {};
+  if (text.size() - kHeader > kFacet * facets) {
+    return malformed_surface(path,
+                             std::to_string(kHeader + kFacet * facets) + " bytes for its " +
+                                 std::to_string(facets) + " facets",
+                             std::to_string(text.size()));
+  }
   return malformed_surface(path, std::to_string(facets) + " facets",
                            std::to_string((text.size() - kHeader) / kFacet));
 }
@@ -57,7 +84,18 @@ Result<TriangleMesh> read_stl(const std::filesystem::path& path, std::string_vie
   errors.watch(reader->GetExecutive());  // Reports the reader's failure again.
   reader->SetFileName(path.c_str());
   errors.run([&] { reader->Update(); });
-  if (!errors.first().empty()) return malformed_surface(path, "a surface", errors.first());
+  if (!errors.first().empty()) {
+    constexpr std::string_view kWhere = " at line ";
+    const std::string& said = errors.first();  // Names its own parts, and may have several lines.
+    const auto at = said.find(kWhere);
+    std::string line;
+    for (std::size_t i = at + kWhere.size(); at != said.npos && i < said.size(); ++i) {
+      if (said[i] < '0' || said[i] > '9') break;
+      line += said[i];
+    }
+    return malformed_surface(path, "solid, facets and vertices of three numbers",
+                             "other text" + (line.empty() ? "" : " at line " + line));
+  }
   vtkPolyData& poly = *reader->GetOutput();
   MeshBuilder mesh(path);
   for (vtkIdType i = 0; i < poly.GetNumberOfPoints(); ++i) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstdio>
 #include <system_error>
 
 namespace nav::io::detail {
@@ -96,9 +97,15 @@ std::string to_text(double value) {
 
 std::string excerpt(std::string_view text) {
   constexpr std::size_t kMax = 60;
-  std::string out(text.substr(0, kMax));
-  for (char& c : out) {
-    if (static_cast<unsigned char>(c) < 0x20) c = ' ';
+  std::string out;
+  for (const char c : text.substr(0, kMax)) {
+    if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f) {
+      out += c;
+      continue;
+    }
+    char code[8];
+    std::snprintf(code, sizeof code, "\\x%02x", static_cast<unsigned char>(c));
+    out += c == '\n' ? "\\n" : c == '\t' ? " " : code;
   }
   if (text.size() > kMax) out += "...";
   return out;

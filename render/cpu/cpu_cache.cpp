@@ -62,6 +62,11 @@ std::vector<std::int32_t> packed_ranges(const BrickGrid& bricks) {
 void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
   const bool new_volume = ct_ != scene.ct;
   if (new_volume) take_volume(scene, threads);
+  if (gradients_of_ != scene.gradient_source) {
+    gradients_of_ = scene.gradient_source;
+    gradients_.reset();
+    if (gradients_of_) gradients_.emplace(*gradients_of_, threads);
+  }
   const bool new_transfer = !transfer_ || !same_classification(*transfer_, scene.transfer);
   if (new_transfer) take_transfer(scene);
   if ((new_volume || new_transfer) && table_->rows() == 1) {
@@ -80,6 +85,7 @@ void CpuCache::update(const Scene& scene, bool with_cutaway, int threads) {
     importance_ = brick_importance(*bricks_, *table_, threads);
     importance_.resize(importance_.size() + kBrickTail);
   }
+  if (with_cutaway && scene.cutaway->constant) never_hidden_.assign(importance_.size(), 255);
 }
 
 void CpuCache::make_leaps(int threads) {

@@ -30,6 +30,10 @@ class CpuCache {
   void count_rays(std::uint64_t rays) { rays_ += rays; }
 
   [[nodiscard]] const CpuVolume& volume() const { return *volume_; }
+  /// Volume of the gradients: Scene::gradient_source, or the CT. Its strides are those of volume().
+  [[nodiscard]] const CpuVolume& gradient_volume() const {
+    return gradients_ ? *gradients_ : *volume_;
+  }
   [[nodiscard]] const TransferTable& table() const { return *table_; }
   [[nodiscard]] const std::vector<TableEntry>& entries() const { return entries_; }
   [[nodiscard]] const MarchIntegrals& integrals() const { return integrals_; }
@@ -48,6 +52,8 @@ class CpuCache {
   [[nodiscard]] const BrickShell& shell() const { return shell_; }
   /// Empty until a scene with a cutaway requests skipping.
   [[nodiscard]] const std::vector<std::uint8_t>& importance() const { return importance_; }
+  /// MarchInputs::brick_importance of a cutaway that hides by no importance. Empty without one.
+  [[nodiscard]] const std::vector<std::uint8_t>& never_hidden() const { return never_hidden_; }
   /// See MarchInputs::brick_range. Empty until a projection requests skipping.
   [[nodiscard]] const std::vector<std::int32_t>& ranges() const { return ranges_; }
 
@@ -60,6 +66,8 @@ class CpuCache {
 
   std::shared_ptr<const StoredVolume> ct_;  ///< Held so that no other volume gets its address.
   std::optional<CpuVolume> volume_;
+  std::shared_ptr<const StoredVolume> gradients_of_;
+  std::optional<CpuVolume> gradients_;
   std::optional<TransferFunction> transfer_;
   std::optional<TransferTable> table_;
   std::vector<TableEntry> entries_;
@@ -74,6 +82,7 @@ class CpuCache {
   int cell_edge_ = 0;                          ///< Edge for the last scene; 0: none.
   std::uint64_t rays_ = 0;  ///< Number of rays cast of this volume with this transfer function.
   std::vector<std::uint8_t> importance_;
+  std::vector<std::uint8_t> never_hidden_;
   std::vector<std::int32_t> ranges_;
 };
 

@@ -43,6 +43,7 @@ void set_grid(const Scene& scene, const CpuCache& cache, MarchInputs& in) {
   const VoxelGrid& grid = scene.ct->grid();
   const double step = spec::step_mm(scene.quality, grid);
   in.voxels = cache.volume().origin();
+  in.gradient_voxels = cache.gradient_volume().origin();
   in.row_stride = cache.volume().row_stride();
   in.slice_stride = cache.volume().slice_stride();
   for (int axis = 0; axis < 3; ++axis) {
@@ -76,7 +77,11 @@ void set_bricks(const Scene& scene, const CpuCache& cache, const MarchKey& key, 
       in_runs ? cells_per_test_in_runs(scene.quality) : cells_per_test(scene.quality);
   // A run without visible cells costs little, and brick tests cannot skip the other runs.
   if (key.cells == MarchCells::kVisible) in.cells_per_test *= 2;
-  if (key.fade) in.brick_importance = cache.importance().data();
+  // Constant thresholds hide by no importance.
+  if (key.fade) {
+    in.brick_importance =
+        scene.cutaway->constant ? cache.never_hidden().data() : cache.importance().data();
+  }
 }
 
 void set_table(const CpuCache& cache, MarchInputs& in) {
@@ -126,6 +131,12 @@ void set_index_axis(const Eigen::Vector3d& v, const VoxelGrid& grid, double* out
 }
 
 }  // namespace
+
+void set_thresholds(const Cutaway& cutaway, MarchInputs& in) {
+  in.fade_share = cutaway.constant ? 0.0F : 1.0F;
+  in.fade_low = cutaway.constant ? static_cast<float>(cutaway.constant->lower) : 0.0F;
+  in.fade_high = cutaway.constant ? static_cast<float>(cutaway.constant->upper) : 0.0F;
+}
 
 int cells_per_test(const Quality& quality) {
   const double cells = std::round(kVoxelsPerTest / quality.step_voxels);
@@ -195,6 +206,7 @@ MarchInputs march_inputs(const Scene& scene, const CpuCache& cache, const MarchK
         scene.cutaway->overlay_mm / spec::step_mm(scene.quality, scene.ct->grid());
     in.overlay_cells = static_cast<float>(std::min(overlay, kFar));
     in.per_overlay = static_cast<float>(std::min(1 / overlay, kFar));
+    set_thresholds(*scene.cutaway, in);
   }
   return in;
 }

@@ -11,6 +11,9 @@ namespace nav::render {
 /// The variant of the march that a scene needs.
 MarchKey march_key(const Scene& scene, const CpuCache& cache, bool with_cutaway);
 
+/// Sets the thresholds of the cutaway's fade.
+void set_thresholds(const Cutaway& cutaway, MarchInputs& in);
+
 /// Value for MarchInputs::cells_per_test.
 int cells_per_test(const Quality& quality);
 /// The value for cells in runs of kMarchRun: whole runs, because a part of a run costs as much.

@@ -139,12 +139,18 @@ struct Fading {
   F t2;
   F per_transition;
   F per_overlay;
+  F share;
+  F add_low;
+  F add_high;
 
   Fading(const MarchInputs& in, const RayPacket& rays, int lane)
       : t1(V::load(rays.t1 + lane)),
         t2(V::load(rays.t2 + lane)),
         per_transition(V::load(rays.per_transition + lane)),
-        per_overlay(V::set(in.per_overlay)) {}
+        per_overlay(V::set(in.per_overlay)),
+        share(V::set(in.fade_share)),
+        add_low(V::set(in.fade_low)),
+        add_high(V::set(in.fade_high)) {}
 
   /// The fading of the rays of other lanes; V must pack.
   [[nodiscard]] Fading pick(typename V::I lanes) const {
@@ -163,10 +169,13 @@ struct Fading {
     const F outer = clamp01(V::mul(V::sub(t2, t), per_transition));
     const F inner = clamp01(V::mul(V::sub(t1, t), per_overlay));
     const F omega = V::mul(V::set(0.5F), V::add(outer, inner));
-    const F low = V::max(V::sub(V::add(importance, importance), one), V::set(0.0F));
-    const F width = V::max(V::sub(importance, low), V::set(1e-20F));
-    const F ramp = V::div(V::sub(importance, omega), width);
-    const F hidden = V::select(V::not_less(omega, importance), V::set(0.0F), ramp);
+    const F own = V::max(V::sub(V::add(importance, importance), one), V::set(0.0F));
+    // Thresholds by importance: x · 1 + 0 is x to the last bit.
+    const F low = V::madd(own, share, add_low);
+    const F high = V::madd(importance, share, add_high);
+    const F width = V::max(V::sub(high, low), V::set(1e-20F));
+    const F ramp = V::div(V::sub(high, omega), width);
+    const F hidden = V::select(V::not_less(omega, high), V::set(0.0F), ramp);
     return V::select(V::not_less(low, omega), one, hidden);
   }
 

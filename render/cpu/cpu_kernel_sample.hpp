@@ -99,7 +99,7 @@ struct Sampler {
   /// Undefined in lanes that do not need it.
   void gradient(F at, typename V::M needed, F* g) const {
     const Place c = locate(at);
-    V::differences(in.voxels, in.row_stride, in.slice_stride, c.base, c.w, needed, g);
+    V::differences(in.gradient_voxels, in.row_stride, in.slice_stride, c.base, c.w, needed, g);
     for (int axis = 0; axis < 3; ++axis)
       g[axis] = V::mul(g[axis], V::set(in.half_per_spacing[axis]));
   }

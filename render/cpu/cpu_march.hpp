@@ -52,7 +52,8 @@ enum class MarchPrefetch { kNone, kCorners, kAll };
 
 /// Data that all rays of an image share.
 struct MarchInputs {
-  const std::int32_t* voxels;  ///< CpuVolume::origin().
+  const std::int32_t* voxels;           ///< CpuVolume::origin().
+  const std::int32_t* gradient_voxels;  ///< CpuVolume::origin() of the gradients.
   int row_stride;
   int slice_stride;
   float last[3];  ///< n - 1 per axis.
@@ -109,6 +110,9 @@ struct MarchInputs {
 
   float per_overlay;    ///< 1 / overlay, in cells; 1e30 for 0.
   float overlay_cells;  ///< 1e30 for infinity.
+  float fade_share;     ///< 1: thresholds by importance; 0: constant ones.
+  float fade_low;       ///< Constant thresholds; 0 by importance.
+  float fade_high;
 };
 
 /// Rays in voxel indices. Positions are in cells from each ray's own base cell.

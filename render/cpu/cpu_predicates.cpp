@@ -284,6 +284,7 @@ void CpuPredicates::set_grid(const Scene& scene, PredicateInputs& in) const {
   if (scene.cutaway) {
     constexpr double kFar = 1e30;
     const double overlay = scene.cutaway->overlay_mm / step;
+    set_thresholds(*scene.cutaway, base);
     base.overlay_cells = static_cast<float>(std::min(overlay, kFar));
     base.per_overlay = static_cast<float>(std::min(1 / overlay, kFar));
   }

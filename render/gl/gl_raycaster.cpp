@@ -92,11 +92,17 @@ Result<void> GlRaycaster::draw(const Scene& scene, const std::optional<SharedDep
   Result<void> drawn;
   do {
     fitted.ct = whole_.textures.fitting(scene.ct);
+    // Means of voxels are smooth, and have a grid of their own.
+    fitted.gradient_source = fitted.ct == scene.ct ? scene.gradient_source : nullptr;
     drawn = drawn_by_predicates(scene) ? whole(*scene.ct, *fitted.ct) : Result<void>();
     if (drawn) drawn = draw_fitted(fitted, depth, change);
   } while (!drawn && whole_.textures.ask_for_less());
   if (drawn && layers_) drawn = resolve(fitted);
   statistics_.note = whole_.textures.note();
+  if (drawn && whole_.textures.lacks_gradient_source()) {
+    statistics_.note += std::string(statistics_.note.empty() ? "" : "; ") +
+                        "shading is not smoothed: the gradients do not fit on the device";
+  }
   unbind_all();
   if (!drawn) return drawn;
   if (const GLenum error = glGetError(); error != GL_NO_ERROR) {

@@ -118,7 +118,8 @@ Result<void> GlTextures::update(const Scene& scene) {
   } else if (!scene.predicates) {
     update_transfer(scene.transfer);
     const bool needs_gradients = scene.shading.enabled || scene.transfer.uses_gradient();
-    if (needs_gradients && gradient_texture_ && !pairs_) update_gradients();
+    source_ = scene.gradient_source;
+    if (needs_gradients && (source_ || (gradient_texture_ && !pairs_))) update_gradients();
     if (scene.quality.skip_empty_bricks && !bricks_valid_) update_bricks();
   }
   if (plane) update_image(scene.plane->frame.pixels);
@@ -240,19 +241,21 @@ void GlTextures::update_transfer(const TransferFunction& function) {
 }
 
 void GlTextures::update_gradients() {
-  if (gradients_tried_ == volume_) return;
-  gradients_tried_ = volume_;
+  const auto& of = source_ ? source_ : volume_;
+  if (gradients_tried_ == of) return;
+  gradients_tried_ = of;
   gradients_of_ = nullptr;
-  if (volume_->grid().voxel_count() > kMostGradientVoxels) return;
-  const std::vector<std::int16_t> differences = neighbour_differences(*volume_);
+  // Another volume's gradients exist only as a texture, whatever their size.
+  if (!source_ && of->grid().voxel_count() > kMostGradientVoxels) return;
+  const std::vector<std::int16_t> differences = neighbour_differences(*of);
   if (differences.empty()) return;
-  const auto& size = volume_->grid().size;
+  const auto& size = of->grid().size;
   glBindTexture(GL_TEXTURE_3D, gradients.id());
   gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
   glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16_SNORM, size[0], size[1], size[2], 0, GL_RGBA, GL_SHORT,
                differences.data());
-  // Too little memory does not prevent drawing: six fetches give the same.
-  if (glGetError() == GL_NO_ERROR) gradients_of_ = volume_;
+  // Too little memory does not prevent drawing: six fetches from the CT take their place.
+  if (glGetError() == GL_NO_ERROR) gradients_of_ = of;
 }
 
 void GlTextures::update_ranges() {
@@ -311,7 +314,7 @@ void GlTextures::release() {
   }
   for (GlTable* table : {&transfer, &importances, &integrals, &ct_pairs}) table->release();
   volume_ = full_ = fitted_ = limited_ = gradients_of_ = gradients_tried_ = brick_ranges_of_ =
-      nullptr;
+      source_ = nullptr;
   function_.reset();
   bricks_valid_ = false;
   pixels_ = {};

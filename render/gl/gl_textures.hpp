@@ -101,10 +101,13 @@ class GlTextures {
   /// The objects of the cutaway of the last scene.
   [[nodiscard]] const spec::CutawayObjects<double>& cut() const { return cut_; }
 
-  /// True if gradients of the last scene's volume are on the device.
+  /// True if the gradients of the last scene are on the device.
   [[nodiscard]] bool has_gradients() const {
+    if (source_) return gradients_of_ == source_;
     return gradient_texture_ && !pairs_ && gradients_of_ == volume_;
   }
+  /// True if the last scene's gradient source is not on the device: gradients are the CT's.
+  [[nodiscard]] bool lacks_gradient_source() const { return source_ && gradients_of_ != source_; }
   void set_gradient_texture(bool allowed) { gradient_texture_ = allowed; }
   /// Keeps volumes as tables of pairs of voxels instead of textures, if the device's tables can be
   /// large enough.
@@ -147,6 +150,7 @@ class GlTextures {
   std::shared_ptr<const StoredVolume> gradients_of_;  ///< Volume of the gradient texture; absent:
                                                       ///< not worth one.
   std::shared_ptr<const StoredVolume> gradients_tried_;
+  std::shared_ptr<const StoredVolume> source_;  ///< Scene::gradient_source of the last scene.
   std::optional<TransferFunction> function_;
   std::optional<TransferTable> table_;
   std::shared_ptr<const StoredVolume> ranges_volume_;

@@ -148,6 +148,9 @@ void set_cutaway(GlProgram& program, const GlFeatures& features, const Scene& sc
     program.set("cut_cot", Eigen::Vector2d(objects.cot1, objects.cot2));
   }
   program.set("overlay_mm", std::min(objects.overlay_mm, kEndless));
+  const auto& tau = scene.cutaway->constant;
+  program.set("fade_by",
+              tau ? Eigen::Vector3d(0, tau->lower, tau->upper) : Eigen::Vector3d(1, 0, 0));
 }
 
 void set_volume_marching(GlProgram& program, const GlFeatures& features, const Scene& scene,

@@ -97,7 +97,8 @@ struct Features {
 
 /// Names of the channels that the built-in predicates read.
 namespace feature {
-/// The volume itself, as a share of white (PredicateScene::intensity).
+/// The volume itself, as a share of white (PredicateScene::intensity). A feature of this name takes
+/// its place for predicates, and the volume then only says how bright and opaque samples are.
 inline constexpr const char* kIntensity = "intensity";
 inline constexpr const char* kGradientMagnitude = "gradient_magnitude";  ///< 1/mm.
 /// Signed derivative along the scan line, 1/mm: > 0 when brightness increases with depth.

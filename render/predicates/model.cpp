@@ -60,11 +60,21 @@ class Checker {
     if (e.op == Operator::kKind) return check_values(name, e);
     if (e.op == Operator::kEntry) return follow(e.name);
     const std::size_t count = e.operands.size();
-    if (count == 0 || (e.op == Operator::kNot && count != 1)) {
-      return malformed_predicates(
-          name + ": expected " +
-          (e.op == Operator::kNot ? "one operand of NOT" : "operands of AND or OR") + ", found " +
-          std::to_string(count));
+    const bool one = e.op == Operator::kNot || e.op == Operator::kConnected;
+    if (count == 0 || (one && count != 1)) {
+      return malformed_predicates(name + ": expected " +
+                                  (e.op == Operator::kNot ? "one operand of NOT"
+                                   : one                  ? "one operand of connected"
+                                                          : "operands of AND or OR") +
+                                  ", found " + std::to_string(count));
+    }
+    constexpr double kMostMm3 = 1e9;
+    if (e.op == Operator::kConnected &&
+        !(e.values.size() == 1 && e.values[0] >= 0 && e.values[0] <= kMostMm3)) {
+      std::ostringstream text;
+      text << name << ": connected.least_mm3: expected a number in [0, 1e9], found "
+           << (e.values.empty() ? 0.0 : e.values[0]);
+      return malformed_predicates(text.str());
     }
     for (const auto& operand : e.operands) {
       if (const auto ok = visit(operand, depth + 1); !ok) return ok;
@@ -110,7 +120,7 @@ bool operator==(const PredicateExpression& a, const PredicateExpression& b) {
          std::tie(b.op, b.name, b.values, b.operands);
 }
 bool operator==(const PredicateEntry& a, const PredicateEntry& b) {
-  return a.name == b.name && a.expression == b.expression;
+  return a.name == b.name && a.expression == b.expression && a.floor == b.floor;
 }
 bool operator==(const PredicateModel& a, const PredicateModel& b) {
   return a.entries == b.entries && a.histogram.bars() == b.histogram.bars();
@@ -138,6 +148,11 @@ Result<void> validate(const PredicateModel& model) {
     if (entry.name.empty() || !names.insert(entry.name).second) {
       return malformed_predicates("predicates: expected a unique name for each entry, found \"" +
                                   entry.name + "\"");
+    }
+    if (!(entry.floor >= 0 && entry.floor <= 1)) {
+      std::ostringstream text;
+      text << entry.name << ": floor: expected a number in [0, 1], found " << entry.floor;
+      return malformed_predicates(text.str());
     }
   }
   Checker checker(model);

@@ -22,6 +22,8 @@ struct PredicateExpression {
     kAnd,   ///< kAnd and kOr combine one or more operands.
     kOr,
     kEntry,  ///< Refers to another entry of the model.
+    /// The operand, where it is true in a connected part of at least values[0] mm³: connected.hpp.
+    kConnected,
   };
   Operator op = Operator::kKind;
   std::string name;            ///< Name of the kind or the entry.
@@ -37,6 +39,9 @@ struct PredicateExpression {
   static PredicateExpression negation(PredicateExpression of) {
     return {Operator::kNot, {}, {}, {std::move(of)}};
   }
+  static PredicateExpression connected(PredicateExpression of, double least_mm3) {
+    return {Operator::kConnected, {}, {least_mm3}, {std::move(of)}};
+  }
   static PredicateExpression all(std::vector<PredicateExpression> of) {
     return {Operator::kAnd, {}, {}, std::move(of)};
   }
@@ -49,6 +54,9 @@ bool operator==(const PredicateExpression& a, const PredicateExpression& b);
 struct PredicateEntry {
   std::string name;  ///< Unique name, given by the user.
   PredicateExpression expression;
+  /// Least intensity, and with it least luminance and opacity, of voxels where it is true, [0, 1];
+  /// 0: none. Applied by shaped_intensity().
+  double floor = 0;
 };
 bool operator==(const PredicateEntry& a, const PredicateEntry& b);
 
@@ -65,8 +73,9 @@ bool same_set(const PredicateModel& a, const PredicateModel& b);
 
 /// Rejects the following and names the entry: fewer than 1 or more than kMostPredicates entries; a
 /// different number of bars; empty or repeated names; unknown kinds; parameters that are out of
-/// range or inverted; operators without operands; nesting deeper than kDeepestCombination;
-/// references to missing entries; cycles of references.
+/// range or inverted; operators without operands; floors outside [0, 1]; connected parts outside
+/// [0, 1e9] mm³; nesting deeper than kDeepestCombination; references to missing entries; cycles of
+/// references.
 Result<void> validate(const PredicateModel& model);
 
 /// Names of the kinds of predicates that a model uses.

@@ -73,6 +73,22 @@ PresetEntries layers() {
           {{"target", label(4)}, {0.6, 50, 0.7}}};
 }
 
+/// Recorded volumes of the abdomen or pelvis, without scan lines: fluid-filled tubes, interfaces
+/// and the tissue around them. Parts too small for an organ are left out.
+PresetEntries abdomen() {
+  return {{{"vessels", E::connected(E::kind("vesselness", {0.12, 1}), 150), 0.45}, {0.6, 215, 0.8}},
+          {{"interfaces", E::connected(E::all({steep(0.06), bright(0.35)}), 60)}, {0.3, 45, 0.6}},
+          {{"tissue", bright(0.12)}, {0.1, 25, 0.3}}};
+}
+/// Recorded volumes of thyroid and carotid artery, without scan lines: the artery and the vein as
+/// tubes, the homogeneous gland, and the tissue around them.
+PresetEntries thyroid() {
+  return {
+      {{"vessels", E::connected(E::kind("vesselness", {0.2, 1}), 60), 0.45}, {0.6, 0, 0.85}},
+      {{"gland", E::connected(E::all({textured(2.5, 8), bright(0.2, 0.8)}), 300)}, {0.25, 45, 0.5}},
+      {{"tissue", bright(0.15)}, {0.15, 25, 0.3}}};
+}
+
 const std::vector<std::pair<std::string, PresetEntries (*)()>>& presets() {
   static const std::vector<std::pair<std::string, PresetEntries (*)()>> all{
       {"carotid-context", carotid_context},
@@ -82,7 +98,9 @@ const std::vector<std::pair<std::string, PresetEntries (*)()>>& presets() {
       {"tendon", tendon},
       {"tendon-fibres", tendon_fibres},
       {"tendon-context", tendon_context},
-      {"layers", layers}};
+      {"layers", layers},
+      {"abdomen", abdomen},
+      {"thyroid", thyroid}};
   return all;
 }
 

@@ -81,6 +81,10 @@ class PredicateSetBuilder {
         return add_leaf(entry, e, program);
       case Operator::kEntry:
         return add_reference(e.name, program);
+      case Operator::kConnected:
+        return malformed_predicates(entry.name +
+                                    ": expected connected parts that were resolved for a volume, "
+                                    "found unresolved ones");
       case Operator::kNot:
       case Operator::kAnd:
       case Operator::kOr:
@@ -167,11 +171,13 @@ class PredicateSetBuilder {
   }
 
   Result<int> channel_of(const std::string& who, const std::string& name) {
-    for (std::size_t i = 0; i < set_.channels_.size(); ++i) {
-      if (set_.channels_[i].name == name) return static_cast<int>(i);
-    }
     const auto& volumes = predicates_.features.volumes;
     const auto found = volumes.find(name);
+    // A feature of the name of the volume itself takes its place for predicates.
+    const bool replaced = name == feature::kIntensity && found != volumes.end();
+    for (std::size_t i = replaced ? 1 : 0; i < set_.channels_.size(); ++i) {
+      if (set_.channels_[i].name == name) return static_cast<int>(i);
+    }
     if (found == volumes.end()) {
       std::string known;
       for (const auto& [key, volume] : volumes) known += (known.empty() ? "" : ", ") + key;

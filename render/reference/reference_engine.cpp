@@ -21,7 +21,7 @@ namespace {
 
 using Vec3 = spec::Vec3<double>;
 
-/// Gradient of the CT, HU/mm along the CT axes.
+/// Gradient of a volume, HU/mm along the CT axes.
 Vec3 gradient_at(const StoredVolume& ct, const Vec3& index) {
   const VoxelGrid& grid = ct.grid();
   Vec3 g;
@@ -259,7 +259,7 @@ class Caster {
   void add(const Cell& cell) {
     const bool windows = p_.table.rows() > 1;
     Vec3 gradient = Vec3::Zero();
-    if (windows) gradient = gradient_at(*scene_.ct, place_in(cell, 0.5));
+    if (windows) gradient = gradient_at(gradient_source(), place_in(cell, 0.5));
     Classified c = classified(cell, gradient.norm());
     if (!(c.tau_per_mm > 0)) return;
     const double opacity = -std::expm1(-c.tau_per_mm * (cell.t_b - cell.t_a));
@@ -271,13 +271,17 @@ class Caster {
       Vec3 sum = Vec3::Zero();
       for (int j = 0; j < n; ++j) {
         ++counts_.gradients;
-        if (!windows) gradient = gradient_at(*scene_.ct, place_in(cell, (j + 0.5) / n));
+        if (!windows) gradient = gradient_at(gradient_source(), place_in(cell, (j + 0.5) / n));
         sum += spec::shade_sample<double>(c.rgb, gradient, ray_.direction,
                                           spec::gooch_light(p_.view), share, scene_.shading);
       }
       c.rgb = sum / n;
     }
     blend(c.rgb, opacity);
+  }
+
+  [[nodiscard]] const StoredVolume& gradient_source() const {
+    return scene_.gradient_source ? *scene_.gradient_source : *scene_.ct;
   }
 
   /// Index of the position w in the whole cell, 0 at its begin and 1 at its end.
@@ -315,7 +319,9 @@ class Caster {
   }
 
   [[nodiscard]] double visibility(double importance, double t) const {
-    return spec::visibility(importance, spec::occlusion(span_, p_.cutaway.overlay_mm, t));
+    const double omega = spec::occlusion(span_, p_.cutaway.overlay_mm, t);
+    return scene_.cutaway ? spec::visibility(*scene_.cutaway, importance, omega)
+                          : spec::visibility(importance, omega);
   }
 
   /// Mean of kFadeSteps midpoints, faded or not.

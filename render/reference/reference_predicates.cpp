@@ -13,6 +13,7 @@ ReferencePredicates::ReferencePredicates(const Scene& scene)
       sampler_(set_),
       opacity_(scene.predicates->opacity_length_mm),
       overlay_mm_(scene.cutaway ? scene.cutaway->overlay_mm : 0),
+      cutaway_(scene.cutaway.value_or(Cutaway{})),
       step_mm_(spec::step_mm(scene.quality, scene.ct->grid())) {}
 
 spec::ImportanceState<double> ReferencePredicates::cast(const Ray& ray,
@@ -64,7 +65,7 @@ void ReferencePredicates::add(const Ray& ray, const Eigen::Vector3d& middle, Ima
     double visible = 0;
     for (int j = 0; j < spec::kFadeSteps; ++j) {
       const double t = part.begin + (j + 0.5) / spec::kFadeSteps * (part.end - part.begin);
-      visible += spec::visibility(importance, spec::occlusion(ray.span, overlay_mm_, t));
+      visible += spec::visibility(cutaway_, importance, spec::occlusion(ray.span, overlay_mm_, t));
     }
     tau = spec::faded(tau, visible / spec::kFadeSteps);
   }

@@ -51,6 +51,7 @@ class ReferencePredicates {
   PredicateSampler sampler_;
   IntensityOpacity opacity_;
   double overlay_mm_;
+  Cutaway cutaway_;  ///< For its thresholds.
   double step_mm_;
 };
 

@@ -61,7 +61,7 @@
 ///
 /// Gradient. Central difference with one voxel on either side along each index axis, positions
 /// clamped to [0, n - 1], divided by 2 · spacing_mm, rotated by directions: HU per mm along the CT
-/// axes.
+/// axes. Its values are those of scene.gradient_source, if there is one, otherwise of the CT.
 ///
 /// Compositing, front to back, premultiplied: C += (1 - A) · alpha · rgb; A += (1 - A) · alpha.
 /// Surfaces are samples with their own alpha at their exact t, sorted by t (for equal t: plane,

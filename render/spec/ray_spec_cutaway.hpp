@@ -93,15 +93,26 @@ S occlusion(const CutawaySpan<S>& span, S overlay_mm, S t) {
   return S(0.5) * (outer + inner);
 }
 
+/// 1 - ramp(low, high, Omega).
+template <class S>
+S visibility_between(S low, S high, S omega) {
+  if (omega <= low) return S(1);
+  if (omega >= high) return S(0);
+  return (high - omega) / (high - low);
+}
+
 /// Share of its opacity that a sample of importance I keeps: 1 - ramp(max(2 I - 1, 0), I, Omega).
 /// The ramp tests its lower end first. The printed ramp does not; it makes I = 0 vanish in the base
 /// and I = 1 vanish in the clear region.
 template <class S>
 S visibility(S importance, S omega) {
-  const S low = std::max(S(2) * importance - S(1), S(0));
-  if (omega <= low) return S(1);
-  if (omega >= importance) return S(0);
-  return (importance - omega) / (importance - low);
+  return visibility_between(std::max(S(2) * importance - S(1), S(0)), importance, omega);
+}
+
+/// Share that a sample keeps in a cutaway, which may have constant thresholds.
+inline double visibility(const Cutaway& cutaway, double importance, double omega) {
+  if (!cutaway.constant) return visibility(importance, omega);
+  return visibility_between(cutaway.constant->lower, cutaway.constant->upper, omega);
 }
 
 /// Importance of a quotient: it counts as 1 from kFullImportance on, so that rounding cannot hide
@@ -123,7 +134,8 @@ S faded(S tau_per_mm, S visible) {
 /// Distance t up to which a sample of importance I is invisible, mm. No sample of importance <= I
 /// is needed in front of it. It is nearer to the eye than the exact position by more than the
 /// rounding error of visibility(occlusion()) (kSkipUlps of the largest term), so that skipping
-/// stays bit-identical. -infinity for I = 1 and for a ray that meets no surface.
+/// stays bit-identical. Not for constant thresholds. -infinity for I = 1 and for a ray that meets
+/// no surface.
 template <class S>
 S visible_from(const CutawaySpan<S>& span, S overlay_mm, S importance) {
   constexpr S kNever = -std::numeric_limits<S>::infinity();

@@ -6,6 +6,8 @@
 // object, or the ball itself; then come the vertices. Space: local mm. t is counted as for the ray,
 // from close to the volume.
 
+// Thresholds by importance: 1, 0, 0. Constant ones: 0, lower, upper.
+uniform vec3 fade_by;
 uniform float overlay_mm;   // Along the ray; very large: no clear region.
 
 const int kFirstVertex = 4;
@@ -127,10 +129,11 @@ float occlusion(CutawaySpan span, float t) {
 
 // The share of its opacity that a sample keeps.
 float visibility(float importance, float omega) {
-  float low = max(2.0 * importance - 1.0, 0.0);
+  float low = fma(max(2.0 * importance - 1.0, 0.0), fade_by.x, fade_by.y);
+  float high = fma(importance, fade_by.x, fade_by.z);
   if (omega <= low) return 1.0;
-  if (omega >= importance) return 0.0;
-  return (importance - omega) / (importance - low);
+  if (omega >= high) return 0.0;
+  return (high - omega) / (high - low);
 }
 
 // Extinction after the opacity of 1 mm was faded.
@@ -146,6 +149,7 @@ float faded(float tau, float visible) {
 // rounding.
 float hidden_until(CutawaySpan span, float importance) {
   const float kMarginMm = 0.01;
+  if (fade_by.x == 0.0) return kNowhere;  // Constant thresholds hide by no importance.
   float t = importance <= 0.5 ? span.t2 - 2.0 * importance * (span.t2 - span.t1)
                               : span.t1 - (2.0 * importance - 1.0) * overlay_mm;
   return t - kMarginMm;

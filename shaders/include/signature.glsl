@@ -29,7 +29,7 @@ uvec2 signature_of_surface(Surface surface) {
 uvec2 signature_of(Ray ray, float t_eye, bool cut) {
   uvec2 sum = uvec2(1u);
 #ifdef CUTAWAY
-  if (cut) sum += with_numbers(uvec2(7u), vec4(cut_span.t1, cut_span.t2, overlay_mm, 0.0));
+  if (cut) sum += with_numbers(uvec2(7u), vec4(cut_span.t1, cut_span.t2, overlay_mm, fade_by.y + 7.0 * fade_by.z));
 #endif
 #ifdef PLANE
   sum += signature_of_surface(hit_plane(ray, t_eye));

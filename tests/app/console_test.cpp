@@ -27,5 +27,15 @@ TEST(ConsoleTest, ShowsFiveMessagesThatDifferInTheirNumbersOnly) {
   EXPECT_EQ(entries[4].count, 96U);
 }
 
+TEST(ConsoleTest, ShowsControlCharactersOfFilesEscaped) {
+  EXPECT_EQ(without_controls("a\x1b[2Jb\nc\x7f"), "a\\x1b[2Jb\\nc\\x7f");
+  EXPECT_EQ(without_controls("\xc2\x9b"
+                             "5A"),
+            "\\xc2\\x9b5A")
+      << "CSI of eight bits";
+  EXPECT_EQ(without_controls("\xff\xc3"), "\\xff\\xc3") << "no UTF-8";
+  EXPECT_EQ(without_controls("L\xc3\xa4sion \xe2\x82\xac"), "L\xc3\xa4sion \xe2\x82\xac");
+}
+
 }  // namespace
 }  // namespace nav::app

@@ -481,6 +481,16 @@ TEST_F(CtDicomTest, RejectsDeflatedFiles) {
   EXPECT_TRUE(rejects(read(), Code::kMalformedData, {".dcm", "not deflated"}));
 }
 
+/// The library reads a length of 0xffffffff there as one, and asks for as many bytes.
+TEST_F(CtDicomTest, RejectsFileMetaInformationWithoutALength) {
+  std::string bytes(128, '\0');
+  bytes += "DICM";
+  bytes += std::string("\2\0\0\0UL\4\0\x98\0\0\0", 12);
+  bytes += std::string("\2\0\1\0OB\0\1\xff\xff\xff\xff", 12) + std::string(24, '\xff');
+  test::put(folder_ / "a.dcm", bytes);
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"a.dcm", "length", "group 2"}));
+}
+
 TEST_F(CtDicomTest, RejectsFoldersWithoutAStack) {
   EXPECT_TRUE(rejects(read(), Code::kNotFound, {"DICOM", "0 files"}));
   test::put(folder_ / "note.txt", "hello, this is no image at all");

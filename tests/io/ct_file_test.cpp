@@ -593,8 +593,44 @@ TEST_F(CtFileTest, VerifiesTheChecksumOfCompressedNifti) {
   EXPECT_TRUE(rejects(read("a.nii.gz", changed), Code::kMalformedData, {"a.nii.gz", "damaged"}));
   EXPECT_TRUE(rejects(read("a.nii.gz", whole.substr(0, whole.size() - 5)), Code::kMalformedData,
                       {"a.nii.gz", "cut short"}));
-  // The reader ignores data after the voxels.
+  // Data after the voxels are read, with a warning.
   EXPECT_TRUE(test::has_value(read("a.nii.gz", file(352, noise))));
+}
+
+TEST_F(CtFileTest, SaysThatANiftiHasMoreVoxelsThanItsHeaderStates) {
+  std::string h = nifti();
+  set_sform(h);
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  constexpr int kGzip = 31;
+  ASSERT_TRUE(test::has_value(read("a.nii", h + data)));
+  ASSERT_TRUE(test::has_value(read("a.nii.gz", test::deflated(h + data, kGzip))));
+  EXPECT_TRUE(diagnostics_.entries().empty());
+  ASSERT_TRUE(test::has_value(read("b.nii", h + data + "xyz")));
+  ASSERT_TRUE(test::has_value(read("c.nii.gz", test::deflated(h + data + "xyz", kGzip))));
+  const auto entries = diagnostics_.entries();
+  ASSERT_EQ(entries.size(), 2U);
+  for (std::size_t i = 0; i < 2; ++i) {
+    const std::string name = i == 0 ? "b.nii: " : "c.nii.gz: ";
+    EXPECT_NE(entries[i].message.find(name + "expected 48 bytes of voxels, found 51"),
+              std::string::npos)
+        << entries[i].message;
+  }
+}
+
+TEST_F(CtFileTest, AsksAboutVoxelsThatNoScannerMakes) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  for (const auto& [spacing, usual] : {std::pair("0.5 0.5 10", true),
+                                       {"10 0.5 0.5", true},
+                                       {"0.5 0.5 0.2", true},
+                                       {"2 0.2 2", false},
+                                       {"0.5 0.5 50", false}}) {
+    const std::size_t before = diagnostics_.entries().size();
+    ASSERT_TRUE(test::has_value(read("a.mha", meta(kTurn, "MET_SHORT", spacing) + data)));
+    EXPECT_EQ(diagnostics_.entries().size(), before + (usual ? 0 : 1)) << spacing;
+  }
+  EXPECT_NE(diagnostics_.entries()[0].message.find("2 x 0.2 x 2 mm: is the spacing right?"),
+            std::string::npos)
+      << diagnostics_.entries()[0].message;
 }
 
 TEST_F(CtFileTest, RejectsBadNifti) {

@@ -42,6 +42,25 @@ class SequenceReaderTest : public ::testing::Test {
   test::TemporaryFolder folder_;
 };
 
+TEST_F(SequenceReaderTest, AFileThatBecomesShorterIsAnErrorOfReadingNotOfTheFrame) {
+  auto reader = open(meta(kFrames) + kPixels);
+  ASSERT_TRUE(test::has_value(reader));
+  ASSERT_TRUE(test::has_value(reader->read(1)));
+  const auto file = folder_ / "a.igs.mha";
+  std::filesystem::resize_file(file, std::filesystem::file_size(file) - 3);
+  EXPECT_TRUE(test::has_value(reader->read(0)));
+  EXPECT_TRUE(rejects(reader->read(1), Code::kIo, {"frame 1", "became shorter", "a.igs.mha"}));
+}
+
+TEST_F(SequenceReaderTest, RejectsALineWithoutAnEndBeforeReadingAllOfIt) {
+  put(folder_ / "a.igs.mha", "ObjectType = Image\n");
+  std::filesystem::resize_file(folder_ / "a.igs.mha", std::uintmax_t{1} << 40);  // Zeros.
+  EXPECT_TRUE(rejects(SequenceReader::open(folder_ / "a.igs.mha"), Code::kMalformedData,
+                      {"a.igs.mha", "line 2", "at most 1 MiB"}));
+  EXPECT_TRUE(rejects(open("Comment = " + std::string(3 << 20, 'x') + "\n" + meta("") + kPixels),
+                      Code::kMalformedData, {"line 1", "at most 1 MiB"}));
+}
+
 TEST_F(SequenceReaderTest, ReadsRawFramesInAnyOrder) {
   auto reader = open(meta(kFrames + "Odd key = kept\n") + kPixels);
   ASSERT_TRUE(test::has_value(reader));

@@ -103,6 +103,51 @@ TEST_F(SurfaceFileTest, ConvertsSurfacesInRasToLps) {
   expect("b.stl", binary_stl);
 }
 
+TEST_F(SurfaceFileTest, TextOfAnStlIsNeverReadAsNumbersOfFacets) {
+  // A library that took it for binary would make room for 2^32 facets.
+  const std::string stl = "solid s\nfacet normal 0 0 1\nouter loop\n" + std::string(150, '\xff') +
+                          "\nvertex 0 0 0\nendsolid s\n";
+  EXPECT_TRUE(rejects(read("a.stl", stl), Code::kMalformedData,
+                      {"a.stl: expected ASCII STL, found bytes that are no text"}));
+}
+
+TEST_F(SurfaceFileTest, PointsMayComeFromSpreadsheets) {
+  for (const char* text : {"1.5 2 3\n4 5 6\n", "x,y,z\n1.5,2,3\n4,5,6\n",
+                           "\xef\xbb\xbf"
+                           "1.5,2,3\n4,5,6\n",
+                           "x_mm;y_mm;z_mm\r\n1,5;2;3\r\n4;5;6\r\n"}) {
+    test::put(folder_ / "s.csv", text);
+    const auto groups = read_point_groups(folder_ / "s.csv");
+    ASSERT_TRUE(test::has_value(groups)) << text;
+    ASSERT_EQ(groups->size(), 1U) << text;
+    ASSERT_EQ(groups->front().size(), 2U) << text;
+    EXPECT_EQ(groups->front()[0], Eigen::Vector3d(1.5, 2, 3)) << text;
+    EXPECT_EQ(groups->front()[1], Eigen::Vector3d(4, 5, 6)) << text;
+  }
+  test::put(folder_ / "s.csv", "1 2 3\nx y z\n");
+  EXPECT_TRUE(rejects(read_point_groups(folder_ / "s.csv"), Code::kMalformedData, {"s.csv:2"}));
+}
+
+TEST_F(SurfaceFileTest, SaysInItsOwnWordsWhatIsWrongWithAnAsciiStl) {
+  const std::string facet =
+      "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 x 0\n"
+      "vertex 0 2 0\nendloop\nendfacet\n";
+  EXPECT_TRUE(rejects(read("a.stl", "solid s\n" + facet + "endsolid s\n"), Code::kMalformedData,
+                      {"a.stl: expected solid, facets and vertices", "found other text at line "}));
+  EXPECT_TRUE(rejects(read("b.stl", facet + facet + "endsolid s\n"), Code::kMalformedData,
+                      {"b.stl: expected solid at the beginning", "facet normal"}));
+}
+
+TEST_F(SurfaceFileTest, RejectsABinaryStlOfAnotherLengthThanItsFacetsNeed) {
+  std::string stl(80, ' ');
+  stl += test::bytes_of(std::vector<std::uint32_t>{1});
+  stl += test::bytes_of(std::vector<float>{0, 0, 1, 0, 0, 0, 1.5, 0, 0, 0, 2, 0});
+  stl += std::string(2, '\0');
+  EXPECT_TRUE(test::has_value(read("a.stl", stl)));
+  EXPECT_TRUE(rejects(read("b.stl", stl + "x"), Code::kMalformedData,
+                      {"b.stl", "134 bytes for its 1 facets", "135"}));
+}
+
 const std::string kPlyHead =
     "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
     "property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n";

@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "render/transfer/smoothed_ct.hpp"
+#include "render/transfer/transfer_presets.hpp"
 #include "tests/render/gl/gl_scenes.hpp"
 #include "tests/render/verification_engines.hpp"
 #include "tests/support/trials.hpp"
@@ -178,6 +180,49 @@ TEST_P(CutawayEnginesTest, ADistantEyeSeesTheSameAsParallelRays) {
           << "parallel, theta " << angles.theta1_deg << " and " << angles.theta2_deg;
     }
   }
+}
+
+TEST_P(CutawayEnginesTest, ConstantThresholdsAgreeAndLeaveImportanceOut) {
+  const auto reference = make_reference_engine();
+  Scene scene = uncut_scene(false, 60);
+  scene.cutaway.emplace();
+  scene.cutaway->polygons.push_back({});
+  for (const Eigen::Vector3d& p : square({0, 0, 0}, {8, 0, 0}, {0, 0, 8})) {
+    scene.cutaway->polygons.back().vertices_ct.push_back({p});
+  }
+  set_angles(scene, {30, 50, 6});
+  const RenderedImage by_importance = test::draw(*reference, scene);
+  for (const Cutaway::Thresholds tau : {Cutaway::Thresholds{0, 1}, {0.2, 0.3}, {0.5, 1}}) {
+    scene.cutaway->constant = tau;
+    const RenderedImage expected = test::draw(*reference, scene);
+    const RenderedImage seen = test::draw(*engine_, scene);
+    EXPECT_LE(visibly_different(seen, expected), kGrazing) << tau.lower << " " << tau.upper;
+    EXPECT_GT(visibly_different(by_importance, expected), 0.05) << tau.lower << " " << tau.upper;
+    Scene other = scene;
+    other.shading.emphasis = scene.shading.emphasis = 0;
+    other.transfer = *with_importance(scene.transfer, {{-1e9, 1e9, 0.5, ""}});
+    EXPECT_LE(visibly_different(test::draw(*engine_, other), seen), kGrazing)
+        << "the fade must not read the importance";
+  }
+}
+
+TEST_P(CutawayEnginesTest, GradientsComeFromTheirSource) {
+  const auto reference = make_reference_engine();
+  Scene scene = uncut_scene(false, 60);
+  scene.shading.enabled = true;
+  const RenderedImage own = test::draw(*engine_, scene);
+  scene.gradient_source = std::make_shared<const StoredVolume>(*StoredVolume::create(
+      scene.ct->grid(), {scene.ct->values().begin(), scene.ct->values().end()}, "copy"));
+  EXPECT_LE(visibly_different(test::draw(*engine_, scene), own), 0) << "the same values";
+  scene.gradient_source = *smoothed_for_gradients(scene.ct, 2, 0);
+  const RenderedImage smooth = test::draw(*engine_, scene);
+  EXPECT_LE(visibly_different(smooth, test::draw(*reference, scene)), kGrazing);
+  EXPECT_GT(visibly_different(smooth, own), 0.05);
+  scene.shading.enabled = false;
+  const RenderedImage unshaded = test::draw(*engine_, scene);
+  scene.gradient_source.reset();
+  EXPECT_LE(visibly_different(unshaded, test::draw(*engine_, scene)), 0)
+      << "colours and opacities are those of the CT";
 }
 
 }  // namespace

@@ -14,8 +14,12 @@ namespace {
 class SampledImage {
  public:
   SampledImage(const TrackedFrame& image, std::shared_ptr<const ImageArea> area,
-               const VoxelGridIn<frames::Reference>& grid, double reach_mm)
-      : pixels_(image.frame.pixels), area_(std::move(area)), reach_mm_(reach_mm) {
+               const Image2d<std::uint8_t>& confidence, const VoxelGridIn<frames::Reference>& grid,
+               double reach_mm)
+      : pixels_(image.frame.pixels),
+        confidence_(confidence),
+        area_(std::move(area)),
+        reach_mm_(reach_mm) {
     const auto image_from_reference = image.reference_from_image.inverse();
     const Eigen::Matrix3d turn = image_from_reference.rotation().toRotationMatrix();
     const Eigen::Matrix2d pixel_per_mm = image.frame.grid.mm_per_pixel.inverse();
@@ -77,7 +81,7 @@ class SampledImage {
   };
   [[nodiscard]] Seen see(int i, int j, int k) const {
     const Eigen::Vector3d at = at_zero_ + per_index_ * Eigen::Vector3d(i, j, k);
-    const auto weight = static_cast<float>(1 - std::abs(at.z()) / reach_mm_);
+    auto weight = static_cast<float>(1 - std::abs(at.z()) / reach_mm_);
     if (!(weight > 0)) return {};
     const int last_column = pixels_.width() - 1;
     const int last_row = pixels_.height() - 1;
@@ -98,6 +102,15 @@ class SampledImage {
     const auto y = static_cast<float>(at.y() - row);
     const float value = (1 - y) * ((1 - x) * pixel(column, row) + x * pixel(right, row)) +
                         y * ((1 - x) * pixel(column, below) + x * pixel(right, below));
+    if (!confidence_.pixels().empty()) {
+      constexpr float kConfidenceStep = 1.0F / 256;
+      const int nearest_column = column + (x < 0.5F ? 0 : right - column);
+      const int nearest_row = row + (y < 0.5F ? 0 : below - row);
+      const std::uint8_t confidence =
+          confidence_
+              .pixels()[as_size(nearest_row) * as_size(pixels_.width()) + as_size(nearest_column)];
+      weight *= kConfidenceStep * static_cast<float>(confidence + 1);
+    }
     const Eigen::Vector2d mm = origin_mm_ + mm_per_pixel_ * at.head<2>();
     const auto& apex = area_->apex();
     if (!apex) return {weight, value, axes_.col(1).cast<float>(), static_cast<float>(mm.y())};
@@ -110,6 +123,7 @@ class SampledImage {
 
  private:
   Image2d<std::uint8_t> pixels_;
+  Image2d<std::uint8_t> confidence_;  ///< Empty: every pixel counts fully.
   std::shared_ptr<const ImageArea> area_;
   double reach_mm_;
   Eigen::Matrix3d per_index_;
@@ -200,8 +214,9 @@ class BackwardEngine final : public Reconstruction::Engine {
         lines_(grid.voxel_count()),
         changed_(as_size(grid.size[2]), 0) {}
 
-  void add(const TrackedFrame& image, const std::shared_ptr<const ImageArea>& area) override {
-    images_.emplace_back(image, area, grid_, options_.reach_mm);
+  void add(const TrackedFrame& image, const std::shared_ptr<const ImageArea>& area,
+           const Image2d<std::uint8_t>& confidence) override {
+    images_.emplace_back(image, area, confidence, grid_, options_.reach_mm);
     for (int k = 0; k < grid_.size[2]; ++k) {
       if (images_.back().meets(2, k)) changed_[as_size(k)] = 1;
     }

@@ -25,6 +25,14 @@ Result<void> validate(const ReconstructionOptions& options) {
   if (!(options.reach_mm > 0 && options.reach_mm <= 100)) {
     return out_of_range("a reach", "in (0, 100] mm", options.reach_mm);
   }
+  const bool backward = options.method == ReconstructionMethod::kBackward;
+  const bool weighs = options.compounding == Compounding::kMean ||
+                      (backward && options.compounding == Compounding::kMedian);
+  if (options.by_confidence && !weighs) {
+    return Error{ErrorCode::kUsage,
+                 "reconstruction: expected the mean, or the median of the backward method, for "
+                 "weights by confidence, found another compounding, in which weights do not count"};
+  }
   if (options.threads < 0) return out_of_range("threads", ">= 0", options.threads);
   return {};
 }
@@ -33,7 +41,9 @@ double reconstruction_bytes(const VoxelGridIn<frames::Reference>& grid,
                             const ReconstructionOptions& options, double pixels) {
   const double voxels = 1.0 * grid.size[0] * grid.size[1] * grid.size[2];
   constexpr double kValue = 2;  // The voxels that are handed out.
-  if (options.method == ReconstructionMethod::kBackward) return voxels * (2 * kValue + 8) + pixels;
+  if (options.method == ReconstructionMethod::kBackward) {
+    return voxels * (2 * kValue + 8) + (options.by_confidence ? 2 : 1) * pixels;
+  }
   switch (options.compounding) {
     case Compounding::kMean:
       return voxels * (kValue + 8);
@@ -67,9 +77,15 @@ Result<Reconstruction> Reconstruction::create(const VoxelGridIn<frames::Referenc
                             : make_splatting_engine(grid, options));
 }
 
-void Reconstruction::add(const TrackedFrame& image, const std::shared_ptr<const ImageArea>& area) {
+void Reconstruction::add(const TrackedFrame& image, const std::shared_ptr<const ImageArea>& area,
+                         const Image2d<std::uint8_t>& confidence) {
   NAV_CHECK(area->fits(image.frame), image.frame.sequence);
-  if (!area->empty()) engine_->add(image, area);
+  const auto& pixels = image.frame.pixels;
+  const bool weighs = engine_->options().by_confidence;
+  NAV_CHECK(confidence.width() == (weighs ? pixels.width() : 0) &&
+                confidence.height() == (weighs ? pixels.height() : 0),
+            confidence.width(), confidence.height());
+  if (!area->empty()) engine_->add(image, area, confidence);
 }
 
 const VoxelGridIn<frames::Reference>& Reconstruction::grid() const { return engine_->grid(); }

@@ -37,9 +37,12 @@ struct ReconstructionOptions {
   double gaussian_voxels = 0.5;
   /// Backward: greatest distance of a voxel from an image that it takes values of, mm, (0, 100].
   double reach_mm = 1;
+  /// Every pixel counts by its confidence, which add() takes. Only for the mean and, in the
+  /// backward method, the median.
+  bool by_confidence = false;
   int threads = 0;  ///< 0: all cores. The result does not depend on it.
 };
-/// Rejects numbers out of range.
+/// Rejects numbers out of range, and by_confidence where weights have no effect.
 Result<void> validate(const ReconstructionOptions& options);
 
 /// Value of voxels that no image reached; all others are in [0, 255].
@@ -73,7 +76,10 @@ class Reconstruction {
 
   /// Adds the pixels of the area. Pixels whose voxels are not all in the grid are left out.
   /// Precondition: area.fits(image.frame), otherwise a Bug.
-  void add(const TrackedFrame& image, const std::shared_ptr<const ImageArea>& area);
+  /// \p confidence: of every pixel, 0 to 255; a pixel counts (confidence + 1) / 256. Of the image's
+  /// size exactly where the options ask for it, otherwise empty; anything else is a Bug.
+  void add(const TrackedFrame& image, const std::shared_ptr<const ImageArea>& area,
+           const Image2d<std::uint8_t>& confidence = {});
 
   [[nodiscard]] const VoxelGridIn<frames::Reference>& grid() const;
   /// Voxels as they are now, i fastest: rounded to [0, 255], or kUnseenVoxel. kCancelled when

@@ -138,6 +138,16 @@ void give(Store& store, std::size_t voxel, std::uint8_t value, float weight) {
   }
 }
 
+/// Share with which a pixel counts: 1 for stores without weights and images without confidence.
+template <class Store>
+float share_of(const std::uint8_t* confidence, std::ptrdiff_t pixel) {
+  if constexpr (Store::kWeighted) {
+    constexpr float kStep = 1.0F / 256;
+    return confidence == nullptr ? 1.0F : kStep * static_cast<float>(confidence[pixel] + 1);
+  }
+  return 1.0F;
+}
+
 // Kernels: the voxels that a pixel reaches. A position is that of its cell: the cell and those up
 // to reach_below() before and reach_above() after it are written.
 
@@ -149,12 +159,15 @@ class NearestKernel {
   static int reach_above() { return 0; }
   template <class Store>
   void row(FixedPosition p, const FixedPosition& step, std::size_t row, std::size_t slice,
-           std::span<const std::uint8_t> pixels, Store& store) const {
-    for (const std::uint8_t pixel : pixels) {
-      store.add(static_cast<std::size_t>(p[0] >> kPositionBits) +
-                    static_cast<std::size_t>(p[1] >> kPositionBits) * row +
-                    static_cast<std::size_t>(p[2] >> kPositionBits) * slice,
-                pixel);
+           std::span<const std::uint8_t> pixels, const std::uint8_t* confidence,
+           Store& store) const {
+    for (const std::uint8_t& pixel : pixels) {
+      const float counts = share_of<Store>(confidence, &pixel - pixels.data());
+      give(store,
+           static_cast<std::size_t>(p[0] >> kPositionBits) +
+               static_cast<std::size_t>(p[1] >> kPositionBits) * row +
+               static_cast<std::size_t>(p[2] >> kPositionBits) * slice,
+           pixel, counts);
       for (std::size_t a = 0; a < 3; ++a) p[a] += step[a];
     }
   }
@@ -168,8 +181,10 @@ class TrilinearKernel {
   static int reach_above() { return 1; }
   template <class Store>
   void row(FixedPosition p, const FixedPosition& step, std::size_t row, std::size_t slice,
-           std::span<const std::uint8_t> pixels, Store& store) const {
-    for (const std::uint8_t pixel : pixels) {
+           std::span<const std::uint8_t> pixels, const std::uint8_t* confidence,
+           Store& store) const {
+    for (const std::uint8_t& pixel : pixels) {
+      const float counts = share_of<Store>(confidence, &pixel - pixels.data());
       std::array<float, 3> w{};
       for (std::size_t a = 0; a < 3; ++a) {
         constexpr float kUnit = 1.0F / 16777216;  // 24 bits are exact.
@@ -180,8 +195,8 @@ class TrilinearKernel {
                                 static_cast<std::size_t>(p[2] >> kPositionBits) * slice;
       const float low = 1 - w[0];
       const auto pair = [&](std::size_t at, float weight) {
-        give(store, at, pixel, weight * low);
-        give(store, at + 1, pixel, weight * w[0]);
+        give(store, at, pixel, counts * weight * low);
+        give(store, at + 1, pixel, counts * weight * w[0]);
       };
       pair(voxel, (1 - w[1]) * (1 - w[2]));
       pair(voxel + row, w[1] * (1 - w[2]));
@@ -212,9 +227,11 @@ class GaussianKernel {
   [[nodiscard]] int reach_above() const { return reach_; }
   template <class Store>
   void row(FixedPosition p, const FixedPosition& step, std::size_t row, std::size_t slice,
-           std::span<const std::uint8_t> pixels, Store& store) const {
+           std::span<const std::uint8_t> pixels, const std::uint8_t* confidence,
+           Store& store) const {
     const auto taps = static_cast<std::size_t>(2 * reach_ + 1);
-    for (const std::uint8_t pixel : pixels) {
+    for (const std::uint8_t& pixel : pixels) {
+      const float counts = share_of<Store>(confidence, &pixel - pixels.data());
       std::array<const float*, 3> w{};
       std::array<std::size_t, 3> first{};
       for (std::size_t a = 0; a < 3; ++a) {
@@ -227,7 +244,7 @@ class GaussianKernel {
           if (!(weight > 0)) continue;
           const std::size_t voxel = first[0] + (first[1] + j) * row + (first[2] + k) * slice;
           for (std::size_t i = 0; i < taps; ++i) {
-            if (w[0][i] > 0) give(store, voxel + i, pixel, weight * w[0][i]);
+            if (w[0][i] > 0) give(store, voxel + i, pixel, counts * weight * w[0][i]);
           }
         }
       }
@@ -248,7 +265,8 @@ class SplattingEngine final : public Reconstruction::Engine {
   SplattingEngine(const VoxelGridIn<frames::Reference>& grid, const ReconstructionOptions& options)
       : Engine(grid, options), kernel_(options), store_(grid.size) {}
 
-  void add(const TrackedFrame& image, const std::shared_ptr<const ImageArea>& area) override {
+  void add(const TrackedFrame& image, const std::shared_ptr<const ImageArea>& area,
+           const Image2d<std::uint8_t>& confidence) override {
     const auto path = ImagePath::of(image, grid_, kernel_.shift());
     if (!path) return;
     // Each thread owns slabs of voxels, so that every voxel takes its pixels in one order. A slab
@@ -267,7 +285,7 @@ class SplattingEngine final : public Reconstruction::Engine {
     const int slabs = (cells.high - cells.low + thickness - 1) / thickness;
     const auto work = [&](int slab) {
       const int low = cells.low + slab * thickness;
-      add_slab(image, *area, *path, axis, {low, std::min(low + thickness, cells.high)});
+      add_slab(image, *area, confidence, *path, axis, {low, std::min(low + thickness, cells.high)});
     };
     if (reach == 0) return workers_.run(slabs, work);
     // Kernels write into the neighbouring slab too, so neighbours never run at once.
@@ -314,13 +332,16 @@ class SplattingEngine final : public Reconstruction::Engine {
     return {std::max(all.low, static_cast<int>(std::floor(least)) - 1),
             std::min(all.high, static_cast<int>(std::floor(most)) + 2)};
   }
-  void add_slab(const TrackedFrame& image, const ImageArea& area, const ImagePath& path,
-                std::size_t axis, Range slab) {
+  void add_slab(const TrackedFrame& image, const ImageArea& area,
+                const Image2d<std::uint8_t>& confidence, const ImagePath& path, std::size_t axis,
+                Range slab) {
     std::array<Range, 3> cells{allowed(0), allowed(1), allowed(2)};
     cells[axis] = slab;
     const auto row = as_size(grid_.size[0]);
     const auto slice = row * as_size(grid_.size[1]);
     const auto pixels = image.frame.pixels.pixels();
+    const std::uint8_t* const weights =
+        confidence.pixels().empty() ? nullptr : confidence.pixels().data();
     const auto width = as_size(image.frame.pixels.width());
     const FixedPosition& step = path.step();
     for (const ImageArea::Run& run : area.runs()) {
@@ -334,10 +355,10 @@ class SplattingEngine final : public Reconstruction::Engine {
       }
       if (columns.first >= columns.past) continue;
       for (std::size_t a = 0; a < 3; ++a) at[a] += columns.first * step[a];
+      const std::size_t first = as_size(run.row) * width + as_size(columns.first);
       kernel_.row(at, step, row, slice,
-                  pixels.subspan(as_size(run.row) * width + as_size(columns.first),
-                                 as_size(columns.past - columns.first)),
-                  store_);
+                  pixels.subspan(first, as_size(columns.past - columns.first)),
+                  weights == nullptr ? nullptr : weights + first, store_);
     }
   }
 
@@ -352,6 +373,9 @@ std::unique_ptr<Reconstruction::Engine> splatting_by(const VoxelGridIn<frames::R
       std::conditional_t<std::is_same_v<Kernel, NearestKernel>, MeanOfPixels, MeanByWeight>;
   switch (options.compounding) {
     case Compounding::kMean:
+      if (options.by_confidence) {
+        return std::make_unique<SplattingEngine<Kernel, MeanByWeight>>(grid, options);
+      }
       return std::make_unique<SplattingEngine<Kernel, Mean>>(grid, options);
     case Compounding::kMedian:
       return std::make_unique<SplattingEngine<Kernel, MedianOfPixels>>(grid, options);

@@ -53,13 +53,31 @@ void add(const std::string& name, const std::array<double, kAllNumbers>& v, std:
 
 std::vector<std::string> split(std::string line, char separator) {
   if (!line.empty() && line.back() == '\r') line.pop_back();
+  if (line.empty()) return {};
   std::vector<std::string> cells;
-  std::istringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, separator);) {
+  std::string cell;
+  const auto end_cell = [&] {
     const auto first = cell.find_first_not_of(" \t");
     const auto last = cell.find_last_not_of(" \t");
     cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
+    cell.clear();
+  };
+  // A cell in quotation marks may hold the separator; two marks in it are one (RFC 4180).
+  bool quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (c == '"' && quoted && i + 1 < line.size() && line[i + 1] == '"') {
+      cell += c;
+      ++i;
+    } else if (c == '"') {
+      quoted = !quoted;
+    } else if (c == separator && !quoted) {
+      end_cell();
+    } else {
+      cell += c;
+    }
   }
+  if (!cell.empty() || line.back() != separator) end_cell();
   return cells;
 }
 

@@ -12,6 +12,7 @@
 #include "app/verbs/register/registration_image.hpp"
 #include "app/verbs/replay.hpp"
 #include "app/views/ct_window.hpp"
+#include "io/own_mark.hpp"
 #include "nav/stopwatch.hpp"
 #include "nav/threads.hpp"
 #include "registration/acceptance.hpp"
@@ -44,17 +45,55 @@ io::Json as_json(const registration::ImageScale& stretch, const std::string& mod
   return json;
 }
 
-Result<void> deliver(const io::Json& json, const SessionConfig& config,
-                     const std::optional<std::string>& json_file) {
-  if (!config.output.folder.empty()) {
-    auto out = OutputFolder::create(config.output.folder);
-    if (!out) return out.error();
-    if (auto written = write_json(json, (*out / "report.json").string()); !written) {
-      return written;
-    }
+/// Files that the verb writes.
+class Results {
+ public:
+  /// Takes the folder, if there is one. Removes nothing: the inputs have yet to be read.
+  static Result<Results> open(const SessionConfig& config,
+                              const std::optional<std::string>& json_file) {
+    Results results(config.output.folder, json_file);
+    auto folder = OutputFolder::open(config.output.folder, files());
+    if (!folder) return folder.error();
+    results.out_ = *std::move(folder);
+    return results;
   }
-  return write_json(json, json_file.value_or("-"));
-}
+  /// Removes the results of an earlier run, so that they do not seem to be of this run if it stops.
+  Result<void> begin() {
+    std::error_code ignored;
+    if (json_file_ && std::filesystem::is_regular_file(*json_file_, ignored)) {
+      const auto own = io::is_own_file(*json_file_);
+      if (own && *own) std::filesystem::remove(*json_file_, ignored);
+    }
+    if (folder_.empty()) return {};
+    if (!out_) {
+      auto made = OutputFolder::create(folder_);
+      if (!made) return made.error();
+      out_ = *std::move(made);
+    }
+    return out_->forget_earlier_run(files());
+  }
+  Result<void> deliver(const io::Json& json) {
+    if (out_) {
+      if (auto written = write_json(json, (*out_ / "report.json").string()); !written) {
+        return written;
+      }
+    }
+    return write_json(json, json_file_.value_or("-"));
+  }
+  /// Null: images are not wanted.
+  OutputFolder* folder() { return out_ ? &*out_ : nullptr; }
+
+ private:
+  Results(std::filesystem::path folder, std::optional<std::string> json_file)
+      : folder_(std::move(folder)), json_file_(std::move(json_file)) {}
+  static RunFiles files() {
+    const auto names = register_outputs();
+    return {{names.begin(), names.end()}, {}};
+  }
+  std::filesystem::path folder_;
+  std::optional<std::string> json_file_;
+  std::optional<OutputFolder> out_;
+};
 
 struct Ground {
   std::shared_ptr<const Volume> ct;  ///< Absent for registration by landmarks alone.
@@ -78,8 +117,8 @@ Result<Ground> read_ground(const SessionConfig& config, const RegisterOptions& o
 }
 
 Result<void> register_by_landmarks(const SessionConfig& config, const RegisterOptions& options,
-                                   const Ground& ground,
-                                   const std::optional<std::string>& json_file, Console& console) {
+                                   const Ground& ground, Results& results, Console& console) {
+  if (auto ok = results.begin(); !ok) return ok;
   const auto& fit = ground.landmarks->fit;
   const Point<frames::Ct> target =
       options.target_ct ? Point<frames::Ct>{*options.target_ct} : fit.uncertainty.centre_ct;
@@ -96,7 +135,7 @@ Result<void> register_by_landmarks(const SessionConfig& config, const RegisterOp
                                 ? io::Json(nullptr)
                                 : io::Json(config.source.reference_frame);
   json["registration"] = json_of(*ground.landmarks, decision, target, ground.ct.get());
-  if (auto written = deliver(json, config, json_file); !written) return written;
+  if (auto written = results.deliver(json); !written) return written;
   if (!decision.accepted) {
     return Error{ErrorCode::kRefused, "registration: refused: " + joined(decision.reasons)};
   }
@@ -167,12 +206,12 @@ std::optional<registration::KnownPose> known_pose(
 }
 
 Result<void> register_by_shape(const SessionConfig& config, const RegisterOptions& options,
-                               const Ground& ground, const std::optional<std::string>& json_file,
-                               Console& console) {
+                               const Ground& ground, Results& results, Console& console) {
   const auto start = shape_start(config, ground);
   if (!start) return start.error();
   const auto result = register_shape_files(options.shape, *start);
   if (!result) return result.error();
+  if (auto ok = results.begin(); !ok) return ok;
   const Point<frames::Ct> target =
       options.target_ct ? Point<frames::Ct>{*options.target_ct} : result->uncertainty.centre_ct;
   auto decision = registration::decide(
@@ -197,7 +236,7 @@ Result<void> register_by_shape(const SessionConfig& config, const RegisterOption
                                 : io::Json(config.source.reference_frame);
   json["registration"] = json_of(*result, decision, target);
   json["registration"]["landmarks"] = opinion;
-  if (auto written = deliver(json, config, json_file); !written) return written;
+  if (auto written = results.deliver(json); !written) return written;
   if (!decision.accepted) {
     return Error{ErrorCode::kRefused, "registration: refused: " + joined(decision.reasons)};
   }
@@ -391,16 +430,14 @@ io::Json report_of(const SessionConfig& config, const RegisterOptions& options, 
 }
 
 /// Writes the image with the middle of the sweep before and after registration.
-Result<void> write_registration_image(const SessionConfig& config, const Volume& ct,
-                                      const OpenedSweep& opened,
+Result<void> write_registration_image(const SessionConfig& config, Results& results,
+                                      const Volume& ct, const OpenedSweep& opened,
                                       const Transform<frames::Ct, frames::Reference>& answer,
                                       bool accepted) {
-  if (config.output.folder.empty()) return {};
-  auto out = OutputFolder::create(config.output.folder);
-  if (!out) return out.error();
+  if (results.folder() == nullptr) return {};
   const auto& frames = opened.sweep.frames();
   const auto window = ct_window(config.view, ct, values_along(ct, answer, frames));
-  return out->write_image(
+  return results.folder()->write_image(
       kRegistrationImage,
       registration_image(ct, frames[frames.size() / 2], opened.start.placement.ct_from_reference,
                          answer, accepted, window));
@@ -484,12 +521,12 @@ void judge_by_bone(const SessionConfig& config, const RegisterOptions& options,
 
 /// Writes report and image of a registration by bone; kRefused if it was not accepted.
 Result<void> deliver_bone(const BoneReport& report, const SessionConfig& config,
-                          const Ground& ground, const OpenedSweep& opened,
-                          const std::optional<std::string>& json_file, Console& console) {
+                          const Ground& ground, const OpenedSweep& opened, Results& results,
+                          Console& console) {
   report_warnings(report.decision.warnings, console);
-  if (auto written = deliver(report.json, config, json_file); !written) return written;
-  if (auto written = write_registration_image(config, *ground.ct, opened, report.ct_from_reference,
-                                              report.decision.accepted);
+  if (auto written = results.deliver(report.json); !written) return written;
+  if (auto written = write_registration_image(config, results, *ground.ct, opened,
+                                              report.ct_from_reference, report.decision.accepted);
       !written) {
     return written;
   }
@@ -498,8 +535,7 @@ Result<void> deliver_bone(const BoneReport& report, const SessionConfig& config,
 }
 
 Result<void> register_by_images(const SessionConfig& config, const RegisterOptions& options,
-                                const Ground& ground, const std::optional<std::string>& json_file,
-                                Console& console) {
+                                const Ground& ground, Results& results, Console& console) {
   if (!ground.ct) return Error{ErrorCode::kUsage, "--ct: expected a CT, found nothing"};
   const Volume& ct = *ground.ct;
   if (const auto ok = validate(options.motion); !ok) return ok;
@@ -511,6 +547,7 @@ Result<void> register_by_images(const SessionConfig& config, const RegisterOptio
   if (!search) return search.error();
   auto opened = open_sweep(config, ground, console);
   if (!opened) return opened.error();
+  if (auto ok = results.begin(); !ok) return ok;
   if (options.by == "bone" && opened->start.kind != "centred") {
     console.begin("registration by bone");
     const auto report =
@@ -518,7 +555,7 @@ Result<void> register_by_images(const SessionConfig& config, const RegisterOptio
                     solver.time_limit_s, console);
     if (!report) return report.error();
     console.end(registration::in_words(report->decision.verdict()));
-    return deliver_bone(*report, config, ground, *opened, json_file, console);
+    return deliver_bone(*report, config, ground, *opened, results, console);
   }
 
   console.begin("registration");
@@ -550,7 +587,7 @@ Result<void> register_by_images(const SessionConfig& config, const RegisterOptio
         console.report(Severity::kInfo, "registration",
                        "by tissue: refused: " + joined(decision.reasons) + "; by bone: accepted");
       }
-      return deliver_bone(*report, config, ground, *opened, json_file, console);
+      return deliver_bone(*report, config, ground, *opened, results, console);
     }
     if (report) {
       console.report(Severity::kInfo, "registration",
@@ -577,9 +614,9 @@ Result<void> register_by_images(const SessionConfig& config, const RegisterOptio
   json.update(motion->json);
   json["ledger"] = json_of(opened->session.navigator().ledger());
   json["diagnostics"] = json_of(console.entries());
-  if (auto written = deliver(json, config, json_file); !written) return written;
-  if (auto written = write_registration_image(config, ct, *opened, answer.ct_from_reference,
-                                              decision.accepted);
+  if (auto written = results.deliver(json); !written) return written;
+  if (auto written = write_registration_image(config, results, ct, *opened,
+                                              answer.ct_from_reference, decision.accepted);
       !written) {
     return written;
   }
@@ -633,24 +670,18 @@ std::vector<std::string> register_outputs() {
 
 Result<void> run_register(const SessionConfig& config, const RegisterOptions& options,
                           const std::optional<std::string>& json_file, Console& console) {
-  // Remove the results of an earlier run, so that they do not seem to be of this run if it stops.
-  std::error_code ignored;
-  if (json_file && std::filesystem::is_regular_file(*json_file, ignored)) {
-    std::filesystem::remove(*json_file, ignored);
-  }
-  if (auto ok = forget_earlier_reports(config.output.folder, {kRegistrationImage}); !ok) {
-    return ok;
-  }
+  auto results = Results::open(config, json_file);
+  if (!results) return results.error();
   const auto ground = read_ground(config, options, console);
   if (!ground) return ground.error();
   if (const auto ok = reject_contradictions(config, options, *ground); !ok) return ok;
   if (!config.source.recording.empty()) {
-    return register_by_images(config, options, *ground, json_file, console);
+    return register_by_images(config, options, *ground, *results, console);
   }
   if (!options.shape.points.empty()) {
-    return register_by_shape(config, options, *ground, json_file, console);
+    return register_by_shape(config, options, *ground, *results, console);
   }
-  return register_by_landmarks(config, options, *ground, json_file, console);
+  return register_by_landmarks(config, options, *ground, *results, console);
 }
 
 }  // namespace nav::app

@@ -79,6 +79,32 @@ TEST(PresetFolderTest, VesselsAreFittedOnlyWhereTheyAreNamed) {
                             {"fit_vessels", "vessels"}));
 }
 
+TEST(PresetFolderTest, WithoutItsFolderTheDefaultIsBuiltInAndSaysSo) {
+  const char* const before = std::getenv("SONDE_APPEARANCES");
+  const std::string kept = before == nullptr ? "" : before;
+  setenv("SONDE_APPEARANCES", "/nowhere/appearances", 1);
+  const auto ct = *Volume::create(VoxelGrid{{2, 2, 2}}, std::vector<std::int16_t>(8, -1000), "ct");
+  const auto appearance = resolve_appearance({}, ct);
+  ASSERT_TRUE(test::has_value(appearance));
+  EXPECT_EQ(appearance->transfer.name(), "ct-soft-tissue");
+  CollectingDiagnostics said;
+  warn_of_missing_presets({}, ct, said);
+  ASSERT_EQ(said.entries().size(), 1U);
+  EXPECT_NE(said.entries()[0].message.find("/nowhere/appearances"), std::string::npos);
+  SessionConfig::Appearance named;
+  named.preset = "ct-bone";
+  CollectingDiagnostics quiet;
+  warn_of_missing_presets(named, ct, quiet);
+  EXPECT_TRUE(quiet.entries().empty());
+  named.preset = "ct-native";
+  EXPECT_FALSE(resolve_appearance(named, ct).has_value()) << "what is asked for is not replaced";
+  if (before == nullptr) {
+    unsetenv("SONDE_APPEARANCES");
+  } else {
+    setenv("SONDE_APPEARANCES", kept.c_str(), 1);
+  }
+}
+
 /// The contextual appearance of the simulated patient, with a plane in the liver.
 class ContextualPresetTest : public ::testing::Test {
  protected:

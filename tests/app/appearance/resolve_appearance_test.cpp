@@ -131,6 +131,36 @@ TEST_F(ResolveAppearanceTest, TheSessionOverridesTheFile) {
   EXPECT_EQ(appearance->projection, render::Projection::kMaximum);
 }
 
+TEST_F(ResolveAppearanceTest, SmoothingTableAndThresholdsAreKeptInAFileAndOverridden) {
+  SessionConfig::Appearance said;
+  said.preset = "ct-bone";
+  said.smoothing_mm = 1.5;
+  said.cutaway.constant = Eigen::Vector2d(0.25, 0.75);
+  const auto appearance = resolve_appearance(said, voxel());
+  ASSERT_TRUE(test::has_value(appearance));
+  EXPECT_EQ(appearance->smoothing_mm, 1.5);
+  ASSERT_TRUE(appearance->drawn);
+  EXPECT_TRUE(appearance->drawn->gradient_source);
+  EXPECT_FALSE(appearance->remove_table) << "a built-in preset";
+  SessionConfig::Appearance saved;
+  saved.file = folder_ / "smooth.json";
+  ASSERT_TRUE(test::has_value(save_appearance(saved.file, *appearance)));
+  auto again = resolve_appearance(saved, voxel());
+  ASSERT_TRUE(test::has_value(again));
+  EXPECT_EQ(again->smoothing_mm, 1.5);
+  ASSERT_TRUE(again->cutaway && again->cutaway->constant);
+  EXPECT_EQ(again->cutaway->constant->lower, 0.25);
+  EXPECT_EQ(again->cutaway->constant->upper, 0.75);
+  saved.smoothing_mm = 0;
+  again = resolve_appearance(saved, voxel());
+  EXPECT_FALSE(again->drawn) << "nothing is made where nothing is smoothed";
+  said.smoothing_mm.reset();
+  EXPECT_FALSE(resolve_appearance(said, voxel())->drawn);
+  said.cutaway.constant = Eigen::Vector2d(0.8, 0.2);
+  EXPECT_TRUE(test::rejects(resolve_appearance(said, voxel()), ErrorCode::kUsage,
+                            {"constant_thresholds", "in order"}));
+}
+
 TEST_F(ResolveAppearanceTest, ASavedAppearanceKeepsItsVolumeAndFollowsOtherValueRanges) {
   const auto bright = [](int scale) {
     std::vector<std::int16_t> values;

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/output_folder.hpp"
 #include "tests/app/options/command_line_support.hpp"
 
 namespace nav::app {
@@ -34,17 +35,29 @@ TEST_F(CommandLineTest, UnwritableOutputsAreRejectedAtOnce) {
   EXPECT_TRUE(std::filesystem::exists(folder_ / "new" / "report2.json"));
 }
 
-TEST_F(CommandLineTest, AStoppedRegistrationLeavesNoResultsOfAnEarlierOne) {
+TEST_F(CommandLineTest, ARegistrationWithoutItsInputsRemovesNothing) {
   std::filesystem::create_directories(folder_ / "out");
-  for (const char* name : {"report.json", "registration.png", "mine.png"}) {
-    std::ofstream(folder_ / "out" / name) << "{}";
-  }
-  expect_rejection(
-      "register " + write_sweep() + " --ct missing.mha --out " + (folder_ / "out").string(), 3,
-      {"missing.mha"});
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/registration.png"));
-  EXPECT_TRUE(std::filesystem::exists(folder_ / "out/mine.png"));
+  const std::string arguments =
+      "register " + write_sweep() + " --ct missing.mha --out " + (folder_ / "out").string();
+  const std::string earlier = R"({"verb": "register", "version": "1"})";
+  std::ofstream(folder_ / "out/report.json") << earlier;
+  std::ofstream(folder_ / "out/mine.png") << "mine";
+  expect_rejection(arguments, 3, {"missing.mha"});
+  EXPECT_EQ(text_of(folder_ / "out/report.json"), earlier);
+  EXPECT_EQ(text_of(folder_ / "out/mine.png"), "mine");
+  std::ofstream(folder_ / "out/registration.png") << "mine";
+  expect_rejection(arguments, 3, {"registration.png", "Sonde did not write"});
+  EXPECT_EQ(text_of(folder_ / "out/registration.png"), "mine");
+}
+
+TEST_F(CommandLineTest, ASecondRunIntoAFolderIsRejected) {
+  const std::string sweep = write_sweep();
+  ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
+  const std::string report = text_of(folder_ / "out/report.json");
+  const auto first = OutputFolder::create(folder_ / "out");
+  ASSERT_TRUE(test::has_value(first));
+  expect_rejection(replay_arguments(sweep), 3, {"no other run", std::to_string(::getpid())});
+  EXPECT_EQ(text_of(folder_ / "out/report.json"), report);
 }
 
 TEST_F(CommandLineTest, NoOutputReplacesAnInputOrAnother) {
@@ -206,15 +219,14 @@ TEST_F(CommandLineTest, AFailedReplayLeavesNoReportOfAnEarlierOne) {
   expect_rejection(replay_arguments(sweep), 3, {"replay_00002.png"});
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html"));
-  // A run that stops before it draws leaves no report either.
+  // A run whose inputs cannot be read leaves all results of the earlier one.
   std::filesystem::remove(folder_ / "out/replay_00002.png");
   ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
   expect_rejection(replay_arguments(sweep) + " --registration no.json", 3, {"no.json"});
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.html"));
-  ASSERT_EQ(sonde(replay_arguments(sweep)).code, 0);
   expect_rejection(replay_arguments("no.igs.mha"), 3, {"no.igs.mha"});
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "out/report.json"));
+  for (const char* name : {"report.json", "report.html", "replay_00001.png", "pose_log.csv"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_ / "out" / name)) << name;
+  }
 }
 
 TEST_F(CommandLineTest, AReplayRemovesFilesOfAnEarlierReplay) {
@@ -227,11 +239,14 @@ TEST_F(CommandLineTest, AReplayRemovesFilesOfAnEarlierReplay) {
                               "pose_log.csv", "following.csv"};
   const std::array others = {"replay_notes.png", "replay_12.png", "replay_00004.png.txt",
                              "my_replay_00004.png", "session.toml"};
-  for (const auto& names : {earlier, others}) {
-    for (const char* name : names) std::ofstream(folder_ / "out" / name, std::ios::app);
+  for (const char* name : {"replay_00004.png", "replay_123456.png"}) {
+    std::filesystem::copy_file(folder_ / "out/replay_00000.png", folder_ / "out" / name,
+                               std::filesystem::copy_options::skip_existing);
   }
+  std::ofstream(folder_ / "out/following.csv") << "sequence,acquired_ns,state,cost,\n";
+  for (const char* name : others) std::ofstream(folder_ / "out" / name, std::ios::app);
   std::filesystem::create_symlink("replay_notes.png", folder_ / "out/replay_00009.png");
-  // A run that stops before it draws removes only the report.
+  // A run that stops before it draws removes nothing.
   expect_rejection(replay_arguments(sweep) + " --registration no.json", 3, {"no.json"});
   for (const char* name : earlier) EXPECT_TRUE(there(name)) << name;
   // A folder with the name of an image stops the run in the middle.

@@ -104,7 +104,7 @@ TEST_F(CommandLineTest, PredicatesWarnOnceOfWhatAnImageCannotShow) {
             {"name": ")" << name << R"(", "importance": 0.4, "where": {"intensity": {}}}]})";
   };
   set("血管 血");
-  const Outcome odd = sonde(arguments);
+  const Outcome odd = sonde(arguments + " --white 255");
   EXPECT_EQ(odd.code, 0) << odd.errors;
   EXPECT_EQ(count_of("us.mha: 3 voxels above 32767 set to 32767\n", odd.errors), 1) << odd.errors;
   EXPECT_EQ(count_of("HU", odd.errors), 0) << odd.errors;

@@ -71,6 +71,33 @@ TEST_F(PredicateFileTest, PresetsSurviveARoundTripThroughAFile) {
   }
 }
 
+TEST_F(PredicateFileTest, ConnectedPartsFloorsAndSoftThresholdsSurviveARoundTrip) {
+  const auto file = read(R"({"sonde_predicates": 1, "soft_thresholds": 0.25, "predicates": [
+      {"name": "vessel", "floor": 0.3, "where": {"connected": {"least_mm3": 40,
+        "of": {"all": [{"vesselness": {"low": 0.2}}, {"not": {"entry": "rest"}}]}}}},
+      {"name": "rest", "where": {"intensity": {"low": 0.5}}}]})");
+  ASSERT_TRUE(test::has_value(file));
+  EXPECT_EQ(file->soft_share, 0.25);
+  EXPECT_EQ(file->model.entries[0].floor, 0.3);
+  EXPECT_EQ(file->model.entries[0].expression.op,
+            render::PredicateExpression::Operator::kConnected);
+  const auto back = read(to_json_text(*file));
+  ASSERT_TRUE(test::has_value(back));
+  EXPECT_EQ(back->model, file->model);
+  EXPECT_EQ(back->soft_share, 0.25);
+  const auto with = [](const std::string& part) {
+    return R"({"sonde_predicates": 1, "predicates": [{"name": "a", )" + part + "}]}";
+  };
+  EXPECT_TRUE(rejects(with(R"("where": {"connected": {"least_mm3": -1, "of": {"snr": {}}}})"),
+                      {"connected.least_mm3", "[0, 1e9]"}));
+  EXPECT_TRUE(rejects(with(R"("where": {"connected": {"least_mm3": 1}})"),
+                      {"connected", "of", "an expression"}));
+  EXPECT_TRUE(rejects(with(R"("floor": 2, "where": {"snr": {}})"), {"a: floor", "[0, 1]", "2"}));
+  EXPECT_TRUE(rejects(R"({"sonde_predicates": 1, "soft_thresholds": 3,
+                          "predicates": [{"name": "a", "where": {"snr": {}}}]})",
+                      {"soft_thresholds", "[0, 1]", "3"}));
+}
+
 TEST_F(PredicateFileTest, IntensityHasNoUpperLimitByDefault) {
   const auto file = read(R"({"sonde_predicates": 1, "predicates": [{"name": "a",
       "where": {"intensity": {"low": 0.2}}}]})");

@@ -130,7 +130,7 @@ TEST(PredicateOptionsTest, RejectsASetThatIsNeitherFileNorPresetByKey) {
 std::string said_of_white(const std::vector<std::int16_t>& voxels,
                           const PredicateOptions& options) {
   CollectingDiagnostics diagnostics;
-  warn_of_white("us.mha", voxels, options.white, options.unknown, diagnostics);
+  warn_of_white("us.mha", voxels, options.white.value_or(255), options.unknown, diagnostics);
   const auto entries = diagnostics.entries();
   if (entries.empty()) return "";
   EXPECT_EQ(entries.size(), 1U);
@@ -157,6 +157,51 @@ TEST(PredicateWhiteTest, WarnsOfManyVoxelsAboveWhiteAndProposesAWhite) {
   }
   options.white = 1290;
   EXPECT_EQ(said_of_white(voxels, options), "");
+}
+
+TEST(IntensityWindowTest, IsThatOf8BitsUnlessTheVolumeIsDimOrBright) {
+  const auto ramp = [](int low, int high) {
+    std::vector<std::int16_t> voxels(1000, static_cast<std::int16_t>(low));
+    for (int n = 0; n < 1000; ++n) {
+      voxels.push_back(static_cast<std::int16_t>(low + 1 + (high - low - 1) * n / 999));
+    }
+    return voxels;
+  };
+  const auto usual = intensity_window(ramp(0, 220), {});
+  EXPECT_FALSE(usual.by_percentiles);
+  EXPECT_EQ(usual.black, 0);
+  EXPECT_EQ(usual.white, 255);
+  const auto dim = intensity_window(ramp(0, 60), {});
+  EXPECT_TRUE(dim.by_percentiles);
+  EXPECT_NEAR(dim.black, 1, 1);
+  EXPECT_NEAR(dim.white, 60, 1);
+  const auto bright = intensity_window(ramp(100, 4000), {});
+  EXPECT_TRUE(bright.by_percentiles);
+  EXPECT_NEAR(bright.black, 140, 3) << "1 % of 3900 above 100";
+  EXPECT_NEAR(bright.white, 3981, 5);
+  // Unknown voxels and volumes of one value decide nothing.
+  auto voxels = ramp(0, 60);
+  voxels.insert(voxels.end(), 5000, std::int16_t{-1});
+  const auto known = intensity_window(voxels, -1);
+  EXPECT_EQ(known.white, dim.white);
+  EXPECT_EQ(known.black, dim.black);
+  EXPECT_FALSE(intensity_window(std::vector<std::int16_t>(9, 7), {}).by_percentiles);
+  EXPECT_FALSE(intensity_window({}, {}).by_percentiles);
+}
+
+TEST(PredicateOptionsTest, AFloorIsParsedAndApplied) {
+  auto model = *render::preset_predicates("carotid-vessel");
+  const auto edit = parse_floor("vessel=0.4");
+  ASSERT_TRUE(test::has_value(edit));
+  ASSERT_TRUE(test::has_value(apply_edits({*edit}, model)));
+  EXPECT_EQ(model.entries[0].floor, 0.4);
+  EXPECT_EQ(model.entries[1].floor, 0);
+  for (const char* text : {"vessel", "vessel=", "vessel=nan", "=1"}) {
+    EXPECT_TRUE(test::rejects(parse_floor(text), ErrorCode::kUsage, {"--floor", text}));
+  }
+  PredicateOptions options;
+  options.histogram = {{.entry = "vessel", .floor = 1.5}};
+  EXPECT_TRUE(test::rejects(validate(options), ErrorCode::kUsage, {"floor", "0 to 1", "1.5"}));
 }
 
 TEST(PredicateWhiteTest, UnknownVoxelsDoNotCount) {

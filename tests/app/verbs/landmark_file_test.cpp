@@ -39,6 +39,13 @@ TEST_F(LandmarkFileTest, ReadsTablesOfSpreadsheets) {
   EXPECT_EQ(separated->pairs[0].ct.mm, Eigen::Vector3d(-4, 5.5, 10));
 }
 
+TEST_F(LandmarkFileTest, ReadsCellsInQuotationMarks) {
+  const auto list = read(std::string(kHeader) + "\n\"Tip, \"\"left\"\"\",1,\"2\",3,-4,5.5,10\n");
+  ASSERT_TRUE(test::has_value(list));
+  EXPECT_EQ(list->pairs[0].name, "Tip, \"left\"");
+  EXPECT_EQ(list->pairs[0].reference.mm, Eigen::Vector3d(1, 2, 3));
+}
+
 TEST_F(LandmarkFileTest, ReadsPairsInOrder) {
   const auto pairs =
       read(std::string(kHeader) +

@@ -137,6 +137,68 @@ TEST_P(EveryMethod, GivesTheSameBytesWithAnyNumberOfThreads) {
   }
 }
 
+TEST_P(EveryMethod, PixelsCountByTheirConfidence) {
+  // Two images in one place: 100 with the weight 1, and 200 with 64 / 256.
+  std::vector<TrackedFrame> sweep;
+  for (const double value : {100.0, 200.0}) {
+    sweep.push_back(test::sweep_of([&](const Eigen::Vector3d&) { return value; }, 1).front());
+  }
+  const auto grid = test::grid_around(sweep, kVoxelMm);
+  ReconstructionOptions options = options_of(GetParam());
+  options.by_confidence = true;
+  auto volume = *Reconstruction::create(grid, options);
+  const auto of_image = [&](std::uint8_t confidence) {
+    const auto& pixels = sweep[0].frame.pixels;
+    return Image2d<std::uint8_t>(pixels.width(), pixels.height(),
+                                 std::vector<std::uint8_t>(pixels.pixels().size(), confidence));
+  };
+  volume.add(sweep[0], test::whole_area(sweep[0]), of_image(255));
+  volume.add(sweep[1], test::whole_area(sweep[1]), of_image(63));
+  const auto values = volume.values();
+  ASSERT_TRUE(test::has_value(values));
+  std::size_t seen = 0;
+  for (const std::int16_t value : *values) {
+    if (value == kUnseenVoxel) continue;
+    EXPECT_EQ(value, 120) << "(100 + 200 / 4) / (1 + 1 / 4)";
+    ++seen;
+  }
+  EXPECT_GT(seen, 200U);
+}
+
+TEST_P(EveryMethod, FullConfidenceChangesNoMean) {
+  const auto sweep = test::sweep_of(plane_field, 5);
+  const auto grid = test::grid_around(sweep, kVoxelMm);
+  auto plain = test::reconstruct(sweep, grid, options_of(GetParam()));
+  ReconstructionOptions options = options_of(GetParam());
+  options.by_confidence = true;
+  auto weighted = *Reconstruction::create(grid, options);
+  for (const TrackedFrame& image : sweep) {
+    const auto& pixels = image.frame.pixels;
+    weighted.add(image, test::whole_area(image),
+                 Image2d<std::uint8_t>(pixels.width(), pixels.height(),
+                                       std::vector<std::uint8_t>(pixels.pixels().size(), 255)));
+  }
+  const auto a = *plain.values();
+  const auto b = *weighted.values();
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_LE(std::abs(a[i] - b[i]), 1) << i;
+}
+
+TEST(ReconstructionOptionsTest, WeightsNeedACompoundingInWhichTheyCount) {
+  for (const Method method : kMethods) {
+    for (const Compounding compounding : kCompoundings) {
+      ReconstructionOptions options = options_of(method, compounding);
+      options.by_confidence = true;
+      const bool counts = compounding == Compounding::kMean ||
+                          (method == Method::kBackward && compounding == Compounding::kMedian);
+      EXPECT_EQ(validate(options).has_value(), counts);
+      if (!counts) {
+        EXPECT_TRUE(test::rejects(validate(options), ErrorCode::kUsage, {"confidence", "mean"}));
+      }
+    }
+  }
+}
+
 TEST_P(EveryMethod, CanBeReadAfterEveryImage) {
   const auto sweep = test::sweep_of(plane_field, 6);
   const auto grid = test::grid_around(sweep, kVoxelMm);

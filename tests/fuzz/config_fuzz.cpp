@@ -1,0 +1,12 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// PLUS configurations (XML) and their transforms.
+#include "io/plus_config.hpp"
+#include "tests/fuzz/fuzz_input.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  using namespace nav;
+  const auto config = io::read_plus_config(fuzz::as_file(bytes, size, "a.xml"));
+  if (!config) fuzz::check_message(config.error().message);
+  return 0;
+}

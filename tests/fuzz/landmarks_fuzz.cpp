@@ -1,0 +1,12 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+// Pairs of landmarks (CSV).
+#include "app/verbs/register/landmark_file.hpp"
+#include "tests/fuzz/fuzz_input.hpp"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
+  using namespace nav;
+  const auto list = app::read_landmarks(fuzz::as_file(bytes, size, "a.csv"));
+  if (!list) fuzz::check_message(list.error().message);
+  return 0;
+}

@@ -1,0 +1,131 @@
+#!/usr/bin/env python3
+# SPDX-FileCopyrightText: 2026 The Sonde authors
+# SPDX-License-Identifier: Apache-2.0
+"""Makes the committed corpora of the fuzzers, tests/fuzz/corpus: small valid inputs of each kind.
+
+  tools/fuzz_corpus.py --sonde build/dev/app/sonde
+
+The files are those of tools/mutate.py, smaller; messages of OpenIGTLink and replies of NDI are made
+here after their specifications.
+"""
+import argparse
+import os
+import shutil
+import struct
+import subprocess
+import tempfile
+
+import mutate
+
+ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+CORPUS = os.path.join(ROOT, "tests", "fuzz", "corpus")
+
+FILES = {
+    "sequence": ["r.igs.mha", "rc.igs.mha", "rb.igs.mha", "r.igs.nrrd"],
+    "ct": ["ct.mha", "ctc.mha", "ct.nrrd", "ctg.nrrd", "ct.nii", "ct.nii.gz"],
+    "dicom": ["dcm/i01.dcm"],
+    "surface": ["m.stl", "ma.stl", "m.ply", "m.vtk", "pts.txt"],
+    "config": ["cal.xml"],
+    "json": ["reg.json", "look.json", "scr.json", "p.json"],
+    "mcap": ["live.mcap"],
+    "landmarks": ["lm.csv"],
+    "appearance": ["look.json", "x.vp.json"],
+    "predicates": ["p.json", "scr.json"],
+    "session": ["s.toml", "live.toml"],
+}
+
+LIVE = """[source]
+kind = "live"
+[[devices]]
+id = "patient"
+kind = "recording"
+address = "r.igs.mha"
+"""
+
+
+def crc64(data):
+    """ECMA-182, as OpenIGTLink uses it."""
+    table = []
+    for i in range(256):
+        value = i << 56
+        for _ in range(8):
+            value = (value << 1 ^ 0x42F0E1EBA9EA3693 if value >> 63 else value << 1) & (1 << 64) - 1
+        table.append(value)
+    crc = 0
+    for byte in data:
+        crc = table[(crc >> 56 ^ byte) & 255] ^ (crc << 8) & (1 << 64) - 1
+    return crc
+
+
+def igtl(kind, body):
+    head = struct.pack(">H12s20sQQ", 1, kind, b"Device", 100 << 32, len(body))
+    return head + struct.pack(">Q", crc64(body)) + body
+
+
+def igtl_messages():
+    matrix = struct.pack(">12f", 1, 0, 0, 0, 1, 0, 0, 0, 1, 10, 20, 30)
+    element = struct.pack(">20sBB12f", b"Probe", 1, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 1, 2, 3)
+    image = struct.pack(">HBBBB3H12f6H", 1, 1, 3, 1, 1, 4, 3, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0,
+                        0, 0, 0, 0, 4, 3, 1) + bytes(range(12))
+    return {
+        "transform": igtl(b"TRANSFORM", matrix),
+        "position": igtl(b"POSITION", struct.pack(">7f", 1, 2, 3, 0, 0, 0, 1)),
+        "tdata": igtl(b"TDATA", element * 2),
+        "image": igtl(b"IMAGE", image),
+        "status": igtl(b"STATUS", struct.pack(">HQ20s", 1, 0, b"none") + b"fine\0"),
+        "string": igtl(b"STRING", struct.pack(">HH", 3, 5) + b"hello"),
+        "capability": igtl(b"CAPABILITY", b"TRANSFORM\0\0\0IMAGE\0\0\0\0\0\0\0"),
+    }
+
+
+def ndi_crc(data):
+    crc = 0
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ 0xA001 if crc & 1 else crc >> 1
+    return crc
+
+
+def ndi_replies():
+    def text(words):
+        return words + b"%04X\r" % ndi_crc(words)
+
+    tool = struct.pack("<BB8fII", 1, 1, 1, 0, 0, 0, 10, 20, -1500, 0.1, 0x31, 77)
+    body = tool + struct.pack("<H", 0)
+    head = struct.pack("<HH", 0xA5C4, len(body))
+    binary = head + struct.pack("<H", ndi_crc(head)) + body + struct.pack("<H", ndi_crc(body))
+    return {
+        "okay": text(b"OKAY"), "error": text(b"ERROR01"),
+        "handles": text(b"020A00010B0012"),
+        "tx": text(b"0101+10000+00000+00000+00000+001000-002000-150000+00010000000310000004D\n0000"),
+        "bx": binary,
+    }
+
+
+def main():
+    parser = argparse.ArgumentParser(description="Makes the corpora of the fuzzers.")
+    parser.add_argument("--sonde", required=True)
+    options = parser.parse_args()
+    sonde = os.path.abspath(options.sonde)
+    mutate.SIDE, mutate.FRAMES, mutate.WIDTH, mutate.HEIGHT = 4, 2, 6, 4
+    shutil.rmtree(CORPUS, ignore_errors=True)
+    with tempfile.TemporaryDirectory() as folder:
+        mutate.make_seeds(folder, sonde)
+        with open(os.path.join(folder, "live.toml"), "w", encoding="utf-8") as file:
+            file.write(LIVE)
+        subprocess.run([sonde, "record", "--session", "live.toml", "--out", "live.mcap",
+                        "--seconds", "1.5"], cwd=folder, check=True, capture_output=True)
+        for name, files in FILES.items():
+            os.makedirs(os.path.join(CORPUS, name))
+            for file in files:
+                shutil.copy(os.path.join(folder, file), os.path.join(CORPUS, name))
+    for name, inputs in (("igtl", igtl_messages()), ("ndi", ndi_replies())):
+        os.makedirs(os.path.join(CORPUS, name))
+        for kind, content in inputs.items():
+            with open(os.path.join(CORPUS, name, kind), "wb") as file:
+                file.write(content)
+
+
+if __name__ == "__main__":
+    main()
