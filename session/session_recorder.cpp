@@ -217,12 +217,20 @@ Result<void> SessionRecorder::finish() {
   return Error{ErrorCode::kIo, account_.stopped};
 }
 
-RecordingAccount SessionRecorder::account() const {
+RecordingAccount SessionRecorder::progress() const {
   const std::lock_guard lock(mutex_);
   RecordingAccount account = account_;
-  account.bytes = file_->counts().bytes_written;
-  account.chunks = file_->counts().chunks;
   account.waiting = account.received - account.written - account.lost();
+  return account;
+}
+
+RecordingAccount SessionRecorder::account() const {
+  // First: the file may wait for the disk, and record() must not wait for that.
+  const auto counts = file_->counts();
+  RecordingAccount account = progress();
+  account.bytes = counts.bytes_written;
+  account.chunks = counts.chunks;
+  const std::lock_guard lock(mutex_);
   if (!sync_ms_.empty()) {
     std::vector<float> sorted = sync_ms_;
     std::sort(sorted.begin(), sorted.end());

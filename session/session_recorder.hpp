@@ -68,7 +68,10 @@ class SessionRecorder {
   /// Writes what waits, and ends the file. Idempotent. The error is that of the first write that
   /// failed.
   Result<void> finish();
+  /// May wait for the disk.
   [[nodiscard]] RecordingAccount account() const;
+  /// The account without chunks, bytes and times of the file. Never waits for the disk.
+  [[nodiscard]] RecordingAccount progress() const;
 
  private:
   struct Waiting {

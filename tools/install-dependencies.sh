@@ -4,7 +4,7 @@
 #
 # Installs the Debian 12 packages that Sonde needs; they are listed only here.
 #   tools/install-dependencies.sh [build] [test] [lint] [tidy] [fuzz]     default: build
-# build  compile and run the program (headless, and a plain X window when there is a display)
+# build  compile and run the program and its window
 # test   also run the tests and benchmarks
 # lint   also the formatter and the shader checker
 # tidy   also clang-tidy, which is not needed to build

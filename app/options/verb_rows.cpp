@@ -136,8 +136,8 @@ void add_replay_rows(std::vector<Option>& rows) {
        .key = "source.needle_diameter_mm",
        .needs = {recording_session(), {.any_of = {{"--needle-frame"}}}}},
       {.name = "--window",
-       .text = "play the session in a window, a recording at its own speed; images are written "
-               "only with --out",
+       .text = "show the session in the window (sonde-window), a recording once and at its own "
+               "speed; replay with --out writes its images first",
        .group = group::kGroupReplay,
        .verbs = {"replay", "live"},
        .slot = NAV_SLOT(config.output.window),
@@ -227,8 +227,7 @@ void add_register_rows(std::vector<Option>& rows) {
   const std::vector<Option> method{
       {.name = "--by",
        .type = "NAME",
-       .text = "structures by which a sweep is registered; auto: tissue, or bone where tissue is "
-               "refused and "
+       .text = "evidence that registers a sweep; auto: tissue, or bone where tissue is refused and "
                "bone is accepted; both: tissue, refused where the bone says otherwise",
        .group = group::kGroupRegistration,
        .verbs = here,

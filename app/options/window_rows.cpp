@@ -5,6 +5,9 @@
 namespace nav::app {
 namespace {
 
+bool shows_a_session(const Settings& settings) {
+  return !settings.session.empty() || settings.window.simulated;
+}
 bool names_no_session(const Settings& settings) { return settings.session.empty(); }
 
 const std::vector<std::string_view> kWindow{"window"};
@@ -49,6 +52,25 @@ void add_window_rows(std::vector<Option>& rows) {
        .verbs = kWindow,
        .slot = NAV_SLOT(window.once),
        .usual = true},
+      {.name = "--seconds",
+       .type = "S",
+       .unit = "s",
+       .text = "close the window this long after the session has begun; 0: the user closes it",
+       .group = group::kGroupWindowRun,
+       .verbs = kWindow,
+       .slot = NAV_SLOT(config.output.seconds),
+       .range = within(0, 1e6),
+       .usual = true,
+       .needs = {{.met = shows_a_session, .text = "a session file or --simulated"}}},
+      {.name = "--record",
+       .type = "MCAP",
+       .text = "record every sample of live devices into this file, which must not exist",
+       .group = group::kGroupWindowRun,
+       .verbs = kWindow,
+       .slot = NAV_SLOT(config.output.record),
+       .absent = "none; Ctrl+R begins one",
+       .usual = true,
+       .needs = {{.any_of = {{"session"}}}}},
       {.name = "--script",
        .type = "FILE",
        .text = "lines that drive the window by events, as a user would (docs/window.md)",
@@ -59,7 +81,7 @@ void add_window_rows(std::vector<Option>& rows) {
        .usual = true},
       {.name = "--shots",
        .type = "DIR",
-       .text = "folder for the images of 'shot' and for snapshots",
+       .text = "folder for the images of 'shot', for snapshots and for recordings of Ctrl+R",
        .group = group::kGroupWindowRun,
        .verbs = kWindow,
        .slot = NAV_SLOT(window.shots),

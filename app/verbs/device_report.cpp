@@ -99,7 +99,9 @@ Result<std::unique_ptr<session::SessionRecorder>> start_recording(const SessionC
                  options.path.string() + ": expected the name of a recording that ends with .mcap"};
   }
   const std::string file = options.path.filename().string();
-  if (file.starts_with("live_") && options.path.parent_path() == config.output.folder) {
+  const bool beside_images =
+      !config.output.folder.empty() && options.path.parent_path() == config.output.folder;
+  if (file.starts_with("live_") && beside_images) {
     return Error{ErrorCode::kUsage,
                  options.path.string() + ": expected another name than those of the images"};
   }

@@ -11,7 +11,7 @@
 #include "app/report.hpp"
 #include "app/verbs/device_report.hpp"
 #include "app/verbs/placed_view.hpp"
-#include "app/verbs/session_window.hpp"
+#include "app/verbs/show_in_window.hpp"
 #include "session/driver.hpp"
 #include "session/live_session.hpp"
 
@@ -54,9 +54,8 @@ std::string banner_of(const std::vector<session::DeviceOptions>& devices) {
 
 class Live {
  public:
-  Live(const SessionConfig& config, Console& console, const Clock& clock,
-       std::optional<OutputFolder> out, session::LiveSession live, PlacedView::Parts parts,
-       session::SessionRecorder* recorder)
+  Live(const SessionConfig& config, Console& console, const Clock& clock, OutputFolder out,
+       session::LiveSession live, PlacedView::Parts parts, session::SessionRecorder* recorder)
       : config_(config),
         console_(console),
         clock_(clock),
@@ -75,7 +74,7 @@ class Live {
     begun_ = clock_.now();
     live_.start();
     console_.begin("live");
-    const auto played = config_.output.window ? play_in_window() : play();
+    const auto played = play();
     const auto health = live_.status();  // Before stop(): their states are those of the session.
     live_.session().finish();
     live_.session().navigator().finish();
@@ -129,7 +128,7 @@ class Live {
     view_.say_note();
     char name[64];
     std::snprintf(name, sizeof name, "%s_%05d.png", kLiveSeries, shown_++);
-    if (auto written = out_->write_image(name, *image); !written) return written;
+    if (auto written = out_.write_image(name, *image); !written) return written;
     if (epoch.frame_is_new) {
       const UltrasoundFrame& shown = epoch.frame->frame;
       latencies_.received.push_back(1e3 * to_seconds(shown.received - shown.acquired));
@@ -160,22 +159,6 @@ class Live {
       if (config_.output.frames > 0 && shown_ >= config_.output.frames) return {};
     }
     return {};
-  }
-
-  Result<void> play_in_window() {
-    SessionWindow window;
-    window.ended = kDevicesEnded;
-    window.next = [this](Timestamp) { return next(); };
-    window.take = [this](const session::Epoch& epoch) -> Result<bool> {
-      if (!out_) {
-        ++shown_;
-        return false;
-      }
-      if (auto shown = show(epoch); !shown) return shown.error();
-      return true;
-    };
-    window.close_when = [this] { return time_is_up(); };
-    return app::play_in_window(window, view_, driver_, console_);
   }
 
   io::Json report(const std::vector<session::DeviceStatus>& devices) {
@@ -215,26 +198,25 @@ class Live {
     if (json) {
       if (auto written = write_json(report, *json); !written) return written;
     }
-    if (!out_) return {};
-    if (auto written = out_->write_text(kLivePoseLogFile, live_.session().log().text()); !written) {
+    if (auto written = out_.write_text(kLivePoseLogFile, live_.session().log().text()); !written) {
       return written;
     }
     const auto session = to_toml(config_);
     if (!session) return session.error();
-    if (auto written = out_->write_session(kLiveSessionFile, *session, console_); !written) {
+    if (auto written = out_.write_session(kLiveSessionFile, *session, console_); !written) {
       return written;
     }
-    if (auto written = write_json(report, (*out_ / kLiveReportFile).string()); !written) {
+    if (auto written = write_json(report, (out_ / kLiveReportFile).string()); !written) {
       return written;
     }
-    console_.say("images and report: " + out_->path().string());
+    console_.say("images and report: " + out_.path().string());
     return {};
   }
 
   const SessionConfig& config_;
   Console& console_;
   const Clock& clock_;
-  std::optional<OutputFolder> out_;
+  OutputFolder out_;
   session::LiveSession live_;
   session::SessionRecorder* recorder_;  ///< Null: nothing is recorded.
   PlacedView view_;
@@ -245,6 +227,15 @@ class Live {
   Latencies latencies_;
 };
 
+/// The window writes no series of images.
+Result<void> check_window(const SessionConfig& config) {
+  if (config.output.folder.empty()) return {};
+  return Error{ErrorCode::kUsage,
+               "--window of live devices writes no images: expected no --out beside it, found " +
+                   config.output.folder.string() +
+                   " (--record keeps the data; replay its recording with --out for images)"};
+}
+
 }  // namespace
 
 std::vector<std::string> live_outputs() {
@@ -254,10 +245,11 @@ std::vector<std::string> live_outputs() {
 Result<void> run_live(const SessionConfig& config, const std::optional<std::string>& json,
                       Console& console) {
   if (auto ok = require_path(config.ct.path, "--ct", "a CT"); !ok) return ok;
-  const bool writes = !config.output.window || !config.output.folder.empty();
-  if (writes) {
-    if (auto ok = require_path(config.output.folder, "--out", "a folder"); !ok) return ok;
+  if (config.output.window) {
+    if (auto ok = check_window(config); !ok) return ok;
+    return show_in_window(config, json);
   }
+  if (auto ok = require_path(config.output.folder, "--out", "a folder"); !ok) return ok;
   // It is written at the end; what it cannot hold is said before the work.
   if (const auto session = to_toml(config); !session) return session.error();
   const MonotonicClock clock;
@@ -271,15 +263,11 @@ Result<void> run_live(const SessionConfig& config, const std::optional<std::stri
   auto parts = PlacedView::prepare(config, live->reference_frame(), console);
   if (!parts) return parts.error();
   parts->banner = banner_of(config.source.devices);
-  std::optional<OutputFolder> out;
-  if (writes) {
-    auto made = OutputFolder::create(config.output.folder);
-    if (!made) return made.error();
-    if (auto ok = made->forget_earlier_run({{kLivePoseLogFile, kLiveReportFile}, {kLiveSeries}});
-        !ok) {
-      return ok;
-    }
-    out = *std::move(made);
+  auto out = OutputFolder::create(config.output.folder);
+  if (!out) return out.error();
+  if (auto ok = out->forget_earlier_run({{kLivePoseLogFile, kLiveReportFile}, {kLiveSeries}});
+      !ok) {
+    return ok;
   }
   if (!config.output.record.empty()) {
     auto started = start_recording(config, clock, console);
@@ -287,7 +275,7 @@ Result<void> run_live(const SessionConfig& config, const std::optional<std::stri
     recorder = *std::move(started);
     if (auto ok = describe(config, *live, *recorder); !ok) return ok;
   }
-  Live run(config, console, clock, std::move(out), *std::move(live), *std::move(parts),
+  Live run(config, console, clock, *std::move(out), *std::move(live), *std::move(parts),
            recorder.get());
   return run.run(json);
 }

@@ -23,7 +23,7 @@ std::optional<OtherProgram> other_program(int argc, const char* const* argv) {
   if (name != "bench" && name != "gallery" && !window) return {};
   OtherProgram program{"sonde-bench", "build it with -DSONDE_BUILD_BENCH=ON", {}};
   if (window) {
-    program = {"sonde-window", "build it with Qt 6 (qt6-base-dev) and -DSONDE_BUILD_WINDOW=ON", {}};
+    program = {kWindowProgram, kHowToGetTheWindow, {}};
   }
   program.words.emplace_back(name == "gallery" ? "sonde" : "sonde " + std::string(name));
   for (int i = window ? verb : 1; i < argc; ++i) {

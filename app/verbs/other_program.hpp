@@ -17,6 +17,11 @@ struct OtherProgram {
   std::vector<std::string> words;  ///< Its command line, with the name by which it calls itself.
 };
 
+/// The program of the window, and how to get it.
+inline constexpr const char* kWindowProgram = "sonde-window";
+inline constexpr const char* kHowToGetTheWindow =
+    "build it with Qt 6 (qt6-base-dev) and -DSONDE_BUILD_WINDOW=ON";
+
 /// The program that does what the command line asks for: sonde-bench for `sonde bench …` and
 /// `sonde gallery …`, sonde-window for `sonde window …`; absent for other verbs. sonde-bench calls
 /// itself "sonde bench", or "sonde" of "sonde gallery".

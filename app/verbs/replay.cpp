@@ -3,7 +3,7 @@
 #include "app/interrupt.hpp"
 #include "app/report.hpp"
 #include "app/verbs/placed_view.hpp"
-#include "app/verbs/session_window.hpp"
+#include "app/verbs/show_in_window.hpp"
 #include "io/image_output.hpp"
 #include "session/driver.hpp"
 #include "session/recorded_session.hpp"
@@ -41,12 +41,10 @@ io::Json legend_json(const std::vector<LegendEntry>& legend) {
   return json;
 }
 
-constexpr const char* kEnded = "the recording has ended";
-
 class Replay {
  public:
-  /// \p out: folder of images and report; none: the window alone.
-  Replay(const SessionConfig& config, Console& console, std::optional<OutputFolder> out,
+  /// \p out: folder of images and report.
+  Replay(const SessionConfig& config, Console& console, OutputFolder out,
          session::RecordedSession session, PlacedView::Parts parts)
       : config_(config),
         console_(console),
@@ -59,28 +57,26 @@ class Replay {
 
   Result<void> run(const std::optional<std::string>& json) {
     console_.begin("replay");
-    if (auto played = config_.output.window ? play_in_window() : play(); !played) return played;
+    if (auto played = play(); !played) return played;
     console_.end(std::to_string(shown_) + " images");
     session_.navigator().finish();
-    if (!view_.placement() && driver_.over()) return session::nothing_paired(session_);
-    if (!view_.placement()) return {};  // The window was closed before the first image.
+    if (!view_.placement()) return session::nothing_paired(session_);
     if (const std::string outside = view_.outside(); !outside.empty()) {
       console_.report(Severity::kWarning, "placement", outside);
     }
-    if (out_ && !animation_.empty()) {
-      const auto file = *out_ / kAnimationFile;
+    if (!animation_.empty()) {
+      const auto file = out_ / kAnimationFile;
       if (auto written = io::write_animation(animation_, kReplayAnimationMs, file); !written) {
         return written;
       }
-      out_->list(kAnimationFile);
+      out_.list(kAnimationFile);
     }
     const io::Json report = this->report();
     if (json) {
       if (auto written = write_json(report, *json); !written) return written;
     }
-    if (!out_) return {};
     if (auto written = write_folder(report); !written) return written;
-    console_.say("images and report: " + (*out_ / kPageFile).string());
+    console_.say("images and report: " + (out_ / kPageFile).string());
     return {};
   }
 
@@ -115,14 +111,14 @@ class Replay {
     view_.say_note();
     char name[64];
     std::snprintf(name, sizeof name, "%s_%05d.png", kImageSeries, shown_++);
-    if (auto written = out_->write_image(name, *image); !written) return written;
+    if (auto written = out_.write_image(name, *image); !written) return written;
     if (animation_.size() < kMostAnimated) animation_.push_back(std::move(*image));
     return {};
   }
 
   [[nodiscard]] Error stopped() const {
     return {ErrorCode::kCancelled, "replay: stopped by Ctrl-C; complete in " +
-                                       out_->path().string() + ": " + std::to_string(shown_) +
+                                       out_.path().string() + ": " + std::to_string(shown_) +
                                        " images; the report was not written"};
   }
 
@@ -142,39 +138,13 @@ class Replay {
     }
   }
 
-  Result<void> play_in_window() {
-    SessionWindow shown_window;
-    shown_window.ended = kEnded;
-    shown_window.next = [&](Timestamp now) -> Result<std::optional<session::Epoch>> {
-      auto epoch = driver_.next_at_pace(now, out_.has_value());
-      if (failure_) return *failure_;
-      return epoch;
-    };
-    shown_window.take = [&](const session::Epoch& epoch) -> Result<bool> {
-      if (out_) {
-        if (auto shown = show(epoch); !shown) return shown.error();
-        return true;
-      }
-      ++shown_;
-      if (auto ok = view_.check_ultrasound(epoch); !ok) return ok.error();
-      return false;
-    };
-    const auto window = app::play_in_window(shown_window, view_, driver_, console_);
-    if (!window || !out_) return window;
-    // The rest of the recording, if the window was closed before its end.
-    if (driver_.waiting()) {
-      if (auto shown = show(session_.refresh()); !shown) return shown;
-    }
-    return driver_.over() ? Result<void>() : play();
-  }
-
   /// report.json.
   [[nodiscard]] io::Json report();
   Result<void> write_folder(const io::Json& report);
 
   const SessionConfig& config_;
   Console& console_;
-  std::optional<OutputFolder> out_;
+  OutputFolder out_;
   session::RecordedSession session_;
   PlacedView view_;
   std::optional<Error> failure_;  ///< Failure of the listener.
@@ -215,15 +185,15 @@ io::Json Replay::report() {
   json["grey_window"] = json_of(view_.presenter().grey());
   json["views_cast"] = view_.presenter().views_cast();
   json["cast_seconds"] = view_.presenter().cast_seconds();
-  json["frames"] = out_ ? io::Json(out_->files()) : io::Json::array();
+  json["frames"] = out_.files();
   json["pose_log_sha256"] = io::sha256_hex(session_.log().text());
-  json["image_sha256"] = out_ ? io::Json(out_->image_digest()) : io::Json();
+  json["image_sha256"] = out_.image_digest();
   json["diagnostics"] = json_of(console_.entries());
   return json;
 }
 
 Result<void> Replay::write_folder(const io::Json& report) {
-  OutputFolder& out = *out_;
+  OutputFolder& out = out_;
   const auto& ledger = session_.navigator().ledger();
   if (auto written = out.write_text(kPoseLogFile, session_.log().text()); !written) {
     return written;
@@ -306,21 +276,15 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
                         Console& console) {
   if (auto ok = require_path(config.source.recording, "sweep", "a recording"); !ok) return ok;
   if (auto ok = require_path(config.ct.path, "--ct", "a CT"); !ok) return ok;
-  const bool writes = !config.output.window || !config.output.folder.empty();
-  if (writes) {
-    if (auto ok = require_path(config.output.folder, "--out", "a folder"); !ok) return ok;
-  }
+  if (config.output.window && config.output.folder.empty()) return show_in_window(config, json);
+  if (auto ok = require_path(config.output.folder, "--out", "a folder"); !ok) return ok;
   // It is written at the end; what it cannot hold is said before the work.
   if (const auto session = to_toml(config); !session) return session.error();
   // Not the session file, which may be the one that this run was started by.
   const RunFiles files{{kPoseLogFile, kFollowingFile, kReportFile, kPageFile, kAnimationFile},
                        {kImageSeries}};
-  std::optional<OutputFolder> out;
-  if (writes) {
-    auto opened = OutputFolder::open(config.output.folder, files);
-    if (!opened) return opened.error();
-    out = *std::move(opened);
-  }
+  auto out = OutputFolder::open(config.output.folder, files);
+  if (!out) return out.error();
   auto session = session::RecordedSession::open(config.source, console);
   if (!session) return session.error();
   auto parts = PlacedView::prepare(config, session->reference_frame(), console);
@@ -348,16 +312,18 @@ Result<void> run_replay(const SessionConfig& config, const std::optional<std::st
     if (auto ok = session->learn_outline(); !ok) return ok;
   }
 
-  if (writes) {
-    if (!out) {
-      auto made = OutputFolder::create(config.output.folder);
-      if (!made) return made.error();
-      out = *std::move(made);
-    }
-    if (const auto fresh = out->forget_earlier_run(files); !fresh) return fresh;
+  if (!*out) {
+    auto made = OutputFolder::create(config.output.folder);
+    if (!made) return made.error();
+    *out = *std::move(made);
   }
-  Replay replay(config, console, std::move(out), std::move(*session), std::move(*parts));
-  return replay.run(json);
+  if (const auto fresh = (*out)->forget_earlier_run(files); !fresh) return fresh;
+  {
+    Replay replay(config, console, **std::move(out), std::move(*session), std::move(*parts));
+    if (auto done = replay.run(json); !done) return done;
+  }
+  // The images are there; the window shows the session from its beginning.
+  return config.output.window ? show_in_window(config, std::nullopt) : Result<void>();
 }
 
 }  // namespace nav::app

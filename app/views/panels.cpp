@@ -172,9 +172,9 @@ void draw_cause(Canvas& canvas, int base, const std::string& cause, int size) {
   }
 }
 
-/// Draws states and banner in the first line, numbers or their cause below. Returns whether there
-/// was space for the banner.
-bool draw_status(Canvas& canvas, int y, int height, const PanelContext& context) {
+/// Draws states and banner in the first line, numbers or their cause below. A banner without space
+/// is left out.
+void draw_status(Canvas& canvas, int y, int height, const PanelContext& context) {
   const session::Epoch& epoch = context.epoch;
   canvas.fill(0, y, canvas.width(), height, rgb8(0x1b2229));
   const int size = height * 15 / kBarHeight;
@@ -191,10 +191,9 @@ bool draw_status(Canvas& canvas, int y, int height, const PanelContext& context)
         has_needle && epoch.plane.cause.empty() ? epoch.needle.cause : epoch.plane.cause;
     draw_cause(canvas, base + size + 4, cause, size);
   }
-  if (context.banner.empty()) return true;
+  if (context.banner.empty()) return;
   const int end = canvas.width() - 16 - canvas.text_width(size, context.banner);
   if (end > x) canvas.text(end, base, size, context.banner, kFaint);
-  return end > x;
 }
 
 /// Width of the flat panels beside a 3D view.
@@ -204,8 +203,6 @@ int bar_of(int height) { return text_size(kBarHeight, height); }
 /// Least size with panels: height of the 3D view, width of the whole image.
 constexpr int kSmallestHeight = 300;
 constexpr int kSmallestWidth = 400;
-
-constexpr const char* kEndedWords = "the recording has ended: last image, not live";
 
 /// Draws the letters of the patient's directions at the edges of the 3D view.
 void draw_orientation(Canvas& canvas, int width, int height, const render::Camera& camera) {
@@ -283,18 +280,6 @@ ViewLetters view_letters(const render::Camera& camera) {
           patient_direction(-up)};
 }
 
-PixelSize composed_size(PixelSize view_3d) {
-  return {view_3d.width + side_of(view_3d.height), view_3d.height + bar_of(view_3d.height)};
-}
-
-PixelSize view_size_within(PixelSize window) {
-  const int width = std::max(window.width, kSmallestWidth);
-  // The panels then have at most half of the width.
-  int height = std::max(std::min(window.height - kBarHeight, width * 3 / 4), kSmallestHeight);
-  while (height > kSmallestHeight && height + bar_of(height) > window.height) --height;
-  return {width - side_of(height), height};
-}
-
 bool has_panels(int width, int height) {
   return height >= kSmallestHeight && width + side_of(height) >= kSmallestWidth;
 }
@@ -302,8 +287,7 @@ bool has_panels(int width, int height) {
 Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext& context) {
   const int view_width = view_3d.width();
   const int view_height = view_3d.height();
-  const PixelSize size = composed_size({view_width, view_height});
-  const std::string ended = context.ended ? kEndedWords : "";
+  const PixelSize size{view_width + side_of(view_height), view_height + bar_of(view_height)};
   Canvas canvas(size.width, size.height, kBackground);
   canvas.copy(view_3d, 0, 0);
   const int small = text_size(13, view_height);
@@ -323,23 +307,19 @@ Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext&
     if (context.grey) line(words_of_window(context.grey->level_hu, context.grey->width_hu));
     // Each has its own place, so that one does not move the next.
     next = std::max(next, small + 7 + line_height);
-    for (const std::string& words : {context.note, context.warning, ended}) {
+    for (const std::string& words : {context.note, context.warning}) {
       const int after = next + line_height;
       next = std::max(draw_note(canvas, next, view_width, words, small), after);
     }
     draw_legend(canvas, view_width, view_height, context.legend);
     draw_panels(canvas, view_width, size.width - view_width, view_height, context);
-    const bool has_banner = draw_status(canvas, view_height, bar_of(view_height), context);
-    if (context.in_window && !has_banner) {
-      draw_note(canvas, next, view_width, context.banner, small);
-    }
+    draw_status(canvas, view_height, bar_of(view_height), context);
   } else {
     // Even the smallest view says whose image it is, what it leaves out, and whether it is not
     // registered.
     draw_note(canvas, view_height + 16, canvas.width(), context.banner, small);
     int next = draw_note(canvas, 16, canvas.width(), context.note, small);
-    next = draw_note(canvas, next, canvas.width(), context.warning, small);
-    draw_note(canvas, next, canvas.width(), ended, small);
+    draw_note(canvas, next, canvas.width(), context.warning, small);
   }
   return canvas.image();
 }

@@ -37,10 +37,6 @@ struct PanelContext {
   /// Predicted rms error at the target, mm; absent: not known.
   std::optional<double> target_error_mm = {};
   std::optional<render::GreyWindow> grey = {};  ///< Grey window of a projection in the 3D view.
-  /// True for a window, whose user may make it narrow: a banner without space in the status bar is
-  /// drawn over the 3D view. In files it is left out.
-  bool in_window = false;
-  bool ended = false;  ///< True: no new data will come; a line says that the image is not live.
 };
 
 /// Colour of a state: green (valid), amber (degraded), grey (stale) or red (lost).
@@ -69,13 +65,6 @@ struct PixelSize {
   int width, height;
   bool operator==(const PixelSize&) const = default;
 };
-/// Size of the whole image around a 3D view of that size.
-PixelSize composed_size(PixelSize view_3d);
-/// Size of the largest 3D view whose whole image fits into a window of that size, with at least
-/// half of the width for the 3D view. Never smaller than the flat panels need (has_panels()), so
-/// the image is larger than a window of less than 400 x 360 pixels.
-PixelSize view_size_within(PixelSize window);
-
 /// True when a 3D view of that size, in pixels, is large enough for the flat panels and their text.
 /// compose_panels() leaves them out otherwise.
 bool has_panels(int width, int height);

@@ -346,15 +346,6 @@ void Presenter::count(const render::RenderStatistics& statistics) {
   note_ = grey_note_ + (grey_note_.empty() || note.empty() ? "" : "; ") + note;
 }
 
-Image2d<Rgba8> Presenter::compose_for_window(const Image2d<Rgba8>& view,
-                                             const session::Epoch& epoch,
-                                             const render::Camera& camera, bool ended) const {
-  PanelContext shown = context(epoch, camera);
-  shown.in_window = true;
-  shown.ended = ended;
-  return compose_panels(view, shown);
-}
-
 PanelContext Presenter::context(const session::Epoch& epoch, const render::Camera& camera) const {
   std::vector<LegendEntry> legend = legend_;
   if (!without_ct_) legend.insert(legend.end(), ct_legend_.begin(), ct_legend_.end());

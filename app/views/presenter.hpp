@@ -102,11 +102,6 @@ class Presenter {
   Result<Image2d<Rgba8>> present(const session::Epoch& epoch);
   /// 3D view of the last present().
   [[nodiscard]] const Image2d<Rgba8>& view() const { return view_; }
-  /// Draws the whole image of an epoch around a 3D view of it, by any camera and in any size.
-  /// ended: no new data will come.
-  [[nodiscard]] Image2d<Rgba8> compose_for_window(const Image2d<Rgba8>& view,
-                                                  const session::Epoch& epoch,
-                                                  const render::Camera& camera, bool ended) const;
   /// Counts a 3D view that engine() has cast elsewhere, and keeps the engine's note about it.
   void count(const render::RenderStatistics& statistics);
   /// Size of the 3D view of present(), pixels.

@@ -18,6 +18,11 @@ Result<std::unique_ptr<Feed>> open_feed(const SessionConfig& config, bool loop, 
   return open_recorded_feed(config, loop, console);
 }
 
+Result<void> Feed::start_recording(const std::filesystem::path& path) {
+  return Error{ErrorCode::kUsage,
+               path.string() + ": expected live devices to record, found a session without them"};
+}
+
 session::Session::Listener placing_listener(PlacedView& view, session::Session& session,
                                             std::optional<Error>& failure, RecordingOf recording) {
   return [&view, &session, &failure,

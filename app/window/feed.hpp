@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -11,6 +12,7 @@
 #include "app/console.hpp"
 #include "app/verbs/placed_view.hpp"
 #include "app/window/moment.hpp"
+#include "app/window/window_recorder.hpp"
 #include "session/driver.hpp"
 #include "session/session.hpp"
 
@@ -36,6 +38,10 @@ class Feed {
   virtual bool cover_marker(Duration) { return false; }
   /// For a time, no image arrives. False: the session cannot do it.
   virtual bool hold_images(Duration) { return false; }
+  /// Starts a recording of the devices, see WindowRecorder::start(). kUsage: the session has none.
+  virtual Result<void> start_recording(const std::filesystem::path& path);
+  /// Records the devices; null: the session has none.
+  virtual WindowRecorder* recorder() { return nullptr; }
 
   [[nodiscard]] virtual session::Session& session() = 0;
   [[nodiscard]] virtual PlacedView& view() = 0;
@@ -52,7 +58,8 @@ class Feed {
 Result<std::unique_ptr<Feed>> open_recorded_feed(const SessionConfig& config, bool loop,
                                                  Console& console);
 
-/// The devices of a session file. Errors: those of a live session. The clock must outlive the feed.
+/// The devices of a session file; output.record: also recorded from the first sample on. Errors:
+/// those of a live session and of WindowRecorder::start(). The clock must outlive the feed.
 Result<std::unique_ptr<Feed>> open_live_feed(const SessionConfig& config, const Clock& clock,
                                              Console& console);
 

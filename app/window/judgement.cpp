@@ -72,6 +72,8 @@ ViewJudgement judge_ct_view(const std::string& name, const Moment& newest, std::
     view.headline = name + " STALE";
     view.safety = {SafetyState::kStale,
                    "no new image of this view for " + seconds_text(view.age_ms / 1e3)};
+  } else {
+    view.about = "plane";
   }
   return view;
 }
@@ -116,7 +118,6 @@ Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const Shar
                                 flat->needle_until, flat->published, now);
     judgement.needle = judged("NEEDLE", compose({needle, newest->epoch.placement}), *flat, now);
     judgement.slices = judge_ct_view("SLICE", *newest, number_of(scene), *flat, failures.flat, now);
-    if (!judgement.slices.covered) judgement.slices.about = "plane";
     // Until the image without the line of the plane comes.
     const bool has_line = flat->epoch.plane.state <= SafetyState::kDegraded;
     if (has_line && newest->epoch.plane.state >= SafetyState::kStale) {

@@ -24,9 +24,11 @@ std::string kind_in_words(session::LiveKind kind) {
 class LiveFeed final : public Feed {
  public:
   LiveFeed(const SessionConfig& config, const Clock& clock, Console& console,
-           session::LiveSession live, PlacedView::Parts parts)
+           std::shared_ptr<WindowRecorder> recorder, session::LiveSession live,
+           PlacedView::Parts parts)
       : config_(config),
         clock_(clock),
+        recorder_(std::move(recorder)),
         live_(std::move(live)),
         view_(config, console, std::move(parts)),
         driver_(live_.session(), {}, placing_listener(view_, live_.session(), failure_)) {
@@ -51,7 +53,12 @@ class LiveFeed final : public Feed {
   void finish() override {
     live_.session().finish();
     live_.session().navigator().finish();
+    (void)recorder_->finish();  // It keeps its error.
   }
+  Result<void> start_recording(const std::filesystem::path& path) override {
+    return recorder_->start(path, live_);
+  }
+  WindowRecorder* recorder() override { return recorder_.get(); }
   [[nodiscard]] session::Session& session() override { return live_.session(); }
   [[nodiscard]] PlacedView& view() override { return view_; }
   [[nodiscard]] std::string kind() const override {
@@ -77,6 +84,7 @@ class LiveFeed final : public Feed {
  private:
   const SessionConfig& config_;
   const Clock& clock_;
+  std::shared_ptr<WindowRecorder> recorder_;  ///< The threads of the devices call it too.
   session::LiveSession live_;
   PlacedView view_;
   std::optional<Error> failure_;
@@ -87,12 +95,18 @@ class LiveFeed final : public Feed {
 
 Result<std::unique_ptr<Feed>> open_live_feed(const SessionConfig& config, const Clock& clock,
                                              Console& console) {
-  auto live = session::LiveSession::open(config.source, clock, console);
+  auto recorder = std::make_shared<WindowRecorder>(config, clock, console);
+  auto live = session::LiveSession::open(
+      config.source, clock, console,
+      [recorder](std::size_t device, const Sample& sample) { recorder->record(device, sample); });
   if (!live) return live.error();
   auto parts = PlacedView::prepare(config, live->reference_frame(), console);
   if (!parts) return parts.error();
-  return std::unique_ptr<Feed>(
-      std::make_unique<LiveFeed>(config, clock, console, *std::move(live), *std::move(parts)));
+  if (!config.output.record.empty()) {
+    if (auto ok = recorder->start(config.output.record, *live); !ok) return ok.error();
+  }
+  return std::unique_ptr<Feed>(std::make_unique<LiveFeed>(
+      config, clock, console, std::move(recorder), *std::move(live), *std::move(parts)));
 }
 
 }  // namespace nav::app

@@ -53,7 +53,9 @@ MainWindow::MainWindow(const Options& options, const Clock& clock, Console& cons
     : clock_(clock),
       title_(options.title),
       snapshot_folder_(options.snapshot_folder),
-      rail_(new Rail(this)),
+      has_devices_(options.loop.has_session &&
+                   options.loop.config.source.kind == SessionConfig::SourceKind::kLive),
+      rail_(new Rail(has_devices_, this)),
       scene_(new SceneWidget(QStringLiteral("view3d"), QStringLiteral("3D"), this)),
       flat_(flat_widgets(this)),
       numerals_(new Numerals(this)),
@@ -74,6 +76,7 @@ MainWindow::MainWindow(const Options& options, const Clock& clock, Console& cons
     rail_->set_frozen(loop_.frozen());
   };
   rail_->snapshot = [this] { take_snapshot(); };
+  rail_->record = [this] { toggle_recording(); };
   for (const ViewId id : kFlatViews) {
     flat_[id]->enlarge = [this, id] { enlarge(id); };
   }
@@ -81,6 +84,7 @@ MainWindow::MainWindow(const Options& options, const Clock& clock, Console& cons
   rail_->choose(step_);
   loop_.changed = [this] {
     update_steps();
+    rail_->set_recording(loop_.recording().since.has_value());
     update_panel();
   };
   QObject::connect(&watchdog_, &QTimer::timeout, this, [this] {
@@ -117,6 +121,8 @@ void MainWindow::add_actions() {
   add("freeze", "freeze the views, or go live", QKeyCombination(Qt::Key_Space), rail_->freeze);
   add("snapshot", "save the window as a PNG file", QKeyCombination(Qt::Key_S),
       [this] { take_snapshot(); });
+  add("record", "record the live devices, or end it",
+      QKeyCombination(Qt::ControlModifier, Qt::Key_R), rail_->record);
   add("reset-camera", "first camera of the 3D view", QKeyCombination(Qt::Key_R),
       [this] { loop_.reset_camera(); });
   add("reset-slices", "first cursor, zoom and grey window of the slices",

@@ -23,7 +23,8 @@ class MainWindow final : public QWidget {
   struct Options {
     RefreshLoop::Options loop;
     QString title = QStringLiteral("Sonde");
-    QString snapshot_folder{};  ///< Empty: the folder in which the program was started.
+    QString snapshot_folder{};  ///< Also of recordings. Empty: the folder in which the program was
+                                ///< started.
   };
   /// Clock, console and report must outlive it.
   MainWindow(const Options& options, const Clock& clock, Console& console, WindowReport& report);
@@ -37,7 +38,8 @@ class MainWindow final : public QWidget {
   [[nodiscard]] const Rail& rail() const { return *rail_; }
   [[nodiscard]] const Numerals& numerals() const { return *numerals_; }
   /// State of a thing by its stable name, as scripts read it: "state.ultrasound", "numeral.tip",
-  /// "view.scene", "step.4", "session", "frozen", "layout". Absent: there is no such thing.
+  /// "view.scene", "step.4", "session", "frozen", "recording", "layout". Absent: there is no such
+  /// thing.
   [[nodiscard]] std::optional<QString> value(const QString& name) const;
   /// Runs the action of a key, whichever control has the focus. True: the key has one.
   bool press(const QKeyEvent& event) { return actions_.press(event, clock_.now()); }
@@ -60,6 +62,10 @@ class MainWindow final : public QWidget {
   void toggle_full_screen();
   void toggle_keys();
   void take_snapshot();
+  /// Starts or ends a recording of live devices.
+  void toggle_recording();
+  /// File of this moment in the folder of snapshots.
+  [[nodiscard]] QString stamped_file(const QString& suffix) const;
   void update_steps();
   void update_panel();
   void cancel();
@@ -67,6 +73,7 @@ class MainWindow final : public QWidget {
   const Clock& clock_;
   QString title_;
   QString snapshot_folder_;
+  bool has_devices_;  ///< Live devices, which can be recorded.
   Rail* rail_;
   SceneWidget* scene_;
   PerView<FlatWidget*> flat_;
@@ -82,7 +89,7 @@ class MainWindow final : public QWidget {
   ViewId single_ = ViewId::kScene;  ///< View that fills the window in the layout single.
   bool with_rail_ = true;
   int step_ = 5;
-  QString snapshot_words_;
+  QString snapshot_words_, record_words_;
   std::vector<std::jthread> writers_;  ///< Write snapshots; joined first.
 };
 

@@ -65,16 +65,35 @@ void MainWindow::update_panel() {
     any = true;
   }
   if (!any) text += QStringLiteral("Nothing yet.\n");
+  if (const RecordingStatus& recording = loop_.recording(); !recording.path.empty()) {
+    text +=
+        (recording.since ? QStringLiteral("Recording into %1\n") : QStringLiteral("Recorded: %1\n"))
+            .arg(QString::fromStdString(recording.path.string()));
+  }
+  if (!record_words_.isEmpty()) text += record_words_ + QStringLiteral("\n");
   if (!snapshot_words_.isEmpty()) text += snapshot_words_;
   panel_->setText(text);
 }
 
-void MainWindow::take_snapshot() {
-  const QImage image = shot();
+QString MainWindow::stamped_file(const QString& suffix) const {
   const QDir folder(snapshot_folder_.isEmpty() ? QDir::currentPath() : snapshot_folder_);
   const QString stamp =
       QDateTime::currentDateTime().toString(QStringLiteral("yyyyMMdd-HHmmss-zzz"));
-  const QString path = folder.filePath(QStringLiteral("sonde-%1.png").arg(stamp));
+  return folder.filePath(QStringLiteral("sonde-%1.%2").arg(stamp, suffix));
+}
+
+void MainWindow::toggle_recording() {
+  if (!has_devices_) {
+    record_words_ = QStringLiteral("Only live devices can be recorded.");
+    return update_panel();
+  }
+  if (loop_.recording().since) return loop_.record(std::nullopt);
+  loop_.record(std::filesystem::path(stamped_file(QStringLiteral("mcap")).toStdString()));
+}
+
+void MainWindow::take_snapshot() {
+  const QImage image = shot();
+  const QString path = stamped_file(QStringLiteral("png"));
   // Compressing takes long: not on the window's thread.
   writers_.emplace_back([this, image, path] {
     const bool saved = image.save(path, "PNG");
@@ -131,6 +150,16 @@ std::optional<QString> MainWindow::value(const QString& name) const {
   }
   if (name == QLatin1String("frozen")) {
     return loop_.frozen() ? QStringLiteral("yes") : QStringLiteral("no");
+  }
+  if (name == QLatin1String("recording")) {
+    switch (loop_.recording().stage) {
+      case RecordingStatus::Stage::kOff:
+        return QStringLiteral("off");
+      case RecordingStatus::Stage::kOn:
+        return QStringLiteral("on");
+      case RecordingStatus::Stage::kFailed:
+        return QStringLiteral("failed");
+    }
   }
   if (name == QLatin1String("keys")) {
     return keys_->isVisible() ? QStringLiteral("shown") : QStringLiteral("hidden");

@@ -23,7 +23,7 @@ QString mark_of(StepState state) {
   return {};
 }
 
-Rail::Rail(QWidget* parent) : QWidget(parent) {
+Rail::Rail(bool with_record, QWidget* parent) : QWidget(parent) {
   setObjectName(QStringLiteral("rail"));
   auto* column = new QVBoxLayout(this);
   column->setContentsMargins(8, 8, 8, 8);
@@ -48,6 +48,12 @@ Rail::Rail(QWidget* parent) : QWidget(parent) {
     label(i);
   }
   column->addStretch(1);
+  if (with_record) {
+    record_ = button(QStringLiteral("record"), QStringLiteral("Record"));
+    QObject::connect(record_, &QPushButton::clicked, this, [this] {
+      if (record) record();
+    });
+  }
   freeze_ = button(QStringLiteral("freeze"), QStringLiteral("Freeze"));
   snapshot_ = button(QStringLiteral("snapshot"), QStringLiteral("Snapshot"));
   snapshot_->setText(QStringLiteral("Snapshot  (S)"));
@@ -58,6 +64,7 @@ Rail::Rail(QWidget* parent) : QWidget(parent) {
     if (snapshot) snapshot();
   });
   set_frozen(false);
+  set_recording(false);
 }
 
 void Rail::label(int step) {
@@ -74,6 +81,12 @@ void Rail::set_step(int step, StepState state) {
 }
 
 void Rail::choose(int step) { steps_[index(step)]->setChecked(true); }
+
+void Rail::set_recording(bool recording) {
+  if (record_ == nullptr) return;
+  record_->setText(recording ? QStringLiteral("● Stop recording\n(Ctrl+R)")
+                             : QStringLiteral("Record  (Ctrl+R)"));
+}
 
 void Rail::set_frozen(bool frozen) {
   freeze_->setText(frozen ? QStringLiteral("Go live  (Space)") : QStringLiteral("Freeze  (Space)"));

@@ -18,19 +18,23 @@ inline constexpr int kStepCount = 7;
 /// Names of the steps, in order.
 extern const std::array<const char*, kStepCount> kStepNames;
 
-/// The rail at the left: the steps with their states, Freeze and Snapshot.
+/// The rail at the left: the steps with their states, Record (of live devices), Freeze and
+/// Snapshot.
 class Rail final : public QWidget {
  public:
   static constexpr int kWidth = 190;
 
-  explicit Rail(QWidget* parent);
+  /// with_record: the session has devices that can be recorded.
+  Rail(bool with_record, QWidget* parent);
   void set_step(int step, StepState state);
   void choose(int step);
   void set_frozen(bool frozen);
+  /// True: devices are recorded now. Has no effect without the button.
+  void set_recording(bool recording);
   [[nodiscard]] StepState step(int step) const { return states_.at(index(step)); }
 
   std::function<void(int step)> chosen;
-  std::function<void()> freeze, snapshot;
+  std::function<void()> freeze, snapshot, record;
 
  private:
   static std::size_t index(int step) { return static_cast<std::size_t>(step); }
@@ -38,6 +42,7 @@ class Rail final : public QWidget {
 
   std::array<QPushButton*, kStepCount> steps_{};
   std::array<StepState, kStepCount> states_{};
+  QPushButton* record_ = nullptr;  ///< Null: no devices to record.
   QPushButton* freeze_;
   QPushButton* snapshot_;
 };

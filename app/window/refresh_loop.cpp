@@ -4,6 +4,8 @@
 
 #include <utility>
 
+#include "app/window/theme.hpp"
+
 namespace nav::app {
 
 namespace {
@@ -19,6 +21,20 @@ auto poster(Mailbox<T>& box, RefreshLoop& loop) {
 }
 
 bool is_shown(const QWidget* widget) { return !widget->isHidden(); }
+
+/// Sentence about a recording; empty while there is none.
+QString words_of(const RecordingStatus& recording, Timestamp now) {
+  const QString file = QString::fromStdString(recording.path.filename().string());
+  if (!recording.failure.empty()) {
+    return QStringLiteral("NOT RECORDED: ") + theme::plain(recording.failure);
+  }
+  if (!recording.since) return {};
+  QString words = QStringLiteral("recording %1: %2 s")
+                      .arg(file)
+                      .arg(static_cast<int>(to_seconds(now - *recording.since)));
+  if (recording.lost > 0) words += QStringLiteral(", %1 samples lost").arg(recording.lost);
+  return words;
+}
 
 const char* cost_name(ViewId id) {
   switch (id) {
@@ -48,9 +64,9 @@ RefreshLoop::RefreshLoop(const Options& options, const Clock& clock, Console& co
       scene_engine_(options.engine, options.config.output.threads, clock, console,
                     {poster(scenes_, *this), poster(scene_failures_, *this)}),
       session_(options.config, options.loop, clock, console,
-               {poster(moments_, *this), poster(news_box_, *this)}) {
+               {poster(moments_, *this), poster(news_box_, *this), poster(recording_box_, *this)}) {
   if (!has_session_) news_.words = "no session: sonde window SESSION, or --simulated";
-  views_.scene->moved = [this](const render::WindowInput& input) { move_camera(input); };
+  views_.scene->moved = [this](const render::CameraMovement& movement) { move_camera(movement); };
   views_.scene->resized = [this] { order_pictures(); };
   for (const ViewId id : kFlatViews) {
     views_.flat[id]->resized = [this] { order_pictures(); };
@@ -101,10 +117,10 @@ void RefreshLoop::stop() {
   scene_engine_.stop();
 }
 
-void RefreshLoop::move_camera(const render::WindowInput& input) {
+void RefreshLoop::move_camera(const render::CameraMovement& movement) {
   const SharedMoment moment = wanted();
   if (!moment) return;
-  camera_ = render::moved(camera_.value_or(moment->scene->camera), input);
+  camera_ = render::moved(camera_.value_or(moment->scene->camera), movement);
   ++camera_number_;
   if (!camera_asked_) camera_asked_ = clock_.now();
   order_scene(moment);
@@ -193,6 +209,10 @@ bool RefreshLoop::fault(const std::string& name, Duration time) {
 void RefreshLoop::take_all() {
   if (auto news = news_box_.take()) {
     news_ = std::move(*news);
+    if (changed) changed();
+  }
+  if (auto recording = recording_box_.take()) {
+    recording_ = std::move(*recording);
     if (changed) changed();
   }
   if (auto failure = scene_failures_.take()) failures_.scene = std::move(*failure);
@@ -308,6 +328,10 @@ void RefreshLoop::apply(const Judgement& judgement, Timestamp now) {
   } else {
     notice = QString::fromStdString(!newest_->notice.empty() ? newest_->notice : newest_->warning);
   }
+  const QString recording = words_of(recording_, now);
+  if (!recording.isEmpty()) {
+    notice = notice.isEmpty() ? recording : recording + QStringLiteral("; ") + notice;
+  }
   views_.status->show_inputs(newest_ ? newest_->inputs : std::vector<InputStatus>(), notice, now);
 }
 
@@ -334,6 +358,7 @@ void RefreshLoop::complete(io::Json& report) const {
                           {"flat views", flat_engine_.superseded()},
                           {"pictures", assembler_.superseded()}};
   report["ledger"] = session_.ledger();
+  report["recordings"] = session_.recordings();
 }
 
 }  // namespace nav::app

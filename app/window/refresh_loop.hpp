@@ -50,7 +50,7 @@ class RefreshLoop final : public QObject {
   /// Joins all threads. Idempotent.
   void stop();
 
-  void move_camera(const render::WindowInput& input);
+  void move_camera(const render::CameraMovement& movement);
   void reset_camera();
   /// Moves the slices of a view as the user does.
   void move_slices(ViewId id, const SliceInput& input, const Picture& seen);
@@ -67,15 +67,20 @@ class RefreshLoop final : public QObject {
   /// "hang-engine", "hang-views" and "hang-session" of the window's threads.
   /// False: there is none of that name.
   bool fault(const std::string& name, Duration time);
+  /// Starts a recording of the devices into a file; absent: ends it.
+  void record(RecordOrder order) { session_.record(std::move(order)); }
   /// Shows what has come, and judges what is on the screen. Called by a timer too: the watchdog.
   void tick();
 
   [[nodiscard]] bool has_session() const { return has_session_; }
   [[nodiscard]] const SessionNews& news() const { return news_; }
+  [[nodiscard]] const RecordingStatus& recording() const { return recording_; }
   [[nodiscard]] const SharedMoment& newest() const { return newest_; }
   [[nodiscard]] const Judgement& judgement() const { return judgement_; }
   [[nodiscard]] const SliceSettings& slices() const { return slices_.settings(); }
   [[nodiscard]] const RefreshAssembler& assembler() const { return assembler_; }
+  /// The first recording that failed; after stop().
+  [[nodiscard]] const Result<void>& recorded() const { return session_.recorded(); }
   /// Adds what the threads know to a report.
   void complete(io::Json& report) const;
 
@@ -113,6 +118,7 @@ class RefreshLoop final : public QObject {
   bool has_session_;
   Mailbox<SharedMoment> moments_;
   Mailbox<SessionNews> news_box_;
+  Mailbox<RecordingStatus> recording_box_;
   Mailbox<FlatPictures> flats_;
   Mailbox<Picture> scenes_;
   Mailbox<std::string> scene_failures_, flat_failures_;
@@ -122,6 +128,7 @@ class RefreshLoop final : public QObject {
   RefreshAssembler assembler_;
 
   SessionNews news_;
+  RecordingStatus recording_;
   EngineFailures failures_;
   SharedMoment newest_, flat_moment_, scene_moment_;
   std::optional<Frozen> frozen_;

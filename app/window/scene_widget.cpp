@@ -26,23 +26,23 @@ void SceneWidget::mouseMoveEvent(QMouseEvent* event) {
   const QPointF way = (event->position() - last_) / std::max(1, height());
   last_ = event->position();
   const Eigen::Vector2d drag(way.x(), -way.y());
-  render::WindowInput input;
+  render::CameraMovement movement;
   if (button_ == Qt::LeftButton) {
-    input.orbit = drag;
+    movement.orbit = drag;
   } else if (button_ == Qt::MiddleButton) {
-    input.pan = drag;
+    movement.pan = drag;
   } else {
-    input.zoom = std::exp(2 * std::clamp(drag.y(), -2.0, 2.0));
+    movement.zoom = std::exp(2 * std::clamp(drag.y(), -2.0, 2.0));
   }
-  moved(input);
+  moved(movement);
 }
 
 void SceneWidget::wheelEvent(QWheelEvent* event) {
   constexpr double kWheelZoom = 1.1;
   constexpr double kNotch = 120;
-  render::WindowInput input;
-  input.zoom = std::pow(kWheelZoom, std::clamp(event->angleDelta().y() / kNotch, -20.0, 20.0));
-  if (moved) moved(input);
+  render::CameraMovement movement;
+  movement.zoom = std::pow(kWheelZoom, std::clamp(event->angleDelta().y() / kNotch, -20.0, 20.0));
+  if (moved) moved(movement);
   event->accept();
 }
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "app/window/view_widget.hpp"
-#include "render/window/window_input.hpp"
+#include "render/camera_movement.hpp"
 
 namespace nav::app {
 
@@ -14,7 +14,7 @@ class SceneWidget final : public ViewWidget {
   using ViewWidget::ViewWidget;
 
   /// Called for every movement of the camera.
-  std::function<void(const render::WindowInput&)> moved;
+  std::function<void(const render::CameraMovement&)> moved;
 
  protected:
   void mousePressEvent(QMouseEvent* event) override;

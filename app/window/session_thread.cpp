@@ -75,11 +75,18 @@ void SessionThread::tell(SessionNews::Stage stage, std::string words, Feed* feed
 void SessionThread::run(const std::stop_token& stop) {
   tell(SessionNews::Stage::kLoading, "loading the session");
   auto feed = open_feed(config_, loop_, clock_, console_);
-  if (!feed) return tell(SessionNews::Stage::kFailed, feed.error().message);
+  if (!feed) {
+    if (!config_.output.record.empty()) recorded_ = feed.error();  // Nothing was.
+    return tell(SessionNews::Stage::kFailed, feed.error().message);
+  }
   tell(SessionNews::Stage::kRunning, "running", feed->get());
   play(**feed, stop);
   (*feed)->finish();
   ledger_ = json_of((*feed)->session().navigator().ledger());
+  if (WindowRecorder* recorder = (*feed)->recorder()) {
+    if (auto done = recorder->finish(); !done) recorded_ = done;
+    recordings_ = recorder->json();
+  }
 }
 
 void SessionThread::play(Feed& feed, const std::stop_token& stop) {
@@ -89,6 +96,7 @@ void SessionThread::play(Feed& feed, const std::stop_token& stop) {
   Timestamp looked{}, published{};
   while (!stop.stop_requested()) {
     obey(feed);
+    obey_records(feed);
     const Timestamp now = clock_.now();
     bool publish = false;
     if (failure.empty() && !feed.over()) {
@@ -141,6 +149,26 @@ void SessionThread::obey(Feed& feed) {
     console_.report(Severity::kWarning, "fault",
                     fault->name + ": expected a simulated session, found another kind");
   }
+}
+
+void SessionThread::obey_records(Feed& feed) {
+  constexpr auto kTellPeriod = std::chrono::milliseconds(500);
+  const Timestamp now = clock_.now();
+  const auto order = records_.take();
+  if (order && !*order) {
+    if (WindowRecorder* recorder = feed.recorder()) recorder->stop();
+  } else if (order) {
+    if (const auto started = feed.start_recording(**order); !started) {
+      console_.report(Severity::kError, "recording", started.error().message);
+      if (feed.recorder() == nullptr) recorded_ = started;
+    }
+  }
+  WindowRecorder* recorder = feed.recorder();
+  if (recorder == nullptr || (!order && told_ && now - *told_ < kTellPeriod)) return;
+  const RecordingStatus status = recorder->status();
+  if (!order && told_ && status.stage == RecordingStatus::Stage::kOff) return;
+  told_ = now;
+  hears_.recording(status);
 }
 
 /// Rates and drops, twice a second: percentiles of all periods take time.

@@ -3,9 +3,11 @@
 #pragma once
 
 #include <atomic>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -24,6 +26,9 @@ struct FaultOrder {
   Duration time;
 };
 
+/// A file to record into; absent: the recording ends.
+using RecordOrder = std::optional<std::filesystem::path>;
+
 /// How far a session has come, for the steps of the window.
 struct SessionNews {
   enum class Stage { kLoading, kRunning, kFailed };
@@ -40,6 +45,7 @@ class SessionThread {
   struct Hears {
     std::function<void(SharedMoment)> moment;
     std::function<void(SessionNews)> news;
+    std::function<void(RecordingStatus)> recording;  ///< Twice a second while it records.
   };
   /// The clock and the console must outlive it.
   SessionThread(SessionConfig config, bool loop, const Clock& clock, Console& console, Hears hears);
@@ -49,10 +55,16 @@ class SessionThread {
   /// Joins the thread. Idempotent.
   void stop();
   void order(FaultOrder fault) { faults_.put(std::move(fault)); }
+  /// Starts or ends a recording, which `recording` hears. The newest order counts.
+  void record(RecordOrder order) { records_.put(std::move(order)); }
   /// Stops playing for a time, as a session that hangs.
   void hang(Duration time) { hang_ns_ = time.count(); }
   /// Account of the images; after stop().
   [[nodiscard]] const io::Json& ledger() const { return ledger_; }
+  /// Accounts of the recordings; after stop().
+  [[nodiscard]] const io::Json& recordings() const { return recordings_; }
+  /// The first recording that failed; after stop().
+  [[nodiscard]] const Result<void>& recorded() const { return recorded_; }
 
  private:
   void run(const std::stop_token& stop);
@@ -60,6 +72,7 @@ class SessionThread {
   [[nodiscard]] std::shared_ptr<Moment> moment_of(Feed& feed, session::Epoch epoch, Timestamp now);
   void look_at_streams(Feed& feed, Timestamp now);
   void obey(Feed& feed);
+  void obey_records(Feed& feed);
   void tell(SessionNews::Stage stage, std::string words, Feed* feed = nullptr);
 
   SessionConfig config_;
@@ -68,6 +81,7 @@ class SessionThread {
   Console& console_;
   Hears hears_;
   Mailbox<FaultOrder> faults_;
+  Mailbox<RecordOrder> records_;
   std::atomic<Duration::rep> hang_ns_{0};
   std::uint64_t number_ = 0;
   struct StreamLook {
@@ -75,7 +89,10 @@ class SessionThread {
     std::uint64_t images_dropped = 0, needle_dropped = 0;
   } look_;
   std::optional<Timestamp> looked_;
+  std::optional<Timestamp> told_;  ///< Time of the newest status of the recording.
   io::Json ledger_;
+  io::Json recordings_ = io::Json::array();
+  Result<void> recorded_;
   std::jthread thread_;
 };
 

@@ -137,20 +137,21 @@ void ViewWidget::paint_words(QPainter& painter) {
                             QColor::fromRgb(theme::kWindowAccent));
   }
   // State: shape and word, at the upper right.
+  const QFontMetricsF metrics(small);
   const QString about = theme::plain(judgement_.about.empty() ? "" : judgement_.about + " ");
   const QString word = frozen_s_ ? QStringLiteral("frozen")
                                  : about + theme::plain(to_string(judgement_.safety.state));
-  const double word_width = QFontMetricsF(small).horizontalAdvance(word) + 12;
+  const double word_width = metrics.horizontalAdvance(word) + 12;
   const double x = width() - kMargin - word_width;
-  const double line = QFontMetricsF(small).height() + 4;
-  if (x - 20 > right) {
-    painter.fillRect(QRectF(x - 20, kMargin, 20, line), QColor(0x10, 0x14, 0x18, 0xd8));
-    theme::draw_state_shape(painter, QRectF(x - 16, kMargin + line / 2 - 6, 12, 12),
-                            judgement_.safety.state);
-    theme::draw_tag(painter, x, kMargin, word, small,
-                    theme::colour_of_state(judgement_.safety.state));
-  }
-  double y = kMargin + line + 2;
+  const double line = metrics.height() + 4;
+  // Below the title, where there is no space beside it.
+  const double state_y = x - 20 > right ? kMargin : kMargin + line + 2;
+  painter.fillRect(QRectF(x - 20, state_y, 20, line), QColor(0x10, 0x14, 0x18, 0xd8));
+  theme::draw_state_shape(painter, QRectF(x - 16, state_y + line / 2 - 6, 12, 12),
+                          judgement_.safety.state);
+  theme::draw_tag(painter, x, state_y, word, small,
+                  theme::colour_of_state(judgement_.safety.state));
+  double y = state_y + line + 2;
   if (frozen_s_) {
     theme::draw_tag(painter, kMargin, y, QStringLiteral("FROZEN %1 s").arg(*frozen_s_, 0, 'f', 1),
                     theme::font(26, true), text);

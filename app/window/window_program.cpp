@@ -17,6 +17,7 @@
 #include "app/window/timed_application.hpp"
 #include "app/window/window_controls.hpp"
 #include "io/atomic_file.hpp"
+#include "session/played_recording.hpp"
 
 namespace nav::app {
 namespace {
@@ -50,6 +51,37 @@ Result<std::vector<ScriptLine>> script_of(const WindowOptions& options) {
   return lines;
 }
 
+/// Names a recording that cannot be made before the window opens.
+Result<void> check_record(const std::filesystem::path& record, const SessionConfig& config) {
+  if (record.empty()) return {};
+  if (config.source.kind != SessionConfig::SourceKind::kLive) {
+    return Error{ErrorCode::kUsage,
+                 "--record: expected a session of live devices, found a recording or a simulated "
+                 "procedure"};
+  }
+  if (!session::is_device_recording(record)) {
+    return Error{ErrorCode::kUsage,
+                 record.string() + ": expected the name of a recording that ends with .mcap"};
+  }
+  std::error_code failed;
+  if (!std::filesystem::exists(record, failed)) return {};
+  return Error{ErrorCode::kUsage,
+               "--record: expected a file that does not exist, found " + record.string()};
+}
+
+/// Time since the session has begun or failed; absent: it is loading.
+class SessionTime {
+ public:
+  std::optional<double> seconds(const SessionNews& news, Timestamp now) {
+    if (!begun_ && news.stage != SessionNews::Stage::kLoading) begun_ = now;
+    if (!begun_) return std::nullopt;
+    return to_seconds(now - *begun_);
+  }
+
+ private:
+  std::optional<Timestamp> begun_;
+};
+
 QString title_of(const Settings& settings, const SessionConfig& config) {
   QString title = QStringLiteral("Sonde");
   using Kind = SessionConfig::SourceKind;
@@ -69,8 +101,11 @@ QString title_of(const Settings& settings, const SessionConfig& config) {
 
 Result<void> run_window(const Settings& settings, int& argc, char** argv, Console& console) {
   const WindowOptions& options = settings.window;
-  const auto config = config_of(settings);
+  auto config = config_of(settings);
   if (!config) return config.error();
+  config->output.record = settings.config.output.record;
+  config->output.seconds = settings.config.output.seconds;
+  if (auto ok = check_record(config->output.record, *config); !ok) return ok;
   auto lines = script_of(options);
   if (!lines) return lines.error();
   if (!options.shots.empty()) {
@@ -105,8 +140,12 @@ Result<void> run_window(const Settings& settings, int& argc, char** argv, Consol
   }
   const Interrupt interrupt;
   QTimer look;
+  SessionTime session_time;
+  const double most_seconds = config->output.seconds;
   QObject::connect(&look, &QTimer::timeout, &window, [&] {
-    if (interrupt.asked()) QCoreApplication::quit();
+    const auto seconds = session_time.seconds(window.loop().news(), clock.now());
+    const bool time_is_up = most_seconds > 0 && seconds && *seconds >= most_seconds;
+    if (interrupt.asked() || time_is_up) QCoreApplication::quit();
   });
   look.start(kInterruptMs);
   window.show();
@@ -124,8 +163,10 @@ Result<void> run_window(const Settings& settings, int& argc, char** argv, Consol
   if (!settings.json.empty()) {
     if (auto written = write_json(json, settings.json); !written) return written;
   }
-  if (!failure) return {};
-  return Error{ErrorCode::kRefused, options.script.string() + ": " + failure->message};
+  if (failure) {
+    return Error{ErrorCode::kRefused, options.script.string() + ": " + failure->message};
+  }
+  return window.loop().recorded();
 }
 
 }  // namespace nav::app

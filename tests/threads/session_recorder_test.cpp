@@ -72,6 +72,10 @@ TEST_F(SessionRecorderTest, WritesWhatSeveralThreadsDeliver) {
   const RecordingAccount account = recorder->account();
   EXPECT_EQ(account.received, 2 * kSamples);
   EXPECT_EQ(account.written, 2 * kSamples);
+  const RecordingAccount progress = recorder->progress();
+  EXPECT_EQ(progress.received, account.received);
+  EXPECT_EQ(progress.written, account.written);
+  EXPECT_EQ(progress.path, account.path);
   EXPECT_TRUE(account.balanced());
   EXPECT_EQ(account.bytes, std::filesystem::file_size(path_));
   const auto recording = io::mcap::DeviceRecording::open(path_);

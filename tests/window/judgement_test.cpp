@@ -91,6 +91,9 @@ TEST(JudgementTest, SlicesShowTheCtWhenThePlaneIsStaleAndSayIt) {
   const Judgement now = judge(shown, shown, shown, {}, kStart + std::chrono::seconds(10));
   EXPECT_FALSE(now.slices.covered);
   EXPECT_EQ(now.slices.safety.state, SafetyState::kStale);
+  EXPECT_EQ(now.slices.about, "plane");
+  EXPECT_FALSE(now.scene.covered);
+  EXPECT_EQ(now.scene.about, "plane") << "the 3D view shows the CT, which is not stale";
   EXPECT_TRUE(now.needle.covered) << "slices along a needle that is not there any more";
   EXPECT_TRUE(now.bullseye.covered);
 }
@@ -102,6 +105,7 @@ TEST(JudgementTest, SlicesWithAnOldLineOfThePlaneAreCovered) {
   const Judgement now = judge(moment, moment, moment, {}, end + 1 * kMs);
   EXPECT_TRUE(now.slices.covered && now.needle.covered && now.bullseye.covered);
   EXPECT_EQ(now.slices.headline, "SLICE STALE");
+  EXPECT_EQ(now.slices.about, "") << "the whole view is stale";
 }
 
 TEST(JudgementTest, ABullsEyeIsCoveredWithoutNumbers) {

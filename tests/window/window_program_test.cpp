@@ -55,6 +55,7 @@ TEST_F(WindowProgramTest, TheReportHasEveryKey) {
                           "refreshes",
                           "superseded",
                           "ledger",
+                          "recordings",
                           "latency_ms",
                           "latency_independent_ms",
                           "input_to_paint_ms",
@@ -99,6 +100,93 @@ TEST_F(WindowProgramTest, ASessionThatCannotBeOpenedIsNamedAndTheWindowStays) {
       << "[source]\nkind = \"recording\"\nrecording = \"none.mha\"\n[ct]\npath = \"none.nii\"\n";
   script("wait session failed 20\nexpect view.view3d covered\nkey F2\nshot failed\nquit\n");
   EXPECT_EQ(run((folder_ / "session.toml").string()), 0) << log();
+}
+
+/// A live session of a simulated device, as a user would start it.
+class LiveWindowTest : public WindowProgramTest {
+ protected:
+  void SetUp() override {
+    const std::string simulate = SONDE_PROGRAM " simulate --out " + file("sweep.igs.mha") +
+                                 " --ct " + file("ct.mha") + " >" + file("log") + " 2>&1";
+    ASSERT_EQ(std::system(simulate.c_str()), 0) << log();
+    std::ofstream(folder_ / "live.toml")
+        << "[source]\nkind = \"live\"\n[[devices]]\nid = \"bench\"\nkind = \"simulated\"\n"
+           "needle = true\nduration_s = 3600\n";
+  }
+  [[nodiscard]] std::string file(const char* name) const { return (folder_ / name).string(); }
+  /// Exit code of `sonde` with these words.
+  [[nodiscard]] int sonde(const std::string& words) const {
+    const std::string command =
+        "QT_QPA_PLATFORM=offscreen " SONDE_PROGRAM " " + words + " >" + file("log") + " 2>&1";
+    const int status = std::system(command.c_str());
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  [[nodiscard]] std::string live() const {
+    return "live --session " + file("live.toml") + " --ct " + file("ct.mha") + " --window";
+  }
+};
+
+TEST_F(LiveWindowTest, RecordsFromTheFirstSampleAndClosesAfterItsTime) {
+  ASSERT_EQ(
+      sonde(live() + " --seconds 2 --record " + file("r.mcap") + " --json " + file("report.json")),
+      0)
+      << log();
+  const nlohmann::json json = report();
+  ASSERT_EQ(json["recordings"].size(), 1U);
+  const nlohmann::json& recording = json["recordings"][0];
+  EXPECT_EQ(recording["path"], file("r.mcap"));
+  EXPECT_GT(recording["written"].get<int>(), 20);
+  EXPECT_EQ(recording["received"], recording["written"]);
+  ASSERT_EQ(sonde("info " + file("r.mcap") + " --json " + file("info.json")), 0) << log();
+  // An earlier recording is never overwritten, and the window does not open.
+  EXPECT_EQ(sonde(live() + " --seconds 2 --record " + file("r.mcap")), 2);
+  EXPECT_THAT(log(), HasSubstr("expected a file that does not exist"));
+}
+
+TEST_F(LiveWindowTest, TheUserRecordsTwice) {
+  script(
+      "wait view.ultrasound shown 60\nexpect recording off\nkey Ctrl+R\nwait recording on 5\n"
+      "pause 0.5\nkey Ctrl+R\nwait recording off 5\npause 0.2\nclick record\n"
+      "wait recording on 5\npause 0.5\nquit\n");
+  std::ofstream(folder_ / "window.toml") << std::ifstream(folder_ / "live.toml").rdbuf()
+                                         << "[ct]\npath = \"" << file("ct.mha") << "\"\n";
+  ASSERT_EQ(run(file("window.toml") + " --shots " + file("shots")), 0) << log();
+  const nlohmann::json json = report();
+  for (const auto& control : json["controls"]) {
+    if (control["name"] != "record") continue;
+    EXPECT_FALSE(control["clipped"].get<bool>()) << "Stop recording";
+  }
+  const nlohmann::json recordings = json["recordings"];
+  ASSERT_EQ(recordings.size(), 2U);
+  EXPECT_NE(recordings[0]["path"], recordings[1]["path"]);
+  for (const auto& recording : recordings) {
+    EXPECT_GT(recording["written"].get<int>(), 5);
+    const std::string path = recording["path"].get<std::string>();
+    EXPECT_EQ(sonde("replay " + path + " --ct " + file("ct.mha") + " --out " + file("replay") +
+                    " --frames 1 --no-survey --width 160 --height 120"),
+              0)
+        << log();
+  }
+}
+
+TEST_F(WindowProgramTest, ALiveWindowWritesNoImages) {
+  std::ofstream(folder_ / "live.toml")
+      << "[source]\nkind = \"live\"\n[[devices]]\nid = \"bench\"\nkind = \"simulated\"\n";
+  const std::string images = (folder_ / "images").string();
+  const std::string command = SONDE_PROGRAM " live --session " + (folder_ / "live.toml").string() +
+                              " --ct ct.mha --window --out " + images + " >" +
+                              (folder_ / "log").string() + " 2>&1";
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 2);
+  EXPECT_THAT(log(), HasSubstr("expected no --out beside it, found " + images));
+  EXPECT_FALSE(std::filesystem::exists(images));
+}
+
+TEST_F(WindowProgramTest, RecordsOnlyLiveDevices) {
+  std::ofstream(folder_ / "session.toml") << "[source]\nkind = \"simulated\"\n";
+  script("quit\n");
+  EXPECT_EQ(run((folder_ / "session.toml").string() + " --record " + (folder_ / "r.mcap").string()),
+            2);
+  EXPECT_THAT(log(), HasSubstr("--record: expected a session of live devices"));
 }
 
 TEST_F(WindowProgramTest, WithoutADisplayThereIsAClearError) {

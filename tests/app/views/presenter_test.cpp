@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "app/report.hpp"
-#include "app/views/live_view.hpp"
 #include "app/views/panels.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/trials.hpp"
@@ -340,93 +339,6 @@ TEST_F(PresenterTest, AnEmptyViewIsCastAgainAfterAChangeOfTheStep) {
   for (int i = 0; i < 2; ++i) ASSERT_TRUE(test::has_value(made->present(lost)));
   EXPECT_EQ(made->views_cast(), 3) << "without the plane, before and after it was searched for";
   EXPECT_EQ(made->views_reused(), 2);
-}
-
-/// Input of a window that shows the whole image of the tests' 3D view.
-render::WindowInput whole_window() {
-  const PixelSize size = composed_size({kViewWidth, kViewHeight});
-  render::WindowInput input;
-  input.width = size.width;
-  input.height = size.height;
-  return input;
-}
-
-bool same_pixels(const Image2d<Rgba8>& a, const Image2d<Rgba8>& b) {
-  return a.width() == b.width() && a.height() == b.height() &&
-         std::equal(a.pixels().begin(), a.pixels().end(), b.pixels().begin());
-}
-
-TEST_F(PresenterTest, AWindowShowsTheImageOfTheFiles) {
-  const session::Epoch shown = epoch(SafetyState::kValid, "");
-  const auto file = present(shown);
-  LiveView view(presenter_);
-  EXPECT_FALSE(view.apply(whole_window())) << "nothing has changed";
-  const auto again = view.draw_presented(shown, Timestamp{});
-  ASSERT_TRUE(test::has_value(again));
-  EXPECT_TRUE(same_pixels(*again, file));
-  EXPECT_EQ(presenter_.views_cast(), 1);
-  auto drawn = view.draw(shown, Timestamp{}, false);
-  ASSERT_TRUE(test::has_value(drawn));
-  EXPECT_EQ(presenter_.views_cast(), 2);
-  EXPECT_TRUE(same_pixels(*drawn, file)) << "the first image is drawn in full";
-}
-
-TEST_F(PresenterTest, AWindowMovesTheCameraAndNothingElse) {
-  const session::Epoch shown = epoch(SafetyState::kValid, "");
-  const auto file = present(shown);
-  LiveView view(presenter_, {.budget_s = std::numeric_limits<double>::infinity()});
-  render::WindowInput input = whole_window();
-  input.orbit = {0.1, 0.05};
-  EXPECT_TRUE(view.apply(input));
-  const auto turned = view.draw_presented(shown, Timestamp{});
-  ASSERT_TRUE(test::has_value(turned));
-  ASSERT_EQ(turned->width(), file.width());
-  int changed = 0;
-  for (int y = 0; y < file.height(); ++y) {
-    for (int x = 0; x < file.width(); ++x) {
-      if (turned->at(x, y) == file.at(x, y)) continue;
-      ++changed;
-      EXPECT_TRUE(x < kViewWidth && y < kViewHeight) << x << ", " << y;
-    }
-  }
-  EXPECT_GT(changed, 1000);
-  input = whole_window();
-  input.keys = "r";
-  EXPECT_TRUE(view.apply(input));
-  EXPECT_FALSE(view.apply(input)) << "at the first camera already";
-  EXPECT_TRUE(same_pixels(*view.draw(shown, Timestamp{}, false), file));
-}
-
-TEST_F(PresenterTest, AWindowOfAnotherSizeIsFilled) {
-  const session::Epoch shown = epoch(SafetyState::kValid, "");
-  LiveView view(presenter_);
-  render::WindowInput input;
-  input.width = 640;
-  input.height = 480;
-  EXPECT_TRUE(view.apply(input));
-  const auto image = view.draw(shown, Timestamp{}, false);
-  ASSERT_TRUE(test::has_value(image));
-  EXPECT_EQ(image->width(), 640);
-  EXPECT_EQ(image->height(), 480);
-}
-
-TEST_F(PresenterTest, AWindowIsCoarseWhileTheCameraMovesAndFullAtRest) {
-  const session::Epoch shown = epoch(SafetyState::kValid, "");
-  LiveView view(presenter_, {.budget_s = 0});
-  const auto at = [](double s) { return Timestamp{from_seconds(s)}; };
-  ASSERT_TRUE(test::has_value(view.draw(shown, at(0), false)));
-  render::WindowInput input;
-  input.width = whole_window().width;
-  input.height = whole_window().height;
-  input.zoom = 1.5;
-  EXPECT_TRUE(view.apply(input));
-  const auto coarse = view.draw(shown, at(0.01), false);
-  ASSERT_TRUE(test::has_value(coarse));
-  EXPECT_FALSE(view.wants_refinement(at(0.02)));
-  EXPECT_TRUE(view.wants_refinement(at(1)));
-  const auto full = view.draw(shown, at(1), false);
-  ASSERT_TRUE(test::has_value(full));
-  EXPECT_FALSE(same_pixels(*coarse, *full));
 }
 
 TEST(PatientDirectionTest, NamesDirectionsInLps) {

@@ -4,10 +4,9 @@
 #include <gtest/gtest.h>
 
 #include "render/engine.hpp"
-#include "render/window/window.hpp"
 #include "tests/support/matchers.hpp"
 
-// A separate program, because EGL and X11 read these variables once per process.
+// A separate program, because EGL reads this variable once per process.
 namespace nav::render {
 namespace {
 
@@ -16,14 +15,6 @@ TEST(GlContextTest, WithoutEglTheErrorNamesWhatIsMissing) {
   CollectingDiagnostics diagnostics;
   EXPECT_TRUE(test::rejects(make_gl_engine(diagnostics), ErrorCode::kUnavailable,
                             {"off-screen OpenGL", "an EGL display"}));
-}
-
-TEST(GlContextTest, WithoutADisplayTheWindowIsUnavailable) {
-  const ImageSource nothing = [](const WindowInput&) { return Image2d<Rgba8>(); };
-  ::unsetenv("DISPLAY");
-  EXPECT_TRUE(test::rejects(show_window(nothing), ErrorCode::kUnavailable, {"DISPLAY not set"}));
-  ::setenv("DISPLAY", ":4711", 1);
-  EXPECT_TRUE(test::rejects(show_window(nothing), ErrorCode::kUnavailable, {"DISPLAY=:4711"}));
 }
 
 }  // namespace

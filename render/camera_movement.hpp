@@ -3,21 +3,16 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <string>
 
 #include "render/scene.hpp"
 
 namespace nav::render {
 
-/// Input of a window since its source was last called. Drags are fractions of the height of the
-/// window: x right, y up.
-struct WindowInput {
-  int width = 0;                                    ///< Size of the window now, pixels.
-  int height = 0;                                   ///< See width.
-  Eigen::Vector2d orbit = Eigen::Vector2d::Zero();  ///< Drag with the left button.
-  Eigen::Vector2d pan = Eigen::Vector2d::Zero();    ///< Drag with the middle button.
-  double zoom = 1;        ///< Drag with the right button, and wheel; > 0, above 1: nearer.
-  std::string keys = {};  ///< Typed characters, Latin-1; q is not among them, because it closes.
+/// Movement of a camera by a user. Drags are fractions of the height of the view: x right, y up.
+struct CameraMovement {
+  Eigen::Vector2d orbit = Eigen::Vector2d::Zero();
+  Eigen::Vector2d pan = Eigen::Vector2d::Zero();
+  double zoom = 1;  ///< > 0, above 1: nearer.
 };
 
 // The functions below turn a valid camera into a valid camera. A camera that would leave the
@@ -31,7 +26,7 @@ Camera orbited(const Camera& camera, double yaw_rad, double pitch_rad);
 Camera panned(const Camera& camera, double right, double up);
 /// Divides the distance to the look-at point, or the orthographic height, by a factor > 0.
 Camera zoomed(const Camera& camera, double factor);
-/// Moves a camera so that the scene follows the mouse: orbit, pan and zoom of the input.
-Camera moved(const Camera& camera, const WindowInput& input);
+/// Moves a camera so that the scene follows the mouse: orbit, pan and zoom of the movement.
+Camera moved(const Camera& camera, const CameraMovement& movement);
 
 }  // namespace nav::render

@@ -1,11 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include "render/camera_movement.hpp"
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "nav/positions.hpp"
-#include "render/window/window_input.hpp"
 
 namespace nav::render {
 namespace {
@@ -76,12 +77,12 @@ Camera zoomed(const Camera& camera, double factor) {
   return within_places(result, camera);
 }
 
-Camera moved(const Camera& camera, const WindowInput& input) {
+Camera moved(const Camera& camera, const CameraMovement& movement) {
   // The eye moves against the drag, so that the scene moves with the mouse.
-  const Eigen::Vector2d turn = -M_PI * input.orbit;
+  const Eigen::Vector2d turn = -M_PI * movement.orbit;
   Camera result = orbited(camera, turn.x(), turn.y());
-  result = panned(result, -input.pan.x(), -input.pan.y());
-  return zoomed(result, input.zoom);
+  result = panned(result, -movement.pan.x(), -movement.pan.y());
+  return zoomed(result, movement.zoom);
 }
 
 }  // namespace nav::render
