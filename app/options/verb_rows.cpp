@@ -227,8 +227,8 @@ void add_register_rows(std::vector<Option>& rows) {
   const std::vector<Option> method{
       {.name = "--by",
        .type = "NAME",
-       .text = "evidence that registers a sweep; auto: tissue, or bone where tissue is refused and "
-               "bone is accepted; both: tissue, refused where the bone says otherwise",
+       .text = "evidence that registers a sweep; auto: tissue, and a word where bone would fit; "
+               "both: tissue, refused where the bone says otherwise",
        .group = group::kGroupRegistration,
        .verbs = here,
        .slot = NAV_SLOT(registration.by),

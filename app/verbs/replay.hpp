@@ -31,8 +31,8 @@ struct RegisterOptions {
   /// left, anterior, posterior, superior or inferior; empty: not known. For a search without a
   /// start.
   std::string marker_towards;
-  /// auto, bone, tissue or both: what a sweep is registered by. auto: tissue, or bone where tissue
-  /// is refused and bone is not.
+  /// auto, bone, tissue or both: evidence that registers a sweep. auto: tissue, and a word where
+  /// bone would fit.
   std::string by = "auto";
   std::string effort = "usual";              ///< quick or usual: registration::Effort.
   std::optional<double> time_limit_s;        ///< For registration by images; absent: none.

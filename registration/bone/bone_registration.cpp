@@ -132,6 +132,11 @@ Decision decide(const BoneRegistration& result, const ShapeLimits& limits,
   if (turns) {
     decision.reject("the CT turns about the bone: show an end or a joint, or more sides of it");
   }
+  if (decision.accepted && !known) {
+    decision.warnings.emplace_back(
+        "bone alone does not tell its level and patient: check both, or give landmarks or "
+        "--start-within");
+  }
   if (!(result.from_whole_mm <= kOtherSideMm)) {
     std::ostringstream text;
     text.precision(2);

@@ -54,7 +54,8 @@ Result<BoneRegistration> register_bone(const BoneOfSweep& bone, const Sweep& swe
                                        const std::function<bool()>& keep_going = {});
 
 /// decide() of shapes, with what to show next for each direction that the bone leaves free. A whole
-/// surface that puts the points elsewhere is a reason for rejection too.
+/// surface that puts the points elsewhere is a reason for rejection too. Without a known pose there
+/// is always a warning: vertebrae and ribs of another level or patient may fit as well.
 Decision decide(const BoneRegistration& result, const ShapeLimits& limits,
                 const Point<frames::Ct>& target, const std::optional<KnownPose>& known = {},
                 const std::optional<double>& given_sigma_mm = {});

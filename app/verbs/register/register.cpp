@@ -485,6 +485,20 @@ Result<BoneReport> report_bone(const SessionConfig& config, const RegisterOption
   return BoneReport{std::move(json), std::move(decision), shape.ct_from_reference};
 }
 
+/// Says whether bone would register a sweep that tissue does not. Its pose is not taken: bone alone
+/// may fit another vertebra or another patient as well, which the user has to exclude.
+void suggest_bone(const SessionConfig& config, const RegisterOptions& options, const Ground& ground,
+                  const OpenedSweep& opened, const registration::Pose& from, double time_limit_s,
+                  Console& console) {
+  const auto report = report_bone(config, options, ground, opened, from, time_limit_s, console);
+  if (!report) return;
+  console.report(Severity::kInfo, "registration",
+                 report->decision.accepted
+                     ? "the sweep shows bone that fits the CT: try --by bone, with landmarks or "
+                       "--start-within"
+                     : "by bone: refused: " + joined(report->decision.reasons));
+}
+
 /// Compares a pose by tissue with one by bone, sought from it. Rejects the former if the bone
 /// determines a pose that is farther away at the target than the predicted errors explain, or if
 /// the sweep shows too little bone.
@@ -573,26 +587,18 @@ Result<void> register_by_images(const SessionConfig& config, const RegisterOptio
   motion->result.total_s = seconds_since(begin);
   const auto& answer = motion->result;
   auto& decision = motion->decision;
-  // Without a start, tissue finds the one for bone.
-  const bool instead = options.by == "auto" && !decision.accepted && !moves(options.motion);
-  if (options.by == "bone" || instead) {
-    const auto report = report_bone(config, options, ground, *opened,
-                                    instead && opened->start.kind != "skin"
-                                        ? opened->start.placement.ct_from_reference
-                                        : answer.ct_from_reference,
+  if (options.by == "bone") {
+    // Without a start, tissue finds the one for bone.
+    const auto report = report_bone(config, options, ground, *opened, answer.ct_from_reference,
                                     solver.time_limit_s, console);
-    if (!report && !instead) return report.error();
-    if (report && (report->decision.accepted || !instead)) {
-      if (instead) {
-        console.report(Severity::kInfo, "registration",
-                       "by tissue: refused: " + joined(decision.reasons) + "; by bone: accepted");
-      }
-      return deliver_bone(*report, config, ground, *opened, results, console);
-    }
-    if (report) {
-      console.report(Severity::kInfo, "registration",
-                     "by bone: refused: " + joined(report->decision.reasons));
-    }
+    if (!report) return report.error();
+    return deliver_bone(*report, config, ground, *opened, results, console);
+  }
+  if (options.by == "auto" && !decision.accepted && !moves(options.motion)) {
+    suggest_bone(config, options, ground, *opened,
+                 opened->start.kind != "skin" ? opened->start.placement.ct_from_reference
+                                              : answer.ct_from_reference,
+                 solver.time_limit_s, console);
   }
   if (options.by == "both")
     judge_by_bone(config, options, ground, *opened, answer, target, decision, console);

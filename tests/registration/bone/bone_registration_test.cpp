@@ -150,6 +150,20 @@ TEST(BoneRegistrationTest, AJointDeterminesThePose) {
   ASSERT_TRUE(test::has_value(result));
   EXPECT_LT(error_mm(scanned, result->shape.ct_from_reference), 0.5);
   EXPECT_TRUE(result->shape.sliding.empty());
+  // Bone alone does not tell level and patient.
+  const auto said = [](const Decision& decision) {
+    return std::ranges::any_of(decision.warnings, [](const std::string& one) {
+      return one.find("level and patient") != std::string::npos;
+    });
+  };
+  const Point<frames::Ct> target = result->shape.uncertainty.centre_ct;
+  const Decision alone = decide(*result, {}, target);
+  EXPECT_TRUE(alone.accepted);
+  EXPECT_TRUE(said(alone));
+  const KnownPose known{kTruth, 5, true};
+  const Decision confirmed = decide(*result, {}, target, known);
+  EXPECT_TRUE(confirmed.accepted);
+  EXPECT_FALSE(said(confirmed));
 }
 
 TEST(BoneRegistrationTest, TheShaftAloneSlidesAndSaysWhatToShow) {
