@@ -35,6 +35,16 @@ Error socket_error(const std::string& what, const TcpEndpoint& endpoint, int err
   return {ErrorCode::kUnavailable, endpoint.text + ": " + what + ": " + tcp_failure(error).message};
 }
 
+/// True for a socket that is connected to itself: the system may choose the port that is asked for
+/// as that of the client when nothing listens there.
+bool connected_to_itself(const FileDescriptor& socket) {
+  sockaddr_storage own{}, peer{};
+  socklen_t own_length = sizeof own, peer_length = sizeof peer;
+  return ::getsockname(socket.get(), reinterpret_cast<sockaddr*>(&own), &own_length) == 0 &&
+         ::getpeername(socket.get(), reinterpret_cast<sockaddr*>(&peer), &peer_length) == 0 &&
+         own_length == peer_length && std::memcmp(&own, &peer, own_length) == 0;
+}
+
 }  // namespace
 
 FileDescriptor& FileDescriptor::operator=(FileDescriptor&& other) noexcept {
@@ -154,6 +164,7 @@ std::optional<TcpFailure> finish_tcp_connect(const FileDescriptor& socket) {
   socklen_t length = sizeof error;
   if (::getsockopt(socket.get(), SOL_SOCKET, SO_ERROR, &error, &length) != 0) error = errno;
   if (error != 0) return tcp_failure(error);
+  if (connected_to_itself(socket)) return tcp_failure(ECONNREFUSED);
   return std::nullopt;
 }
 

@@ -6,6 +6,8 @@
 #include <functional>
 #include <gtest/gtest.h>
 #include <map>
+#include <netinet/in.h>
+#include <sys/socket.h>
 #include <thread>
 
 #include "devices/can/can_arm_emulator.hpp"
@@ -42,6 +44,15 @@ void keep(Rig& rig, Made made) {
   rig.source = *std::move(made);
 }
 
+/// Tries again for a while: another program may have a port for a moment.
+bool had(const std::function<bool()>& get) {
+  for (int i = 0; i < 200; ++i) {
+    if (get()) return true;
+    std::this_thread::sleep_for(milliseconds(25));
+  }
+  return false;
+}
+
 /// A server of OpenIGTLink that sends a pose every few milliseconds.
 struct OpenIgtLinkRig : Rig {
   OpenIgtLinkRig() {
@@ -56,9 +67,11 @@ struct OpenIgtLinkRig : Rig {
   }
   ~OpenIgtLinkRig() { vanish(); }
   void appear() {
-    auto started = OpenIgtLinkServer::start({.port = port}, diagnostics);
-    ASSERT_TRUE(test::has_value(started));
-    server = *std::move(started);
+    ASSERT_TRUE(had([&] {
+      auto started = OpenIgtLinkServer::start({.port = port}, diagnostics);
+      if (started) server = *std::move(started);
+      return started.has_value();
+    }));
     talks = true;
     talker = std::jthread([this](const std::stop_token& stop) {
       while (!stop.stop_requested()) {
@@ -109,7 +122,9 @@ struct NdiRig : Rig {
                                   clock, diagnostics));
     emulator->unplug();
   }
-  void appear() { ASSERT_TRUE(emulator->replug().has_value()); }
+  void appear() {
+    ASSERT_TRUE(had([&] { return emulator->replug().has_value(); }));
+  }
   void vanish() { emulator->unplug(); }
   void hush() { emulator->inject(NdiEmulatedFault::kSilence, 1'000'000); }
 
@@ -182,6 +197,21 @@ double processor_time_s() {
   timespec time{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// A client that tries a local port at which nothing listens may get this port as its own.
+TEST(TcpSocketTest, AConnectionToItselfIsNone) {
+  const FileDescriptor socket(::socket(AF_INET, SOCK_STREAM, 0));
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  auto* const any = reinterpret_cast<sockaddr*>(&address);
+  ASSERT_EQ(::bind(socket.get(), any, sizeof address), 0);
+  address.sin_port = htons(bound_port(socket));
+  ASSERT_EQ(::connect(socket.get(), any, sizeof address), 0);
+  const auto failure = finish_tcp_connect(socket);
+  ASSERT_TRUE(failure);
+  EXPECT_STREQ(failure->cause, "no_listener");
 }
 
 TYPED_TEST(DeviceContractTest, NothingByTheDeadlineIsATimeout) {
