@@ -7,21 +7,18 @@
 #include <algorithm>
 #include <cmath>
 
+#include "registration/twist.hpp"
+
 namespace nav::session {
 namespace {
 
+using registration::cross_matrix;
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 using Jacobian = Eigen::Matrix<double, 3, 6>;
 
 /// Half width of the interval that holds a normal value with 95 %, in standard deviations.
 constexpr double kInterval95 = 1.959964;
-
-Mat3 skew(const Vec3& v) {
-  Mat3 m;
-  m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-  return m;
-}
 
 double largest_sigma(const Mat3& covariance) {
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(covariance, Eigen::EigenvaluesOnly);
@@ -70,9 +67,9 @@ GuidanceError guidance_error(const NeedlePlan& plan,
     centre = known.registration->centre_ct.mm;
   }
   Jacobian of_tip;
-  of_tip << -skew(tip - centre), Mat3::Identity();
+  of_tip << -cross_matrix(tip - centre), Mat3::Identity();
   Jacobian of_axis;
-  of_axis << -skew(axis), Mat3::Zero();
+  of_axis << -cross_matrix(axis), Mat3::Zero();
   // RMS over three directions.
   const double tracker = has_tracker ? *known.tracker_rms_mm * *known.tracker_rms_mm / 3 : 0;
   const auto covariance = [&](const Jacobian& by_twist, const Mat3& by_tip) -> Mat3 {
