@@ -56,9 +56,8 @@ using CanOpener = std::function<Result<FileDescriptor>()>;
 /// SYNC), starts them, and sends SYNC, so that all joints are read at one instant. It has no thread
 /// of its own: call next() from a thread that does nothing else. Samples are poses of the body in
 /// the base of the arm:
-///   - `acquired` is the time of SYNC, `received` that of the last joint, on the session clock;
-///   there
-///     is no device time.
+///   - `acquired` is the time of SYNC, `received` that of the last joint, on the session clock.
+///   - The encoders give no device time.
 ///   - kOk with the error of the model; kInvalid without a matrix while a joint is missing, an
 ///     encoder reports an error, or the arm was not yet shown in its rest position.
 /// An encoder that restarts is set up again. A bus that is off, down or gone, and an encoder that
