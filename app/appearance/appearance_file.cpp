@@ -179,8 +179,13 @@ Result<AppearanceFile> appearance_from_json(const std::string& name, const io::J
   if (error) return *error;
   auto transfer = render::TransferFunction::blend(title, std::move(components));
   if (!transfer) return Error{transfer.error().code, name + ": " + transfer.error().message};
-  AppearanceFile appearance{*std::move(transfer), shading,      cutaway,     {},
-                            fit_vessels,          remove_table, smoothing_mm};
+  AppearanceFile appearance{.transfer = *std::move(transfer),
+                            .shading = shading,
+                            .cutaway = cutaway,
+                            .value_range = {},
+                            .fit_vessels = fit_vessels,
+                            .remove_table = remove_table,
+                            .smoothing_mm = smoothing_mm};
   if (!range.empty()) appearance.value_range = render::ValueRange{range[0], range[1]};
   if (const auto ok = check_in_scene(name, appearance); !ok) return ok.error();
   return appearance;

@@ -74,12 +74,19 @@ Result<PlusClip> clip_of(const ReconstructOptions& options,
   }
   if (options.fan) {
     const auto& v = *options.fan;
-    clip.fan = {{v[2], v[3]}, kRadians * v[0], kRadians * v[1], v[4], v[5]};
+    clip.fan = {.origin_px = {v[2], v[3]},
+                .low_rad = kRadians * v[0],
+                .high_rad = kRadians * v[1],
+                .radius_start_px = v[4],
+                .radius_stop_px = v[5]};
   } else if (plus && plus->fan_angles_deg && !plus->fan_angles_deg->isZero(0) &&
              plus->fan_origin_px && plus->fan_radius_stop_px) {
     const Eigen::Vector2d angles = kRadians * *plus->fan_angles_deg;
-    clip.fan = {*plus->fan_origin_px, angles.minCoeff(), angles.maxCoeff(),
-                plus->fan_radius_start_px.value_or(0), *plus->fan_radius_stop_px};
+    clip.fan = {.origin_px = *plus->fan_origin_px,
+                .low_rad = angles.minCoeff(),
+                .high_rad = angles.maxCoeff(),
+                .radius_start_px = plus->fan_radius_start_px.value_or(0),
+                .radius_stop_px = *plus->fan_radius_stop_px};
   }
   if (auto ok = validate(clip); !ok) return ok.error();
   return clip;

@@ -219,7 +219,11 @@ Result<BoneScene> family_scene(BoneSite site, std::uint64_t seed, ErrorLevel lev
   }
   auto sweep = Sweep::create(std::move(frames), "simulated");
   if (!sweep) return sweep.error();
-  return BoneScene{std::move(*ct), patient->anatomy, std::move(*sweep), truth, std::move(views)};
+  return BoneScene{.ct = std::move(*ct),
+                   .anatomy = patient->anatomy,
+                   .sweep = std::move(*sweep),
+                   .truth = truth,
+                   .views = std::move(views)};
 }
 
 }  // namespace
@@ -268,7 +272,11 @@ Result<BoneScene> make_bone_scene(BoneSite site, std::uint64_t seed, ErrorLevel 
   }
   auto sweep = Sweep::create(std::move(frames), "simulated");
   if (!sweep) return sweep.error();
-  return BoneScene{std::move(*ct), std::move(*anatomy), std::move(*sweep), truth, std::move(views)};
+  return BoneScene{.ct = std::move(*ct),
+                   .anatomy = std::move(*anatomy),
+                   .sweep = std::move(*sweep),
+                   .truth = truth,
+                   .views = std::move(views)};
 }
 
 std::optional<double> true_bone_mm(const sim::Anatomy& anatomy, const ImageView& view,

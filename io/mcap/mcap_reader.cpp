@@ -76,8 +76,11 @@ bool Reader::take_message(std::span<const std::byte> content) {
     chunk_is_malformed_ = true;
     return false;
   }
-  message_ = {*head, &channel, has_schema ? &schemas_[channel.schema]->record : nullptr,
-              definitions_, content.subspan(kMessageHeadBytes)};
+  message_ = {.head = *head,
+              .channel = &channel,
+              .schema = has_schema ? &schemas_[channel.schema]->record : nullptr,
+              .definitions = definitions_,
+              .data = content.subspan(kMessageHeadBytes)};
   return true;
 }
 

@@ -230,7 +230,12 @@ Result<void> Writer::flush() {
   const std::uint32_t crc = crc32_of(records);
   const std::uint64_t bytes = records.size();
   scratch_.clear();
-  append(scratch_, ChunkHead{chunk_start_, chunk_end_, bytes, crc, {}, bytes});
+  append(scratch_, ChunkHead{.start_time = chunk_start_,
+                             .end_time = chunk_end_,
+                             .uncompressed_bytes = bytes,
+                             .crc = crc,
+                             .compression = {},
+                             .records_bytes = bytes});
   std::copy(scratch_.begin(), scratch_.end(), chunk_.begin());
   append_message_indexes(records_end);
   data_crc_ = crc32_joined(crc32_of(scratch_, data_crc_), crc, bytes);

@@ -60,7 +60,11 @@ std::optional<SampleRoute> route_of(const Channel& channel, const Schema* schema
   const auto stream_kind = stream_kind_of(*kind_name);
   const auto role = role_of(*role_name);
   if (!stream_kind || !role) return std::nullopt;
-  return SampleRoute{*device, *device_id, *stream, {*name, *stream_kind, *role}, *kind};
+  return SampleRoute{.device = *device,
+                     .device_id = *device_id,
+                     .stream = *stream,
+                     .info = {*name, *stream_kind, *role},
+                     .kind = *kind};
 }
 
 const SampleRoute* SampleRouter::route(const Message& message) {

@@ -20,7 +20,11 @@ Patient make_abdomen(const PatientOptions& options) {
   const Vec3d lesion = plan.target_ct.mm;
   const Vec3d way_out = plan.entry_ct.mm - lesion;
   layout.view("lesion", convex_abdominal(), lesion, way_out, Vec3d::UnitZ());
-  return {"abdomen", std::move(phantom), std::move(layout.views), options.contrast, plan};
+  return {.family = "abdomen",
+          .anatomy = std::move(phantom),
+          .views = std::move(layout.views),
+          .contrast = options.contrast,
+          .plan = plan};
 }
 
 const std::vector<PatientFamily>& patient_families() {

@@ -54,8 +54,11 @@ Transform<Tracker, Ct> place_tracker(TrackerKind kind, const Vec& middle_ct, Ran
 std::vector<PhaseInterval> phases_of(const SimulatedSessionOptions& o) {
   const auto interval = [&o](Phase phase, Timestamp begin, double duration_s, int first) {
     const int last = static_cast<int>(duration_s * o.frame_rate_hz + 1e-9);
-    return PhaseInterval{phase, begin, begin + from_seconds(last / o.frame_rate_hz), first,
-                         last + 1};
+    return PhaseInterval{.phase = phase,
+                         .begin = begin,
+                         .end = begin + from_seconds(last / o.frame_rate_hz),
+                         .first_frame = first,
+                         .frame_count = last + 1};
   };
   std::vector<PhaseInterval> phases{interval(Phase::kSweep, kBegin, o.duration_s, 0)};
   if (o.approach) {
