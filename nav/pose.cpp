@@ -31,6 +31,8 @@ std::string sentence(PoseDoubt doubt, const std::string& body) {
     case PoseDoubt::kClock:
       return "the times of the poses of " + body +
              " are unsure: the clock of the tracker drifts, was set, or is not known well yet";
+    case PoseDoubt::kOnly:
+      return "only one pose of " + body + " has come so far";
     case PoseDoubt::kStuck:
       return "the pose of " + body + " does not change to the last digit";
     case PoseDoubt::kMoved:

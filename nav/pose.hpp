@@ -34,6 +34,7 @@ enum class PoseDoubt {
   kClock,     ///< The times of the tracker are off the session clock.
   kStuck,     ///< The pose does not change to the last digit.
   kMoved,     ///< The body is the patient's reference, and was moved.
+  kOnly,      ///< No other pose of the body has confirmed it yet.
 };
 /// One sentence about a body, such as "the probe"; empty for kNone.
 std::string sentence(PoseDoubt doubt, const std::string& body);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <variant>
 #include <vector>
@@ -46,6 +47,7 @@ class PoseBuffer {
   /// Precondition: later than every earlier sample, otherwise a Bug (the gate ensures it).
   void push(TrackedPose<Body> pose) {
     NAV_CHECK(size_ == 0 || pose.acquired > sample(size_ - 1).acquired);
+    if (pose.tracker_from_body) ++admitted_;
     samples_[(begin_ + size_) % samples_.size()] = std::move(pose);
     if (size_ < samples_.size()) {
       ++size_;
@@ -67,7 +69,9 @@ class PoseBuffer {
     const TrackedPose<Body>& b = sample(after);
     if (b.acquired == time) {
       if (!b.tracker_from_body) return PoseAbsence::kNotTracked;
-      return PoseAt<Body>{*b.tracker_from_body, Duration::zero(), doubt(b)};
+      PoseDoubt found = doubt(b);
+      if (found == PoseDoubt::kNone && admitted_ == 1) found = PoseDoubt::kOnly;
+      return PoseAt<Body>{*b.tracker_from_body, Duration::zero(), found};
     }
     const TrackedPose<Body>& a = sample(after - 1);
     if (!a.tracker_from_body || !b.tracker_from_body) return PoseAbsence::kNotTracked;
@@ -113,6 +117,7 @@ class PoseBuffer {
   std::vector<std::optional<TrackedPose<Body>>> samples_;
   std::size_t begin_ = 0;
   std::size_t size_ = 0;
+  std::uint64_t admitted_ = 0;  ///< Poses of the whole stream.
 };
 
 }  // namespace nav::tracking

@@ -43,7 +43,8 @@ Result<void> validate(const PoseGateOptions& options) {
     return Error{ErrorCode::kUsage, "pose gate: expected an orthonormality tolerance in (0, 0.1)"};
   }
   for (const auto& [limit, what] :
-       {std::pair{options.max_turn_rad_per_s, "max_turn_rad_per_s"},
+       {std::pair{options.max_stuck_mm, "max_stuck_mm"},
+        std::pair{options.max_turn_rad_per_s, "max_turn_rad_per_s"},
         std::pair{options.max_acceleration_mm_per_s2, "max_acceleration_mm_per_s2"},
         std::pair{options.max_acceleration_rad_per_s2, "max_acceleration_rad_per_s2"},
         std::pair{options.max_patient_speed_mm_per_s, "max_patient_speed_mm_per_s"},
@@ -76,7 +77,9 @@ constexpr double kCalmMmPerS2 = 3000;  // Accelerations of a hand at work.
 constexpr double kCalmRadPerS2 = 20;
 constexpr double kHandMmPerS = 600;  // Speed of a hand whose path is not known yet.
 constexpr double kHandRadPerS = 6;
-constexpr double kBackMm = 2;  // A reference this near to its place before is back.
+constexpr double kSpeedSeconds = 0.1;  // Time over which the speed of a body is averaged.
+constexpr double kStuckLeverMm = 100;  // Distance from the body at which its turn counts.
+constexpr double kBackMm = 2;          // A reference this near to its place before is back.
 constexpr double kBackRad = 0.02;
 
 /// Running median: moves by a twentieth of itself.
@@ -156,6 +159,14 @@ GateState::Distance GateState::off_path(const Place& place) const {
                                               place.rotation.angularDistance(last.rotation))};
 }
 
+/// Distance from the path that the largest acceleration of a hand reaches.
+GateState::Distance GateState::hardest(const Place& place) const {
+  const double seconds = to_seconds(place.time - path_[0].time);
+  const double half = 0.5 * seconds * seconds;
+  return {kLeastMm + half * options_.max_acceleration_mm_per_s2,
+          kLeastRad + half * options_.max_acceleration_rad_per_s2};
+}
+
 /// Largest distance from the path at which a pose is admitted at once.
 GateState::Distance GateState::limit(const Place& place) const {
   const double seconds = to_seconds(place.time - path_[0].time);
@@ -164,8 +175,7 @@ GateState::Distance GateState::limit(const Place& place) const {
             kLeastRad + options_.max_patient_turn_rad_per_s * seconds};
   }
   const double half = 0.5 * seconds * seconds;
-  Distance most{kLeastMm + half * options_.max_acceleration_mm_per_s2,
-                kLeastRad + half * options_.max_acceleration_rad_per_s2};
+  const Distance most = hardest(place);
   if (path_count_ < 2) {
     return {kLeastMm + kHandMmPerS * seconds, kLeastRad + kHandRadPerS * seconds};
   }
@@ -199,6 +209,11 @@ GateState::Verdict GateState::leave_path(const Place& place, const Distance& off
     return (b.position_mm - a.position_mm).norm() <= kLeastMm + kHandMmPerS * seconds &&
            b.rotation.angularDistance(a.rotation) <= kLeastRad + kHandRadPerS * seconds;
   };
+  // A body that went on would have been accelerated by more than a hand can.
+  if (!options_.patient && to_seconds(place.time - path_[0].time) <= lost_after_s()) {
+    const Distance most = hardest(place);
+    impossible_ = impossible_ || off.mm > most.mm || off.rad > most.rad;
+  }
   if (aside_count_ > 0 && !agrees(aside_[static_cast<std::size_t>(aside_count_ - 1)], place)) {
     aside_count_ = 0;
   }
@@ -276,6 +291,15 @@ GateState::Verdict GateState::judge_motion(const Place& place) {
 void GateState::judge_stay(const RawPose& raw, Verdict& verdict) {
   if (options_.patient) return;
   if (raw.tracker_from_body != same_) {
+    const double seconds = to_seconds(raw.acquired - same_since_);
+    if (seconds > 0) {
+      // Frobenius norm: a small turn by x changes the rotation matrix by sqrt(2) x.
+      const double turned =
+          (raw.tracker_from_body - same_).topLeftCorner<3, 3>().norm() / std::numbers::sqrt2;
+      const double moved = (raw.tracker_from_body - same_).topRightCorner<3, 1>().norm();
+      const double share = std::min(1.0, seconds / kSpeedSeconds);
+      speed_mm_s_ += share * ((moved + kStuckLeverMm * turned) / seconds - speed_mm_s_);
+    }
     same_ = raw.tracker_from_body;
     same_since_ = raw.acquired;
     same_count_ = 0;
@@ -285,7 +309,9 @@ void GateState::judge_stay(const RawPose& raw, Verdict& verdict) {
   ++same_count_;
   constexpr int kLeastRepeats = 3;
   const Duration stuck = raw.acquired - same_since_;
-  if (stuck <= options_.max_stuck || same_count_ < kLeastRepeats) return;
+  const bool long_enough = stuck > options_.max_stuck && same_count_ >= kLeastRepeats;
+  const bool far_enough = speed_mm_s_ * to_seconds(stuck) > options_.max_stuck_mm;
+  if (!long_enough && !far_enough) return;
   verdict.doubt = PoseDoubt::kStuck;
   if (!std::exchange(stuck_, true) && verdict.message.empty()) {
     verdict.message = at(raw.acquired) + "the pose is unchanged to the last digit since " +

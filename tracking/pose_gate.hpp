@@ -32,6 +32,9 @@ struct PoseGateOptions {
   /// trackers repeat the last pose of a tool that they do not see. Absent for the reference, which
   /// may lie still.
   Duration max_stuck = std::chrono::milliseconds(250);
+  /// It is degraded sooner if the tool, at the speed that it had, would have moved by more than
+  /// this, > 0. A turn counts at 100 mm from the body.
+  double max_stuck_mm = 1;
   /// Longest time by which a stamp may lie after its reception; beyond it the device's clock is
   /// wrong.
   Duration max_future = std::chrono::milliseconds(100);
@@ -105,6 +108,7 @@ class GateState {
   [[nodiscard]] Verdict judge_motion(const Place& place);
   [[nodiscard]] Verdict leave_path(const Place& place, const Distance& off, const Distance& limit);
   [[nodiscard]] Distance off_path(const Place& place) const;
+  [[nodiscard]] Distance hardest(const Place& place) const;
   [[nodiscard]] Distance limit(const Place& place) const;
   void follow(const Place& place);
   void judge_stay(const RawPose& raw, Verdict& verdict);
@@ -125,13 +129,14 @@ class GateState {
   // Poses off the path that may be the beginning of another one.
   std::array<Place, 2> aside_{};
   int aside_count_ = 0;
-  bool impossible_ = false;  ///< Since the path's end a pose was further than a hand could move.
+  bool impossible_ = false;  ///< Since the path's end a pose was where no hand could move the body.
   std::optional<Place> place_before_;  ///< Place of the patient's reference before it was moved.
   // The pose that does not change.
   Eigen::Matrix4d same_ = Eigen::Matrix4d::Zero();
   Timestamp same_since_{};
   int same_count_ = 0;
   bool stuck_ = false;
+  double speed_mm_s_ = 0;  ///< Of late, while the pose changed; a turn counts at 100 mm.
 };
 }  // namespace detail
 

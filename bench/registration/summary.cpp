@@ -192,13 +192,6 @@ double share_bound_95(int k, int n) {
   return high;
 }
 
-double quantile(std::vector<double> values, double q) {
-  if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  std::sort(values.begin(), values.end());
-  const auto last = static_cast<double>(values.size() - 1);
-  return values[static_cast<std::size_t>(std::clamp(q, 0.0, 1.0) * last + 0.5)];
-}
-
 CohortSummary summarise(const CohortResult& result) {
   CohortSummary out;
   out.trials = static_cast<int>(result.trials.size());

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "bench/registration/trials.hpp"
+#include "nav/statistics.hpp"
 
 namespace nav::bench {
 
@@ -75,9 +76,6 @@ double share_bound_95(int k, int n);
 
 /// 95 % interval of a fraction, k of n (Wilson 1927); [0, 1] for n = 0.
 Interval wilson_95(int k, int n);
-
-/// Value below which a fraction q of the values lies (nearest rank); NaN for no values.
-double quantile(std::vector<double> values, double q);
 
 std::string to_text(const CohortSummary& summary, const std::string& title);
 

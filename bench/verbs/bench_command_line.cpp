@@ -30,6 +30,7 @@ BenchCommandLine::BenchCommandLine()
   add_derived();
   add_vessels();
   add_reconstruct();
+  add_devices();
   add_gallery();
 }
 

@@ -177,6 +177,25 @@ void BenchCommandLine::add_reconstruct() {
   });
 }
 
+void BenchCommandLine::add_devices() {
+  CLI::App* verb = app_.add_subcommand(
+      "devices", "Images shown wrongly in recordings with faults, and errors of the clock model");
+  verb->add_option("--part", devices_.parts, "faults, clock; default all")
+      ->check(app::among({"faults", "clock"}))
+      ->delimiter(',');
+  verb->add_option("--recordings", devices_.recordings, "number of recordings with faults")
+      ->check(app::in_range(1, 1000000, "recordings"))
+      ->capture_default_str();
+  verb->add_flag("--quick", devices_.quick, "few and short recordings: seconds");
+  add_json(*verb);
+  verb->callback([this] {
+    verb_ = [this](app::Console& console) {
+      devices_.json = json();
+      return run_bench_devices(devices_, console);
+    };
+  });
+}
+
 void BenchCommandLine::add_gallery() {
   CLI::App* gallery = app_.add_subcommand("gallery", "Draw the images of docs/gallery.md");
   gallery->add_option("--out", gallery_.out, "folder to write to")->required();

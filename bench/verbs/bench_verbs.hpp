@@ -11,6 +11,7 @@
 #include "bench/gallery/gallery.hpp"
 #include "bench/verbs/bench.hpp"
 #include "bench/verbs/bench_derived.hpp"
+#include "bench/verbs/bench_devices.hpp"
 #include "bench/verbs/bench_reconstruct.hpp"
 #include "bench/verbs/bench_registration.hpp"
 #include "bench/verbs/bench_vessels.hpp"
@@ -33,6 +34,7 @@ class BenchCommandLine {
   void add_derived();
   void add_vessels();
   void add_reconstruct();
+  void add_devices();
   void add_gallery();
   void add_json(CLI::App& verb) {
     verb.add_option("--json", json_, "also write the report as JSON here; -: standard output");
@@ -51,6 +53,7 @@ class BenchCommandLine {
   BenchDerivedOptions derived_;
   BenchVesselsOptions vessels_;
   BenchReconstructOptions reconstruct_;
+  BenchDevicesOptions devices_;
   GalleryOptions gallery_;
   std::function<Result<void>(app::Console&)> verb_;
 };

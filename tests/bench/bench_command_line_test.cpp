@@ -45,7 +45,7 @@ TEST_F(BenchCommandLineTest, SondeRunsTheProgramBesideIt) {
             "lists, found foo"},
            {"bench foo",
             "sonde bench: expected one of render, predicates, scaling, registration, derived, "
-            "vessels, reconstruct or "
+            "vessels, reconstruct, devices or "
             "gallery, found 'foo'"},
            {"gallery", "--out: expected a value (folder to write to), found none"}}) {
     expect_rejection(built_sonde(arguments), arguments, 2, {"sonde-bench: error: " + sentence});
@@ -66,7 +66,7 @@ TEST_F(BenchCommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
             "lists, found foo"},
            {"foo",
             "verb: expected one of render, predicates, scaling, registration, derived, vessels, "
-            "reconstruct "
+            "reconstruct, devices "
             "or gallery, "
             "found 'foo'"}}) {
     expect_rejection(arguments, 2, {"sonde-bench: error: " + sentence});

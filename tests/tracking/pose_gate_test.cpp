@@ -153,6 +153,23 @@ TEST(PoseGateTest, APoseThatDoesNotChangeIsDegradedForAToolOnly) {
   EXPECT_EQ(probe.admit(seen_at(1050, 7.1)).pose.doubt, PoseDoubt::kNone);
 }
 
+TEST(PoseGateTest, APoseThatStopsInTheMiddleOfAMovementIsDegradedAtOnce) {
+  PoseGate<frames::Probe> gate;
+  // 100 mm/s, which is 2 mm in each sample.
+  for (int t = 0; t <= 1000; t += 20) {
+    EXPECT_EQ(gate.admit(seen_at(t, 0.1 * t)).pose.doubt, PoseDoubt::kNone) << t;
+  }
+  const auto first = gate.admit(seen_at(1020, 100));
+  EXPECT_EQ(first.pose.doubt, PoseDoubt::kStuck);
+  EXPECT_THAT(first.message, HasSubstr("unchanged to the last digit"));
+  EXPECT_EQ(gate.admit(seen_at(1040, 100.1)).pose.doubt, PoseDoubt::kNone);
+  // An arm whose encoders count slowly: 5 mm/s in steps of 0.1 mm, read every 4 ms.
+  PoseGate<frames::Probe> arm;
+  for (int t = 0; t <= 2000; t += 4) {
+    EXPECT_EQ(arm.admit(seen_at(t, 0.1 * (t / 20))).pose.doubt, PoseDoubt::kNone) << t;
+  }
+}
+
 TEST(PoseGateTest, RejectsDuplicateBackwardsAndFutureTimes) {
   PoseGate<frames::Probe> gate;
   EXPECT_FALSE(gate.admit(seen_at(10)).rejection);
