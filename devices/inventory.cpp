@@ -4,10 +4,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <fstream>
 #include <libusb-1.0/libusb.h>
 #include <net/if.h>
 #include <net/if_arp.h>
+#include <optional>
+#include <system_error>
+#include <unistd.h>
 
 namespace nav::devices {
 namespace {
@@ -22,7 +26,74 @@ std::string product_name(libusb_device* device, const libusb_device_descriptor& 
   return length > 0 ? std::string(text.begin(), text.begin() + length) : "";
 }
 
+std::string first_line(const std::filesystem::path& path) {
+  std::string line;
+  std::ifstream file(path);
+  std::getline(file, line);
+  return line;
+}
+
+/// The name of a node; absent: it is none of its kind, or has no hardware behind it.
+std::optional<std::string> node_name(NodeKind kind, const std::filesystem::path& entry) {
+  if (kind == NodeKind::kVideo) return first_line(entry / "name");
+  std::error_code status;
+  const auto device = entry / "device";
+  if (kind == NodeKind::kInput) {
+    if (entry.filename().string().rfind("event", 0) != 0) return std::nullopt;
+    return first_line(device / "name");
+  }
+  const auto driver = std::filesystem::read_symlink(device / "driver", status);
+  if (status) return std::nullopt;  // A console.
+  // A port of the main board without a chip has type 0; adapters have no such file.
+  if (first_line(entry / "type") == "0") return std::nullopt;
+  return driver.filename().string();
+}
+
 }  // namespace
+
+const char* to_string(NodeKind kind) {
+  switch (kind) {
+    case NodeKind::kSerial:
+      return "serial";
+    case NodeKind::kVideo:
+      return "video";
+    case NodeKind::kInput:
+      return "input";
+  }
+  return "unknown";
+}
+
+std::vector<DeviceNode> list_nodes(const std::filesystem::path& sys_class,
+                                   const std::filesystem::path& dev) {
+  struct Class {
+    NodeKind kind;
+    const char* folder;
+    const char* dev_folder;
+  };
+  constexpr Class kClasses[] = {{NodeKind::kSerial, "tty", ""},
+                                {NodeKind::kVideo, "video4linux", ""},
+                                {NodeKind::kInput, "input", "input"}};
+  std::vector<DeviceNode> nodes;
+  for (const Class& of : kClasses) {
+    std::error_code status;
+    for (const auto& entry : std::filesystem::directory_iterator(sys_class / of.folder, status)) {
+      auto name = node_name(of.kind, entry.path());
+      if (!name) continue;
+      DeviceNode node{.kind = of.kind,
+                      .path = dev / of.dev_folder / entry.path().filename(),
+                      .name = *std::move(name),
+                      .trouble = {}};
+      if (::access(node.path.c_str(), R_OK) != 0) {
+        node.trouble = std::generic_category().message(errno);
+      }
+      nodes.push_back(std::move(node));
+    }
+  }
+  std::sort(nodes.begin(), nodes.end(), [](const DeviceNode& a, const DeviceNode& b) {
+    return std::pair(a.kind, a.path) < std::pair(b.kind, b.path);
+  });
+  return nodes;
+}
 
 Result<std::vector<UsbDevice>> list_usb() {
   libusb_context* context = nullptr;

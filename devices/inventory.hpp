@@ -31,4 +31,21 @@ struct CanInterface {
 Result<std::vector<CanInterface>> list_can(
     const std::filesystem::path& sys_class_net = "/sys/class/net");
 
+enum class NodeKind { kSerial, kVideo, kInput };
+/// "serial", "video", "input".
+const char* to_string(NodeKind kind);
+
+/// A device file of the kernel.
+struct DeviceNode {
+  NodeKind kind = NodeKind::kSerial;
+  std::filesystem::path path;  ///< Such as "/dev/ttyUSB0".
+  std::string name;            ///< Name that the kernel gives, or that of the driver.
+  std::string trouble;         ///< Why it cannot be opened for reading; empty: it can.
+};
+
+/// Serial ports with hardware behind them, video devices and input devices (keyboards, foot
+/// switches), by kind and path. A class that the kernel lacks has none.
+std::vector<DeviceNode> list_nodes(const std::filesystem::path& sys_class = "/sys/class",
+                                   const std::filesystem::path& dev = "/dev");
+
 }  // namespace nav::devices

@@ -53,7 +53,7 @@ Result<void> run_devices(const std::optional<std::string>& json, Console& consol
       char line[64];
       std::snprintf(line, sizeof line, "usb %03d:%03d %04x:%04x ", device.bus, device.address,
                     device.vendor_id, device.product_id);
-      if (!json) std::cout << line << device.product << '\n';
+      if (!json) std::cout << line << without_controls(device.product) << '\n';
     }
   } else {
     console.report(Severity::kWarning, "devices", usb.error().message);
@@ -66,8 +66,26 @@ Result<void> run_devices(const std::optional<std::string>& json, Console& consol
   } else {
     console.report(Severity::kWarning, "devices", can.error().message);
   }
-  const bool none = report["usb"].empty() && report["can"].empty();
-  if (!json && none) std::cout << "no devices on USB or CAN\n";
+  for (const auto kind :
+       {devices::NodeKind::kSerial, devices::NodeKind::kVideo, devices::NodeKind::kInput}) {
+    report[devices::to_string(kind)] = io::Json::array();
+  }
+  const auto nodes = devices::list_nodes();
+  for (const auto& node : nodes) {
+    const char* kind = devices::to_string(node.kind);
+    report[kind].push_back(
+        {{"path", node.path.string()}, {"name", node.name}, {"trouble", node.trouble}});
+    if (json) continue;
+    std::cout << kind << ' ' << node.path.string() << ": " << without_controls(node.name)
+              << (node.trouble.empty() ? "" : " (" + node.trouble + ")") << '\n';
+  }
+  const bool none = report["usb"].empty() && report["can"].empty() && nodes.empty();
+  if (!json && none) std::cout << "no devices on USB, CAN, serial ports, video or input\n";
+  report["adapters"] = io::Json::array();
+  for (const std::string& kind : session::device_kinds()) {
+    // No device of any kind has been tried yet.
+    report["adapters"].push_back({{"kind", kind}, {"verified_on_hardware", false}});
+  }
   report["simulated"] = simulated(!json);
   report["diagnostics"] = json_of(console.entries());
   if (json) return write_json(report, *json);

@@ -39,8 +39,8 @@ class Link {
       ++count_;
     } while (random_.uniform(0, 1) < kLoss);
     const double physical_s = static_cast<double>(count_) / rate_hz_;
-    last_s_ = std::max(
-        last_s_, physical_s + kLeastDelayS - kTailS * std::log(random_.uniform(1e-12, 1)));
+    last_s_ =
+        std::max(last_s_, physical_s + kLeastDelayS - kTailS * std::log(random_.uniform(1e-12, 1)));
     const double stamp_s = stamp_s_ * std::floor((kRate * physical_s + set_s) / stamp_s_);
     return {physical_s, DeviceTime(DeviceClock::duration(std::llround(1e9 * stamp_s))),
             Timestamp(from_seconds(last_s_))};
@@ -92,8 +92,8 @@ ClockRuns run_of(double rate_hz, double stamp_ms, const ClockRunsOptions& option
   for (std::size_t i = 0; i < arrivals.size(); ++i) {
     if (readings[i].fault) ++row.rejected;
     if (arrivals[i].physical_s < kLearnedS) continue;
-    errors_ms.push_back(1e3 * std::abs(to_seconds(readings[i].acquired) - arrivals[i].physical_s -
-                                       kLeastDelayS));
+    errors_ms.push_back(
+        1e3 * std::abs(to_seconds(readings[i].acquired) - arrivals[i].physical_s - kLeastDelayS));
   }
   row.error_max_ms = *std::max_element(errors_ms.begin(), errors_ms.end());
   row.error_p95_ms = quantile(std::move(errors_ms), 0.95);

@@ -24,11 +24,11 @@ struct ClockRuns {
   double stamp_ms = 0;  ///< Resolution of the device's stamps.
   /// Error of the time of acquisition but for the least delay, from 10 s on.
   double error_p95_ms = 0, error_max_ms = 0;
-  double skew_ppm = 0;          ///< At the end.
-  std::uint64_t rejected = 0;   ///< Samples whose time was not believed.
-  int false_steps = 0;          ///< Epochs that began without a step.
-  double steps_found = 0;       ///< Share of clocks set by 150 ms that were found in 200 ms.
-  double ns_per_sample = 0;     ///< Processor time.
+  double skew_ppm = 0;         ///< At the end.
+  std::uint64_t rejected = 0;  ///< Samples whose time was not believed.
+  int false_steps = 0;         ///< Epochs that began without a step.
+  double steps_found = 0;      ///< Share of clocks set by 150 ms that were found in 200 ms.
+  double ns_per_sample = 0;    ///< Processor time.
 };
 
 /// \p progress: share that is done.

@@ -49,10 +49,24 @@ struct FaultCase {
 /// The kinds of faults, in the order of the rows.
 const std::vector<std::string>& fault_names() {
   static const std::vector<std::string> names{
-      "none",        "drop",         "duplicate",    "reorder",      "future_stamp",
-      "clock_step",  "stall",        "empty",        "nan",          "flip",
-      "mirror",      "denormalised", "everything",   "probe_jump",   "reference_jump",
-      "probe_stuck", "small_clock_step", "frozen_image",
+      "none",
+      "drop",
+      "duplicate",
+      "reorder",
+      "future_stamp",
+      "clock_step",
+      "stall",
+      "empty",
+      "nan",
+      "flip",
+      "mirror",
+      "denormalised",
+      "everything",
+      "probe_jump",
+      "reference_jump",
+      "probe_stuck",
+      "small_clock_step",
+      "frozen_image",
   };
   return names;
 }
@@ -115,8 +129,8 @@ class AlteredPoses final : public sim::PoseStream {
     if (!pose || how_ == PoseAlteration::kNone || pose->status != TrackingStatus::kOk) return pose;
     if (pose->received >= until_ && random_.uniform(0, 1) < 0.01) {
       const bool stuck = how_ == PoseAlteration::kStuck;
-      until_ = pose->received + milliseconds(static_cast<int>(
-                                    stuck ? random_.uniform(300, 3000) : random_.uniform(5, 90)));
+      until_ = pose->received + milliseconds(static_cast<int>(stuck ? random_.uniform(300, 3000)
+                                                                    : random_.uniform(5, 90)));
       kept_ = pose->tracker_from_body;
       turn_ = Eigen::AngleAxisd(random_.uniform(0, 1.2), random_.direction());
       shift_mm_ = random_.uniform(15, 300) * random_.direction();
@@ -220,9 +234,9 @@ struct TrueMotion {
 
 TrueMotion true_motion(std::uint64_t seed, sim::TrackerKind kind, double seconds,
                        sim::Random& random) {
-  static constexpr sim::HandPathKind kPaths[] = {
-      sim::HandPathKind::kSweep, sim::HandPathKind::kFan, sim::HandPathKind::kRock,
-      sim::HandPathKind::kTilt};
+  static constexpr sim::HandPathKind kPaths[] = {sim::HandPathKind::kSweep, sim::HandPathKind::kFan,
+                                                 sim::HandPathKind::kRock,
+                                                 sim::HandPathKind::kTilt};
   sim::HandPathOptions path;
   path.kind = kPaths[static_cast<std::size_t>(random.uniform(0, 4 - 1e-9))];
   path.length_mm = random.uniform(40, 200);

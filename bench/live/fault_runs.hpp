@@ -37,8 +37,8 @@ inline constexpr double kWrongMm = 5;
 
 /// Recordings of a freehand probe and a patient's reference by trackers of all kinds, with noise,
 /// delays, losses and a fault that comes again and again in one of the streams, through gate,
-/// pairing and navigator (session/navigator.hpp). What is shown as valid is compared with the truth.
-/// \p progress: share that is done.
+/// pairing and navigator (session/navigator.hpp). What is shown as valid is compared with the
+/// truth. \p progress: share that is done.
 Result<std::vector<FaultRuns>> measure_fault_runs(const FaultRunsOptions& options,
                                                   const std::function<void(double)>& progress);
 

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include "bench/verbs/bench_devices.hpp"
+
 #include <gtest/gtest.h>
 
-#include "bench/verbs/bench_devices.hpp"
 #include "tests/support/matchers.hpp"
 
 namespace nav::bench {
@@ -51,8 +52,8 @@ TEST(BenchDevicesTest, TheClockModelFollowsDriftAndFindsSteps) {
 }
 
 TEST(BenchDevicesTest, RejectsOptionsOutOfRange) {
-  EXPECT_TRUE(test::rejects(measure_fault_runs({.recordings = 0}, [](double) {}),
-                            ErrorCode::kUsage, {"recordings", "1 or more", "0"}));
+  EXPECT_TRUE(test::rejects(measure_fault_runs({.recordings = 0}, [](double) {}), ErrorCode::kUsage,
+                            {"recordings", "1 or more", "0"}));
   EXPECT_TRUE(test::rejects(measure_fault_runs({.seconds = 1}, [](double) {}), ErrorCode::kUsage,
                             {"seconds", "5 to 600"}));
   EXPECT_TRUE(test::rejects(measure_clock_runs({.seconds = 1}, [](double) {}), ErrorCode::kUsage,

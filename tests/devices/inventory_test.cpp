@@ -38,6 +38,42 @@ TEST(InventoryTest, ReportsAMissingNetworkFolder) {
       test::rejects(list_can("/nonexistent/net"), ErrorCode::kUnavailable, {"/nonexistent/net"}));
 }
 
+TEST(InventoryTest, FindsSerialPortsVideoAndInputAndWhyTheyCannotBeOpened) {
+  const test::TemporaryFolder root;
+  const auto sys = root.path() / "class", dev = root.path() / "dev";
+  const auto add = [&](const std::string& path, const std::string& text) {
+    std::filesystem::create_directories((sys / path).parent_path());
+    std::ofstream(sys / path) << text << '\n';
+  };
+  const auto driven = [&](const std::string& tty, const std::string& driver) {
+    std::filesystem::create_directories(sys / "tty" / tty / "device");
+    std::filesystem::create_directory_symlink("../drivers/" + driver,
+                                              sys / "tty" / tty / "device/driver");
+  };
+  driven("ttyUSB0", "ftdi_sio");
+  driven("ttyS0", "serial8250");
+  add("tty/ttyS0/type", "4");
+  driven("ttyS1", "serial8250");
+  add("tty/ttyS1/type", "0");
+  std::filesystem::create_directories(sys / "tty/tty1");
+  add("video4linux/video0/name", "USB grabber");
+  add("input/event3/device/name", "PCsensor FootSwitch");
+  add("input/mouse0/device/name", "Mouse");
+  std::filesystem::create_directories(dev / "input");
+  std::ofstream(dev / "ttyUSB0") << "x";
+  const auto found = list_nodes(sys, dev);
+  ASSERT_EQ(found.size(), 4U);
+  EXPECT_EQ(found[0].path, dev / "ttyS0");
+  EXPECT_EQ(found[0].trouble, "No such file or directory");
+  EXPECT_EQ(found[1].path, dev / "ttyUSB0");
+  EXPECT_EQ(found[1].name, "ftdi_sio");
+  EXPECT_EQ(found[1].trouble, "");
+  EXPECT_EQ(found[2].name, "USB grabber");
+  EXPECT_EQ(found[3].path, dev / "input/event3");
+  EXPECT_EQ(found[3].name, "PCsensor FootSwitch");
+  EXPECT_TRUE(list_nodes(root.path() / "none", dev).empty());
+}
+
 /// Expects a list, or an error message that says why this machine has none.
 template <class T>
 void expect_list_or_reason(const Result<T>& found) {

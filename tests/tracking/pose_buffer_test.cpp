@@ -37,6 +37,16 @@ TEST(PoseBufferTest, InterpolatesBetweenNeighbours) {
   EXPECT_EQ(std::get<PoseAt<Probe>>(buffer.at(ms(20))).gap, milliseconds(0));
 }
 
+TEST(PoseBufferTest, TheOnlyPoseIsDoubtfulUntilASecondOneComes) {
+  PoseBuffer<Probe> buffer;
+  buffer.push(occluded_at(0));
+  buffer.push(pose_at(20, 10));
+  EXPECT_EQ(std::get<PoseAt<Probe>>(buffer.at(ms(20))).doubt, PoseDoubt::kOnly);
+  buffer.push(pose_at(40, 10));
+  EXPECT_EQ(std::get<PoseAt<Probe>>(buffer.at(ms(20))).doubt, PoseDoubt::kNone);
+  EXPECT_EQ(std::get<PoseAt<Probe>>(buffer.at(ms(40))).doubt, PoseDoubt::kNone);
+}
+
 TEST(PoseBufferTest, DoesNotExtrapolate) {
   PoseBuffer<Probe> buffer;
   EXPECT_EQ(absence(buffer, ms(0)), PoseAbsence::kNotYet);
