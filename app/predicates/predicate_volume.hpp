@@ -22,10 +22,10 @@ enum class DistancesFrom {
 };
 
 /// Volume from which any predicate set can be prepared: with the features derived so far,
-/// intensities as recorded, and `connected` as the sets say it.
+/// intensities as recorded, and `connected` not resolved yet.
 struct PredicateSource {
   PredicateFile file;        ///< Predicate set, edits applied.
-  PredicateOptions options;  ///< As given; the value of unknown voxels completed.
+  PredicateOptions options;  ///< Options given; the value of unknown voxels completed.
   DistancesFrom distances = DistancesFrom::kOptions;
   /// Volume from which features are derived; the same object where every voxel is known.
   std::shared_ptr<const StoredVolume> as_read{};
