@@ -22,11 +22,11 @@ double luminance(QRgb colour) {
 
 /// True: a line of the text is wider than the control has place for.
 bool is_clipped(const QAbstractButton& button) {
-  constexpr int kFrame = 2 * (10 + 2);
+  const int frame = button.property("small").toBool() ? 2 * (6 + 2) : 2 * (10 + 2);
   const QFontMetrics metrics(button.font());
   const auto lines = button.text().split(QLatin1Char('\n'));
   const int widest = metrics.size(0, button.text()).width();
-  return widest + kFrame > button.width() ||
+  return widest + frame > button.width() ||
          static_cast<int>(lines.size()) * metrics.height() > button.height();
 }
 
