@@ -119,7 +119,9 @@ void SceneWidget::paint_marks(QPainter& painter, const Picture& picture) {
   };
   letter(24, height() / 2.0, letters.left);
   letter(width() - 24, height() / 2.0, letters.right);
-  letter(width() / 2.0, 22, letters.up);
+  // Below the line of title and state where they meet it.
+  constexpr int kNarrow = 520;
+  letter(width() / 2.0, width() < kNarrow ? 54 : 22, letters.up);
   letter(width() / 2.0, height() - 22, letters.down);
 }
 

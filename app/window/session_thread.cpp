@@ -35,7 +35,7 @@ std::shared_ptr<const render::Scene> scene_of(Feed& feed, const session::Epoch& 
 
 /// Histogram of the values that a transfer function classifies, without outliers.
 std::shared_ptr<const render::ValueCounts> counts_of(const StoredVolume& volume) {
-  constexpr std::size_t kMostSorted = 200000;
+  constexpr std::size_t kMostSorted = 20000;
   constexpr double kOutliers = 0.0005;
   constexpr double kMargin = 0.03;
   constexpr int kBins = 4096;

@@ -50,7 +50,7 @@ io::Json controls_of(const MainWindow& window) {
     const auto* button = qobject_cast<const QAbstractButton*>(control);
     const auto* label = qobject_cast<const QLabel*>(control);
     const bool clipped = button != nullptr
-                             ? is_clipped(*button)
+                             ? button->isVisible() && is_clipped(*button)
                              : label != nullptr && label->isVisible() &&
                                    label->heightForWidth(label->width()) > label->height();
     all.push_back({{"name", name.toStdString()},

@@ -11,7 +11,7 @@ namespace nav::render {
 
 ValueCounts count_values(const StoredVolume& volume, double low, double high, int bins) {
   NAV_CHECK(low < high && bins > 0, low, high, bins);
-  constexpr std::size_t kMostRead = std::size_t{1} << 22;
+  constexpr std::size_t kMostRead = std::size_t{1} << 19;
   ValueCounts counts{low, high, std::vector<std::uint64_t>(static_cast<std::size_t>(bins))};
   const auto values = volume.values();
   const std::size_t every = std::max<std::size_t>(1, values.size() / kMostRead);

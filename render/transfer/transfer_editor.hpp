@@ -19,7 +19,7 @@ struct ValueCounts {
   std::vector<std::uint64_t> bins{};
 };
 /// Counts the values between the ends in equal bins. Looks at every n-th voxel of large volumes, so
-/// that at most about 4 million are read; always the same ones. Precondition: low < high, bins > 0.
+/// that at most about 1 million are read; always the same ones. Precondition: low < high, bins > 0.
 ValueCounts count_values(const StoredVolume& volume, double low, double high, int bins);
 
 /// Edits the components of a transfer function: colour, opacity and importance, with undo and redo.

@@ -199,6 +199,22 @@ TEST_F(PredicateWindowTest, ColoursParametersAndCombinationsAreEdited) {
   EXPECT_EQ(render::editable_parameters(model.entries[0].expression)[0].value, 2);
 }
 
+TEST_F(PredicateWindowTest, DigitsInANumberFieldEditTheNumberAndOtherKeysKeepTheirMeaning) {
+  ASSERT_EQ(play("wait view.view3d shown 60\n"), "");
+  auto* number = window_->findChild<QDoubleSpinBox*>(QStringLiteral("parameter1"));
+  ASSERT_NE(number, nullptr);
+  const auto press = [&](int key, const char* text) {
+    QKeyEvent event(QEvent::KeyPress, key, Qt::NoModifier, QLatin1String(text));
+    QApplication::sendEvent(number, &event);
+  };
+  press(Qt::Key_1, "1");
+  EXPECT_EQ(value("layout"), "slices");
+  press(Qt::Key_Space, " ");
+  EXPECT_EQ(value("frozen"), "yes");
+  press(Qt::Key_T, "t");
+  EXPECT_EQ(value("panel"), "transfer");
+}
+
 TEST_F(PredicateWindowTest, ASetOfNoneAndAFullSetWork) {
   ASSERT_EQ(play("wait view.view3d shown 60\nclick predicate-remove\nclick predicate-remove\n"
                  "click predicate-remove\nexpect histogram.count 0\nwait predicates ready 60\n"
