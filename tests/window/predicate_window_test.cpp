@@ -103,7 +103,7 @@ TEST_F(PanelWindowTest, ComponentsOfTheTransferFunctionAreEdited) {
     EXPECT_EQ(node.importance, 0.25);
   }
   EXPECT_TRUE(window_->loop().newest()->counts);
-  EXPECT_EQ(play("key Ctrl+Z\nkey Ctrl+Z\nkey Ctrl+Z\nkey Ctrl+Z\nkey Ctrl+Shift+Z\n"
+  EXPECT_EQ(play("key Ctrl+Z\nkey Ctrl+Shift+Z\n"
                  "expect transfer.bone 0.250/0.25\nclick transfer-reset\nkey T\n"
                  "expect panel step\n"),
             "");
@@ -270,7 +270,10 @@ TEST_F(PredicateWindowTest, ScribblesChangeTheHistogramAndUndoTakesThemBack) {
                  "key Ctrl+Z\nwait predicates ready 60\nexpect histogram.strokes 1\n"),
             "");
   EXPECT_EQ(importances(), hidden);
-  EXPECT_EQ(play("key Ctrl+Z\nexpect histogram.strokes 0\nexpect histogram.vessel 0.700\n"), "");
+  // Two presses within 150 ms count once.
+  EXPECT_EQ(
+      play("pause 0.2\nkey Ctrl+Z\nexpect histogram.strokes 0\nexpect histogram.vessel 0.700\n"),
+      "");
   // Erased strokes have no effect.
   EXPECT_EQ(play("set scribble-radius 3\nstroke axial show 0,0 5,0\nwait predicates ready 60\n"
                  "stroke axial erase 0,0 5,0\nwait predicates ready 60\n"
