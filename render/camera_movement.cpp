@@ -77,6 +77,45 @@ Camera zoomed(const Camera& camera, double factor) {
   return within_places(result, camera);
 }
 
+Camera looking_at(const Camera& camera, const Point<frames::Ct>& point_ct) {
+  Camera result = camera;
+  result.eye_ct.mm += point_ct.mm - camera.look_at_ct.mm;
+  result.look_at_ct = point_ct;
+  return within_places(result, camera);
+}
+
+Camera seen_from(const Camera& camera, ViewFrom side) {
+  // LPS: left is +x, posterior +y, superior +z.
+  const Eigen::Vector3d anterior(0, -1, 0);
+  const Eigen::Vector3d head(0, 0, 1);
+  Eigen::Vector3d towards_eye = anterior;
+  switch (side) {
+    case ViewFrom::kAnterior:
+      break;
+    case ViewFrom::kPosterior:
+      towards_eye = -anterior;
+      break;
+    case ViewFrom::kLeft:
+      towards_eye = Eigen::Vector3d::UnitX();
+      break;
+    case ViewFrom::kRight:
+      towards_eye = -Eigen::Vector3d::UnitX();
+      break;
+    case ViewFrom::kHead:
+      towards_eye = head;
+      break;
+    case ViewFrom::kFeet:
+      towards_eye = -head;
+      break;
+  }
+  const bool along_body = side == ViewFrom::kHead || side == ViewFrom::kFeet;
+  Camera result = camera;
+  const double distance_mm = (camera.eye_ct.mm - camera.look_at_ct.mm).norm();
+  result.eye_ct.mm = camera.look_at_ct.mm + distance_mm * towards_eye;
+  result.up_ct.v = along_body ? anterior : head;
+  return within_places(result, camera);
+}
+
 Camera moved(const Camera& camera, const CameraMovement& movement) {
   // The eye moves against the drag, so that the scene moves with the mouse.
   const Eigen::Vector2d turn = -M_PI * movement.orbit;

@@ -26,6 +26,16 @@ Camera orbited(const Camera& camera, double yaw_rad, double pitch_rad);
 Camera panned(const Camera& camera, double right, double up);
 /// Divides the distance to the look-at point, or the orthographic height, by a factor > 0.
 Camera zoomed(const Camera& camera, double factor);
+/// Moves a camera so that it looks at a point, about which it then turns. Direction and distance
+/// stay.
+Camera looking_at(const Camera& camera, const Point<frames::Ct>& point_ct);
+
+/// Sides of the patient from which a camera looks.
+enum class ViewFrom { kAnterior, kPosterior, kLeft, kRight, kHead, kFeet };
+/// Turns a camera about its look-at point to a side of the patient. Head is up; from head and feet,
+/// anterior is up. The distance stays.
+Camera seen_from(const Camera& camera, ViewFrom side);
+
 /// Moves a camera so that the scene follows the mouse: orbit, pan and zoom of the movement.
 Camera moved(const Camera& camera, const CameraMovement& movement);
 

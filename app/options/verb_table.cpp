@@ -22,7 +22,7 @@ const std::vector<Verb>& verb_table() {
        {"sonde live --session procedure.toml --ct ct.mha --registration registration.json --window",
         "sonde live --session procedure.toml --ct ct.mha --out live --seconds 10"}},
       {"window",
-       "Open the window: live devices, a recording or the simulated procedure",
+       "Open the window: live devices, a recording, the simulated procedure or 3D ultrasound",
        "window [SESSION]",
        {"sonde window procedure.toml", "sonde window --simulated"}},
       {"record",

@@ -6,7 +6,8 @@ namespace nav::app {
 namespace {
 
 bool shows_a_session(const Settings& settings) {
-  return !settings.session.empty() || settings.window.simulated;
+  return !settings.session.empty() || settings.window.simulated ||
+         !settings.window.phantom.empty() || !settings.config.predicates.volume.empty();
 }
 bool names_no_session(const Settings& settings) { return settings.session.empty(); }
 
@@ -61,7 +62,8 @@ void add_window_rows(std::vector<Option>& rows) {
        .slot = NAV_SLOT(config.output.seconds),
        .range = within(0, 1e6),
        .usual = true,
-       .needs = {{.met = shows_a_session, .text = "a session file or --simulated"}}},
+       .needs = {{.met = shows_a_session,
+                  .text = "a session file, --simulated, --us-volume or --phantom"}}},
       {.name = "--record",
        .type = "MCAP",
        .text = "record every sample of live devices into this file, which must not exist",

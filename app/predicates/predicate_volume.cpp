@@ -152,9 +152,8 @@ Result<void> check_needs(const PredicateOptions& options, const render::Predicat
   return {};
 }
 
-Result<void> add_features(const PredicateOptions& options, const PredicateFile& file, int threads,
-                          render::PredicateVolume& volume, Console& console) {
-  FeatureMaker maker(threads, options.cache, console);
+render::DerivedFeatureOptions derive_options(const PredicateOptions& options,
+                                             const PredicateFile& file) {
   render::DerivedFeatureOptions derive;
   derive.gradient.smoothing_mm = file.smoothing_mm;
   derive.snr = file.snr;
@@ -163,12 +162,25 @@ Result<void> add_features(const PredicateOptions& options, const PredicateFile& 
   derive.vesselness.largest_radius_mm = file.vessels.largest_radius_mm;
   derive.unknown = stored_value(options.unknown);
   if (file.vessels.bright) derive.vesselness.polarity = render::features::Polarity::kBright;
-  return render::add_derived_features(
-      volume.ultrasound, derive,
-      [&maker](const std::string& name, const render::features::DerivedRequest& request) {
-        return maker.make(name, request);
-      },
-      volume.predicates);
+  return derive;
+}
+
+/// A predicate that is true nowhere: a set without predicates shows nothing.
+render::PredicateModel nothing_to_show() {
+  using E = render::PredicateExpression;
+  const E any = E::kind("intensity");
+  render::PredicateModel model;
+  model.entries.push_back({"nothing", E::all({any, E::negation(any)})});
+  model.histogram.add(0, 0);
+  return model;
+}
+
+/// The volume as the set draws it: connected parts, floors and soft thresholds applied.
+Result<render::PredicateVolume> resolved(const render::PredicateVolume& source, double soft_share) {
+  render::PredicateVolume volume = source;
+  if (const auto ok = render::resolve_connected(volume); !ok) return ok.error();
+  if (const auto ok = render::shape_intensity(volume, soft_share); !ok) return ok.error();
+  return volume;
 }
 
 }  // namespace
@@ -260,16 +272,44 @@ Result<PreparedPredicates> prepare_predicates(
   predicates.hue_mean = file->hue_mean;
   predicates.cutaway_importance = file->cutaway_importance;
   predicates.opacity_length_mm = options.opacity_length_mm.value_or(file->opacity_length_mm);
-  if (const auto ok = add_features(options, *file, threads, *volume, console); !ok) {
-    return ok.error();
-  }
+  FeatureMaker maker(threads, options.cache, console);
+  const auto added = render::add_derived_features(
+      volume->ultrasound, derive_options(options, *file),
+      [&maker](const std::string& name, const render::features::DerivedRequest& request) {
+        return maker.make(name, request);
+      },
+      volume->predicates);
+  if (!added) return added.error();
+  // Features read voxels that nobody knows as unknown; rays read them as black.
+  const auto as_read = volume->ultrasound;
   auto shown = without_unknown(volume->ultrasound, options, predicates.intensity.black, console);
   if (!shown) return shown.error();
   volume->ultrasound = *std::move(shown);
+  auto ready = resolved(*volume, file->soft_share);
+  if (!ready) return ready.error();
   const auto as_recorded = volume->ultrasound;
-  if (const auto ok = render::resolve_connected(*volume); !ok) return ok.error();
-  if (const auto ok = render::shape_intensity(*volume, file->soft_share); !ok) return ok.error();
-  return PreparedPredicates{*std::move(file), *std::move(volume), as_recorded};
+  auto source =
+      std::make_shared<const PredicateSource>(PredicateSource{.file = *file,
+                                                              .options = options,
+                                                              .distances = from,
+                                                              .as_read = as_read,
+                                                              .volume = *std::move(volume)});
+  return PreparedPredicates{*std::move(file), *std::move(ready), as_recorded, std::move(source)};
+}
+
+Result<render::PredicateVolume> prepare_model(PredicateSource& source,
+                                              const render::PredicateModel& model,
+                                              const render::MakeFeature& make) {
+  render::PredicateVolume& volume = source.volume;
+  const bool empty = model.entries.empty();
+  volume.predicates.model = empty ? nothing_to_show() : model;
+  const auto& set = volume.predicates.model;
+  if (auto ok = render::validate(set); !ok) return ok.error();
+  if (auto ok = check_needs(source.options, volume, set, source.distances); !ok) return ok.error();
+  const auto added = render::add_derived_features(
+      source.as_read, derive_options(source.options, source.file), make, volume.predicates);
+  if (!added) return added.error();
+  return resolved(volume, empty ? 0 : source.file.soft_share);
 }
 
 }  // namespace nav::app

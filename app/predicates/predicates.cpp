@@ -263,7 +263,9 @@ Result<void> run_predicates(const SessionConfig& config, Console& console) {
   auto made = prepare_predicates(options, config.output.threads, console, DistancesFrom::kOptions,
                                  *strokes);
   if (!made) return made.error();
-  auto& [file, volume, as_recorded] = *made;
+  PredicateFile& file = made->file;
+  const render::PredicateVolume& volume = made->volume;
+  const auto& as_recorded = made->as_recorded;
   render::Scene scene = scene_of(config, volume);
   const auto panels = strokes->empty() ? compare(**engine, scene, as_recorded, console)
                                        : compare_scribbles(**engine, *strokes,

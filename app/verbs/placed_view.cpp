@@ -26,8 +26,10 @@ std::string banner_of(const session::Placement& placement, const std::string& ki
 }
 
 /// A centre outside of the CT is most likely a volume in another frame.
-Result<void> draw_by_predicates(const SessionConfig& config, const Volume& ct, Presenter& presenter,
-                                Console& console) {
+Result<std::shared_ptr<const PredicateSource>> draw_by_predicates(const SessionConfig& config,
+                                                                  const Volume& ct,
+                                                                  Presenter& presenter,
+                                                                  Console& console) {
   PredicateOptions options = config.predicates;
   // Drawn with the plan.
   if (!options.target && config.plan) {
@@ -49,7 +51,7 @@ Result<void> draw_by_predicates(const SessionConfig& config, const Volume& ct, P
   presenter.draw_by_predicates(
       {ultrasound, std::move(made->volume.predicates), options.ct_importance}, options.alone,
       target);
-  return {};
+  return made->source;
 }
 
 /// True if the 3D ultrasound of a scene shows anywhere in a small image.
@@ -115,16 +117,46 @@ Result<PlacedView::Parts> PlacedView::prepare(const SessionConfig& config,
   if (!shapes) return shapes.error();
   if (const auto ok = presenter->cut_free(*shapes); !ok) return ok.error();
   if (config.plan) session::warn_outside(*config.plan, *shared_ct, console);
+  std::shared_ptr<const PredicateSource> predicates;
   if (!config.predicates.volume.empty()) {
-    if (auto ok = draw_by_predicates(config, *shared_ct, *presenter, console); !ok)
-      return ok.error();
+    auto source = draw_by_predicates(config, *shared_ct, *presenter, console);
+    if (!source) return source.error();
+    predicates = *std::move(source);
   }
   return Parts{.ct = shared_ct,
                .given = *std::move(given),
                .survey = std::nullopt,
                .presenter = *std::move(presenter),
                .needle_expected = config.source.has_needle(),
-               .banner = ""};
+               .banner = "",
+               .predicates = std::move(predicates)};
+}
+
+Result<PlacedView::Parts> PlacedView::prepare_alone(const SessionConfig& config,
+                                                    PreparedPredicates prepared) {
+  const auto volume = std::make_shared<const Volume>(*prepared.as_recorded);
+  // The transfer function is not used: predicates classify the volume.
+  SessionConfig::Appearance appearance;
+  appearance.preset = "ct-soft-tissue";
+  auto presenter = Presenter::create({.appearance = appearance,
+                                      .view = config.view,
+                                      .width = config.output.width,
+                                      .height = config.output.height},
+                                     volume, render::make_cpu_engine());
+  if (!presenter) return presenter.error();
+  const PredicateOptions& options = config.predicates;
+  std::optional<render::SphereShape> target;
+  if (options.target) target = target_sphere(*options.target);
+  presenter->draw_by_predicates(
+      {prepared.volume.ultrasound, std::move(prepared.volume.predicates), options.ct_importance},
+      true, target);
+  return Parts{.ct = volume,
+               .given = std::nullopt,
+               .survey = std::nullopt,
+               .presenter = *std::move(presenter),
+               .needle_expected = false,
+               .banner = "",
+               .predicates = std::move(prepared.source)};
 }
 
 PlacedView::PlacedView(const SessionConfig& config, Console& console, Parts parts)
@@ -135,7 +167,8 @@ PlacedView::PlacedView(const SessionConfig& config, Console& console, Parts part
       survey_(std::move(parts.survey)),
       presenter_(std::move(parts.presenter)),
       needle_expected_(parts.needle_expected),
-      banner_(std::move(parts.banner)) {}
+      banner_(std::move(parts.banner)),
+      predicates_(std::move(parts.predicates)) {}
 
 std::optional<session::CtPlacement> PlacedView::show_before_images() {
   presenter_.set_facts({.plan = config_.plan,

@@ -8,6 +8,7 @@
 
 #include "app/console.hpp"
 #include "app/options/session_config.hpp"
+#include "app/predicates/predicate_volume.hpp"
 #include "app/views/presenter.hpp"
 #include "session/placement.hpp"
 #include "session/recorded_session.hpp"
@@ -28,6 +29,8 @@ class PlacedView {
     Presenter presenter;
     bool needle_expected = false;  ///< A needle is tracked; its state is always shown.
     std::string banner;            ///< Kind of the session, which every image shows.
+    /// 3D ultrasound that the presenter draws by predicates; null: none.
+    std::shared_ptr<const PredicateSource> predicates{};
   };
   /// Reads the CT and what is drawn with it, and makes the presenter. \p reference_frame: the
   /// patient's frame, to which a registration has to belong.
@@ -36,6 +39,8 @@ class PlacedView {
   /// Does the same with a CT that is there already.
   static Result<Parts> prepare(const SessionConfig& config, const std::string& reference_frame,
                                std::shared_ptr<const Volume> ct, Console& console);
+  /// Shows 3D ultrasound alone, without a CT: slices show the volume itself.
+  static Result<Parts> prepare_alone(const SessionConfig& config, PreparedPredicates prepared);
 
   /// Configuration and console must outlive the view.
   PlacedView(const SessionConfig& config, Console& console, Parts parts);
@@ -58,6 +63,10 @@ class PlacedView {
   [[nodiscard]] const Volume& ct() const { return *ct_; }
   [[nodiscard]] const std::shared_ptr<const Volume>& shared_ct() const { return ct_; }
   [[nodiscard]] const std::optional<NeedlePlan>& plan() const { return config_.plan; }
+  /// 3D ultrasound that is drawn by predicates; null: none.
+  [[nodiscard]] const std::shared_ptr<const PredicateSource>& predicates() const {
+    return predicates_;
+  }
   [[nodiscard]] bool needle_expected() const { return needle_expected_; }
   [[nodiscard]] const std::optional<session::SweepSurvey>& survey() const { return survey_; }
   /// Absent before the first tracked image.
@@ -80,6 +89,7 @@ class PlacedView {
   Presenter presenter_;
   bool needle_expected_;
   std::string banner_;
+  std::shared_ptr<const PredicateSource> predicates_;
   std::optional<session::Placement> placement_;
   session::OutsideWatch outside_;
   std::optional<session::TissueFollower> follower_;

@@ -15,6 +15,7 @@ struct WindowOptions {
   std::string engine = "auto";     ///< auto: OpenGL on a graphics card, otherwise cpu.
   bool simulated = false;          ///< The simulated procedure, without a session file.
   std::uint64_t seed = 1;          ///< Number of the simulated patient.
+  std::string phantom{};           ///< Simulated 3D ultrasound that is shown alone; empty: none.
   bool once = false;               ///< A recording is played to its end, not again and again.
 };
 

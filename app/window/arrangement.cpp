@@ -35,7 +35,45 @@ Rows halves_of(const QRect& area) {
 
 }  // namespace
 
-Arrangement arrange_views(WindowLayout layout, ViewId single, const QRect& area) {
+namespace {
+
+/// The layout guidance with the panel of a tool below ultrasound and CT.
+Arrangement guidance_with_tool(const QRect& area) {
+  const int right =
+      std::clamp(static_cast<int>(0.36 * area.width()), 1, std::max(1, area.width() - 1));
+  const int left = std::max(1, area.width() - std::max(right, kToolWidth) - kGap);
+  const QRect main(area.left(), area.top(), left, area.height());
+  const QRect side(area.left() + left + kGap, area.top(), std::max(1, area.width() - left - kGap),
+                   area.height());
+  const int tool = std::clamp(static_cast<int>(0.46 * side.height()),
+                              std::min(kToolHeight, std::max(1, side.height() - 200)),
+                              std::max(1, side.height()));
+  const int views = std::max(1, side.height() - tool - kGap);
+  const Rows images = halves_of(QRect(side.left(), side.top(), side.width(), views));
+  Arrangement made;
+  const int height = std::max(1, area.height() - kNumeralsHeight - kGap);
+  made.views[ViewId::kScene] = QRect(main.left(), main.top(), main.width(), height);
+  made.numerals = QRect(main.left(), main.top() + height + kGap, main.width(), kNumeralsHeight);
+  made.views[ViewId::kUltrasound] = images.upper;
+  made.views[ViewId::kCt] = images.lower;
+  made.panel = QRect(side.left(), side.top() + views + kGap, side.width(), tool);
+  return made;
+}
+
+}  // namespace
+
+Arrangement arrange_views(WindowLayout layout, ViewId single, const QRect& area, bool with_tool) {
+  if (with_tool && layout == WindowLayout::kGuidance) return guidance_with_tool(area);
+  if (with_tool) {
+    const int left = std::max(1, area.width() - kToolWidth - kGap);
+    Arrangement made =
+        arrange_views(layout, single, QRect(area.left(), area.top(), left, area.height()));
+    // The numbers keep the whole width below the views.
+    if (made.panel) made.numerals.setWidth(left);
+    made.panel = QRect(area.left() + left + kGap, area.top(),
+                       std::max(1, area.width() - left - kGap), area.height());
+    return made;
+  }
   Arrangement made;
   const int height = std::max(1, area.height() - kNumeralsHeight - kGap);
   const QRect views(area.left(), area.top(), std::max(1, area.width()), height);

@@ -19,8 +19,15 @@ struct Arrangement {
   std::optional<QRect> panel{};           ///< Absent: not on the screen.
 };
 
+/// Space that the panel of a tool needs, pixels; a larger window gives more.
+inline constexpr int kToolWidth = 372;
+inline constexpr int kToolHeight = 400;
+
 /// Places the views of a layout. single: the view that fills the area in the layout single. All
 /// rectangles have at least one pixel and lie apart from each other where the area is large enough.
-Arrangement arrange_views(WindowLayout layout, ViewId single, const QRect& area);
+/// with_tool: the panel of a tool is open, which needs kToolWidth x kToolHeight: below the
+/// ultrasound in the layout guidance, at the right in others.
+Arrangement arrange_views(WindowLayout layout, ViewId single, const QRect& area,
+                          bool with_tool = false);
 
 }  // namespace nav::app

@@ -6,10 +6,16 @@
 
 namespace nav::app {
 
+bool shows_volume_alone(const SessionConfig& config) {
+  return config.source.kind == SessionConfig::SourceKind::kRecording && config.predicates.alone &&
+         config.source.recording.empty() && config.ct.path.empty();
+}
+
 Result<std::unique_ptr<Feed>> open_feed(const SessionConfig& config, bool loop, const Clock& clock,
                                         Console& console) {
   using Kind = SessionConfig::SourceKind;
   if (config.source.kind == Kind::kSimulated) return open_simulated_feed(config, clock, console);
+  if (shows_volume_alone(config)) return open_volume_feed(config, console);
   if (auto ok = require_path(config.ct.path, "ct.path", "a CT"); !ok) return ok.error();
   if (config.source.kind == Kind::kLive) return open_live_feed(config, clock, console);
   if (auto ok = require_path(config.source.recording, "source.recording", "a recording"); !ok) {

@@ -34,6 +34,8 @@ class Feed {
   [[nodiscard]] virtual bool over() const = 0;
   /// Ends the session: counts what was not shown. Idempotent.
   virtual void finish() = 0;
+  /// After finish(): a device that failed or gave nothing, as an error of exit code 4; else ok.
+  [[nodiscard]] virtual Result<void> outcome() const { return {}; }
   /// For a time, the tracker does not see the markers. False: the session cannot do it.
   virtual bool cover_marker(Duration) { return false; }
   /// For a time, no image arrives. False: the session cannot do it.
@@ -43,9 +45,14 @@ class Feed {
   /// Records the devices; null: the session has none.
   virtual WindowRecorder* recorder() { return nullptr; }
 
+  /// First camera of the 3D view; absent: the presenter's.
+  [[nodiscard]] virtual std::optional<render::Camera> camera() const { return std::nullopt; }
+  /// True for a stored volume, which has no live images.
+  [[nodiscard]] virtual bool stored() const { return false; }
+
   [[nodiscard]] virtual session::Session& session() = 0;
   [[nodiscard]] virtual PlacedView& view() = 0;
-  /// Kind of the session in one word: "SIMULATED", "RECORDING", "LIVE".
+  /// Kind of the session: "SIMULATED", "RECORDING", "LIVE", "STORED VOLUME".
   [[nodiscard]] virtual std::string kind() const = 0;
   /// Sentence when nothing more comes.
   [[nodiscard]] virtual std::string ended() const = 0;
@@ -67,6 +74,12 @@ Result<std::unique_ptr<Feed>> open_live_feed(const SessionConfig& config, const 
 /// CT is placed by the truth of the simulation. No file is read.
 Result<std::unique_ptr<Feed>> open_simulated_feed(const SessionConfig& config, const Clock& clock,
                                                   Console& console);
+
+/// 3D ultrasound alone, drawn by predicates: the volume or phantom of the configuration's
+/// predicates. Errors: those of prepare_predicates().
+Result<std::unique_ptr<Feed>> open_volume_feed(const SessionConfig& config, Console& console);
+/// True for a configuration of 3D ultrasound alone: no recording, no CT.
+bool shows_volume_alone(const SessionConfig& config);
 
 /// Opens the kind that the configuration asks for.
 Result<std::unique_ptr<Feed>> open_feed(const SessionConfig& config, bool loop, const Clock& clock,

@@ -18,21 +18,35 @@ class FlatDrawer {
   [[nodiscard]] FlatPictures draw(const FlatEngine::Order& order) {
     PanelContext context = context_of(*order.moment);
     if (order.settings.window) context.window = *order.settings.window;
+    const SlicedVolume sliced = sliced_volume(order.settings, *order.moment);
     FlatPictures pictures;
     pictures.moment = order.moment;
     ++beat_;
     for (const ViewId id : kFlatViews) {
-      if (order.sizes[id].width > 0) pictures.views[id] = draw(id, order, context);
+      if (order.sizes[id].width > 0) {
+        pictures.views[id] = draw(id, order, context, sliced);
+      }
     }
     return pictures;
   }
 
  private:
-  Picture draw(ViewId id, const FlatEngine::Order& order, const PanelContext& context) {
+  Picture draw(ViewId id, const FlatEngine::Order& order, const PanelContext& of_ct,
+               const SlicedVolume& sliced) {
+    const bool of_ultrasound = is_orthogonal(id) && sliced.is_ultrasound;
+    const PanelContext of_sliced{.epoch = of_ct.epoch,
+                                 .ct = *sliced.volume,
+                                 .plan = of_ct.plan,
+                                 .window = sliced.window,
+                                 .banner = of_ct.banner,
+                                 .needle_expected = of_ct.needle_expected,
+                                 .needle_length_mm = of_ct.needle_length_mm};
+    const PanelContext& context = of_ultrasound ? of_sliced : of_ct;
     Picture picture{.moment = order.moment,
                     .cursor = cursor_of(order.settings, *order.moment),
                     .window = context.window,
                     .asked = order.number};
+    picture.of_ultrasound = of_ultrasound;
     const auto start = std::chrono::steady_clock::now();
     Image2d<Rgba8> image;
     const PixelSize size = order.sizes[id];
@@ -68,10 +82,26 @@ class FlatDrawer {
 
 }  // namespace
 
+SlicedVolume sliced_volume(const SliceSettings& settings, const Moment& moment) {
+  if (!moment.predicates || !(settings.of_ultrasound || moment.stored)) {
+    return {moment.ct, settings.window.value_or(moment.window)};
+  }
+  const render::PredicateVolume& volume = moment.predicates->volume;
+  const auto& intensity = volume.predicates.intensity;
+  const render::HuWindow window{0.5 * (intensity.black + intensity.white),
+                                intensity.white - intensity.black};
+  // Shares the voxels.
+  return {std::make_shared<const Volume>(*volume.ultrasound),
+          settings.ultrasound_window.value_or(window), true};
+}
+
 Point<frames::Ct> cursor_of(const SliceSettings& settings, const Moment& moment) {
-  if (settings.cursor) return within_ct(moment.ct->grid(), *settings.cursor);
-  if (moment.plan) return within_ct(moment.ct->grid(), moment.plan->target_ct);
-  return moment.ct->grid().centre();
+  const VoxelGrid& grid = settings.of_ultrasound && moment.predicates
+                              ? moment.predicates->volume.ultrasound->grid()
+                              : moment.ct->grid();
+  if (settings.cursor) return within_ct(grid, *settings.cursor);
+  if (moment.plan) return within_ct(grid, moment.plan->target_ct);
+  return grid.centre();
 }
 
 void FlatEngine::start() {

@@ -25,7 +25,18 @@ struct SliceSettings {
   std::optional<Point<frames::Ct>> cursor{};  ///< Absent: the target, else the middle of the CT.
   std::optional<render::HuWindow> window{};   ///< Absent: the session's.
   PerView<SliceZoom> zoom{};
+  /// The orthogonal slices show the 3D ultrasound in place of the CT, where the moment has one.
+  bool of_ultrasound = false;
+  std::optional<render::HuWindow> ultrasound_window{};  ///< Absent: black and white of its values.
 };
+
+/// The volume that the orthogonal slices show.
+struct SlicedVolume {
+  std::shared_ptr<const Volume> volume;
+  render::HuWindow window;     ///< Grey window, in the volume's values.
+  bool is_ultrasound = false;  ///< Stored values of 3D ultrasound, not HU.
+};
+SlicedVolume sliced_volume(const SliceSettings& settings, const Moment& moment);
 
 /// The cursor of the slices of a moment.
 Point<frames::Ct> cursor_of(const SliceSettings& settings, const Moment& moment);

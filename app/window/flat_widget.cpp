@@ -65,16 +65,44 @@ void FlatWidget::mousePressEvent(QMouseEvent* event) {
   if (button_ != Qt::NoButton) return;
   button_ = event->button();
   last_ = event->position();
-  if (button_ == Qt::LeftButton) {
+  if (button_ == Qt::LeftButton && paints()) {
+    const SliceGeometry& slice = *picture()->slice;
+    painting_ = Painting{slice, stroke_on(slice, *brush_, device_pixel(last_))};
+    update();
+  } else if (button_ == Qt::LeftButton) {
     send({.kind = SliceInput::Kind::kCursor, .at = device_pixel(last_)});
   }
 }
 
+bool FlatWidget::paints() const {
+  return brush_ && is_orthogonal(id_) && picture() && picture()->slice &&
+         picture()->of_ultrasound && !judgement().covered;
+}
+
+void FlatWidget::set_brush(const std::optional<Brush>& brush) {
+  brush_ = brush;
+  painting_.reset();
+  if (is_orthogonal(id_)) setCursor(brush ? Qt::CrossCursor : Qt::ArrowCursor);
+  update();
+}
+
+void FlatWidget::set_strokes(std::vector<render::features::Stroke> strokes) {
+  strokes_ = std::move(strokes);
+  update();
+}
+
 void FlatWidget::mouseReleaseEvent(QMouseEvent* event) {
-  if (event->button() == button_) button_ = Qt::NoButton;
+  if (event->button() != button_) return;
+  button_ = Qt::NoButton;
+  if (!painting_) return;
+  render::features::Stroke stroke = std::move(painting_->stroke);
+  painting_.reset();
+  if (stroked) stroked(std::move(stroke));
+  update();
 }
 
 void FlatWidget::mouseDoubleClickEvent(QMouseEvent* event) {
+  if (brush_ && is_orthogonal(id_)) return;
   if (event->button() == Qt::LeftButton && enlarge) enlarge();
 }
 
@@ -82,7 +110,14 @@ void FlatWidget::mouseMoveEvent(QMouseEvent* event) {
   if (button_ == Qt::NoButton) return;
   const QPointF way = event->position() - last_;
   last_ = event->position();
-  if (button_ == Qt::LeftButton) {
+  constexpr std::size_t kMostPoints = 10000;
+  if (painting_) {
+    auto& points = painting_->stroke.points;
+    if (points.size() < kMostPoints) {
+      points.push_back(painting_->slice.point_at(device_pixel(last_)));
+    }
+    update();
+  } else if (button_ == Qt::LeftButton) {
     send({.kind = SliceInput::Kind::kCursor, .at = device_pixel(last_)});
   } else if (button_ == Qt::MiddleButton) {
     const double ratio = devicePixelRatioF();
@@ -111,10 +146,32 @@ void FlatWidget::wheelEvent(QWheelEvent* event) {
 }
 
 void FlatWidget::paint_marks(QPainter& painter, const Picture& picture) {
+  paint_strokes(painter, picture);
   paint_cursor(painter, picture);
   if (!picture.slice) return;
   paint_slice_words(painter, picture);
   if (id_ == ViewId::kBullsEye) paint_rings(painter, picture);
+}
+
+void FlatWidget::paint_strokes(QPainter& painter, const Picture& picture) {
+  if (!is_orthogonal(id_) || !picture.slice || !picture.of_ultrasound) return;
+  const auto& source = picture.moment->predicates;
+  if (!source) return;
+  std::vector<render::features::Stroke> all = strokes_;
+  if (painting_) all.push_back(painting_->stroke);
+  draw_strokes(painter, *picture.slice, source->volume.ultrasound->grid(), all,
+               picture.image.devicePixelRatio());
+  using render::features::Paint;
+  const QString mode = !brush_                         ? QString()
+                       : brush_->paint == Paint::kShow ? QStringLiteral("PAINT: SHOW")
+                       : brush_->paint == Paint::kHide ? QStringLiteral("PAINT: HIDE")
+                                                       : QStringLiteral("PAINT: ERASE");
+  const QString what = QStringLiteral("3D ultrasound");
+  const QFont small = theme::font(kMarkText, true);
+  const double line = QFontMetricsF(small).height() + 4;
+  // Below the line of the title.
+  theme::draw_tag(painter, kMarkMargin - 2, kMarkMargin + line + 4, mode.isEmpty() ? what : mode,
+                  small, QColor::fromRgb(theme::kWindowAccent));
 }
 
 void FlatWidget::paint_cursor(QPainter& painter, const Picture& picture) {

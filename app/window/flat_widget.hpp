@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "app/window/brush.hpp"
 #include "app/window/slice_control.hpp"
 #include "app/window/view_widget.hpp"
 
@@ -24,6 +25,14 @@ class FlatWidget : public ViewWidget {
   std::function<void()> enlarge;
   [[nodiscard]] ViewId id() const { return id_; }
 
+  /// A brush for slices of 3D ultrasound: the left button paints in place of setting the cursor.
+  /// Absent: none.
+  void set_brush(const std::optional<Brush>& brush);
+  /// Strokes that were painted, on whichever slice.
+  void set_strokes(std::vector<render::features::Stroke> strokes);
+  /// Called when a stroke has ended.
+  std::function<void(render::features::Stroke)> stroked;
+
  protected:
   void mousePressEvent(QMouseEvent* event) override;
   void mouseMoveEvent(QMouseEvent* event) override;
@@ -38,6 +47,18 @@ class FlatWidget : public ViewWidget {
   void paint_cursor(QPainter& painter, const Picture& picture);
   void paint_slice_words(QPainter& painter, const Picture& picture);
   void paint_rings(QPainter& painter, const Picture& picture);
+  void paint_strokes(QPainter& painter, const Picture& picture);
+  /// True: the left button paints here.
+  [[nodiscard]] bool paints() const;
+
+  /// A stroke in the making, on the slice on which it began.
+  struct Painting {
+    SliceGeometry slice;
+    render::features::Stroke stroke;
+  };
+  std::optional<Brush> brush_;
+  std::optional<Painting> painting_;
+  std::vector<render::features::Stroke> strokes_;
 
   ViewId id_;
   QPointF last_;

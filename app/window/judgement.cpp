@@ -72,6 +72,9 @@ ViewJudgement judge_ct_view(const std::string& name, const Moment& newest, std::
     view.headline = name + " STALE";
     view.safety = {SafetyState::kStale,
                    "no new image of this view for " + seconds_text(view.age_ms / 1e3)};
+  } else if (newest.stored) {
+    view.about = "volume";
+    view.safety = {SafetyState::kValid, ""};
   } else {
     view.about = "plane";
   }
@@ -117,6 +120,11 @@ Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const Shar
     const auto needle = watched(compose({newest->epoch.needle, flat->epoch.needle}), "needle pose",
                                 flat->needle_until, flat->published, now);
     judgement.needle = judged("NEEDLE", compose({needle, newest->epoch.placement}), *flat, now);
+    if (newest->stored) {
+      const Safety none{SafetyState::kLost, "a stored volume is shown: there is no live image"};
+      judgement.ultrasound = judged("ULTRASOUND", none, *flat, now);
+      judgement.ct = judged("CT PLANE", none, *flat, now);
+    }
     judgement.slices = judge_ct_view("SLICE", *newest, number_of(scene), *flat, failures.flat, now);
     // Until the image without the line of the plane comes.
     const bool has_line = flat->epoch.plane.state <= SafetyState::kDegraded;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <QAbstractSpinBox>
 #include <QEvent>
 #include <QKeyEvent>
 #include <QObject>
@@ -19,10 +20,22 @@ class KeyFilter final : public QObject {
 
   bool eventFilter(QObject* watched, QEvent* event) override {
     if (event->type() != QEvent::KeyPress || !watched->isWidgetType()) return false;
-    return window_.press(*static_cast<QKeyEvent*>(event));
+    const auto& key = *static_cast<QKeyEvent*>(event);
+    return !types(*watched, key) && window_.press(key);
   }
 
  private:
+  /// True: the key edits a number, and is none of the window's.
+  static bool types(const QObject& watched, const QKeyEvent& key) {
+    const auto is_field = [](const QObject* object) {
+      return qobject_cast<const QAbstractSpinBox*>(object) != nullptr;
+    };
+    if (!is_field(&watched) && !is_field(watched.parent())) return false;
+    if (key.modifiers() & ~(Qt::ShiftModifier | Qt::KeypadModifier)) return false;
+    const QString text = key.text();
+    return !text.isEmpty() && QStringLiteral("0123456789.,-+eE").contains(text.front());
+  }
+
   MainWindow& window_;
 };
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <utility>
 
+#include "app/verbs/device_report.hpp"
 #include "app/window/feed.hpp"
 #include "session/live_devices.hpp"
 #include "session/live_session.hpp"
@@ -51,10 +52,17 @@ class LiveFeed final : public Feed {
   [[nodiscard]] Timestamp on_clock(Timestamp time) const override { return time; }
   [[nodiscard]] bool over() const override { return driver_.over(); }
   void finish() override {
+    const auto before = live_.status();  // Their states are those of the session, not of its end.
     live_.session().finish();
     live_.session().navigator().finish();
     (void)recorder_->finish();  // It keeps its error.
+    auto devices = live_.status();
+    for (std::size_t i = 0; i < devices.size(); ++i) devices[i].health = before[i].health;
+    const auto& failures = live_.session().failures();
+    outcome_ = failures.empty() ? check_all_deliver(devices)
+                                : Error{ErrorCode::kUnavailable, failures.front()};
   }
+  [[nodiscard]] Result<void> outcome() const override { return outcome_; }
   Result<void> start_recording(const std::filesystem::path& path) override {
     return recorder_->start(path, live_);
   }
@@ -88,6 +96,7 @@ class LiveFeed final : public Feed {
   session::LiveSession live_;
   PlacedView view_;
   std::optional<Error> failure_;
+  Result<void> outcome_;
   session::Driver driver_;
 };
 

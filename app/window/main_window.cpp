@@ -4,6 +4,7 @@
 
 #include <QApplication>
 #include <QPainter>
+#include <utility>
 
 #include "app/window/theme.hpp"
 
@@ -60,9 +61,25 @@ MainWindow::MainWindow(const Options& options, const Clock& clock, Console& cons
       flat_(flat_widgets(this)),
       numerals_(new Numerals(this)),
       status_(new StatusLines(this)),
+      tools_(new ToolDeck(this)),
       panel_(words_label(QStringLiteral("panel"), QStringLiteral("Panel of the step"), this)),
       keys_(words_label(QStringLiteral("keys"), QStringLiteral("Keys"), this)),
-      loop_(options.loop, clock, console, report, {scene_, flat_, numerals_, status_}) {
+      loop_(options.loop, clock, console, report, {scene_, flat_, numerals_, status_}),
+      predicates_(flat_, options.loop.config.output.threads,
+                  {.ready =
+                       [this](std::shared_ptr<const render::PredicateVolume> volume) {
+                         edits_.predicates = std::move(volume);
+                         push_edits();
+                       },
+                   .show_ultrasound = [this](bool shown) { loop_.show_ultrasound_slices(shown); },
+                   .wake =
+                       [this] {
+                         QMetaObject::invokeMethod(
+                             this, [this] { predicates_.take(); }, Qt::QueuedConnection);
+                       }},
+                  this),
+      transfer_(new TransferPage(this)),
+      cutaway_(new CutawayPage(this)) {
   setObjectName(QStringLiteral("window"));
   setWindowTitle(title_);
   setStyleSheet(theme::style_sheet());
@@ -80,6 +97,30 @@ MainWindow::MainWindow(const Options& options, const Clock& clock, Console& cons
   for (const ViewId id : kFlatViews) {
     flat_[id]->enlarge = [this, id] { enlarge(id); };
   }
+  tools_->add(QStringLiteral("tool-step"), QStringLiteral("Step"),
+              QStringLiteral("Panel of the step"), panel_);
+  tools_->add(QStringLiteral("tool-predicates"), QStringLiteral("Predicates"),
+              QStringLiteral("Predicate histogram (P)"), &predicates_.page());
+  tools_->add(QStringLiteral("tool-transfer"), QStringLiteral("Colours"),
+              QStringLiteral("Transfer function of the CT (T)"), transfer_);
+  tools_->add(QStringLiteral("tool-cutaway"), QStringLiteral("Cutaway"),
+              QStringLiteral("Cutaway and shading (C)"), cutaway_);
+  transfer_->edited = [this](const std::optional<render::TransferFunction>& function) {
+    edits_.transfer = function;
+    push_edits();
+  };
+  cutaway_->edited = [this](const std::optional<CutawaySettings>& settings) {
+    edits_.cutaway.reset();
+    edits_.emphasis.reset();
+    edits_.style.reset();
+    if (settings) {
+      edits_.cutaway = settings->cutaway;
+      edits_.emphasis = settings->emphasis;
+      edits_.style = settings->style;
+    }
+    push_edits();
+  };
+  tools_->pressed = [this](int page) { choose_tool(static_cast<Tool>(page)); };
   add_actions();
   rail_->choose(step_);
   loop_.changed = [this] {
@@ -87,17 +128,61 @@ MainWindow::MainWindow(const Options& options, const Clock& clock, Console& cons
     rail_->set_recording(loop_.recording().since.has_value());
     update_panel();
   };
-  QObject::connect(&watchdog_, &QTimer::timeout, this, [this] {
-    loop_.tick();
-    update_steps();
-  });
+  QObject::connect(&watchdog_, &QTimer::timeout, this, [this] { tick(); });
   watchdog_.start(kWatchdogMs);
   loop_.tick();
   update_panel();
   scene_->setFocus();
 }
 
-MainWindow::~MainWindow() { loop_.stop(); }
+MainWindow::~MainWindow() { stop(); }
+
+void MainWindow::start() {
+  loop_.start();
+  predicates_.start();
+}
+
+void MainWindow::stop() {
+  loop_.stop();
+  predicates_.stop();
+}
+
+void MainWindow::tick() {
+  loop_.tick();
+  update_steps();
+  const SharedMoment& newest = loop_.newest();
+  if (!newest) return;
+  predicates_.follow(newest->predicates);
+  if (!std::exchange(opened_, true)) open_panels(*newest);
+}
+
+void MainWindow::open_panels(const Moment& moment) {
+  if (!moment.scene->predicates) transfer_->open(moment.scene->transfer, moment.counts);
+  cutaway_->open(cutaway_settings_of(*moment.scene));
+  if (!moment.stored) return;
+  // A stored volume has no live image: its slices and its histogram are shown.
+  set_layout(WindowLayout::kSlices);
+  choose_tool(Tool::kPredicates);
+}
+
+void MainWindow::push_edits() { loop_.set_edits(std::make_shared<const SceneEdits>(edits_)); }
+
+void MainWindow::choose_tool(Tool tool) {
+  tools_->choose(static_cast<int>(tool));
+  while (tool != Tool::kPredicates && predicates_.page().cancel()) {
+  }
+  arrange();
+}
+
+void MainWindow::undo(bool forth) {
+  if (tool() == Tool::kPredicates) {
+    (void)(forth ? predicates_.page().redo() : predicates_.page().undo());
+  } else if (tool() == Tool::kTransfer) {
+    (void)(forth ? transfer_->redo() : transfer_->undo());
+  } else if (tool() == Tool::kCutaway) {
+    (void)(forth ? cutaway_->redo() : cutaway_->undo());
+  }
+}
 
 void MainWindow::paintEvent(QPaintEvent*) {
   QPainter painter(this);
@@ -135,6 +220,19 @@ void MainWindow::add_actions() {
       QKeyCombination(Qt::Key_3), [this] { set_layout(WindowLayout::kNeedle); });
   add("layout-single", "layout: the view under the mouse alone; again: back",
       QKeyCombination(Qt::Key_4), [this] { set_layout(WindowLayout::kSingle); });
+  const auto tool_key = [this](Tool wanted) {
+    return [this, wanted] { choose_tool(tool() == wanted ? Tool::kStep : wanted); };
+  };
+  add("predicates", "predicate histogram of the 3D ultrasound; again: panel of the step",
+      QKeyCombination(Qt::Key_P), tool_key(Tool::kPredicates));
+  add("transfer", "transfer function of the CT; again: panel of the step",
+      QKeyCombination(Qt::Key_T), tool_key(Tool::kTransfer));
+  add("cutaway", "cutaway and shading; again: panel of the step", QKeyCombination(Qt::Key_C),
+      tool_key(Tool::kCutaway));
+  add("undo", "undo an edit of the open panel", QKeyCombination(Qt::ControlModifier, Qt::Key_Z),
+      [this] { undo(false); });
+  add("redo", "redo an edit of the open panel",
+      QKeyCombination(Qt::ControlModifier | Qt::ShiftModifier, Qt::Key_Z), [this] { undo(true); });
   add("full-screen", "full screen without the rail; again: back", QKeyCombination(Qt::Key_F11),
       [this] { toggle_full_screen(); });
   add("keys", "list the keys", QKeyCombination(Qt::Key_Question), [this] { toggle_keys(); });
@@ -154,7 +252,7 @@ void MainWindow::arrange() {
                    std::max(1, height() - bottom - kGap));
   const QSize keys = keys_->sizeHint().boundedTo(area.size());
   keys_->setGeometry(QRect(area.topLeft() + QPoint(40, 40), keys));
-  const Arrangement made = arrange_views(layout_, single_, area);
+  const Arrangement made = arrange_views(layout_, single_, area, tool() != Tool::kStep);
   const QWidget* focused = QApplication::focusWidget();
   const bool view_has_focus = dynamic_cast<const ViewWidget*>(focused) != nullptr;
   const auto place = [](QWidget* widget, const std::optional<QRect>& at) {
@@ -164,7 +262,7 @@ void MainWindow::arrange() {
   place(scene_, made.views[ViewId::kScene]);
   for (const ViewId id : kFlatViews) place(flat_[id], made.views[id]);
   place(numerals_, made.numerals);
-  place(panel_, made.panel);
+  place(tools_, made.panel);
   // Qt gives the focus of a view that is hidden to the next control: here, to another view.
   for (std::size_t i = 0; i < kViewCount && view_has_focus && focused->isHidden(); ++i) {
     if (!made.views.all[i]) continue;
@@ -224,6 +322,8 @@ void MainWindow::toggle_keys() {
 void MainWindow::cancel() {
   if (keys_->isVisible()) {
     keys_->hide();
+  } else if (predicates_.page().cancel()) {
+    // A brush, or the choice of a second bar, has ended.
   } else if (!with_rail_) {
     toggle_full_screen();
   } else if (layout_ == WindowLayout::kSingle) {
@@ -234,6 +334,7 @@ void MainWindow::cancel() {
 void MainWindow::choose_step(int step) {
   step_ = step;
   rail_->choose(step);
+  if (tool() != Tool::kStep) choose_tool(Tool::kStep);
   update_panel();
 }
 

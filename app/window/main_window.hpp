@@ -12,8 +12,12 @@
 
 #include "app/window/actions.hpp"
 #include "app/window/arrangement.hpp"
+#include "app/window/cutaway_page.hpp"
+#include "app/window/predicate_desk.hpp"
 #include "app/window/rail.hpp"
 #include "app/window/refresh_loop.hpp"
+#include "app/window/tool_deck.hpp"
+#include "app/window/transfer_page.hpp"
 
 namespace nav::app {
 
@@ -31,9 +35,10 @@ class MainWindow final : public QWidget {
   ~MainWindow() override;
 
   /// Starts the session and the engines.
-  void start() { loop_.start(); }
-  void stop() { loop_.stop(); }
+  void start();
+  void stop();
   [[nodiscard]] RefreshLoop& loop() { return loop_; }
+  [[nodiscard]] const PredicateDesk& predicates() const { return predicates_; }
   [[nodiscard]] const Actions& actions() const { return actions_; }
   [[nodiscard]] const Rail& rail() const { return *rail_; }
   [[nodiscard]] const Numerals& numerals() const { return *numerals_; }
@@ -52,6 +57,20 @@ class MainWindow final : public QWidget {
   void add_actions();
   void arrange();
   void choose_step(int step);
+  /// Panels of the tool deck, in order.
+  enum class Tool { kStep, kPredicates, kTransfer, kCutaway };
+  /// Opens the panel of a tool; again: that of the step.
+  void choose_tool(Tool tool);
+  [[nodiscard]] Tool tool() const { return static_cast<Tool>(tools_->chosen()); }
+  void push_edits();
+  void undo(bool forth);
+  /// Opens the panels of the first moment of a session.
+  void open_panels(const Moment& moment);
+  [[nodiscard]] std::optional<QString> transfer_value(const QString& what) const;
+  [[nodiscard]] std::optional<QString> camera_value(const QString& what) const;
+  [[nodiscard]] std::optional<QString> cutaway_value(const QString& what) const;
+  [[nodiscard]] std::optional<QString> histogram_value(const QString& what) const;
+  void tick();
   void set_layout(WindowLayout layout);
   /// Shows one view alone, or goes back if it is shown alone.
   void enlarge(ViewId id);
@@ -79,9 +98,15 @@ class MainWindow final : public QWidget {
   PerView<FlatWidget*> flat_;
   Numerals* numerals_;
   StatusLines* status_;
+  ToolDeck* tools_;
   QLabel* panel_;
   QLabel* keys_;
   RefreshLoop loop_;
+  SceneEdits edits_;
+  PredicateDesk predicates_;
+  TransferPage* transfer_;
+  CutawayPage* cutaway_;
+  bool opened_ = false;  ///< The first moment of the session has come.
   Actions actions_;
   QTimer watchdog_;
   WindowLayout layout_ = WindowLayout::kGuidance;

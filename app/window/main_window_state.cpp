@@ -40,7 +40,8 @@ void MainWindow::update_steps() {
                           : loading         ? StepState::kBusy
                                             : done(running || moment);
   rail_->set_step(0, begun);
-  rail_->set_step(1, begun == StepState::kDone && !image ? StepState::kBusy : begun);
+  const StepState waits = moment && moment->stored ? StepState::kToDo : StepState::kBusy;
+  rail_->set_step(1, begun == StepState::kDone && !image ? waits : begun);
   rail_->set_step(2, done(image));
   rail_->set_step(3, done(moment && moment->epoch.placement.state == SafetyState::kValid));
   rail_->set_step(4, done(moment && moment->plan));
@@ -132,6 +133,23 @@ std::optional<QString> MainWindow::value(const QString& name) const {
     return std::nullopt;
   }
   if (kind == QLatin1String("slice")) return slice_value(what);
+  if (kind == QLatin1String("histogram")) return histogram_value(what);
+  if (kind == QLatin1String("transfer")) return transfer_value(what);
+  if (kind == QLatin1String("cutaway")) return cutaway_value(what);
+  if (kind == QLatin1String("camera")) return camera_value(what);
+  if (name == QLatin1String("predicates")) return predicates_.state();
+  if (name == QLatin1String("scene")) {
+    const auto& picture = scene_->picture();
+    const PixelSize size = scene_->pixel_size();
+    const bool obeys = picture && picture->asked >= loop_.scene_number() &&
+                       picture->image.size() == QSize(size.width, size.height);
+    if (!obeys) return QStringLiteral("behind");
+    return picture->refined ? QStringLiteral("full") : QStringLiteral("coarse");
+  }
+  if (name == QLatin1String("panel")) {
+    constexpr std::array tools{"step", "predicates", "transfer", "cutaway"};
+    return QString::fromLatin1(tools.at(static_cast<std::size_t>(tools_->chosen())));
+  }
   if (kind == QLatin1String("step")) {
     const int step = what.toInt() - 1;
     if (step < 0 || step >= kStepCount) return std::nullopt;
@@ -171,16 +189,92 @@ std::optional<QString> MainWindow::value(const QString& name) const {
   return std::nullopt;
 }
 
+/// Components by name: greatest opacity and importance, "0.100/0.80".
+std::optional<QString> MainWindow::transfer_value(const QString& what) const {
+  if (what == QLatin1String("panel")) {
+    return transfer_->is_open() ? QStringLiteral("open") : QStringLiteral("none");
+  }
+  if (!transfer_->is_open()) return std::nullopt;
+  for (const auto& component : transfer_->editor()->components()) {
+    if (QString::fromStdString(component.name) != what) continue;
+    const render::TransferNode& node = render::most_opaque(component);
+    return QStringLiteral("%1/%2").arg(QString::number(node.opacity, 'f', 3),
+                                       QString::number(node.importance, 'f', 2));
+  }
+  return std::nullopt;
+}
+
+std::optional<QString> MainWindow::cutaway_value(const QString& what) const {
+  if (!cutaway_->is_open()) return std::nullopt;
+  const CutawaySettings& settings = cutaway_->settings();
+  const auto degrees = [](double rad) { return QString::number(rad * 180 / M_PI, 'f', 1); };
+  if (what == QLatin1String("on")) {
+    return settings.cutaway.on ? QStringLiteral("yes") : QStringLiteral("no");
+  }
+  if (what == QLatin1String("theta1")) return degrees(settings.cutaway.theta1_rad);
+  if (what == QLatin1String("theta2")) return degrees(settings.cutaway.theta2_rad);
+  if (what == QLatin1String("overlay")) {
+    return std::isinf(settings.cutaway.overlay_mm)
+               ? QStringLiteral("inf")
+               : QString::number(settings.cutaway.overlay_mm, 'f', 1);
+  }
+  if (what == QLatin1String("emphasis")) return QString::number(settings.emphasis, 'f', 2);
+  if (what == QLatin1String("style")) {
+    return settings.style == render::ShadingStyle::kGooch ? QStringLiteral("gooch")
+                                                          : QStringLiteral("phong");
+  }
+  return std::nullopt;
+}
+
+/// Direction of the camera as letters of the patient, and the point that it looks at.
+std::optional<QString> MainWindow::camera_value(const QString& what) const {
+  const auto camera = loop_.camera();
+  if (!camera) return std::nullopt;
+  if (what == QLatin1String("letters")) {
+    const ViewLetters letters = view_letters(*camera);
+    return theme::plain(letters.left + "/" + letters.up);
+  }
+  if (what != QLatin1String("looks-at")) return std::nullopt;
+  const Eigen::Vector3d at = camera->look_at_ct.mm;
+  return QStringLiteral("%1,%2,%3")
+      .arg(QString::number(at.x(), 'f', 1), QString::number(at.y(), 'f', 1),
+           QString::number(at.z(), 'f', 1));
+}
+
+/// Importance of a bar by its name, and the whole of the set.
+std::optional<QString> MainWindow::histogram_value(const QString& what) const {
+  const render::PredicateEditor& editor = predicates_.editor();
+  const auto& bars = editor.model().histogram.bars();
+  if (what == QLatin1String("count")) return QString::number(bars.size());
+  if (what == QLatin1String("strokes")) return QString::number(editor.strokes().size());
+  if (what == QLatin1String("sum")) {
+    constexpr double kSumError = 1e-9;
+    double sum = 0;
+    for (const auto& bar : bars) sum += bar.importance;
+    return std::abs(sum - 1) < kSumError ? QStringLiteral("1") : QString::number(sum, 'g', 12);
+  }
+  if (what == QLatin1String("selected")) {
+    if (!editor.selected()) return QStringLiteral("none");
+    return theme::plain(editor.model().entries[*editor.selected()].name)
+        .replace(QLatin1Char(' '), QLatin1Char('-'));
+  }
+  const HistogramBars* shown = &predicates_.page().bars();
+  const auto bar = shown->find(what);
+  if (!bar) return std::nullopt;
+  return QString::number(bars[*bar].importance, 'f', 3);
+}
+
 std::optional<QString> MainWindow::slice_value(const QString& what) const {
   const SharedMoment& moment = loop_.newest();
   if (!moment) return std::nullopt;
   const SliceSettings& settings = loop_.slices();
+  const SlicedVolume sliced = sliced_volume(settings, *moment);
   const Eigen::Vector3d cursor = cursor_of(settings, *moment).mm;
   if (what == QLatin1String("axial")) return position_text(cursor.z(), "S", "I");
   if (what == QLatin1String("coronal")) return position_text(cursor.y(), "P", "A");
   if (what == QLatin1String("sagittal")) return position_text(cursor.x(), "L", "R");
   if (what == QLatin1String("window")) {
-    const render::HuWindow window = settings.window.value_or(moment->window);
+    const render::HuWindow window = sliced.window;
     return QStringLiteral("%1/%2").arg(std::lround(window.level)).arg(std::lround(window.width));
   }
   if (what.startsWith(QLatin1String("zoom-"))) {

@@ -8,9 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "app/predicates/predicate_volume.hpp"
 #include "app/views/panels.hpp"
 #include "nav/volume.hpp"
 #include "render/scene.hpp"
+#include "render/transfer/transfer_editor.hpp"
 #include "session/guidance_error.hpp"
 #include "session/navigator.hpp"
 
@@ -39,7 +41,12 @@ struct Moment {
   std::optional<session::GuidanceError> guidance_error{};
   double needle_length_mm = 0;
   bool needle_expected = false;
-  std::string kind{};     ///< "SIMULATED", "RECORDING" or "LIVE".
+  /// 3D ultrasound that the scene draws by predicates; null: none.
+  std::shared_ptr<const PredicateSource> predicates{};
+  /// Histogram of the CT as it is drawn; null: the scene draws none by a transfer function.
+  std::shared_ptr<const render::ValueCounts> counts{};
+  bool stored = false;    ///< A stored volume without live images: nothing in it grows old.
+  std::string kind{};     ///< "SIMULATED", "RECORDING", "LIVE" or "STORED VOLUME".
   std::string warning{};  ///< Sentence about registration and placement; may be empty.
   std::string notice{};   ///< Sentence about the session ("the recording has ended"); may be empty.
   std::vector<InputStatus> inputs{};

@@ -23,6 +23,7 @@ struct Picture {
   std::optional<SliceGeometry> slice{};  ///< Slices and bull's-eye; absent: nothing is shown.
   Point<frames::Ct> cursor{Eigen::Vector3d::Zero()};  ///< Flat views: the cursor of all of them.
   render::HuWindow window{};                          ///< Flat views: grey window of the CT.
+  bool of_ultrasound = false;                         ///< Slices: of the 3D ultrasound, not the CT.
   render::Camera camera{};                            ///< 3D view.
   bool refined = true;                                ///< False: coarse, because something moves.
   std::uint64_t asked = 0;  ///< Number of the newest order of the camera, or of the slices.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/window/rail.hpp"
 
+#include <QScrollArea>
 #include <QVBoxLayout>
 
 namespace nav::app {
@@ -25,11 +26,22 @@ QString mark_of(StepState state) {
 
 Rail::Rail(bool with_record, QWidget* parent) : QWidget(parent) {
   setObjectName(QStringLiteral("rail"));
-  auto* column = new QVBoxLayout(this);
+  // A window that is too low for all buttons scrolls them, so that none lies over another.
+  auto* scroll = new QScrollArea(this);
+  scroll->setObjectName(QStringLiteral("rail-scroll"));
+  scroll->setAccessibleName(QStringLiteral("Steps"));
+  scroll->setWidgetResizable(true);
+  scroll->setFrameShape(QFrame::NoFrame);
+  scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  auto* whole = new QVBoxLayout(this);
+  whole->setContentsMargins(0, 0, 0, 0);
+  whole->addWidget(scroll);
+  auto* page = new QWidget;
+  auto* column = new QVBoxLayout(page);
   column->setContentsMargins(8, 8, 8, 8);
   column->setSpacing(6);
   const auto button = [&](const QString& name, const QString& accessible) {
-    auto* made = new QPushButton(this);
+    auto* made = new QPushButton(page);
     made->setObjectName(name);
     made->setAccessibleName(accessible);
     made->setMinimumHeight(44);
@@ -65,6 +77,7 @@ Rail::Rail(bool with_record, QWidget* parent) : QWidget(parent) {
   });
   set_frozen(false);
   set_recording(false);
+  scroll->setWidget(page);
 }
 
 void Rail::label(int step) {

@@ -61,13 +61,25 @@ RefreshLoop::RefreshLoop(const Options& options, const Clock& clock, Console& co
       views_(views),
       has_session_(options.has_session),
       flat_engine_({poster(flats_, *this), poster(flat_failures_, *this)}),
-      scene_engine_(options.engine, options.config.output.threads, clock, console,
-                    {poster(scenes_, *this), poster(scene_failures_, *this)}),
+      scene_engine_(
+          options.engine, options.config.output.threads, clock, console,
+          {poster(scenes_, *this), poster(scene_failures_, *this), poster(looks_, *this)}),
       session_(options.config, options.loop, clock, console,
                {poster(moments_, *this), poster(news_box_, *this), poster(recording_box_, *this)}) {
   if (!has_session_) news_.words = "no session: sonde window SESSION, or --simulated";
   views_.scene->moved = [this](const render::CameraMovement& movement) { move_camera(movement); };
   views_.scene->resized = [this] { order_pictures(); };
+  views_.scene->looked_at = [this](const Picture& seen, int x, int y) {
+    scene_engine_.look({{.moment = seen.moment,
+                         .camera = seen.camera,
+                         .size = {seen.image.width(), seen.image.height()},
+                         .edits = edits_},
+                        x,
+                        y});
+  };
+  views_.scene->seen_from = [this](render::ViewFrom side) {
+    if (const auto now = camera()) set_camera(render::seen_from(*now, side));
+  };
   for (const ViewId id : kFlatViews) {
     views_.flat[id]->resized = [this] { order_pictures(); };
     views_.flat[id]->moved = [this](ViewId view, const SliceInput& input, const Picture& seen) {
@@ -118,18 +130,43 @@ void RefreshLoop::stop() {
 }
 
 void RefreshLoop::move_camera(const render::CameraMovement& movement) {
+  if (const auto now = camera()) set_camera(render::moved(*now, movement));
+}
+
+std::optional<render::Camera> RefreshLoop::camera() const {
+  if (camera_) return camera_;
+  const SharedMoment moment = wanted();
+  if (!moment) return std::nullopt;
+  return moment->scene->camera;
+}
+
+void RefreshLoop::set_camera(const render::Camera& camera) {
+  camera_ = camera;
+  scene_changed();
+}
+
+void RefreshLoop::set_edits(std::shared_ptr<const SceneEdits> edits) {
+  edits_ = std::move(edits);
+  scene_changed();
+}
+
+void RefreshLoop::scene_changed() {
+  ++camera_number_;
   const SharedMoment moment = wanted();
   if (!moment) return;
-  camera_ = render::moved(camera_.value_or(moment->scene->camera), movement);
-  ++camera_number_;
   if (!camera_asked_) camera_asked_ = clock_.now();
   order_scene(moment);
+}
+
+void RefreshLoop::show_ultrasound_slices(bool shown) {
+  slices_.show_ultrasound(shown);
+  order_pictures();
 }
 
 void RefreshLoop::order_scene(const SharedMoment& moment) {
   if (!is_shown(views_.scene)) return;
   scene_engine_.draw({moment, camera_, views_.scene->pixel_size(), camera_number_, frozen(),
-                      slices_.settings().cursor});
+                      slices_.settings().cursor, edits_});
 }
 
 void RefreshLoop::move_slices(ViewId id, const SliceInput& input, const Picture& seen) {
@@ -214,6 +251,9 @@ void RefreshLoop::take_all() {
   if (auto recording = recording_box_.take()) {
     recording_ = std::move(*recording);
     if (changed) changed();
+  }
+  if (const auto look = looks_.take(); look && *look && camera()) {
+    set_camera(render::looking_at(*camera(), **look));
   }
   if (auto failure = scene_failures_.take()) failures_.scene = std::move(*failure);
   if (auto failure = flat_failures_.take()) failures_.flat = std::move(*failure);

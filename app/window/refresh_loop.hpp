@@ -52,6 +52,14 @@ class RefreshLoop final : public QObject {
 
   void move_camera(const render::CameraMovement& movement);
   void reset_camera();
+  /// The camera of the 3D view; absent before the first moment.
+  [[nodiscard]] std::optional<render::Camera> camera() const;
+  void set_camera(const render::Camera& camera);
+  /// Changes of the user to the 3D scene; null: none.
+  void set_edits(std::shared_ptr<const SceneEdits> edits);
+  [[nodiscard]] const std::shared_ptr<const SceneEdits>& edits() const { return edits_; }
+  /// The orthogonal slices show the 3D ultrasound, or the CT.
+  void show_ultrasound_slices(bool shown);
   /// Moves the slices of a view as the user does.
   void move_slices(ViewId id, const SliceInput& input, const Picture& seen);
   /// Cursor, zooms and grey window of the slices as at the beginning.
@@ -76,10 +84,12 @@ class RefreshLoop final : public QObject {
   [[nodiscard]] const SessionNews& news() const { return news_; }
   [[nodiscard]] const RecordingStatus& recording() const { return recording_; }
   [[nodiscard]] const SharedMoment& newest() const { return newest_; }
+  /// Number of the newest change of camera or scene; Picture::asked of the image that obeys it.
+  [[nodiscard]] std::uint64_t scene_number() const { return camera_number_; }
   [[nodiscard]] const Judgement& judgement() const { return judgement_; }
   [[nodiscard]] const SliceSettings& slices() const { return slices_.settings(); }
   [[nodiscard]] const RefreshAssembler& assembler() const { return assembler_; }
-  /// The first recording that failed; after stop().
+  /// The first recording that failed, else a device that failed or gave nothing; after stop().
   [[nodiscard]] const Result<void>& recorded() const { return session_.recorded(); }
   /// Adds what the threads know to a report.
   void complete(io::Json& report) const;
@@ -108,6 +118,7 @@ class RefreshLoop final : public QObject {
   void measure(Timestamp now);
   void measure_painting();
   void order_scene(const SharedMoment& moment);
+  void scene_changed();
   [[nodiscard]] bool views_agree() const;
   void judge_frozen(Judgement& shown, Timestamp now);
   [[nodiscard]] SharedMoment wanted() const { return frozen_ ? frozen_->moment : newest_; }
@@ -121,6 +132,7 @@ class RefreshLoop final : public QObject {
   Mailbox<RecordingStatus> recording_box_;
   Mailbox<FlatPictures> flats_;
   Mailbox<Picture> scenes_;
+  Mailbox<std::optional<Point<frames::Ct>>> looks_;
   Mailbox<std::string> scene_failures_, flat_failures_;
   FlatEngine flat_engine_;
   SceneEngine scene_engine_;
@@ -134,6 +146,7 @@ class RefreshLoop final : public QObject {
   std::optional<Frozen> frozen_;
   Judgement judgement_;
   std::optional<render::Camera> camera_;
+  std::shared_ptr<const SceneEdits> edits_;
   std::uint64_t camera_number_ = 0;
   std::optional<Timestamp> camera_asked_;
   SliceControl slices_;

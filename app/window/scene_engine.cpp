@@ -7,6 +7,7 @@
 
 #include "app/engines.hpp"
 #include "nav/stopwatch.hpp"
+#include "render/visible_point.hpp"
 
 namespace nav::app {
 namespace {
@@ -107,6 +108,7 @@ void SceneEngine::run(const std::stop_token& stop) {
     if (const auto ns = hang_ns_.exchange(0); ns > 0) {
       std::this_thread::sleep_for(std::chrono::nanoseconds(ns));
     }
+    look_now();
     const bool ordered = order.has_value();
     if (order) last = std::move(order);
     if (!last) continue;
@@ -120,12 +122,25 @@ void SceneEngine::run(const std::stop_token& stop) {
   }
 }
 
-Result<Picture> SceneEngine::draw_now(const Order& order, render::ProgressiveRenderer& renderer) {
+render::Scene SceneEngine::scene_of(const Order& order) {
   render::Scene scene = *order.moment->scene;
   if (order.camera) scene.camera = *order.camera;
+  if (order.edits) apply_edits_to(*order.edits, scene);
   scene.width = order.size.width;
   scene.height = order.size.height;
   if (order.cursor) add_cursor(scene, *order.cursor);
+  return scene;
+}
+
+void SceneEngine::look_now() {
+  const auto look = looks_.take();
+  if (!look || !hears_.looked) return;
+  const auto point = render::visible_point(scene_of(look->order), look->x, look->y);
+  hears_.looked(point ? *point : std::nullopt);
+}
+
+Result<Picture> SceneEngine::draw_now(const Order& order, render::ProgressiveRenderer& renderer) {
+  const render::Scene scene = scene_of(order);
   const auto start = std::chrono::steady_clock::now();
   auto drawn = renderer.draw(scene, clock_.now());
   if (!drawn) return drawn.error();

@@ -11,6 +11,7 @@
 #include "app/console.hpp"
 #include "app/window/mailbox.hpp"
 #include "app/window/picture.hpp"
+#include "app/window/scene_edits.hpp"
 #include "render/quality/progressive.hpp"
 
 namespace nav::app {
@@ -32,10 +33,19 @@ class SceneEngine {
     bool frozen = false;                     ///< Nothing newer will be wanted for now.
     /// Cursor of the slices, once the user has set it.
     std::optional<Point<frames::Ct>> cursor{};
+    /// Changes of the user; null: none.
+    std::shared_ptr<const SceneEdits> edits{};
+  };
+  /// A pixel of the image that an order made.
+  struct Look {
+    Order order{};
+    int x = 0, y = 0;
   };
   struct Hears {
     std::function<void(Picture)> done;  ///< Called on the engine's thread, as is failed.
     std::function<void(std::string)> failed;
+    /// The point that the pixel of a look() shows; absent: nothing can be seen there.
+    std::function<void(std::optional<Point<frames::Ct>>)> looked = nullptr;
   };
   /// The clock and the console must outlive it. \p name: of engine_for_window().
   SceneEngine(std::string name, int threads, const Clock& clock, Console& console, Hears hears);
@@ -45,6 +55,8 @@ class SceneEngine {
   /// Joins the thread. Idempotent.
   void stop();
   void draw(Order order) { orders_.put(std::move(order)); }
+  /// Finds the point that a pixel shows, and tells \c looked.
+  void look(Look look) { looks_.put(std::move(look)); }
   [[nodiscard]] std::uint64_t superseded() const { return orders_.superseded(); }
   /// For tests: does not draw for a time, as an engine that hangs.
   void hang(Duration time) { hang_ns_ = time.count(); }
@@ -53,6 +65,8 @@ class SceneEngine {
 
  private:
   void run(const std::stop_token& stop);
+  [[nodiscard]] static render::Scene scene_of(const Order& order);
+  void look_now();
   Result<Picture> draw_now(const Order& order, render::ProgressiveRenderer& renderer);
 
   std::string name_;
@@ -61,6 +75,7 @@ class SceneEngine {
   Console& console_;
   Hears hears_;
   Mailbox<Order> orders_;
+  Mailbox<Look> looks_;
   std::atomic<Duration::rep> hang_ns_{0};
   std::uint64_t beat_ = 0;
   mutable std::mutex mutex_;

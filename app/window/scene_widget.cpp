@@ -5,11 +5,73 @@
 #include <QMouseEvent>
 #include <QPainter>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "app/window/small_controls.hpp"
 #include "app/window/theme.hpp"
 
 namespace nav::app {
+namespace {
+
+constexpr int kSideButton = 30;
+
+}  // namespace
+
+SceneWidget::SceneWidget(const QString& name, const QString& title, QWidget* parent)
+    : ViewWidget(name, title, parent) {
+  struct Side {
+    const char* name;
+    const char* letter;
+    const char* accessible;
+    render::ViewFrom from;
+  };
+  constexpr std::array<Side, 6> kSides{
+      {{"view-anterior", "A", "View from anterior", render::ViewFrom::kAnterior},
+       {"view-posterior", "P", "View from posterior", render::ViewFrom::kPosterior},
+       {"view-left", "L", "View from the patient's left", render::ViewFrom::kLeft},
+       {"view-right", "R", "View from the patient's right", render::ViewFrom::kRight},
+       {"view-head", "H", "View from the head", render::ViewFrom::kHead},
+       {"view-feet", "F", "View from the feet", render::ViewFrom::kFeet}}};
+  for (const Side& side : kSides) {
+    auto* button = small_button(QLatin1String(side.name), QLatin1String(side.letter),
+                                QLatin1String(side.accessible), this);
+    button->setFixedSize(kSideButton, kSideButton);
+    QObject::connect(button, &QPushButton::clicked, this, [this, from = side.from] {
+      if (seen_from) seen_from(from);
+    });
+    sides_.push_back(button);
+  }
+}
+
+/// At the lower left, beside the letter in the middle of the edge: one row, two where the view is
+/// narrow, none in a view without space.
+void SceneWidget::resizeEvent(QResizeEvent* event) {
+  constexpr int kGap = 4;
+  constexpr int kLeastHeight = 200;
+  constexpr int kEdge = 8;
+  constexpr int kLetter = 40;
+  constexpr int kPitch = kSideButton + kGap;
+  const int space = width() / 2 - kLetter;
+  const auto count = static_cast<int>(sides_.size());
+  const int columns = space > count * kPitch ? count : (count + 1) / 2;
+  const int rows = (count + columns - 1) / columns;
+  const bool fits = space > columns * kPitch && height() >= kLeastHeight;
+  for (int i = 0; i < count; ++i) {
+    QPushButton* button = sides_[static_cast<std::size_t>(i)];
+    button->setVisible(fits);
+    button->move(kEdge + i % columns * kPitch,
+                 height() - kEdge + kGap - (rows - i / columns) * kPitch);
+  }
+  ViewWidget::resizeEvent(event);
+}
+
+void SceneWidget::mouseDoubleClickEvent(QMouseEvent* event) {
+  if (event->button() != Qt::LeftButton || !looked_at || !picture() || judgement().covered) return;
+  const QImage& image = picture()->image;
+  const QPointF at = event->position() * image.devicePixelRatio();
+  looked_at(*picture(), static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y())));
+}
 
 void SceneWidget::mousePressEvent(QMouseEvent* event) {
   if (button_ != Qt::NoButton) return;
@@ -57,7 +119,9 @@ void SceneWidget::paint_marks(QPainter& painter, const Picture& picture) {
   };
   letter(24, height() / 2.0, letters.left);
   letter(width() - 24, height() / 2.0, letters.right);
-  letter(width() / 2.0, 22, letters.up);
+  // Below the line of title and state where they meet it.
+  constexpr int kNarrow = 520;
+  letter(width() / 2.0, width() < kNarrow ? 54 : 22, letters.up);
   letter(width() / 2.0, height() - 22, letters.down);
 }
 

@@ -2,17 +2,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <QPushButton>
+#include <vector>
+
 #include "app/window/view_widget.hpp"
 #include "render/camera_movement.hpp"
 
 namespace nav::app {
 
 /// The 3D view: turned by the left button, moved by the middle one, zoomed by the right one and the
-/// wheel. Letters of the patient's directions at its edges.
+/// wheel; a double click looks at a point. Buttons of the sides of the patient. Letters of the
+/// patient's directions at its edges.
 class SceneWidget final : public ViewWidget {
  public:
-  using ViewWidget::ViewWidget;
+  SceneWidget(const QString& name, const QString& title, QWidget* parent);
 
+  /// Called for a double click, with the image that the user sees and a pixel of it.
+  std::function<void(const Picture&, int x, int y)> looked_at;
+  /// Called by the buttons of the sides of the patient.
+  std::function<void(render::ViewFrom)> seen_from;
   /// Called for every movement of the camera.
   std::function<void(const render::CameraMovement&)> moved;
 
@@ -20,11 +28,14 @@ class SceneWidget final : public ViewWidget {
   void mousePressEvent(QMouseEvent* event) override;
   void mouseMoveEvent(QMouseEvent* event) override;
   void mouseReleaseEvent(QMouseEvent* event) override;
+  void mouseDoubleClickEvent(QMouseEvent* event) override;
   void wheelEvent(QWheelEvent* event) override;
+  void resizeEvent(QResizeEvent* event) override;
 
  private:
   void paint_marks(QPainter& painter, const Picture& picture) override;
 
+  std::vector<QPushButton*> sides_;
   QPointF last_;
   Qt::MouseButton button_ = Qt::NoButton;  ///< The one that began the drag; others do nothing.
 };

@@ -13,8 +13,11 @@ const std::vector<ScriptCommand>& script_commands() {
   static const std::vector<ScriptCommand> commands{
       {"click", 1, 1, "click CONTROL"},
       {"key", 1, 1, "key KEY, such as Space, F6, Ctrl+Q"},
-      {"drag", 3, 4, "drag CONTROL DX DY [left, middle or right]"},
-      {"doubleclick", 1, 1, "doubleclick CONTROL"},
+      {"drag", 2, 4, "drag CONTROL DX DY [left, middle or right], drag histogram.NAME IMPORTANCE"},
+      {"stroke", 3, 1000, "stroke VIEW show, hide or erase X,Y X,Y ..., mm from the cursor"},
+      {"choose", 2, 2, "choose CONTROL ITEM"},
+      {"set", 2, 2, "set CONTROL VALUE"},
+      {"doubleclick", 1, 3, "doubleclick CONTROL [DX DY], pixels from its middle"},
       {"hover", 1, 1, "hover CONTROL"},
       {"wheel", 2, 3, "wheel CONTROL NOTCHES [ctrl]"},
       {"wait", 3, 3, "wait THING VALUE SECONDS"},

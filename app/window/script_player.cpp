@@ -6,6 +6,7 @@
 #include <QDir>
 #include <QMouseEvent>
 #include <QWheelEvent>
+#include <cmath>
 
 #include "io/digest.hpp"
 
@@ -83,6 +84,18 @@ Result<bool> ScriptPlayer::play(const ScriptLine& line) {
   if (line.command == "hover") return once(hover(line));
   if (line.command == "key") return once(press(line.words[0]));
   if (line.command == "drag") return once(drag(line));
+  if (line.command == "choose") return once(choose(line));
+  if (line.command == "set") return once(set(line));
+  if (line.command == "stroke") {
+    // A brush that has just been taken up waits for the slices of the 3D ultrasound.
+    constexpr double kMostWaitS = 5;
+    if (!waiting_since_) waiting_since_ = clock_.now();
+    const auto done = stroke(line);
+    const bool later = !done && done.error().code == ErrorCode::kUnavailable &&
+                       to_seconds(clock_.now() - *waiting_since_) < kMostWaitS;
+    if (later) return false;
+    return once(done);
+  }
   if (line.command == "wheel") return once(wheel(line));
   if (line.command == "shot") return once(shoot(line.words[0]));
   if (line.command == "resize") {
@@ -138,19 +151,45 @@ Result<QWidget*> ScriptPlayer::control(const std::string& name) {
   return found;
 }
 
-Result<void> ScriptPlayer::click(const ScriptLine& line) {
-  const auto found = control(line.words[0]);
+Result<ScriptPlayer::Target> ScriptPlayer::target(const std::string& name) {
+  constexpr std::string_view kBar = "histogram.";
+  if (!name.starts_with(kBar)) {
+    const auto found = control(name);
+    if (!found) return found.error();
+    const QPointF centre = QRectF((*found)->rect()).center();
+    // A check box is clicked on its box: its middle may be empty.
+    constexpr double kBoxMiddle = 11;
+    const bool box = qobject_cast<QCheckBox*>(*found) != nullptr;
+    return Target{*found, box ? QPointF(kBoxMiddle, centre.y()) : centre};
+  }
+  const auto found = control("histogram");
   if (!found) return found.error();
-  const QPointF centre = QRectF((*found)->rect()).center();
-  send_mouse(**found, QEvent::MouseButtonPress, centre, Qt::LeftButton, Qt::LeftButton);
-  send_mouse(**found, QEvent::MouseButtonRelease, centre, Qt::LeftButton, Qt::NoButton);
+  auto& bars = dynamic_cast<HistogramBars&>(**found);
+  const auto bar = bars.find(QString::fromStdString(name.substr(kBar.size())));
+  if (!bar) return cannot("expected the name of a bar, found '" + name + "'");
+  return Target{&bars, bars.point_of(*bar, bars.importance_of(*bar))};
+}
+
+Result<void> ScriptPlayer::click(const ScriptLine& line) {
+  const auto found = target(line.words[0]);
+  if (!found) return found.error();
+  send_mouse(*found->widget, QEvent::MouseButtonPress, found->at, Qt::LeftButton, Qt::LeftButton);
+  send_mouse(*found->widget, QEvent::MouseButtonRelease, found->at, Qt::LeftButton, Qt::NoButton);
   return {};
 }
 
 Result<void> ScriptPlayer::double_click(const ScriptLine& line) {
+  if (line.words.size() == 2) return cannot("expected DX and DY in pixels, found one number");
   if (auto first = click(line); !first) return first;
   QWidget* to = *control(line.words[0]);
-  const QPointF centre = QRectF(to->rect()).center();
+  QPointF centre = QRectF(to->rect()).center();
+  if (line.words.size() == 3) {
+    const auto dx = script_number(line.words[1], -10000, 10000);
+    const auto dy = script_number(line.words[2], -10000, 10000);
+    if (!dx) return dx.error();
+    if (!dy) return dy.error();
+    centre += QPointF(*dx, *dy);
+  }
   send_mouse(*to, QEvent::MouseButtonDblClick, centre, Qt::LeftButton, Qt::LeftButton);
   send_mouse(*to, QEvent::MouseButtonRelease, centre, Qt::LeftButton, Qt::NoButton);
   return {};
@@ -183,7 +222,121 @@ Result<void> ScriptPlayer::press(const std::string& key) {
   return {};
 }
 
+/// Drags a bar of the histogram to an importance.
+Result<void> ScriptPlayer::drag_bar(const ScriptLine& line) {
+  const auto from = target(line.words[0]);
+  if (!from) return from.error();
+  const auto importance = script_number(line.words[1], 0, 1);
+  if (!importance) return importance.error();
+  const auto& bars = dynamic_cast<const HistogramBars&>(*from->widget);
+  const auto bar = bars.find(QString::fromStdString(line.words[0]).section(QLatin1Char('.'), 1));
+  const QPointF to = bars.point_of(*bar, *importance);
+  send_mouse(*from->widget, QEvent::MouseButtonPress, from->at, Qt::LeftButton, Qt::LeftButton);
+  for (int i = 1; i <= kDragSteps; ++i) {
+    const double share = static_cast<double>(i) / kDragSteps;
+    send_mouse(*from->widget, QEvent::MouseMove, from->at + share * (to - from->at), Qt::NoButton,
+               Qt::LeftButton);
+  }
+  send_mouse(*from->widget, QEvent::MouseButtonRelease, to, Qt::LeftButton, Qt::NoButton);
+  return {};
+}
+
+/// Paints on a slice: points are mm to the right and down from the cursor.
+Result<void> ScriptPlayer::stroke(const ScriptLine& line) {
+  const auto found = control(line.words[0]);
+  if (!found) return found.error();
+  auto* view = dynamic_cast<FlatWidget*>(*found);
+  if (view == nullptr || !is_orthogonal(view->id())) {
+    return cannot("expected axial, coronal or sagittal, found '" + line.words[0] + "'");
+  }
+  const std::string& paint = line.words[1];
+  if (paint != "show" && paint != "hide" && paint != "erase") {
+    return cannot("expected show, hide or erase, found '" + paint + "'");
+  }
+  std::vector<QPointF> points_mm;
+  for (std::size_t i = 2; i < line.words.size(); ++i) {
+    const std::string& word = line.words[i];
+    const auto comma = word.find(',');
+    if (comma == std::string::npos) return cannot("expected X,Y in mm, found '" + word + "'");
+    const auto x = script_number(word.substr(0, comma), -1000, 1000);
+    const auto y = script_number(word.substr(comma + 1), -1000, 1000);
+    if (!x) return x.error();
+    if (!y) return y.error();
+    points_mm.emplace_back(*x, *y);
+  }
+  auto* brush = window_.findChild<QPushButton*>(QString::fromStdString("scribble-" + paint));
+  if (brush == nullptr || !brush->isVisible() || !brush->isEnabled()) {
+    return cannot("'scribble-" + paint + "' is not visible or disabled: open the predicates first");
+  }
+  if (!brush->isChecked()) brush->click();
+  const auto& picture = view->picture();
+  if (!picture || !picture->slice || !picture->of_ultrasound) {
+    return Error{ErrorCode::kUnavailable, "the slice does not show the 3D ultrasound yet"};
+  }
+  const double ratio = picture->image.devicePixelRatio();
+  const Eigen::Vector3d cursor = picture->slice->pixel_of(picture->cursor);
+  const auto pixel = [&](const QPointF& mm) {
+    const double scale = 1 / picture->slice->mm_per_px;
+    return QPointF((cursor.x() + scale * mm.x() + 0.5) / ratio,
+                   (cursor.y() + scale * mm.y() + 0.5) / ratio);
+  };
+  send_mouse(*view, QEvent::MouseButtonPress, pixel(points_mm.front()), Qt::LeftButton,
+             Qt::LeftButton);
+  for (const QPointF& mm : points_mm) {
+    send_mouse(*view, QEvent::MouseMove, pixel(mm), Qt::NoButton, Qt::LeftButton);
+  }
+  send_mouse(*view, QEvent::MouseButtonRelease, pixel(points_mm.back()), Qt::LeftButton,
+             Qt::NoButton);
+  return {};
+}
+
+/// Chooses an item of a list; spaces of its text may be written as '-'.
+Result<void> ScriptPlayer::choose(const ScriptLine& line) {
+  const auto found = control(line.words[0]);
+  if (!found) return found.error();
+  auto* list = qobject_cast<QComboBox*>(*found);
+  if (list == nullptr) return cannot("expected a list, found '" + line.words[0] + "'");
+  QStringList items;
+  for (int i = 0; i < list->count(); ++i) {
+    const QString text = list->itemText(i);
+    const QString wanted = QString::fromStdString(line.words[1]);
+    if (text == wanted || QString(text).replace(QLatin1Char(' '), QLatin1Char('-')) == wanted) {
+      list->setCurrentIndex(i);
+      emit list->activated(i);
+      return {};
+    }
+    items.append(text);
+  }
+  return cannot("expected one of " + items.join(QStringLiteral(", ")).toStdString() + ", found '" +
+                line.words[1] + "'");
+}
+
+/// Sets a slider, 0 to 1, or a number field.
+Result<void> ScriptPlayer::set(const ScriptLine& line) {
+  const auto found = control(line.words[0]);
+  if (!found) return found.error();
+  auto* slider = qobject_cast<QSlider*>(*found);
+  auto* number = qobject_cast<QDoubleSpinBox*>(*found);
+  if (slider != nullptr) {
+    const auto share = script_number(line.words[1], 0, 1);
+    if (!share) return share.error();
+    slider->setValue(static_cast<int>(std::lround(*share * kSliderSteps)));
+    return {};
+  }
+  if (number == nullptr) {
+    return cannot("expected a slider or a number field, found '" + line.words[0] + "'");
+  }
+  const auto value = script_number(line.words[1], number->minimum(), number->maximum());
+  if (!value) return value.error();
+  number->setValue(*value);
+  return {};
+}
+
 Result<void> ScriptPlayer::drag(const ScriptLine& line) {
+  if (line.words.size() == 2) {
+    if (line.words[0].starts_with("histogram.")) return drag_bar(line);
+    return cannot("expected DX and DY in pixels, found one number");
+  }
   const auto found = control(line.words[0]);
   if (!found) return found.error();
   const auto dx = script_number(line.words[1], -10000, 10000);

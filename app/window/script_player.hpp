@@ -36,11 +36,21 @@ class ScriptPlayer {
   Result<void> hover(const ScriptLine& line);
   Result<void> press(const std::string& key);
   Result<void> drag(const ScriptLine& line);
+  Result<void> drag_bar(const ScriptLine& line);
+  Result<void> stroke(const ScriptLine& line);
+  Result<void> choose(const ScriptLine& line);
+  Result<void> set(const ScriptLine& line);
   Result<void> wheel(const ScriptLine& line);
   Result<void> shoot(const std::string& name);
   /// Ends the script: reports the shots.
   void end(std::optional<Error> failure);
   Result<QWidget*> control(const std::string& name);
+  /// A control and a point in it: its middle, or the top of a bar for "histogram.NAME".
+  struct Target {
+    QWidget* widget;
+    QPointF at;
+  };
+  Result<Target> target(const std::string& name);
 
   std::vector<ScriptLine> lines_;
   Options options_;

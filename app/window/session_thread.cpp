@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/window/session_thread.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <exception>
 
@@ -18,9 +19,9 @@ constexpr auto kMostSilence = std::chrono::milliseconds(50);
 constexpr double kMarkRadiusMm = 2;
 
 /// The scene of an epoch, with the probe's marked side on the plane.
-std::shared_ptr<const render::Scene> scene_of(const Presenter& presenter,
-                                              const session::Epoch& epoch) {
-  auto scene = std::make_shared<render::Scene>(presenter.scene(epoch));
+std::shared_ptr<const render::Scene> scene_of(Feed& feed, const session::Epoch& epoch) {
+  auto scene = std::make_shared<render::Scene>(feed.view().presenter().scene(epoch));
+  if (const auto camera = feed.camera()) scene->camera = *camera;
   if (scene->plane && scene->plane->safety.state <= SafetyState::kDegraded) {
     const Eigen::Vector3d blue =
         Eigen::Vector3d(kNeedleColour.r, kNeedleColour.g, kNeedleColour.b) / 255.0;
@@ -30,6 +31,28 @@ std::shared_ptr<const render::Scene> scene_of(const Presenter& presenter,
          .rgb = blue});
   }
   return scene;
+}
+
+/// Histogram of the values that a transfer function classifies, without outliers.
+std::shared_ptr<const render::ValueCounts> counts_of(const StoredVolume& volume) {
+  constexpr std::size_t kMostSorted = 20000;
+  constexpr double kOutliers = 0.0005;
+  constexpr double kMargin = 0.03;
+  constexpr int kBins = 4096;
+  const auto all = volume.values();
+  std::vector<std::int16_t> values;
+  const std::size_t every = std::max<std::size_t>(1, all.size() / kMostSorted);
+  for (std::size_t i = 0; i < all.size(); i += every) values.push_back(all[i]);
+  std::ranges::sort(values);
+  const auto at = [&](double share) {
+    return static_cast<double>(
+        values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))]);
+  };
+  const double low = at(kOutliers);
+  const double high = std::max(at(1 - kOutliers), low + 1);
+  const double margin = kMargin * (high - low);
+  return std::make_shared<const render::ValueCounts>(
+      render::count_values(volume, low - margin, high + margin, kBins));
 }
 
 bool same_states(const session::Epoch& a, const session::Epoch& b) {
@@ -87,6 +110,7 @@ void SessionThread::run(const std::stop_token& stop) {
     if (auto done = recorder->finish(); !done) recorded_ = done;
     recordings_ = recorder->json();
   }
+  if (const auto outcome = (*feed)->outcome(); recorded_ && !outcome) recorded_ = outcome;
 }
 
 void SessionThread::play(Feed& feed, const std::stop_token& stop) {
@@ -193,7 +217,11 @@ std::shared_ptr<Moment> SessionThread::moment_of(Feed& feed, session::Epoch epoc
   auto moment = std::make_shared<Moment>();
   moment->number = ++number_;
   moment->ct = view.shared_ct();
-  moment->scene = scene_of(view.presenter(), epoch);
+  moment->scene = scene_of(feed, epoch);
+  moment->predicates = view.predicates();
+  moment->stored = feed.stored();
+  if (!counts_ && !moment->scene->predicates) counts_ = counts_of(*moment->scene->ct);
+  moment->counts = counts_;
   moment->plan = view.plan();
   moment->window = view.presenter().window();
   if (epoch.guidance && epoch.ct_from_needle && moment->plan) {
@@ -219,9 +247,13 @@ std::shared_ptr<Moment> SessionThread::moment_of(Feed& feed, session::Epoch epoc
   moment->acquired = at(acquired);
   moment->ultrasound_until = at(epoch.ultrasound_until);
   moment->needle_until = at(epoch.needle_until);
-  moment->inputs = {
-      {"ultrasound", epoch.ultrasound, moment->acquired, look_.images_hz, look_.images_dropped},
-      {"CT", epoch.placement}};
+  if (moment->stored) {
+    moment->inputs = {{"volume", {SafetyState::kValid, ""}}};
+  } else {
+    moment->inputs = {
+        {"ultrasound", epoch.ultrasound, moment->acquired, look_.images_hz, look_.images_dropped},
+        {"CT", epoch.placement}};
+  }
   if (moment->needle_expected || moment->plan) {
     moment->inputs.push_back(
         {"needle", epoch.needle, at(epoch.needle_acquired), look_.needle_hz, look_.needle_dropped});

@@ -63,7 +63,7 @@ class SessionThread {
   [[nodiscard]] const io::Json& ledger() const { return ledger_; }
   /// Accounts of the recordings; after stop().
   [[nodiscard]] const io::Json& recordings() const { return recordings_; }
-  /// The first recording that failed; after stop().
+  /// The first recording that failed, else a device that failed or gave nothing; after stop().
   [[nodiscard]] const Result<void>& recorded() const { return recorded_; }
 
  private:
@@ -89,6 +89,7 @@ class SessionThread {
     std::uint64_t images_dropped = 0, needle_dropped = 0;
   } look_;
   std::optional<Timestamp> looked_;
+  std::shared_ptr<const render::ValueCounts> counts_;
   std::optional<Timestamp> told_;  ///< Time of the newest status of the recording.
   io::Json ledger_;
   io::Json recordings_ = io::Json::array();

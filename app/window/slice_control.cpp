@@ -37,12 +37,21 @@ bool SliceControl::apply(ViewId id, const SliceInput& input, const Picture& seen
 }
 
 void SliceControl::reset() {
+  const bool of_ultrasound = settings_.of_ultrasound;
   settings_ = {};
+  settings_.of_ultrasound = of_ultrasound;
+  ++number_;
+}
+
+void SliceControl::show_ultrasound(bool shown) {
+  if (settings_.of_ultrasound == shown) return;
+  settings_.of_ultrasound = shown;
   ++number_;
 }
 
 bool SliceControl::change(ViewId id, const SliceInput& input, const Picture& seen) {
-  const VoxelGrid& grid = seen.moment->ct->grid();
+  const SlicedVolume sliced = sliced_volume(settings_, *seen.moment);
+  const VoxelGrid& grid = sliced.volume->grid();
   switch (input.kind) {
     case SliceInput::Kind::kCursor: {
       const auto point = ct_point_at(id, seen, input.at);
@@ -58,6 +67,10 @@ bool SliceControl::change(ViewId id, const SliceInput& input, const Picture& see
       return true;
     case SliceInput::Kind::kWindow:
       if (id == ViewId::kUltrasound || id == ViewId::kBullsEye) return false;
+      if (is_orthogonal(id) && sliced.is_ultrasound) {
+        settings_.ultrasound_window = dragged_window(sliced.window, input.drag);
+        return true;
+      }
       settings_.window = dragged_window(settings_.window.value_or(seen.moment->window), input.drag);
       return true;
     case SliceInput::Kind::kZoom:

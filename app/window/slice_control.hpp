@@ -28,8 +28,11 @@ class SliceControl {
  public:
   /// Applies an input to a view whose image the user sees. False: it does nothing there.
   bool apply(ViewId id, const SliceInput& input, const Picture& seen);
-  /// Cursor, window, zooms and shifts as at the beginning.
+  /// Cursor, windows, zooms and shifts as at the beginning.
   void reset();
+
+  /// The orthogonal slices show the 3D ultrasound, or the CT.
+  void show_ultrasound(bool shown);
 
   [[nodiscard]] const SliceSettings& settings() const { return settings_; }
   /// Counts the changes.

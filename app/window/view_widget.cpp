@@ -112,9 +112,13 @@ void ViewWidget::paint_cover(QPainter& painter) {
   const QColor colour = theme::colour_of_state(judgement_.safety.state);
   const int large = std::clamp(width() / 16, 18, 40);
   const double shape = large;
-  theme::draw_state_shape(
-      painter, QRectF(width() / 2.0 - shape / 2, height() / 2.0 - 2.2 * large, shape, shape),
-      judgement_.safety.state);
+  const double above = height() / 2.0 - 2.2 * large;
+  // In a low view the shape at the upper right is enough.
+  constexpr double kTitleHeight = 34;
+  if (above > kTitleHeight) {
+    theme::draw_state_shape(painter, QRectF(width() / 2.0 - shape / 2, above, shape, shape),
+                            judgement_.safety.state);
+  }
   painter.setPen(colour);
   painter.setFont(theme::font(large, true));
   const QRectF upper(kMargin, height() / 2.0 - large, width() - 2 * kMargin, 1.5 * large);

@@ -22,11 +22,11 @@ double luminance(QRgb colour) {
 
 /// True: a line of the text is wider than the control has place for.
 bool is_clipped(const QAbstractButton& button) {
-  constexpr int kFrame = 2 * (10 + 2);
+  const int frame = button.property("small").toBool() ? 2 * (6 + 2) : 2 * (10 + 2);
   const QFontMetrics metrics(button.font());
   const auto lines = button.text().split(QLatin1Char('\n'));
   const int widest = metrics.size(0, button.text()).width();
-  return widest + kFrame > button.width() ||
+  return widest + frame > button.width() ||
          static_cast<int>(lines.size()) * metrics.height() > button.height();
 }
 
@@ -50,7 +50,7 @@ io::Json controls_of(const MainWindow& window) {
     const auto* button = qobject_cast<const QAbstractButton*>(control);
     const auto* label = qobject_cast<const QLabel*>(control);
     const bool clipped = button != nullptr
-                             ? is_clipped(*button)
+                             ? button->isVisible() && is_clipped(*button)
                              : label != nullptr && label->isVisible() &&
                                    label->heightForWidth(label->width()) > label->height();
     all.push_back({{"name", name.toStdString()},

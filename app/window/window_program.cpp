@@ -25,6 +25,11 @@ namespace {
 constexpr std::size_t kLargestScript = 1 << 24;
 constexpr int kInterruptMs = 100;
 
+/// 3D ultrasound is shown alone.
+bool shows_volume(const Settings& settings) {
+  return !settings.window.phantom.empty() || !settings.config.predicates.volume.empty();
+}
+
 Result<SessionConfig> config_of(const Settings& settings) {
   if (settings.session.empty()) {
     SessionConfig config = settings.config;
@@ -32,6 +37,10 @@ Result<SessionConfig> config_of(const Settings& settings) {
     config.source.seed = settings.window.seed;
     config.appearance = {.preset = "ct-liver", .nodes = {}};
     config.view = settings.demo.view;
+    if (!shows_volume(settings)) return config;
+    config.source.kind = SessionConfig::SourceKind::kRecording;
+    config.predicates.alone = true;
+    if (!settings.window.phantom.empty()) config.predicates.phantom = settings.window.phantom;
     return config;
   }
   auto config = read_session_config(settings.session);
@@ -85,8 +94,13 @@ class SessionTime {
 QString title_of(const Settings& settings, const SessionConfig& config) {
   QString title = QStringLiteral("Sonde");
   using Kind = SessionConfig::SourceKind;
-  const bool has_session = !settings.session.empty() || settings.window.simulated;
+  const bool has_session =
+      !settings.session.empty() || settings.window.simulated || shows_volume(settings);
   if (!has_session) return title;
+  if (shows_volume_alone(config)) {
+    return title + (config.predicates.volume.empty() ? QStringLiteral(" – SIMULATED VOLUME")
+                                                     : QStringLiteral(" – STORED VOLUME"));
+  }
   title += config.source.kind == Kind::kSimulated   ? QStringLiteral(" – SIMULATED")
            : config.source.kind == Kind::kRecording ? QStringLiteral(" – RECORDING")
                                                     : QStringLiteral(" – LIVE");
@@ -122,7 +136,8 @@ Result<void> run_window(const Settings& settings, int& argc, char** argv, Consol
   MainWindow window({.loop = {.config = *config,
                               .engine = options.engine,
                               .loop = !options.once,
-                              .has_session = !settings.session.empty() || options.simulated},
+                              .has_session = !settings.session.empty() || options.simulated ||
+                                             shows_volume(settings)},
                      .title = title_of(settings, *config),
                      .snapshot_folder = QString::fromStdString(options.shots.string())},
                     clock, console, report);

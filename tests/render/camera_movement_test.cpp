@@ -126,5 +126,33 @@ TEST(CameraMovementTest, AViewBeyondTheLimitsCanOnlyReturn) {
   EXPECT_NEAR(distance_mm(zoomed(camera, 2)), kFarMm / 2, kFarMm * kRoundingMm);
 }
 
+TEST(CameraMovementTest, LooksAtAPointFromTheSameSideAndDistance) {
+  const Camera camera = test::ball_scene(test::cube_grid(16, 1.0)).camera;
+  const Point<frames::Ct> there{{3, -2, 5}};
+  const Camera looking = looking_at(camera, there);
+  EXPECT_EQ(looking.look_at_ct.mm, there.mm);
+  const Eigen::Vector3d before = camera.eye_ct.mm - camera.look_at_ct.mm;
+  EXPECT_LT((looking.eye_ct.mm - looking.look_at_ct.mm - before).norm(), kRoundingMm);
+  const Camera nowhere = looking_at(camera, {{1e300, 0, 0}});
+  EXPECT_EQ(nowhere.look_at_ct.mm, camera.look_at_ct.mm) << "no scene allows it";
+}
+
+TEST(CameraMovementTest, EachSideOfThePatientHasItsRight) {
+  const Camera camera = test::ball_scene(test::cube_grid(16, 1.0)).camera;
+  const double distance_mm = (camera.eye_ct.mm - camera.look_at_ct.mm).norm();
+  // The direction to the right in the image, LPS.
+  const std::vector<std::pair<ViewFrom, Eigen::Vector3d>> sides{
+      {ViewFrom::kAnterior, {1, 0, 0}}, {ViewFrom::kPosterior, {-1, 0, 0}},
+      {ViewFrom::kLeft, {0, 1, 0}},     {ViewFrom::kRight, {0, -1, 0}},
+      {ViewFrom::kHead, {-1, 0, 0}},    {ViewFrom::kFeet, {1, 0, 0}}};
+  for (const auto& [side, right] : sides) {
+    const Camera seen = seen_from(camera, side);
+    const Eigen::Vector3d forward = (seen.look_at_ct.mm - seen.eye_ct.mm).normalized();
+    EXPECT_LT((forward.cross(seen.up_ct.v).normalized() - right).norm(), kRoundingMm)
+        << static_cast<int>(side);
+    EXPECT_NEAR((seen.eye_ct.mm - seen.look_at_ct.mm).norm(), distance_mm, kRoundingMm);
+  }
+}
+
 }  // namespace
 }  // namespace nav::render

@@ -22,10 +22,14 @@ std::vector<QRect> rects_of(const Arrangement& made) {
 TEST(ArrangementTest, NothingOverlapsAndNothingIsCut) {
   for (const WindowLayout layout : {WindowLayout::kGuidance, WindowLayout::kSlices,
                                     WindowLayout::kNeedle, WindowLayout::kSingle}) {
-    const auto all = rects_of(arrange_views(layout, ViewId::kSagittal, kArea));
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      EXPECT_TRUE(kArea.contains(all[i]));
-      for (std::size_t j = 0; j < i; ++j) EXPECT_FALSE(all[i].intersects(all[j])) << i << ", " << j;
+    for (const bool with_tool : {false, true}) {
+      const auto all = rects_of(arrange_views(layout, ViewId::kSagittal, kArea, with_tool));
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        EXPECT_TRUE(kArea.contains(all[i]));
+        for (std::size_t j = 0; j < i; ++j) {
+          EXPECT_FALSE(all[i].intersects(all[j])) << i << ", " << j;
+        }
+      }
     }
   }
 }
@@ -47,10 +51,31 @@ TEST(ArrangementTest, EachLayoutHasItsViews) {
   EXPECT_TRUE(has(WindowLayout::kSingle, {ViewId::kCt}));
 }
 
+TEST(ArrangementTest, AToolHasItsSpaceInTheSmallestWindow) {
+  constexpr QRect kLeast(190, 6, 1084, 700);  // 1280 x 800 without rail and states.
+  for (const WindowLayout layout : {WindowLayout::kGuidance, WindowLayout::kSlices,
+                                    WindowLayout::kNeedle, WindowLayout::kSingle}) {
+    const Arrangement made = arrange_views(layout, ViewId::kCt, kLeast, true);
+    ASSERT_TRUE(made.panel);
+    EXPECT_GE(made.panel->width(), kToolWidth);
+    EXPECT_GE(made.panel->height(), kToolHeight);
+    const Arrangement without = arrange_views(layout, ViewId::kCt, kLeast);
+    for (std::size_t i = 0; i < kViewCount; ++i) {
+      EXPECT_EQ(made.views.all[i].has_value(), without.views.all[i].has_value());
+      if (!made.views.all[i]) continue;
+      EXPECT_GE(made.views.all[i]->height(), 130);
+    }
+  }
+}
+
 TEST(ArrangementTest, ATinyWindowHasNoEmptyRectangle) {
   for (const WindowLayout layout : {WindowLayout::kGuidance, WindowLayout::kSlices,
                                     WindowLayout::kNeedle, WindowLayout::kSingle}) {
     for (const QRect& rect : rects_of(arrange_views(layout, ViewId::kAxial, QRect(0, 0, 1, 1)))) {
+      EXPECT_FALSE(rect.isEmpty());
+    }
+    for (const QRect& rect :
+         rects_of(arrange_views(layout, ViewId::kAxial, QRect(0, 0, 1, 1), true))) {
       EXPECT_FALSE(rect.isEmpty());
     }
   }

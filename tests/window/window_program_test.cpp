@@ -143,6 +143,14 @@ TEST_F(LiveWindowTest, RecordsFromTheFirstSampleAndClosesAfterItsTime) {
   EXPECT_THAT(log(), HasSubstr("expected a file that does not exist"));
 }
 
+TEST_F(LiveWindowTest, ADeviceThatGivesNothingEndsWithTheExitCodeOfLive) {
+  std::ofstream(folder_ / "live.toml", std::ios::app)
+      << "[[devices]]\nid = \"silent\"\nkind = \"openigtlink\"\naddress = \"tcp:127.0.0.1:1\"\n"
+         "bodies = [ {name = \"Stylus\"} ]\n";
+  EXPECT_EQ(sonde(live() + " --seconds 2"), 4) << log();
+  EXPECT_THAT(log(), HasSubstr("silent: expected samples of StylusToTracker, found none"));
+}
+
 TEST_F(LiveWindowTest, TheUserRecordsTwice) {
   script(
       "wait view.ultrasound shown 60\nexpect recording off\nkey Ctrl+R\nwait recording on 5\n"
@@ -167,6 +175,40 @@ TEST_F(LiveWindowTest, TheUserRecordsTwice) {
               0)
         << log();
   }
+}
+
+TEST_F(WindowProgramTest, ShowsAPhantomByTheOptionsOfPredicates) {
+  script(
+      "wait view.axial shown 60\nexpect histogram.count 2\nexpect histogram.bone-surface 0.600\n"
+      "wait scene full 60\nshot phantom\nquit\n");
+  const std::string set = (folder_ / "set.json").string();
+  std::ofstream(set) << R"({"sonde_predicates": 1, "name": "two", "predicates": [
+    {"name": "bone surface", "importance": 0.5, "where": {"intensity": {"low": 0.5}}},
+    {"name": "rest", "importance": 0.5, "where": {"intensity": {"high": 0.5}}}]})";
+  EXPECT_EQ(run("--phantom shoulder --phantom-side 32 --predicates " + set +
+                " --importance 'bone surface=0.6' --shots " + folder_.path().string()),
+            0)
+      << log();
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "phantom.png"));
+  script("quit\n");
+  EXPECT_EQ(run("--simulated --phantom neck"), 2);
+  EXPECT_THAT(log(), HasSubstr("--phantom"));
+  EXPECT_EQ(run("--importance vessel=0.5"), 2);
+  EXPECT_THAT(log(), HasSubstr("--us-volume or --phantom"));
+}
+
+TEST_F(WindowProgramTest, ASetOfTooManyPredicatesIsNamedAndTheWindowStays) {
+  std::ofstream set(folder_ / "set.json");
+  set << R"({"sonde_predicates": 1, "name": "many", "predicates": [)";
+  for (int i = 0; i < 64; ++i) {
+    set << (i > 0 ? "," : "") << R"({"name": "p)" << i << R"(", "where": {"intensity": {}}})";
+  }
+  set << "]}";
+  set.close();
+  script("wait session failed 60\nexpect predicates none\nexpect histogram.count 0\nquit\n");
+  EXPECT_EQ(run("--phantom neck --phantom-side 32 --predicates " + (folder_ / "set.json").string()),
+            0)
+      << log();
 }
 
 TEST_F(WindowProgramTest, ALiveWindowWritesNoImages) {
