@@ -37,7 +37,7 @@ int yellow(const Image2d<Rgba8>& image, int x0, int y0, int x1, int y1) {
 }
 
 FeatureSliceOptions options(int size_px) {
-  return {.range = {.low = 0, .high = 1},
+  return {.range = {.least = 0, .greatest = 1, .low = 0, .high = 1},
           .title = "step across k",
           .range_words = "0 to 1",
           .size_px = size_px};
