@@ -72,9 +72,6 @@ Result<PlaneVisibility> plane_visibility(render::Scene scene) {
   if (!drawn || scene.projection != render::Projection::kComposite) return found;
   scene.height = std::max(16, kWidth * scene.height / scene.width);
   scene.width = kWidth;
-  scene.needle.reset();
-  scene.spheres.clear();
-  scene.lines.clear();
   scene.quality.pixel_error = 0;
   const auto engine = render::make_cpu_engine();
   const auto bare = without_volume(scene);

@@ -16,7 +16,8 @@ struct PlaneVisibility {
   double without = 1;  ///< Share without that component, [0, 1].
 };
 
-/// Measures it in small images by the CPU engine, without needle, spheres and lines. The component
+/// Measures it in small images by the CPU engine. Needle, spheres and lines hide the same with and
+/// without the volume. The component
 /// is looked for only where less than kLeastPlaneShare is seen. Scenes whose plane is not drawn, or
 /// lies outside the image, have the share 1.
 Result<PlaneVisibility> plane_visibility(render::Scene scene);
