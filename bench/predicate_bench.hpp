@@ -48,6 +48,7 @@ struct PredicateBenchRow {
   /// features already present.
   double set_edit_ms = 0;
   ProgressiveEdit edit;  ///< After the same change of the predicate set.
+  ProgressiveEdit bar;   ///< After the first bar of the histogram was dragged.
   /// RAM of one engine that has drawn the scene, without volume and features.
   double engine_bytes = 0;
 };
@@ -68,6 +69,8 @@ struct PredicateBenchReport {
   /// The largest over scenes; NaN, like both medians, if the CPU engine was not measured.
   [[nodiscard]] double max_error() const;
   [[nodiscard]] double worst_set_edit_wall_ms() const;
+  /// The largest over scenes of the time until an image is whole, after either edit.
+  [[nodiscard]] double worst_whole_ms() const;
 };
 
 /// Reports missing data as skipped; progress receives the fraction done.

@@ -297,6 +297,14 @@ std::string to_text(const CostTable& table) {
         << std::setw(12) << cost.wall_ms << std::setw(12) << cost.prepare_ms << std::setw(12)
         << cost.samples << std::setw(12) << cost.gradients << '\n';
   }
+  if (table.preparations.empty()) return out.str();
+  out << '\n'
+      << std::left << std::setw(56) << "prepared once, before an image" << std::right
+      << std::setw(9) << "ms" << std::setw(12) << "wall ms" << '\n';
+  for (const PreparationCost& cost : table.preparations) {
+    out << std::left << std::setw(56) << cost.what << std::right << std::setw(9) << cost.ms
+        << std::setw(12) << cost.wall_ms << '\n';
+  }
   return out.str();
 }
 

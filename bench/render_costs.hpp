@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bench/measure.hpp"
+#include "bench/preparation_costs.hpp"
 #include "nav/result.hpp"
 #include "render/scene.hpp"
 
@@ -44,6 +45,7 @@ struct CostTable {
   std::uint64_t frame_samples = 0;
   std::vector<ElementCost> elements;
   std::vector<ChangeCost> changes;
+  std::vector<PreparationCost> preparations{};  ///< Empty: not asked for.
 };
 
 /// Measures every element of an image separately, on the CPU engine. scene: CT, plane, needle,

@@ -270,20 +270,6 @@ Result<void> check_cutaway(const Cutaway& cutaway) {
   return {};
 }
 
-Result<void> check_shading(const Shading& s) {
-  constexpr double kMaxWeight = 10;
-  constexpr double kMaxShininess = 1000;
-  return first_of({check_range("shading.emphasis", s.emphasis, 0, 1),
-                   check_positive("shading.full_gradient_per_mm", s.full_gradient_per_mm, 1e6),
-                   check_range("shading.cool_share", s.cool_share, 0, 1),
-                   check_range("shading.warm_share", s.warm_share, 0, 1),
-                   check_range("shading.silhouette", s.silhouette, 0, 1),
-                   check_range("shading.ambient", s.ambient, 0, kMaxWeight),
-                   check_range("shading.diffuse", s.diffuse, 0, kMaxWeight),
-                   check_range("shading.specular", s.specular, 0, kMaxWeight),
-                   check_range("shading.shininess", s.shininess, 0, kMaxShininess)});
-}
-
 bool equal_grids(const VoxelGrid& a, const VoxelGrid& b) {
   return a.size == b.size && a.spacing_mm == b.spacing_mm && a.origin_mm == b.origin_mm &&
          a.directions == b.directions;
@@ -307,6 +293,20 @@ Result<void> check_ultrasound(const Scene& scene) {
 
 }  // namespace
 
+Result<void> validate(const Shading& s) {
+  constexpr double kMaxWeight = 10;
+  constexpr double kMaxShininess = 1000;
+  return first_of({check_range("shading.emphasis", s.emphasis, 0, 1),
+                   check_positive("shading.full_gradient_per_mm", s.full_gradient_per_mm, 1e6),
+                   check_range("shading.cool_share", s.cool_share, 0, 1),
+                   check_range("shading.warm_share", s.warm_share, 0, 1),
+                   check_range("shading.silhouette", s.silhouette, 0, 1),
+                   check_range("shading.ambient", s.ambient, 0, kMaxWeight),
+                   check_range("shading.diffuse", s.diffuse, 0, kMaxWeight),
+                   check_range("shading.specular", s.specular, 0, kMaxWeight),
+                   check_range("shading.shininess", s.shininess, 0, kMaxShininess)});
+}
+
 Result<void> validate(const Scene& scene) {
   if (!scene.ct) return rejection("ct", "a volume", "none");
   if (const auto ok = check_position("ct.grid.origin_mm", scene.ct->grid().origin_mm); !ok)
@@ -321,7 +321,7 @@ Result<void> validate(const Scene& scene) {
     return ok;
   }
   if (const auto ok =
-          first_of({check_camera(scene.camera), check_shading(scene.shading),
+          first_of({check_camera(scene.camera), validate(scene.shading),
                     check_range("quality.step_voxels", scene.quality.step_voxels, 1.0 / 64.0, 16),
                     check_positive("quality.opaque_at", scene.quality.opaque_at, 1),
                     check_range("quality.pixel_error", scene.quality.pixel_error, 0, 1),

@@ -54,6 +54,9 @@ struct Shading {
   double silhouette = 0.7;   ///< Gooch: darkening of surfaces seen edge-on, [0, 1]; 0: none.
 };
 
+/// Rejects numbers that are not finite or out of range, and names the field as shading.NAME.
+Result<void> validate(const Shading& shading);
+
 /// The live ultrasound image inside the CT. Its state decides how it is drawn: valid and degraded
 /// show the image with a green or amber border; stale shows only a grey border; lost shows nothing.
 struct UltrasoundPlane {

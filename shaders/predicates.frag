@@ -16,7 +16,7 @@
 #include "include/ct.glsl"
 #include "include/compositing.glsl"
 #include "include/lattice.glsl"
-#ifdef SOLIDS
+#if defined(SOLIDS) || defined(PREDICATE_SHADING)
 #include "include/phong.glsl"
 #endif
 #ifdef SHARED_DEPTH
@@ -31,6 +31,9 @@
 #endif
 #include "include/predicate_appearance.glsl"
 #include "include/predicate_light.glsl"
+#ifdef PREDICATE_SHADING
+#include "include/predicate_shading.glsl"
+#endif
 #include "include/predicate_march.glsl"
 #if defined(PLANE) || defined(SOLIDS)
 #define SURFACES

@@ -13,7 +13,7 @@
 #include "include/compositing.glsl"
 #include "include/lattice.glsl"
 #include "include/lattice_phase.glsl"
-#if defined(PHONG) || defined(SOLIDS)
+#if defined(PHONG) || defined(SOLIDS) || defined(PREDICATE_SHADING)
 #include "include/phong.glsl"
 #endif
 #ifdef SHARED_DEPTH
@@ -58,6 +58,9 @@ int bow_from;  // The first cell with a bow.
 #endif
 #include "include/predicate_appearance.glsl"
 #include "include/predicate_light.glsl"
+#ifdef PREDICATE_SHADING
+#include "include/predicate_shading.glsl"
+#endif
 #include "include/predicate_march.glsl"
 #include "include/second_names_end.glsl"
 

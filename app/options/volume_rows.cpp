@@ -132,6 +132,18 @@ void add_set_rows(std::vector<Option>& rows) {
        .absent = "from the set, or 0",
        .key = "predicates.soft",
        .needs = {recording_session(), volume_in_replay(), volume_in_window()}},
+      {.name = "--phong",
+       .type = "MM",
+       .unit = "mm",
+       .text = "shade by Phong, by the gradient of the volume smoothed by this standard deviation; "
+               "0: no shading",
+       .group = group::kGroupPredicateSet,
+       .verbs = kUltrasound,
+       .slot = NAV_SLOT(config.predicates.shading_mm),
+       .range = within(0, 20),
+       .absent = "from the set, or 0",
+       .key = "predicates.phong_mm",
+       .needs = {recording_session(), volume_in_replay(), volume_in_window()}},
       {.name = "--predicate-importance",
        .type = "NAME=I",
        .text =

@@ -10,6 +10,7 @@
 #include "io/json_member.hpp"
 #include "render/predicates/registry.hpp"
 #include "render/predicates/set.hpp"
+#include "render/transfer/smoothed_ct.hpp"
 
 namespace nav::app {
 namespace {
@@ -187,6 +188,18 @@ void read_confidence(io::JsonMember& member, const std::string& name, std::optio
   }
 }
 
+void read_shading(io::JsonMember& member, PredicateFile& file) {
+  member.number("smoothing_mm", file.shading_mm);
+  member.number("full_gradient_per_mm", file.full_gradient_per_mm);
+  member.finish();
+  if (!(file.shading_mm >= 0 && file.shading_mm <= render::kMostSmoothingMm)) {
+    member.fail("smoothing_mm", "a number in [0, 20]", file.shading_mm);
+  }
+  if (!(file.full_gradient_per_mm >= 1e-4 && file.full_gradient_per_mm <= 100)) {
+    member.fail("full_gradient_per_mm", "a number in [0.0001, 100]", file.full_gradient_per_mm);
+  }
+}
+
 /// Collects the predicates of an expression, each once.
 void collect(const PredicateExpression& e, std::vector<PredicateExpression>& different) {
   for (const auto& operand : e.operands) collect(operand, different);
@@ -221,6 +234,7 @@ Result<PredicateFile> from_json(const std::string& name, const io::Json& root) {
   member.object("confidence", [&](io::JsonMember& confidence) {
     read_confidence(confidence, name, error, file.confidence);
   });
+  member.object("shading", [&](io::JsonMember& shading) { read_shading(shading, file); });
   member.list("predicates", [&](const io::Json& json, const std::string& at) {
     read_entry(json, at, file.model, bars, error);
   });
@@ -299,6 +313,10 @@ std::string to_json_text(const PredicateFile& file) {
   root["opacity_length_mm"] = file.opacity_length_mm;
   root["cutaway_importance"] = file.cutaway_importance;
   if (file.soft_share > 0) root["soft_thresholds"] = file.soft_share;
+  if (file.shading_mm > 0) {
+    root["shading"] = {{"smoothing_mm", file.shading_mm},
+                       {"full_gradient_per_mm", file.full_gradient_per_mm}};
+  }
   root["vessels"] = {{"smallest_radius_mm", file.vessels.smallest_radius_mm},
                      {"largest_radius_mm", file.vessels.largest_radius_mm},
                      {"bright", file.vessels.bright}};

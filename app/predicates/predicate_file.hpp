@@ -11,6 +11,7 @@
 #include "render/features/gradient.hpp"
 #include "render/features/snr.hpp"
 #include "render/predicates/predicate_scene.hpp"
+#include "render/predicates/shading_source.hpp"
 
 namespace nav::app {
 
@@ -28,6 +29,8 @@ struct PredicateFile {
   render::PredicateModel model;
   double opacity_length_mm = render::PredicateScene{}.opacity_length_mm;
   double cutaway_importance = render::PredicateScene{}.cutaway_importance;
+  double shading_mm = 0;  ///< Smoothing of the gradients that shade, mm; 0: no shading.
+  double full_gradient_per_mm = render::kUsualFullGradientPerMm;  ///< shading_of_predicates().
   double soft_share = 0;  ///< Width of soft thresholds, as a share of each; 0: steps.
   render::spec::HueMean hue_mean = render::spec::HueMean::kCircular;
   VesselScales vessels{};
@@ -47,7 +50,8 @@ Result<PredicateFile> preset_predicate_file(const std::string& name);
 ///    "opacity_length_mm": 2, "soft_thresholds": 0, "cutaway_importance": 1, "hue_mean":
 ///    "circular", "vessels": {"smallest_radius_mm": 0.8, "largest_radius_mm": 3, "bright": false},
 ///    "gradient": {"smoothing_mm": 0.4}, "snr": {"window_voxels": 7, "weights": "uniform"},
-///    "confidence": {"alpha": 2, "beta": 90, "gamma": 0.05}}
+///    "confidence": {"alpha": 2, "beta": 90, "gamma": 0.05},
+///    "shading": {"smoothing_mm": 1, "full_gradient_per_mm": 0.1}}
 /// An expression has one member: "not" with an expression, "all" or "any" with a list of them,
 /// "entry" with a name, "connected" with {"least_mm3": V, "of": expression}, or a predicate of the
 /// library with its parameters, angles in degrees; missing parameters keep their initial values.

@@ -18,42 +18,54 @@ namespace {
 
 using render::features::Stroke;
 
-constexpr int kTitleHeight = 28;  // Pixels above the panels.
-constexpr int kBarsHeight = 120;  // Pixels below the panels.
-constexpr int kMargin = 12;
-constexpr int kText = 15;
-constexpr int kLine = 20;  // Height of a line of the legend, pixels.
+/// Sizes of text and bars beside images of a height, pixels. They grow with images above 600
+/// pixels.
+struct Layout {
+  explicit Layout(int image_height)
+      : title_height(text_size(28, image_height)),
+        bars_height(text_size(120, image_height)),
+        margin(text_size(12, image_height)),
+        text(text_size(15, image_height)),
+        line(text_size(20, image_height)) {}
+  int title_height;  ///< Above the panels.
+  int bars_height;   ///< Below the panels.
+  int margin;
+  int text;
+  int line;  ///< Height of a line of the legend.
+};
 
 /// Draws the predicate histogram; a bar's height is its importance relative to the greatest
 /// importance of all panels.
 void draw_bars(const render::PredicateModel& model, double greatest, int left, int width, int top,
-               render::Canvas& canvas) {
+               const Layout& layout, render::Canvas& canvas) {
   const int count = static_cast<int>(model.entries.size());
-  const double pitch = static_cast<double>(width - 2 * kMargin) / count;
-  const int gap = std::min(kMargin, static_cast<int>(pitch / 4));
-  const int most = kBarsHeight - 2 * kMargin;
-  const int base = top + kBarsHeight - kMargin;
+  const double pitch = static_cast<double>(width - 2 * layout.margin) / count;
+  const int gap = std::min(layout.margin, static_cast<int>(pitch / 4));
+  const int most = layout.bars_height - 2 * layout.margin;
+  const int base = top + layout.bars_height - layout.margin;
   for (int j = 0; j < count; ++j) {
     const auto& bar = model.histogram.bars()[static_cast<std::size_t>(j)];
     const double share = greatest > 0 ? bar.importance / greatest : 0;
     const int height = std::max(1, static_cast<int>(std::lround(most * share)));
-    const int x = left + kMargin + static_cast<int>(j * pitch);
-    const int next = left + kMargin + static_cast<int>((j + 1) * pitch);
+    const int x = left + layout.margin + static_cast<int>(j * pitch);
+    const int next = left + layout.margin + static_cast<int>((j + 1) * pitch);
     canvas.fill(x, base - height, std::max(next - x - gap, 1), height, bar_colour(bar));
   }
 }
 
 /// Breaks a name into lines that fit a width. Lines may break between any two letters; a name that
 /// is too long ends in an ellipsis.
-std::vector<std::string> lines_of(const std::string& words, int width,
+std::vector<std::string> lines_of(const std::string& words, int width, const Layout& layout,
                                   const render::Canvas& canvas) {
   constexpr std::size_t kMostLines = 4;
   std::vector<std::string> lines{""};
   for (const render::Letter& letter : render::letters_of(words)) {
-    if (canvas.text_width(kText, lines.back() + letter.bytes) <= width || lines.back().empty()) {
+    if (canvas.text_width(layout.text, lines.back() + letter.bytes) <= width ||
+        lines.back().empty()) {
       lines.back() += letter.bytes;
     } else if (lines.size() == kMostLines) {
-      while (!lines.back().empty() && canvas.text_width(kText, lines.back() + "...") > width) {
+      while (!lines.back().empty() &&
+             canvas.text_width(layout.text, lines.back() + "...") > width) {
         render::drop_last_letter(lines.back());
       }
       lines.back() += "...";
@@ -66,11 +78,11 @@ std::vector<std::string> lines_of(const std::string& words, int width,
 }
 
 /// Lines of the legend for an entry: the name, then the importance behind it or on its own line.
-std::vector<std::string> legend_lines(const LegendEntry& entry, int width,
+std::vector<std::string> legend_lines(const LegendEntry& entry, int width, const Layout& layout,
                                       const render::Canvas& canvas) {
-  auto lines = lines_of(entry.name, width, canvas);
+  auto lines = lines_of(entry.name, width, layout, canvas);
   const std::string together = lines.back() + " " + entry.importance_words();
-  if (canvas.text_width(kText, together) <= width) {
+  if (canvas.text_width(layout.text, together) <= width) {
     lines.back() = together;
   } else {
     lines.push_back(entry.importance_words());
@@ -80,36 +92,36 @@ std::vector<std::string> legend_lines(const LegendEntry& entry, int width,
 
 /// Draws every entry with its colour and importance, in the order of the bars, with as many side by
 /// side as fit. Returns the height. canvas: null to measure without drawing.
-int legend(const render::PredicateModel& model, int left, int width, int top,
+int legend(const render::PredicateModel& model, int left, int width, int top, const Layout& layout,
            const render::Canvas& measure, render::Canvas* canvas) {
-  constexpr int kSwatch = 12;
-  constexpr int kIndent = kSwatch + 6;
-  const int room = width - 2 * kMargin;
+  const int swatch = layout.margin;
+  const int indent = swatch + layout.margin / 2;
+  const int room = width - 2 * layout.margin;
   int x = 0;
   int y = 0;
   for (const LegendEntry& entry : legend_of(model)) {
-    const auto lines = legend_lines(entry, room - kIndent, measure);
+    const auto lines = legend_lines(entry, room - indent, layout, measure);
     int wide = 0;
-    for (const auto& line : lines) wide = std::max(wide, measure.text_width(kText, line));
-    if (x > 0 && x + kIndent + wide > room) {
+    for (const auto& line : lines) wide = std::max(wide, measure.text_width(layout.text, line));
+    if (x > 0 && x + indent + wide > room) {
       x = 0;
-      y += kLine;
+      y += layout.line;
     }
     if (canvas != nullptr) {
-      const int from = left + kMargin + x;
-      canvas->fill(from, top + y + 3, kSwatch, kSwatch, entry.colour);
+      const int from = left + layout.margin + x;
+      canvas->fill(from, top + y + layout.line - layout.text - 2, swatch, swatch, entry.colour);
       for (std::size_t n = 0; n < lines.size(); ++n) {
-        canvas->text(from + kIndent, top + y + kText + static_cast<int>(n) * kLine, kText, lines[n],
-                     render::rgb8(0xd0d0d0));
+        canvas->text(from + indent, top + y + layout.text + static_cast<int>(n) * layout.line,
+                     layout.text, lines[n], render::rgb8(0xd0d0d0));
       }
     }
-    x += kIndent + wide + kMargin;
+    x += indent + wide + layout.margin;
     if (lines.size() > 1) {
       x = 0;
-      y += static_cast<int>(lines.size()) * kLine;
+      y += static_cast<int>(lines.size()) * layout.line;
     }
   }
-  return y + (x > 0 ? kLine : 0) + kMargin;
+  return y + (x > 0 ? layout.line : 0) + layout.margin;
 }
 
 /// True when a slice shows the whole stroke: all its points lie in the slice, and the stroke was
@@ -196,7 +208,7 @@ Image2d<Rgba8> slice_image(const StoredVolume& volume, const render::HuWindow& w
   }
   constexpr int kLeastLettered = 128;  // Least side with letters and scale, pixels.
   if (std::min(width, height) >= kLeastLettered) {
-    const int size = text_size(kText, height);
+    const int size = text_size(Layout(height).text, height);
     const CanvasArea whole{0, 0, width, height};
     draw_letters(canvas, whole, render::labels_of(plane), size);
     draw_scale_bar(canvas, whole, 6, height - 6, options.mm_per_pixel, size);
@@ -209,10 +221,11 @@ Image2d<Rgba8> slice_image(const StoredVolume& volume, const render::HuWindow& w
 Image2d<Rgba8> predicate_image(const std::vector<PredicatePanel>& panels) {
   constexpr int kTitle = 16;
   constexpr int kSmallestTitle = 9;
-  constexpr int kIndent = 8;
   NAV_CHECK(!panels.empty());
   const int width = panels.front().image.width();
   const int height = panels.front().image.height();
+  const Layout layout(height);
+  const int indent = text_size(8, height);
   const render::Canvas measure(1, 1, render::rgb8(0));
   double greatest = 0;
   int below = 0;
@@ -221,23 +234,25 @@ Image2d<Rgba8> predicate_image(const std::vector<PredicatePanel>& panels) {
     for (const auto& bar : panel.model->histogram.bars()) {
       greatest = std::max(greatest, bar.importance);
     }
-    below = std::max(below, kBarsHeight + legend(*panel.model, 0, width, 0, measure, nullptr));
+    below = std::max(
+        below, layout.bars_height + legend(*panel.model, 0, width, 0, layout, measure, nullptr));
   }
-  render::Canvas canvas(static_cast<int>(panels.size()) * width, kTitleHeight + height + below,
-                        render::rgb8(0x202020));
+  render::Canvas canvas(static_cast<int>(panels.size()) * width,
+                        layout.title_height + height + below, render::rgb8(0x202020));
   int left = 0;
-  const int base = kTitleHeight + height;
+  const int base = layout.title_height + height;
   for (const PredicatePanel& panel : panels) {
-    canvas.copy(panel.image, left, kTitleHeight);
-    draw_letters(canvas, {left, kTitleHeight, width, height}, panel.letters,
+    canvas.copy(panel.image, left, layout.title_height);
+    draw_letters(canvas, {left, layout.title_height, width, height}, panel.letters,
                  text_size(kTitle, height));
-    int size = kTitle;
-    while (size > kSmallestTitle && canvas.text_width(size, panel.title) > width - 2 * kIndent)
+    int size = text_size(kTitle, height);
+    while (size > kSmallestTitle && canvas.text_width(size, panel.title) > width - 2 * indent)
       --size;
-    canvas.text(left + kIndent, kTitleHeight - kIndent, size, panel.title, render::rgb8(0xffd24a));
+    canvas.text(left + indent, layout.title_height - indent, size, panel.title,
+                render::rgb8(0xffd24a));
     if (panel.model) {
-      draw_bars(*panel.model, greatest, left, width, base, canvas);
-      legend(*panel.model, left, width, base + kBarsHeight, measure, &canvas);
+      draw_bars(*panel.model, greatest, left, width, base, layout, canvas);
+      legend(*panel.model, left, width, base + layout.bars_height, layout, measure, &canvas);
     }
     left += width;
   }
@@ -272,10 +287,11 @@ Image2d<Rgba8> stroke_image(const StoredVolume& volume,
                 n % columns * (width / columns), n / columns * (height / rows));
   }
   if (shown < count) {
+    const Layout layout(height);
     const std::string words = std::to_string(count - shown) + " more slices not shown";
-    canvas.fill(0, height - kLine, canvas.text_width(kText, words) + 2 * kMargin, kLine,
-                render::rgb8(0x202020));
-    canvas.text(kMargin, height - 5, kText, words, render::rgb8(0xffd24a));
+    canvas.fill(0, height - layout.line, canvas.text_width(layout.text, words) + 2 * layout.margin,
+                layout.line, render::rgb8(0x202020));
+    canvas.text(layout.margin, height - 5, layout.text, words, render::rgb8(0xffd24a));
   }
   return canvas.image();
 }

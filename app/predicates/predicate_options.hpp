@@ -47,6 +47,8 @@ struct PredicateOptions {
   /// or 255.
   std::optional<double> black{};
   std::optional<double> white{};
+  std::optional<double> shading_mm{};  ///< Smoothing of the gradients that shade; absent: value of
+                                       ///< the predicate set.
   std::optional<double> soft_share{};  ///< Soft thresholds; absent: value of the predicate set.
   std::optional<double> opacity_length_mm{};  ///< Absent: value of the predicate set.
   std::optional<Eigen::Vector3d> into_ct{};   ///< Direction of parallel scan lines, LPS.

@@ -207,6 +207,7 @@ Result<PredicateFile> set_up_of(const PredicateOptions& options) {
       options.smallest_radius_mm.value_or(file->vessels.smallest_radius_mm);
   file->vessels.largest_radius_mm =
       options.largest_radius_mm.value_or(file->vessels.largest_radius_mm);
+  file->shading_mm = options.shading_mm.value_or(file->shading_mm);
   file->soft_share = options.soft_share.value_or(file->soft_share);
   file->smoothing_mm = options.smoothing_mm.value_or(file->smoothing_mm);
   file->vessels.bright = options.bright_vessels.value_or(file->vessels.bright);
@@ -285,9 +286,16 @@ Result<PreparedPredicates> prepare_predicates(
   auto shown = without_unknown(volume->ultrasound, options, predicates.intensity.black, console);
   if (!shown) return shown.error();
   volume->ultrasound = *std::move(shown);
+  const auto as_recorded = volume->ultrasound;
+  if (file->shading_mm > 0) {
+    auto shading =
+        render::shading_of_predicates(*as_recorded, predicates.intensity, file->shading_mm,
+                                      file->full_gradient_per_mm, usable_threads(threads));
+    if (!shading) return shading.error();
+    predicates.shading = *std::move(shading);
+  }
   auto ready = resolved(*volume, file->soft_share);
   if (!ready) return ready.error();
-  const auto as_recorded = volume->ultrasound;
   auto source =
       std::make_shared<const PredicateSource>(PredicateSource{.file = *file,
                                                               .options = options,

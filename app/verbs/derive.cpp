@@ -3,7 +3,6 @@
 #include "app/verbs/derive.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -13,6 +12,7 @@
 #include "app/predicates/predicate_scan_lines.hpp"
 #include "app/predicates/predicate_volume.hpp"
 #include "app/predicates/predicate_white.hpp"
+#include "app/views/feature_slice.hpp"
 #include "io/ct.hpp"
 #include "io/image_output.hpp"
 #include "nav/positions.hpp"
@@ -138,35 +138,8 @@ Result<void> leave_out_without_lines(const DeriveOptions& options, std::vector<F
   return {};
 }
 
-/// Image of the middle slice across an axis.
-Image2d<Rgba8> slice_of(const FeatureVolume& volume, int axis, const ValueRange& range) {
-  const auto& size = volume.grid.size;
-  const std::array<int, 2> across{axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
-  const int width = size[static_cast<std::size_t>(across[0])];
-  const int height = size[static_cast<std::size_t>(across[1])];
-  std::vector<Rgba8> pixels;
-  for (int v = 0; v < height; ++v) {
-    for (int u = 0; u < width; ++u) {
-      std::array<int, 3> at{};
-      at[static_cast<std::size_t>(axis)] = size[static_cast<std::size_t>(axis)] / 2;
-      at[static_cast<std::size_t>(across[0])] = u;
-      at[static_cast<std::size_t>(across[1])] = v;
-      const auto value = static_cast<double>(volume.at(at[0], at[1], at[2]));
-      if (std::isnan(value)) {
-        pixels.push_back({0, 0, 90, 255});
-        continue;
-      }
-      const double width_of_range = std::max(range.high - range.low, 1e-12);
-      const double share = std::clamp((value - range.low) / width_of_range, 0.0, 1.0);
-      const auto grey = static_cast<std::uint8_t>(std::lround(255 * share));
-      pixels.push_back({grey, grey, grey, 255});
-    }
-  }
-  return {width, height, std::move(pixels)};
-}
-
 Result<void> write_slices(const FeatureVolume& volume, const Feature& feature,
-                          const std::filesystem::path& folder) {
+                          const DeriveOptions& options) {
   std::vector<float> finite(*volume.values);
   for (float& v : finite) v = std::isinf(v) ? kUnknown : v;
   const auto scalar = ScalarVolume::create(volume.grid, std::move(finite), feature.name);
@@ -175,9 +148,18 @@ Result<void> write_slices(const FeatureVolume& volume, const Feature& feature,
   const double unit = feature.per_unit;
   std::printf("%-20s %-9s %10.4g %10.4g %10.4g %10.4g", feature.name.c_str(), feature.unit.c_str(),
               unit * range.least, unit * range.low, unit * range.high, unit * range.greatest);
+  std::ostringstream words;
+  words.precision(3);
+  words << unit * range.low << " to " << unit * range.high;
+  if (feature.unit != "1") words << ' ' << feature.unit;
   for (int axis = 0; axis < 3; ++axis) {
-    const auto path = folder / (feature.name + "-across-" + "ijk"[axis] + ".png");
-    if (auto ok = io::write_png(slice_of(volume, axis, range), path); !ok) return ok;
+    const auto path = options.out / (feature.name + "-across-" + "ijk"[axis] + ".png");
+    const auto image = feature_slice(volume, axis,
+                                     {.range = range,
+                                      .title = feature.name + " across " + "ijk"[axis],
+                                      .range_words = words.str(),
+                                      .size_px = options.size_px});
+    if (auto ok = io::write_png(image, path); !ok) return ok;
   }
   return {};
 }
@@ -240,7 +222,7 @@ Result<void> run_derive(const DeriveOptions& given, Console& console) {
     const auto found = maker.make(feature.name, {volume, feature.options, *lines});
     if (!found) return found.error();
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begun;
-    if (auto ok = write_slices(found->volume, feature, options.out); !ok) return ok;
+    if (auto ok = write_slices(found->volume, feature, options); !ok) return ok;
     std::printf(" %10.2f  %s\n", taken.count(), found->note.c_str());
   }
   return {};

@@ -38,14 +38,15 @@ struct DeriveOptions {
   double largest_radius_mm = 3.0;
   bool bright_vessels = false;
   std::optional<int> unknown;   ///< Value of voxels that no image reached, 16 bits; absent: none.
+  int size_px = 512;            ///< Longer side of each image.
   int threads = 0;              ///< 0: all cores.
   std::filesystem::path cache;  ///< Folder of derived features; empty: no cache.
 };
 
 /// Computes the features that predicates read from an ultrasound volume, and writes the middle
-/// slice of each across every axis as PNG: black at the 1st percentile, white at the 99th, blue
-/// where a feature is undefined. Prints ranges, in the features' units, and times, and shows its
-/// progress. Ctrl-C ends it (kCancelled).
+/// slice of each across every axis as PNG, with letters, scale bar, position and range: black at
+/// the 1st percentile, white at the 99th, blue where a feature is undefined. Prints ranges, in the
+/// features' units, and times, and shows its progress. Ctrl-C ends it (kCancelled).
 Result<void> run_derive(const DeriveOptions& options, Console& console);
 
 }  // namespace nav::app

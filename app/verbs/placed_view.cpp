@@ -12,6 +12,7 @@
 #include "app/predicates/predicate_volume.hpp"
 #include "app/report.hpp"
 #include "app/views/ct_window.hpp"
+#include "app/views/plane_visibility.hpp"
 #include "render/predicates/predicate_sampler.hpp"
 #include "render/two_volumes.hpp"
 #include "session/outside_ct.hpp"
@@ -246,6 +247,18 @@ Result<void> PlacedView::check_ultrasound(const session::Epoch& epoch) {
                   "predicate of importance above 0, the CT is more important "
                   "(--ct-importance), or the cutaway takes it away (--no-cutaway, "
                   "cutaway_importance of the predicate set)");
+  return {};
+}
+
+Result<void> PlacedView::check_plane(const session::Epoch& epoch) {
+  if (plane_checked_ || !presenter_.appearance().cutaway) return {};
+  const render::Scene scene = presenter_.scene(epoch);
+  if (!scene.plane || scene.plane->safety.state > SafetyState::kDegraded) return {};
+  plane_checked_ = true;
+  const auto found = plane_visibility(scene);
+  if (!found) return found.error();
+  const std::string words = hidden_plane_words(*found);
+  if (!words.empty()) console_.report(Severity::kWarning, "look", words);
   return {};
 }
 

@@ -55,6 +55,8 @@ class PlacedView {
   /// Reports, once, where nothing of the ultrasound volume is to be seen, and where a cutaway takes
   /// away some of what is most important in it.
   Result<void> check_ultrasound(const session::Epoch& epoch);
+  /// Reports, once, where the volume in front of the first live plane hides it, and what helps.
+  Result<void> check_plane(const session::Epoch& epoch);
   /// Reports the engine's note about the last image, once.
   void say_note();
 
@@ -93,6 +95,7 @@ class PlacedView {
   std::optional<session::Placement> placement_;
   session::OutsideWatch outside_;
   std::optional<session::TissueFollower> follower_;
+  bool plane_checked_ = false;
   bool ultrasound_checked_ = false;
   std::string note_;  ///< The engine's note that was reported.
 };

@@ -106,6 +106,7 @@ class Replay {
 
   Result<void> show(const session::Epoch& epoch) {
     if (auto ok = view_.check_ultrasound(epoch); !ok) return ok;
+    if (auto ok = view_.check_plane(epoch); !ok) return ok;
     auto image = view_.presenter().present(epoch);
     if (!image) return image.error();
     view_.say_note();

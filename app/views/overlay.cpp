@@ -18,7 +18,7 @@ int text_size(int text_px, int image_height) {
 
 void draw_letters(render::Canvas& canvas, const CanvasArea& area,
                   const render::SliceLabels& letters, int size, Rgba8 colour) {
-  constexpr int kMargin = 6;
+  const int margin = std::max(6, size * 3 / 8);
   const int middle = area.y + area.height / 2 + size / 3;
   const auto at = [&](int x, int base, const std::string& text) {
     if (!text.empty()) canvas.outlined_text(x, base, size, text, colour);
@@ -26,10 +26,10 @@ void draw_letters(render::Canvas& canvas, const CanvasArea& area,
   const auto centred = [&](const std::string& text) {
     return area.x + (area.width - canvas.text_width(size, text)) / 2;
   };
-  at(area.x + kMargin, middle, letters.left);
-  at(area.x + area.width - kMargin - canvas.text_width(size, letters.right), middle, letters.right);
-  at(centred(letters.top), area.y + kMargin + size, letters.top);
-  at(centred(letters.bottom), area.y + area.height - kMargin, letters.bottom);
+  at(area.x + margin, middle, letters.left);
+  at(area.x + area.width - margin - canvas.text_width(size, letters.right), middle, letters.right);
+  at(centred(letters.top), area.y + margin + size, letters.top);
+  at(centred(letters.bottom), area.y + area.height - margin, letters.bottom);
 }
 
 void draw_scale_bar(render::Canvas& canvas, const CanvasArea& area, int x, int base,

@@ -196,6 +196,16 @@ void draw_status(Canvas& canvas, int y, int height, const PanelContext& context)
   if (end > x) canvas.text(end, base, size, context.banner, kFaint);
 }
 
+/// True when the status bar has space for its lamps and the banner.
+bool has_status(const Canvas& canvas, const PanelContext& context) {
+  const int size = 15;
+  const bool has_needle = context.plan || context.needle_expected;
+  const std::string words = "ultrasound degraded " + context.modality + " degraded " +
+                            (has_needle ? "needle degraded " : "") + context.banner;
+  const int lamps = has_needle ? 3 : 2;
+  return canvas.text_width(size, words) + lamps * 3 * size + 30 <= canvas.width();
+}
+
 /// Width of the flat panels beside a 3D view.
 constexpr int side_of(int height) { return height * 2 / 3; }
 /// Height of the status bar below a 3D view.
@@ -212,11 +222,13 @@ void draw_orientation(Canvas& canvas, int width, int height, const render::Camer
 }
 
 /// Draws SIMULATED and NOT REGISTERED, where they hold, at the upper right of the 3D view.
-void draw_warnings_in_words(Canvas& canvas, int width, int height, const PanelContext& context) {
+/// below: rows at the top that other text takes.
+void draw_warnings_in_words(Canvas& canvas, int width, int height, const PanelContext& context,
+                            int below = 0) {
   const int size = text_size(16, height);
-  int base = size + 6;
+  int base = below + size + 6;
   const auto line = [&](const std::string& words) {
-    const int x = width - 8 - canvas.text_width(size, words);
+    const int x = std::max(2, width - 8 - canvas.text_width(size, words));
     canvas.outlined_text(x, base, size, words, colour_of(SafetyState::kDegraded));
     base += size + 6;
   };
@@ -315,11 +327,16 @@ Image2d<Rgba8> compose_panels(const Image2d<Rgba8>& view_3d, const PanelContext&
     draw_panels(canvas, view_width, size.width - view_width, view_height, context);
     draw_status(canvas, view_height, bar_of(view_height), context);
   } else {
-    // Even the smallest view says whose image it is, what it leaves out, and whether it is not
-    // registered.
-    draw_note(canvas, view_height + 16, canvas.width(), context.banner, small);
+    // Even the smallest view says whose image it is, what it leaves out, its states with their
+    // cause, and whether it is not registered.
     int next = draw_note(canvas, 16, canvas.width(), context.note, small);
-    draw_note(canvas, next, canvas.width(), context.warning, small);
+    next = draw_note(canvas, next, canvas.width(), context.warning, small);
+    if (has_status(canvas, context)) {
+      draw_status(canvas, view_height, bar_of(view_height), context);
+    } else {
+      draw_note(canvas, view_height + 16, canvas.width(), context.banner, small);
+    }
+    draw_warnings_in_words(canvas, canvas.width(), view_height, context, next - 16);
   }
   return canvas.image();
 }

@@ -8,13 +8,14 @@
 #include "app/engines.hpp"
 #include "app/output_folder.hpp"
 #include "bench/gallery/gallery_appearances.hpp"
+#include "bench/gallery/gallery_contextual.hpp"
 #include "bench/gallery/gallery_predicates.hpp"
 #include "bench/gallery/gallery_registration.hpp"
 #include "bench/gallery/gallery_simulator.hpp"
+#include "bench/gallery/gallery_views.hpp"
 #include "bench/scene_set.hpp"
 #include "io/ct.hpp"
 #include "render/engine.hpp"
-#include "render/slices/slice.hpp"
 #include "sim/ct_scanner.hpp"
 #include "sim/ultrasound.hpp"
 
@@ -37,34 +38,6 @@ Pose probe_at(const sim::AbdomenPhantom& phantom, double angle_rad, double z_mm,
   Eigen::Matrix3d axes;
   axes << across, deep, across.cross(deep);
   return {Eigen::Quaterniond(axes), face};
-}
-
-/// A coronal image of the CT itself, as the textured plane of the paper's Figure 5.
-render::UltrasoundPlane coronal_slice(const Volume& ct, const Vec& centre) {
-  constexpr int kWidth = 300;
-  constexpr int kHeight = 240;
-  constexpr double kPixelMm = 0.45;
-  Eigen::Matrix3d axes;  // Image x to the patient's left, y to the feet.
-  axes << Vec::UnitX(), -Vec::UnitZ(), Vec::UnitX().cross(-Vec::UnitZ());
-  const Pose pose(Eigen::Quaterniond(axes), centre + Vec(0, 0, 0.5 * kHeight * kPixelMm));
-  UltrasoundFrame frame;
-  frame.grid = PixelGrid::centred(kWidth, kPixelMm, kPixelMm);
-  const auto slice = render::slice_along_image(ct, pose, frame.grid.origin_mm, kPixelMm, kWidth,
-                                               kHeight, {100, 250});
-  std::vector<std::uint8_t> grey;
-  for (const Rgba8& p : slice.pixels()) grey.push_back(p.r);
-  frame.pixels = {kWidth, kHeight, std::move(grey)};
-  return {std::move(frame), pose, 1.0, {SafetyState::kValid, ""}};
-}
-
-/// Looking at a point from a direction.
-render::Camera looking(const Vec& at, const Vec& from, double distance_mm) {
-  render::Camera camera;
-  camera.look_at_ct = {at};
-  camera.eye_ct = {at + distance_mm * from.normalized()};
-  camera.up_ct = {Vec::UnitZ()};
-  camera.vertical_fov_rad = 30 * kDeg;
-  return camera;
 }
 
 /// One patient, scanned and insonified.
@@ -198,7 +171,7 @@ Result<void> Gallery::add_cutaways() {
   const auto appearance = abdomen_appearance(*patient->ct(), importance);
   if (!appearance) return appearance.error();
   Scene scene = scene_of(patient->ct(), *appearance, looking(centre, {0.25, -1, 0.25}, 480));
-  scene.plane = coronal_slice(*patient->ct(), centre);
+  scene.plane = coronal_slice(*patient->ct(), centre, 135, 108, {100, 250});
   const double inf = std::numeric_limits<double>::infinity();
   const auto cut = [&](const std::string& name, double inner_deg, double outer_deg,
                        double overlay_mm) {
@@ -263,7 +236,7 @@ Result<void> Gallery::add_mr() {
   if (!any_wanted({"fig8a", "fig8b"})) return {};
   const auto patient = GalleryPatient::create(sim::Contrast::kPortal);
   if (!patient) return patient.error();
-  auto mr = simulated_mr(patient->phantom());
+  auto mr = simulated_mr(patient->phantom(), MrFat::kSuppressed);
   if (!mr) return mr.error();
   const Vec liver = patient->liver();
   const auto simple = mr_appearance(**mr, 0.8);
@@ -291,8 +264,8 @@ Result<void> Gallery::add_mr() {
 Result<void> check_only(const std::string& only) {
   std::vector<std::string> names{"fig2a", "fig2b", "fig2c", "fig3a", "fig3b", "fig5a", "fig5b",
                                  "fig5c", "fig5d", "fig6a", "fig6b", "fig7",  "fig8a", "fig8b"};
-  for (const auto& part :
-       {registration_gallery_names(), simulator_gallery_names(), predicate_gallery_names()}) {
+  for (const auto& part : {contextual_gallery_names(), registration_gallery_names(),
+                           simulator_gallery_names(), predicate_gallery_names()}) {
     names.insert(names.end(), part.begin(), part.end());
   }
   std::string all;
@@ -333,6 +306,7 @@ Result<void> run_gallery(const GalleryOptions& options, app::Console& console) {
     console.progress(++done / static_cast<double>(gallery.images().size()));
   }
   console.end();
+  if (auto ok = draw_contextual_gallery(options, *folder, console); !ok) return ok;
   if (auto ok = draw_registration_gallery(options, *folder, console); !ok) return ok;
   if (auto ok = draw_simulator_gallery(options, *folder, console); !ok) return ok;
   if (auto ok = draw_predicate_gallery(options, *folder, console); !ok) return ok;

@@ -20,8 +20,8 @@ struct GalleryOptions {
 
 /// Draws the images of docs/gallery.md: Figures 2, 3, 5, 6, 7 and 8 of Burns et al. 2007
 /// re-created on simulated patients and, where SONDE_DATA_DIR has it, a public CT angiography; then
-/// draw_registration_gallery(), draw_simulator_gallery() and draw_predicate_gallery(). kUsage if
-/// only is part of no image's name.
+/// draw_contextual_gallery(), draw_registration_gallery(), draw_simulator_gallery() and
+/// draw_predicate_gallery(). kUsage if only is part of no image's name.
 Result<void> run_gallery(const GalleryOptions& options, app::Console& console);
 
 }  // namespace nav::bench

@@ -100,6 +100,28 @@ double mr_value(sim::Tissue tissue) {
   }
 }
 
+/// Intensity without contrast agent and without suppression: fat is brightest.
+double plain_mr_value(sim::Tissue tissue) {
+  switch (tissue) {
+    using enum sim::Tissue;
+    case kFat:
+    case kPeritonealFat:
+    case kRenalSinus:
+    case kMarrow:
+      return 900;
+    case kHepaticVein:
+    case kPortalVein:
+    case kAorta:
+    case kVenaCava:
+      return 260;
+    case kKidneyCortex:
+    case kKidneyMedulla:
+      return 380;
+    default:
+      return mr_value(tissue);
+  }
+}
+
 /// Two independent uniform numbers in (0, 1) of a voxel, to two normal ones by Box and Muller.
 std::array<double, 2> normal_pair(std::uint64_t voxel) {
   const auto uniform = [&](std::uint64_t salt) {
@@ -115,7 +137,7 @@ std::array<double, 2> normal_pair(std::uint64_t voxel) {
 
 }  // namespace
 
-Result<std::shared_ptr<const Volume>> simulated_mr(const sim::AbdomenPhantom& phantom) {
+Result<std::shared_ptr<const Volume>> simulated_mr(const sim::AbdomenPhantom& phantom, MrFat fat) {
   constexpr double kSpacingMm = 1.6;
   constexpr double kNoise = 22;
   VoxelGrid grid;
@@ -132,7 +154,8 @@ Result<std::shared_ptr<const Volume>> simulated_mr(const sim::AbdomenPhantom& ph
         for (int corner = 0; corner < 8; ++corner) {
           const Eigen::Vector3d off((corner & 1) - 0.5, (corner >> 1 & 1) - 0.5,
                                     (corner >> 2 & 1) - 0.5);
-          sum += mr_value(phantom.tissue({p + 0.5 * kSpacingMm * off}));
+          const sim::Tissue tissue = phantom.tissue({p + 0.5 * kSpacingMm * off});
+          sum += fat == MrFat::kBright ? plain_mr_value(tissue) : mr_value(tissue);
         }
         const double gain = 1 + 0.15 * std::cos(p.x() / 110) * std::sin(p.y() / 90);
         const auto noise = normal_pair(values.size());

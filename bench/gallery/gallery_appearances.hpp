@@ -34,9 +34,12 @@ Result<render::TransferFunction> plain_ct_appearance(const Volume& ct);
 /// does.
 Result<render::TransferFunction> angiography_appearance(const Volume& ct);
 
-/// Contrast-enhanced, fat-suppressed T1 of the simulated patient, 1.6 mm: tissue values of its own,
-/// uneven receiver gain, Rician noise. Values are intensities, not HU.
-Result<std::shared_ptr<const Volume>> simulated_mr(const sim::AbdomenPhantom& phantom);
+enum class MrFat { kSuppressed, kBright };
+
+/// T1 of the simulated patient, 1.6 mm, contrast-enhanced with suppressed fat, or without contrast
+/// agent with bright fat: tissue values of its own, uneven receiver gain, Rician noise. Values are
+/// intensities, not HU.
+Result<std::shared_ptr<const Volume>> simulated_mr(const sim::AbdomenPhantom& phantom, MrFat fat);
 
 /// The preset mr-fat-suppressed for an MR. vessels: their importance.
 Result<render::TransferFunction> mr_appearance(const Volume& mr, double vessels);

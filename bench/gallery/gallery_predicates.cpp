@@ -17,6 +17,7 @@
 #include "io/ct.hpp"
 #include "io/image_output.hpp"
 #include "render/engine.hpp"
+#include "render/predicates/shading_source.hpp"
 
 namespace nav::bench {
 namespace {
@@ -62,6 +63,7 @@ class PredicateGallery {
   Result<void> prostate();
   Result<void> spine();
   Result<void> inside();
+  Result<void> shaded();
   [[nodiscard]] bool wanted(const std::string& name) const {
     return ("predicates-" + name).find(options_.only) != std::string::npos;
   }
@@ -288,11 +290,39 @@ Result<void> PredicateGallery::inside() {
   return write("inside", panels);
 }
 
+/// The shoulder's bone without shading, as in the paper, and with it.
+Result<void> PredicateGallery::shaded() {
+  if (!wanted("shaded")) return {};
+  auto volume = app::phantom_volume("shoulder", kSide);
+  if (!volume) return volume.error();
+  const auto model = *render::preset_predicates("shoulder-bone");
+  std::vector<app::PredicatePanel> panels;
+  for (const double smoothing_mm : {0.0, 1.0, 2.0}) {
+    auto scene = scene_of(model, {}, *volume);
+    if (!scene) return scene.error();
+    if (smoothing_mm > 0) {
+      auto shading =
+          render::shading_of_predicates(*scene->ct, scene->predicates->intensity, smoothing_mm,
+                                        render::kUsualFullGradientPerMm, 0);
+      if (!shading) return shading.error();
+      scene->predicates->shading = *std::move(shading);
+    }
+    auto image = rendered(*scene);
+    if (!image) return image.error();
+    const std::string title = smoothing_mm == 0   ? "(a) not shaded"
+                              : smoothing_mm == 1 ? "(b) shaded, 1 mm"
+                                                  : "(c) shaded, 2 mm";
+    panels.push_back({title, *std::move(image), model});
+  }
+  return write("shaded", panels);
+}
+
 }  // namespace
 
 std::vector<std::string> predicate_gallery_names() {
-  return {"predicates-carotid",   "predicates-shoulder", "predicates-tendon", "predicates-carried",
-          "predicates-scribbles", "predicates-prostate", "predicates-spine",  "predicates-inside"};
+  return {"predicates-carotid", "predicates-shoulder",  "predicates-tendon",
+          "predicates-carried", "predicates-scribbles", "predicates-prostate",
+          "predicates-spine",   "predicates-inside",    "predicates-shaded"};
 }
 
 Result<void> draw_predicate_gallery(const GalleryOptions& options, app::OutputFolder& folder,
@@ -319,7 +349,8 @@ Result<void> draw_predicate_gallery(const GalleryOptions& options, app::OutputFo
       [&] { return gallery.scribbles(); },
       [&] { return gallery.prostate(); },
       [&] { return gallery.spine(); },
-      [&] { return gallery.inside(); }};
+      [&] { return gallery.inside(); },
+      [&] { return gallery.shaded(); }};
   double done = 0;
   for (const auto& image : images) {
     if (auto ok = image(); !ok) return ok;

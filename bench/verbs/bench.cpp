@@ -9,6 +9,7 @@
 #include <iostream>
 #include <iterator>
 
+#include "app/appearance/appearance.hpp"
 #include "app/engines.hpp"
 #include "app/report.hpp"
 #include "app/views/presenter.hpp"
@@ -181,6 +182,30 @@ std::vector<render::TransferFunction> motion_looks() {
   return all;
 }
 
+/// The patient by the default appearance, with plane, needle, target, path and cutaway, 800 × 600.
+Result<NamedScene> contextual_scene(const std::shared_ptr<const Volume>& ct) {
+  const app::SessionConfig::Appearance appearance;
+  auto resolved = app::resolve_appearance(appearance, *ct);
+  if (!resolved) return resolved.error();
+  const std::vector<render::TransferFunction> transfers{resolved->transfer};
+  auto scenes = bench_scenes({{"patient-256", ct, transfers}}, kMotionView, 800, 600);
+  if (scenes.empty()) {
+    return Error{ErrorCode::kNotFound,
+                 "bench: expected a scene of the default appearance, found none"};
+  }
+  NamedScene one = std::move(scenes.front());
+  one.scene = with_everything(std::move(one.scene));
+  one.scene.shading = resolved->shading;
+  if (resolved->cutaway) one.scene.cutaway = resolved->cutaway;
+  if (resolved->drawn) {
+    one.scene.ct = resolved->drawn->ct;
+    one.scene.transfer = resolved->drawn->transfer;
+    one.scene.gradient_source = resolved->drawn->gradient_source;
+  }
+  one.name += "/cutaway";
+  return one;
+}
+
 /// The camera moves about a cubic patient; the last scene's volume also sees an edit.
 Result<void> measure_motion(bool quick, BenchRenderReport& report, app::Console& console) {
   const auto appearances = motion_looks();
@@ -190,9 +215,16 @@ Result<void> measure_motion(bool quick, BenchRenderReport& report, app::Console&
     if (!ct) return ct.error();
     const auto scenes = bench_scenes({{"patient-" + std::to_string(side), *ct, appearances}},
                                      kMotionView, 800, 600);
+    if (side == sides.front()) {
+      auto contextual = contextual_scene(*ct);
+      if (!contextual) return contextual.error();
+      auto moved = measure_interaction(*contextual, {quick ? 3 : 7, 3});
+      if (!moved) return moved.error();
+      report.interaction.push_back(std::move(*moved));
+    }
     for (const auto& named : scenes) {
       console.progress(static_cast<double>(report.interaction.size()) /
-                       static_cast<double>(sides.size() * appearances.size()));
+                       static_cast<double>(sides.size() * appearances.size() + 1));
       auto moved = measure_interaction(named, {quick ? 3 : 7, 3});
       if (!moved) return moved.error();
       report.interaction.push_back(std::move(*moved));
@@ -207,8 +239,8 @@ Result<void> measure_motion(bool quick, BenchRenderReport& report, app::Console&
 
 /// Measures the costs of the navigation scene: always cutaway and update, and those of every
 /// element if the options ask for them.
-Result<void> measure_navigation(const render::Scene& scene, const BenchRenderOptions& options,
-                                BenchRenderReport& report) {
+Result<void> measure_navigation(const render::Scene& scene, const std::shared_ptr<const Volume>& ct,
+                                const BenchRenderOptions& options, BenchRenderReport& report) {
   const Repeats repeats{options.quick ? 3 : 9, 3};
   render::Scene large = scene;
   large.width = 800;
@@ -230,6 +262,9 @@ Result<void> measure_navigation(const render::Scene& scene, const BenchRenderOpt
   auto costs = measure_costs(large, repeats);
   if (!costs) return costs.error();
   report.costs = std::move(*costs);
+  auto preparations = measure_preparations(ct, {options.quick ? 1 : 5, 20});
+  if (!preparations) return preparations.error();
+  report.costs->preparations = std::move(*preparations);
   return {};
 }
 
@@ -337,7 +372,7 @@ Result<io::Json> measure_live(const BenchRenderOptions& options, int width, int 
   if (!ct) return ct.error();
   const auto scene = demo_scene(*ct, *simulation, width, height);
   if (!scene) return scene.error();
-  if (auto ok = measure_navigation(*scene, options, report); !ok) return ok.error();
+  if (auto ok = measure_navigation(*scene, *ct, options, report); !ok) return ok.error();
   console.end();
   console.begin("a moving camera");
   if (auto ok = measure_motion(options.quick, report, console); !ok) return ok.error();

@@ -201,10 +201,15 @@ io::Json as_json(const CostTable& table) {
                        {"samples", cost.samples},
                        {"gradients", cost.gradients}});
   }
+  io::Json preparations = io::Json::array();
+  for (const auto& cost : table.preparations) {
+    preparations.push_back({{"what", cost.what}, {"ms", cost.ms}, {"wall_ms", cost.wall_ms}});
+  }
   return {{"frame_ms", table.frame_ms},
           {"frame_samples", table.frame_samples},
           {"elements", std::move(elements)},
-          {"changes", std::move(changes)}};
+          {"changes", std::move(changes)},
+          {"preparations", std::move(preparations)}};
 }
 
 void add_comparison(const RenderBenchReport& report, io::Json& json) {

@@ -33,7 +33,9 @@ io::Json row_json(const PredicateBenchRow& row) {
           {"importance_edit_ms", row.prepare_ms},
           {"set_edit_ms", row.set_edit_ms},
           {"set_edit_wall_ms", row.edit.first_ms},
-          {"set_edit_whole_ms", row.edit.whole_ms}};
+          {"set_edit_whole_ms", row.edit.whole_ms},
+          {"bar_edit_wall_ms", row.bar.first_ms},
+          {"bar_edit_whole_ms", row.bar.whole_ms}};
 }
 
 io::Json gl_json(const GlPredicateReport& report) {
@@ -88,6 +90,7 @@ io::Json report_json(const PredicateBenchReport& report) {
             {"max_error_early_termination", report.max_error()},
             {"bound_violations", report.bound_violations},
             {"worst_set_edit_wall_ms", report.worst_set_edit_wall_ms()},
+            {"worst_whole_ms", report.worst_whole_ms()},
             {"gl_predicate_over_standard_fps", of_gl(&Gl::predicate_over_standard)},
             {"gl_max_error_early_termination", of_gl(&Gl::max_error)},
             {"gl_worst_set_edit_ms", of_gl(&Gl::worst_set_edit_ms)},

@@ -104,19 +104,7 @@ void set_shading(const Scene& scene, MarchInputs& in) {
   const auto view = spec::make_view<double>(scene.camera, scene.width, scene.height, grid);
   const Eigen::Vector3d light = grid.directions.transpose() * spec::gooch_light(view);
   for (int axis = 0; axis < 3; ++axis) in.light[axis] = static_cast<float>(light[axis]);
-  in.per_full_gradient = static_cast<float>(1 / shading.full_gradient_per_mm);
-  in.emphasis = static_cast<float>(shading.emphasis);
-  in.ambient = static_cast<float>(shading.ambient);
-  in.diffuse = static_cast<float>(shading.diffuse);
-  in.specular = static_cast<float>(shading.specular);
-  in.shininess = static_cast<float>(shading.shininess);
-  const bool whole = shading.shininess == std::floor(shading.shininess);
-  in.whole_shininess = whole ? static_cast<int>(shading.shininess) : -1;
-  // The greatest computed power has an exponent below 2 · shininess.
-  in.least_cosine = static_cast<float>(std::pow(10.0, -37 / std::max(2 * shading.shininess, 1.0)));
-  in.cool_share = static_cast<float>(shading.cool_share);
-  in.warm_share = static_cast<float>(shading.warm_share);
-  in.silhouette = static_cast<float>(shading.silhouette);
+  set_light(shading, in);
   // A ray crosses at most diagonal / step + 2 cells.
   const double cells = grid.extent_mm().norm() / spec::step_mm(scene.quality, grid) + 2;
   in.min_shaded_weight = static_cast<float>(kShadingBudget / cells);
@@ -131,6 +119,22 @@ void set_index_axis(const Eigen::Vector3d& v, const VoxelGrid& grid, double* out
 }
 
 }  // namespace
+
+void set_light(const Shading& shading, MarchInputs& in) {
+  in.per_full_gradient = static_cast<float>(1 / shading.full_gradient_per_mm);
+  in.emphasis = static_cast<float>(shading.emphasis);
+  in.ambient = static_cast<float>(shading.ambient);
+  in.diffuse = static_cast<float>(shading.diffuse);
+  in.specular = static_cast<float>(shading.specular);
+  in.shininess = static_cast<float>(shading.shininess);
+  const bool whole = shading.shininess == std::floor(shading.shininess);
+  in.whole_shininess = whole ? static_cast<int>(shading.shininess) : -1;
+  // The greatest computed power has an exponent below 2 · shininess.
+  in.least_cosine = static_cast<float>(std::pow(10.0, -37 / std::max(2 * shading.shininess, 1.0)));
+  in.cool_share = static_cast<float>(shading.cool_share);
+  in.warm_share = static_cast<float>(shading.warm_share);
+  in.silhouette = static_cast<float>(shading.silhouette);
+}
 
 void set_thresholds(const Cutaway& cutaway, MarchInputs& in) {
   in.fade_share = cutaway.constant ? 0.0F : 1.0F;

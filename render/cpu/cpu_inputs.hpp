@@ -11,6 +11,9 @@ namespace nav::render {
 /// The variant of the march that a scene needs.
 MarchKey march_key(const Scene& scene, const CpuCache& cache, bool with_cutaway);
 
+/// Sets the parameters of shading that do not depend on the view.
+void set_light(const Shading& shading, MarchInputs& in);
+
 /// Sets the thresholds of the cutaway's fade.
 void set_thresholds(const Cutaway& cutaway, MarchInputs& in);
 

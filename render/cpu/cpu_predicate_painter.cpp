@@ -61,8 +61,9 @@ CpuPredicatePainter::CpuPredicatePainter(const Scene& scene, const CpuPredicates
       rays_of_(scene, marches.rays, cutaway, field, kSampleInCell, in_.base.overlay_cells),
       tiles_across_((scene.width + kPredicateTile - 1) / kPredicateTile),
       tiles_down_((scene.height + kPredicateTile - 1) / kPredicateTile) {
-  plain_ = marches.predicates.march(how_, false);
-  fading_ = marches.predicates.march(how_, true);
+  const bool shades = scene.predicates->shading.has_value();
+  plain_ = marches.predicates.march(how_, false, shades);
+  fading_ = marches.predicates.march(how_, true, shades);
 }
 
 void CpuPredicatePainter::paint_tile(int index) {

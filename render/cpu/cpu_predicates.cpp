@@ -58,6 +58,7 @@ void CpuPredicates::update(const Scene& scene, int threads, std::optional<double
   make_appearances();
   make_bricks(threads);
   make_opacities(scene);
+  take_gradients(scene, threads);
 }
 
 std::size_t CpuPredicates::missing_bytes(const PredicateSet& set) const {
@@ -108,6 +109,15 @@ void CpuPredicates::take_channels(int threads) {
     prepare(channel, threads, kept);
   }
   prepared_ = std::move(kept);
+}
+
+void CpuPredicates::take_gradients(const Scene& scene, int threads) {
+  const auto& shading = scene.predicates->shading;
+  if (!shading) {
+    gradients_ = {};
+  } else if (gradients_.codes != shading->source) {
+    gradients_ = {shading->source, std::make_unique<CpuVolume>(*shading->source, threads)};
+  }
 }
 
 void CpuPredicates::make_atoms() {
@@ -313,10 +323,24 @@ void CpuPredicates::set_opacity(const Scene& scene, PredicateInputs& in) const {
                                               : budget.end_at;
 }
 
+void CpuPredicates::set_shading(const Scene& scene, PredicateInputs& in) const {
+  const auto& shading = scene.predicates->shading;
+  if (!shading) return;
+  const VoxelGrid& grid = scene.ct->grid();
+  const double step = spec::step_mm(scene.quality, grid);
+  in.base.gradient_voxels = gradients_.volume->origin();
+  for (int axis = 0; axis < 3; ++axis) {
+    in.base.half_per_spacing[axis] = static_cast<float>(0.5 / grid.spacing_mm[axis]);
+    in.base.mm_per_index_step[axis] = static_cast<float>(grid.spacing_mm[axis] / step);
+  }
+  set_light(phong_of(*shading), in.base);
+}
+
 PredicateInputs CpuPredicates::inputs(const Scene& scene) const {
   PredicateInputs in{};
   set_grid(scene, in);
   set_opacity(scene, in);
+  set_shading(scene, in);
   for (std::size_t i = 0; i < set_->channels().size(); ++i) {
     const PredicateSet::Channel& channel = set_->channels()[i];
     in.codes[i] = prepared_.at(channel.codes.get()).volume->origin();

@@ -68,15 +68,18 @@ class CpuPredicates {
   void make_matters();
   void make_opacities(const Scene& scene);
   void make_bricks(int threads);
+  void take_gradients(const Scene& scene, int threads);
   [[nodiscard]] float measure(double importance) const;
   [[nodiscard]] PredicateAppearance appearance_of(std::uint32_t leaves) const;
   static void find_appearance(const void* self, std::uint32_t leaves, PredicateAppearance* out);
   void set_grid(const Scene& scene, PredicateInputs& in) const;
   void set_opacity(const Scene& scene, PredicateInputs& in) const;
+  void set_shading(const Scene& scene, PredicateInputs& in) const;
 
   std::optional<PredicateSet> set_;
   PredicateBlend blend_ = PredicateBlend::kOver;
   std::map<const StoredVolume*, Prepared> prepared_;
+  Prepared gradients_{};  ///< Source of the shading; empty without shading.
   PredicateBrickCache known_;
   std::vector<float> importance_;
   std::vector<std::int8_t> leaps_;

@@ -6,6 +6,7 @@
 
 #include "render/cpu/cpu_kernel_classify.hpp"
 #include "render/cpu/cpu_kernel_leap.hpp"
+#include "render/cpu/cpu_kernel_shade.hpp"
 #include "render/cpu/predicate_march.hpp"
 
 /// Predicates in lanes, in single precision: predicate_scene.hpp. See cpu_kernel.hpp for V and for
@@ -169,7 +170,7 @@ struct LeafTests {
 };
 
 /// The march of predicate_scene.hpp.
-template <class V, PredicateBlend kBlend, bool kFade>
+template <class V, PredicateBlend kBlend, bool kFade, bool kShade>
 class PredicateMarcher {
   using F = typename V::F;
   using I = typename V::I;
@@ -571,6 +572,16 @@ class PredicateMarcher {
     return &found;
   }
 
+  /// PredicateShading of the colours of samples.
+  void shade(F cell, M shown, F* colour) {
+    F gradient[3];
+    sampler_.gradient(cell, shown, gradient);
+    counts_.gradients += static_cast<std::uint64_t>(V::count(shown));
+    F full[3] = {colour[0], colour[1], colour[2]};
+    Shader<V, MarchShade::kPhong>{sampler_}.shade(gradient, V::set(1.0F), full);
+    for (int c = 0; c < 3; ++c) colour[c] = V::select(shown, full[c], colour[c]);
+  }
+
   /// spec::composite_over(), composite_weight() or composite_log(); opacity 0 changes nothing.
   void blend(const Part& part, F opacity) {
     const F one = V::set(1.0F);
@@ -595,10 +606,10 @@ class PredicateMarcher {
     const F over = V::mul(V::sub(one, a), opacity);
     const F beta = V::mask(counts, V::div(over, V::max(V::add(a, over), V::set(1e-37F))));
     const F chroma = V::sub(one, V::abs(V::sub(V::add(x, x), one)));
-    for (int c = 0; c < 3; ++c) {
-      const F colour = V::madd(chroma, part.appearance[c], x);
-      rgb_[c] = V::madd(beta, V::sub(colour, rgb_[c]), rgb_[c]);
-    }
+    F colour[3];
+    for (int c = 0; c < 3; ++c) colour[c] = V::madd(chroma, part.appearance[c], x);
+    if constexpr (kShade) shade(part.sample.cell, counts, colour);
+    for (int c = 0; c < 3; ++c) rgb_[c] = V::madd(beta, V::sub(colour[c], rgb_[c]), rgb_[c]);
     image_ = V::sub(image_, V::mul(beta, image_));
     alpha_ = V::madd(V::sub(one, alpha_), opacity, alpha_);
     if constexpr (kBlend != PredicateBlend::kOver) {
@@ -630,26 +641,33 @@ class PredicateMarcher {
   F greatest_until_ = V::set(-1e30F);
 };
 
-template <class V, PredicateBlend kBlend, bool kFade>
+template <class V, PredicateBlend kBlend, bool kFade, bool kShade>
 void march_predicates(const PredicateInputs& in, RayPacket& rays, PredicateRays& more,
                       MarchCounts& counts) {
   for (int lane = 0; lane < kPacketLanes; lane += V::kLanes) {
-    PredicateMarcher<V, kBlend, kFade>(in, rays, more, lane, counts).march();
+    PredicateMarcher<V, kBlend, kFade, kShade>(in, rays, more, lane, counts).march();
   }
 }
 
+template <class V, PredicateBlend kBlend>
+PredicateMarch predicate_march(bool fade, bool shade) {
+  if (shade) {
+    return fade ? march_predicates<V, kBlend, true, true>
+                : march_predicates<V, kBlend, false, true>;
+  }
+  return fade ? march_predicates<V, kBlend, true, false>
+              : march_predicates<V, kBlend, false, false>;
+}
+
 template <class V>
-PredicateMarch predicate_march(PredicateBlend blend, bool fade) {
+PredicateMarch predicate_march(PredicateBlend blend, bool fade, bool shade) {
   switch (blend) {
     case PredicateBlend::kOver:
-      return fade ? march_predicates<V, PredicateBlend::kOver, true>
-                  : march_predicates<V, PredicateBlend::kOver, false>;
+      return predicate_march<V, PredicateBlend::kOver>(fade, shade);
     case PredicateBlend::kWeight:
-      return fade ? march_predicates<V, PredicateBlend::kWeight, true>
-                  : march_predicates<V, PredicateBlend::kWeight, false>;
+      return predicate_march<V, PredicateBlend::kWeight>(fade, shade);
     case PredicateBlend::kLog:
-      return fade ? march_predicates<V, PredicateBlend::kLog, true>
-                  : march_predicates<V, PredicateBlend::kLog, false>;
+      return predicate_march<V, PredicateBlend::kLog>(fade, shade);
   }
   return nullptr;
 }

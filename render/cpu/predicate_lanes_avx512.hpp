@@ -8,8 +8,8 @@
 namespace nav::render {
 namespace {
 
-/// Avx512 with the operations that predicate_kernel.hpp needs.
-struct PredicateAvx512 : Avx512 {
+/// SamplingAvx512 with the operations that predicate_kernel.hpp needs.
+struct PredicateAvx512 : SamplingAvx512 {
   static I load_int(const std::int32_t* p, I at) { return {_mm512_i32gather_epi32(at.v, p, 4)}; }
   static void store_int(std::int32_t* p, I a) { _mm512_storeu_si512(p, a.v); }
   static M has_bits(I a, I mask) { return {_mm512_test_epi32_mask(a.v, mask.v)}; }

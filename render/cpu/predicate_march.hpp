@@ -71,7 +71,9 @@ struct alignas(64) OpacityPieces {
 
 /// Data that all rays of an image by predicates share.
 struct PredicateInputs {
-  MarchInputs base;  ///< Grid, bricks, step and cutaway. Its voxels and table are not used.
+  /// Grid, bricks, step, cutaway and, for marches with shading, gradients and light. Its voxels and
+  /// table are not used.
+  MarchInputs base;
 
   const std::int32_t* codes[kMostChannels];  ///< CpuVolume::origin(), with the strides of base.
   bool has_undefined[kMostChannels];
@@ -140,7 +142,7 @@ using PredicateMarch = void (*)(const PredicateInputs&, RayPacket&, PredicateRay
 
 /// The functions compiled for one instruction set.
 struct PredicateMarchSet {
-  PredicateMarch (*march)(PredicateBlend, bool fade);
+  PredicateMarch (*march)(PredicateBlend, bool fade, bool shade);
 };
 PredicateMarchSet portable_predicate_marches();
 // See avx2_marches() and the others.

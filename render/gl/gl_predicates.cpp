@@ -8,6 +8,7 @@
 #include <future>
 
 #include "render/cpu/predicate_early_ends.hpp"
+#include "render/gl/gl_gradients.hpp"
 #include "render/gl/gl_predicates.hpp"
 #include "render/gl/gl_uniforms.hpp"
 #include "render/gl/gl_upload.hpp"
@@ -98,6 +99,10 @@ Result<void> GlPredicates::update(const Scene& scene) {
   if (set_->labels()) {
     if (auto sent = labels_.update(*set_->labels(), limit); !sent) return fail(sent.error());
   }
+  const auto& shading = scene.predicates->shading;
+  if (auto sent = send_gradients(shading ? shading->source : nullptr); !sent) {
+    return fail(sent.error());
+  }
   std::vector<PredicateTexel> texels;
   for (std::size_t c = 1; c < set_->channels().size(); ++c) {
     const auto slot = features_.slot(c);
@@ -110,7 +115,8 @@ Result<void> GlPredicates::update(const Scene& scene) {
            .undefined = features_.has_undefined(),
            .labels = set_->labels().has_value(),
            .log_importance = set_->size() > kMostWeighed,
-           .appearance_table = classes_of(*set_) != PredicateClasses::kNone};
+           .appearance_table = classes_of(*set_) != PredicateClasses::kNone,
+           .shading = gradients_of_ != nullptr};
   std::vector<std::uint32_t> undefined;
   for (const auto& leaf : set_->leaves()) undefined.push_back(undefined_of(leaf));
   rows_ = predicate_rows(*set_, features_, undefined, labels_.bits());
@@ -214,6 +220,49 @@ void GlPredicates::send_opacity(double opacity_length_mm) {
   opacity_length_mm_ = opacity_length_mm;
 }
 
+Result<void> GlPredicates::send_gradients(const std::shared_ptr<const StoredVolume>& source) {
+  if (source == gradients_of_) return {};
+  gradients_of_ = nullptr;
+  if (!source) {
+    gradient_texture_.release();
+    return {};
+  }
+  const std::vector<std::int16_t> differences = neighbour_differences(*source);
+  if (differences.empty()) {
+    return Error{ErrorCode::kUnsupportedData,
+                 source->name() +
+                     ": shading by predicates: expected neighbours that differ by at most 32767, "
+                     "found more"};
+  }
+  const auto& size = source->grid().size;
+  glBindTexture(GL_TEXTURE_3D, gradient_texture_.id());
+  gl::set_sampling(GL_TEXTURE_3D, GL_LINEAR);
+  glTexImage3D(GL_TEXTURE_3D, 0, GL_RGBA16_SNORM, size[0], size[1], size[2], 0, GL_RGBA, GL_SHORT,
+               differences.data());
+  if (glGetError() != GL_NO_ERROR) {
+    return Error{ErrorCode::kUnsupportedData,
+                 source->name() +
+                     ": expected the gradients of shading within the memory of this OpenGL device, "
+                     "found more; the CPU engine draws it"};
+  }
+  gradients_of_ = source;
+  return {};
+}
+
+void GlPredicates::set_shading(GlProgram& program, const Scene& scene) {
+  if (!form_.shading) return;
+  const PredicateShading& shading = *scene.predicates->shading;
+  const VoxelGrid& grid = scene.ct->grid();
+  const Eigen::Matrix3d axes_from_local = grid.directions.transpose();
+  program.set("predicate_axes_from_local", axes_from_local);
+  program.set("predicate_half_per_spacing", Eigen::Vector3d(0.5 * grid.spacing_mm.cwiseInverse()));
+  program.set("predicate_full_gradient", shading.full_gradient_per_mm);
+  program.set("predicate_light", Eigen::Vector4d(shading.ambient, shading.diffuse, shading.specular,
+                                                 shading.shininess));
+  program.set("predicate_gradients", kPredicateGradients);
+  bind_texture(kPredicateGradients, GL_TEXTURE_3D, gradient_texture_.id());
+}
+
 std::optional<GlPredicateForm> GlPredicates::generic_form() const {
   if (!rows_) return std::nullopt;
   return GlPredicateForm{.text = {},
@@ -223,6 +272,7 @@ std::optional<GlPredicateForm> GlPredicates::generic_form() const {
                          .labels = true,
                          .log_importance = form_.log_importance,
                          .appearance_table = form_.appearance_table,
+                         .shading = form_.shading,
                          .generic = true};
 }
 
@@ -249,6 +299,7 @@ void GlPredicates::bind(GlProgram& program, bool generic, const Scene& scene,
   beside ? set_beside(program, scene, *beside) : set_ends(program, scene);
   generic ? set_rows(program) : set_leaves(program);
   set_readers(program);
+  set_shading(program, scene);
   bind_features(program, generic);
   if (generic || form_.undefined) {
     bind_texture(kUndefined, GL_TEXTURE_3D,
@@ -378,6 +429,8 @@ void GlPredicates::release() {
   stand_ins_.release();
   labels_.release();
   brick_texture_.release();
+  gradient_texture_.release();
+  gradients_of_ = nullptr;
   for (GlTable* table : {&appearance_table_, &weight_table_, &opacity_table_, &leaf_table_}) {
     table->release();
   }

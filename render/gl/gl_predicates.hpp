@@ -64,6 +64,8 @@ class GlPredicates {
   void send_weights();
   void send_bricks();
   void send_opacity(double opacity_length_mm);
+  Result<void> send_gradients(const std::shared_ptr<const StoredVolume>& source);
+  void set_shading(GlProgram& program, const Scene& scene);
   [[nodiscard]] double measure(double importance) const;
   void set_march(GlProgram& program, const Scene& scene, const std::optional<Beside>& beside) const;
   void set_ends(GlProgram& program, const Scene& scene) const;
@@ -85,7 +87,8 @@ class GlPredicates {
   std::vector<double> importances_;  ///< One for each brick.
   std::size_t occupied_ = 0;
   double opacity_length_mm_ = 0;
-  GlTexture brick_texture_;
+  GlTexture brick_texture_, gradient_texture_;
+  std::shared_ptr<const StoredVolume> gradients_of_;  ///< PredicateShading::source; null: none.
   GlStandIns stand_ins_;
   GlTable appearance_table_, weight_table_, opacity_table_, leaf_table_;
   std::optional<GlPredicateRows> rows_;

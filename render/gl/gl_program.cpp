@@ -105,6 +105,7 @@ std::string predicate_defines(const GlPredicateForm& form) {
   define(defines, form.labels, "LABELS");
   define(defines, form.log_importance, "LOG_IMPORTANCE");
   define(defines, form.appearance_table, "APPEARANCE_TABLE");
+  define(defines, form.shading, "PREDICATE_SHADING");
   define(defines, form.generic, "GENERIC");
   return defines + form.text;
 }
@@ -163,7 +164,8 @@ int samplers_of(const GlFeatures& f) {
   if (f.predicates) {
     const GlPredicateForm& p = *f.predicates;
     // Textures of bricks, appearances and opacity.
-    samplers += 3 + p.feature_textures + count({p.undefined, p.labels, p.generic, f.beside_ct});
+    samplers +=
+        3 + p.feature_textures + count({p.undefined, p.labels, p.shading, p.generic, f.beside_ct});
   }
   if (!f.predicates || f.beside_ct) {
     const bool pre_integrated = f.classified == GlFeatures::Classified::kPreIntegrated;

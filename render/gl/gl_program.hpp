@@ -27,6 +27,7 @@ struct GlPredicateForm {
   bool labels = false;
   bool log_importance = false;    ///< false: weights.
   bool appearance_table = false;  ///< false: Eqs. 6 to 8 for every sample.
+  bool shading = false;           ///< PredicateShading.
   bool generic = false;           ///< Reads any set from a table; text is empty.
   auto operator<=>(const GlPredicateForm&) const = default;
 };

@@ -44,6 +44,7 @@ enum GlUnit {
   kAppearances,
   kLeaves,
   kOpacity,
+  kPredicateGradients,
   kTarget
 };
 

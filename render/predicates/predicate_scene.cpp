@@ -30,7 +30,42 @@ bool same_features(const Features& a, const Features& b) {
   return true;
 }
 
+bool same_shading(const std::optional<PredicateShading>& a,
+                  const std::optional<PredicateShading>& b) {
+  if (a.has_value() != b.has_value()) return false;
+  const auto all = [](const PredicateShading& s) {
+    return std::tie(s.source, s.full_gradient_per_mm, s.ambient, s.diffuse, s.specular,
+                    s.shininess);
+  };
+  return !a || all(*a) == all(*b);
+}
+
+Result<void> check_predicate_shading(const PredicateShading& shading, const VoxelGrid& grid) {
+  if (!shading.source) {
+    return Error{ErrorCode::kMalformedData,
+                 "predicates.shading.source: expected a volume, found none"};
+  }
+  const VoxelGrid& own = shading.source->grid();
+  if (!(own.size == grid.size && own.spacing_mm == grid.spacing_mm &&
+        own.origin_mm == grid.origin_mm && own.directions == grid.directions)) {
+    return Error{ErrorCode::kMalformedData,
+                 "predicates.shading.source: expected the grid of the volume, found another"};
+  }
+  const auto ok = validate(phong_of(shading));
+  return ok ? ok : Error{ok.error().code, "predicates." + ok.error().message};
+}
+
 }  // namespace
+
+Shading phong_of(const PredicateShading& shading) {
+  Shading out;
+  out.full_gradient_per_mm = shading.full_gradient_per_mm;
+  out.ambient = shading.ambient;
+  out.diffuse = shading.diffuse;
+  out.specular = shading.specular;
+  out.shininess = shading.shininess;
+  return out;
+}
 
 Result<void> validate(const PredicateScene& predicates, const Scene& scene) {
   const auto& window = predicates.intensity;
@@ -55,6 +90,11 @@ Result<void> validate(const PredicateScene& predicates, const Scene& scene) {
       return Error{ok.error().code, "predicates." + ok.error().message};
     }
   }
+  if (predicates.shading) {
+    if (const auto ok = check_predicate_shading(*predicates.shading, scene.ct->grid()); !ok) {
+      return ok;
+    }
+  }
   const auto set = PredicateSet::create(predicates, scene.ct, position_of(scene));
   if (!set) return set.error();
   return {};
@@ -66,7 +106,7 @@ bool same_drawing(const PredicateScene& a, const PredicateScene& b) {
                     p.cutaway_importance, p.termination_error, p.needle_lost);
   };
   return all(a) == all(b) && a.model == b.model && same_scan(a.scan, b.scan) &&
-         same_features(a.features, b.features);
+         same_features(a.features, b.features) && same_shading(a.shading, b.shading);
 }
 
 PredicatePosition position_of(const Scene& scene) {

@@ -14,6 +14,25 @@
 namespace nav::render {
 
 struct Scene;
+struct Shading;
+
+/// Shading of samples by predicates: Blinn–Phong with a headlight, by the central-difference
+/// gradient at one voxel of a volume of its own, as spec::shade_sample() with a share of 1. A
+/// sample's opacity, predicates and importance do not depend on it, and its colour stays in [0, 1],
+/// so every bound of early termination holds as without shading.
+struct PredicateShading {
+  /// Required, on the grid of the volume: shading_of_predicates() makes it. Neighbours differ by at
+  /// most 32767.
+  std::shared_ptr<const StoredVolume> source;
+  double full_gradient_per_mm = 10;  ///< Stored values of the source per mm, > 0; see Shading.
+  double ambient = 0.3;
+  double diffuse = 0.7;
+  double specular = 0.2;
+  double shininess = 20;
+};
+
+/// A Shading of style Phong without emphasis that has these values.
+Shading phong_of(const PredicateShading& shading);
 
 /// Draws a scene's volume by predicates instead of by its transfer function. The rest of the scene
 /// stays the same. A plain value.
@@ -35,7 +54,8 @@ struct Scene;
 /// -expm1(-tau · length_mm). Splitting a sample changes nothing (the semigroup of RENDERING.md b.1
 /// also holds with importance), so that the opacity depends neither on the step nor on the spacing.
 ///
-/// Samples are not shaded: the luminance is that of the ultrasound.
+/// Samples are not shaded unless `shading` is set: the luminance is that of the ultrasound. The
+/// gradient is that of the middle of the whole cell.
 ///
 /// Surfaces are samples with the greatest impact of the model. No sample in front of them is more
 /// important, less important samples fade in front of them, and an opaque surface ends the ray
@@ -69,12 +89,14 @@ struct PredicateScene {
   /// Greatest change of a pixel by omitting samples that are hardly visible, [0, 0.5]; 0: nothing
   /// is omitted. quality.opaque_at has no effect.
   double termination_error = 1.0 / 255;
+  std::optional<PredicateShading> shading{};  ///< Costs nothing when absent.
 };
 
 /// Rejects the following and names the field: models that validate(PredicateModel) rejects;
 /// features that the model uses and that are missing or not on the volume's grid; predicates of
 /// scan lines without a scan geometry; predicates of a needle or a target that the scene does not
-/// have; black >= white.
+/// have; black >= white; a shading without source, with a source on another grid, or with
+/// numbers that Shading does not allow.
 Result<void> validate(const PredicateScene& predicates, const Scene& scene);
 
 /// True when two scenes draw the same. Volumes compare by identity.

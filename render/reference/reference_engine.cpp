@@ -10,6 +10,7 @@
 #include "nav/stopwatch.hpp"
 #include "render/engine.hpp"
 #include "render/parallel.hpp"
+#include "render/reference/reference_gradient.hpp"
 #include "render/reference/reference_predicates.hpp"
 #include "render/spec/ray_spec.hpp"
 #include "render/surfaces.hpp"
@@ -20,21 +21,6 @@ namespace nav::render {
 namespace {
 
 using Vec3 = spec::Vec3<double>;
-
-/// Gradient of a volume, HU/mm along the CT axes.
-Vec3 gradient_at(const StoredVolume& ct, const Vec3& index) {
-  const VoxelGrid& grid = ct.grid();
-  Vec3 g;
-  for (int axis = 0; axis < 3; ++axis) {
-    const Vec3 one = Vec3::Unit(axis);
-    const double last = grid.size[static_cast<std::size_t>(axis)] - 1;
-    Vec3 centre = index;
-    centre[axis] = std::clamp(centre[axis], 0.0, last);
-    g[axis] = (spec::value_at(ct, centre + one) - spec::value_at(ct, centre - one)) /
-              (2 * grid.spacing_mm[axis]);
-  }
-  return grid.directions * g;
-}
 
 struct Counts {
   std::uint64_t samples = 0;
@@ -259,7 +245,7 @@ class Caster {
   void add(const Cell& cell) {
     const bool windows = p_.table.rows() > 1;
     Vec3 gradient = Vec3::Zero();
-    if (windows) gradient = gradient_at(gradient_source(), place_in(cell, 0.5));
+    if (windows) gradient = reference_gradient(gradient_source(), place_in(cell, 0.5));
     Classified c = classified(cell, gradient.norm());
     if (!(c.tau_per_mm > 0)) return;
     const double opacity = -std::expm1(-c.tau_per_mm * (cell.t_b - cell.t_a));
@@ -271,7 +257,8 @@ class Caster {
       Vec3 sum = Vec3::Zero();
       for (int j = 0; j < n; ++j) {
         ++counts_.gradients;
-        if (!windows) gradient = gradient_at(gradient_source(), place_in(cell, (j + 0.5) / n));
+        if (!windows)
+          gradient = reference_gradient(gradient_source(), place_in(cell, (j + 0.5) / n));
         sum += spec::shade_sample<double>(c.rgb, gradient, ray_.direction,
                                           spec::gooch_light(p_.view), share, scene_.shading);
       }

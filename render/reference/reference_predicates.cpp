@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/reference/reference_gradient.hpp"
+
 namespace nav::render {
 
 ReferencePredicates::ReferencePredicates(const Scene& scene)
@@ -69,7 +71,12 @@ void ReferencePredicates::add(const Ray& ray, const Eigen::Vector3d& middle, Ima
     }
     tau = spec::faded(tau, visible / spec::kFadeSteps);
   }
-  const auto rgb = spec::hsl(spec::hsl_tint(c.hue_deg, c.saturation), intensity);
+  spec::Rgb<double> rgb = spec::hsl(spec::hsl_tint(c.hue_deg, c.saturation), intensity);
+  if (const auto& shading = scene_.predicates->shading) {
+    rgb = spec::shade_sample<double>(rgb, reference_gradient(*shading->source, middle),
+                                     ray.ray.direction, spec::Vec3<double>::Zero(), 1.0,
+                                     phong_of(*shading));
+  }
   spec::composite_log(state, rgb, -std::expm1(-tau * (part.end - part.begin)), c.importance);
 }
 

@@ -75,6 +75,7 @@ Scene CoarseVolumes::of(const Scene& scene, const PredicateSet& set) {
   out.ct = coarse_;
   coarsen_features(set, out.predicates->features);
   coarsen_labels(set, out.predicates->features);
+  coarsen_gradients(out.predicates->shading);
   return out;
 }
 
@@ -116,11 +117,22 @@ void CoarseVolumes::coarsen_labels(const PredicateSet& set, Features& offered) {
   offered.labels = labels_->coarse;
 }
 
+void CoarseVolumes::coarsen_gradients(std::optional<PredicateShading>& shading) {
+  const auto& source = shading ? shading->source : nullptr;
+  if (gradients_ != source) {
+    gradients_ = source;
+    coarse_gradients_ = source ? every_nth(*source) : nullptr;
+  }
+  if (shading) shading->source = coarse_gradients_;
+}
+
 void CoarseVolumes::release() {
   volume_.reset();
   coarse_.reset();
   features_.clear();
   labels_.reset();
+  gradients_.reset();
+  coarse_gradients_.reset();
 }
 
 }  // namespace nav::render

@@ -44,11 +44,14 @@ class CoarseVolumes {
 
   void coarsen_features(const PredicateSet& set, Features& offered);
   void coarsen_labels(const PredicateSet& set, Features& offered);
+  void coarsen_gradients(std::optional<PredicateShading>& shading);
 
   std::shared_ptr<const StoredVolume> volume_;
   std::shared_ptr<const StoredVolume> coarse_;
   std::map<const StoredVolume*, CoarseFeature> features_;  ///< Keyed by their codes.
   std::optional<CoarseLabels> labels_;
+  std::shared_ptr<const StoredVolume> gradients_;  ///< PredicateShading::source.
+  std::shared_ptr<const StoredVolume> coarse_gradients_;
 };
 
 }  // namespace nav::render

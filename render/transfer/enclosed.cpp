@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/transfer/enclosed.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <utility>
 
@@ -81,12 +82,33 @@ void mark_enclosed(const LatticeSlice& slice, std::span<const std::uint8_t> mask
 
 }  // namespace
 
-bool is_homogeneous(const VoxelLattice& lattice, std::span<const std::int16_t> hu, std::size_t i) {
+std::vector<std::uint8_t> homogeneous_voxels(const VoxelLattice& lattice,
+                                             std::span<const std::int16_t> hu) {
   constexpr int kMostHu = 60;
-  bool same = true;
-  lattice.for_each_neighbour(
-      i, [&](std::size_t n) { same = same && std::abs(hu[n] - hu[i]) <= kMostHu; });
-  return same;
+  std::vector<std::uint8_t> homogeneous(lattice.count(), 1);
+  const std::size_t width = lattice.size(0);
+  const auto height = static_cast<int>(lattice.size(1));
+  const auto depth = static_cast<int>(lattice.size(2));
+  for_each_index(depth, 0, [&](int z) {
+    for (int y = 0; y < height; ++y) {
+      const std::size_t first = static_cast<std::size_t>(z) * lattice.stride(2) +
+                                static_cast<std::size_t>(y) * lattice.stride(1);
+      const std::int16_t* at = hu.data() + first;
+      std::uint8_t* same = homogeneous.data() + first;
+      const auto compare = [&](std::size_t begin, std::size_t end, const std::int16_t* other) {
+        for (std::size_t x = begin; x < end; ++x) {
+          same[x] &= static_cast<std::uint8_t>(std::abs(at[x] - other[x]) <= kMostHu);
+        }
+      };
+      compare(1, width, at - 1);
+      compare(0, width - 1, at + 1);
+      if (y > 0) compare(0, width, at - lattice.stride(1));
+      if (y + 1 < height) compare(0, width, at + lattice.stride(1));
+      if (z > 0) compare(0, width, at - lattice.stride(2));
+      if (z + 1 < depth) compare(0, width, at + lattice.stride(2));
+    }
+  });
+  return homogeneous;
 }
 
 std::vector<std::uint8_t> enclosed_voxels(const VoxelLattice& lattice,
@@ -108,12 +130,30 @@ std::vector<std::uint8_t> enclosed_voxels(const VoxelLattice& lattice,
 
 std::vector<std::uint8_t> within_voxels(const VoxelLattice& lattice, std::vector<std::uint8_t> mask,
                                         int voxels) {
+  const std::size_t width = lattice.size(0);
+  const auto height = static_cast<int>(lattice.size(1));
+  const auto depth = static_cast<int>(lattice.size(2));
+  std::vector<std::uint8_t> wider(mask.size());
   for (int step = 0; step < voxels; ++step) {
-    std::vector<std::uint8_t> wider = mask;
-    for (std::size_t i = 0; i < mask.size(); ++i) {
-      if (mask[i] != 0) lattice.for_each_neighbour(i, [&](std::size_t n) { wider[n] = 1; });
-    }
-    mask = std::move(wider);
+    for_each_index(depth, 0, [&](int z) {
+      for (int y = 0; y < height; ++y) {
+        const std::size_t first = static_cast<std::size_t>(z) * lattice.stride(2) +
+                                  static_cast<std::size_t>(y) * lattice.stride(1);
+        const std::uint8_t* at = mask.data() + first;
+        std::uint8_t* to = wider.data() + first;
+        const auto add = [&](std::size_t begin, std::size_t end, const std::uint8_t* other) {
+          for (std::size_t x = begin; x < end; ++x) to[x] |= other[x];
+        };
+        std::copy_n(at, width, to);
+        add(1, width, at - 1);
+        add(0, width - 1, at + 1);
+        if (y > 0) add(0, width, at - lattice.stride(1));
+        if (y + 1 < height) add(0, width, at + lattice.stride(1));
+        if (z > 0) add(0, width, at - lattice.stride(2));
+        if (z + 1 < depth) add(0, width, at + lattice.stride(2));
+      }
+    });
+    std::swap(mask, wider);
   }
   return mask;
 }

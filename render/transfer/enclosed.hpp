@@ -45,8 +45,10 @@ class VoxelLattice {
   Eigen::Vector3d spacing_mm_;
 };
 
-/// True when no neighbour differs by more than 60 HU: inside a vessel or an organ, not at its rim.
-bool is_homogeneous(const VoxelLattice& lattice, std::span<const std::int16_t> hu, std::size_t i);
+/// Voxels (1) from which no neighbour differs by more than 60 HU: inside a vessel or an organ, not
+/// at its rim.
+std::vector<std::uint8_t> homogeneous_voxels(const VoxelLattice& lattice,
+                                             std::span<const std::int16_t> hu);
 
 /// Voxels (1) that a closed contour of a mask encloses in a slice of one of the three orientations.
 /// Gaps of up to two voxels are closed. Regions of more than 25 cm² are not enclosed: a pelvis or a
@@ -54,7 +56,7 @@ bool is_homogeneous(const VoxelLattice& lattice, std::span<const std::int16_t> h
 std::vector<std::uint8_t> enclosed_voxels(const VoxelLattice& lattice,
                                           std::span<const std::uint8_t> mask);
 
-/// A mask and everything within some voxels of it, by faces.
+/// A mask, of 0 and 1, and everything within some voxels of it, by faces.
 std::vector<std::uint8_t> within_voxels(const VoxelLattice& lattice, std::vector<std::uint8_t> mask,
                                         int voxels);
 

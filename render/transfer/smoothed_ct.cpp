@@ -28,8 +28,8 @@ std::vector<float> smoothing_weights(double sigma_voxels) {
   return out;
 }
 
-/// Smooths every line along an axis. A line belongs to one slice across another axis, so threads
-/// share no line.
+/// Smooths along an axis. A line belongs to one slice across another axis, so threads share no
+/// line. Rows along i are added up as wholes, because columns lie far apart in memory.
 void smooth_lines(const std::array<int, 3>& size, int axis, double sigma_voxels, int threads,
                   std::vector<float>& values) {
   const std::vector<float> weights = smoothing_weights(sigma_voxels);
@@ -37,21 +37,34 @@ void smooth_lines(const std::array<int, 3>& size, int axis, double sigma_voxels,
   const std::array<std::ptrdiff_t, 3> strides{1, size[0], std::ptrdiff_t{size[0]} * size[1]};
   const auto at = [](int i) { return static_cast<std::size_t>(i); };
   const int outer = axis == 2 ? 1 : 2;
-  const int inner = axis == 0 ? 1 : 0;
-  const int count = size[at(axis)];
-  const std::ptrdiff_t stride = strides[at(axis)];
+  const int lines = axis == 0 ? size[1] : size[at(axis)];
+  const std::ptrdiff_t stride = axis == 0 ? strides[1] : strides[at(axis)];
+  const int width = size[0];
   for_each_index(size[at(outer)], threads, [&](int slice) {
-    std::vector<float> line(at(count));
-    for (int row = 0; row < size[at(inner)]; ++row) {
-      float* first = values.data() + slice * strides[at(outer)] + row * strides[at(inner)];
-      for (int i = 0; i < count; ++i) line[at(i)] = first[i * stride];
-      for (int i = 0; i < count; ++i) {
-        float sum = 0;
-        for (int k = -radius; k <= radius; ++k) {
-          sum += weights[at(k + radius)] * line[at(std::clamp(i + k, 0, count - 1))];
+    float* first = values.data() + slice * strides[at(outer)];
+    std::vector<float> before(at(lines) * at(width));
+    for (int line = 0; line < lines; ++line) {
+      std::copy_n(first + line * stride, width, before.data() + std::ptrdiff_t{line} * width);
+    }
+    std::vector<float> sums(at(width));
+    for (int line = 0; line < lines; ++line) {
+      std::ranges::fill(sums, 0.0F);
+      for (int k = -radius; k <= radius; ++k) {
+        const float weight = weights[at(k + radius)];
+        if (axis != 0) {
+          const int from = std::clamp(line + k, 0, lines - 1);
+          const float* row = before.data() + std::ptrdiff_t{from} * width;
+          for (int i = 0; i < width; ++i) sums[at(i)] += weight * row[i];
+          continue;
         }
-        first[i * stride] = sum;
+        const float* row = before.data() + std::ptrdiff_t{line} * width;
+        const int inside_from = std::clamp(-k, 0, width);
+        const int inside_to = std::clamp(width - k, inside_from, width);
+        for (int i = 0; i < inside_from; ++i) sums[at(i)] += weight * row[0];
+        for (int i = inside_from; i < inside_to; ++i) sums[at(i)] += weight * row[i + k];
+        for (int i = inside_to; i < width; ++i) sums[at(i)] += weight * row[width - 1];
       }
+      std::copy_n(sums.data(), width, first + line * stride);
     }
   });
 }

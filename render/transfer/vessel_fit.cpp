@@ -111,13 +111,12 @@ ValueHistogram homogeneous_values(const Volume& ct) {
   std::ranges::transform(hu, cortical.begin(),
                          [](int v) { return static_cast<std::uint8_t>(v >= kCorticalHu); });
   const auto enclosed = enclosed_voxels(lattice, cortical);
+  const auto homogeneous = homogeneous_voxels(lattice, hu);
   ValueHistogram values;
   for (std::size_t i = 0; i < hu.size(); ++i) {
-    if (enclosed[i] == 0 && cortical[i] == 0 && is_homogeneous(lattice, hu, i)) values.add(hu[i]);
-  }
-  // Blood may be brighter than a corticalis.
-  for (std::size_t i = 0; i < hu.size(); ++i) {
-    if (cortical[i] != 0 && is_homogeneous(lattice, hu, i)) values.add(hu[i]);
+    // Blood may be brighter than a corticalis.
+    const bool counts = enclosed[i] == 0 || cortical[i] != 0;
+    if (counts && homogeneous[i] != 0) values.add(hu[i]);
   }
   values.smooth();
   return values;
@@ -245,10 +244,10 @@ VesselClasses classify_vessels(const Volume& ct, const VesselWindow& window, dou
   std::ranges::transform(hu, dense.begin(),
                          [&](int v) { return static_cast<std::uint8_t>(v >= window.zero_above); });
   auto enclosed = enclosed_voxels(lattice, dense);
-  std::vector<std::uint8_t> core(hu.size(), 0);
+  std::vector<std::uint8_t> core = homogeneous_voxels(lattice, hu);
   for (std::size_t i = 0; i < hu.size(); ++i) {
     const bool full = hu[i] >= window.full_from && hu[i] < window.zero_above;
-    core[i] = static_cast<std::uint8_t>(full && is_homogeneous(lattice, hu, i));
+    core[i] &= static_cast<std::uint8_t>(full);
   }
   for (const auto& part : components_of(lattice, core)) {
     const auto inside = std::ranges::count_if(part, [&](auto i) { return enclosed[i] != 0; });
@@ -270,15 +269,11 @@ VesselClasses classify_vessels(const Volume& ct, const VesselWindow& window, dou
   // Noise leaves few homogeneous voxels: blood first grows through values that are surely blood.
   constexpr int kHeadStart = 3;
   for (int step = 0; step < kHeadStart; ++step) {
-    std::vector<std::uint8_t> wider = core;
+    const auto wider = within_voxels(lattice, core, 1);
     for (std::size_t i = 0; i < core.size(); ++i) {
-      if (core[i] == 0) continue;
-      lattice.for_each_neighbour(i, [&](std::size_t n) {
-        const bool full = hu[n] >= window.full_from && hu[n] < window.zero_above;
-        if (full && enclosed[n] == 0) wider[n] = 1;
-      });
+      const bool full = hu[i] >= window.full_from && hu[i] < window.zero_above;
+      if (full && enclosed[i] == 0) core[i] |= wider[i];
     }
-    core = std::move(wider);
   }
   const auto near_blood = within_voxels(lattice, core, 2);
   for (const auto& part : components_of(lattice, dense)) {

@@ -113,6 +113,9 @@ void take_over_predicates() {
 #ifdef TAKES_OVER_LEAVES
   take_over_leaves();
 #endif
+#ifdef PREDICATE_SHADING
+  take_over_predicate_shading();
+#endif
 }
 
 #ifdef FEATURES
@@ -239,6 +242,12 @@ void add_cell(int n, bool counts, float begin, float end, uint sure, uint open, 
   seen = counts && entry > 0.0 && appearance.importance > 0.0 ? seen : 0.0;
   precise float grey = entry / last_entry_taken;
   precise vec3 rgb = fma(vec3(1.0 - abs(fma(2.0, grey, -1.0))), appearance.tint, vec3(grey));
+#ifdef PREDICATE_SHADING
+  if (seen > 0.0) {
+    cost.y += 1.0;
+    rgb = shaded_sample(rgb, index);
+  }
+#endif
   blend(rgb, seen, appearance.importance, 0.0);
   if (counts) ended = light.alpha >= end_at_taken && !left_out &&
           light.alpha * kept_before(greatest_to_come) >= end_at_taken;

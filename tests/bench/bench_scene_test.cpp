@@ -166,6 +166,26 @@ TEST(RenderCostsTest, EverySceneCanBeMeasuredWithAllElements) {
   }
 }
 
+TEST(PreparationCostsTest, WhatIsNotUsedLeavesTheCtAsItIs) {
+  // A ball of tissue in air with a tube of contrast agent.
+  const auto values =
+      test::make_volume(test::centred_grid({32, 32, 32}, {2, 2, 2}), [](int i, int j, int k) {
+        if (std::hypot(i - 16, j - 16, k - 16) > 13) return -1000;
+        return std::hypot(i - 16, j - 16) < 3 ? 300 : 40;
+      });
+  const auto ct = std::make_shared<const Volume>(
+      *Volume::create(values->grid(), {values->values().begin(), values->values().end()}, "tube"));
+  // An unused part that changes the CT is a Bug.
+  const auto costs = measure_preparations(ct, {1, 0});
+  ASSERT_TRUE(test::has_value(costs));
+  const auto count = [&](const std::string& start) {
+    return std::ranges::count_if(*costs, [&](const auto& c) { return c.what.starts_with(start); });
+  };
+  EXPECT_EQ(count("  unused"), 3);
+  EXPECT_EQ(count("  vessels"), 1);
+  for (const PreparationCost& cost : *costs) EXPECT_GE(cost.wall_ms, 0) << cost.what;
+}
+
 TEST(RenderCostsTest, RejectsASceneWithoutAllElements) {
   render::Scene scene = everything();
   scene.lines.clear();

@@ -71,6 +71,26 @@ TEST_F(PredicateFileTest, PresetsSurviveARoundTripThroughAFile) {
   }
 }
 
+TEST_F(PredicateFileTest, ShadingSurvivesARoundTripAndIsOffByDefault) {
+  const std::string entry = R"("predicates": [{"name": "a", "where": {"snr": {}}}]})";
+  const auto plain = read(R"({"sonde_predicates": 1, )" + entry);
+  ASSERT_TRUE(test::has_value(plain));
+  EXPECT_EQ(plain->shading_mm, 0);
+  EXPECT_EQ(to_json_text(*plain).find("shading"), std::string::npos);
+  const auto file = read(
+      R"({"sonde_predicates": 1, "shading": {"smoothing_mm": 1.5, "full_gradient_per_mm": 0.2}, )" +
+      entry);
+  ASSERT_TRUE(test::has_value(file));
+  const auto back = read(to_json_text(*file));
+  ASSERT_TRUE(test::has_value(back));
+  EXPECT_EQ(back->shading_mm, 1.5);
+  EXPECT_EQ(back->full_gradient_per_mm, 0.2);
+  EXPECT_TRUE(rejects(R"({"sonde_predicates": 1, "shading": {"smoothing_mm": 21}, )" + entry,
+                      {"shading.smoothing_mm", "[0, 20]", "21"}));
+  EXPECT_TRUE(rejects(R"({"sonde_predicates": 1, "shading": {"full_gradient_per_mm": 0}, )" + entry,
+                      {"shading.full_gradient_per_mm", "[0.0001, 100]"}));
+}
+
 TEST_F(PredicateFileTest, ConnectedPartsFloorsAndSoftThresholdsSurviveARoundTrip) {
   const auto file = read(R"({"sonde_predicates": 1, "soft_thresholds": 0.25, "predicates": [
       {"name": "vessel", "floor": 0.3, "where": {"connected": {"least_mm3": 40,

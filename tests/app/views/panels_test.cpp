@@ -181,6 +181,27 @@ TEST(PanelsTest, SmallImagesShowTheBanner) {
   EXPECT_GT(changed, 100);
 }
 
+TEST(PanelsTest, SmallImagesShowTheCauseAndWhatIsNotRegistered) {
+  constexpr int kSmallHeight = 240;
+  session::Epoch registered;
+  registered.placement = {SafetyState::kValid, ""};
+  session::Epoch centred = registered;
+  centred.placement = {SafetyState::kDegraded, "the CT is only centred on the sweep"};
+  session::Epoch lost = registered;
+  lost.plane = {SafetyState::kLost, "no pose for 3 s: the tracker does not see the probe"};
+  const auto changed = [](const Image2d<Rgba8>& a, const Image2d<Rgba8>& b, int from, int to) {
+    int count = 0;
+    for (int y = from; y < to; ++y) {
+      for (int x = 0; x < a.width(); ++x) count += a.at(x, y) == b.at(x, y) ? 0 : 1;
+    }
+    return count;
+  };
+  const auto plain = composed(registered, 320, kSmallHeight);
+  EXPECT_GT(changed(plain, composed(centred, 320, kSmallHeight), 0, 40), 200) << "NOT REGISTERED";
+  const auto with_cause = composed(lost, 320, kSmallHeight);
+  EXPECT_GT(changed(plain, with_cause, kSmallHeight + 20, with_cause.height()), 200) << "the cause";
+}
+
 TEST(PanelsTest, SmallImagesShowTheNotes) {
   VoxelGrid grid;
   grid.size = {1, 1, 1};

@@ -11,6 +11,7 @@
 
 #include "render/features/derived_features.hpp"
 #include "render/predicates/predicate_sampler.hpp"
+#include "render/predicates/shading_source.hpp"
 #include "tests/render/scene_support.hpp"
 
 /// Scenes that engines draw by predicates.
@@ -150,7 +151,8 @@ inline render::PredicateModel random_model(std::mt19937& random) {
   return model_of(std::move(entries));
 }
 
-/// A scene with all data that predicates can read, from a random direction.
+/// A scene with all data that predicates can read, from a random direction. Models with an odd
+/// number of entries are shaded.
 inline render::Scene random_predicate_scene(std::mt19937& random,
                                             const std::shared_ptr<const StoredVolume>& ct,
                                             const render::Features& features) {
@@ -179,6 +181,11 @@ inline render::Scene random_predicate_scene(std::mt19937& random,
   predicates.opacity_length_mm = 1 + 3 * std::abs(unit(random));
   predicates.scan = render::FanScan{{{0, -40, 0}}, 20};
   EXPECT_TRUE(has_value(add_features(ct, 0.4, predicates)));
+  if (predicates.model.entries.size() % 2 == 1) {
+    auto shading = render::shading_of_predicates(*ct, {}, 0.8, 0.05, 1);
+    EXPECT_TRUE(has_value(shading));
+    predicates.shading = *std::move(shading);
+  }
   scene.predicates = std::move(predicates);
   if (unit(random) > 0.3) {
     scene.cutaway.emplace();
