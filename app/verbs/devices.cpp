@@ -69,7 +69,7 @@ Result<void> run_devices(const std::optional<std::string>& json, Console& consol
   const bool none = report["usb"].empty() && report["can"].empty();
   if (!json && none) std::cout << "no devices on USB or CAN\n";
   report["simulated"] = simulated(!json);
-  report["diagnostics"] = json_of(console.entries());
+  add_messages(report, console.entries());
   if (json) return write_json(report, *json);
   return {};
 }
@@ -127,7 +127,7 @@ Result<void> run_session_devices(const SessionConfig& config,
   report["calibration"] = live->calibration_statement();
   report["reference"] = live->reference_statement();
   report["failures"] = session.failures();
-  report["diagnostics"] = json_of(console.entries());
+  add_messages(report, console.entries());
   if (json) {
     if (auto written = write_json(report, *json); !written) return written;
   } else {
