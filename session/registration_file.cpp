@@ -8,6 +8,7 @@
 
 #include "io/digest.hpp"
 #include "io/json_member.hpp"
+#include "nav/positions.hpp"
 
 namespace nav::session {
 
@@ -235,6 +236,10 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path) {
   }
   auto rigid = rigid_from_matrix<frames::Ct, frames::Reference>(matrix);
   if (!rigid) return Error{rigid.error().code, path.string() + ": " + rigid.error().message};
+  if (!is_place(rigid->translation_mm())) {
+    return reject("a translation within 1e7 mm in registration.ct_from_reference_mm",
+                  json_excerpt(io::Json{numbers[3], numbers[7], numbers[11]}));
+  }
   auto uncertainty = uncertainty_of(registration, path.string());
   if (!uncertainty) return uncertainty.error();
   return ReadRegistration{.ct_from_reference = *rigid,

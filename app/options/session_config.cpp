@@ -255,6 +255,17 @@ Result<void> check_texts(const toml::node& node, const std::string& key) {
   return {};
 }
 
+/// The beginning of a line of a file, for a message; lines are counted from 1.
+std::string line_of(const std::filesystem::path& path, std::size_t number) {
+  constexpr std::size_t kMost = 60;
+  std::ifstream file(path);
+  std::string line;
+  for (std::size_t i = 0; i < number; ++i) {
+    if (!std::getline(file, line)) return "the end of the file";
+  }
+  return line.size() > kMost ? line.substr(0, kMost) + "…" : line;
+}
+
 }  // namespace
 
 Result<SessionConfig> read_session_config(const std::filesystem::path& path) {
@@ -270,9 +281,10 @@ Result<SessionConfig> read_session_config(const std::filesystem::path& path) {
   try {
     root = toml::parse_file(path.string());
   } catch (const toml::parse_error& problem) {
+    const auto& at = problem.source().begin;
     std::ostringstream text;
-    text << path.string() << ":" << problem.source().begin.line << ": expected TOML, found "
-         << problem.description();
+    text << path.string() << ":" << at.line << ": expected TOML, found '" << line_of(path, at.line)
+         << "' (column " << at.column << ")";
     return Error{ErrorCode::kMalformedData, text.str()};
   }
   std::optional<Error> error;

@@ -288,38 +288,6 @@ TEST_F(CtFileTest, NamesFieldsOfAMetaImageThatContradictEachOther) {
   EXPECT_TRUE(rejects(sized(packed.size() - 7), Code::kMalformedData, {"cut short"}));
 }
 
-TEST_F(CtFileTest, NamesSpacingsOfAnNrrdThatContradictItsDirections) {
-  const std::string data = test::bytes_of(voxels<std::int16_t>());
-  ASSERT_TRUE(
-      test::has_value(read("a.nrrd", nrrd("LPS", "spacings: 2 3 4.01\nencoding: raw\n\n") + data)));
-  EXPECT_TRUE(diagnostics_.entries().empty()) << "rounded";
-  const auto v = read("b.nrrd", nrrd("LPS", "spacings: 1 1 1\nencoding: raw\n\n") + data);
-  ASSERT_TRUE(test::has_value(v));
-  EXPECT_LT((v->grid().spacing_mm - Eigen::Vector3d(2, 3, 4)).norm(), kMm);
-  const Finding found = finding_of(diagnostics_, "spacing");
-  EXPECT_EQ(found.values,
-            (std::vector<std::string>{"space directions 2 3 4 mm", "spacings 1 1 1"}));
-  EXPECT_EQ(found.used, "space directions");
-}
-
-TEST_F(CtFileTest, ComparesBitsAndQuaternionOfANifti) {
-  const std::string data = test::bytes_of(voxels<std::int16_t>());
-  std::string h = nifti();
-  set_sform(h);
-  set<std::int16_t>(h, 72, 16);
-  ASSERT_TRUE(test::has_value(read("a.nii", h + data)));
-  EXPECT_TRUE(diagnostics_.entries().empty());
-  set<std::int16_t>(h, 72, 32);
-  ASSERT_TRUE(test::has_value(read("b.nii", h + data)));
-  EXPECT_EQ(finding_of(diagnostics_, "bits of a voxel").values,
-            (std::vector<std::string>{"datatype 16", "bitpix 32"}));
-  std::string q = nifti();
-  set<std::int16_t>(q, 252, 1);
-  set<float>(q, 256, 0.9F);
-  set<float>(q, 260, 0.9F);
-  EXPECT_TRUE(rejects(read("q.nii", q + data), Code::kMalformedData, {"q.nii", "q-form", "1.62"}));
-}
-
 TEST_F(CtFileTest, WarnsOfValuesThatAreNotHounsfieldUnits) {
   const auto finding = [&](std::int16_t first, std::int16_t last) {
     auto values = voxels<std::int16_t>();
@@ -644,6 +612,38 @@ TEST_F(CtFileTest, ConvertsNiftiWithQformToLps) {
   EXPECT_LT((v->grid().at({2, 1, 3}).mm - kLastVoxel).norm(), kFloat32Mm);
   EXPECT_TRUE(
       says(diagnostics_, Severity::kWarning, {"q.nii", "s-form [", "q-form [", "used: s-form"}));
+}
+
+TEST_F(CtFileTest, NamesSpacingsOfAnNrrdThatContradictItsDirections) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  ASSERT_TRUE(
+      test::has_value(read("a.nrrd", nrrd("LPS", "spacings: 2 3 4.01\nencoding: raw\n\n") + data)));
+  EXPECT_TRUE(diagnostics_.entries().empty()) << "rounded";
+  const auto v = read("b.nrrd", nrrd("LPS", "spacings: 1 1 1\nencoding: raw\n\n") + data);
+  ASSERT_TRUE(test::has_value(v));
+  EXPECT_LT((v->grid().spacing_mm - Eigen::Vector3d(2, 3, 4)).norm(), kMm);
+  const Finding found = finding_of(diagnostics_, "spacing");
+  EXPECT_EQ(found.values,
+            (std::vector<std::string>{"space directions 2 3 4 mm", "spacings 1 1 1"}));
+  EXPECT_EQ(found.used, "space directions");
+}
+
+TEST_F(CtFileTest, ComparesBitsAndQuaternionOfANifti) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  std::string h = nifti();
+  set_sform(h);
+  set<std::int16_t>(h, 72, 16);
+  ASSERT_TRUE(test::has_value(read("a.nii", h + data)));
+  EXPECT_TRUE(diagnostics_.entries().empty());
+  set<std::int16_t>(h, 72, 32);
+  ASSERT_TRUE(test::has_value(read("b.nii", h + data)));
+  EXPECT_EQ(finding_of(diagnostics_, "bits of a voxel").values,
+            (std::vector<std::string>{"datatype 16", "bitpix 32"}));
+  std::string q = nifti();
+  set<std::int16_t>(q, 252, 1);
+  set<float>(q, 256, 0.9F);
+  set<float>(q, 260, 0.9F);
+  EXPECT_TRUE(rejects(read("q.nii", q + data), Code::kMalformedData, {"q.nii", "q-form", "1.62"}));
 }
 
 TEST_F(CtFileTest, WarnsOfQuantisedNrrd) {
