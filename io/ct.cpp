@@ -151,20 +151,22 @@ void warn_of_flat_voxels(const Eigen::Vector3d& spacing_mm, const std::filesyste
                                .used = text.str()});
 }
 
-/// Reports values that do not seem to be Hounsfield units, and what they may be instead.
+/// Reports values that do not seem to be Hounsfield units, because none is that of air, and what
+/// they may be instead.
 void warn_of_unit(const StoredVolume& volume, const std::filesystem::path& path,
                   Diagnostics& diagnostics) {
   constexpr int kMostOfBytes = 255;
   constexpr int kMostOfSoftTissue = 1000;
   if (is_hounsfield(volume)) return;
   const auto [least, most] = std::ranges::minmax(volume.values());
+  if (least < kLeastTissueHu) return;  // A part of a CT with little air.
   const char* guess = "is it an MR, or a part of a CT without air?";
   if (least >= 0 && most > kMostOfSoftTissue) guess = "is it an MR, or a CT in HU + 1024?";
   if (least >= 0 && most <= kMostOfBytes) guess = "is it a window of a CT, in 8 bits?";
   diagnostics.report("io.ct", {.subject = path.string(),
                                .key = "unit of the values",
                                .values = {std::to_string(least) + " to " + std::to_string(most) +
-                                          ", less than 1 % below -200 HU, air (" + guess + ")"},
+                                          ", none below -200 HU, air (" + guess + ")"},
                                .used = "the values as HU"});
 }
 

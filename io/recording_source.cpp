@@ -121,6 +121,7 @@ Result<void> RecordingSource::read_frame() {
   if (!frame) return frame.error();
   ++frames_read_;
   std::string defect = diagnostics_->take_newest();
+  if (defect.starts_with(name_ + ": ")) defect.erase(0, name_.size() + 2);
   if (defect.empty()) defect = defect_of(*frame);
   if (!defect.empty() && bad_frames_++ == 0) {
     const std::string number = "frame " + std::to_string(frame->index);

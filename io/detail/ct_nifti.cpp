@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <sstream>
 
 #include "io/detail/ct_readers.hpp"
 #include "io/detail/hu_builder.hpp"
@@ -148,6 +149,13 @@ Affine qform_affine(const Nifti& n) {
   return affine;
 }
 
+/// A number in a message; those of NIfTI-1 have seven digits.
+std::string short_text(double number) {
+  std::ostringstream text;
+  text << number;
+  return text.str();
+}
+
 /// Compares the spacing of the s-form with pixdim, which is also that of the q-form. With a q-form,
 /// two of three statements contradict the one that would be used.
 Result<void> compare_spacings(const Nifti& n, const std::filesystem::path& path,
@@ -161,8 +169,8 @@ Result<void> compare_spacings(const Nifti& n, const std::filesystem::path& path,
     const double stated = n.pixdim[static_cast<std::size_t>(axis) + 1];
     if (!(std::isfinite(stated) && stated > 0)) return {};
     same = same && std::abs(mm - stated) <= kShare * stated;
-    by_sform += ' ' + to_text(mm);
-    by_pixdim += ' ' + to_text(stated);
+    by_sform += ' ' + short_text(mm);
+    by_pixdim += ' ' + short_text(stated);
   }
   if (same) return {};
   if (n.qform > 0) {
@@ -184,7 +192,7 @@ std::string numbers_of(const Affine& affine) {
   for (Eigen::Index row = 0; row < 3; ++row) {
     text += row > 0 ? ", " : "[";
     for (Eigen::Index column = 0; column < 4; ++column) {
-      text += (column > 0 ? " " : "") + to_text(affine(row, column));
+      text += (column > 0 ? " " : "") + short_text(affine(row, column));
     }
   }
   return text + "]";
@@ -230,7 +238,7 @@ Result<Affine> ras_affine(const Nifti& n, const std::filesystem::path& path,
       return Error{ErrorCode::kMalformedData,
                    path.string() +
                        ": q-form: expected a rotation, b² + c² + d² of at most 1, found " +
-                       to_text(squares)};
+                       short_text(squares)};
     }
     const Affine affine = qform_affine(n);
     if (!affine.allFinite()) {

@@ -124,7 +124,7 @@ int main(int argc, char** argv) {
         corpus[std::uniform_int_distribution<std::size_t>(0, corpus.size() - 1)(engine)];
     current_size = std::min(file.size(), kMostBytes);
     std::memcpy(current.data(), file.data(), current_size);
-    for (unsigned left = 1 + engine() % 3; left > 0; --left) {
+    for (auto left = 1 + engine() % 3; left > 0; --left) {
       current_size = LLVMFuzzerCustomMutator(current.data(), current_size, kMostBytes,
                                              static_cast<unsigned>(engine()));
     }

@@ -301,7 +301,8 @@ TEST_F(CtFileTest, WarnsOfValuesThatAreNotHounsfieldUnits) {
     return found ? entries.back().finding->values.at(0) : std::string();
   };
   EXPECT_EQ(finding(-1000, 400), "");
-  EXPECT_NE(finding(0, 255).find("0 to 255, less than 1 % below -200 HU"), std::string::npos);
+  EXPECT_EQ(finding(-300, 400), "");
+  EXPECT_NE(finding(0, 255).find("0 to 255, none below -200 HU"), std::string::npos);
   EXPECT_NE(finding(0, 254).find("in 8 bits?"), std::string::npos);
   EXPECT_NE(finding(0, 3000).find("HU + 1024?"), std::string::npos);
   EXPECT_NE(finding(-100, 3000).find("without air?"), std::string::npos);

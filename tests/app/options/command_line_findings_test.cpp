@@ -134,8 +134,7 @@ TEST_F(FindingsTest, InfoSaysWhatAReplaySaysOfANeedleThatPointsBackwards) {
 
 TEST_F(FindingsTest, ARegistrationWithoutAFrameIsNamedByInfoAndReplay) {
   const auto points = folder_ / "points.csv";
-  std::ofstream(points) << "name,ref_x,ref_y,ref_z,ct_x,ct_y,ct_z\n"
-                           "a,0,0,0,0,0,0\nb,40,0,0,40,0,0\nc,0,40,0,0,40,0\nd,0,0,40,0,0,40\n";
+  std::ofstream(points) << "a,0,0,0,0,0,0\nb,40,0,0,40,0,0\nc,0,40,0,0,40,0\nd,0,0,40,0,0,40\n";
   const std::string ct = write_ct();
   const std::string file = (folder_ / "registration.json").string();
   const Outcome made =
@@ -164,8 +163,7 @@ TEST_F(FindingsTest, EveryVerbSaysThatACtIsNotInHounsfieldUnits) {
   grid.origin_mm = {-48, -48, -48};
   const auto path = (folder_ / "other.mha").string();
   const auto points = folder_ / "points.csv";
-  std::ofstream(points) << "name,ref_x,ref_y,ref_z,ct_x,ct_y,ct_z\n"
-                           "a,0,0,0,0,0,0\nb,40,0,0,40,0,0\nc,0,40,0,0,40,0\nd,0,0,40,0,0,40\n";
+  std::ofstream(points) << "a,0,0,0,0,0,0\nb,40,0,0,40,0,0\nc,0,40,0,0,40,0\nd,0,0,40,0,0,40\n";
   for (const auto& [most, guess] : {std::pair(2024, "HU + 1024?"), {255, "in 8 bits?"}}) {
     std::vector<std::int16_t> values(grid.voxel_count());
     for (std::size_t i = 0; i < values.size(); ++i) {
@@ -175,7 +173,7 @@ TEST_F(FindingsTest, EveryVerbSaysThatACtIsNotInHounsfieldUnits) {
         io::write_ct_mha(*StoredVolume::create(grid, std::move(values), "ct"), path)));
     const std::string sweep = write_faulty([](io::SequenceFrame&) {});
     const std::string sentence = path + ": unit of the values: 0 to " + std::to_string(most) +
-                                 ", less than 1 % below -200 HU, air (is it ";
+                                 ", none below -200 HU, air (is it ";
     for (const std::string& command :
          {"info " + path, "slices " + path + " --out " + (folder_ / "s").string(),
           "register --landmarks " + points.string() + " --ct " + path + " --json " +
@@ -198,7 +196,7 @@ TEST_F(FindingsTest, EveryVerbSaysThatACtIsNotInHounsfieldUnits) {
 }
 
 TEST_F(FindingsTest, AFileCutWhileItIsReplayedEndsTheRunWithTheCauseAndWhatIsComplete) {
-  constexpr int kMany = 3000;
+  constexpr int kMany = 1200;
   const std::string sweep = write_sweep({}, {}, kMany);
   const auto first = folder_ / "out" / "replay_00002.png";
   const pid_t cutter = ::fork();
