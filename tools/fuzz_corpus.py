@@ -137,8 +137,9 @@ def main():
     lines = {name: "\n".join(words).encode() for name, words in OPTIONS.items()}
     tables = {"bare.csv": b"\xef\xbb\xbfA;0,5;0;0;1;2;3\nB;9;0;0;10;2;3\nC;0;9;0;1;11;3\n",
               "quoted.csv": b'"A, left","1,5",2,3,4,5,6,0.5\n'}
+    quotes = b'[source]\nkind = """"\n[[devices]]\nid = "patient"\nkind = """"\n'
     for name, inputs in (("igtl", igtl_messages()), ("ndi", ndi_replies()), ("options", lines),
-                         ("landmarks", tables)):
+                         ("landmarks", tables), ("session", {"quotes.toml": quotes})):
         os.makedirs(os.path.join(CORPUS, name), exist_ok=True)
         for kind, content in inputs.items():
             with open(os.path.join(CORPUS, name, kind), "wb") as file:

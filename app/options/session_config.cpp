@@ -266,6 +266,21 @@ std::string line_of(const std::filesystem::path& path, std::size_t number) {
   return line.size() > kMost ? line.substr(0, kMost) + "…" : line;
 }
 
+/// An error whose message has one line of usual length, whatever texts of the file it has.
+Error in_one_line(const Error& error) {
+  constexpr std::size_t kMost = 600;
+  std::string message;
+  for (const char c : error.message.substr(0, kMost)) {
+    if (c == '\n') {
+      message += "\\n";
+    } else {
+      message += c;
+    }
+  }
+  if (error.message.size() > kMost) message += "…";
+  return {error.code, message};
+}
+
 }  // namespace
 
 Result<SessionConfig> read_session_config(const std::filesystem::path& path) {
@@ -289,9 +304,9 @@ Result<SessionConfig> read_session_config(const std::filesystem::path& path) {
   }
   std::optional<Error> error;
   SessionConfig config = read_tables(root, path.string(), error);
-  if (error) return *error;
+  if (error) return in_one_line(*error);
   if (const auto ok = validate(config); !ok) {
-    return Error{ErrorCode::kMalformedData, path.string() + ": " + ok.error().message};
+    return in_one_line({ErrorCode::kMalformedData, path.string() + ": " + ok.error().message});
   }
   return config;
 }
