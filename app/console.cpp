@@ -78,31 +78,46 @@ std::string without_controls(std::string_view text) {
 Console::Console(bool verbose)
     : verbose_(verbose), terminal_(isatty(STDERR_FILENO) == 1), begun_{} {}
 
-void Console::report(Severity severity, std::string_view source, std::string_view message) {
+void Console::take(const DiagnosticEntry& entry) {
   constexpr std::size_t kMostAlike = 5;
   constexpr std::size_t kMostKinds = 4096;
   bool is_new = false;
   bool last = false;
   {
     const std::lock_guard lock(mutex_);
-    std::string alike = std::string(source) + ": " + without_numbers(message);
-    const bool full = alike_.size() >= kMostKinds && !alike_.contains(alike);
-    std::vector<std::string> none;
-    std::vector<std::string>& shown = full ? none : alike_[std::move(alike)];
-    const bool said = std::ranges::count(shown, message) > 0;
-    is_new = !said && shown.size() < kMostAlike;
-    if (is_new) shown.emplace_back(message);
-    last = is_new && shown.size() == kMostAlike;
-    collected_.report(severity, source, said || is_new ? message : shown.back());
+    std::string kind =
+        entry.finding ? kind_of(entry) : entry.source + ": " + without_numbers(entry.message);
+    const bool full = alike_.size() >= kMostKinds && !alike_.contains(kind);
+    Alike none;
+    Alike& alike = full ? none : alike_[std::move(kind)];
+    const std::size_t most = entry.finding ? 1 : kMostAlike;
+    const bool said = std::ranges::count(alike.shown, entry.message) > 0;
+    is_new = !said && alike.shown.size() < most;
+    if (is_new) alike.shown.push_back(entry.message);
+    if (!is_new) ++alike.more;
+    alike.of_interest = verbose_ || entry.severity != Severity::kInfo;
+    last = is_new && most > 1 && alike.shown.size() == most;
+    DiagnosticEntry kept = entry;
+    if (!said && !is_new) kept.message = alike.shown.back();
+    collected_.take(kept);
   }
   if (!is_new) return;  // Counted, not repeated.
-  if (severity == Severity::kInfo && !verbose_) return;
-  const auto level = severity == Severity::kError     ? spdlog::level::err
-                     : severity == Severity::kWarning ? spdlog::level::warn
-                                                      : spdlog::level::info;
+  if (entry.severity == Severity::kInfo && !verbose_) return;
+  const auto level = entry.severity == Severity::kError     ? spdlog::level::err
+                     : entry.severity == Severity::kWarning ? spdlog::level::warn
+                                                            : spdlog::level::info;
   if (terminal_ && !stage_.empty()) std::fputs("\r\033[K", stderr);
-  logger().log(level, "{}: {}{}", without_controls(source), without_controls(message),
+  logger().log(level, "{}: {}{}", without_controls(entry.source), without_controls(entry.message),
                last ? " (more messages like this are only counted)" : "");
+}
+
+void Console::say_suppressed() {
+  const std::lock_guard lock(mutex_);
+  for (const auto& [kind, alike] : alike_) {
+    if (alike.more == 0 || !alike.of_interest) continue;
+    std::fprintf(stderr, "sonde: %zu more like this: %s\n", alike.more,
+                 without_controls(alike.shown.back()).c_str());
+  }
 }
 
 void Console::begin(const std::string& stage) {

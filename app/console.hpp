@@ -15,14 +15,14 @@
 namespace nav::app {
 
 /// Messages and progress for the user, on standard error. Warnings and errors of the libraries
-/// appear at once, information only when verbose; everything is kept for the report. Of messages
-/// that differ only in their numbers, the first five appear; later ones count as the fifth. Colours
-/// and moving progress bars appear only on a terminal. Thread-safe, except for progress, which
-/// belongs to the main thread.
+/// appear at once, information only when verbose; everything is kept for the report. Of findings of
+/// one subject and key the first appears; of other messages that differ only in their numbers, the
+/// first five do, and later ones count as the fifth. Colours and moving progress bars appear only
+/// on a terminal. Thread-safe, except for progress, which belongs to the main thread.
 class Console final : public Diagnostics {
  public:
   explicit Console(bool verbose);
-  void report(Severity severity, std::string_view source, std::string_view message) override;
+  void take(const DiagnosticEntry& entry) override;
   /// All reported messages; equal ones are folded into one entry with a count.
   [[nodiscard]] std::vector<DiagnosticEntry> entries() const { return collected_.entries(); }
 
@@ -34,15 +34,23 @@ class Console final : public Diagnostics {
   void end(const std::string& outcome = "done");
   /// Prints one line for the user, such as the path of the report. Ends the current stage.
   void say(const std::string& line);
+  /// Says how many messages did not appear, one line for each kind. Called at the end of a run.
+  void say_suppressed();
 
  private:
+  /// Messages of one kind: those that appeared, and how many more came.
+  struct Alike {
+    std::vector<std::string> shown;
+    std::size_t more = 0;
+    bool of_interest = false;  ///< More than information, or information is shown, too.
+  };
   void draw(double fraction);
   bool verbose_;
   bool terminal_;
   CollectingDiagnostics collected_;
   std::mutex mutex_;
-  /// Messages that appeared, by their text without numbers. Guarded by the mutex.
-  std::map<std::string, std::vector<std::string>, std::less<>> alike_;
+  /// Key: the kind of a finding, or the text without numbers. Guarded by the mutex.
+  std::map<std::string, Alike, std::less<>> alike_;
   std::string stage_;
   int drawn_percent_ = -1;
   std::chrono::steady_clock::time_point begun_;

@@ -104,6 +104,11 @@ io::Json json_of(const tracking::StreamLedger& ledger) {
   return json;
 }
 
+void report_placement(const session::Placement& placement, Diagnostics& diagnostics) {
+  report_warnings(placement.warnings, diagnostics);
+  for (const Finding& finding : placement.findings) diagnostics.report("placement", finding);
+}
+
 void report_warnings(const std::vector<std::string>& warnings, Diagnostics& diagnostics) {
   for (const std::string& warning : warnings) {
     diagnostics.report(Severity::kWarning, "registration", "accepted with a warning: " + warning);
@@ -221,15 +226,22 @@ io::Json json_of(const std::optional<render::GreyWindow>& window) {
   return {{"level", window->level_hu}, {"width", window->width_hu}};
 }
 
-io::Json json_of(const std::vector<DiagnosticEntry>& entries) {
-  io::Json list = io::Json::array();
+void add_messages(io::Json& report, const std::vector<DiagnosticEntry>& entries) {
+  report["diagnostics"] = io::Json::array();
+  report["findings"] = io::Json::array();
   for (const DiagnosticEntry& entry : entries) {
-    list.push_back({{"severity", to_string(entry.severity)},
-                    {"source", entry.source},
-                    {"message", entry.message},
-                    {"count", entry.count}});
+    report["diagnostics"].push_back({{"severity", to_string(entry.severity)},
+                                     {"source", entry.source},
+                                     {"message", entry.message},
+                                     {"count", entry.count}});
+    if (!entry.finding) continue;
+    report["findings"].push_back({{"subject", entry.finding->subject},
+                                  {"key", entry.finding->key},
+                                  {"values", entry.finding->values},
+                                  {"used", entry.finding->used},
+                                  {"severity", to_string(entry.severity)},
+                                  {"count", entry.count}});
   }
-  return list;
 }
 
 Result<void> write_json(const io::Json& json, const std::string& where) {

@@ -15,6 +15,7 @@
 #include "render/engine.hpp"
 #include "render/quality/step_search.hpp"
 #include "render/slices/slice.hpp"
+#include "session/placement.hpp"
 #include "session/registration_file.hpp"
 #include "session/tissue_follower.hpp"
 
@@ -32,12 +33,15 @@ std::vector<std::pair<std::string, std::string>> rows_of(
     const session::TissueFollower::Summary& summary);
 io::Json json_of(const registration::ImageRegistrationResult& result,
                  const registration::Decision& decision, const Point<frames::Ct>& target);
-io::Json json_of(const std::vector<DiagnosticEntry>& entries);
+/// Adds the keys `diagnostics`, all messages, and `findings`, those that name what contradicts.
+void add_messages(io::Json& report, const std::vector<DiagnosticEntry>& entries);
 /// Null when the user gave a step.
 io::Json json_of(const std::optional<render::StepChoice>& step);
 io::Json json_of(const render::HuWindow& window);
 /// Null when the view is not a projection.
 io::Json json_of(const std::optional<render::GreyWindow>& window);
+/// Reports the warnings and findings of a placement.
+void report_placement(const session::Placement& placement, Diagnostics& diagnostics);
 /// Reports each warning with which a registration was accepted.
 void report_warnings(const std::vector<std::string>& warnings, Diagnostics& diagnostics);
 /// List of 16 numbers, row-major.

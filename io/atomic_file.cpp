@@ -11,6 +11,7 @@
 
 #include "io/detail/input_file.hpp"
 #include "io/detail/scratch_file.hpp"
+#include "io/detail/within_memory.hpp"
 
 namespace nav::io {
 
@@ -149,11 +150,14 @@ Result<std::string> read_file(const std::filesystem::path& path, std::uint64_t m
                                                 std::to_string(max_bytes) + " bytes, found " +
                                                 std::to_string(file->size())};
   }
-  std::string content(static_cast<std::size_t>(file->size()), '\0');
-  const auto got = file->read_at(0, std::as_writable_bytes(std::span(content)));
-  if (!got) return got.error();
-  content.resize(*got);
-  return content;
+  return detail::within_memory(
+      path, static_cast<double>(file->size()), [&]() -> Result<std::string> {
+        std::string content(static_cast<std::size_t>(file->size()), '\0');
+        const auto got = file->read_at(0, std::as_writable_bytes(std::span(content)));
+        if (!got) return got.error();
+        content.resize(*got);
+        return content;
+      });
 }
 
 }  // namespace nav::io

@@ -13,6 +13,7 @@
 #include "io/detail/input_file.hpp"
 #include "io/detail/meta_writer.hpp"
 #include "io/detail/text.hpp"
+#include "nav/hounsfield.hpp"
 #include "nav/positions.hpp"
 
 namespace nav::io {
@@ -24,8 +25,10 @@ Result<void> unknown_orientation(const std::filesystem::path& path, const std::s
   const std::string message =
       path.string() + ": expected the orientation of the axes in the patient, found " + found;
   if (!options.accept_unknown_orientation) return Error{ErrorCode::kUnsupportedData, message};
-  diagnostics.report(Severity::kWarning, "io.ct",
-                     message + "; assumed to be left, posterior, superior, as requested");
+  diagnostics.report("io.ct", {.subject = path.string(),
+                               .key = "orientation",
+                               .values = {found},
+                               .used = "left, posterior, superior, as requested"});
   return {};
 }
 
@@ -141,10 +144,30 @@ void warn_of_flat_voxels(const Eigen::Vector3d& spacing_mm, const std::filesyste
     return;
   }
   std::ostringstream text;
-  text << path.string() << ": expected pixels that are about square, found voxels of "
-       << spacing_mm.x() << " x " << spacing_mm.y() << " x " << spacing_mm.z()
-       << " mm: is the spacing right?";
-  diagnostics.report(Severity::kWarning, "io.ct", text.str());
+  text << spacing_mm.x() << " x " << spacing_mm.y() << " x " << spacing_mm.z() << " mm";
+  diagnostics.report("io.ct", {.subject = path.string(),
+                               .key = "spacing",
+                               .values = {text.str() + " (expected pixels that are about square)"},
+                               .used = text.str()});
+}
+
+/// Reports values that do not seem to be Hounsfield units, because none is that of air, and what
+/// they may be instead.
+void warn_of_unit(const StoredVolume& volume, const std::filesystem::path& path,
+                  Diagnostics& diagnostics) {
+  constexpr int kMostOfBytes = 255;
+  constexpr int kMostOfSoftTissue = 1000;
+  if (is_hounsfield(volume)) return;
+  const auto [least, most] = std::ranges::minmax(volume.values());
+  if (least < kLeastTissueHu) return;  // A part of a CT with little air.
+  const char* guess = "is it an MR, or a part of a CT without air?";
+  if (least >= 0 && most > kMostOfSoftTissue) guess = "is it an MR, or a CT in HU + 1024?";
+  if (least >= 0 && most <= kMostOfBytes) guess = "is it a window of a CT, in 8 bits?";
+  diagnostics.report("io.ct", {.subject = path.string(),
+                               .key = "unit of the values",
+                               .values = {std::to_string(least) + " to " + std::to_string(most) +
+                                          ", none below -200 HU, air (" + guess + ")"},
+                               .used = "the values as HU"});
 }
 
 }  // namespace
@@ -154,6 +177,7 @@ Result<Volume> read_ct(const std::filesystem::path& path, Diagnostics& diagnosti
   auto volume = read_anywhere(path, diagnostics, detail::VolumeReading{options});
   if (!volume) return volume.error();
   warn_of_flat_voxels(volume->grid().spacing_mm, path, diagnostics);
+  if (options.expect_hounsfield_units) warn_of_unit(*volume, path, diagnostics);
   return Volume(*std::move(volume));
 }
 

@@ -17,6 +17,8 @@ struct CtOptions {
   std::string series_uid;
   /// Accepts a file without axis orientation as LPS, with a warning; otherwise it is rejected.
   bool accept_unknown_orientation = false;
+  /// Reports values that do not seem to be Hounsfield units (is_hounsfield()).
+  bool expect_hounsfield_units = true;
   /// Largest gap between slices that is interpolated, mm; wider gaps are rejected.
   double max_gap_mm = 10.0;
 };

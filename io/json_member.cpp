@@ -2,9 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/json_member.hpp"
 
+#include <algorithm>
 #include <memory>
+#include <string_view>
 
 #include "io/atomic_file.hpp"
+#include "io/detail/text.hpp"
 
 template class nlohmann::basic_json<nlohmann::ordered_map>;
 
@@ -42,6 +45,18 @@ Json::parser_callback_t reject_twice(std::string& twice) {
   };
 }
 
+/// The place at which a text stops being JSON, for a message. \p byte: its number, counted from 1;
+/// 0: unknown.
+std::string place_of(const std::string& text, std::size_t byte) {
+  if (byte == 0) return "a number or text that is none";
+  if (byte > text.size()) return "the end of the text";
+  const auto before = std::string_view(text).substr(0, byte - 1);
+  const auto line = 1 + std::ranges::count(before, '\n');
+  const std::size_t begin = before.rfind('\n') + 1;  // npos + 1 is 0.
+  return "'" + detail::excerpt(std::string_view(text).substr(byte - 1, 20)) + "' at line " +
+         std::to_string(line) + ", column " + std::to_string(byte - begin);
+}
+
 }  // namespace
 
 Result<Json> parse_json(const std::string& name, const std::string& text) {
@@ -57,12 +72,9 @@ Result<Json> parse_json(const std::string& name, const std::string& text) {
     return Error{ErrorCode::kMalformedData,
                  name + ": expected each member of an object once, found \"" + twice + "\" twice"};
   } catch (const nlohmann::json::exception& problem) {
-    std::string what = problem.what();
-    if (const auto end = what.find("] "); what.starts_with("[") && end != std::string::npos) {
-      what.erase(0, end + 2);  // The library's name and number of it.
-    }
-    std::replace(what.begin(), what.end(), '\n', ' ');
-    return Error{ErrorCode::kMalformedData, name + ": expected JSON, found " + what.substr(0, 200)};
+    const auto* at = dynamic_cast<const nlohmann::json::parse_error*>(&problem);
+    return Error{ErrorCode::kMalformedData,
+                 name + ": expected JSON, found " + place_of(text, at != nullptr ? at->byte : 0)};
   }
 }
 

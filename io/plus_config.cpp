@@ -2,8 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/plus_config.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <pugixml.hpp>
+#include <string_view>
 
 #include "io/atomic_file.hpp"
 #include "io/detail/text.hpp"
@@ -26,8 +28,10 @@ class ConfigReader {
     // The default options expand only the five entities of XML; document types are skipped.
     const auto parsed = document.load_buffer(content->data(), content->size());
     if (!parsed) {
-      return malformed("expected XML, found at byte " + std::to_string(parsed.offset) + ": " +
-                       parsed.description());
+      const auto at = std::min(static_cast<std::size_t>(std::max<std::ptrdiff_t>(parsed.offset, 0)),
+                               content->size());
+      const std::string found = detail::excerpt(std::string_view(*content).substr(at, 20));
+      return malformed("expected XML, found '" + found + "' at byte " + std::to_string(at));
     }
     const pugi::xml_node root = document.child("PlusConfiguration");
     if (!root) {

@@ -236,40 +236,42 @@ struct RecordingReader::State {
     }
     if (!(apart_mm > kTolerance_mm)) return;
     std::ostringstream text;
-    text << header.path.string() << ": " << options.image_frame << "To" << options.probe_frame
-         << " of the frames and that of " << config.path.string() << " place corners of the images "
-         << apart_mm << " mm apart; that of the frames is used";
-    diagnostics.report(Severity::kWarning, "recording", text.str());
+    text << config.path.string() << ": pixels of " << pixel_text(placed->grid) << ", corners up to "
+         << apart_mm << " mm apart";
+    diagnostics.report(
+        "recording",
+        {.subject = header.path.string(),
+         .key = options.image_frame + "To" + options.probe_frame,
+         .values = {"the frames: pixels of " + pixel_text(calibration->grid), text.str()},
+         .used = "that of the frames"});
   }
 
   /// Warns of calibrations that no probe has: the identity of an uncalibrated one, and metres.
   void warn_of_placeholder(const RecordingOptions& options) const {
     constexpr double kSmallest_mm = 0.01;
     if (!calibration || chains.form == RecordingForm::kImageInReference) return;
-    const std::string name =
-        reader.header().path.string() + ": " + options.image_frame + "To" + options.probe_frame;
+    const auto doubt = [&](const std::string& value) {
+      diagnostics.report("recording", {.subject = reader.header().path.string(),
+                                       .key = options.image_frame + "To" + options.probe_frame,
+                                       .values = {value},
+                                       .used = "as stated"});
+    };
     const PixelGrid& grid = calibration->grid;
     const Eigen::Vector3d corner = (calibration->probe_from_image * grid.at(0, 0)).mm;
     const bool unit = grid.mm_per_pixel.isApprox(Eigen::Matrix2d::Identity(), 1e-9);
     const bool unturned =
         calibration->probe_from_image.rotation().isApprox(Eigen::Quaterniond::Identity(), 1e-9);
     if (unit && unturned && corner.norm() < 1e-9) {
-      diagnostics.report(Severity::kWarning, "recording",
-                         name + " is the identity: is the probe calibrated?");
+      doubt("the identity (is the probe calibrated?)");
     } else if (grid.mm_per_pixel.colwise().norm().maxCoeff() < kSmallest_mm) {
-      diagnostics.report(Severity::kWarning, "recording",
-                         name + ": expected pixels of at least 0.01 mm, found " + pixel_text(grid) +
-                             ": is the calibration in metres?");
+      doubt("pixels of " + pixel_text(grid) + " (is the calibration in metres?)");
     }
   }
 
-  void warn_of_length() const {
-    const SequenceHeader& header = reader.header();
-    if (header.extra_bytes <= 0) return;
-    diagnostics.report(
-        Severity::kWarning, "recording",
-        header.path.string() + ": the pixel data are " + std::to_string(header.extra_bytes) +
-            " bytes longer than stated: a header that is not stated would shift them");
+  void report_header() const {
+    for (const Finding& finding : reader.header().findings) {
+      diagnostics.report("recording", finding);
+    }
   }
 
   /// Reports a frame whose direct transform from the probe to the reference contradicts the way
@@ -286,10 +288,14 @@ struct RecordingReader::State {
     const double apart_mm = (over - stated->to_from_from).topRightCorner<3, 1>().norm();
     if (!(apart_mm > kTolerance_mm)) return;
     std::ostringstream text;
-    text << "frame " << frame.index << ": " << direct->links.front().name << " places the probe "
-         << apart_mm << " mm from where " << chains.probe.links.back().name << " and "
-         << chains.reference->links.back().name << " do";
-    diagnostics.report(Severity::kWarning, "recording", text.str());
+    text << direct->links.front().name << ", which places the probe " << apart_mm
+         << " mm away in frame " << frame.index;
+    const std::string over_tracker =
+        chains.probe.links.back().name + " and " + chains.reference->links.back().name;
+    diagnostics.report("recording", {.subject = reader.header().path.string(),
+                                     .key = "position of the probe",
+                                     .values = {over_tracker, text.str()},
+                                     .used = over_tracker});
   }
 
   /// Warns of a needle whose tracked body lies ahead of its tip.
@@ -306,10 +312,12 @@ struct RecordingReader::State {
       const double ahead_mm = body_from_tip->to_from_from.inverse()(2, 3);
       if (!(ahead_mm > kAhead_mm)) return;
       std::ostringstream text;
-      text << reader.header().path.string() << ": " << chains.needle->from
-           << ": expected +z from the hub to the tip, found the tracked body " << ahead_mm
-           << " mm ahead of the tip: the needle is drawn on the wrong side";
-      diagnostics.report(Severity::kWarning, "recording", text.str());
+      text << "the tracked body " << ahead_mm
+           << " mm ahead of the tip (expected +z from the hub to the tip)";
+      diagnostics.report("recording", {.subject = reader.header().path.string(),
+                                       .key = "direction of " + chains.needle->from,
+                                       .values = {text.str()},
+                                       .used = "+z of the tip as the direction of the needle"});
       return;
     }
   }
@@ -397,7 +405,7 @@ Result<RecordingReader> RecordingReader::open(const std::filesystem::path& seque
   }
   if (config != nullptr) state->warn_of_other_calibration(*config, chosen);
   state->warn_of_placeholder(chosen);
-  state->warn_of_length();
+  state->report_header();
   state->warn_of_needle();
   state->direct = contradicting_chain(*tree, state->chains, chosen);
   state->reference_frame = chosen.reference_frame;

@@ -95,10 +95,10 @@ void RecordingSource::note_unknown_status(const RecordingFrame& frame) {
   const bool unknown = frame.probe.status == TrackingStatus::kUnknown ||
                        (frame.reference && frame.reference->status == TrackingStatus::kUnknown);
   if (!unknown) return;
-  diagnostics_->report(Severity::kWarning, "recording",
-                       name_ +
-                           ": expected a status with every pose, found some without: their "
-                           "images are drawn as degraded");
+  diagnostics_->report("recording", {.subject = name_,
+                                     .key = "status of poses",
+                                     .values = {"none with some poses"},
+                                     .used = "their images as degraded"});
 }
 
 /// Stamps of milliseconds, where PLUS has seconds, put images minutes apart.
@@ -109,8 +109,10 @@ void RecordingSource::note_long_periods() {
   const double period_s = to_seconds(*last_time_ - *first_time_) / (kFrames - 1);
   if (!(period_s > kLong_s)) return;
   std::ostringstream text;
-  text << name_ << ": images are " << period_s << " s apart: are the stamps in milliseconds?";
-  diagnostics_->report(Severity::kWarning, "recording", text.str());
+  text << "images " << period_s << " s apart (are the stamps in milliseconds?)";
+  diagnostics_->report(
+      "recording",
+      {.subject = name_, .key = "Timestamp", .values = {text.str()}, .used = "seconds"});
 }
 
 Result<void> RecordingSource::read_frame() {
@@ -119,6 +121,7 @@ Result<void> RecordingSource::read_frame() {
   if (!frame) return frame.error();
   ++frames_read_;
   std::string defect = diagnostics_->take_newest();
+  if (defect.starts_with(name_ + ": ")) defect.erase(0, name_.size() + 2);
   if (defect.empty()) defect = defect_of(*frame);
   if (!defect.empty() && bad_frames_++ == 0) {
     const std::string number = "frame " + std::to_string(frame->index);

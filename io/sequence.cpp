@@ -10,6 +10,7 @@
 #include "io/detail/image_file.hpp"
 #include "io/detail/pixel_stream.hpp"
 #include "io/detail/text.hpp"
+#include "io/detail/within_memory.hpp"
 
 namespace nav::io {
 
@@ -86,10 +87,7 @@ Result<void> check_length(const detail::ImageFile& file, SequenceHeader& header)
   header.readable_frames = header.frame_count;
   const std::size_t frame_bytes = header.frame_bytes();
   if (header.compressed || frame_bytes == 0) return {};
-  if (file.available_bytes >= file.sample_bytes) {
-    header.extra_bytes = file.available_bytes - file.sample_bytes;
-    return {};
-  }
+  if (file.available_bytes >= file.sample_bytes) return {};
   header.readable_frames = file.available_bytes / static_cast<std::int64_t>(frame_bytes);
   if (header.readable_frames > 0) return {};
   return Error{ErrorCode::kMalformedData,
@@ -114,6 +112,7 @@ Result<void> check_spacing(const detail::ImageFile& file) {
 Result<SequenceHeader> interpret(const detail::ImageFile& file) {
   SequenceHeader header;
   header.path = file.path;
+  header.findings = file.findings;
   header.format = file.format;
   header.components = file.components;
   header.pixel_type = file.type;
@@ -197,6 +196,20 @@ struct SequenceReader::State {
   SequenceHeader header;
   std::vector<FrameField> frame_fields;
   detail::PixelStream pixels;
+
+  /// Reads the bytes of one frame. Compressed data may claim a thousand times their size, so memory
+  /// for them grows as they are decoded.
+  Result<void> fill(std::int64_t offset, std::size_t bytes, std::vector<std::byte>& out) {
+    constexpr std::size_t kBlock = 16 << 20;
+    const std::size_t block = header.compressed ? kBlock : bytes;
+    for (std::size_t done = 0; done < bytes; done = out.size()) {
+      out.resize(std::min(bytes, done + block));
+      const auto read =
+          pixels.read(offset + static_cast<std::int64_t>(done), std::span(out).subspan(done));
+      if (!read) return read;
+    }
+    return {};
+  }
 };
 
 SequenceReader::SequenceReader(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -249,6 +262,9 @@ Result<SequenceFrame> SequenceReader::read(std::int64_t index) {
   const std::size_t bytes = header.frame_bytes();
   if (bytes == 0) return frame;
   const auto fail = [&](const Error& error) {
+    // These name the file already.
+    const bool of_file = error.code == ErrorCode::kIo || error.code == ErrorCode::kUnavailable;
+    if (of_file) return Error{error.code, error.message + " (frame " + std::to_string(index) + ")"};
     return Error{error.code, frame_name(header, index) + ": " + error.message};
   };
   const std::int64_t offset = index * static_cast<std::int64_t>(bytes);
@@ -259,8 +275,10 @@ Result<SequenceFrame> SequenceReader::read(std::int64_t index) {
                                         " bytes up to its end, found " +
                                         std::to_string(state_->file.available_bytes)});
   }
-  frame->pixels.resize(bytes);
-  if (const auto ok = state_->pixels.read(offset, frame->pixels); !ok) return fail(ok.error());
+  const auto filled = detail::within_memory(header.path, static_cast<double>(bytes), [&] {
+    return state_->fill(offset, bytes, frame->pixels);
+  });
+  if (!filled) return fail(filled.error());
   if (index + 1 == header.frame_count) {
     if (const auto ok = state_->pixels.expect_end(); !ok) return fail(ok.error());
   }

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "io/pixel_type.hpp"
+#include "nav/diagnostics.hpp"
 #include "nav/image.hpp"
 #include "nav/pose.hpp"
 #include "nav/result.hpp"
@@ -35,8 +36,8 @@ struct SequenceHeader {
   std::int64_t frame_count = 0;
   /// Number of frames whose pixels fit in the length of the file; less than frame_count when a raw
   /// file is cut short. Equal to frame_count for compressed files, for which only reading can tell.
-  std::int64_t extra_bytes = 0;  ///< Raw data beyond what the header states.
   std::int64_t readable_frames = 0;
+  std::vector<Finding> findings;  ///< Fields that contradict each other or the data.
   bool compressed = false;
   std::map<std::string, std::string> fields;  ///< Every header key outside frames, as in the file.
 

@@ -104,6 +104,18 @@ bool is_heading(std::string_view line) {
          });
 }
 
+/// Replaces what separates the cells of a table by spaces. A comma is the decimal point of a line
+/// that semicolons separate, and of cells in quotation marks.
+void separate_cells(std::string& line) {
+  const bool semicolons = line.find(';') != std::string::npos;
+  bool quoted = false;
+  for (char& c : line) {
+    if (c == '"') quoted = !quoted;
+    if (c == ',') c = semicolons || quoted ? '.' : ' ';
+    if (c == ';' || c == '"') c = ' ';
+  }
+}
+
 }  // namespace
 
 Result<std::vector<std::vector<Eigen::Vector3d>>> read_point_groups(
@@ -118,10 +130,7 @@ Result<std::vector<std::vector<Eigen::Vector3d>>> read_point_groups(
   for (std::string line; std::getline(stream, line);) {
     ++number;
     if (number == 1 && line.starts_with("\xef\xbb\xbf")) line.erase(0, 3);  // Mark of UTF-8.
-    // A comma is the decimal point of a line that semicolons separate.
-    const bool semicolons = line.find(';') != std::string::npos;
-    std::replace(line.begin(), line.end(), ',', semicolons ? '.' : ' ');
-    std::replace(line.begin(), line.end(), ';', ' ');
+    separate_cells(line);
     const auto trimmed = detail::trim(line);
     if (!trimmed.empty() && trimmed.front() == '#') continue;
     if (trimmed.empty()) {

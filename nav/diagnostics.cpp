@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "nav/diagnostics.hpp"
 
+#include <utility>
+
 namespace nav {
 
 const char* to_string(Severity severity) {
@@ -16,22 +18,46 @@ const char* to_string(Severity severity) {
   return "unknown";
 }
 
-void CollectingDiagnostics::report(Severity severity, std::string_view source,
-                                   std::string_view message) {
+std::string sentence_of(const Finding& finding) {
+  std::string text = finding.subject + ": " + finding.key + ": ";
+  const char* const between = finding.values.size() == 2 ? " against " : ", ";
+  for (std::size_t i = 0; i < finding.values.size(); ++i) {
+    text += (i > 0 ? between : "") + finding.values[i];
+  }
+  return text + "; used: " + finding.used;
+}
+
+std::string kind_of(const DiagnosticEntry& entry) {
+  std::string kind = to_string(entry.severity);
+  kind.append(1, '\0').append(entry.source).append(1, '\0');
+  if (!entry.finding) return kind + entry.message;
+  return kind.append(entry.finding->subject).append(1, '\0').append(entry.finding->key);
+}
+
+void Diagnostics::report(Severity severity, std::string_view source, std::string_view message) {
+  take({severity, std::string(source), std::string(message)});
+}
+
+void Diagnostics::report(std::string_view source, Finding finding) {
+  const Severity severity = finding.severity;
+  std::string message = sentence_of(finding);
+  take({severity, std::string(source), std::move(message), 1, std::move(finding)});
+}
+
+void CollectingDiagnostics::take(const DiagnosticEntry& entry) {
   const std::lock_guard lock(mutex_);
-  std::string key;
-  key.append(to_string(severity)).append(1, '\0').append(source).append(1, '\0').append(message);
-  const auto found = index_.find(key);
+  std::string kind = kind_of(entry);
+  const auto found = index_.find(kind);
   if (found != index_.end()) {
-    ++entries_[found->second].count;
+    entries_[found->second].count += entry.count;
     return;
   }
   if (entries_.size() >= capacity_) {
-    ++dropped_;
+    dropped_ += entry.count;
     return;
   }
-  index_.emplace(std::move(key), entries_.size());
-  entries_.push_back({severity, std::string(source), std::string(message), 1});
+  index_.emplace(std::move(kind), entries_.size());
+  entries_.push_back(entry);
 }
 
 std::vector<DiagnosticEntry> CollectingDiagnostics::entries() const {

@@ -15,13 +15,13 @@ class WarningMemory final : public Diagnostics {
  public:
   /// \p outer must outlive it.
   explicit WarningMemory(Diagnostics& outer) : outer_(outer) {}
-  void report(Severity severity, std::string_view source, std::string_view message) override {
-    if (severity != Severity::kInfo) {
+  void take(const DiagnosticEntry& entry) override {
+    if (entry.severity != Severity::kInfo) {
       const std::lock_guard lock(mutex_);
-      newest_ = message;
-      if (first_.empty()) first_ = message;
+      newest_ = entry.message;
+      if (first_.empty()) first_ = entry.message;
     }
-    outer_.report(severity, source, message);
+    outer_.take(entry);
   }
   /// The first message of all; empty: none.
   [[nodiscard]] std::string first() const {

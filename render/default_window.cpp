@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nav/hounsfield.hpp"
 #include "render/transfer/transfer_presets.hpp"
 
 namespace nav::render {
@@ -29,13 +30,6 @@ HuWindow window_of_values(const StoredVolume& volume) {
 }
 
 }  // namespace
-
-bool is_hounsfield(const StoredVolume& volume) {
-  constexpr double kLeastShare = 0.01;
-  const auto voxels = volume.values();
-  const auto below = std::ranges::count_if(voxels, [](int v) { return v < kLeastTissueHu; });
-  return static_cast<double>(below) >= kLeastShare * static_cast<double>(voxels.size());
-}
 
 HuWindow default_window(const StoredVolume& volume, std::span<const float> shown) {
   if (!is_hounsfield(volume)) return window_of_values(volume);

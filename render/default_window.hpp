@@ -11,13 +11,7 @@ namespace nav::render {
 
 /// Air around the body, and padding, lie below this value.
 inline constexpr float kAirBelowHu = -950;
-/// Values below this are air or lung, whatever the scanner's noise.
-inline constexpr int kLeastTissueHu = -200;
 inline constexpr HuWindow kLungWindow{-500, 1500};
-
-/// True if the values are Hounsfield units. CT has air, lung or gas in every body; MR and
-/// ultrasound have no such values.
-bool is_hounsfield(const StoredVolume& volume);
 
 /// The grey window for a flat image that shows some values of a volume (ADR 51). For Hounsfield
 /// units it is a customary window:

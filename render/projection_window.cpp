@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "nav/hounsfield.hpp"
 #include "render/default_window.hpp"
 #include "render/engine.hpp"
 

@@ -44,10 +44,12 @@ std::string outside_text(double nearest_mm) {
 }  // namespace
 
 Result<std::shared_ptr<const Volume>> read_session_ct(const CtOptions& options,
-                                                      Diagnostics& diagnostics) {
+                                                      Diagnostics& diagnostics,
+                                                      bool expect_hounsfield_units) {
   auto ct = io::read_ct(options.path, diagnostics,
                         {.series_uid = options.series_uid,
-                         .accept_unknown_orientation = options.accept_unknown_orientation});
+                         .accept_unknown_orientation = options.accept_unknown_orientation,
+                         .expect_hounsfield_units = expect_hounsfield_units});
   if (!ct) return ct.error();
   return std::make_shared<const Volume>(std::move(*ct));
 }
@@ -69,6 +71,7 @@ Result<std::optional<Placement>> given_placement(const PlacementOptions& options
                   .kind = "registered",
                   .statement = "The CT was registered: " + options.registration.string() + ".",
                   .warnings = std::move(registered->warnings),
+                  .findings = findings_of(*registered, options.registration),
                   .uncertainty = options.follow ? std::nullopt : registered->uncertainty,
                   .registered_recording = std::move(registered->recording)});
   }

@@ -14,8 +14,10 @@
 namespace nav::session {
 
 /// The CT that a session names, read with the session's options; errors are those of io::read_ct.
+/// \p expect_hounsfield_units: as in io::CtOptions.
 Result<std::shared_ptr<const Volume>> read_session_ct(const CtOptions& options,
-                                                      Diagnostics& diagnostics);
+                                                      Diagnostics& diagnostics,
+                                                      bool expect_hounsfield_units = true);
 
 /// Position of a recording's CT and the reason for it.
 struct Placement {
@@ -23,6 +25,7 @@ struct Placement {
   std::string kind;                        ///< "registered", "declared", "centred".
   std::string statement;                   ///< One sentence for the report.
   std::vector<std::string> warnings = {};  ///< Warnings of an accepted registration.
+  std::vector<Finding> findings = {};      ///< Contradictions, and missing parts.
   /// One sentence with the distance if no image of the sweep meets the CT; else empty.
   std::string outside = {};
   /// Covariance of a registration; absent: not known, or the CT follows the tissue, whose error it

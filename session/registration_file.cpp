@@ -8,6 +8,7 @@
 
 #include "io/digest.hpp"
 #include "io/json_member.hpp"
+#include "nav/positions.hpp"
 
 namespace nav::session {
 
@@ -38,13 +39,20 @@ io::Json json_of(const RecordingRead& recording) {
 
 namespace {
 
+/// JSON as text for a message, shortened.
+std::string json_excerpt(const io::Json& json) {
+  constexpr std::size_t kMost = 60;
+  std::string text = json.dump(-1, ' ', false, io::Json::error_handler_t::replace);
+  if (text.size() > kMost) text = text.substr(0, kMost) + "…";
+  return text;
+}
+
 /// The warnings of a registration; older files have neither a verdict nor warnings.
 Result<std::vector<std::string>> warnings_of(const io::Json& registration,
                                              const std::string& file) {
   const auto reject = [&](const std::string& expected, const io::Json& found) {
     return Error{ErrorCode::kMalformedData,
-                 file + ": expected " + expected + ", found " +
-                     found.dump(-1, ' ', false, io::Json::error_handler_t::replace)};
+                 file + ": expected " + expected + ", found " + json_excerpt(found)};
   };
   const io::Json verdict = registration.value("verdict", io::Json());
   if (!verdict.is_null() && verdict != "accept" && verdict != "warn") {
@@ -107,7 +115,7 @@ Result<std::optional<RecordingRead>> registered_recording(const io::Json& json,
                file +
                    ": expected name, frames, first_s, last_s, temporal_offset_ms and 9 "
                    "corners_probe_mm in recording, found " +
-                   found.dump(-1, ' ', false, io::Json::error_handler_t::replace)};
+                   json_excerpt(found)};
 }
 
 /// Covariance of the pose; absent where the file has none. kMalformedData: it is none.
@@ -151,9 +159,8 @@ Result<std::optional<registration::PoseUncertainty>> uncertainty_of(const io::Js
 /// Rejects an accepted registration with entries that only a refused one has.
 Result<void> check_accepted(const io::Json& registration, const std::string& file) {
   const auto reject = [&](const std::string& expected, const io::Json& found) {
-    return Error{ErrorCode::kMalformedData,
-                 file + ": expected an accepted registration " + expected + ", found " +
-                     found.dump(-1, ' ', false, io::Json::error_handler_t::replace)};
+    return Error{ErrorCode::kMalformedData, file + ": expected an accepted registration " +
+                                                expected + ", found " + json_excerpt(found)};
   };
   const io::Json reasons = registration.value("reasons", io::Json::array());
   if (!reasons.is_array() || !reasons.empty()) {
@@ -168,8 +175,16 @@ Result<void> check_accepted(const io::Json& registration, const std::string& fil
 
 }  // namespace
 
-Result<ReadRegistration> read_registration(const std::filesystem::path& path, const Volume& ct,
-                                           const RegistrationUse& use) {
+std::vector<Finding> findings_of(const ReadRegistration& registration,
+                                 const std::filesystem::path& path) {
+  if (registration.names_frame) return {};
+  return {{.subject = path.string(),
+           .key = "reference_frame",
+           .values = {"none (register with --reference-frame)"},
+           .used = "the patient's frame of the recording, as degraded"}};
+}
+
+Result<ReadRegistration> read_registration(const std::filesystem::path& path) {
   constexpr std::uint64_t kMaxBytes = 64 << 20;
   const auto reject = [&](const std::string& expected, const std::string& found) {
     return Error{ErrorCode::kMalformedData,
@@ -183,8 +198,7 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
   }
   const io::Json verb = json.value("verb", io::Json("register"));
   if (verb != "register") {
-    return reject("the JSON of 'sonde register'",
-                  "that of " + verb.dump(-1, ' ', false, io::Json::error_handler_t::replace));
+    return reject("the JSON of 'sonde register'", "that of " + json_excerpt(verb));
   }
   const auto found = json.find("registration");
   if (found == json.end() || !found->is_object()) {
@@ -193,13 +207,58 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
   const io::Json& registration = *found;
   const io::Json accepted = registration.value("accepted", io::Json());
   if (!accepted.is_boolean())
-    return reject("registration.accepted to be true or false", accepted.dump());
+    return reject("registration.accepted to be true or false", json_excerpt(accepted));
   if (!accepted.get<bool>()) {
     return Error{ErrorCode::kRefused, path.string() + ": this registration was not accepted"};
   }
   if (const auto ok = check_accepted(registration, path.string()); !ok) return ok.error();
   auto warnings = warnings_of(registration, path.string());
   if (!warnings) return warnings.error();
+  const io::Json deformable = json.value("deformable", io::Json());
+  if (deformable.is_object() && deformable.value("accepted", io::Json(false)) == io::Json(true)) {
+    return Error{ErrorCode::kRefused,
+                 path.string() +
+                     ": expected a registration of the CT as it is, found one of the CT bent by "
+                     "a deformation; register without --deformable"};
+  }
+  auto recording = registered_recording(json, path.string());
+  if (!recording) return recording.error();
+  const io::Json numbers = registration.value(kAcceptedPose, io::Json());
+  if (!numbers.is_array() || numbers.size() != 16) {
+    return reject("16 numbers in registration.ct_from_reference_mm", json_excerpt(numbers));
+  }
+  Eigen::Matrix4d matrix;
+  for (std::size_t i = 0; i < 16; ++i) {
+    if (!numbers[i].is_number()) {
+      return reject("16 numbers in registration.ct_from_reference_mm", json_excerpt(numbers[i]));
+    }
+    matrix(static_cast<int>(i / 4), static_cast<int>(i % 4)) = numbers[i].get<double>();
+  }
+  auto rigid = rigid_from_matrix<frames::Ct, frames::Reference>(matrix);
+  if (!rigid) return Error{rigid.error().code, path.string() + ": " + rigid.error().message};
+  if (!is_place(rigid->translation_mm())) {
+    return reject("a translation within 1e7 mm in registration.ct_from_reference_mm",
+                  json_excerpt(io::Json{numbers[3], numbers[7], numbers[11]}));
+  }
+  auto uncertainty = uncertainty_of(registration, path.string());
+  if (!uncertainty) return uncertainty.error();
+  return ReadRegistration{.ct_from_reference = *rigid,
+                          .warnings = std::move(*warnings),
+                          .recording = *std::move(recording),
+                          .uncertainty = *uncertainty,
+                          .names_frame = !json.value("reference_frame", io::Json()).is_null(),
+                          .json = json};
+}
+
+Result<ReadRegistration> read_registration(const std::filesystem::path& path, const Volume& ct,
+                                           const RegistrationUse& use) {
+  auto read = read_registration(path);
+  if (!read) return read;
+  const io::Json& json = read->json;
+  const auto reject = [&](const std::string& expected, const std::string& found) {
+    return Error{ErrorCode::kMalformedData,
+                 path.string() + ": expected " + expected + ", found " + found};
+  };
   // Its pose holds at rest only, and what is shown with it has no phase.
   const io::Json breath = json.value("breath", io::Json());
   if (!use.follows && breath.is_object() &&
@@ -210,13 +269,6 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
             ": expected a registration that holds at all times, found one with the breath; "
             "follow the tissue from it with --follow, or declare the pose of a phase by "
             "--ct-from-reference"};
-  }
-  const io::Json deformable = json.value("deformable", io::Json());
-  if (deformable.is_object() && deformable.value("accepted", io::Json(false)) == io::Json(true)) {
-    return Error{ErrorCode::kRefused,
-                 path.string() +
-                     ": expected a registration of the CT as it is, found one of the CT bent by "
-                     "a deformation; register without --deformable"};
   }
   const io::Json digest = json.value("ct_sha256", io::Json());
   if (digest.is_null()) {
@@ -232,30 +284,9 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
   const io::Json frame = json.value("reference_frame", io::Json());
   if (!frame.is_null() && frame != use.reference_frame) {
     return reject("a registration to the patient's frame " + use.reference_frame,
-                  "one to " + frame.dump(-1, ' ', false, io::Json::error_handler_t::replace));
+                  "one to " + json_excerpt(frame));
   }
-  auto recording = registered_recording(json, path.string());
-  if (!recording) return recording.error();
-  const io::Json numbers = registration.value(kAcceptedPose, io::Json());
-  if (!numbers.is_array() || numbers.size() != 16) {
-    return reject("16 numbers in registration.ct_from_reference_mm", numbers.dump());
-  }
-  Eigen::Matrix4d matrix;
-  for (std::size_t i = 0; i < 16; ++i) {
-    if (!numbers[i].is_number()) {
-      return reject("16 numbers in registration.ct_from_reference_mm", numbers[i].dump());
-    }
-    matrix(static_cast<int>(i / 4), static_cast<int>(i % 4)) = numbers[i].get<double>();
-  }
-  auto rigid = rigid_from_matrix<frames::Ct, frames::Reference>(matrix);
-  if (!rigid) return Error{rigid.error().code, path.string() + ": " + rigid.error().message};
-  auto uncertainty = uncertainty_of(registration, path.string());
-  if (!uncertainty) return uncertainty.error();
-  return ReadRegistration{.ct_from_reference = *rigid,
-                          .warnings = std::move(*warnings),
-                          .recording = *std::move(recording),
-                          .uncertainty = *uncertainty,
-                          .names_frame = !frame.is_null()};
+  return read;
 }
 
 Result<void> check_recording(const RecordingRead& registered, const RecordingRead& now,

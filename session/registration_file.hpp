@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "io/json.hpp"
+#include "nav/diagnostics.hpp"
 #include "nav/result.hpp"
 #include "nav/volume.hpp"
 #include "registration/uncertainty/pose_uncertainty.hpp"
@@ -48,6 +49,7 @@ struct ReadRegistration {
   /// direction or because the registration is of landmarks.
   std::optional<registration::PoseUncertainty> uncertainty = {};
   bool names_frame = true;  ///< False: of landmarks alone, which do not say whose frame it is.
+  io::Json json{};          ///< The file.
 };
 
 /// Use of a registration, which it has to fit.
@@ -55,6 +57,10 @@ struct RegistrationUse {
   std::string reference_frame;  ///< The patient's, by its name in the recording.
   bool follows = false;         ///< The CT follows the tissue from there.
 };
+
+/// Names what a registration does not say: the patient's frame. \p path: its file.
+std::vector<Finding> findings_of(const ReadRegistration& registration,
+                                 const std::filesystem::path& path);
 
 /// Reads the JSON that 'sonde register' wrote. Rejects a file that is not one, a registration that
 /// was not accepted, one of another CT or frame, one that contradicts itself (a verdict that is
@@ -65,6 +71,9 @@ struct RegistrationUse {
 /// older) is of any. Computes the digest of the CT, which takes a while.
 Result<ReadRegistration> read_registration(const std::filesystem::path& path, const Volume& ct,
                                            const RegistrationUse& use);
+
+/// Reads it for no CT and no recording in particular, so that nothing is compared with them.
+Result<ReadRegistration> read_registration(const std::filesystem::path& path);
 
 /// Rejects a registration of the recording that is read now, if that is read with another
 /// calibration or offset: the pose depends on how the recording was read, and its images would lie

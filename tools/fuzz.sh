@@ -3,8 +3,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # Builds the fuzzers of tests/fuzz (preset fuzz) and runs each for so many seconds, two at a time.
 #   tools/fuzz.sh SECONDS [NAME…]      names as in tests/fuzz, without _fuzz.cpp; default: all but
-#                                      those of app/ (appearance, predicates, session), whose
-#                                      libraries compile for a quarter of an hour on two cores
+#                                      those of app/ (appearance, options, predicates, session),
+#                                      whose libraries compile for a quarter of an hour on two cores
 # What they find is written to build/fuzz/findings/NAME-crash-…; new inputs stay in
 # build/fuzz/corpus. The committed corpora (tests/fuzz/corpus) are made by tools/fuzz_corpus.py.
 set -euo pipefail
@@ -22,9 +22,11 @@ mkdir -p build/fuzz/findings build/fuzz/logs
 one() {
   local name=$1
   mkdir -p "build/fuzz/corpus/$name"
+  local silent=0
+  if [ "$name" = options ]; then silent=3; fi # It prints help and errors; reports still appear.
   # 25 s and 2 GB: what an input of a few kilobytes may never need.
   if "build/fuzz/tests/fuzz/${name}_fuzz" -max_total_time="$seconds" -timeout=25 -rss_limit_mb=2048 \
-    -max_len=65536 -print_final_stats=1 -artifact_prefix="build/fuzz/findings/$name-" \
+    -max_len=65536 -close_fd_mask="$silent" -print_final_stats=1 -artifact_prefix="build/fuzz/findings/$name-" \
     "build/fuzz/corpus/$name" "tests/fuzz/corpus/$name" >"build/fuzz/logs/$name.log" 2>&1; then
     printf '%-10s %s executions, no findings\n' "$name" \
       "$(sed -n 's/^stat::number_of_executed_units: *//p' "build/fuzz/logs/$name.log")"

@@ -34,6 +34,20 @@ FILES = {
     "session": ["s.toml", "live.toml"],
 }
 
+OPTIONS = {
+    "replay": ["replay", "r.igs.mha", "--ct", "ct.mha", "--out", "out", "--width", "320",
+               "--transfer-function", "ct-bone", "--azimuth", "30", "--elevation", "20", "--fov", "25",
+               "--threads", "2", "--frames", "5", "--needle-frame", "NeedleTip",
+               "--ct-from-reference", "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"],
+    "register": ["register", "r.igs.mha", "--ct", "ct.mha", "--landmarks", "lm.csv",
+                 "--effort", "quick", "--reference-frame", "Reference"],
+    "slices": ["slices", "ct.mha", "--out", "s", "--at", "10", "20", "30", "--slab", "4"],
+    "simulate": ["simulate", "--out", "a.igs.mha", "--family", "neck", "--columns", "64",
+                 "--seed", "7", "--faults", "flip=0.02"],
+    "predicates": ["predicates", "us.mha", "--predicates", "p.json", "--out", "x.png",
+                   "--black", "10", "--white", "200", "--floor", "bright=0.5"],
+}
+
 LIVE = """[source]
 kind = "live"
 [[devices]]
@@ -120,8 +134,13 @@ def main():
             os.makedirs(os.path.join(CORPUS, name))
             for file in files:
                 shutil.copy(os.path.join(folder, file), os.path.join(CORPUS, name))
-    for name, inputs in (("igtl", igtl_messages()), ("ndi", ndi_replies())):
-        os.makedirs(os.path.join(CORPUS, name))
+    lines = {name: "\n".join(words).encode() for name, words in OPTIONS.items()}
+    tables = {"bare.csv": b"\xef\xbb\xbfA;0,5;0;0;1;2;3\nB;9;0;0;10;2;3\nC;0;9;0;1;11;3\n",
+              "quoted.csv": b'"A, left","1,5",2,3,4,5,6,0.5\n'}
+    quotes = b'[source]\nkind = """"\n[[devices]]\nid = "patient"\nkind = """"\n'
+    for name, inputs in (("igtl", igtl_messages()), ("ndi", ndi_replies()), ("options", lines),
+                         ("landmarks", tables), ("session", {"quotes.toml": quotes})):
+        os.makedirs(os.path.join(CORPUS, name), exist_ok=True)
         for kind, content in inputs.items():
             with open(os.path.join(CORPUS, name, kind), "wb") as file:
                 file.write(content)

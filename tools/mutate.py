@@ -522,7 +522,7 @@ def messages_of(stderr):
     """Lines that tell of something: not times, and numbers do not make them new."""
     lines = []
     for line in stderr.splitlines():
-        if line.startswith("sonde: "):
+        if line.startswith("sonde: ") and " more like this: " not in line:
             lines.append(line)
     return set(lines)
 
@@ -571,6 +571,7 @@ def run(sonde, words, folder, most_seconds):
                 if name.endswith(".json"):
                     report = stable(json.loads(content))
                     report.pop("diagnostics", None)
+                    report.pop("findings", None)
                     out.said += [report.pop(key, None) for key in SAID]
                     out.said.append((report.get("placement") or {}).get("warnings"))
                     content = json.dumps(report, sort_keys=True).encode()

@@ -16,4 +16,4 @@ printf '\n== damaged inputs (%s s)\n' "$SECONDS"
 python3 tools/mutate.py --sonde build/release/app/sonde --runs 10000 --seed "$(date +%j)"
 printf '\n== fuzzers (%s s)\n' "$SECONDS"
 tools/fuzz.sh 600
-tools/fuzz.sh 600 appearance predicates session
+tools/fuzz.sh 600 appearance options predicates session

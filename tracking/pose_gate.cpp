@@ -313,11 +313,15 @@ void GateState::judge_stay(const RawPose& raw, Verdict& verdict) {
   const bool far_enough = speed_mm_s_ * to_seconds(stuck) > options_.max_stuck_mm;
   if (!long_enough && !far_enough) return;
   verdict.doubt = PoseDoubt::kStuck;
-  if (!std::exchange(stuck_, true) && verdict.message.empty()) {
-    verdict.message = at(raw.acquired) + "the pose is unchanged to the last digit since " +
-                      std::to_string(to_seconds(same_since_)) +
-                      " s: the tracker may repeat the last pose of a tool that it does not see";
-  }
+  if (std::exchange(stuck_, true)) return;
+  verdict.finding = Finding{
+      .subject = name_,
+      .key = "pose",
+      .values = {"unchanged to the last digit from " + std::to_string(to_seconds(same_since_)) +
+                 " s on, for " + std::to_string(to_seconds(stuck)) +
+                 " s or more (does the tracker repeat the last pose of a "
+                 "tool that it does not see?)"},
+      .used = "these poses, as degraded"};
 }
 
 GateState::Verdict GateState::judge(const RawPose& raw) {

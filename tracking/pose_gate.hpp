@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "nav/diagnostics.hpp"
 #include "nav/pose.hpp"
 #include "tracking/clock_model.hpp"
 
@@ -69,6 +70,8 @@ struct Admission {
   std::optional<PoseRejection> rejection;  ///< Absent when admitted.
   /// One sentence when rejected, and when admitted poses begin to be degraded; otherwise empty.
   std::string message;
+  /// When poses begin that do not change to the last digit.
+  std::optional<Finding> finding = std::nullopt;
 };
 
 namespace detail {
@@ -84,6 +87,7 @@ class GateState {
     std::optional<PoseRejection> rejection;
     std::string message;
     PoseDoubt doubt = PoseDoubt::kNone;
+    std::optional<Finding> finding = std::nullopt;
   };
   Verdict judge(const RawPose& raw);
   /// Rotation of the pose that was admitted last.
@@ -161,7 +165,8 @@ class PoseGate {
     } else if (pose.status == TrackingStatus::kOk || pose.status == TrackingStatus::kUnknown) {
       pose.status = TrackingStatus::kInvalid;
     }
-    return {std::move(pose), verdict.rejection, std::move(verdict.message)};
+    return {std::move(pose), verdict.rejection, std::move(verdict.message),
+            std::move(verdict.finding)};
   }
 
   /// Accepts the new place of the patient's reference after it was moved.

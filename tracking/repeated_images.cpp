@@ -39,7 +39,12 @@ std::string RepeatedImages::doubt(
   if (of_one_value(pixels_)) return {};
   const std::string doubt = "the image is unchanged since " + std::to_string(to_seconds(since_)) +
                             " s while the probe moves: the scanner is frozen or repeats images";
-  if (!std::exchange(said_, true)) diagnostics_.report(Severity::kWarning, "tracking", doubt);
+  if (!std::exchange(said_, true)) {
+    diagnostics_.report("tracking", {.subject = "images",
+                                     .key = "pixels",
+                                     .values = {doubt},
+                                     .used = "these images, as degraded"});
+  }
   return doubt;
 }
 

@@ -33,6 +33,7 @@ class ToolPoses {
     if (!admission.message.empty()) {
       diagnostics_.report(Severity::kWarning, "tracking.gate", admission.message);
     }
+    if (admission.finding) diagnostics_.report("tracking.gate", *admission.finding);
     // A pose at a time that is taken already, or not believed, says nothing new. Any other absence
     // is kept, so that nothing is interpolated across it.
     if (has_usable_time(admission.rejection)) buffer_.push(admission.pose);

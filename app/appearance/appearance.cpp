@@ -9,6 +9,7 @@
 
 #include "app/appearance/appearance_file.hpp"
 #include "app/appearance/preset_folder.hpp"
+#include "nav/hounsfield.hpp"
 #include "render/default_window.hpp"
 #include "render/transfer/body.hpp"
 #include "render/transfer/smoothed_ct.hpp"
@@ -107,7 +108,7 @@ Result<std::optional<DrawnCt>> drawn_ct(const ResolvedAppearance& resolved,
                                         const SessionConfig::Appearance& appearance,
                                         const Volume& ct) {
   if (resolved.projection != render::Projection::kComposite) return std::optional<DrawnCt>{};
-  const bool in_hu = (resolved.fit_vessels || resolved.remove_table) && render::is_hounsfield(ct);
+  const bool in_hu = (resolved.fit_vessels || resolved.remove_table) && is_hounsfield(ct);
   const bool fits = resolved.fit_vessels && in_hu;
   DrawnCt drawn{std::make_shared<const Volume>(ct), resolved.transfer};
   if (resolved.remove_table && in_hu) {
@@ -143,7 +144,7 @@ Result<std::optional<DrawnCt>> drawn_ct(const ResolvedAppearance& resolved,
 
 std::string preset_name(const SessionConfig::Appearance& appearance, const Volume& ct) {
   if (appearance.preset != kContextualPreset) return appearance.preset;
-  const bool in_hu = render::is_hounsfield(ct);
+  const bool in_hu = is_hounsfield(ct);
   std::error_code none;
   if (!std::filesystem::is_directory(preset_folder(), none)) {
     return in_hu ? kBuiltInForCt : kBuiltInForMr;
@@ -247,18 +248,9 @@ void warn_of_missing_presets(const SessionConfig::Appearance& appearance, const 
                          kContextualPreset + " (SONDE_APPEARANCES names another folder)");
 }
 
-void warn_of_units(const SessionConfig::Appearance& appearance, const Volume& ct,
-                   Diagnostics& diagnostics) {
-  const bool of_hounsfield_units =
-      appearance.file.empty() && appearance.nodes.empty() && appearance.preset.starts_with("ct");
-  if (!of_hounsfield_units || appearance.projection != "composite" || render::is_hounsfield(ct))
-    return;
-  diagnostics.report(
-      Severity::kWarning, "look",
-      appearance.preset + ": expected a CT in Hounsfield units, found less than 1 % of " +
-          ct.name() +
-          " below -200 (air): if it is an MR or has another unit, its colours have "
-          "no meaning (use --transfer-function mr-default, or a --look made for it)");
+bool draws_hounsfield_units(const SessionConfig::Appearance& appearance) {
+  return appearance.file.empty() && appearance.nodes.empty() &&
+         !appearance.preset.starts_with("mr");
 }
 
 Result<void> save_appearance(const std::filesystem::path& path,

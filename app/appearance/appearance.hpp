@@ -54,10 +54,9 @@ void warn_of_lost_components(const render::TransferFunction& transfer, Diagnosti
 void warn_of_missing_presets(const SessionConfig::Appearance& appearance, const Volume& ct,
                              Diagnostics& diagnostics);
 
-/// Warns when a preset for Hounsfield units is used on a volume whose values do not seem to be
-/// Hounsfield units.
-void warn_of_units(const SessionConfig::Appearance& appearance, const Volume& ct,
-                   Diagnostics& diagnostics);
+/// False when the session names an appearance that may be for values in another unit: a preset for
+/// MR, a file, or nodes.
+bool draws_hounsfield_units(const SessionConfig::Appearance& appearance);
 
 /// Stores an appearance for use with another data set: colours with the importance of the session,
 /// shading, and the kinds of objects that cut. Does nothing when the path is empty.

@@ -251,8 +251,9 @@ Result<AppearanceFile> read_appearance_file(const std::filesystem::path& path) {
       return slicer_appearance_from_json(name, nlohmann::json(*root));
     }
     return appearance_from_json(name, *root);
-  } catch (const nlohmann::json::exception& problem) {
-    return Error{ErrorCode::kMalformedData, name + ": expected JSON, found " + problem.what()};
+  } catch (const nlohmann::json::exception&) {
+    return Error{ErrorCode::kMalformedData,
+                 name + ": expected the members of an appearance, found one of another type"};
   }
 }
 

@@ -128,28 +128,7 @@ Result<std::string> CommandLine::generated(const std::vector<std::string>& words
 
 int CommandLine::fail(const Error& error) const { return print_error("sonde", error); }
 
-int CommandLine::run(int argc, const char* const* argv) {
-  std::vector<std::string> words(argv + 1, argv + argc);
-  const std::string first = words.empty() ? "" : words.front();
-  const bool known =
-      words.size() == 2 &&
-      std::ranges::any_of(verbs_of(app_), [&](const auto& verb) { return verb.first == words[1]; });
-  if (first == "help" && (known || words.size() == 1)) {
-    // "help VERB" is "VERB --help", "help" alone "--help".
-    const char* const asked[] = {argv[0], known ? argv[2] : "--help", "--help"};
-    return run(known ? 3 : 2, asked);
-  }
-  const bool asks_help = !words.empty() && words.back().starts_with("--help");
-  if ((first == "help" || first == "completion") && !asks_help) {
-    const auto text = generated(words);
-    if (!text) return fail(text.error());
-    std::cout << *text << std::flush;
-    return std::cout ? kExitOk : fail({ErrorCode::kIo, "standard output: could not be written"});
-  }
-  const bool help_of_window = first == "window" && asks_help;
-  if (const auto other = other_program(argc, argv); other && !help_of_window) {
-    return fail(run_other_program(*other));
-  }
+std::optional<int> CommandLine::parse(int argc, const char* const* argv) {
   // Options win over the session file, so it is read before they are.
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
@@ -173,6 +152,32 @@ int CommandLine::run(int argc, const char* const* argv) {
       reject_unwritable({{"--json", settings_.json}, {"--json", demo_settings_.json}},
                         {settings_.config.output.folder, demo_settings_.config.output.folder});
   if (!json) return fail(json.error());
+  return std::nullopt;
+}
+
+int CommandLine::run(int argc, const char* const* argv) {
+  std::vector<std::string> words(argv + 1, argv + argc);
+  const std::string first = words.empty() ? "" : words.front();
+  const bool known =
+      words.size() == 2 &&
+      std::ranges::any_of(verbs_of(app_), [&](const auto& verb) { return verb.first == words[1]; });
+  if (first == "help" && (known || words.size() == 1)) {
+    // "help VERB" is "VERB --help", "help" alone "--help".
+    const char* const asked[] = {argv[0], known ? argv[2] : "--help", "--help"};
+    return run(known ? 3 : 2, asked);
+  }
+  const bool asks_help = !words.empty() && words.back().starts_with("--help");
+  if ((first == "help" || first == "completion") && !asks_help) {
+    const auto text = generated(words);
+    if (!text) return fail(text.error());
+    std::cout << *text << std::flush;
+    return std::cout ? kExitOk : fail({ErrorCode::kIo, "standard output: could not be written"});
+  }
+  const bool help_of_window = first == "window" && asks_help;
+  if (const auto other = other_program(argc, argv); other && !help_of_window) {
+    return fail(run_other_program(*other));
+  }
+  if (const auto code = parse(argc, argv)) return *code;
   Console console(verbose_);
   const std::vector<std::string> arguments(argv, argv + argc);
   for (const CLI::App* verb : app_.get_subcommands()) {
@@ -182,11 +187,13 @@ int CommandLine::run(int argc, const char* const* argv) {
   }
   const auto outcome = verb_(console);
   if (outcome) {
+    console.say_suppressed();
     std::cout << std::flush;
     if (!std::cout) return fail({ErrorCode::kIo, "standard output: could not be written"});
     return kExitOk;
   }
   console.end("stopped");
+  console.say_suppressed();
   return fail(outcome.error());
 }
 

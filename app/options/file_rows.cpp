@@ -191,7 +191,7 @@ void add_file_rows(std::vector<Option>& rows) {
        .required = true},
       {.name = "file",
        .type = "FILE",
-       .text = "sequence, CT (file or DICOM folder) or PLUS configuration",
+       .text = "sequence, CT (file or DICOM folder), registration or PLUS configuration",
        .group = group::kGroupFiles,
        .verbs = {"info"},
        .slot = NAV_SLOT(file),

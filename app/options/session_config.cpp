@@ -255,6 +255,32 @@ Result<void> check_texts(const toml::node& node, const std::string& key) {
   return {};
 }
 
+/// The beginning of a line of a file, for a message; lines are counted from 1.
+std::string line_of(const std::filesystem::path& path, std::size_t number) {
+  constexpr std::size_t kMost = 60;
+  std::ifstream file(path);
+  std::string line;
+  for (std::size_t i = 0; i < number; ++i) {
+    if (!std::getline(file, line)) return "the end of the file";
+  }
+  return line.size() > kMost ? line.substr(0, kMost) + "…" : line;
+}
+
+/// An error whose message has one line of usual length, whatever texts of the file it has.
+Error in_one_line(const Error& error) {
+  constexpr std::size_t kMost = 600;
+  std::string message;
+  for (const char c : error.message.substr(0, kMost)) {
+    if (c == '\n') {
+      message += "\\n";
+    } else {
+      message += c;
+    }
+  }
+  if (error.message.size() > kMost) message += "…";
+  return {error.code, message};
+}
+
 }  // namespace
 
 Result<SessionConfig> read_session_config(const std::filesystem::path& path) {
@@ -270,16 +296,17 @@ Result<SessionConfig> read_session_config(const std::filesystem::path& path) {
   try {
     root = toml::parse_file(path.string());
   } catch (const toml::parse_error& problem) {
+    const auto& at = problem.source().begin;
     std::ostringstream text;
-    text << path.string() << ":" << problem.source().begin.line << ": expected TOML, found "
-         << problem.description();
+    text << path.string() << ":" << at.line << ": expected TOML, found '" << line_of(path, at.line)
+         << "' (column " << at.column << ")";
     return Error{ErrorCode::kMalformedData, text.str()};
   }
   std::optional<Error> error;
   SessionConfig config = read_tables(root, path.string(), error);
-  if (error) return *error;
+  if (error) return in_one_line(*error);
   if (const auto ok = validate(config); !ok) {
-    return Error{ErrorCode::kMalformedData, path.string() + ": " + ok.error().message};
+    return in_one_line({ErrorCode::kMalformedData, path.string() + ": " + ok.error().message});
   }
   return config;
 }

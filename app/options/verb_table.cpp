@@ -57,7 +57,7 @@ const std::vector<Verb>& verb_table() {
        {"sonde register sweep.igs.mha --ct ct.mha --landmarks points.csv --json registration.json",
         "sonde register --landmarks points.csv --json registration.json"}},
       {"info",
-       "Print what a sequence, CT or PLUS configuration contains",
+       "Print what a sequence, CT, registration or PLUS configuration contains",
        "info FILE",
        {"sonde info sweep.igs.mha", "sonde info ct.mha --json -"}},
       {"slices",

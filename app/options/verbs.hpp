@@ -49,6 +49,9 @@ class CommandLine {
 
   /// The exit code.
   int run(int argc, const char* const* argv);
+  /// Takes the session file and the options, which choose the verb, without running it. Returns the
+  /// exit code when there is nothing to run: help was printed, or an option was rejected.
+  std::optional<int> parse(int argc, const char* const* argv);
 
  private:
   /// A verb with its options of the table, which store into \p settings.

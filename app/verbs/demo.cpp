@@ -259,7 +259,7 @@ Result<void> Demo::write_report() {
   json["frames"] = out_.files();
   json["pose_log_sha256"] = io::sha256_hex(session_.log().text());
   json["image_sha256"] = out_.image_digest();
-  json["diagnostics"] = json_of(console_.entries());
+  add_messages(json, console_.entries());
   if (auto written = out_.write_text(kDemoPoseLogFile, session_.log().text()); !written)
     return written;
   if (auto written = write_json(json, (out_ / kDemoReportFile).string()); !written) return written;
@@ -376,7 +376,6 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
   }
   warn_of_lost_components(presenter->appearance().transfer, console);
   warn_of_missing_presets(options.appearance, *shared_ct, console);
-  warn_of_units(options.appearance, *shared_ct, console);
   const auto shapes = read_cutaway_objects(options.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
   if (const auto ok = presenter->cut_free(*shapes); !ok) return ok;

@@ -87,7 +87,7 @@ Result<void> run_devices(const std::optional<std::string>& json, Console& consol
     report["adapters"].push_back({{"kind", kind}, {"verified_on_hardware", false}});
   }
   report["simulated"] = simulated(!json);
-  report["diagnostics"] = json_of(console.entries());
+  add_messages(report, console.entries());
   if (json) return write_json(report, *json);
   return {};
 }
@@ -145,7 +145,7 @@ Result<void> run_session_devices(const SessionConfig& config,
   report["calibration"] = live->calibration_statement();
   report["reference"] = live->reference_statement();
   report["failures"] = session.failures();
-  report["diagnostics"] = json_of(console.entries());
+  add_messages(report, console.entries());
   if (json) {
     if (auto written = write_json(report, *json); !written) return written;
   } else {

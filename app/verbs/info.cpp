@@ -12,7 +12,7 @@
 #include "io/plus_config.hpp"
 #include "io/sequence.hpp"
 #include "render/transfer/transfer_presets.hpp"
-#include "session/played_recording.hpp"
+#include "session/recorded_session.hpp"
 
 namespace nav::app {
 namespace {
@@ -49,13 +49,57 @@ Result<void> describe_frames(io::SequenceReader& reader, io::Json& json) {
   return {};
 }
 
+/// The frame of a needle's tip that the transforms name: "NeedleTip" of NeedleTipToNeedle. Empty:
+/// none.
+std::string needle_tip_of(const io::Json& transforms) {
+  for (const auto& [name, counts] : transforms.items()) {
+    const auto to = name.find("TipTo");
+    const bool of_needle = name.find("Needle") < to;
+    if (to != std::string::npos && of_needle) return name.substr(0, to + 3);
+  }
+  return "";
+}
+
+/// Plays a recording without drawing it, so that what a replay reports is reported here, too.
+Result<void> play_for_reports(const session::SourceOptions& source, Console& console) {
+  auto session = session::RecordedSession::open(source, console);
+  if (!session) return session.error();
+  if (auto played = session->play({}); !played) return played;
+  if (session->bad_frames() > 0) {
+    console.report("recording",
+                   {.subject = session->name(),
+                    .key = "frames",
+                    .values = {std::to_string(session->bad_frames()) + " of " +
+                               std::to_string(session->total_frames()) +
+                               " that are bad, the first: " + session->first_bad_frame()},
+                    .used = "none, or with --skip-bad-frames the others"});
+  }
+  return {};
+}
+
+/// Reports what a replay with the usual options would. Poses or a calibration that only options of
+/// a replay give are no fault of the file.
+Result<void> report_as_replay(const std::filesystem::path& path, const std::string& needle_frame,
+                              Console& console) {
+  session::SourceOptions source;
+  source.recording = path;
+  source.needle_frame = needle_frame;
+  auto played = play_for_reports(source, console);
+  if (!played && played.error().code == ErrorCode::kUsage && !needle_frame.empty()) {
+    source.needle_frame.clear();
+    played = play_for_reports(source, console);
+  }
+  if (played) return {};
+  const Error& error = played.error();
+  if (error.code == ErrorCode::kIo) return error;
+  const bool damaged = error.code == ErrorCode::kMalformedData;
+  console.report(damaged ? Severity::kWarning : Severity::kInfo, "recording",
+                 "cannot be replayed as it is: " + error.message);
+  return {};
+}
+
 Result<io::Json> describe_sequence(io::SequenceReader& reader, Console& console) {
   const io::SequenceHeader& header = reader.header();
-  if (header.extra_bytes > 0) {
-    console.report(Severity::kWarning, "recording",
-                   header.path.string() + ": the pixel data are " +
-                       std::to_string(header.extra_bytes) + " bytes longer than stated");
-  }
   io::Json json;
   json["kind"] = "sequence";
   json["format"] = header.format;
@@ -73,6 +117,8 @@ Result<io::Json> describe_sequence(io::SequenceReader& reader, Console& console)
   json["compressed"] = header.compressed;
   if (const auto whole = io::check_complete(reader); !whole) return whole.error();
   if (const auto described = describe_frames(reader, json); !described) return described.error();
+  const auto ok = report_as_replay(header.path, needle_tip_of(json["transforms"]), console);
+  if (!ok) return ok.error();
   return json;
 }
 
@@ -154,6 +200,24 @@ io::Json describe_config(const io::PlusConfig& config) {
   return json;
 }
 
+Result<io::Json> describe_registration(const std::filesystem::path& path, Console& console) {
+  const auto registration = session::read_registration(path);
+  if (!registration) return registration.error();
+  for (const Finding& finding : session::findings_of(*registration, path)) {
+    console.report("placement", finding);
+  }
+  const io::Json& file = registration->json;
+  io::Json json;
+  json["kind"] = "registration";
+  for (const char* key : {"method", "ct", "ct_sha256", "sweep", "reference_frame"}) {
+    json[key] = file.value(key, io::Json());
+  }
+  json["verdict"] = file["registration"].value("verdict", io::Json("accept"));
+  json["warnings"] = registration->warnings;
+  json["ct_from_reference_mm"] = json_of(registration->ct_from_reference.matrix());
+  return json;
+}
+
 bool has_extension(const std::filesystem::path& path, std::initializer_list<const char*> endings) {
   std::string name = path.filename().string();
   std::transform(name.begin(), name.end(), name.begin(),
@@ -183,6 +247,7 @@ Result<io::Json> describe(const std::filesystem::path& path, bool accept_unknown
     if (!config) return config.error();
     return describe_config(*config);
   }
+  if (has_extension(path, {".json"})) return describe_registration(path, console);
   if (session::is_device_recording(path)) return describe_devices(path, console);
   if (has_extension(path, {".mha", ".mhd", ".nrrd", ".nhdr"})) {
     auto reader = io::SequenceReader::open(path);
@@ -219,9 +284,10 @@ Result<void> run_info(const std::filesystem::path& path, const std::optional<std
   io::Json report;
   report["file"] = path.string();
   report.update(*described);
-  report["diagnostics"] = json_of(console.entries());
-  if (json) return write_json(report, *json);
-  report.erase("diagnostics");
+  if (json) {
+    add_messages(report, console.entries());
+    return write_json(report, *json);
+  }
   print(report, "");
   return {};
 }

@@ -190,7 +190,7 @@ class Live {
     json["images"] = shown_;
     json["engine"] = view_.engine_name();
     json["failures"] = live_.session().failures();
-    json["diagnostics"] = json_of(console_.entries());
+    add_messages(json, console_.entries());
     return json;
   }
 

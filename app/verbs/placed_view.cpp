@@ -78,7 +78,8 @@ Result<PlacedView::Parts> PlacedView::prepare(const SessionConfig& config,
                                               const std::string& reference_frame,
                                               Console& console) {
   console.begin("reading the CT");
-  const auto ct = session::read_session_ct(config.ct, console);
+  const auto ct =
+      session::read_session_ct(config.ct, console, draws_hounsfield_units(config.appearance));
   if (!ct) return ct.error();
   console.end(std::to_string((*ct)->grid().voxel_count()) + " voxels");
   return prepare(config, reference_frame, *ct, console);
@@ -112,7 +113,6 @@ Result<PlacedView::Parts> PlacedView::prepare(const SessionConfig& config,
   warn_of_lost_components(presenter->appearance().transfer, console);
   if (!config.predicates.alone || config.predicates.volume.empty()) {
     warn_of_missing_presets(config.appearance, *shared_ct, console);
-    warn_of_units(config.appearance, *shared_ct, console);
   }
   const auto shapes = read_cutaway_objects(config.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
@@ -229,7 +229,7 @@ Result<session::CtPlacement> PlacedView::begin(const TrackedFrame& image,
         seen.image_extent_mm};
   }
   presenter_.set_facts(std::move(facts));
-  report_warnings(placement->warnings, console_);
+  report_placement(*placement, console_);
   placement_ = std::move(*placement);
   return placement_->placement;
 }

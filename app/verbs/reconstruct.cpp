@@ -440,7 +440,7 @@ Result<void> run_reconstruct(const SessionConfig& config, const ReconstructOptio
   report["fps_p95"] = rate_of(seconds, 0.95);
   report["seconds"] = seconds_since(start);
   report["sha256"] = io::digest_of(*stored);
-  report["diagnostics"] = json_of(console.entries());
+  add_messages(report, console.entries());
   return write_json(report, *json);
 }
 

@@ -57,7 +57,7 @@ class Replay {
 
   Result<void> run(const std::optional<std::string>& json) {
     console_.begin("replay");
-    if (auto played = play(); !played) return played;
+    if (auto played = play(); !played) return with_outputs(played.error());
     console_.end(std::to_string(shown_) + " images");
     session_.navigator().finish();
     if (!view_.placement()) return session::nothing_paired(session_);
@@ -117,16 +117,17 @@ class Replay {
     return {};
   }
 
-  [[nodiscard]] Error stopped() const {
-    return {ErrorCode::kCancelled, "replay: stopped by Ctrl-C; complete in " +
-                                       out_.path().string() + ": " + std::to_string(shown_) +
-                                       " images; the report was not written"};
+  /// The error that ended the replay, and what is complete in spite of it.
+  [[nodiscard]] Error with_outputs(const Error& error) const {
+    return {error.code, error.message + "; complete in " + out_.path().string() + ": " +
+                            std::to_string(out_.files().size()) +
+                            " images; the report was not written"};
   }
 
   Result<void> play() {
     const Interrupt interrupt;
     for (;;) {
-      if (interrupt.asked()) return stopped();
+      if (interrupt.asked()) return Error{ErrorCode::kCancelled, "replay: stopped by Ctrl-C"};
       const auto epoch = driver_.next();
       if (!epoch) return epoch.error();
       if (failure_) return *failure_;
@@ -189,7 +190,7 @@ io::Json Replay::report() {
   json["frames"] = out_.files();
   json["pose_log_sha256"] = io::sha256_hex(session_.log().text());
   json["image_sha256"] = out_.image_digest();
-  json["diagnostics"] = json_of(console_.entries());
+  add_messages(json, console_.entries());
   return json;
 }
 

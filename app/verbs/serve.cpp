@@ -137,7 +137,7 @@ Result<void> serve(const char* verb, bool emulates, const SessionConfig& config,
   report["reference"] = live->reference_statement();
   report["recording"] = nullptr;
   report["failures"] = session.failures();
-  report["diagnostics"] = json_of(console.entries());
+  add_messages(report, console.entries());
   (*server)->stop();
   if (json) {
     if (auto written = write_json(report, *json); !written) return written;

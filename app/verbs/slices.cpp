@@ -123,6 +123,7 @@ Result<Overlay> read_overlay(const SessionConfig& config, const SlicesOptions& o
   if (!options.second.empty()) {
     io::CtOptions reading;
     reading.accept_unknown_orientation = config.ct.accept_unknown_orientation;
+    reading.expect_hounsfield_units = false;  // It may be an MR.
     auto second = io::read_ct(options.second, console, reading);
     if (!second) return second.error();
     overlay.second = std::move(*second);

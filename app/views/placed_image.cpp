@@ -34,7 +34,7 @@ Result<PlacedImage> placed_image(const SessionConfig& config, const Volume& ct,
   const auto placement =
       session::place_ct(config.placement, ct, *sweep, sweep->recording, session->reference_frame());
   if (!placement) return placement.error();
-  report_warnings(placement->warnings, console);
+  report_placement(*placement, console);
   if (!placement->outside.empty()) {
     console.report(Severity::kWarning, "placement", placement->outside);
   }

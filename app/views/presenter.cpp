@@ -9,6 +9,7 @@
 
 #include "app/views/orthographic.hpp"
 #include "app/views/panels.hpp"
+#include "nav/hounsfield.hpp"
 #include "render/default_window.hpp"
 #include "render/predicates/registry.hpp"
 #include "render/projection_window.hpp"
@@ -37,7 +38,7 @@ Presenter::Presenter(const PresenterOptions& options, ResolvedAppearance appeara
       appearance_(std::move(appearance)),
       ct_(std::move(ct)),
       engine_(std::move(engine)) {
-  if (!render::is_hounsfield(*ct_)) modality_ = "MR";
+  if (!is_hounsfield(*ct_)) modality_ = "MR";
   if (appearance_.projection == render::Projection::kComposite) {
     ct_legend_ = legend_of(appearance_.transfer);
   }

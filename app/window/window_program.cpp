@@ -174,7 +174,8 @@ Result<void> run_window(const Settings& settings, int& argc, char** argv, Consol
   json["platform"] = QGuiApplication::platformName().toStdString();
   json["device_pixel_ratio"] = window.devicePixelRatioF();
   window.loop().complete(json);
-  json["diagnostics"] = json_of(console.entries());
+  add_messages(json, console.entries());
+  console.say_suppressed();
   if (!settings.json.empty()) {
     if (auto written = write_json(json, settings.json); !written) return written;
   }

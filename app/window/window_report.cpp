@@ -46,7 +46,7 @@ io::Json WindowReport::json() const {
   io::Json json;
   for (const char* later :
        {"toolkit", "platform", "engine", "device", "device_pixel_ratio", "superseded", "ledger",
-        "recordings", "latency_independent_ms", "controls", "diagnostics"}) {
+        "recordings", "latency_independent_ms", "controls", "diagnostics", "findings"}) {
     json[later] = nullptr;
   }
   json["refreshes"] = refreshes_;

@@ -12,6 +12,7 @@
 #include "io/detail/dicom_series.hpp"
 #include "io/detail/text.hpp"
 #include "io/detail/vtk_errors.hpp"
+#include "io/detail/within_memory.hpp"
 
 namespace nav::io::detail {
 
@@ -108,12 +109,46 @@ Result<void> judge_irregular(const DicomStack& stack, const DicomSeries& series,
   }
   const double tilt_deg = stack.tilt_rad * 180 / M_PI;
   diagnostics.report(
-      Severity::kWarning, "io.ct",
-      name + ": the stack is not regular: tilted by " + to_text(std::round(tilt_deg * 100) / 100) +
-          " degrees" + (series.tilt_tag.empty() ? "" : " (tag: " + series.tilt_tag + ")") +
-          ", gaps from " + to_text(std::round(stack.min_gap_mm * 100) / 100) + " mm to " + gap +
-          "; resampled by linear interpolation onto a regular orthogonal grid");
+      "io.ct", {.subject = name,
+                .key = "positions of slices",
+                .values = {"tilted by " + to_text(std::round(tilt_deg * 100) / 100) + " degrees" +
+                               (series.tilt_tag.empty() ? "" : " (tag: " + series.tilt_tag + ")"),
+                           "gaps from " + to_text(std::round(stack.min_gap_mm * 100) / 100) +
+                               " mm to " + gap},
+                .used = "a regular orthogonal grid, resampled by linear interpolation"});
   return {};
+}
+
+/// Reports what contradicts the positions of a regular stack: the stated gap, which shows that
+/// every second slice is missing, and numbers of images that are not there.
+void compare_positions(const DicomStack& stack, const DicomSeries& series, const std::string& name,
+                       Diagnostics& diagnostics) {
+  constexpr double kRoundingMm = 0.06;
+  constexpr double kShare = 0.01;
+  const double gap_mm = stack.grid().spacing_mm.z();
+  const double stated_mm = stack.slices.front().stated_gap_mm;
+  if (stated_mm > 0 && std::abs(stated_mm - gap_mm) > kRoundingMm + kShare * gap_mm) {
+    diagnostics.report("io.ct", {.subject = name,
+                                 .key = "SpacingBetweenSlices",
+                                 .values = {to_text(stated_mm) + " mm stated",
+                                            to_text(gap_mm) + " mm by the positions"},
+                                 .used = "the positions"});
+  }
+  std::set<std::int64_t> numbers;
+  for (const DicomSlice& slice : stack.slices) {
+    if (slice.instance) numbers.insert(*slice.instance);
+  }
+  if (numbers.size() != stack.slices.size()) return;
+  const double range =
+      static_cast<double>(*numbers.rbegin()) - static_cast<double>(*numbers.begin()) + 1;
+  if (range <= static_cast<double>(numbers.size() + series.localizers)) return;
+  diagnostics.report(
+      "io.ct",
+      {.subject = name,
+       .key = "InstanceNumber",
+       .values = {std::to_string(*numbers.begin()) + " to " + std::to_string(*numbers.rbegin()),
+                  std::to_string(numbers.size()) + " images (are some missing?)"},
+       .used = "the images that are there"});
 }
 
 /// Rejects acquisitions that alternate from slice to slice, as two phases of contrast do.
@@ -157,6 +192,23 @@ Result<HuBuilder> decode_slices(const DicomStack& stack, const std::string& name
   return builder;
 }
 
+namespace {
+
+/// Decodes the slices of a stack onto a grid: their own, or the regular one of an irregular stack.
+Result<StoredVolume> decode_stack(const DicomStack& stack, const DicomSeries& series,
+                                  const VoxelGrid& grid, const std::string& name,
+                                  Diagnostics& diagnostics, const VolumeReading& options) {
+  auto builder = decode_slices(stack, name, options.least);
+  if (!builder) return builder.error();
+  if (series.modality == "CT") builder->set_ct();
+  const auto reported = builder->report(name, stack.grid().size, options.unit, diagnostics);
+  if (!reported) return reported.error();
+  if (stack.regular) return StoredVolume::create(grid, builder->take(), name);
+  return StoredVolume::create(grid, resample(stack, builder->hu(), grid), name);
+}
+
+}  // namespace
+
 Result<StoredVolume> read_ct_dicom(const std::vector<std::filesystem::path>& files,
                                    const std::string& name, Diagnostics& diagnostics,
                                    const VolumeReading& options) {
@@ -171,16 +223,16 @@ Result<StoredVolume> read_ct_dicom(const std::vector<std::filesystem::path>& fil
   if (!stack->regular) {
     const auto ok = judge_irregular(*stack, *series, name, options, diagnostics);
     if (!ok) return ok.error();
+  } else {
+    compare_positions(*stack, *series, name, diagnostics);
   }
   const VoxelGrid grid = stack->regular ? stack->grid() : regular_grid(*stack);
   if (const auto ok = validate(grid, name); !ok) return ok.error();
-  auto builder = decode_slices(*stack, name, options.least);
-  if (!builder) return builder.error();
-  if (series->modality == "CT") builder->set_ct();
-  const auto reported = builder->report(name, stack->grid().size, options.unit, diagnostics);
-  if (!reported) return reported.error();
-  if (stack->regular) return StoredVolume::create(grid, builder->take(), name);
-  return StoredVolume::create(grid, resample(*stack, builder->hu(), grid), name);
+  const double bytes =
+      static_cast<double>(stack->grid().voxel_count() + grid.voxel_count()) * sizeof(std::int16_t);
+  return within_memory(name, bytes, [&]() -> Result<StoredVolume> {
+    return decode_stack(*stack, *series, grid, name, diagnostics, options);
+  });
 }
 
 }  // namespace nav::io::detail

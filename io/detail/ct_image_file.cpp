@@ -11,6 +11,7 @@
 #include "io/detail/image_file.hpp"
 #include "io/detail/pixel_stream.hpp"
 #include "io/detail/text.hpp"
+#include "io/detail/within_memory.hpp"
 
 namespace nav::io::detail {
 
@@ -56,6 +57,20 @@ std::optional<Eigen::Matrix3d> directions_from_letters(std::string_view letters)
   return directions;
 }
 
+/// Letters of the axes in the sense of MetaIO, by the main direction of each.
+std::string letters_of(const Eigen::Matrix3d& directions) {
+  constexpr std::string_view kFrom = "RAI";
+  constexpr std::string_view kTo = "LPS";
+  std::string letters;
+  for (int axis = 0; axis < 3; ++axis) {
+    Eigen::Index main = 0;
+    directions.col(axis).cwiseAbs().maxCoeff(&main);
+    const auto patient = static_cast<std::size_t>(main);
+    letters += directions(main, axis) > 0 ? kFrom[patient] : kTo[patient];
+  }
+  return letters;
+}
+
 /// Warns when letters and matrix contradict each other; the matrix is used, as in ITK.
 void compare_letters(const ImageFile& file, const Eigen::Matrix3d& directions,
                      Diagnostics& diagnostics) {
@@ -66,10 +81,11 @@ void compare_letters(const ImageFile& file, const Eigen::Matrix3d& directions,
     Eigen::Index main = 0;
     directions.col(axis).cwiseAbs().maxCoeff(&main);
     if ((*expected)(main, axis) * directions(main, axis) > 0) continue;
-    diagnostics.report(Severity::kWarning, "io.ct",
-                       file.path.string() + ": AnatomicalOrientation " + std::string(letters) +
-                           " contradicts TransformMatrix along axis " + std::to_string(axis) +
-                           "; the matrix is used");
+    diagnostics.report("io.ct", {.subject = file.path.string(),
+                                 .key = "orientation",
+                                 .values = {"AnatomicalOrientation " + std::string(letters),
+                                            "TransformMatrix of " + letters_of(directions)},
+                                 .used = "TransformMatrix"});
     return;
   }
 }
@@ -119,8 +135,10 @@ Result<Affine> meta_affine(const ImageFile& file, Diagnostics& diagnostics,
     if (!offset) return offset.error();
     affine.col(3) << (*offset)[0], (*offset)[1], (*offset)[2];
   } else {
-    diagnostics.report(Severity::kWarning, "io.ct",
-                       file.path.string() + ": no Offset; the first voxel is placed at 0 0 0 mm");
+    diagnostics.report("io.ct", {.subject = file.path.string(),
+                                 .key = "Offset",
+                                 .values = {"none"},
+                                 .used = "0 0 0 mm for the first voxel"});
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (!((*spacing)[axis] > 0)) {
@@ -195,6 +213,28 @@ Result<Affine> nrrd_spacings(const ImageFile& file) {
   return affine;
 }
 
+/// Reports spacings that differ from the lengths of the directions, which the format has instead.
+void compare_nrrd_spacings(const ImageFile& file, const Affine& affine, Diagnostics& diagnostics) {
+  constexpr double kShare = 0.01;
+  const auto words = split_words(file.value("spacings"));
+  if (words.size() != file.component_axes + 3) return;
+  bool same = true;
+  std::string by_directions;
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const double mm = affine.col(axis).norm();
+    const auto stated = parse_double(words[file.component_axes + static_cast<std::size_t>(axis)]);
+    by_directions += ' ' + to_text(mm);
+    if (!stated || std::isnan(*stated)) continue;
+    same = same && std::abs(*stated - mm) <= kShare * mm;
+  }
+  if (same) return;
+  diagnostics.report("io.ct", {.subject = file.path.string(),
+                               .key = "spacing",
+                               .values = {"space directions" + by_directions + " mm",
+                                          "spacings " + excerpt(file.value("spacings"))},
+                               .used = "space directions"});
+}
+
 Result<Affine> nrrd_affine(const ImageFile& file, Diagnostics& diagnostics,
                            const CtOptions& options) {
   const auto signs = lps_signs(file.value("space"));
@@ -238,10 +278,12 @@ Result<Affine> nrrd_affine(const ImageFile& file, Diagnostics& diagnostics,
     }
     affine.col(3) = *origin;
   } else {
-    diagnostics.report(
-        Severity::kWarning, "io.ct",
-        file.path.string() + ": no space origin; the first voxel is placed at 0 0 0 mm");
+    diagnostics.report("io.ct", {.subject = file.path.string(),
+                                 .key = "space origin",
+                                 .values = {"none"},
+                                 .used = "0 0 0 mm for the first voxel"});
   }
+  compare_nrrd_spacings(file, affine, diagnostics);
   if (signs) affine = signs->asDiagonal() * affine;
   return affine;
 }
@@ -251,10 +293,12 @@ void warn_of_quantisation(const ImageFile& file, Diagnostics& diagnostics) {
   const auto low = spelling(file, {"old min", "oldmin"});
   const auto high = spelling(file, {"old max", "oldmax"});
   if (!file.has(low) && !file.has(high)) return;
-  diagnostics.report(Severity::kWarning, "io.ct",
-                     file.path.string() + ": old min " + excerpt(file.value(low)) + ", old max " +
-                         excerpt(file.value(high)) +
-                         ": the values were quantised from this range and are not in its unit");
+  diagnostics.report("io.ct",
+                     {.subject = file.path.string(),
+                      .key = "old min, old max",
+                      .values = {excerpt(file.value(low)) + " to " + excerpt(file.value(high)) +
+                                 ", from which the values were quantised"},
+                      .used = "the values as stored"});
 }
 
 /// True for a file with fields of a second frame: its slices are images with their own poses. A
@@ -265,8 +309,7 @@ bool is_of_images(const ImageFile& file) {
   });
 }
 
-Result<std::array<int, 3>> volume_size(ImageFile& file, int least_slices,
-                                       Diagnostics& diagnostics) {
+Result<std::array<int, 3>> volume_size(ImageFile& file, int least_slices) {
   if (is_of_images(file)) {
     return Error{
         ErrorCode::kUnsupportedData,
@@ -298,12 +341,6 @@ Result<std::array<int, 3>> volume_size(ImageFile& file, int least_slices,
                      std::to_string(file.sample_bytes) + " bytes, found " +
                      std::to_string(file.available_bytes)};
   }
-  if (file.encoding == Encoding::kRaw && file.available_bytes > file.sample_bytes) {
-    diagnostics.report(Severity::kWarning, "io.ct",
-                       file.path.string() + ": expected " + std::to_string(file.sample_bytes) +
-                           " bytes of pixel data, found " + std::to_string(file.available_bytes) +
-                           ": a header that is not stated would shift all values");
-  }
   for (const auto& [key, unit] : {std::pair("ElementToIntensityFunctionSlope", 1.0),
                                   std::pair("ElementToIntensityFunctionOffset", 0.0)}) {
     if (file.has(key) && parse_double(file.value(key)) != unit) {
@@ -321,8 +358,9 @@ Result<VoxelGrid> read_image_file_voxels(const std::filesystem::path& path, Voxe
                                          Diagnostics& diagnostics, const VolumeReading& options) {
   auto file = read_image_file(path);
   if (!file) return file.error();
-  const auto size = volume_size(*file, options.least_slices, diagnostics);
+  const auto size = volume_size(*file, options.least_slices);
   if (!size) return size.error();
+  for (const Finding& finding : file->findings) diagnostics.report("io.ct", finding);
   warn_of_quantisation(*file, diagnostics);
   const auto affine = file->format == "NRRD" ? nrrd_affine(*file, diagnostics, options)
                                              : meta_affine(*file, diagnostics, options);
@@ -334,18 +372,15 @@ Result<VoxelGrid> read_image_file_voxels(const std::filesystem::path& path, Voxe
   const auto fail = [&](const Error& error) {
     return Error{error.code, path.string() + ": " + error.message};
   };
-  sink.reserve(grid->voxel_count());
-  const std::size_t slice_bytes = static_cast<std::size_t>((*size)[0]) *
-                                  static_cast<std::size_t>((*size)[1]) * size_of(file->type);
-  std::vector<std::byte> slice(slice_bytes);
-  for (int k = 0; k < (*size)[2]; ++k) {
-    const auto read = stream->read(static_cast<std::int64_t>(slice_bytes) * k, slice);
-    if (!read) return fail(read.error());
-    if (file->big_endian != (std::endian::native == std::endian::big)) {
-      swap_bytes(slice, size_of(file->type));
-    }
-    sink.append(slice, file->type, {});
-  }
+  const StoredVoxels voxels{
+      .count = grid->voxel_count(),
+      .type = file->type,
+      .swapped = file->big_endian != (std::endian::native == std::endian::big)};
+  const auto copied =
+      within_memory(path, static_cast<double>(voxels.count) * sizeof(std::int16_t),
+                    [&] { return copy_voxels(*stream, voxels, file->available_bytes, sink); });
+  if (!copied && copied.error().code == ErrorCode::kUnavailable) return copied.error();
+  if (!copied) return fail(copied.error());
   if (const auto end = stream->expect_end(); !end) return fail(end.error());
   return *grid;
 }

@@ -7,12 +7,14 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <sstream>
 
 #include "io/detail/ct_readers.hpp"
 #include "io/detail/hu_builder.hpp"
 #include "io/detail/input_file.hpp"
 #include "io/detail/pixel_stream.hpp"
 #include "io/detail/text.hpp"
+#include "io/detail/within_memory.hpp"
 
 namespace nav::io::detail {
 
@@ -45,6 +47,7 @@ struct Nifti {
   bool swapped = false;
   std::array<std::int64_t, 8> dim{};
   int datatype = 0;
+  int bitpix = 0;  ///< Bits of a voxel, which the datatype says, too.
   std::array<double, 8> pixdim{};
   double data_offset = 0;
   double slope = 0, intercept = 0;
@@ -83,6 +86,7 @@ std::optional<Nifti> parse(std::span<const std::byte> bytes) {
     n.two_files = magic(344, "ni1\0");
     fill<float, std::int16_t>(b, n, 40, 76, 256, 280);
     n.datatype = b.at<std::int16_t>(70);
+    n.bitpix = b.at<std::int16_t>(72);
     n.data_offset = b.at<float>(108);
     n.slope = b.at<float>(112);
     n.intercept = b.at<float>(116);
@@ -95,6 +99,7 @@ std::optional<Nifti> parse(std::span<const std::byte> bytes) {
     n.two_files = magic(4, "ni2\0");
     fill<double, std::int64_t>(b, n, 16, 104, 352, 400);
     n.datatype = b.at<std::int16_t>(12);
+    n.bitpix = b.at<std::int16_t>(14);
     n.data_offset = static_cast<double>(b.at<std::int64_t>(168));
     n.slope = b.at<double>(176);
     n.intercept = b.at<double>(184);
@@ -144,6 +149,13 @@ Affine qform_affine(const Nifti& n) {
   return affine;
 }
 
+/// A number in a message; those of NIfTI-1 have seven digits.
+std::string short_text(double number) {
+  std::ostringstream text;
+  text << number;
+  return text.str();
+}
+
 /// Compares the spacing of the s-form with pixdim, which is also that of the q-form. With a q-form,
 /// two of three statements contradict the one that would be used.
 Result<void> compare_spacings(const Nifti& n, const std::filesystem::path& path,
@@ -157,17 +169,33 @@ Result<void> compare_spacings(const Nifti& n, const std::filesystem::path& path,
     const double stated = n.pixdim[static_cast<std::size_t>(axis) + 1];
     if (!(std::isfinite(stated) && stated > 0)) return {};
     same = same && std::abs(mm - stated) <= kShare * stated;
-    by_sform += ' ' + to_text(mm);
-    by_pixdim += ' ' + to_text(stated);
+    by_sform += ' ' + short_text(mm);
+    by_pixdim += ' ' + short_text(stated);
   }
   if (same) return {};
-  const std::string both = path.string() + ": spacing" + by_sform + " by the s-form,";
   if (n.qform > 0) {
-    return Error{ErrorCode::kMalformedData, both + by_pixdim + " by pixdim and the q-form"};
+    return Error{ErrorCode::kMalformedData, path.string() + ": spacing" + by_sform +
+                                                " by the s-form," + by_pixdim +
+                                                " by pixdim and the q-form"};
   }
-  diagnostics.report(Severity::kWarning, "io.ct",
-                     both + by_pixdim + " by pixdim; the s-form is used");
+  diagnostics.report("io.ct",
+                     {.subject = path.string(),
+                      .key = "spacing",
+                      .values = {"s-form" + by_sform + " mm", "pixdim" + by_pixdim + " mm"},
+                      .used = "s-form"});
   return {};
+}
+
+/// The three rows of a map, in RAS as in the file.
+std::string numbers_of(const Affine& affine) {
+  std::string text;
+  for (Eigen::Index row = 0; row < 3; ++row) {
+    text += row > 0 ? ", " : "[";
+    for (Eigen::Index column = 0; column < 4; ++column) {
+      text += (column > 0 ? " " : "") + short_text(affine(row, column));
+    }
+  }
+  return text + "]";
 }
 
 Result<Affine> ras_affine(const Nifti& n, const std::filesystem::path& path,
@@ -192,15 +220,26 @@ Result<Affine> ras_affine(const Nifti& n, const std::filesystem::path& path,
     if (n.qform > 0 && check_spacing()) {
       const double difference = (qform_affine(n) - n.srow).cwiseAbs().maxCoeff();
       if (!(difference <= kAgreement)) {
-        diagnostics.report(Severity::kWarning, "io.ct",
-                           path.string() + ": s-form and q-form differ by up to " +
-                               to_text(difference) + "; the s-form is used");
+        diagnostics.report("io.ct", {.subject = path.string(),
+                                     .key = "axes and origin",
+                                     .values = {"s-form " + numbers_of(n.srow),
+                                                "q-form " + numbers_of(qform_affine(n))},
+                                     .used = "s-form"});
       }
     }
     return n.srow;
   }
   if (const auto ok = check_spacing(); !ok) return ok.error();
   if (n.qform > 0) {
+    constexpr double kRounding = 1e-3;
+    const auto& q = n.quaternion;
+    const double squares = q[0] * q[0] + q[1] * q[1] + q[2] * q[2];
+    if (squares > 1 + kRounding) {
+      return Error{ErrorCode::kMalformedData,
+                   path.string() +
+                       ": q-form: expected a rotation, b² + c² + d² of at most 1, found " +
+                       short_text(squares)};
+    }
     const Affine affine = qform_affine(n);
     if (!affine.allFinite()) {
       return Error{ErrorCode::kMalformedData,
@@ -310,6 +349,14 @@ Result<VoxelGrid> read_nifti_voxels(const std::filesystem::path& path, VoxelSink
                 "found code " +
                     std::to_string(nifti->datatype));
   }
+  const auto bits = static_cast<int>(8 * size_of(*type));
+  if (nifti->bitpix != 0 && nifti->bitpix != bits) {
+    diagnostics.report("io.ct", {.subject = path.string(),
+                                 .key = "bits of a voxel",
+                                 .values = {"datatype " + std::to_string(bits),
+                                            "bitpix " + std::to_string(nifti->bitpix)},
+                                 .used = "datatype"});
+  }
   const auto grid = nifti_grid(*nifti, path, diagnostics, options);
   if (!grid) return grid.error();
   const std::size_t sample = size_of(*type);
@@ -320,25 +367,22 @@ Result<VoxelGrid> read_nifti_voxels(const std::filesystem::path& path, VoxelSink
   if (!std::isfinite(rescale.slope) || !std::isfinite(rescale.intercept)) {
     return fail(ErrorCode::kMalformedData, "scl_slope: expected finite scaling, found NaN or Inf");
   }
-  sink.reserve(grid->voxel_count());
-  std::vector<std::byte> slice(static_cast<std::size_t>(grid->size[0]) *
-                               static_cast<std::size_t>(grid->size[1]) * sample);
-  const auto begin = static_cast<std::int64_t>(nifti->data_offset);
-  for (int k = 0; k < grid->size[2]; ++k) {
-    const auto read = stream->read(begin + static_cast<std::int64_t>(slice.size()) * k, slice);
-    if (!read) return fail(read.error().code, read.error().message);
-    if (nifti->swapped) swap_bytes(slice, sample);
-    sink.append(slice, *type, rescale);
-  }
+  const StoredVoxels voxels{.offset = static_cast<std::int64_t>(nifti->data_offset),
+                            .count = grid->voxel_count(),
+                            .type = *type,
+                            .swapped = nifti->swapped,
+                            .rescale = rescale};
+  const auto copied =
+      within_memory(path, static_cast<double>(voxels.count) * sizeof(std::int16_t),
+                    [&] { return copy_voxels(*stream, voxels, file->size(), sink); });
+  if (!copied && copied.error().code == ErrorCode::kUnavailable) return copied.error();
+  if (!copied) return fail(copied.error().code, copied.error().message);
   // Only the checksum reveals a changed bit in the voxels.
-  const std::int64_t stated = static_cast<std::int64_t>(slice.size()) * grid->size[2];
-  const auto left = stream->skip_to_end(begin + stated);
+  const auto stated = static_cast<std::int64_t>(voxels.count * sample);
+  const auto left = stream->skip_to_end(voxels.offset + stated);
   if (!left) return fail(left.error().code, left.error().message);
   if (*left > 0) {
-    diagnostics.report(Severity::kWarning, "io.ct",
-                       path.string() + ": expected " + std::to_string(stated) +
-                           " bytes of voxels, found " + std::to_string(stated + *left) +
-                           ": bytes that were put in between would shift all values");
+    diagnostics.report("io.ct", longer_than_stated(path, stated, stated + *left));
   }
   return *grid;
 }

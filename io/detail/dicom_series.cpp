@@ -131,16 +131,45 @@ std::string sample_defect(vtkDICOMMetaData& meta) {
   return {};
 }
 
+/// Most bytes that one byte of a codec can stand for: of a blank image, some can shrink all.
+double most_expansion(const std::string& transfer_syntax) {
+  constexpr double kRunLengths = 64;    // Two bytes for a run of 128.
+  constexpr double kLosslessJpeg = 16;  // A bit for a sample of 16 bits.
+  constexpr double kJpeg = 512;         // Two bits or more for a block of 64 samples.
+  constexpr double kHeaders = 2;        // Headers, and what the estimates above neglect.
+  constexpr double kOthers = 1e5;       // JPEG-LS and JPEG 2000.
+  if (transfer_syntax == "1.2.840.10008.1.2.5") return kHeaders * kRunLengths;
+  for (const char* lossless : {"1.2.840.10008.1.2.4.57", "1.2.840.10008.1.2.4.70"}) {
+    if (transfer_syntax == lossless) return kHeaders * kLosslessJpeg;
+  }
+  for (const char* jpeg : {"1.2.840.10008.1.2.4.50", "1.2.840.10008.1.2.4.51"}) {
+    if (transfer_syntax == jpeg) return kHeaders * kJpeg;
+  }
+  return kOthers;
+}
+
+/// Counts a file whose pixel data are longer than stated; one byte may pad them to an even length.
+void note_longer(vtkDICOMMetaData& meta, vtkDICOMParser& parser, double samples,
+                 const std::filesystem::path& file, DicomSeries& series) {
+  constexpr unsigned kEncapsulated = 0xffffffffU;
+  const unsigned found = parser.GetPixelDataVL();
+  const double claimed = samples * meta.Get(0, vtkDICOMTag(DC::BitsAllocated)).AsInt() / 8;
+  if (found == kEncapsulated || found <= claimed + 1) return;
+  if (series.longer_files++ > 0) return;
+  series.first_longer = file.filename().string() + ": " + to_text(claimed) + " bytes stated, " +
+                        std::to_string(found) + " found";
+}
+
 /// Returns a defect of the pixel-data length, or an empty text. It is checked before a decoder
 /// allocates the size that Rows, Columns and NumberOfFrames declare.
 std::string length_defect(vtkDICOMMetaData& meta, vtkDICOMParser& parser, double samples) {
   constexpr unsigned kEncapsulated = 0xffffffffU;
-  constexpr double kMaxExpansion = 1e5;  // Compression ratio of a blank image with a modern codec.
+  const double expansion = most_expansion(text(meta, DC::TransferSyntaxUID));
   const double claimed = samples * meta.Get(0, vtkDICOMTag(DC::BitsAllocated)).AsInt() / 8;
   auto found = static_cast<double>(parser.GetFileSize() - parser.GetFileOffset());
   const bool encapsulated = parser.GetPixelDataVL() == kEncapsulated;
   if (!encapsulated) found = std::min(found, static_cast<double>(parser.GetPixelDataVL()));
-  if (claimed > 0 && claimed <= found * (encapsulated ? kMaxExpansion : 1)) return {};
+  if (claimed > 0 && claimed <= found * (encapsulated ? expansion : 1)) return {};
   return "pixel data cut short: expected " + to_text(claimed) + " bytes, found " + to_text(found) +
          (encapsulated ? " compressed" : "");
 }
@@ -174,8 +203,14 @@ void add_file(const std::filesystem::path& file, vtkDICOMMetaData& meta, vtkDICO
   if (frames < 1 || frames > kMaxFrames) {
     return defect("NumberOfFrames: expected 1 to 100000, found " + std::to_string(frames));
   }
+  const std::string unit = text(meta, DC::RescaleType);
+  if (is_hounsfield_unit(unit) != series.in_hu()) {
+    return defect("RescaleType: expected " + excerpt(series.unit.empty() ? "HU" : series.unit) +
+                  " as in the other images of the series, found " + excerpt(unit));
+  }
   const std::string length = length_defect(meta, parser, 1.0 * rows * columns * frames);
   if (!length.empty()) return defect(length);
+  note_longer(meta, parser, 1.0 * rows * columns * frames, file, series);
   for (int frame = 0; frame < frames; ++frame) {
     DicomSlice slice;
     slice.file = file;
@@ -184,6 +219,9 @@ void add_file(const std::filesystem::path& file, vtkDICOMMetaData& meta, vtkDICO
     slice.columns = columns;
     slice.acquisition = text(meta, DC::AcquisitionNumber);
     slice.frame_of_reference = text(meta, DC::FrameOfReferenceUID);
+    const auto gap = numbers(meta, frame, DC::SpacingBetweenSlices, 1);
+    slice.stated_gap_mm = gap.empty() ? 0 : std::abs(gap[0]);
+    if (frames == 1) slice.instance = parse_int(text(meta, DC::InstanceNumber));
     bool has_rescale = false;
     const std::string wrong = read_slice(meta, slice, has_rescale);
     if (!wrong.empty()) return defect(wrong);
@@ -253,10 +291,12 @@ Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::p
     for (std::size_t i = 0; i < std::min<std::size_t>(others.size(), 3); ++i) {
       listed += (i > 0 ? ", " : "") + excerpt(others[i]);
     }
-    diagnostics.report(Severity::kWarning, "io.ct",
-                       name + ": " + std::to_string(others.size()) +
-                           " files of the folder are not DICOM and are left out: " + listed +
-                           (others.size() > 3 ? ", …" : ""));
+    diagnostics.report("io.ct", {.subject = name,
+                                 .key = "files of the folder",
+                                 .values = {std::to_string(others.size()) +
+                                            " files that are not DICOM: " + listed +
+                                            (others.size() > 3 ? ", …" : "")},
+                                 .used = "the other files"});
   }
   if (all.empty()) {
     return Error{ErrorCode::kNotFound, name + ": expected DICOM images, found none in " +
@@ -267,8 +307,10 @@ Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::p
 
 Result<DicomSeries> choose_series(std::vector<DicomSeries> all, const std::string& name,
                                   const CtOptions& options, Diagnostics& diagnostics) {
-  const auto warn = [&](const std::string& message) {
-    diagnostics.report(Severity::kWarning, "io.ct", name + ": " + message);
+  const auto warn = [&](const char* key, std::vector<std::string> values, std::string used) {
+    diagnostics.report(
+        "io.ct",
+        {.subject = name, .key = key, .values = std::move(values), .used = std::move(used)});
   };
   DicomSeries* best = nullptr;
   for (DicomSeries& series : all) {
@@ -286,16 +328,18 @@ Result<DicomSeries> choose_series(std::vector<DicomSeries> all, const std::strin
                  name + ": expected the series " + options.series_uid + ", found " + describe(all)};
   }
   if (all.size() > 1 && options.series_uid.empty()) {
-    warn("several series, " + best->uid + " is used: " + describe(all));
+    std::vector<std::string> found;
+    for (const DicomSeries& series : all) found.push_back(describe(series));
+    warn("series", std::move(found), best->uid);
   }
   if (!best->defect.empty()) {
     return Error{ErrorCode::kMalformedData, name + ": " + best->defect};
   }
   if (best->modality != "CT") {
-    warn("expected modality CT, found '" + best->modality + "'; values may not be HU");
+    warn("Modality", {"'" + excerpt(best->modality) + "' (expected CT)"}, "the values as HU");
   }
   if (!best->in_hu()) {
-    warn("RescaleType: expected HU, found " + excerpt(best->unit) + ": the values are not HU");
+    warn("RescaleType", {excerpt(best->unit) + " (expected HU)"}, "the values as HU");
   }
   std::set<std::string> places;
   for (const DicomSlice& slice : best->slices) {
@@ -313,11 +357,18 @@ Result<DicomSeries> choose_series(std::vector<DicomSeries> all, const std::strin
                      std::to_string(best->without_rescale) + " without"};
   }
   if (best->without_rescale > 0) {
-    warn(std::to_string(best->without_rescale) +
-         " slices without RescaleSlope and RescaleIntercept; their values are taken as HU");
+    warn("RescaleSlope, RescaleIntercept",
+         {std::to_string(best->without_rescale) + " slices without"}, "the values as HU");
+  }
+  if (best->longer_files > 0) {
+    warn("length of the samples",
+         {std::to_string(best->longer_files) + " files with more than stated (" +
+          best->first_longer + ")"},
+         "the first bytes of each");
   }
   if (best->localizers > 0) {
-    warn(std::to_string(best->localizers) + " overview images (LOCALIZER) left out");
+    warn("ImageType", {std::to_string(best->localizers) + " overview images (LOCALIZER)"},
+         "the other images");
   }
   return std::move(*best);
 }

@@ -11,6 +11,12 @@
 
 namespace nav::io::detail {
 
+/// False for a RescaleType of iodine maps, effective atomic numbers and the like; an absent or
+/// unspecified one is taken as HU.
+inline bool is_hounsfield_unit(const std::string& rescale_type) {
+  return rescale_type.empty() || rescale_type == "HU" || rescale_type == "US";
+}
+
 /// DICOM series, read from its headers.
 struct DicomSeries {
   std::string uid;
@@ -21,10 +27,11 @@ struct DicomSeries {
   std::vector<DicomSlice> slices;
   std::size_t without_rescale = 0;  ///< Number of slices without a rescale: unknown unit.
   std::size_t localizers = 0;       ///< Number of overview images (localizers) that were left out.
+  std::size_t longer_files = 0;     ///< Number of files with more pixel data than stated.
+  std::string first_longer;         ///< The first of them, with both lengths in bytes.
   std::string defect;  ///< First defect that makes the series unreadable; empty when there is none.
 
-  /// False for iodine maps, effective atomic numbers and the like.
-  [[nodiscard]] bool in_hu() const { return unit.empty() || unit == "HU" || unit == "US"; }
+  [[nodiscard]] bool in_hu() const { return is_hounsfield_unit(unit); }
 };
 
 /// Parses the headers of the DICOM files and groups their images by series. Names files that are

@@ -4,7 +4,9 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,8 +27,10 @@ struct DicomSlice {
   Eigen::Vector2d spacing_mm;        ///< Spacing of columns, then of rows.
   int columns = 0;
   int rows = 0;
-  std::string acquisition;         ///< AcquisitionNumber; empty when absent.
-  std::string frame_of_reference;  ///< FrameOfReferenceUID; empty when absent.
+  std::string acquisition;               ///< AcquisitionNumber; empty when absent.
+  std::string frame_of_reference;        ///< FrameOfReferenceUID; empty when absent.
+  double stated_gap_mm = 0;              ///< SpacingBetweenSlices; 0 when absent.
+  std::optional<std::int64_t> instance;  ///< InstanceNumber.
   Rescale rescale;
 
   /// Name such as "CTHead12.dcm", with the frame number in a multi-frame file.

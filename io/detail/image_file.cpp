@@ -223,6 +223,11 @@ Result<void> check_claims(ImageFile& file) {
     }
   }
   file.sample_bytes = bytes;
+  if (file.encoding == Encoding::kRaw && !file.pipe) {
+    std::int64_t found = 0;
+    for (const DataPart& part : file.data) found += part.size;
+    if (found > bytes) file.findings.push_back(longer_than_stated(file.path, bytes, found));
+  }
   if (const auto ok = take_shares(file); !ok) return ok;
   for (const DataPart& part : file.data) file.available_bytes += part.size;
   // The limit allows for the few bytes of an empty stream.
@@ -246,6 +251,24 @@ std::string_view ImageFile::value(std::string_view key) const {
   return found == keys.end() ? std::string_view() : found->second;
 }
 
+void compare_spellings(ImageFile& file, std::initializer_list<std::string_view> keys) {
+  std::vector<std::string> values;
+  std::string_view first;
+  for (const std::string_view key : keys) {
+    if (!file.has(key)) continue;
+    if (first.empty()) first = key;
+    const bool differs = file.value(key) != file.value(first);
+    if (values.empty() || differs) {
+      values.push_back(std::string(key) + " " + excerpt(file.value(key)));
+    }
+  }
+  if (values.size() < 2) return;
+  file.findings.push_back({.subject = file.path.string(),
+                           .key = std::string(first),
+                           .values = std::move(values),
+                           .used = std::string(first)});
+}
+
 Error bad_field(const ImageFile& file, std::string_view key, const std::string& expected,
                 std::string_view found) {
   return {ErrorCode::kMalformedData, file.path.string() + ": " + std::string(key) + ": expected " +
@@ -258,6 +281,7 @@ Result<ImageFile> read_image_file(const std::filesystem::path& path, bool pipes)
   const auto input = std::make_shared<const InputFile>(*std::move(opened));
   ImageFile file;
   file.path = path;
+  if (input->is_pipe()) file.pipe = input;
   HeaderReader reader(*input, file);
   const auto offset = reader.read();
   if (!offset) return offset.error();
@@ -267,7 +291,6 @@ Result<ImageFile> read_image_file(const std::filesystem::path& path, bool pipes)
   if (!interpreted) return interpreted.error();
   const auto possible = check_claims(file);
   if (!possible) return possible.error();
-  if (input->is_pipe()) file.pipe = input;
   return file;
 }
 

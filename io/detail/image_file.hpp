@@ -13,6 +13,7 @@
 
 #include "io/detail/input_file.hpp"
 #include "io/pixel_type.hpp"
+#include "nav/diagnostics.hpp"
 #include "nav/result.hpp"
 
 namespace nav::io::detail {
@@ -49,6 +50,7 @@ struct ImageFile {
   std::shared_ptr<const InputFile> pipe;  ///< Null unless the file is a pipe.
   std::int64_t sample_bytes = 0;          ///< Size of all samples, decoded.
   std::int64_t available_bytes = 0;       ///< Size of data, encoded.
+  std::vector<Finding> findings;          ///< Fields that contradict each other or the data.
 
   /// Value of a key outside frames, or empty.
   [[nodiscard]] std::string_view value(std::string_view key) const;
@@ -67,6 +69,9 @@ Result<ImageFile> read_image_file(const std::filesystem::path& path, bool pipes 
 Result<void> interpret_meta_image(ImageFile& file, std::int64_t data_offset,
                                   std::int64_t file_size);
 Result<void> interpret_nrrd(ImageFile& file, std::int64_t data_offset, std::int64_t file_size);
+
+/// Notes spellings of one field that are both in a header and differ; the first one counts.
+void compare_spellings(ImageFile& file, std::initializer_list<std::string_view> keys);
 
 /// Error for malformed content: "<path>: <key>: expected <expected>, found '<found>'".
 Error bad_field(const ImageFile& file, std::string_view key, const std::string& expected,

@@ -53,6 +53,15 @@ Result<void> InputFile::Pipe::fetch(std::int64_t wanted, int store,
   return {};
 }
 
+Finding longer_than_stated(const std::filesystem::path& path, std::int64_t stated_bytes,
+                           std::int64_t found_bytes) {
+  return {.subject = path.string(),
+          .key = "length of the samples",
+          .values = {std::to_string(stated_bytes) + " bytes stated",
+                     std::to_string(found_bytes) + " bytes found"},
+          .used = "the first " + std::to_string(stated_bytes) + " bytes"};
+}
+
 InputFile::InputFile() = default;
 
 namespace {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 
+#include "nav/diagnostics.hpp"
 #include "nav/result.hpp"
 
 namespace nav::io::detail {
@@ -46,5 +47,10 @@ class InputFile {
   std::int64_t size_ = 0;
   std::unique_ptr<Pipe> pipe_;  ///< Null for a regular file.
 };
+
+/// The finding about a file whose raw samples are longer than stated: a header that nobody states
+/// would shift them. Both lengths in bytes.
+Finding longer_than_stated(const std::filesystem::path& path, std::int64_t stated_bytes,
+                           std::int64_t found_bytes);
 
 }  // namespace nav::io::detail

@@ -152,9 +152,15 @@ Result<void> find_data(ImageFile& file, std::int64_t data_offset, std::int64_t f
                      file.value("CompressedDataSize"));
   }
   // Bytes after the stream do not belong to it. A missing end is detected by decompression.
-  if (file.data.size() == 1 && *stated > 0) {
-    file.data[0].size = std::min(file.data[0].size, *stated);
+  if (file.data.size() != 1 || *stated == 0) return {};
+  if (*stated != file.data[0].size && !file.pipe) {
+    file.findings.push_back({.subject = file.path.string(),
+                             .key = "CompressedDataSize",
+                             .values = {std::to_string(*stated) + " bytes stated",
+                                        std::to_string(file.data[0].size) + " bytes found"},
+                             .used = "the stream that begins with the data"});
   }
+  file.data[0].size = std::min(file.data[0].size, *stated);
   return {};
 }
 
@@ -167,6 +173,9 @@ Result<void> interpret_meta_image(ImageFile& file, std::int64_t data_offset,
                                                   ": ObjectType: expected Image, found '" +
                                                   excerpt(file.value("ObjectType")) + "'"};
   }
+  compare_spellings(file, {"TransformMatrix", "Rotation", "Orientation"});
+  compare_spellings(file, {"Offset", "Position", "Origin"});
+  compare_spellings(file, {"ElementSpacing", "ElementSize"});
   if (const auto ok = read_sizes(file); !ok) return ok;
   if (const auto ok = read_sample_type(file); !ok) return ok;
   return find_data(file, data_offset, file_size);

@@ -159,6 +159,8 @@ Result<void> interpret_nrrd(ImageFile& file, std::int64_t data_offset, std::int6
   const auto type = nrrd_type(file.value("type"));
   if (!type) return bad_field(file, "type", "int16, uint8, float, …", file.value("type"));
   file.type = *type;
+  compare_spellings(file, {"byte skip", "byteskip"});
+  compare_spellings(file, {"data file", "datafile"});
   if (const auto ok = read_nrrd_sizes(file); !ok) return ok;
   if (const auto ok = read_encoding(file); !ok) return ok;
   return find_nrrd_data(file, data_offset, file_size);

@@ -186,6 +186,32 @@ Result<void> PixelStream::check_ended() const {
   return Error{ErrorCode::kMalformedData, "compressed data cut short: their end is missing"};
 }
 
+Result<void> copy_voxels(PixelStream& stream, const StoredVoxels& voxels, std::int64_t stored_bytes,
+                         VoxelSink& sink) {
+  constexpr std::size_t kBlockVoxels = 1 << 18;
+  // CT of a body, its padding included, is compressed to no less than a twentieth.
+  constexpr std::size_t kUsualExpansion = 20;
+  const std::size_t sample = size_of(voxels.type);
+  std::size_t reserved =
+      std::min(voxels.count, static_cast<std::size_t>(stored_bytes) * kUsualExpansion / sample);
+  sink.reserve(reserved);
+  std::vector<std::byte> block(std::min(voxels.count, kBlockVoxels) * sample);
+  for (std::size_t done = 0; done < voxels.count;) {
+    const std::size_t now = std::min(voxels.count - done, kBlockVoxels);
+    const auto bytes = std::span(block).first(now * sample);
+    const auto at = voxels.offset + static_cast<std::int64_t>(done * sample);
+    if (const auto read = stream.read(at, bytes); !read) return read;
+    if (voxels.swapped) swap_bytes(bytes, sample);
+    if (done + now > reserved) {
+      reserved = std::min(voxels.count, 2 * (done + now));
+      sink.reserve(reserved);
+    }
+    sink.append(bytes, voxels.type, voxels.rescale);
+    done += now;
+  }
+  return {};
+}
+
 void swap_bytes(std::span<std::byte> bytes, std::size_t sample_size) {
   if (sample_size < 2) return;
   for (std::size_t i = 0; i + sample_size <= bytes.size(); i += sample_size) {

@@ -10,6 +10,7 @@
 
 #include "io/detail/image_file.hpp"
 #include "io/detail/input_file.hpp"
+#include "io/detail/voxel_sink.hpp"
 #include "nav/result.hpp"
 
 namespace nav::io::detail {
@@ -51,6 +52,20 @@ class PixelStream {
   std::vector<Part> parts_;
   std::unique_ptr<Inflater> inflater_;
 };
+
+/// Voxels as a file stores them.
+struct StoredVoxels {
+  std::int64_t offset = 0;  ///< Offset of the first sample, decoded bytes.
+  std::size_t count = 0;
+  PixelType type = PixelType::kInt16;
+  bool swapped = false;  ///< In the other byte order than this machine's.
+  Rescale rescale{};
+};
+
+/// Passes voxels on, a block at a time. \p stored_bytes: encoded bytes of the file. Of compressed
+/// data, which may claim a thousand times their size, memory is reserved as they are decoded.
+Result<void> copy_voxels(PixelStream& stream, const StoredVoxels& voxels, std::int64_t stored_bytes,
+                         VoxelSink& sink);
 
 /// Reverses the bytes of each sample in place; an incomplete last sample is not changed.
 void swap_bytes(std::span<std::byte> bytes, std::size_t sample_size);

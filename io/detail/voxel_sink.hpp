@@ -29,7 +29,8 @@ class VoxelSink {
   VoxelSink(VoxelSink&&) = default;
   VoxelSink& operator=(VoxelSink&&) = default;
   virtual ~VoxelSink() = default;
-  /// Reserves memory for \p voxel_count voxels; the caller has checked that the file can hold them.
+  /// Reserves memory for \p voxel_count voxels, of which those so far are a part; the caller has
+  /// checked that the file can hold them.
   virtual void reserve(std::size_t voxel_count) = 0;
   /// Appends samples in native byte order.
   virtual void append(std::span<const std::byte> samples, PixelType type,

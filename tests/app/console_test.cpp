@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "app/report.hpp"
+
 namespace nav::app {
 namespace {
 
@@ -25,6 +27,40 @@ TEST(ConsoleTest, ShowsFiveMessagesThatDifferInTheirNumbersOnly) {
   for (const auto& entry : entries) all += entry.count;
   EXPECT_EQ(all, 102U);
   EXPECT_EQ(entries[4].count, 96U);
+  testing::internal::CaptureStderr();
+  console.say_suppressed();
+  const std::string suppressed = testing::internal::GetCapturedStderr();
+  EXPECT_NE(suppressed.find("sonde: 95 more like this: pose at 0.080000 s"), std::string::npos)
+      << suppressed;
+  EXPECT_NE(suppressed.find("sonde: 1 more like this: another kind"), std::string::npos);
+}
+
+TEST(ConsoleTest, ShowsOneLineForEachKindOfFinding) {
+  Console console(false);
+  testing::internal::CaptureStderr();
+  for (int i = 0; i < 10; ++i) {
+    console.report("recording", {.subject = "a.mha",
+                                 .key = "position of the probe",
+                                 .values = {"one", "another in frame " + std::to_string(i)},
+                                 .used = "one"});
+  }
+  console.say_suppressed();
+  const std::string said = testing::internal::GetCapturedStderr();
+  EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 2) << said;
+  EXPECT_NE(said.find("warning: recording: a.mha: position of the probe: one against another in "
+                      "frame 0; used: one\n"),
+            std::string::npos)
+      << said;
+  EXPECT_NE(said.find("9 more like this"), std::string::npos);
+  io::Json report;
+  add_messages(report, console.entries());
+  ASSERT_EQ(report["findings"].size(), 1U);
+  EXPECT_EQ(report["findings"][0]["key"], "position of the probe");
+  EXPECT_EQ(report["findings"][0]["values"][1], "another in frame 0");
+  EXPECT_EQ(report["findings"][0]["used"], "one");
+  EXPECT_EQ(report["findings"][0]["severity"], "warning");
+  EXPECT_EQ(report["findings"][0]["count"], 10);
+  EXPECT_EQ(report["diagnostics"][0]["count"], 10);
 }
 
 TEST(ConsoleTest, ShowsControlCharactersOfFilesEscaped) {

@@ -14,7 +14,7 @@ namespace nav::fuzz {
 /// Forgets every message.
 class SilentDiagnostics final : public Diagnostics {
  public:
-  void report(Severity, std::string_view, std::string_view) override {}
+  void take(const DiagnosticEntry&) override {}
 };
 
 /// The bytes as a file with that name, in a folder in memory that belongs to this process. The file

@@ -40,7 +40,13 @@ class CtDicomTest : public ::testing::Test {
       put("s" + std::to_string(9 - k) + ".dcm", slice);
     }
   }
-  Result<Volume> read(const CtOptions& options = {}) {
+  /// The pixels of most tests are no Hounsfield units.
+  static CtOptions of_any_unit() {
+    CtOptions options;
+    options.expect_hounsfield_units = false;
+    return options;
+  }
+  Result<Volume> read(const CtOptions& options = of_any_unit()) {
     return read_ct(folder_.path(), diagnostics_, options);
   }
   test::TemporaryFolder folder_;
@@ -324,12 +330,12 @@ TEST_F(CtDicomTest, RejectsTruncatedFilesWithoutPrinting) {
 TEST_F(CtDicomTest, WarnsAboutOtherModalitiesAndMissingRescale) {
   put_stack(2, [](int, DicomFile& d) { d.text(0x00080060, "CS", "MR"); });
   ASSERT_TRUE(test::has_value(read()));
-  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"modality CT", "'MR'"}));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"Modality: 'MR' (expected CT)"}));
   put_stack(2, [](int, DicomFile& d) { d.erase(0x00281052).erase(0x00281053); });
   const auto volume = read();
   ASSERT_TRUE(test::has_value(volume));
   EXPECT_EQ(volume->at(1, 0, 0), stored(1, 0, 0));
-  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"2 slices without RescaleSlope"}));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"RescaleSlope", "2 slices without"}));
 }
 
 TEST_F(CtDicomTest, ChoosesTheLargestCtSeriesOrTheRequestedOne) {
@@ -345,7 +351,7 @@ TEST_F(CtDicomTest, ChoosesTheLargestCtSeriesOrTheRequestedOne) {
   ASSERT_TRUE(test::has_value(volume));
   expect_stack(*volume, 3);
   EXPECT_TRUE(says(diagnostics_, Severity::kWarning,
-                   {"several series, 1.2.3.1 is used", "9.9.1 (MR, 5 slices", "9.9.2 (CT, 2"}));
+                   {"series: ", "used: 1.2.3.1", "9.9.1 (MR, 5 slices", "9.9.2 (CT, 2"}));
   CtOptions options;
   options.series_uid = "9.9.2";
   volume = read(options);
@@ -534,7 +540,7 @@ TEST_F(CtDicomTest, PrefersTheSeriesInHu) {
   const auto v = read();
   ASSERT_TRUE(test::has_value(v));
   expect_stack(*v, 2);
-  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"1.2.3.9 is used", "3 slices of MGML"}));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"used: 1.2.3.9", "3 slices of MGML"}));
 }
 
 TEST_F(CtDicomTest, RejectsAcquisitionsThatAlternate) {
@@ -550,6 +556,46 @@ TEST_F(CtDicomTest, RejectsTwoFramesOfReference) {
   put_stack(
       4, [](int k, DicomFile& d) { d.text(0x00200052, "UI", k == 1 ? "1.2.3.4.6" : "1.2.3.4.5"); });
   EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"FrameOfReferenceUID", "2"}));
+}
+
+TEST_F(CtDicomTest, NamesGapsAndNumbersThatContradictThePositions) {
+  const auto numbered = [&](int step, const char* gap) {
+    put_stack(4, [&](int k, DicomFile& d) {
+      d.text(0x00180088, "DS", gap).text(0x00200013, "IS", std::to_string(1 + step * k));
+    });
+    ASSERT_TRUE(test::has_value(read()));
+  };
+  numbered(1, "-2.0");
+  EXPECT_TRUE(diagnostics_.entries().empty()) << diagnostics_.entries()[0].message;
+  numbered(2, "1.0");
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning,
+                   {"SpacingBetweenSlices: 1 mm stated against 2 mm by the positions"}));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning,
+                   {"InstanceNumber: 1 to 7 against 4 images", "used: the images"}));
+}
+
+TEST_F(CtDicomTest, NamesPixelDataThatAreLongerThanStated) {
+  put_stack(3, [](int k, DicomFile& d) {
+    std::vector<std::int16_t> pixels(k == 1 ? 22 : 20, 0);
+    d.raw(0x7fe00010, "OW", test::bytes_of(pixels));
+  });
+  ASSERT_TRUE(test::has_value(read()));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning,
+                   {"length of the samples: 1 files", "s8.dcm: 40 bytes stated, 44 found"}));
+}
+
+TEST_F(CtDicomTest, RejectsASeriesOfTwoUnits) {
+  put_stack(3, [](int k, DicomFile& d) { d.text(0x00281054, "LO", k == 1 ? "MGML" : "HU"); });
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"RescaleType", "MGML", "HU"}));
+}
+
+TEST_F(CtDicomTest, RejectsMoreSamplesThanRunLengthsCanHold) {
+  put_stack(3, [](int k, DicomFile& d) {
+    std::vector<std::int16_t> pixels(20, 0);
+    d.encapsulated({test::run_length_code(pixels)}, "1.2.840.10008.1.2.5");
+    if (k == 1) d.us(0x00280010, 30000).us(0x00280011, 30000);
+  });
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"s8.dcm", "cut short", "compressed"}));
 }
 
 TEST_F(CtDicomTest, NamesFilesThatAreNotDicom) {

@@ -42,10 +42,25 @@ void expect_voxels(const Volume& volume) {
   }
 }
 
+/// The voxels of most tests are no Hounsfield units.
+CtOptions of_any_unit() {
+  CtOptions options;
+  options.expect_hounsfield_units = false;
+  return options;
+}
+
+/// The finding with a key; empty if there is none.
+Finding finding_of(const CollectingDiagnostics& diagnostics, const std::string& key) {
+  for (const auto& entry : diagnostics.entries()) {
+    if (entry.finding && entry.finding->key == key) return *entry.finding;
+  }
+  return {};
+}
+
 class CtFileTest : public ::testing::Test {
  protected:
   Result<Volume> read(const std::string& name, const std::string& bytes,
-                      const CtOptions& options = {}) {
+                      const CtOptions& options = of_any_unit()) {
     test::put(folder_ / name, bytes);
     return read_ct(folder_ / name, diagnostics_, options);
   }
@@ -175,7 +190,7 @@ TEST_F(CtFileTest, TakesNoLettersWithoutAMatrixButRai) {
            meta("AnatomicalOrientation = LPI\nTransformMatrix = 1 0 0 0 1 0 0 0 1\n") + data);
   ASSERT_TRUE(test::has_value(v));
   EXPECT_LT((v->grid().at({1, 1, 1}).mm - Eigen::Vector3d(7, 9, 11)).norm(), kMm);
-  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"b.mha", "LPI", "contradicts"}));
+  ASSERT_TRUE(says(diagnostics_, Severity::kWarning, {"b.mha: orientation: ", "LPI", " against "}));
 }
 
 TEST_F(CtFileTest, RejectsTwoByteOrdersThatDiffer) {
@@ -212,6 +227,90 @@ TEST_F(CtFileTest, WarnsOfMoreDataThanStated) {
   const auto v = read("a.mha", meta() + data + std::string(132, '\0'));
   ASSERT_TRUE(test::has_value(v));
   EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"a.mha", "48 bytes", "180"}));
+}
+
+TEST_F(CtFileTest, WarnsOfMoreDataThanStatedInSeveralFiles) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  std::string header = meta();
+  header.replace(header.find("LOCAL"), 5, "s%d.raw 0 3 1");
+  for (int k = 0; k < 4; ++k) {
+    test::put(folder_ / ("s" + std::to_string(k) + ".raw"),
+              data.substr(static_cast<std::size_t>(12 * k), 12) + (k == 1 ? "xyz" : ""));
+  }
+  const auto v = read("a.mhd", header);
+  ASSERT_TRUE(test::has_value(v));
+  expect_voxels(*v);
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"a.mhd", "48 bytes", "51 bytes"}));
+}
+
+TEST_F(CtFileTest, FindingsHaveKeyValuesAndWhatIsUsed) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  ASSERT_TRUE(test::has_value(read(
+      "b.mha",
+      meta("AnatomicalOrientation = LPI\nTransformMatrix = 1 0 0 0 1 0 0 0 1\n") + data + "tail")));
+  using Values = std::vector<std::string>;
+  const Finding axes = finding_of(diagnostics_, "orientation");
+  EXPECT_EQ(axes.subject, (folder_ / "b.mha").string());
+  EXPECT_EQ(axes.values, (Values{"AnatomicalOrientation LPI", "TransformMatrix of RAI"}));
+  EXPECT_EQ(axes.used, "TransformMatrix");
+  const Finding length = finding_of(diagnostics_, "length of the samples");
+  EXPECT_EQ(length.values, (Values{"48 bytes stated", "52 bytes found"}));
+  EXPECT_EQ(length.used, "the first 48 bytes");
+  EXPECT_EQ(diagnostics_.entries().size(), 2U);
+}
+
+TEST_F(CtFileTest, NamesFieldsOfAMetaImageThatContradictEachOther) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  auto v = read("a.mha", meta(kTurn + "Rotation = 1 0 0 0 1 0 0 0 1\nPosition = 5 6 7\n" +
+                              "ElementSize = 2 3 5\n") +
+                             data);
+  ASSERT_TRUE(test::has_value(v));
+  EXPECT_LT((v->grid().at({2, 1, 3}).mm - kLastVoxel).norm(), kMm) << "TransformMatrix is used";
+  const Finding turned = finding_of(diagnostics_, "TransformMatrix");
+  EXPECT_EQ(turned.values, (std::vector<std::string>{"TransformMatrix 0 1 0 0 0 1 1 0 0",
+                                                     "Rotation 1 0 0 0 1 0 0 0 1"}));
+  EXPECT_EQ(turned.used, "TransformMatrix");
+  EXPECT_EQ(finding_of(diagnostics_, "ElementSpacing").values.at(1), "ElementSize 2 3 5");
+  EXPECT_EQ(finding_of(diagnostics_, "Offset").values.size(), 0U) << "they agree";
+  const std::string packed = test::deflated(data);
+  const auto sized = [&](std::size_t stated) {
+    return read(
+        "p" + std::to_string(stated) + ".mha",
+        meta(kTurn, "MET_SHORT", "2 3 4",
+             "CompressedData = True\nCompressedDataSize = " + std::to_string(stated) + "\n") +
+            packed);
+  };
+  ASSERT_TRUE(test::has_value(sized(packed.size())));
+  EXPECT_TRUE(finding_of(diagnostics_, "CompressedDataSize").values.empty());
+  ASSERT_TRUE(test::has_value(sized(packed.size() + 7)));
+  EXPECT_EQ(finding_of(diagnostics_, "CompressedDataSize").values.at(1),
+            std::to_string(packed.size()) + " bytes found");
+  EXPECT_TRUE(rejects(sized(packed.size() - 7), Code::kMalformedData, {"cut short"}));
+}
+
+TEST_F(CtFileTest, WarnsOfValuesThatAreNotHounsfieldUnits) {
+  const auto finding = [&](std::int16_t first, std::int16_t last) {
+    auto values = voxels<std::int16_t>();
+    std::ranges::fill(values, static_cast<std::int16_t>(100));
+    values.front() = first;
+    values.back() = last;
+    const std::string name = std::to_string(first) + " to " + std::to_string(last) + ".mha";
+    EXPECT_TRUE(test::has_value(read(name, meta() + test::bytes_of(values), CtOptions{})));
+    const auto entries = diagnostics_.entries();
+    const bool found = !entries.empty() && entries.back().message.find(name) != std::string::npos;
+    return found ? entries.back().finding->values.at(0) : std::string();
+  };
+  EXPECT_EQ(finding(-1000, 400), "");
+  EXPECT_EQ(finding(-300, 400), "");
+  EXPECT_NE(finding(0, 255).find("0 to 255, none below -200 HU"), std::string::npos);
+  EXPECT_NE(finding(0, 254).find("in 8 bits?"), std::string::npos);
+  EXPECT_NE(finding(0, 3000).find("HU + 1024?"), std::string::npos);
+  EXPECT_NE(finding(-100, 3000).find("without air?"), std::string::npos);
+  test::put(folder_ / "mr.mha", meta() + test::bytes_of(voxels<std::int16_t>()));
+  const std::size_t before = diagnostics_.entries().size();
+  ASSERT_TRUE(test::has_value(read_ct(folder_ / "mr.mha", diagnostics_, of_any_unit())));
+  ASSERT_TRUE(test::has_value(read_stored_volume(folder_ / "mr.mha", diagnostics_)));
+  EXPECT_EQ(diagnostics_.entries().size(), before) << "not asked for";
 }
 
 TEST_F(CtFileTest, KeepsLeftHandedDirections) {
@@ -512,7 +611,40 @@ TEST_F(CtFileTest, ConvertsNiftiWithQformToLps) {
   v = read("q.nii", h + data);
   ASSERT_TRUE(test::has_value(v));
   EXPECT_LT((v->grid().at({2, 1, 3}).mm - kLastVoxel).norm(), kFloat32Mm);
-  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"q.nii", "s-form and q-form differ"}));
+  EXPECT_TRUE(
+      says(diagnostics_, Severity::kWarning, {"q.nii", "s-form [", "q-form [", "used: s-form"}));
+}
+
+TEST_F(CtFileTest, NamesSpacingsOfAnNrrdThatContradictItsDirections) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  ASSERT_TRUE(
+      test::has_value(read("a.nrrd", nrrd("LPS", "spacings: 2 3 4.01\nencoding: raw\n\n") + data)));
+  EXPECT_TRUE(diagnostics_.entries().empty()) << "rounded";
+  const auto v = read("b.nrrd", nrrd("LPS", "spacings: 1 1 1\nencoding: raw\n\n") + data);
+  ASSERT_TRUE(test::has_value(v));
+  EXPECT_LT((v->grid().spacing_mm - Eigen::Vector3d(2, 3, 4)).norm(), kMm);
+  const Finding found = finding_of(diagnostics_, "spacing");
+  EXPECT_EQ(found.values,
+            (std::vector<std::string>{"space directions 2 3 4 mm", "spacings 1 1 1"}));
+  EXPECT_EQ(found.used, "space directions");
+}
+
+TEST_F(CtFileTest, ComparesBitsAndQuaternionOfANifti) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  std::string h = nifti();
+  set_sform(h);
+  set<std::int16_t>(h, 72, 16);
+  ASSERT_TRUE(test::has_value(read("a.nii", h + data)));
+  EXPECT_TRUE(diagnostics_.entries().empty());
+  set<std::int16_t>(h, 72, 32);
+  ASSERT_TRUE(test::has_value(read("b.nii", h + data)));
+  EXPECT_EQ(finding_of(diagnostics_, "bits of a voxel").values,
+            (std::vector<std::string>{"datatype 16", "bitpix 32"}));
+  std::string q = nifti();
+  set<std::int16_t>(q, 252, 1);
+  set<float>(q, 256, 0.9F);
+  set<float>(q, 260, 0.9F);
+  EXPECT_TRUE(rejects(read("q.nii", q + data), Code::kMalformedData, {"q.nii", "q-form", "1.62"}));
 }
 
 TEST_F(CtFileTest, WarnsOfQuantisedNrrd) {
@@ -611,7 +743,8 @@ TEST_F(CtFileTest, SaysThatANiftiHasMoreVoxelsThanItsHeaderStates) {
   ASSERT_EQ(entries.size(), 2U);
   for (std::size_t i = 0; i < 2; ++i) {
     const std::string name = i == 0 ? "b.nii: " : "c.nii.gz: ";
-    EXPECT_NE(entries[i].message.find(name + "expected 48 bytes of voxels, found 51"),
+    EXPECT_NE(entries[i].message.find(
+                  name + "length of the samples: 48 bytes stated against 51 bytes found"),
               std::string::npos)
         << entries[i].message;
   }
@@ -625,10 +758,12 @@ TEST_F(CtFileTest, AsksAboutVoxelsThatNoScannerMakes) {
                                        {"2 0.2 2", false},
                                        {"0.5 0.5 50", false}}) {
     const std::size_t before = diagnostics_.entries().size();
-    ASSERT_TRUE(test::has_value(read("a.mha", meta(kTurn, "MET_SHORT", spacing) + data)));
+    ASSERT_TRUE(test::has_value(
+        read(std::string(spacing) + ".mha", meta(kTurn, "MET_SHORT", spacing) + data)));
     EXPECT_EQ(diagnostics_.entries().size(), before + (usual ? 0 : 1)) << spacing;
   }
-  EXPECT_NE(diagnostics_.entries()[0].message.find("2 x 0.2 x 2 mm: is the spacing right?"),
+  EXPECT_NE(diagnostics_.entries()[0].message.find(
+                "spacing: 2 x 0.2 x 2 mm (expected pixels that are about square)"),
             std::string::npos)
       << diagnostics_.entries()[0].message;
 }

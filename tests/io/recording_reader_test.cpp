@@ -415,7 +415,7 @@ TEST(RecordingReaderTest, WarnsOfCalibrationsThatNoProbeHas) {
     return said.entries().empty() ? std::string() : said.entries()[0].message;
   };
   EXPECT_EQ(warning(image_to_probe()), "");
-  EXPECT_NE(warning(Eigen::Matrix4d::Identity()).find("is the identity"), std::string::npos);
+  EXPECT_NE(warning(Eigen::Matrix4d::Identity()).find("the identity"), std::string::npos);
   Eigen::Matrix4d metres = image_to_probe();
   metres.topRows<3>() *= 1e-3;
   EXPECT_NE(warning(metres).find("in metres?"), std::string::npos) << warning(metres);
@@ -435,9 +435,13 @@ TEST(RecordingReaderTest, ReportsFramesThatContradictThemselves) {
   ASSERT_TRUE(test::has_value(session));
   EXPECT_EQ(drain(*session).size(), 3U);
   ASSERT_EQ(said.entries().size(), 1U);
-  EXPECT_NE(said.entries()[0].message.find("frame 1: ProbeToReference places the probe 20 mm"),
-            std::string::npos)
-      << said.entries()[0].message;
+  ASSERT_TRUE(said.entries()[0].finding.has_value());
+  const Finding finding = *said.entries()[0].finding;
+  EXPECT_EQ(finding.key, "position of the probe");
+  EXPECT_EQ(finding.values, (std::vector<std::string>{
+                                "ProbeToTracker and ReferenceToTracker",
+                                "ProbeToReference, which places the probe 20 mm away in frame 1"}));
+  EXPECT_EQ(finding.used, "ProbeToTracker and ReferenceToTracker");
 }
 
 TEST(RecordingReaderTest, WarnsOfANeedleThatPointsBackwards) {

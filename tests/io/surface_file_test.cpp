@@ -112,10 +112,11 @@ TEST_F(SurfaceFileTest, TextOfAnStlIsNeverReadAsNumbersOfFacets) {
 }
 
 TEST_F(SurfaceFileTest, PointsMayComeFromSpreadsheets) {
-  for (const char* text : {"1.5 2 3\n4 5 6\n", "x,y,z\n1.5,2,3\n4,5,6\n",
-                           "\xef\xbb\xbf"
-                           "1.5,2,3\n4,5,6\n",
-                           "x_mm;y_mm;z_mm\r\n1,5;2;3\r\n4;5;6\r\n"}) {
+  for (const char* text :
+       {"1.5 2 3\n4 5 6\n", "x,y,z\n1.5,2,3\n4,5,6\n",
+        "\xef\xbb\xbf"
+        "1.5,2,3\n4,5,6\n",
+        "\"x\",\"y\",\"z\"\n\"1,5\",\"2\",3\n4,5,6\n", "x_mm;y_mm;z_mm\r\n1,5;2;3\r\n4;5;6\r\n"}) {
     test::put(folder_ / "s.csv", text);
     const auto groups = read_point_groups(folder_ / "s.csv");
     ASSERT_TRUE(test::has_value(groups)) << text;

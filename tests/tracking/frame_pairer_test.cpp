@@ -102,7 +102,7 @@ TEST_F(FramePairerTest, AnImageThatRepeatsWhileTheProbeMovesIsDegraded) {
   }
   EXPECT_NE(ready[5].tracked->doubt.find("frozen"), std::string::npos);
   ASSERT_EQ(diagnostics_.entries().size(), 1u);
-  EXPECT_EQ(diagnostics_.entries()[0].message, ready[5].tracked->doubt);
+  EXPECT_EQ(diagnostics_.entries()[0].finding->values.at(0), ready[5].tracked->doubt);
 }
 
 TEST_F(FramePairerTest, ImagesWhoseClockWasSetAreDegradedAfterwards) {

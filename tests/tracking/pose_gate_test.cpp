@@ -146,7 +146,14 @@ TEST(PoseGateTest, APoseThatDoesNotChangeIsDegradedForAToolOnly) {
   for (int t = 0; t <= 1000; t += 50) {
     const auto admission = probe.admit(seen_at(t, 7));
     EXPECT_EQ(admission.pose.doubt, t <= 250 ? PoseDoubt::kNone : PoseDoubt::kStuck) << t;
-    notes += admission.message.empty() ? 0 : 1;
+    EXPECT_EQ(admission.message, "");
+    if (admission.finding) {
+      ++notes;
+      EXPECT_EQ(admission.finding->subject, "ProbeToTracker");
+      EXPECT_NE(admission.finding->values.at(0).find("from 0.000000 s on, for 0.300000 s or more"),
+                std::string::npos)
+          << admission.finding->values.at(0);
+    }
     EXPECT_EQ(reference.admit(seen_at(t, 7)).pose.doubt, PoseDoubt::kNone);
   }
   EXPECT_EQ(notes, 1);

@@ -6,7 +6,9 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <optional>
 #include <sstream>
+#include <string_view>
 
 #include "io/atomic_file.hpp"
 
@@ -81,6 +83,58 @@ std::vector<std::string> split(std::string line, char separator) {
   return cells;
 }
 
+/// A cell as a number; a comma is the decimal point of spreadsheets of some languages. Absent for
+/// what is no finite number.
+std::optional<double> number_in(std::string cell) {
+  const bool decimal_comma =
+      std::ranges::count(cell, ',') == 1 && cell.find('.') == std::string::npos;
+  if (decimal_comma) cell[cell.find(',')] = '.';
+  double value = 0;
+  const auto end = cell.data() + cell.size();
+  const auto parsed = std::from_chars(cell.data(), end, value);
+  const bool good = parsed.ec == std::errc() && parsed.ptr == end && std::isfinite(value);
+  return good ? std::optional(value) : std::nullopt;
+}
+
+/// True for a first line that is not the names of the columns but a pair already.
+bool is_pair(const std::vector<std::string>& cells) {
+  const std::size_t count = cells.size();
+  const bool fits = count == kRequired.size() || count == kRequired.size() + 1 ||
+                    count == kRequired.size() + kAxes.size();
+  return fits && std::ranges::all_of(cells.begin() + 1, cells.end(), [](const std::string& cell) {
+           return number_in(cell).has_value();
+         });
+}
+
+/// The separator of the cells of a table, by one of its lines.
+char separator_of(std::string_view line) {
+  bool quoted = false;
+  for (const char c : line) {
+    if (c == '"') quoted = !quoted;
+    if (c == ';' && !quoted) return ';';
+  }
+  return ',';
+}
+
+/// A cell in a message.
+std::string shown(const std::string& cell) {
+  constexpr std::size_t kMost = 40;
+  return cell.size() > kMost ? cell.substr(0, kMost) + "…" : cell;
+}
+
+/// The first column that has another name than expected; absent if there is none.
+std::optional<std::string> wrong_column(const std::vector<std::string>& cells,
+                                        const std::vector<std::string>& names) {
+  for (std::size_t i = 0; i < std::max(cells.size(), names.size()); ++i) {
+    const std::string found = i < cells.size() ? cells[i] : "nothing";
+    const std::string expected = i < names.size() ? names[i] : "absent";
+    if (found == expected) continue;
+    return "expected column " + std::to_string(i + 1) + " to be " + expected + ", found " +
+           shown(found);
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 Result<LandmarkList> read_landmarks(const std::filesystem::path& path) {
@@ -101,23 +155,18 @@ Result<LandmarkList> read_landmarks(const std::filesystem::path& path) {
   };
   for (std::string line; std::getline(stream, line);) {
     ++number;
-    if (columns == 0 && line.find(';') != std::string::npos) separator = ';';
+    if (columns == 0) separator = separator_of(line);
     const auto cells = split(line, separator);
     if (cells.empty() || (cells.size() == 1 && cells[0].empty()) || cells[0].starts_with('#')) {
       continue;
     }
     if (columns == 0) {
       names = expected_columns(cells);
-      for (std::size_t i = 0; i < std::max(cells.size(), names.size()); ++i) {
-        const std::string found = i < cells.size() ? cells[i] : "nothing";
-        const std::string expected = i < names.size() ? names[i] : "absent";
-        if (found != expected) {
-          return reject("expected column " + std::to_string(i + 1) + " to be " + expected +
-                        ", found " + found);
-        }
-      }
       columns = cells.size();
-      continue;
+      if (!is_pair(cells)) {
+        if (const auto wrong = wrong_column(cells, names)) return reject(*wrong);
+        continue;
+      }
     }
     if (cells.size() != columns) {
       return reject("expected " + std::to_string(columns) + " values, found " +
@@ -125,12 +174,11 @@ Result<LandmarkList> read_landmarks(const std::filesystem::path& path) {
     }
     std::array<double, kAllNumbers> values{};
     for (std::size_t i = 1; i < columns; ++i) {
-      const std::string& cell = cells[i];
-      const auto end = cell.data() + cell.size();
-      const auto parsed = std::from_chars(cell.data(), end, values[i - 1]);
-      if (parsed.ec != std::errc() || parsed.ptr != end || !std::isfinite(values[i - 1])) {
-        return reject(names[i] + ": expected a finite number, found '" + cell + "'");
+      const auto value = number_in(cells[i]);
+      if (!value) {
+        return reject(names[i] + ": expected a finite number, found '" + shown(cells[i]) + "'");
       }
+      values[i - 1] = *value;
     }
     add(cells[0], values, columns, list);
   }

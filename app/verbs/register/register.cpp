@@ -135,6 +135,7 @@ Result<void> register_by_landmarks(const SessionConfig& config, const RegisterOp
                                 ? io::Json(nullptr)
                                 : io::Json(config.source.reference_frame);
   json["registration"] = json_of(*ground.landmarks, decision, target, ground.ct.get());
+  add_messages(json, console.entries());
   if (auto written = results.deliver(json); !written) return written;
   if (!decision.accepted) {
     return Error{ErrorCode::kRefused, "registration: refused: " + joined(decision.reasons)};
@@ -236,6 +237,7 @@ Result<void> register_by_shape(const SessionConfig& config, const RegisterOption
                                 : io::Json(config.source.reference_frame);
   json["registration"] = json_of(*result, decision, target);
   json["registration"]["landmarks"] = opinion;
+  add_messages(json, console.entries());
   if (auto written = results.deliver(json); !written) return written;
   if (!decision.accepted) {
     return Error{ErrorCode::kRefused, "registration: refused: " + joined(decision.reasons)};
@@ -481,7 +483,7 @@ Result<BoneReport> report_bone(const SessionConfig& config, const RegisterOption
   json["registration"]["landmarks"] = opinion;
   json["registration"]["seconds"] = seconds_since(begin);
   json["ledger"] = json_of(opened.session.navigator().ledger());
-  json["diagnostics"] = json_of(console.entries());
+  add_messages(json, console.entries());
   return BoneReport{std::move(json), std::move(decision), shape.ct_from_reference};
 }
 
@@ -619,7 +621,7 @@ Result<void> register_by_images(const SessionConfig& config, const RegisterOptio
   json["stretch"] = as_json(answer.stretch, options.stretch);
   json.update(motion->json);
   json["ledger"] = json_of(opened->session.navigator().ledger());
-  json["diagnostics"] = json_of(console.entries());
+  add_messages(json, console.entries());
   if (auto written = results.deliver(json); !written) return written;
   if (auto written = write_registration_image(config, results, ct, *opened,
                                               answer.ct_from_reference, decision.accepted);

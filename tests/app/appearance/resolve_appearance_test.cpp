@@ -83,21 +83,16 @@ TEST_F(ResolveAppearanceTest, WarnsOfComponentsBetweenWholeNumbers) {
   }
 }
 
-TEST_F(ResolveAppearanceTest, WarnsOfHounsfieldPresetsOnOtherUnits) {
-  const auto warned = [](const std::string& preset, std::int16_t least) {
-    std::vector<std::int16_t> values{least, 100, 300, 900};
-    CollectingDiagnostics diagnostics;
-    SessionConfig::Appearance appearance;
-    appearance.preset = preset;
-    warn_of_units(appearance, *Volume::create(VoxelGrid{{4, 1, 1}}, values, "a volume"),
-                  diagnostics);
-    return diagnostics.entries().empty() ? "" : diagnostics.entries()[0].message;
-  };
-  EXPECT_NE(warned("ct-bone", 0).find("ct-bone: expected a CT in Hounsfield units"),
-            std::string::npos);
-  EXPECT_NE(warned("cta-vessels", 0).find("a volume"), std::string::npos);
-  EXPECT_EQ(warned("ct-bone", -1000), "");
-  EXPECT_EQ(warned("mr-default", 0), "");
+TEST_F(ResolveAppearanceTest, KnowsWhichAppearancesMayBeForOtherUnitsThanHounsfield) {
+  SessionConfig::Appearance appearance;
+  EXPECT_TRUE(draws_hounsfield_units(appearance));
+  appearance.preset = "ct-bone";
+  EXPECT_TRUE(draws_hounsfield_units(appearance));
+  appearance.preset = "mr-default";
+  EXPECT_FALSE(draws_hounsfield_units(appearance));
+  appearance.preset = "ct-bone";
+  appearance.file = appearance_file();
+  EXPECT_FALSE(draws_hounsfield_units(appearance));
 }
 
 TEST_F(ResolveAppearanceTest, TheSessionOverridesTheFile) {

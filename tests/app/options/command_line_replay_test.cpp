@@ -217,7 +217,8 @@ TEST_F(CommandLineTest, SaysThatAMissingStatusDegrades) {
                       {"ProbeToTracker", Eigen::Matrix4d::Identity(), TrackingStatus::kUnknown});
   })));
   EXPECT_EQ(outcome.code, 0) << outcome.errors;
-  EXPECT_NE(outcome.errors.find("expected a status"), std::string::npos) << outcome.errors;
+  EXPECT_NE(outcome.errors.find("status of poses: none with some poses"), std::string::npos)
+      << outcome.errors;
 }
 
 TEST_F(CommandLineTest, RejectsRecordingsWithoutAUsableImage) {

@@ -146,7 +146,8 @@ TEST_F(CommandLineTest, ParseErrorsHaveTheFormOfOtherErrors) {
            {"demo --out x --out y", "--out: expected it once, with a value, found 2 values"},
            {"demo", "--out: expected a value (folder to write to), found none"},
            {"info",
-            "file: expected a value (sequence, CT (file or DICOM folder) or PLUS configuration), "
+            "file: expected a value (sequence, CT (file or DICOM folder), registration or PLUS "
+            "configuration), "
             "found "},
            // Names.
            {"demo --out x --cutaway-around liver",

@@ -20,8 +20,8 @@ constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 class Reports final : public Diagnostics {
  public:
-  void report(Severity, std::string_view source, std::string_view message) override {
-    text += std::string(source) + ": " + std::string(message) + "\n";
+  void take(const DiagnosticEntry& entry) override {
+    text += entry.source + ": " + entry.message + "\n";
   }
   std::string text;
 };

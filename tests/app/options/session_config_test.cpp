@@ -213,6 +213,17 @@ TEST_F(SessionConfigTest, RejectsWrongTypesAndRanges) {
                             {"source.kind", "device"}));
 }
 
+TEST_F(SessionConfigTest, MessagesHaveOneLineOfUsualLength) {
+  const auto message = [&](const std::string& text) {
+    const auto config = read(text);
+    return config ? std::string() : config.error().message;
+  };
+  const std::string lines = message("[source]\nkind = \"\"\"a\nb\"\"\"\n");
+  EXPECT_NE(lines.find("a\\nb"), std::string::npos) << lines;
+  EXPECT_EQ(lines.find('\n'), std::string::npos);
+  EXPECT_LT(message("[source]\nkind = \"" + std::string(100000, 'x') + "\"\n").size(), 1000U);
+}
+
 TEST_F(SessionConfigTest, RejectsTextThatIsNotToml) {
   EXPECT_TRUE(test::rejects(read("[ct\npath"), Code::kMalformedData, {"session.toml:1"}));
   EXPECT_TRUE(

@@ -46,6 +46,31 @@ TEST_F(LandmarkFileTest, ReadsCellsInQuotationMarks) {
   EXPECT_EQ(list->pairs[0].reference.mm, Eigen::Vector3d(1, 2, 3));
 }
 
+TEST_F(LandmarkFileTest, ReadsTablesWithoutNamesOfTheColumns) {
+  const auto list =
+      read("\xEF\xBB\xBF# a comment; with a semicolon\nTip,1,2,3,-4,5.5,10\nB,0,0,0,0,0,0\n");
+  ASSERT_TRUE(test::has_value(list));
+  ASSERT_EQ(list->pairs.size(), 2u);
+  EXPECT_EQ(list->pairs[0].name, "Tip");
+  EXPECT_FALSE(list->sigmas_given);
+  const auto with_sigma = read("Tip,1,2,3,-4,5.5,10,0.5\n");
+  ASSERT_TRUE(test::has_value(with_sigma));
+  EXPECT_EQ(with_sigma->pairs[0].sigma_mm, 0.5);
+  EXPECT_TRUE(test::rejects(read("Tip,1,2,3,-4,5.5\n"), ErrorCode::kMalformedData,
+                            {":1:", "column 1 to be name"}));
+}
+
+TEST_F(LandmarkFileTest, TakesACommaForADecimalPointWhereItCannotSeparate) {
+  for (const std::string text : {"Tip;1,5;2;3;-4;5,5;10\n", "Tip,\"1,5\",2,3,-4,\"5,5\",10\n"}) {
+    const auto list = read(text);
+    ASSERT_TRUE(test::has_value(list)) << text;
+    EXPECT_EQ(list->pairs[0].reference.mm, Eigen::Vector3d(1.5, 2, 3)) << text;
+    EXPECT_EQ(list->pairs[0].ct.mm, Eigen::Vector3d(-4, 5.5, 10)) << text;
+  }
+  EXPECT_TRUE(test::rejects(read(std::string(kHeader) + "\nTip,\"1,234.5\",2,3,4,5,6\n"),
+                            ErrorCode::kMalformedData, {":2:", "1,234.5"}));
+}
+
 TEST_F(LandmarkFileTest, ReadsPairsInOrder) {
   const auto pairs =
       read(std::string(kHeader) +
