@@ -140,7 +140,7 @@ class GateState {
   Timestamp same_since_{};
   int same_count_ = 0;
   bool stuck_ = false;
-  double speed_mm_s_ = 0;  ///< Of late, while the pose changed; a turn counts at 100 mm.
+  double speed_mm_s_ = 0;  ///< Newest speed, while the pose changed; a turn counts at 100 mm.
 };
 }  // namespace detail
 

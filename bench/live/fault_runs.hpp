@@ -23,12 +23,12 @@ struct FaultRuns {
   int recordings = 0;
   std::uint64_t images = 0;
   std::uint64_t valid = 0;  ///< Shown as valid by a refresh.
-  std::uint64_t wrong = 0;  ///< Of these, more than kWrongMm from the truth.
+  std::uint64_t wrong = 0;  ///< Images among them that are more than kWrongMm from the truth.
   double worst_mm = 0;      ///< Largest distance from the truth of an image shown as valid.
   /// Images that no fault came near to, from 3 s on: 600 ms before and 300 ms after.
   std::uint64_t good = 0;
-  /// Of these, rejected, or degraded or lost where they were shown. Images that a newer one
-  /// superseded, and images that came too late to be live, are not counted.
+  /// Good images that were rejected, or degraded or lost where they were shown. Images that a newer
+  /// one superseded, and images that came too late to be live, are not counted.
   std::uint64_t withheld = 0;
 };
 

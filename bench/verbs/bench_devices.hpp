@@ -15,12 +15,12 @@ namespace nav::bench {
 
 struct BenchDevicesOptions {
   bool quick = false;              ///< Few and short recordings: seconds.
-  int recordings = 1008;           ///< Of the faults.
+  int recordings = 1008;           ///< Recordings with faults.
   std::vector<std::string> parts;  ///< faults, clock; empty: all.
   std::optional<std::string> json;
 };
 
-/// What is shown of recordings with faults, and the error of the clock model. JSON keys are in
+/// Images shown of recordings with faults, and the error of the clock model. JSON keys are in
 /// docs/bench-json.md.
 Result<void> run_bench_devices(const BenchDevicesOptions& options, app::Console& console);
 
