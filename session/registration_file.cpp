@@ -41,7 +41,7 @@ namespace {
 
 /// JSON as text for a message, shortened.
 std::string json_excerpt(const io::Json& json) {
-  constexpr std::size_t kMost = 60;
+  constexpr std::size_t kMost = 400;
   std::string text = json.dump(-1, ' ', false, io::Json::error_handler_t::replace);
   if (text.size() > kMost) text = text.substr(0, kMost) + "…";
   return text;

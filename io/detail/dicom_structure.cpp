@@ -184,10 +184,8 @@ class Walker {
     return at;
   }
 
-  /// True if fewer bytes than an element has are left, or zeros only.
+  /// True if only zeros are left, or nothing.
   bool is_padding(std::int64_t at, std::int64_t end) {
-    constexpr std::int64_t kLeastElement = 8;
-    if (end - at < kLeastElement) return true;
     std::array<std::byte, 4096> bytes{};
     for (; at < end; at += static_cast<std::int64_t>(bytes.size())) {
       const auto some = std::span(bytes).first(static_cast<std::size_t>(

@@ -584,6 +584,15 @@ TEST_F(CtDicomTest, NamesPixelDataThatAreLongerThanStated) {
                    {"length of the samples: 1 files", "s8.dcm: 40 bytes stated, 44 found"}));
 }
 
+TEST_F(CtDicomTest, RejectsBytesBehindThePixelDataUnlessTheyAreZeros) {
+  put_stack(3);
+  const std::string slice = test::get(folder_ / "s8.dcm");
+  test::put(folder_ / "s8.dcm", slice + std::string(3, '\0'));
+  ASSERT_TRUE(test::has_value(read()));
+  test::put(folder_ / "s8.dcm", slice + "abc");
+  EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"s8.dcm"}));
+}
+
 TEST_F(CtDicomTest, RejectsASeriesOfTwoUnits) {
   put_stack(3, [](int k, DicomFile& d) { d.text(0x00281054, "LO", k == 1 ? "MGML" : "HU"); });
   EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"RescaleType", "MGML", "HU"}));
