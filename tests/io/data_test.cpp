@@ -141,7 +141,10 @@ TEST(RecordedCtTest, HeadIsEqualInBothFormats) {
   CollectingDiagnostics diagnostics;
   const auto dicom = read_ct(folder / "dicom", diagnostics);
   ASSERT_TRUE(test::has_value(dicom));
-  EXPECT_TRUE(diagnostics.entries().empty());
+  // This head is stored without air below -200 HU.
+  ASSERT_EQ(diagnostics.entries().size(), 1U);
+  ASSERT_TRUE(diagnostics.entries()[0].finding);
+  EXPECT_EQ(diagnostics.entries()[0].finding->key, "unit of the values");
   EXPECT_TRUE(test::rejects(read_ct(folder / "raw/quarter.nhdr", diagnostics),
                             ErrorCode::kUnsupportedData, {"3D-left-handed"}));
   CtOptions options;

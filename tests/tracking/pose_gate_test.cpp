@@ -168,7 +168,8 @@ TEST(PoseGateTest, APoseThatStopsInTheMiddleOfAMovementIsDegradedAtOnce) {
   }
   const auto first = gate.admit(seen_at(1020, 100));
   EXPECT_EQ(first.pose.doubt, PoseDoubt::kStuck);
-  EXPECT_THAT(first.message, HasSubstr("unchanged to the last digit"));
+  ASSERT_TRUE(first.finding);
+  EXPECT_THAT(first.finding->values.at(0), HasSubstr("unchanged to the last digit"));
   EXPECT_EQ(gate.admit(seen_at(1040, 100.1)).pose.doubt, PoseDoubt::kNone);
   // An arm whose encoders count slowly: 5 mm/s in steps of 0.1 mm, read every 4 ms.
   PoseGate<frames::Probe> arm;
