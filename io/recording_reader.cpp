@@ -407,6 +407,11 @@ Result<RecordingReader> RecordingReader::open(const std::filesystem::path& seque
   state->warn_of_placeholder(chosen);
   state->report_header();
   state->warn_of_needle();
+  if (const auto fields = state->reader.frame_fields(0); fields && !chosen.needle_frame.empty()) {
+    if (auto tip = other_tip(*tree, chosen.needle_frame, *fields)) {
+      diagnostics.report("recording", *std::move(tip));
+    }
+  }
   state->direct = contradicting_chain(*tree, state->chains, chosen);
   state->reference_frame = chosen.reference_frame;
   state->description = describe(state->chains.probe);

@@ -222,4 +222,22 @@ Result<ImageCalibration> calibration_from_matrix(const Eigen::Matrix4d& probe_fr
       grid};
 }
 
+std::optional<Finding> other_tip(const TransformTree& tree, const std::string& needle,
+                                 const SequenceFrame& frame) {
+  constexpr double kSamePlaceMm = 5;
+  const std::string tip = needle + "Tip";
+  const auto chain = tree.find(tip, needle);
+  if (!chain) return std::nullopt;
+  const auto found = chain->evaluate(frame);
+  if (!found) return std::nullopt;
+  const double mm = found->to_from_from.topRightCorner<3, 1>().norm();
+  if (!(mm > kSamePlaceMm)) return std::nullopt;
+  std::ostringstream distance;
+  distance << tip << " lies " << std::lround(mm) << " mm from " << needle;
+  return Finding{.subject = "needle",
+                 .key = "tip (--needle-frame)",
+                 .values = {"the origin of " + needle + " is taken as the tip", distance.str()},
+                 .used = needle + "; if it is the hub, name " + tip};
+}
+
 }  // namespace nav::io

@@ -10,6 +10,7 @@
 
 #include "io/plus_config.hpp"
 #include "io/sequence.hpp"
+#include "nav/diagnostics.hpp"
 #include "nav/pose.hpp"
 #include "nav/result.hpp"
 #include "nav/transform.hpp"
@@ -63,6 +64,13 @@ class TransformTree {
   };
   std::vector<Edge> edges_;
 };
+
+/// A finding if a frame that is taken as the tip of the needle has a tip of its own: the tree
+/// places
+/// "<needle>Tip" more than 5 mm from it. \p frame: has the transforms that are not of a
+/// configuration.
+std::optional<Finding> other_tip(const TransformTree& tree, const std::string& needle,
+                                 const SequenceFrame& frame);
 
 /// Splits a transform name at the "To" between two capitalised names ("StylusTipToStylus"); nothing
 /// when there is no such position or more than one.

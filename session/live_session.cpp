@@ -131,7 +131,7 @@ Result<Eigen::Matrix4d> probe_from_pixels(const SourceOptions& options) {
 
 Result<LiveSession> LiveSession::open(
     const SourceOptions& options, const Clock& clock, Diagnostics& diagnostics,
-    std::function<void(std::size_t source, const Sample& sample)> tap) {
+    std::function<void(std::size_t source, const Sample& sample)> tap, bool any_devices) {
   if (options.devices.empty()) {
     return Error{ErrorCode::kUsage, "devices: expected at least one device, found none"};
   }
@@ -163,6 +163,9 @@ Result<LiveSession> LiveSession::open(
         !ok) {
       return ok.error();
     }
+    if (auto tip = *tree ? io::other_tip(**tree, options.needle_frame, {}) : std::nullopt) {
+      diagnostics.report("session", *std::move(tip));
+    }
   }
   for (const DeviceOptions& device : options.devices) {
     auto opened = open_device(device, needle_body, options, clock, diagnostics);
@@ -170,28 +173,33 @@ Result<LiveSession> LiveSession::open(
     live.devices_.push_back(*std::move(opened));
   }
   const LiveDevice* images = first_that_gives(live.devices_, StreamKind::kImages);
-  if (images == nullptr) {
-    return Error{ErrorCode::kUsage,
-                 "devices: expected one that gives ultrasound images (image = \"…\"), found none"};
+  const bool probe =
+      first_that_gives(live.devices_, StreamKind::kPoses, ToolRole::kProbe) != nullptr;
+  if (images == nullptr || !probe) {
+    const std::string lack =
+        images == nullptr
+            ? "devices: expected one that gives ultrasound images (image = \"…\"), found none"
+            : "devices: expected one that tracks the probe (a body '" + options.probe_frame +
+                  "'), found none";
+    if (!any_devices) return Error{ErrorCode::kUsage, lack};
+    diagnostics.report(Severity::kWarning, "session", lack + ": no ultrasound plane can be shown");
   }
-  if (first_that_gives(live.devices_, StreamKind::kPoses, ToolRole::kProbe) == nullptr) {
-    return Error{ErrorCode::kUsage, "devices: expected one that tracks the probe (a body '" +
-                                        options.probe_frame + "'), found none"};
-  }
-  if (images->calibration) {
+  if (images != nullptr && images->calibration) {
     setup.calibration = images->calibration;
     live.calibration_statement_ = images->options.id + " knows where its images lie on the probe";
-  } else if (*tree) {
+  } else if (images != nullptr && *tree) {
     const auto matrix = pixels_of(**tree, options);
     if (!matrix) return matrix.error();
     setup.probe_from_pixels = *matrix;
     live.calibration_statement_ =
         options.image_frame + "To" + options.probe_frame + " of " + options.plus_config.string();
-  } else {
-    return Error{ErrorCode::kUsage,
-                 "source.calibration: expected a PLUS configuration with " + options.image_frame +
-                     "To" + options.probe_frame + ", because " + images->options.id +
-                     " does not say where its images lie on the probe; found none"};
+  } else if (images != nullptr) {
+    const std::string lack = "source.calibration: expected a PLUS configuration with " +
+                             options.image_frame + "To" + options.probe_frame + ", because " +
+                             images->options.id +
+                             " does not say where its images lie on the probe; found none";
+    if (!any_devices) return Error{ErrorCode::kUsage, lack};
+    diagnostics.report(Severity::kWarning, "session", lack);
   }
   if (const LiveDevice* needle =
           first_that_gives(live.devices_, StreamKind::kPoses, ToolRole::kNeedle);

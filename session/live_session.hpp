@@ -36,9 +36,12 @@ class LiveSession {
   /// frame, with a warning. Errors: kUsage when no calibration places the images on the probe, or
   /// nothing gives images or the poses of the probe; those of open_device(). Clock and diagnostics
   /// must outlive it. \p tap: SessionSetup's.
+  /// \p any_devices: devices that give no images, or do not track the probe, are enough, as for a
+  /// check of a tracker or its recording; what lacks is a warning.
   static Result<LiveSession> open(
       const SourceOptions& options, const Clock& clock, Diagnostics& diagnostics,
-      std::function<void(std::size_t source, const Sample& sample)> tap = {});
+      std::function<void(std::size_t source, const Sample& sample)> tap = {},
+      bool any_devices = false);
 
   /// Starts the devices' threads.
   void start() { session_->start(*clock_); }

@@ -211,6 +211,10 @@ Result<void> SessionRecorder::finish() {
     thread_.join();
     for (const auto& [name, facts] : facts_) (void)file_->add_metadata(name, facts);
     if (const auto ended = file_->finish(); !ended) stop_recording(ended.error().message);
+    std::error_code status;
+    if (!std::filesystem::exists(options_.path, status)) {
+      stop_recording(options_.path.string() + ": the file was removed while it was recorded");
+    }
   }
   const std::lock_guard lock(mutex_);
   if (account_.stopped.empty()) return {};

@@ -200,6 +200,11 @@ void GateState::follow(const Place& place) {
   impossible_ = false;
 }
 
+/// True for what trackers give for a tool that they do not see.
+bool GateState::is_identity(const Place& place) {
+  return place.position_mm.isZero(0) && place.rotation.vec().isZero(0);
+}
+
 /// Withholds a pose off the path. The third of three that continue each other is admitted, but for
 /// a second not where no hand could have moved the body.
 GateState::Verdict GateState::leave_path(const Place& place, const Distance& off,
@@ -218,6 +223,12 @@ GateState::Verdict GateState::leave_path(const Place& place, const Distance& off
     aside_count_ = 0;
   }
   const bool forgotten = to_seconds(place.time - path_[0].time) >= kForgetAfter;
+  if (is_identity(place) && !options_.patient) {
+    return {PoseRejection::kUnconfirmed,
+            at(place.time) +
+                "expected a pose on the path of the poses before, found the identity, " +
+                distance(off.mm, off.rad) + " off"};
+  }
   if (aside_count_ == 2 && impossible_ && !forgotten) {
     aside_[0] = aside_[1];
     aside_count_ = 1;
@@ -276,8 +287,10 @@ GateState::Verdict GateState::judge_motion(const Place& place) {
   const Distance most = limit(place);
   // A body that was lost may be anywhere, unless it is near its path.
   const bool near = off.mm <= kNearMm && off.rad <= kNearRad;
+  // After poses aside, what the growing limits allow may be one of them.
+  const bool aside = (aside_count_ > 0 || is_identity(place)) && !near && !options_.patient;
   const bool lost = seconds > lost_after_s() && !near && !options_.patient;
-  if (lost || off.mm > most.mm || off.rad > most.rad) return leave_path(place, off, most);
+  if (lost || aside || off.mm > most.mm || off.rad > most.rad) return leave_path(place, off, most);
   follow(place);
   if (place_before_) {
     const bool back = (place.position_mm - place_before_->position_mm).norm() <= kBackMm &&
@@ -345,10 +358,17 @@ GateState::Verdict GateState::judge(const RawPose& raw) {
   }
   Verdict verdict =
       judge_motion({raw.acquired, raw.tracker_from_body.topRightCorner<3, 1>(), *rotation});
-  if (verdict.rejection) return verdict;
+  const PoseDoubt moved = verdict.doubt;
+  // A pose that is rejected may be stuck as well, and admitted later.
+  judge_stay(raw, verdict);
+  if (verdict.rejection) {
+    if (verdict.finding) stuck_ = false;  // It is said of the first pose that is admitted.
+    verdict.finding.reset();
+    verdict.doubt = moved;
+    return verdict;
+  }
   if (verdict.doubt == PoseDoubt::kNone) verdict.doubt = time.doubt;
   if (verdict.message.empty()) verdict.message = std::move(time.message);
-  judge_stay(raw, verdict);
   return verdict;
 }
 

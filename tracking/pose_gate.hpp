@@ -111,6 +111,7 @@ class GateState {
   [[nodiscard]] Verdict judge_time(const RawPose& raw);
   [[nodiscard]] Verdict judge_motion(const Place& place);
   [[nodiscard]] Verdict leave_path(const Place& place, const Distance& off, const Distance& limit);
+  [[nodiscard]] static bool is_identity(const Place& place);
   [[nodiscard]] Distance off_path(const Place& place) const;
   [[nodiscard]] Distance hardest(const Place& place) const;
   [[nodiscard]] Distance limit(const Place& place) const;

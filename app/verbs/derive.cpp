@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <sstream>
 
+#include "app/output_folder.hpp"
 #include "app/predicates/feature_maker.hpp"
 #include "app/predicates/predicate_scan_lines.hpp"
 #include "app/predicates/predicate_volume.hpp"
@@ -138,6 +139,11 @@ Result<void> leave_out_without_lines(const DeriveOptions& options, std::vector<F
   return {};
 }
 
+/// Name of the image of a slice across an axis of the volume, 0 to 2.
+std::string image_name(const Feature& feature, int axis) {
+  return feature.name + "-across-" + "ijk"[axis] + ".png";
+}
+
 Result<void> write_slices(const FeatureVolume& volume, const Feature& feature,
                           const DeriveOptions& options) {
   std::vector<float> finite(*volume.values);
@@ -153,7 +159,7 @@ Result<void> write_slices(const FeatureVolume& volume, const Feature& feature,
   words << unit * range.low << " to " << unit * range.high;
   if (feature.unit != "1") words << ' ' << feature.unit;
   for (int axis = 0; axis < 3; ++axis) {
-    const auto path = options.out / (feature.name + "-across-" + "ijk"[axis] + ".png");
+    const auto path = options.out / image_name(feature, axis);
     const auto image = feature_slice(volume, axis,
                                      {.range = range,
                                       .title = feature.name + " across " + "ijk"[axis],
@@ -204,6 +210,12 @@ Result<void> run_derive(const DeriveOptions& given, Console& console) {
   for (const Feature& feature : *features) {
     if (const auto ok = validate(DerivedRequest{volume, feature.options, *lines}); !ok) return ok;
   }
+  RunFiles images;
+  for (const Feature& feature : *features) {
+    for (int axis = 0; axis < 3; ++axis) images.files.insert(image_name(feature, axis));
+  }
+  const auto folder = OutputFolder::open(options.out, images);
+  if (!folder) return folder.error();
   std::error_code failed;
   std::filesystem::create_directories(options.out, failed);
   if (failed) {

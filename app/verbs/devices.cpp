@@ -107,7 +107,8 @@ Result<void> run_session_devices(const SessionConfig& config,
   };
   auto live = session::LiveSession::open(
       config.source, clock, console,
-      records ? std::function<void(std::size_t, const Sample&)>(tap) : nullptr);
+      records ? std::function<void(std::size_t, const Sample&)>(tap) : nullptr,
+      /*any_devices=*/true);
   if (!live) return live.error();
   if (records) {
     auto started = start_recording(config, clock, console);

@@ -86,20 +86,31 @@ Result<void> NdiEmulator::open_terminal() {
   path_ = name.data();
   if (line_.link.empty()) return {};
   std::error_code error;
-  std::filesystem::remove(line_.link, error);
+  if (std::filesystem::exists(std::filesystem::symlink_status(line_.link, error))) {
+    // A link to a terminal may be left of a run that was killed; all else is somebody's.
+    const auto target = std::filesystem::read_symlink(line_.link, error);
+    if (error || target.parent_path() != "/dev/pts") {
+      return Error{ErrorCode::kIo, line_.link.string() +
+                                       ": expected a name that does not exist, or a link to a "
+                                       "terminal, found a file of another kind"};
+    }
+    std::filesystem::remove(line_.link, error);
+  }
   std::filesystem::create_symlink(path_, line_.link, error);
   if (error) {
     return Error{ErrorCode::kUnavailable,
                  line_.link.string() + ": cannot be made: " + error.message()};
   }
+  terminal_ = path_;
   path_ = line_.link.string();
   return {};
 }
 
 void NdiEmulator::close() {
-  if (!line_.link.empty()) {
-    std::error_code ignored;
-    std::filesystem::remove(line_.link, ignored);
+  if (std::error_code error; !terminal_.empty()) {
+    const auto target = std::filesystem::read_symlink(line_.link, error);
+    if (!error && target == terminal_) std::filesystem::remove(line_.link, error);
+    terminal_.clear();
   }
   listener_.close();
   peer_.close();

@@ -102,6 +102,23 @@ TEST(TransformTreeTest, TheWorstStatusWins) {
   EXPECT_TRUE(std::isnan(t->to_from_from(0, 0)));
 }
 
+TEST(TransformTreeTest, FindsATipOfAFrameThatIsTakenAsTheTip) {
+  const auto with_tip = [](double mm) {
+    auto made = TransformTree::create(
+        {"NeedleToTracker"},
+        {{.from = "NeedleTip", .to = "Needle", .to_from_from = rigid(0, {1, 0, 0}, {0, 0, mm})}});
+    return std::move(made).value();
+  };
+  const auto found = other_tip(with_tip(150), "Needle", {});
+  ASSERT_TRUE(found);
+  EXPECT_EQ(sentence_of(*found),
+            "needle: tip (--needle-frame): the origin of Needle is taken as the tip against "
+            "NeedleTip lies 150 mm from Needle; used: Needle; if it is the hub, name NeedleTip");
+  EXPECT_FALSE(other_tip(with_tip(150), "NeedleTip", {}));
+  EXPECT_FALSE(other_tip(with_tip(1), "Needle", {}));
+  EXPECT_FALSE(other_tip(tree(), "Probe", {}));
+}
+
 TEST(TransformTreeTest, NamesTheMissingLinkAndTheKnownTransforms) {
   EXPECT_TRUE(rejects(tree().find("Image", "Phantom"), Code::kNotFound,
                       {"from Image to Phantom", "Probe→Tracker (frames)",

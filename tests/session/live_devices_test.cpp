@@ -118,6 +118,16 @@ TEST_F(LiveSessionFileTest, SaysWhatASessionLacks) {
   EXPECT_NE(error().find("at least one device"), std::string::npos) << error();
 }
 
+TEST_F(LiveSessionFileTest, ATrackerAloneCanBeTried) {
+  options_.devices[0].image.clear();
+  EXPECT_NE(error().find("ultrasound images"), std::string::npos) << error();
+  const auto opened = LiveSession::open(options_, clock_, diagnostics_, {}, true);
+  ASSERT_TRUE(test::has_value(opened));
+  ASSERT_FALSE(diagnostics_.entries().empty());
+  EXPECT_NE(diagnostics_.entries()[0].message.find("no ultrasound plane can be shown"),
+            std::string::npos);
+}
+
 TEST_F(LiveSessionFileTest, TakesTheTrackerAsReferenceWhereNothingTracksThePatient) {
   write_calibration();
   auto opened = open();

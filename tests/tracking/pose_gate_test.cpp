@@ -178,6 +178,32 @@ TEST(PoseGateTest, APoseThatStopsInTheMiddleOfAMovementIsDegradedAtOnce) {
   }
 }
 
+TEST(PoseGateTest, AShortExcursionIsNeverAdopted) {
+  for (const double off_mm : {20.0, 60.0}) {
+    PoseGate<frames::Probe> gate;
+    for (int t = 0; t <= 2000; t += 50) {
+      const bool away = t > 1000 && t <= 1300;
+      const auto admission = gate.admit(seen_at(t, 0.01 * t + (away ? off_mm : 0)));
+      EXPECT_EQ(admission.rejection.has_value(), away) << off_mm << " mm at " << t << " ms";
+    }
+  }
+}
+
+TEST(PoseGateTest, TheIdentityInPlaceOfAHiddenToolIsNeverAdopted) {
+  PoseGate<frames::Probe> gate;
+  for (int t = 0; t <= 4000; t += 50) {
+    RawPose pose = seen_at(t, 30 + 0.01 * t);
+    const bool hidden = t > 1000 && t <= 3000;
+    if (hidden) pose.tracker_from_body.setIdentity();
+    const auto admission = gate.admit(pose);
+    // It is back after three poses that agree.
+    const bool returning = t > 3000 && t <= 3200;
+    if (!returning) {
+      EXPECT_EQ(admission.rejection.has_value(), hidden) << t;
+    }
+  }
+}
+
 TEST(PoseGateTest, RejectsDuplicateBackwardsAndFutureTimes) {
   PoseGate<frames::Probe> gate;
   EXPECT_FALSE(gate.admit(seen_at(10)).rejection);

@@ -631,6 +631,11 @@ Result<void> register_by_images(const SessionConfig& config, const RegisterOptio
   if (!decision.accepted) {
     return Error{ErrorCode::kRefused, "registration: refused: " + joined(decision.reasons)};
   }
+  std::ostringstream summary;
+  summary.precision(2);
+  summary << "predicted error at the target " << answer.tre_rms_mm(target) << " mm rms, cost "
+          << answer.final_cost;
+  console.say(summary.str());
   return {};
 }
 
