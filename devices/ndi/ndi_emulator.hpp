@@ -96,7 +96,7 @@ class NdiEmulator {
   FileDescriptor peer_;   ///< Client, or the master of the pseudo terminal.
   FileDescriptor slave_;  ///< Keeps the pseudo terminal alive while no client has it open.
   std::string path_;
-  std::string terminal_;  ///< What line_.link points to; empty: there is no link of ours.
+  std::string terminal_;  ///< Target of the link; empty: there is no link of ours.
   std::string received_;
   std::vector<std::byte> unsent_;
   std::vector<NdiEmulatedFault> injected_;
