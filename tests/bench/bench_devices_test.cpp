@@ -18,12 +18,11 @@ TEST(BenchDevicesTest, NoImageOfARecordingWithFaultsIsShownWronglyAsValid) {
     EXPECT_EQ(row.recordings, 4);
     EXPECT_GT(row.valid, 0.2 * static_cast<double>(row.images));
     EXPECT_EQ(row.wrong, 0U) << row.worst_mm << " mm";
-    // Below two images of poses whose clock is not sure, faults cost nothing else.
-    EXPECT_LE(row.withheld, row.good / 10);
   }
   const FaultRuns all = sum_of(*rows);
   EXPECT_GT(all.good, 2000U);
-  EXPECT_LE(all.withheld, all.good / 100);
+  // After a jump a tool is not believed for a second, and a clock that was set for two.
+  EXPECT_LE(all.withheld, all.good / 50);
   EXPECT_EQ(json_of(*rows)[0]["fault"], "none");
 }
 
