@@ -702,7 +702,7 @@ or lost when they were shown.
        rows)}
 
 The clock of a device that is 100 ppm fast, by a link with a least delay of 8 ms, a tail of 5 ms and
-20 % losses, for an hour. Errors but for the least delay, from 10 s on; a step of 150 ms is found if
+20 % losses, for an hour. Errors but for a constant, from 10 s on; a step of 150 ms is found if
 no wrong time is believed after 200 ms.
 
 {table(["rate Hz", "stamps ms", "error p95 ms", "max ms", "skew ppm", "rejected", "false steps",

@@ -92,9 +92,12 @@ ClockRuns run_of(double rate_hz, double stamp_ms, const ClockRunsOptions& option
   for (std::size_t i = 0; i < arrivals.size(); ++i) {
     if (readings[i].fault) ++row.rejected;
     if (arrivals[i].physical_s < kLearnedS) continue;
-    errors_ms.push_back(
-        1e3 * std::abs(to_seconds(readings[i].acquired) - arrivals[i].physical_s - kLeastDelayS));
+    errors_ms.push_back(1e3 *
+                        (to_seconds(readings[i].acquired) - arrivals[i].physical_s - kLeastDelayS));
   }
+  // Stamps that are rounded down are early by half their resolution: a constant.
+  const double constant_ms = median(errors_ms);
+  for (double& error : errors_ms) error = std::abs(error - constant_ms);
   row.error_max_ms = *std::max_element(errors_ms.begin(), errors_ms.end());
   row.error_p95_ms = quantile(std::move(errors_ms), 0.95);
   row.skew_ppm = model.skew_ppm();

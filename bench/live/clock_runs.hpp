@@ -22,7 +22,7 @@ struct ClockRunsOptions {
 struct ClockRuns {
   double rate_hz = 0;
   double stamp_ms = 0;  ///< Resolution of the device's stamps.
-  /// Error of the time of acquisition but for the least delay, from 10 s on.
+  /// Error of the time of acquisition but for a constant, from 10 s on.
   double error_p95_ms = 0, error_max_ms = 0;
   double skew_ppm = 0;         ///< At the end.
   std::uint64_t rejected = 0;  ///< Samples whose time was not believed.

@@ -42,7 +42,7 @@ TEST(BenchDevicesTest, TheClockModelFollowsDriftAndFindsSteps) {
   for (const ClockRuns& row : *rows) {
     SCOPED_TRACE(row.rate_hz);
     SCOPED_TRACE(row.stamp_ms);
-    EXPECT_LT(row.error_p95_ms, row.stamp_ms < 0.5 ? 0.5 : 1.0);
+    EXPECT_LT(row.error_p95_ms, row.stamp_ms < 0.5 ? 0.1 : 0.7);
     EXPECT_EQ(row.rejected, 0U);
     EXPECT_EQ(row.false_steps, 0);
     EXPECT_GT(row.steps_found, 0.9);
