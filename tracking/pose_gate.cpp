@@ -300,9 +300,9 @@ GateState::Verdict GateState::judge_motion(const Place& place) {
   return {std::nullopt, "", place_before_ ? PoseDoubt::kMoved : PoseDoubt::kNone};
 }
 
-/// Degrades a pose that has not changed to the last digit for too long.
-void GateState::judge_stay(const RawPose& raw, Verdict& verdict) {
-  if (options_.patient) return;
+/// True for a pose of a tool that has not changed to the last digit for too long.
+bool GateState::is_stuck(const RawPose& raw) {
+  if (options_.patient) return false;
   if (raw.tracker_from_body != same_) {
     const double seconds = to_seconds(raw.acquired - same_since_);
     if (seconds > 0) {
@@ -316,25 +316,26 @@ void GateState::judge_stay(const RawPose& raw, Verdict& verdict) {
     same_ = raw.tracker_from_body;
     same_since_ = raw.acquired;
     same_count_ = 0;
-    stuck_ = false;
-    return;
+    said_stuck_ = false;
+    return false;
   }
   ++same_count_;
   constexpr int kLeastRepeats = 3;
   const Duration stuck = raw.acquired - same_since_;
   const bool long_enough = stuck > options_.max_stuck && same_count_ >= kLeastRepeats;
   const bool far_enough = speed_mm_s_ * to_seconds(stuck) > options_.max_stuck_mm;
-  if (!long_enough && !far_enough) return;
-  verdict.doubt = PoseDoubt::kStuck;
-  if (std::exchange(stuck_, true)) return;
-  verdict.finding = Finding{
-      .subject = name_,
-      .key = "pose",
-      .values = {"unchanged to the last digit from " + std::to_string(to_seconds(same_since_)) +
-                 " s on, for " + std::to_string(to_seconds(stuck)) +
-                 " s or more (does the tracker repeat the last pose of a "
-                 "tool that it does not see?)"},
-      .used = "these poses, as degraded"};
+  return long_enough || far_enough;
+}
+
+Finding GateState::stuck_finding(const RawPose& raw) const {
+  const Duration stuck = raw.acquired - same_since_;
+  return {.subject = name_,
+          .key = "pose",
+          .values = {"unchanged to the last digit from " + std::to_string(to_seconds(same_since_)) +
+                     " s on, for " + std::to_string(to_seconds(stuck)) +
+                     " s or more (does the tracker repeat the last pose of a "
+                     "tool that it does not see?)"},
+          .used = "these poses, as degraded"};
 }
 
 GateState::Verdict GateState::judge(const RawPose& raw) {
@@ -358,17 +359,14 @@ GateState::Verdict GateState::judge(const RawPose& raw) {
   }
   Verdict verdict =
       judge_motion({raw.acquired, raw.tracker_from_body.topRightCorner<3, 1>(), *rotation});
-  const PoseDoubt moved = verdict.doubt;
   // A pose that is rejected may be stuck as well, and admitted later.
-  judge_stay(raw, verdict);
-  if (verdict.rejection) {
-    if (verdict.finding) stuck_ = false;  // It is said of the first pose that is admitted.
-    verdict.finding.reset();
-    verdict.doubt = moved;
-    return verdict;
-  }
+  const bool stuck = is_stuck(raw);
+  if (verdict.rejection) return verdict;
   if (verdict.doubt == PoseDoubt::kNone) verdict.doubt = time.doubt;
   if (verdict.message.empty()) verdict.message = std::move(time.message);
+  if (!stuck) return verdict;
+  verdict.doubt = PoseDoubt::kStuck;
+  if (!std::exchange(said_stuck_, true)) verdict.finding = stuck_finding(raw);
   return verdict;
 }
 

@@ -116,7 +116,8 @@ class GateState {
   [[nodiscard]] Distance hardest(const Place& place) const;
   [[nodiscard]] Distance limit(const Place& place) const;
   void follow(const Place& place);
-  void judge_stay(const RawPose& raw, Verdict& verdict);
+  [[nodiscard]] bool is_stuck(const RawPose& raw);
+  [[nodiscard]] Finding stuck_finding(const RawPose& raw) const;
 
   [[nodiscard]] std::string at(Timestamp time) const;
   [[nodiscard]] double lost_after_s() const;
@@ -140,7 +141,7 @@ class GateState {
   Eigen::Matrix4d same_ = Eigen::Matrix4d::Zero();
   Timestamp same_since_{};
   int same_count_ = 0;
-  bool stuck_ = false;
+  bool said_stuck_ = false;
   double speed_mm_s_ = 0;  ///< Newest speed, while the pose changed; a turn counts at 100 mm.
 };
 }  // namespace detail
