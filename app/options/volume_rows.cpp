@@ -40,6 +40,10 @@ void replace_lines(Settings& s) {
   o.apex_ct.reset();
   o.scan_lines.clear();
 }
+/// Needs of options of a volume that predicates draw, wherever it comes from.
+std::vector<Requirement> where_a_volume_is() {
+  return {recording_session(), volume_in_replay(), volume_in_window()};
+}
 
 template <class Parse>
 Result<void> add_edits(Settings& s, const Values& texts, Parse parse) {
@@ -82,7 +86,7 @@ void add_set_rows(std::vector<Option>& rows) {
        .slot = NAV_SLOT(config.predicates.set_up),
        .usual = true,
        .key = "predicates.set_up",
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()},
+       .needs = where_a_volume_is(),
        .read = read_predicate_set,
        .write = write_predicate_set},
       {.name = "--importance",
@@ -120,7 +124,7 @@ void add_set_rows(std::vector<Option>& rows) {
        .absent = "from the set, or none",
        .repeats = true,
        .more_keys = {"predicates.histogram", "predicates.histogram.floor"},
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()},
+       .needs = where_a_volume_is(),
        .take = take_floors},
       {.name = "--soft",
        .type = "X",
@@ -131,7 +135,7 @@ void add_set_rows(std::vector<Option>& rows) {
        .range = within(0, 1),
        .absent = "from the set, or 0",
        .key = "predicates.soft",
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()}},
+       .needs = where_a_volume_is()},
       {.name = "--phong",
        .type = "MM",
        .unit = "mm",
@@ -143,7 +147,7 @@ void add_set_rows(std::vector<Option>& rows) {
        .range = within(0, 20),
        .absent = "from the set, or 0",
        .key = "predicates.phong_mm",
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()}},
+       .needs = where_a_volume_is()},
       {.name = "--predicate-importance",
        .type = "NAME=I",
        .text =
@@ -153,7 +157,7 @@ void add_set_rows(std::vector<Option>& rows) {
        .absent = "from the set",
        .repeats = true,
        .more_keys = {"predicates.histogram", "predicates.histogram.importance"},
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()},
+       .needs = where_a_volume_is(),
        .take = take_importances},
       {.name = "--predicate-colour",
        .type = "NAME=HUE:SATURATION",
@@ -165,7 +169,7 @@ void add_set_rows(std::vector<Option>& rows) {
        .repeats = true,
        .more_keys = {"predicates.histogram", "predicates.histogram.hue_deg",
                      "predicates.histogram.saturation"},
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()},
+       .needs = where_a_volume_is(),
        .take = take_colours},
       {.name = "--hue-mean",
        .type = "NAME",
@@ -176,7 +180,7 @@ void add_set_rows(std::vector<Option>& rows) {
        .choices = {"circular", "linear"},
        .absent = "from the set",
        .key = "predicates.hue_mean",
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()}},
+       .needs = where_a_volume_is()},
       {.name = "--save",
        .type = "FILE",
        .text = "store the predicate set as it was drawn",
@@ -196,7 +200,7 @@ void add_set_rows(std::vector<Option>& rows) {
        .range = within(1e-3, 1e4),
        .absent = "from the set",
        .key = "predicates.opacity_length_mm",
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()}},
+       .needs = where_a_volume_is()},
       {.name = "--smoothing-mm",
        .type = "MM",
        .unit = "mm",
@@ -207,7 +211,7 @@ void add_set_rows(std::vector<Option>& rows) {
        .range = within(0, 20),
        .absent = "from the set",
        .key = "predicates.smoothing_mm",
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()}},
+       .needs = where_a_volume_is()},
       {.name = "--smallest-radius",
        .type = "MM",
        .unit = "mm",
@@ -218,7 +222,7 @@ void add_set_rows(std::vector<Option>& rows) {
        .range = within(1e-3, 100),
        .absent = "from the set",
        .key = "predicates.smallest_radius_mm",
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()}},
+       .needs = where_a_volume_is()},
       {.name = "--largest-radius",
        .type = "MM",
        .unit = "mm",
@@ -229,7 +233,7 @@ void add_set_rows(std::vector<Option>& rows) {
        .range = within(1e-3, 100),
        .absent = "from the set",
        .key = "predicates.largest_radius_mm",
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()}},
+       .needs = where_a_volume_is()},
       {.name = "--bright",
        .text = "vessels are brighter than their surroundings",
        .group = group::kGroupPredicateSet,
@@ -237,7 +241,7 @@ void add_set_rows(std::vector<Option>& rows) {
        .slot = NAV_SLOT(config.predicates.bright_vessels),
        .absent = "from the set",
        .key = "predicates.bright_vessels",
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()},
+       .needs = where_a_volume_is(),
        .excludes = {"--dark"}},
       {.name = "--dark",
        .text = "vessels are darker than their surroundings",
@@ -246,7 +250,7 @@ void add_set_rows(std::vector<Option>& rows) {
        .slot = NAV_SLOT(config.predicates.bright_vessels),
        .absent = "from the set",
        .negates = true,
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()}}};
+       .needs = where_a_volume_is()}};
   rows.insert(rows.end(), set.begin(), set.end());
 }
 
@@ -260,7 +264,7 @@ void add_scan_rows(std::vector<Option>& rows) {
        .slot = NAV_SLOT(config.predicates.into_ct),
        .absent = "none",
        .key = "predicates.into",
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()},
+       .needs = where_a_volume_is(),
        .excludes = {"--apex", "--scan-lines"},
        .before = replace_lines},
       {.name = "--face",
@@ -272,7 +276,7 @@ void add_scan_rows(std::vector<Option>& rows) {
        .slot = NAV_SLOT(config.predicates.face_ct),
        .absent = "the known voxel nearest to the probe",
        .key = "predicates.face_mm",
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()}},
+       .needs = where_a_volume_is()},
       {.name = "--apex",
        .type = "X",
        .unit = "mm",
@@ -282,7 +286,7 @@ void add_scan_rows(std::vector<Option>& rows) {
        .slot = NAV_SLOT(config.predicates.apex_ct),
        .absent = "none",
        .key = "predicates.apex_mm",
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()},
+       .needs = where_a_volume_is(),
        .excludes = {"--scan-lines"},
        .before = replace_lines},
       {.name = "--face-radius-mm",
@@ -305,7 +309,7 @@ void add_scan_rows(std::vector<Option>& rows) {
        .absent = "none",
        .key = "predicates.scan_lines",
        .written_when_set = true,
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()},
+       .needs = where_a_volume_is(),
        .before = replace_lines},
       {.name = "--black",
        .type = "X",
@@ -317,7 +321,7 @@ void add_scan_rows(std::vector<Option>& rows) {
        .range = within(-1e6, 1e6),
        .absent = "0, or for dim and bright volumes a percentile",
        .key = "predicates.black",
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()}},
+       .needs = where_a_volume_is()},
       {.name = "--white",
        .type = "X",
        .unit = "stored values",
@@ -329,7 +333,7 @@ void add_scan_rows(std::vector<Option>& rows) {
        .absent = "255, or for dim and bright volumes a percentile",
        .usual = true,
        .key = "predicates.white",
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()}},
+       .needs = where_a_volume_is()},
       {.name = "--labels",
        .type = "FILE",
        .text = "label volume of bit masks; repeated: one bit for each file, set where its value is "
@@ -340,7 +344,7 @@ void add_scan_rows(std::vector<Option>& rows) {
        .absent = "none",
        .repeats = true,
        .key = "predicates.labels",
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()},
+       .needs = where_a_volume_is(),
        .excludes = {"--layers"},
        .before = [](Settings& s) { s.config.predicates.layers.clear(); }},
       {.name = "--layers",
@@ -352,7 +356,7 @@ void add_scan_rows(std::vector<Option>& rows) {
        .absent = "none",
        .key = "predicates.layers",
        .written_when_set = true,
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()},
+       .needs = where_a_volume_is(),
        .before = [](Settings& s) { s.config.predicates.labels.clear(); }},
       {.name = "--unknown",
        .type = "N",
@@ -364,7 +368,7 @@ void add_scan_rows(std::vector<Option>& rows) {
        .range = within(-32768, 32767),
        .absent = "none",
        .key = "predicates.unknown",
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()}},
+       .needs = where_a_volume_is()},
       {.name = "--cache",
        .type = "DIR",
        .text = "folder that stores derived features for the next run",
@@ -374,7 +378,7 @@ void add_scan_rows(std::vector<Option>& rows) {
        .absent = "none",
        .key = "predicates.cache",
        .written_when_set = true,
-       .needs = {recording_session(), volume_in_replay(), volume_in_window()}}};
+       .needs = where_a_volume_is()}};
   rows.insert(rows.end(), lines.begin(), lines.end());
 }
 
