@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -75,6 +76,22 @@ std::string without_controls(std::string_view text) {
   return clean;
 }
 
+std::string for_terminal(std::string_view text) {
+  constexpr std::size_t kLongest = 300;
+  constexpr std::size_t kBeginning = 100;
+  constexpr std::size_t kEnd = 40;
+  std::string shown;
+  while (!text.empty()) {
+    const std::size_t size = std::min(text.find_first_of(" \n"), text.size() - 1) + 1;
+    const std::string_view word = text.substr(0, size);
+    shown += size <= kLongest ? std::string(word)
+                              : std::string(word.substr(0, kBeginning)) + "…" +
+                                    std::string(word.substr(size - kEnd));
+    text.remove_prefix(size);
+  }
+  return without_controls(shown);
+}
+
 Console::Console(bool verbose)
     : verbose_(verbose), terminal_(isatty(STDERR_FILENO) == 1), begun_{} {}
 
@@ -107,7 +124,7 @@ void Console::take(const DiagnosticEntry& entry) {
                      : entry.severity == Severity::kWarning ? spdlog::level::warn
                                                             : spdlog::level::info;
   if (terminal_ && !stage_.empty()) std::fputs("\r\033[K", stderr);
-  logger().log(level, "{}: {}{}", without_controls(entry.source), without_controls(entry.message),
+  logger().log(level, "{}: {}{}", for_terminal(entry.source), for_terminal(entry.message),
                last ? " (more messages like this are only counted)" : "");
 }
 
@@ -116,7 +133,7 @@ void Console::say_suppressed() {
   for (const auto& [kind, alike] : alike_) {
     if (alike.more == 0 || !alike.of_interest) continue;
     std::fprintf(stderr, "sonde: %zu more like this: %s\n", alike.more,
-                 without_controls(alike.shown.back()).c_str());
+                 for_terminal(alike.shown.back()).c_str());
   }
 }
 
@@ -134,20 +151,38 @@ void Console::end(const std::string& outcome) {
   if (stage_.empty()) return;
   const double seconds = seconds_since(begun_);
   std::fprintf(stderr, "%s%s: %s (%.1f s)\n", terminal_ ? "\r\033[K" : "", stage_.c_str(),
-               without_controls(outcome).c_str(), seconds);
+               for_terminal(outcome).c_str(), seconds);
   stage_.clear();
 }
 
 void Console::say(const std::string& line) {
   if (!stage_.empty()) end();
-  std::fprintf(stderr, "%s\n", without_controls(line).c_str());
+  std::fprintf(stderr, "%s\n", for_terminal(line).c_str());
 }
 
+namespace {
+
+/// True: a program that runs this one reads the progress, one line for each percent.
+bool tells_lines() {
+  static const bool tells = [] {
+    const char* wanted = std::getenv("SONDE_PROGRESS");
+    return wanted != nullptr && std::string_view(wanted) == "lines";
+  }();
+  return tells;
+}
+
+}  // namespace
+
 void Console::draw(double fraction) {
-  if (!terminal_ || stage_.empty()) return;
+  if (stage_.empty() || (!terminal_ && !tells_lines())) return;
   const int percent = static_cast<int>(fraction * 100);
   if (percent == drawn_percent_) return;
   drawn_percent_ = percent;
+  if (!terminal_) {
+    std::fprintf(stderr, "progress %d %s\n", percent, stage_.c_str());
+    std::fflush(stderr);
+    return;
+  }
   constexpr int kWidth = 30;
   std::string bar(kWidth, '-');
   std::fill_n(bar.begin(), percent * kWidth / 100, '#');

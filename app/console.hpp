@@ -60,4 +60,8 @@ class Console final : public Diagnostics {
 /// come from files, and control characters in them could change the terminal.
 std::string without_controls(std::string_view text);
 
+/// A message for the terminal: without control characters, and with words of more than 300 bytes,
+/// which are contents of files, shortened to their beginning and their end.
+std::string for_terminal(std::string_view text);
+
 }  // namespace nav::app

@@ -9,6 +9,7 @@
 #include <fcntl.h>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -45,6 +46,10 @@ std::string this_host() {
   return name.data();
 }
 
+std::string text_of(long process, const std::string& host) {
+  return "process " + std::to_string(process) + "\nhost " + host + "\n";
+}
+
 struct Owner {
   long process = 0;
   std::string host;
@@ -72,6 +77,13 @@ Error cannot(const std::filesystem::path& folder, const char* what) {
                               what + ": " + std::strerror(errno)};
 }
 
+Error is_of_others(const std::filesystem::path& folder) {
+  return {ErrorCode::kIo,
+          (folder / kLockFile).string() +
+              ": expected a lock that Sonde wrote, found a file that it did not write; move it "
+              "away or choose another folder"};
+}
+
 Error is_held(const std::filesystem::path& folder, const Owner& owner) {
   std::string who = "another run";
   if (owner.process > 0) {
@@ -82,8 +94,20 @@ Error is_held(const std::filesystem::path& folder, const Owner& owner) {
                               " (" + (folder / kLockFile).string() + ")"};
 }
 
+/// True for a file that is a lock: empty, because its owner was killed before it wrote, or with an
+/// owner. Any other file is somebody's.
+bool is_lock(int descriptor) {
+  std::array<char, 512> text{};
+  const ssize_t got = ::pread(descriptor, text.data(), text.size(), 0);
+  if (got == 0) return true;
+  if (got < 0) return false;
+  const std::string_view found(text.data(), static_cast<std::size_t>(got));
+  const Owner owner = owner_in(descriptor);
+  return owner.process > 0 && found == text_of(owner.process, owner.host);
+}
+
 Result<void> write_owner(int descriptor, const std::filesystem::path& folder) {
-  const std::string text = "process " + std::to_string(::getpid()) + "\nhost " + this_host() + "\n";
+  const std::string text = text_of(::getpid(), this_host());
   if (::ftruncate(descriptor, 0) != 0) return cannot(folder, "the lock cannot be written");
   const ssize_t done = ::pwrite(descriptor, text.data(), text.size(), 0);
   if (done != static_cast<ssize_t>(text.size())) {
@@ -108,6 +132,7 @@ Result<FolderLock> FolderLock::take(const std::filesystem::path& folder) {
       if (reason == EWOULDBLOCK || !has_ended(owner)) return is_held(folder, owner);
     }
     if (!held->is_there()) continue;  // Its owner ended between the two calls.
+    if (!is_lock(held->descriptor)) return is_of_others(folder);
     if (auto written = write_owner(held->descriptor, folder); !written) {
       ::unlink(held->file.c_str());
       return written.error();

@@ -3,15 +3,27 @@
 #include "app/interrupt.hpp"
 
 #include <cstddef>
+#include <string>
 #include <string_view>
 #include <unistd.h>
 
 namespace nav::app {
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;
+volatile std::sig_atomic_t interrupted = 0;  ///< Number of the signal.
 /// Ctrl-C, the end of a service or of a batch job, and a terminal that was closed.
 constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP};
+
+/// Words for a signal. A signal handler may call it.
+constexpr std::string_view words_of_signal(int signal) {
+  if (signal == SIGTERM) return "the signal SIGTERM";
+  if (signal == SIGHUP) return "the end of its terminal (SIGHUP)";
+  return "Ctrl-C";
+}
+
+void say(std::string_view text) {
+  [[maybe_unused]] const auto done = ::write(STDERR_FILENO, text.data(), text.size());
+}
 
 }  // namespace
 
@@ -19,10 +31,11 @@ void say_when_stopped() {
   struct sigaction action {};
   // Only functions that a signal handler may call (POSIX.1-2017, 2.4.3).
   action.sa_handler = [](int signal) {
-    constexpr std::string_view kSaid =
-        "\nsonde: stopped by a signal (Ctrl-C): files that have their final names are complete; "
-        "others, and the report of this run, were not written\n";
-    [[maybe_unused]] const auto done = ::write(STDERR_FILENO, kSaid.data(), kSaid.size());
+    say("\nsonde: stopped by ");
+    say(words_of_signal(signal));
+    say(": files that have their final names are complete; others, and the report of this run, "
+        "were "
+        "not written\n");
     ::raise(signal);
   };
   action.sa_flags = static_cast<int>(SA_RESETHAND);
@@ -37,7 +50,7 @@ void say_when_stopped() {
 Interrupt::Interrupt() {
   interrupted = 0;
   struct sigaction action {};
-  action.sa_handler = [](int) { interrupted = 1; };
+  action.sa_handler = [](int signal) { interrupted = signal; };
   action.sa_flags = static_cast<int>(SA_RESETHAND);
   for (std::size_t i = 0; i < kSignals.size(); ++i) ::sigaction(kSignals[i], &action, &before_[i]);
 }
@@ -47,5 +60,7 @@ Interrupt::~Interrupt() {
 }
 
 bool Interrupt::asked() const { return interrupted != 0; }
+
+std::string Interrupt::by() const { return std::string(words_of_signal(interrupted)); }
 
 }  // namespace nav::app

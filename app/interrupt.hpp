@@ -4,6 +4,7 @@
 
 #include <array>
 #include <csignal>
+#include <string>
 
 namespace nav::app {
 
@@ -22,6 +23,8 @@ class Interrupt {
   Interrupt& operator=(const Interrupt&) = delete;
   /// True when SIGINT, SIGTERM or SIGHUP has arrived since the object was constructed.
   [[nodiscard]] bool asked() const;
+  /// Which of them, in words: "Ctrl-C".
+  [[nodiscard]] std::string by() const;
 
  private:
   std::array<struct sigaction, 3> before_{};

@@ -145,7 +145,15 @@ io::Json as_json(const std::vector<registration::Misfit>& misfits) {
   return list;
 }
 
-io::Json bootstrap_json(const registration::FrameBootstrap& bootstrap,
+/// Tissue that the probe presses away; null if it was not estimated.
+io::Json pressed_json(const registration::ImageRegistrationResult& result) {
+  constexpr auto kIndex = registration::ImageErrors::kPressedIndex;
+  if (!(result.error_sigmas[kIndex] > 0)) return nullptr;
+  return {{"mm", json_number(result.errors.pressed_mm)},
+          {"deviation_mm", json_number(result.error_deviations[kIndex])}};
+}
+
+io::Json bootstrap_json(const registration::ImageBootstrap& bootstrap,
                         const Point<frames::Ct>& target) {
   constexpr double kMost = 0.95;
   return {{"valid", bootstrap.valid},
@@ -188,6 +196,7 @@ io::Json json_of(const registration::ImageRegistrationResult& result,
                                {"centre_ct_mm", {c.x(), c.y(), c.z()}}});
   }
   json["misfits"] = as_json(result.misfits);
+  json["pressed"] = pressed_json(result);
   json["predicted_target_error_rms_mm"] = json_number(result.tre_rms_mm(target));
   json["error_probability"] = json_number(registration::error_probability(result, target));
   json["clustered_target_error_rms_mm"] =

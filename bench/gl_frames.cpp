@@ -28,7 +28,8 @@ class GlFrames final : public render::Engine {
   [[nodiscard]] std::string name() const override { return "gl"; }
   [[nodiscard]] std::string device() const override { return window_->device(); }
 
-  Result<render::RenderedImage> render(const render::Scene& scene) override {
+  Result<render::RenderedImage> render_image(const render::Scene& scene,
+                                             const render::Interrupt& /*interrupt*/) override {
     if (auto ok = validate(scene); !ok) return ok.error();
     vtkOpenGLRenderWindow& window = window_->window();
     window.MakeCurrent();

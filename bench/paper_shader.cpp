@@ -103,7 +103,8 @@ class PaperShader final : public render::Engine {
   [[nodiscard]] std::string name() const override { return "paper shader"; }
   [[nodiscard]] std::string device() const override { return window_->device(); }
 
-  Result<RenderedImage> render(const Scene& scene) override {
+  Result<RenderedImage> render_image(const Scene& scene,
+                                     const render::Interrupt& /*interrupt*/) override {
     if (auto ok = validate(scene); !ok) return ok.error();
     if (!scene.predicates) {
       return Error{ErrorCode::kUnsupportedData,

@@ -40,9 +40,9 @@ constexpr std::array<NamedCompounding, 4> kCompoundings{{{"mean", Compounding::k
                                                          {"max", Compounding::kMaximum},
                                                          {"latest", Compounding::kLatest}}};
 
-using Images = std::vector<TrackedFrame>;
+using Images = std::vector<TrackedImage>;
 
-std::shared_ptr<const ImageArea> area_of(const TrackedFrame& image) {
+std::shared_ptr<const ImageArea> area_of(const TrackedImage& image) {
   return std::make_shared<ImageArea>(image.frame, tracking::PlusClip{});
 }
 
@@ -61,7 +61,7 @@ Images textured_sweep(int count, int width, int height, double pixel_mm, double 
     const double share = static_cast<double>(n) / std::max(count - 1, 1);
     const Eigen::Quaterniond tilted =
         turn * Eigen::AngleAxisd(0.3 * (share - 0.5), Eigen::Vector3d::UnitX());
-    UltrasoundFrame frame;
+    UltrasoundImage frame;
     frame.grid = {Eigen::Vector2d::Constant(pixel_mm).asDiagonal(), {0, 0}};
     frame.pixels = shared;
     sweep.push_back({frame,
@@ -73,7 +73,7 @@ Images textured_sweep(int count, int width, int height, double pixel_mm, double 
 
 tracking::SweepExtent extent_of(const Images& images) {
   std::vector<Point<frames::Reference>> corners;
-  for (const TrackedFrame& image : images) {
+  for (const TrackedImage& image : images) {
     for (const Eigen::Vector2d& corner : area_of(image)->corners()) {
       corners.push_back(image.reference_from_image * image.frame.grid.at(corner.x(), corner.y()));
     }
@@ -111,7 +111,7 @@ Result<ReconstructionRate> measure_rate(const Images& images, const ReferenceGri
   ReconstructionRate rate{method.method, compounding.compound, static_cast<int>(images.size())};
   std::vector<double> seconds;
   const double begun = process_time_s();
-  for (const TrackedFrame& image : images) {
+  for (const TrackedImage& image : images) {
     const auto start = std::chrono::steady_clock::now();
     volume->add(image, area);
     seconds.push_back(seconds_since(start));
@@ -141,7 +141,7 @@ Result<BackwardTime> measure_backward(const ReconstructionBenchOptions& options)
   const auto area = area_of(images.front());
   const auto start = std::chrono::steady_clock::now();
   const double begun = process_time_s();
-  for (const TrackedFrame& image : images) volume->add(image, area);
+  for (const TrackedImage& image : images) volume->add(image, area);
   const auto values = volume->values();
   if (!values) return values.error();
   time.taken.cpu_s = process_time_s() - begun;
@@ -172,7 +172,7 @@ Result<SimulatedImages> simulated_images(bool quick) {
   std::vector<double> distances;
   for (int n = 0; n < count; ++n) {
     const auto pose = session->truth(n).rest.ct_from_image;
-    TrackedFrame image{simulator.simulate(pose, Timestamp(), static_cast<std::uint64_t>(n)),
+    TrackedImage image{simulator.simulate(pose, Timestamp(), static_cast<std::uint64_t>(n)),
                        ReferenceFromImage(pose.rotation(), pose.translation_mm()), Duration(0)};
     Images& part = n % 2 == 0 ? images.used : images.left_out;
     if (n % 2 == 0 && !part.empty()) {
@@ -212,7 +212,7 @@ std::vector<double> resliced(const std::vector<std::int16_t>& values, const Refe
     }
     return sum;
   };
-  for (const TrackedFrame& image : left_out) {
+  for (const TrackedImage& image : left_out) {
     for (int y = 0; y < image.frame.pixels.height(); y += kStride) {
       for (int x = 0; x < image.frame.pixels.width(); x += kStride) {
         found.push_back(at(grid.index_of(image.reference_from_image * image.frame.grid.at(x, y))));
@@ -225,7 +225,7 @@ std::vector<double> resliced(const std::vector<std::int16_t>& values, const Refe
 std::vector<double> pixels_of(const Images& images) {
   constexpr int kStride = 3;
   std::vector<double> found;
-  for (const TrackedFrame& image : images) {
+  for (const TrackedImage& image : images) {
     for (int y = 0; y < image.frame.pixels.height(); y += kStride) {
       for (int x = 0; x < image.frame.pixels.width(); x += kStride) {
         found.push_back(image.frame.pixels.at(x, y));
@@ -268,7 +268,7 @@ Result<std::vector<ReconstructionErrorPoint>> errors_at(const SimulatedImages& i
       auto volume = Reconstruction::create(*grid, options);
       if (!volume) return volume.error();
       const auto area = area_of(images.used.front());
-      for (const TrackedFrame& image : images.used) volume->add(image, area);
+      for (const TrackedImage& image : images.used) volume->add(image, area);
       const auto values = volume->values();
       if (!values) return values.error();
       ReconstructionErrorPoint point{method.method, compounding.compound, spacing_mm};

@@ -165,10 +165,10 @@ void move_plane(render::Scene& scene, int frame) {
   scene.plane->ct_from_image = {pose.rotation(), pose.translation_mm() + frame * along};
 }
 
-UltrasoundFrame brighter(const UltrasoundFrame& frame, int by) {
+UltrasoundImage brighter(const UltrasoundImage& frame, int by) {
   std::vector<std::uint8_t> pixels(frame.pixels.pixels().begin(), frame.pixels.pixels().end());
   for (auto& p : pixels) p = static_cast<std::uint8_t>(p + by);
-  UltrasoundFrame out = frame;
+  UltrasoundImage out = frame;
   out.pixels = {frame.pixels.width(), frame.pixels.height(), std::move(pixels)};
   ++out.sequence;
   return out;

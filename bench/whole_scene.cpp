@@ -10,7 +10,7 @@ namespace nav::bench {
 namespace {
 
 /// An image of stripes across the beam that darken with depth.
-UltrasoundFrame image(double side_mm) {
+UltrasoundImage image(double side_mm) {
   constexpr int kPixels = 256;
   constexpr double kStripes = 24;
   std::vector<std::uint8_t> grey;
@@ -22,7 +22,7 @@ UltrasoundFrame image(double side_mm) {
       grey.push_back(static_cast<std::uint8_t>(40 + 200 * stripe * (1 - 0.6 * depth)));
     }
   }
-  UltrasoundFrame frame;
+  UltrasoundImage frame;
   const double spacing_mm = side_mm / kPixels;
   frame.grid = PixelGrid::centred(kPixels, spacing_mm, spacing_mm);
   frame.pixels = {kPixels, kPixels, std::move(grey)};

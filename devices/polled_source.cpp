@@ -66,6 +66,11 @@ void PolledSource::report_once(Severity severity, std::string_view key,
   report(severity, message);
 }
 
+std::string PolledSource::without_name(const std::string& message) const {
+  const std::string begin = name() + ": ";
+  return message.starts_with(begin) ? message.substr(begin.size()) : message;
+}
+
 void PolledSource::forget_report(std::string_view key) {
   if (const auto found = reported_.find(key); found != reported_.end()) reported_.erase(found);
 }

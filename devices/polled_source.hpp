@@ -35,7 +35,7 @@ class RetryTimes {
 /// A device behind one descriptor, without a thread of its own: next() waits for the descriptor and
 /// for what is due, whichever comes first, and hands out the samples that the device has made of
 /// it. stop() ends a waiting next() at once. A new kind of device derives from this class
-/// (docs/devices/new-device.md).
+/// (docs/how-to-add.md).
 class PolledSource : public Source {
  public:
   [[nodiscard]] const std::vector<StreamInfo>& streams() const final { return infos_; }
@@ -73,6 +73,8 @@ class PolledSource : public Source {
   void report_once(Severity severity, const std::string& message) {
     report_once(severity, message, message);
   }
+  /// A message without the name of the device, which every report begins with.
+  [[nodiscard]] std::string without_name(const std::string& message) const;
   /// Lets report_once() report it again.
   void forget_report(std::string_view key);
   void forget_reports() { reported_.clear(); }

@@ -41,8 +41,8 @@ class AtomicFile {
   std::uint64_t size_ = 0;
 };
 
-/// Removes unfinished files in a folder ("sonde-12-0.partial") of processes that were killed. Files
-/// of running processes stay, also those of other hosts that share the folder.
+/// Removes unfinished files in a folder ("sonde-12-0-1f2e3d4c.partial") of processes that were
+/// killed. Files of running processes stay, also those of other hosts that share the folder.
 void remove_leftovers(const std::filesystem::path& folder);
 
 /// Writes the whole content through an AtomicFile.

@@ -13,6 +13,7 @@
 #include "io/detail/input_file.hpp"
 #include "io/detail/meta_writer.hpp"
 #include "io/detail/text.hpp"
+#include "io/own_mark.hpp"
 #include "nav/hounsfield.hpp"
 #include "nav/positions.hpp"
 
@@ -117,6 +118,24 @@ Result<StoredVolume> read_files(const std::filesystem::path& path, Diagnostics& 
                    "kind of file"};
 }
 
+/// Reports voxels of a size that no scanner for patients makes: their unit is another one.
+void warn_of_size(const VoxelGrid& grid, const std::filesystem::path& path,
+                  Diagnostics& diagnostics) {
+  constexpr double kLeastSpacingMm = 0.01;
+  constexpr double kMostSpacingMm = 60;
+  const Eigen::Vector3d& mm = grid.spacing_mm;
+  const bool small = mm.minCoeff() < kLeastSpacingMm;
+  if (!small && mm.maxCoeff() <= kMostSpacingMm) return;
+  std::ostringstream text;
+  text << mm.x() << " x " << mm.y() << " x " << mm.z() << " mm, a volume of "
+       << grid.extent_mm().maxCoeff() << " mm (expected voxels of " << kLeastSpacingMm << " to "
+       << kMostSpacingMm << " mm; is it in " << (small ? "metres" : "micrometres") << "?)";
+  diagnostics.report("io.ct", {.subject = path.string(),
+                               .key = "size of the voxels",
+                               .values = {text.str()},
+                               .used = "millimetres"});
+}
+
 Result<StoredVolume> read_anywhere(const std::filesystem::path& path, Diagnostics& diagnostics,
                                    const detail::VolumeReading& options) {
   auto volume = read_files(path, diagnostics, options);
@@ -130,6 +149,7 @@ Result<StoredVolume> read_anywhere(const std::filesystem::path& path, Diagnostic
          << corner.transpose();
     return Error{ErrorCode::kMalformedData, text.str()};
   }
+  warn_of_size(grid, path, diagnostics);
   return volume;
 }
 
@@ -196,9 +216,10 @@ bool is_dicom(const std::filesystem::path& path) {
 }
 
 Result<void> write_ct_mha(const StoredVolume& volume, const std::filesystem::path& path,
-                          bool compress) {
-  return detail::write_meta_image(volume.grid(), 1, "", std::as_bytes(volume.values()), compress,
-                                  path);
+                          bool compress, bool mark) {
+  const std::string software = "Software = " + std::string(kSoftwareMark) + "\n";
+  return detail::write_meta_image(volume.grid(), 1, mark ? software : "",
+                                  std::as_bytes(volume.values()), compress, path);
 }
 
 }  // namespace nav::io

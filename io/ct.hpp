@@ -46,8 +46,9 @@ Result<StoredVolume> read_stored_volume(const std::filesystem::path& path,
 bool is_dicom(const std::filesystem::path& path);
 
 /// Writes a CT, or another volume of stored values, as a MetaImage with exact geometry (LPS),
-/// atomically; zlib-compressed by default.
+/// atomically; zlib-compressed by default. \p mark: it names Sonde, so that is_own_file()
+/// recognises it; for files that the user does not name.
 Result<void> write_ct_mha(const StoredVolume& volume, const std::filesystem::path& path,
-                          bool compress = true);
+                          bool compress = true, bool mark = false);
 
 }  // namespace nav::io

@@ -47,6 +47,13 @@ bool is_own_json(std::string_view text) {
   return is_text("verb") && is_text("version");
 }
 
+bool is_own_meta_image(std::string_view head) {
+  head = head.substr(0, head.find("\nElementDataFile"));
+  return head.starts_with("ObjectType = Image\n") &&
+         (head.find("\nSoftware = " + std::string(kSoftwareMark) + "\n") != head.npos ||
+          head.find("\nSondeVolumeSha256 = ") != head.npos);
+}
+
 bool is_own_toml(std::string_view text) {
   if (!text.starts_with(kTomlMark)) return false;
   const std::size_t end = text.find('\n');
@@ -74,6 +81,7 @@ Result<bool> is_own_file(const std::filesystem::path& path) {
   if (kind == ".json") return is_own_json(*head);
   if (kind == ".toml") return is_own_toml(*head);
   if (kind == ".png") return is_own_png(*head);
+  if (kind == ".mha") return is_own_meta_image(*head);
   if (kind == ".csv") {
     return std::ranges::any_of(kLogColumns, [&](auto line) { return head->starts_with(line); });
   }

@@ -19,6 +19,7 @@ inline constexpr std::string_view kSoftwareMark = "Sonde";
 ///   .json   object with the texts "verb" and "version"
 ///   .html   footer of a report
 ///   .csv    first line of a pose log or of a log of the following
+///   .mha    key Software, or that of scan lines
 ///   .toml   first line of with_mark(), and the digest in it fits the rest
 /// A file that was changed by hand is not recognised, except a PNG or a WebP whose marks stay.
 /// Follows links. Errors: kIo, kNotFound when the file cannot be read.

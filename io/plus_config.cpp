@@ -31,7 +31,9 @@ class ConfigReader {
       const auto at = std::min(static_cast<std::size_t>(std::max<std::ptrdiff_t>(parsed.offset, 0)),
                                content->size());
       const std::string found = detail::excerpt(std::string_view(*content).substr(at, 20));
-      return malformed("expected XML, found '" + found + "' at byte " + std::to_string(at));
+      return malformed("expected XML, found " +
+                       (found.empty() ? std::string("the end of the file") : "'" + found + "'") +
+                       " at byte " + std::to_string(at));
     }
     const pugi::xml_node root = document.child("PlusConfiguration");
     if (!root) {

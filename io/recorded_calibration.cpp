@@ -43,7 +43,7 @@ std::string corners_text(const ImageCalibration& calibration, const SequenceHead
 
 }  // namespace
 
-Result<ImageCalibration> calibration_of(const Chain& probe_from_pixels, const SequenceFrame& frame,
+Result<ImageCalibration> calibration_of(const Chain& probe_from_pixels, const SequenceImage& frame,
                                         const SequenceHeader& header) {
   const std::string where = "frame " + std::to_string(frame.index) + ": ";
   const auto value = probe_from_pixels.evaluate(frame);
@@ -83,6 +83,33 @@ Result<void> same_calibration(const Chain& probe_from_pixels, const FirstCalibra
        << corners_text(other.calibration, header) << ", " << mm
        << " mm away at a corner; a probe has one calibration";
   return Error{ErrorCode::kMalformedData, text.str()};
+}
+
+std::string pixel_text(const PixelGrid& grid) {
+  constexpr double kRight = 1e-3;
+  std::ostringstream text;
+  text << grid.mm_per_pixel.col(0).norm() << " x " << grid.mm_per_pixel.col(1).norm() << " mm";
+  if (std::abs(grid.shear_rad()) > kRight) {
+    text << ", sheared by " << grid.shear_rad() * 180 / M_PI << " degrees";
+  }
+  return text.str();
+}
+
+std::optional<Finding> placeholder_calibration(const ImageCalibration& calibration) {
+  constexpr double kSmallest_mm = 0.01;
+  const auto doubt = [](const std::string& value) {
+    return Finding{.subject = "", .key = "ImageToProbe", .values = {value}, .used = "as stated"};
+  };
+  const PixelGrid& grid = calibration.grid;
+  const Eigen::Vector3d corner = (calibration.probe_from_image * grid.at(0, 0)).mm;
+  const bool unit = grid.mm_per_pixel.isApprox(Eigen::Matrix2d::Identity(), 1e-9);
+  const bool unturned =
+      calibration.probe_from_image.rotation().isApprox(Eigen::Quaterniond::Identity(), 1e-9);
+  if (unit && unturned && corner.norm() < 1e-9) {
+    return doubt("the identity (is the probe calibrated?)");
+  }
+  if (grid.mm_per_pixel.colwise().norm().maxCoeff() >= kSmallest_mm) return std::nullopt;
+  return doubt("pixels of " + pixel_text(grid) + " (is the calibration in metres?)");
 }
 
 }  // namespace nav::io

@@ -10,7 +10,7 @@ namespace nav::io {
 /// Calibration (Image to Probe) in one frame of a recording. Errors name frame and transform:
 /// kMalformedData for an unreadable or impossible one, kUnsupportedData if its own status says that
 /// it is invalid.
-Result<ImageCalibration> calibration_of(const Chain& probe_from_pixels, const SequenceFrame& frame,
+Result<ImageCalibration> calibration_of(const Chain& probe_from_pixels, const SequenceImage& frame,
                                         const SequenceHeader& header);
 
 /// First calibration of a recording, in the order of its frames.
@@ -28,5 +28,12 @@ Result<FirstCalibration> first_calibration(const Chain& probe_from_pixels,
 /// kMalformedData, which names both frames and where both calibrations put the image.
 Result<void> same_calibration(const Chain& probe_from_pixels, const FirstCalibration& first,
                               const FirstCalibration& other, const SequenceHeader& header);
+
+/// "0.2 x 0.3 mm"; with the angle between rows and columns where it is no right one.
+std::string pixel_text(const PixelGrid& grid);
+
+/// A finding about a calibration that no probe has: the identity of an uncalibrated one, and one in
+/// metres. Subject: empty.
+std::optional<Finding> placeholder_calibration(const ImageCalibration& calibration);
 
 }  // namespace nav::io

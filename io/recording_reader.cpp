@@ -9,6 +9,7 @@
 
 #include "io/recorded_calibration.hpp"
 #include "io/sequence.hpp"
+#include "io/transform_loops.hpp"
 
 namespace nav::io {
 namespace {
@@ -83,29 +84,9 @@ Result<void> choose_needle(const TransformTree& tree, const RecordingOptions& o,
                                       " in " + into + ", found " + tree.describe()};
 }
 
-/// A second way from the probe to the reference, past the tracker, if the frames state one.
-std::optional<Chain> contradicting_chain(const TransformTree& tree, const Chains& chains,
-                                         const RecordingOptions& options) {
-  if (chains.form != RecordingForm::kTracked || !chains.reference) return std::nullopt;
-  auto direct = moving(tree, options.probe_frame, options.reference_frame);
-  if (!direct || direct->links.size() != 1) return std::nullopt;
-  return direct;
-}
-
 bool same_grid(const PixelGrid& a, const PixelGrid& b) {
   const double scale = b.mm_per_pixel.cwiseAbs().maxCoeff();
   return (a.mm_per_pixel - b.mm_per_pixel).cwiseAbs().maxCoeff() <= kGridTolerance * scale;
-}
-
-/// "0.2 x 0.3 mm"; with the angle between rows and columns where it is no right one.
-std::string pixel_text(const PixelGrid& grid) {
-  constexpr double kRight = 1e-3;
-  std::ostringstream text;
-  text << grid.mm_per_pixel.col(0).norm() << " x " << grid.mm_per_pixel.col(1).norm() << " mm";
-  if (std::abs(grid.shear_rad()) > kRight) {
-    text << ", sheared by " << grid.shear_rad() * 180 / M_PI << " degrees";
-  }
-  return text.str();
 }
 
 /// The image is used as the probe, so the transform between them is the identity.
@@ -120,7 +101,7 @@ struct RecordingReader::State {
       : reader(std::move(r)), chains(std::move(c)), diagnostics(d) {}
 
   /// Pose of a frame; NaN, with the reason reported, when it is unreadable.
-  RawPose pose(const Chain& chain, const SequenceFrame& frame, Timestamp time) const {
+  RawPose pose(const Chain& chain, const SequenceImage& frame, Timestamp time) const {
     RawPose out;
     out.acquired = time;
     out.received = time;
@@ -168,6 +149,7 @@ struct RecordingReader::State {
     }
     const auto chain = tree.find(options.image_frame, options.probe_frame);
     if (!chain) return chain.error();
+    calibrating = *chain;
     if (uses_frames(*chain)) {
       auto found = first_calibration(*chain, reader);
       if (!found) return found.error();
@@ -176,7 +158,7 @@ struct RecordingReader::State {
       first = *std::move(found);
       return {};
     }
-    const auto value = chain->evaluate(SequenceFrame{});
+    const auto value = chain->evaluate(SequenceImage{});
     if (!value) return value.error();
     const auto found =
         calibration_from_matrix(value->to_from_from, reader.header().width, reader.header().height);
@@ -187,7 +169,7 @@ struct RecordingReader::State {
 
   /// Rejects an image without a valid calibration of its own, which cannot be placed on the probe,
   /// whatever its pose, and one whose calibration differs from that of the images before.
-  Result<void> check_calibration(const SequenceFrame& frame) {
+  Result<void> check_calibration(const SequenceImage& frame) {
     auto own = calibration_of(*recorded, frame, reader.header());
     if (!own) return own.error();
     const FirstCalibration found{*std::move(own), frame.index};
@@ -198,19 +180,20 @@ struct RecordingReader::State {
     return same_calibration(*recorded, *first, *other, header);
   }
 
-  Result<UltrasoundFrame> image(const SequenceFrame& frame, Timestamp time) {
+  Result<UltrasoundImage> image(const SequenceImage& frame, Timestamp time) {
     if (recorded) {
       if (const auto ok = check_calibration(frame); !ok) return ok.error();
     }
     const GreyScale before = scale;
-    auto pixels = brightness_image(reader.header(), frame, scale);
+    auto pixels = sequence_image(reader.header(), frame, scale);
     if (!pixels) return pixels.error();
     say_scale(before, frame.index);
-    UltrasoundFrame out;
+    UltrasoundImage out;
     out.acquired = time;
     out.received = time;
     out.sequence = static_cast<std::uint64_t>(frame.index);
-    out.pixels = std::move(*pixels);
+    out.pixels = std::move(pixels->pixels);
+    out.colours = std::move(pixels->colours);
     out.grid = calibration->grid;
     return out;
   }
@@ -247,25 +230,29 @@ struct RecordingReader::State {
   }
 
   /// Warns of calibrations that no probe has: the identity of an uncalibrated one, and metres.
-  void warn_of_placeholder(const RecordingOptions& options) const {
-    constexpr double kSmallest_mm = 0.01;
+  void warn_of_placeholder(const RecordingOptions& options) {
     if (!calibration || chains.form == RecordingForm::kImageInReference) return;
-    const auto doubt = [&](const std::string& value) {
-      diagnostics.report("recording", {.subject = reader.header().path.string(),
-                                       .key = options.image_frame + "To" + options.probe_frame,
-                                       .values = {value},
-                                       .used = "as stated"});
+    auto finding = placeholder_calibration(*calibration);
+    if (!finding) return;
+    finding->subject = reader.header().path.string();
+    finding->key = options.image_frame + "To" + options.probe_frame;
+    finding->used = "as stated, as degraded";
+    calibration_doubt = finding->key + ": " + finding->values.at(0);
+    diagnostics.report("recording", *std::move(finding));
+  }
+
+  /// Names of the transforms that place images, patient and needle.
+  [[nodiscard]] std::set<std::string> used() const {
+    std::set<std::string> names;
+    const auto add = [&](const std::optional<Chain>& chain) {
+      if (!chain) return;
+      for (const ChainLink& link : chain->links) names.insert(link.name);
     };
-    const PixelGrid& grid = calibration->grid;
-    const Eigen::Vector3d corner = (calibration->probe_from_image * grid.at(0, 0)).mm;
-    const bool unit = grid.mm_per_pixel.isApprox(Eigen::Matrix2d::Identity(), 1e-9);
-    const bool unturned =
-        calibration->probe_from_image.rotation().isApprox(Eigen::Quaterniond::Identity(), 1e-9);
-    if (unit && unturned && corner.norm() < 1e-9) {
-      doubt("the identity (is the probe calibrated?)");
-    } else if (grid.mm_per_pixel.colwise().norm().maxCoeff() < kSmallest_mm) {
-      doubt("pixels of " + pixel_text(grid) + " (is the calibration in metres?)");
-    }
+    add(chains.probe);
+    add(chains.reference);
+    add(chains.needle);
+    add(calibrating);
+    return names;
   }
 
   void report_header() const {
@@ -274,72 +261,90 @@ struct RecordingReader::State {
     }
   }
 
-  /// Reports a frame whose direct transform from the probe to the reference contradicts the way
-  /// over the tracker.
-  void check_direct(const SequenceFrame& frame, const RecordingFrame& event) const {
-    constexpr double kTolerance_mm = 1;
-    if (!direct || !event.reference) return;
-    const auto stated = direct->evaluate(frame);
-    const bool claimed = stated && is_claimed(stated->status) && is_claimed(event.probe.status) &&
-                         is_claimed(event.reference->status);
-    if (!claimed) return;
-    const Eigen::Matrix4d over =
-        event.reference->tracker_from_body.inverse() * event.probe.tracker_from_body;
-    const double apart_mm = (over - stated->to_from_from).topRightCorner<3, 1>().norm();
-    if (!(apart_mm > kTolerance_mm)) return;
+  /// Reports a frame whose transforms contradict each other, and one whose needle has another tip
+  /// than the first.
+  void check_transforms(const SequenceImage& frame) {
+    for (const Finding& finding : loops->findings(frame)) diagnostics.report("recording", finding);
+    if (!tip || !first_tip) return;
+    const auto found = tip->evaluate(frame);
+    if (!found || !is_claimed(found->status)) return;
+    constexpr double kSameMm = 0.1;
+    constexpr double kSameTurn = 2e-3;
+    const Eigen::Matrix4d change = (found->to_from_from - first_tip->tip).cwiseAbs();
+    const double mm = (found->to_from_from - first_tip->tip).topRightCorner<3, 1>().norm();
+    if (mm <= kSameMm && change.topLeftCorner<3, 3>().maxCoeff() <= kSameTurn) return;
     std::ostringstream text;
-    text << direct->links.front().name << ", which places the probe " << apart_mm
-         << " mm away in frame " << frame.index;
-    const std::string over_tracker =
-        chains.probe.links.back().name + " and " + chains.reference->links.back().name;
-    diagnostics.report("recording", {.subject = reader.header().path.string(),
-                                     .key = "position of the probe",
-                                     .values = {over_tracker, text.str()},
-                                     .used = over_tracker});
+    text << "another in frame " << frame.index << ", " << mm << " mm away";
+    diagnostics.report("recording",
+                       {.subject = reader.header().path.string(),
+                        .key = "position of " + tip->from + " on " + tip->to,
+                        .values = {"that of frame " + std::to_string(first_tip->frame), text.str()},
+                        .used = "that of each frame (a needle has one tip)"});
+  }
+
+  /// The part of the needle's chain that lies on the tracked body; absent: the needle is the body.
+  /// \p moving: frames in which the body moves.
+  void find_tip(const std::set<std::string>& moving) {
+    Chain on_body = *chains.needle;
+    std::vector<ChainLink> links;
+    std::string at = on_body.from;
+    for (const ChainLink& link : on_body.links) {
+      const auto ends = split_transform_name(link.name);
+      const std::string next = !ends ? "" : link.inverted ? ends->first : ends->second;
+      if (next.empty() || moving.contains(next)) break;
+      links.push_back(link);
+      at = next;
+    }
+    if (links.empty()) return;
+    tip = Chain{on_body.from, at, std::move(links)};
+    for (std::int64_t i = 0; i < reader.header().frame_count; ++i) {
+      const auto frame = reader.frame_fields(i);
+      if (!frame) continue;
+      const auto found = tip->evaluate(*frame);
+      if (!found || !is_claimed(found->status)) continue;
+      first_tip = FirstTip{found->to_from_from, i};
+      break;
+    }
+    if (!first_tip) return;
+    if (auto unit = tip_of_another_unit(first_tip->tip, tip->from + " on " + tip->to)) {
+      diagnostics.report("recording", *std::move(unit));
+    }
   }
 
   /// Warns of a needle whose tracked body lies ahead of its tip.
   void warn_of_needle() {
     constexpr double kAhead_mm = 5;
-    if (!chains.needle || chains.needle->links.size() < 2) return;
-    Chain on_body = *chains.needle;
-    on_body.links.pop_back();
-    for (std::int64_t i = 0; i < reader.header().frame_count; ++i) {
-      const auto frame = reader.frame_fields(i);
-      const auto body_from_tip =
-          frame ? on_body.evaluate(*frame) : Result<NamedTransform>(frame.error());
-      if (!body_from_tip || !is_claimed(body_from_tip->status)) continue;
-      const double ahead_mm = body_from_tip->to_from_from.inverse()(2, 3);
-      if (!(ahead_mm > kAhead_mm)) return;
-      std::ostringstream text;
-      text << "the tracked body " << ahead_mm
-           << " mm ahead of the tip (expected +z from the hub to the tip)";
-      diagnostics.report("recording", {.subject = reader.header().path.string(),
-                                       .key = "direction of " + chains.needle->from,
-                                       .values = {text.str()},
-                                       .used = "+z of the tip as the direction of the needle"});
-      return;
-    }
+    if (!first_tip) return;
+    const double ahead_mm = first_tip->tip.inverse()(2, 3);
+    if (!(ahead_mm > kAhead_mm)) return;
+    std::ostringstream text;
+    text << "the tracked body " << ahead_mm
+         << " mm ahead of the tip (expected +z from the hub to the tip)";
+    diagnostics.report("recording", {.subject = reader.header().path.string(),
+                                     .key = "direction of " + chains.needle->from,
+                                     .values = {text.str()},
+                                     .used = "+z of the tip as the direction of the needle"});
   }
 
-  /// Says what the conversion to 8-bit grey changes, when it begins to.
+  /// Says how 16-bit samples become 8 bits, when it is decided and when they exceed it.
   void say_scale(const GreyScale& before, std::int64_t frame) {
-    const std::string where =
-        reader.header().path.string() + ": frame " + std::to_string(frame) + ": ";
+    const std::string path = reader.header().path.string();
+    const std::string in_frame = "frame " + std::to_string(frame);
     if (scale.white != before.white) {
-      diagnostics.report(Severity::kInfo, "recording",
-                         where + "samples of 16 bits: 0 to " + std::to_string(scale.white) +
-                             " are drawn from black to white");
+      const std::string found = scale.of_header
+                                    ? "ElementMax " + reader.header().fields.at("ElementMax")
+                                    : "up to " + std::to_string(scale.largest) + " in " + in_frame;
+      diagnostics.report("recording", {.subject = path,
+                                       .key = "samples of 16 bits",
+                                       .values = {found},
+                                       .used = "0 to " + std::to_string(scale.white) +
+                                               " as 0 to 255, in all images"});
     }
     if (scale.largest > scale.white && before.largest <= before.white) {
       diagnostics.report(Severity::kWarning, "recording",
-                         where + "expected samples up to " + std::to_string(scale.white) +
-                             ", as in the first image, found " + std::to_string(scale.largest) +
-                             ": larger ones are drawn white");
-    }
-    if (scale.colour && !before.colour) {
-      diagnostics.report(Severity::kWarning, "recording",
-                         where + "the image has colours, which are drawn as grey");
+                         path + ": " + in_frame + ": expected samples up to " +
+                             std::to_string(scale.white) + ", found " +
+                             std::to_string(scale.largest) + ": larger ones are drawn white");
     }
   }
 
@@ -347,11 +352,19 @@ struct RecordingReader::State {
   Chains chains;
   Diagnostics& diagnostics;
   std::optional<ImageCalibration> calibration;
+  std::string calibration_doubt;
   std::int64_t calibrated_by = 0;         ///< Frame of the calibration in kImageInReference.
+  std::optional<Chain> calibrating;       ///< Image to Probe.
   std::optional<Chain> recorded;          ///< Image to Probe, when it is in the frames.
   std::optional<FirstCalibration> first;  ///< The calibration in the frames, with recorded.
   std::optional<FirstCalibration> other;  ///< The newest that differs from it.
-  std::optional<Chain> direct;            ///< Probe to reference, stated beside the chains.
+  std::optional<TransformLoops> loops;
+  struct FirstTip {
+    Eigen::Matrix4d tip;
+    std::int64_t frame;
+  };
+  std::optional<Chain> tip;           ///< Tip of the needle to its tracked body.
+  std::optional<FirstTip> first_tip;  ///< The first that is valid, with tip.
   std::string description;
   std::string reference_frame;
   std::int64_t position = 0;
@@ -385,6 +398,17 @@ Result<RecordingReader> RecordingReader::open(const std::filesystem::path& seque
     for (auto& name : transform_names(*frame)) names.insert(std::move(name));
   }
   if (names.empty() && unreadable) return *unreadable;
+  // With a configuration either of the two files may lack a transform.
+  const auto blame_both = [&](const Error& error) {
+    const std::string with = config != nullptr ? " with " + config->path.string() : "";
+    return Error{error.code, sequence.string() + with + ": " + error.message};
+  };
+  if (config != nullptr) {
+    const auto alone = TransformTree::create({}, config->transforms);
+    if (!alone) {
+      return Error{alone.error().code, config->path.string() + ": " + alone.error().message};
+    }
+  }
   const auto tree = TransformTree::create(
       {names.begin(), names.end()},
       config != nullptr ? config->transforms : std::vector<CoordinateDefinition>{});
@@ -397,32 +421,38 @@ Result<RecordingReader> RecordingReader::open(const std::filesystem::path& seque
     chosen.reference_frame = options.tracker_frame;
     chains = choose_chains(*tree, chosen);
   }
-  if (!chains) return blame(chains.error());
-  if (const auto ok = choose_needle(*tree, chosen, *chains); !ok) return blame(ok.error());
+  if (!chains) return blame_both(chains.error());
+  if (const auto ok = choose_needle(*tree, chosen, *chains); !ok) return blame_both(ok.error());
   auto state = std::make_unique<State>(std::move(*reader), std::move(*chains), diagnostics);
   if (state->reader.header().width > 0) {
-    if (const auto ok = state->calibrate(*tree, chosen); !ok) return blame(ok.error());
+    if (const auto ok = state->calibrate(*tree, chosen); !ok) return blame_both(ok.error());
   }
   if (config != nullptr) state->warn_of_other_calibration(*config, chosen);
   state->warn_of_placeholder(chosen);
   state->report_header();
-  state->warn_of_needle();
+  if (state->chains.needle) {
+    state->find_tip({chosen.tracker_frame, chosen.reference_frame, chosen.probe_frame});
+    state->warn_of_needle();
+  }
   if (const auto fields = state->reader.frame_fields(0); fields && !chosen.needle_frame.empty()) {
     if (auto tip = other_tip(*tree, chosen.needle_frame, *fields)) {
       diagnostics.report("recording", *std::move(tip));
     }
   }
-  state->direct = contradicting_chain(*tree, state->chains, chosen);
+  state->loops.emplace(*tree, state->used(), chosen.image_frame, chosen.probe_frame,
+                       state->reader.header().width, state->reader.header().height,
+                       sequence.string());
   state->reference_frame = chosen.reference_frame;
-  state->description = describe(state->chains.probe);
+  if (state->calibrating) state->description = describe(*state->calibrating) + "; ";
+  state->description += describe(state->chains.probe);
   if (state->chains.reference) state->description += "; " + describe(*state->chains.reference);
   if (state->chains.needle) state->description += "; " + describe(*state->chains.needle);
   return RecordingReader(std::move(state));
 }
 
-Result<RecordingFrame> RecordingReader::next() {
+Result<RecordingImage> RecordingReader::next() {
   State& s = *state_;
-  if (s.position >= total_frames()) {
+  if (s.position >= total_images()) {
     return Error{ErrorCode::kEndOfStream, s.reader.header().path.string() + ": no more frames"};
   }
   const std::int64_t index = s.position++;
@@ -435,7 +465,7 @@ Result<RecordingFrame> RecordingReader::next() {
     if (auto fields = s.reader.frame_fields(index)) frame = *std::move(fields);
   }
   const auto reject = [&](const Error& error) {
-    RecordingFrame event{.index = index, .image = error};
+    RecordingImage event{.index = index, .image = error};
     event.probe.status = TrackingStatus::kInvalid;
     if (s.chains.reference) event.reference = event.probe;
     if (s.chains.needle) event.needle = event.probe;
@@ -447,14 +477,14 @@ Result<RecordingFrame> RecordingReader::next() {
                    "frame " + std::to_string(index) + ": expected a Timestamp, found none usable"});
   }
   const Timestamp time(from_seconds(*frame->timestamp_s));
-  RecordingFrame event{
+  RecordingImage event{
       .index = index,
       .acquired = time,
-      .image = unreadable ? Result<UltrasoundFrame>(*std::move(unreadable)) : s.image(*frame, time),
+      .image = unreadable ? Result<UltrasoundImage>(*std::move(unreadable)) : s.image(*frame, time),
       .probe = s.pose(s.chains.probe, *frame, time)};
   if (s.chains.reference) event.reference = s.pose(*s.chains.reference, *frame, time);
   if (s.chains.needle) event.needle = s.pose(*s.chains.needle, *frame, time);
-  s.check_direct(*frame, event);
+  s.check_transforms(*frame);
   return event;
 }
 
@@ -467,7 +497,8 @@ const std::optional<ImageCalibration>& RecordingReader::calibration() const {
 }
 RecordingForm RecordingReader::form() const { return state_->chains.form; }
 const std::string& RecordingReader::reference_frame() const { return state_->reference_frame; }
-std::int64_t RecordingReader::total_frames() const { return state_->reader.header().frame_count; }
+std::int64_t RecordingReader::total_images() const { return state_->reader.header().frame_count; }
+const std::string& RecordingReader::calibration_doubt() const { return state_->calibration_doubt; }
 const std::string& RecordingReader::description() const { return state_->description; }
 
 }  // namespace nav::io

@@ -12,7 +12,7 @@
 #include "io/transform_tree.hpp"
 #include "nav/diagnostics.hpp"
 #include "nav/pose.hpp"
-#include "nav/ultrasound_frame.hpp"
+#include "nav/ultrasound_image.hpp"
 
 namespace nav::io {
 
@@ -39,12 +39,12 @@ enum class RecordingForm {
 };
 
 /// One frame of a recording, not yet checked.
-struct RecordingFrame {
+struct RecordingImage {
   std::int64_t index = 0;
   std::optional<Timestamp> acquired{};  ///< Recorded time; absent when the frame has no timestamp.
   /// Ultrasound image, or the reason why there is none; kMalformedData also for a calibration of
   /// the frame itself that is impossible, or another than the recording's.
-  Result<UltrasoundFrame> image;
+  Result<UltrasoundImage> image;
   /// tracker_from_probe, status and numbers as recorded. An unreadable pose is kInvalid with NaN
   /// and is reported in the diagnostics.
   RawPose probe{};
@@ -73,16 +73,18 @@ class RecordingReader {
 
   /// Returns the next frame in the order of the file; kEndOfStream after the last. An unreadable
   /// frame is an event with an Error as image; only failures of the file itself are errors.
-  Result<RecordingFrame> next();
+  Result<RecordingImage> next();
   /// Returns to the first frame.
   void rewind();
 
   /// Absent in recordings without images.
   [[nodiscard]] const std::optional<ImageCalibration>& calibration() const;
+  /// Why the calibration is not to be relied on, one sentence; empty when it is.
+  [[nodiscard]] const std::string& calibration_doubt() const;
   [[nodiscard]] RecordingForm form() const;
   /// Name of the patient-fixed frame, as given or chosen.
   [[nodiscard]] const std::string& reference_frame() const;
-  [[nodiscard]] std::int64_t total_frames() const;
+  [[nodiscard]] std::int64_t total_images() const;
   /// Chains in use, for reports: "Probe→Tracker: ProbeToTracker (frames)".
   [[nodiscard]] const std::string& description() const;
 

@@ -71,7 +71,7 @@ Result<Sample> RecordingSource::next(Deadline deadline) {
 }
 
 /// The fault of a frame, or empty.
-std::string RecordingSource::defect_of(const RecordingFrame& frame) const {
+std::string RecordingSource::defect_of(const RecordingImage& frame) const {
   if (!frame.acquired) return "expected a Timestamp, found none";
   if (last_time_ && *frame.acquired <= *last_time_) {
     std::ostringstream text;
@@ -91,7 +91,7 @@ std::string RecordingSource::defect_of(const RecordingFrame& frame) const {
   return frame.needle ? rigid_defect<frames::Needle>(*frame.needle) : "";
 }
 
-void RecordingSource::note_unknown_status(const RecordingFrame& frame) {
+void RecordingSource::note_unknown_status(const RecordingImage& frame) {
   const bool unknown = frame.probe.status == TrackingStatus::kUnknown ||
                        (frame.reference && frame.reference->status == TrackingStatus::kUnknown);
   if (!unknown) return;
@@ -140,7 +140,7 @@ Result<void> RecordingSource::read_frame() {
   return {};
 }
 
-void RecordingSource::deliver(RecordingFrame frame) {
+void RecordingSource::deliver(RecordingImage frame) {
   const auto sequence = static_cast<std::uint64_t>(frame.index);
   const auto add = [&](std::size_t stream, auto what) {
     waiting_.push_back(

@@ -38,10 +38,12 @@ class RecordingSource final : public Source {
 
   /// Position of the images on the probe, and their pixel grid.
   [[nodiscard]] const ImageCalibration& calibration() const { return *reader_.calibration(); }
+  /// Why it is not to be relied on, one sentence; empty when it is.
+  [[nodiscard]] const std::string& calibration_doubt() const { return reader_.calibration_doubt(); }
   [[nodiscard]] RecordingForm form() const { return reader_.form(); }
   [[nodiscard]] const std::string& reference_frame() const { return reader_.reference_frame(); }
   /// Frames that the header declares.
-  [[nodiscard]] std::int64_t total_frames() const { return reader_.total_frames(); }
+  [[nodiscard]] std::int64_t total_images() const { return reader_.total_images(); }
   /// The transforms in use, for reports: "Probe→Tracker: ProbeToTracker (frames)".
   [[nodiscard]] const std::string& description() const { return reader_.description(); }
 
@@ -61,10 +63,10 @@ class RecordingSource final : public Source {
   RecordingSource(RecordingReader reader, std::unique_ptr<WarningMemory> diagnostics,
                   std::string name);
   Result<void> read_frame();
-  void deliver(RecordingFrame frame);
-  [[nodiscard]] std::string defect_of(const RecordingFrame& frame) const;
+  void deliver(RecordingImage frame);
+  [[nodiscard]] std::string defect_of(const RecordingImage& frame) const;
   void note_long_periods();
-  void note_unknown_status(const RecordingFrame& frame);
+  void note_unknown_status(const RecordingImage& frame);
 
   std::unique_ptr<WarningMemory> diagnostics_;  ///< Outlives the reader, which reports to it.
   RecordingReader reader_;

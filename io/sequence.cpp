@@ -89,7 +89,15 @@ Result<void> check_length(const detail::ImageFile& file, SequenceHeader& header)
   if (header.compressed || frame_bytes == 0) return {};
   if (file.available_bytes >= file.sample_bytes) return {};
   header.readable_frames = file.available_bytes / static_cast<std::int64_t>(frame_bytes);
-  if (header.readable_frames > 0) return {};
+  if (header.readable_frames > 0) {
+    header.findings.push_back(
+        {.subject = header.path.string(),
+         .key = "length of the samples",
+         .values = {std::to_string(header.frame_count) + " frames stated",
+                    std::to_string(header.readable_frames) + " with all their pixels"},
+         .used = "those with all their pixels"});
+    return {};
+  }
   return Error{ErrorCode::kMalformedData,
                header.path.string() + ": frame 0: expected " + std::to_string(frame_bytes) +
                    " bytes of pixels, found " + std::to_string(file.available_bytes)};
@@ -161,7 +169,7 @@ Result<std::vector<FrameField>> collect_frame_fields(const detail::ImageFile& fi
   return fields;
 }
 
-Result<std::optional<double>> time_field(const SequenceHeader& header, const SequenceFrame& frame,
+Result<std::optional<double>> time_field(const SequenceHeader& header, const SequenceImage& frame,
                                          const std::string& name) {
   const auto found = frame.fields.find(name);
   if (found == frame.fields.end()) return std::optional<double>();
@@ -175,7 +183,7 @@ Result<std::optional<double>> time_field(const SequenceHeader& header, const Seq
 }
 
 /// MetaImage uses the key ImageStatus, NRRD uses Status; files without either hold images.
-bool declared_invalid(const SequenceFrame& frame) {
+bool declared_invalid(const SequenceImage& frame) {
   for (const char* key : {"ImageStatus", "Status"}) {
     const auto found = frame.fields.find(key);
     if (found != frame.fields.end()) return found->second != "OK";
@@ -232,13 +240,13 @@ Result<SequenceReader> SequenceReader::open(const std::filesystem::path& path) {
 
 const SequenceHeader& SequenceReader::header() const { return state_->header; }
 
-Result<SequenceFrame> SequenceReader::frame_fields(std::int64_t index) const {
+Result<SequenceImage> SequenceReader::frame_fields(std::int64_t index) const {
   const SequenceHeader& header = state_->header;
   if (index < 0 || index >= header.frame_count) {
     return Error{ErrorCode::kUsage, frame_name(header, index) + ": expected a frame in 0 to " +
                                         std::to_string(header.frame_count - 1)};
   }
-  SequenceFrame frame;
+  SequenceImage frame;
   frame.index = index;
   const auto& all = state_->frame_fields;
   for (auto it = std::lower_bound(all.begin(), all.end(), FrameField{index, {}, {}}, before);
@@ -255,7 +263,7 @@ Result<SequenceFrame> SequenceReader::frame_fields(std::int64_t index) const {
   return frame;
 }
 
-Result<SequenceFrame> SequenceReader::read(std::int64_t index) {
+Result<SequenceImage> SequenceReader::read(std::int64_t index) {
   auto frame = frame_fields(index);
   if (!frame) return frame;
   const SequenceHeader& header = state_->header;

@@ -46,7 +46,7 @@ struct SequenceHeader {
 };
 
 /// One frame of a sequence: an image with its fields.
-struct SequenceFrame {
+struct SequenceImage {
   std::int64_t index = 0;
   std::optional<double> timestamp_s;             ///< Field Timestamp, s; finite.
   std::optional<double> unfiltered_timestamp_s;  ///< Field UnfilteredTimestamp, s; finite.
@@ -64,40 +64,50 @@ struct NamedTransform {
 };
 
 /// Sorted names ("ProbeToTracker") of the transforms of a frame.
-std::vector<std::string> transform_names(const SequenceFrame& frame);
+std::vector<std::string> transform_names(const SequenceImage& frame);
 
 /// Transform with that name ("ProbeToTracker", without the suffix "Transform"). Numbers are
 /// row-major and independent of the locale. Errors: kNotFound when the frame has no such transform;
 /// kMalformedData unless it has exactly 16 finite numbers. NaN is accepted when the status says
 /// that there was no pose.
-Result<NamedTransform> transform(const SequenceFrame& frame, std::string_view name);
+Result<NamedTransform> transform(const SequenceImage& frame, std::string_view name);
 
 /// Writes a transform and its status into the fields of a frame, in the format of PLUS. kUnknown
 /// writes no status.
-void set_transform(SequenceFrame& frame, const NamedTransform& transform);
+void set_transform(SequenceImage& frame, const NamedTransform& transform);
 
 /// Meaning of a PLUS status text. Texts that PLUS does not define are kInvalid, never ok.
 TrackingStatus tracking_status_from_text(std::string_view text);
 
-/// Rule by which the images of one recording become 8-bit grey. It is decided by the first image
-/// and kept, so that grey values do not jump.
+/// Rule by which the 16-bit samples of one recording become 8 bits. It is decided once and kept, so
+/// that grey values do not jump from image to image.
 struct GreyScale {
-  /// Value of 16-bit samples that becomes 255: the smallest 2^n - 1 that the first image does not
-  /// exceed, n >= 8. 0: not decided yet, or 8-bit samples.
+  /// Value of 16-bit samples that becomes 255: the smallest 2^n - 1, n >= 8, that is not below
+  /// ElementMax of the header (above 0) or, without it, the largest sample of the first image that
+  /// is not black. 0: not decided yet, or 8-bit samples.
   std::uint32_t white = 0;
   std::uint32_t largest = 0;  ///< Largest 16-bit sample so far; those above white become 255.
-  bool colour = false;        ///< An image had colours; they became their luma (ITU-R BT.601).
+  bool of_header = false;     ///< White is that of the header.
 };
 
-/// B-mode image of a frame in 8-bit grey, flipped so that columns increase towards the marked side
-/// and rows away from the transducer ("MF"). Reads 8-bit and 16-bit samples, grey or RGB. Rejects
-/// other samples, negative values, radio-frequency data and their orientations, unknown or absent
-/// orientation, several slices, 0 x 0, and invalid images.
+/// Image of a frame in 8 bits: its brightness and, unless it is grey, its colours.
+struct DecodedImage {
+  Image2d<std::uint8_t> pixels;
+  Image2d<Rgb8> colours{};  ///< Same size as pixels, which are their luma; empty: grey.
+};
+
+/// B-mode image of a frame, flipped so that columns increase towards the marked side and rows away
+/// from the transducer ("MF"). Reads 8-bit and 16-bit samples, grey or RGB. Rejects other samples,
+/// negative values, radio-frequency data and their orientations, unknown or absent orientation,
+/// several slices, 0 x 0, and invalid images.
+Result<DecodedImage> sequence_image(const SequenceHeader& header, const SequenceImage& frame,
+                                    GreyScale& scale);
+/// Brightness of that image.
 Result<Image2d<std::uint8_t>> brightness_image(const SequenceHeader& header,
-                                               const SequenceFrame& frame, GreyScale& scale);
+                                               const SequenceImage& frame, GreyScale& scale);
 /// The image of a single frame, with a scale of its own.
 Result<Image2d<std::uint8_t>> brightness_image(const SequenceHeader& header,
-                                               const SequenceFrame& frame);
+                                               const SequenceImage& frame);
 
 /// Reads frames one by one; the pixel data are never all in memory. Raw files are read in any
 /// order. Compressed files are read forward; an earlier index decompresses from the start again.
@@ -116,9 +126,9 @@ class SequenceReader {
   /// Reads a frame with its pixels; index in [0, frame_count). Errors name the frame: kUsage when
   /// out of range, kMalformedData for truncated pixel data or a timestamp that is not a finite
   /// number.
-  Result<SequenceFrame> read(std::int64_t index);
+  Result<SequenceImage> read(std::int64_t index);
   /// Reads the fields of a frame without its pixels.
-  [[nodiscard]] Result<SequenceFrame> frame_fields(std::int64_t index) const;
+  [[nodiscard]] Result<SequenceImage> frame_fields(std::int64_t index) const;
 
  private:
   struct State;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <charconv>
 #include <cstring>
 
 #include "io/sequence.hpp"
@@ -31,7 +32,7 @@ bool is_rf_orientation(std::string_view o) {
   return o.size() >= 2 && (o[0] == 'F' || o[0] == 'N') && (o[1] == 'M' || o[1] == 'U');
 }
 
-Result<Flips> judge(const SequenceHeader& header, const SequenceFrame& frame) {
+Result<Flips> judge(const SequenceHeader& header, const SequenceImage& frame) {
   const std::string where = header.path.string() + ": frame " + std::to_string(frame.index) + ": ";
   const auto reject = [&](const std::string& reason) {
     return Error{ErrorCode::kUnsupportedData, where + reason};
@@ -64,7 +65,7 @@ Result<Flips> judge(const SequenceHeader& header, const SequenceFrame& frame) {
   const auto flips = flips_to_mf(header.orientation);
   if (!flips) {
     return reject(
-        "expected the orientation MF, MN, UF or UN, found " +
+        "UltrasoundImageOrientation: expected MF, MN, UF or UN, found " +
         (header.orientation.empty() ? std::string("none") : "'" + header.orientation + "'"));
   }
   if (!header.image_type.empty() && header.image_type != "BRIGHTNESS" && !rgb) {
@@ -81,15 +82,33 @@ Result<Flips> judge(const SequenceHeader& header, const SequenceFrame& frame) {
 }
 
 template <class Sample>
-Sample sample_at(const SequenceFrame& frame, std::size_t index) {
+Sample sample_at(const SequenceImage& frame, std::size_t index) {
   Sample value{};
   std::memcpy(&value, frame.pixels.data() + index * sizeof(Sample), sizeof(Sample));
   return value;
 }
 
+/// The smallest 2^n - 1, n >= 8, that is not below a sample.
+std::uint32_t white_for(std::uint32_t largest) {
+  std::uint32_t white = 255;
+  while (white < largest) white = 2 * white + 1;
+  return white;
+}
+
+/// ElementMax of a MetaImage (16 bits); 0: none, or no such number.
+std::uint32_t largest_of_header(const SequenceHeader& header) {
+  const auto field = header.fields.find("ElementMax");
+  if (field == header.fields.end()) return 0;
+  double value = 0;
+  const char* end = field->second.data() + field->second.size();
+  const auto [stop, failure] = std::from_chars(field->second.data(), end, value);
+  if (failure != std::errc() || stop != end || !(value >= 1 && value <= 65535)) return 0;
+  return static_cast<std::uint32_t>(value);
+}
+
 /// Samples of 16 bits as 8 bits, in the order of the file.
 template <class Sample>
-Result<std::vector<std::uint8_t>> narrowed(const SequenceHeader& header, const SequenceFrame& frame,
+Result<std::vector<std::uint8_t>> narrowed(const SequenceHeader& header, const SequenceImage& frame,
                                            GreyScale& scale) {
   const std::size_t count = frame.pixels.size() / sizeof(Sample);
   std::int32_t least = 0;
@@ -106,9 +125,11 @@ Result<std::vector<std::uint8_t>> narrowed(const SequenceHeader& header, const S
   }
   scale.largest = std::max(scale.largest, static_cast<std::uint32_t>(largest));
   if (scale.white == 0) {
-    scale.white = 255;
-    while (scale.white < static_cast<std::uint32_t>(largest)) scale.white = 2 * scale.white + 1;
+    const std::uint32_t declared = largest_of_header(header);
+    scale.of_header = declared > 0;
+    if (scale.largest > 0) scale.white = white_for(declared > 0 ? declared : scale.largest);
   }
+  if (scale.white == 0) return std::vector<std::uint8_t>(count);  // Black, which decides nothing.
   std::vector<std::uint8_t> grey(count);
   for (std::size_t i = 0; i < count; ++i) {
     const auto value = static_cast<std::uint32_t>(sample_at<Sample>(frame, i));
@@ -119,7 +140,7 @@ Result<std::vector<std::uint8_t>> narrowed(const SequenceHeader& header, const S
 }
 
 Result<std::vector<std::uint8_t>> samples_of(const SequenceHeader& header,
-                                             const SequenceFrame& frame, GreyScale& scale) {
+                                             const SequenceImage& frame, GreyScale& scale) {
   if (header.pixel_type == PixelType::kUint16) {
     return narrowed<std::uint16_t>(header, frame, scale);
   }
@@ -129,41 +150,46 @@ Result<std::vector<std::uint8_t>> samples_of(const SequenceHeader& header,
   return samples;
 }
 
-/// Luma of interleaved RGB (ITU-R BT.601).
-void to_luma(std::vector<std::uint8_t>& samples, GreyScale& scale) {
-  for (std::size_t i = 0; i < samples.size() / 3; ++i) {
-    const std::uint32_t r = samples[3 * i];
-    const std::uint32_t g = samples[3 * i + 1];
-    const std::uint32_t b = samples[3 * i + 2];
-    scale.colour |= r != g || g != b;
-    samples[i] = static_cast<std::uint8_t>((299 * r + 587 * g + 114 * b + 500) / 1000);
+/// Pixels of a whole image, in the order of the file, flipped.
+template <class Pixel>
+Image2d<Pixel> flipped(const SequenceHeader& header, const Flips& flips,
+                       const std::vector<std::uint8_t>& samples) {
+  const auto width = static_cast<std::size_t>(header.width);
+  const auto height = static_cast<std::size_t>(header.height);
+  std::vector<Pixel> pixels(width * height);
+  for (std::size_t row = 0; row < height; ++row) {
+    const std::size_t source = (flips.rows ? height - 1 - row : row) * width;
+    Pixel* out = pixels.data() + row * width;
+    std::memcpy(out, samples.data() + source * sizeof(Pixel), width * sizeof(Pixel));
+    if (flips.columns) std::reverse(out, out + width);
   }
-  samples.resize(samples.size() / 3);
+  return {header.width, header.height, std::move(pixels)};
 }
 
 }  // namespace
 
-Result<Image2d<std::uint8_t>> brightness_image(const SequenceHeader& header,
-                                               const SequenceFrame& frame, GreyScale& scale) {
+Result<DecodedImage> sequence_image(const SequenceHeader& header, const SequenceImage& frame,
+                                    GreyScale& scale) {
   const auto flips = judge(header, frame);
   if (!flips) return flips.error();
-  auto samples = samples_of(header, frame, scale);
+  const auto samples = samples_of(header, frame, scale);
   if (!samples) return samples.error();
-  if (header.components == 3) to_luma(*samples, scale);
-  const auto width = static_cast<std::size_t>(header.width);
-  const auto height = static_cast<std::size_t>(header.height);
-  std::vector<std::uint8_t> pixels(width * height);
-  for (std::size_t row = 0; row < height; ++row) {
-    const std::size_t source = (flips->rows ? height - 1 - row : row) * width;
-    std::uint8_t* out = pixels.data() + row * width;
-    std::copy_n(samples->data() + source, width, out);
-    if (flips->columns) std::reverse(out, out + width);
-  }
-  return Image2d<std::uint8_t>(header.width, header.height, std::move(pixels));
+  if (header.components != 3) return DecodedImage{flipped<std::uint8_t>(header, *flips, *samples)};
+  auto colours = flipped<Rgb8>(header, *flips, *samples);
+  DecodedImage image{luma(colours)};
+  if (has_colours(colours)) image.colours = std::move(colours);
+  return image;
 }
 
 Result<Image2d<std::uint8_t>> brightness_image(const SequenceHeader& header,
-                                               const SequenceFrame& frame) {
+                                               const SequenceImage& frame, GreyScale& scale) {
+  auto image = sequence_image(header, frame, scale);
+  if (!image) return image.error();
+  return std::move(image->pixels);
+}
+
+Result<Image2d<std::uint8_t>> brightness_image(const SequenceHeader& header,
+                                               const SequenceImage& frame) {
   GreyScale scale;
   return brightness_image(header, frame, scale);
 }

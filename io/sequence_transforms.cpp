@@ -52,7 +52,7 @@ TrackingStatus tracking_status_from_text(std::string_view text) {
   return TrackingStatus::kInvalid;
 }
 
-std::vector<std::string> transform_names(const SequenceFrame& frame) {
+std::vector<std::string> transform_names(const SequenceImage& frame) {
   std::vector<std::string> names;
   for (const auto& [key, value] : frame.fields) {
     if (key.size() > kSuffix.size() && key.ends_with(kSuffix)) {
@@ -62,7 +62,7 @@ std::vector<std::string> transform_names(const SequenceFrame& frame) {
   return names;
 }
 
-Result<NamedTransform> transform(const SequenceFrame& frame, std::string_view name) {
+Result<NamedTransform> transform(const SequenceImage& frame, std::string_view name) {
   const std::string key = std::string(name) + std::string(kSuffix);
   const std::string where = "frame " + std::to_string(frame.index) + ": " + key + ": ";
   const auto found = frame.fields.find(key);
@@ -95,7 +95,7 @@ Result<NamedTransform> transform(const SequenceFrame& frame, std::string_view na
   return out;
 }
 
-void set_transform(SequenceFrame& frame, const NamedTransform& transform) {
+void set_transform(SequenceImage& frame, const NamedTransform& transform) {
   std::string text;
   for (Eigen::Index row = 0; row < 4; ++row) {
     for (Eigen::Index column = 0; column < 4; ++column) {

@@ -136,7 +136,7 @@ struct SequenceWriter::State {
   [[nodiscard]] std::string extra_fields(const char* separator) const;
   void add_line(const std::string& name, const std::string& value);
   Result<void> add_pixels(std::span<const std::byte> bytes);
-  Result<void> check(const SequenceFrame& frame) const;
+  Result<void> check(const SequenceImage& frame) const;
 };
 
 std::string SequenceWriter::State::extra_fields(const char* separator) const {
@@ -210,7 +210,7 @@ Result<void> SequenceWriter::State::add_pixels(std::span<const std::byte> bytes)
                          [&](std::span<const std::byte> piece) { return pixels.append(piece); });
 }
 
-Result<void> SequenceWriter::State::check(const SequenceFrame& frame) const {
+Result<void> SequenceWriter::State::check(const SequenceImage& frame) const {
   const std::string where = path.string() + ": frame " + std::to_string(frames) + ": ";
   const std::size_t bytes = header.frame_bytes();
   const bool blank = frame.pixels.empty() && !frame.image_valid;
@@ -278,7 +278,7 @@ Result<SequenceWriter> SequenceWriter::create(const std::filesystem::path& path,
   return SequenceWriter(std::move(state));
 }
 
-Result<void> SequenceWriter::append(const SequenceFrame& frame) {
+Result<void> SequenceWriter::append(const SequenceImage& frame) {
   State& s = *state_;
   if (const auto ok = s.check(frame); !ok) return ok;
   std::map<std::string, std::string> fields = frame.fields;

@@ -29,7 +29,7 @@ class SequenceWriter {
   /// Appends a frame: its fields, timestamps, validity and pixels. The index is ignored: frames are
   /// numbered in order of arrival. Rejects a wrong number of bytes, non-finite times, and names or
   /// values that would break the header.
-  Result<void> append(const SequenceFrame& frame);
+  Result<void> append(const SequenceImage& frame);
   [[nodiscard]] std::int64_t frame_count() const;
   /// Completes the file under its final name; rejects a sequence without frames.
   Result<void> finish();

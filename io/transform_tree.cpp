@@ -52,7 +52,7 @@ bool is_claimed(const NamedTransform& transform) {
 
 /// Rejects a pose that contradicts the pose of the opposite direction in the same sequence frame.
 /// Poses with an invalid status are not compared.
-Result<void> check_reverse(const SequenceFrame& frame, const NamedTransform& pose) {
+Result<void> check_reverse(const SequenceImage& frame, const NamedTransform& pose) {
   const auto ends = split_transform_name(pose.name);
   if (!ends || !is_claimed(pose)) return {};
   const auto reverse = transform(frame, edge_name(ends->second, ends->first));
@@ -116,6 +116,30 @@ std::string TransformTree::describe() const {
   return text.empty() ? "nothing" : text;
 }
 
+std::vector<std::pair<ChainLink, Chain>> TransformTree::loops(
+    const std::set<std::string>& first) const {
+  TransformTree open;  // Without loops.
+  std::vector<std::pair<ChainLink, Chain>> loops;
+  for (const bool preferred : {true, false}) {
+    for (const Edge& edge : edges_) {
+      const std::string name = edge_name(edge.from, edge.to);
+      if (first.contains(name) != preferred) continue;
+      auto other = open.find(edge.from, edge.to);
+      if (!other) {
+        open.edges_.push_back(edge);
+        continue;
+      }
+      const bool reverse =
+          other->links.size() == 1 && edge.from_frame && other->links.front().from_frame;
+      if (!reverse) {
+        loops.emplace_back(ChainLink{name, edge.from_frame, false, edge.to_from_from},
+                           *std::move(other));
+      }
+    }
+  }
+  return loops;
+}
+
 Result<Chain> TransformTree::find(const std::string& from, const std::string& to) const {
   struct Step {
     const Edge* edge;
@@ -151,7 +175,7 @@ Result<Chain> TransformTree::find(const std::string& from, const std::string& to
   return chain;
 }
 
-Result<NamedTransform> Chain::evaluate(const SequenceFrame& frame) const {
+Result<NamedTransform> Chain::evaluate(const SequenceImage& frame) const {
   NamedTransform out{edge_name(from, to), Eigen::Matrix4d::Identity(), TrackingStatus::kOk};
   for (const ChainLink& link : links) {
     Eigen::Matrix4d step = link.step;
@@ -223,7 +247,7 @@ Result<ImageCalibration> calibration_from_matrix(const Eigen::Matrix4d& probe_fr
 }
 
 std::optional<Finding> other_tip(const TransformTree& tree, const std::string& needle,
-                                 const SequenceFrame& frame) {
+                                 const SequenceImage& frame) {
   constexpr double kSamePlaceMm = 5;
   const std::string tip = needle + "Tip";
   const auto chain = tree.find(tip, needle);
@@ -238,6 +262,21 @@ std::optional<Finding> other_tip(const TransformTree& tree, const std::string& n
                  .key = "tip (--needle-frame)",
                  .values = {"the origin of " + needle + " is taken as the tip", distance.str()},
                  .used = needle + "; if it is the hub, name " + tip};
+}
+
+std::optional<Finding> tip_of_another_unit(const Eigen::Matrix4d& body_from_tip,
+                                           const std::string& name) {
+  constexpr double kLeastMm = 1;
+  constexpr double kMostMm = 2000;
+  const double mm = body_from_tip.topRightCorner<3, 1>().norm();
+  if (mm == 0 || (mm >= kLeastMm && mm <= kMostMm)) return std::nullopt;
+  std::ostringstream distance;
+  distance << mm << " mm from the body (is it in " << (mm < kLeastMm ? "metres" : "micrometres")
+           << "?)";
+  return Finding{.subject = "needle",
+                 .key = "unit of " + name,
+                 .values = {distance.str()},
+                 .used = "millimetres"};
 }
 
 }  // namespace nav::io

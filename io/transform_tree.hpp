@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,7 +15,7 @@
 #include "nav/pose.hpp"
 #include "nav/result.hpp"
 #include "nav/transform.hpp"
-#include "nav/ultrasound_frame.hpp"
+#include "nav/ultrasound_image.hpp"
 
 namespace nav::io {
 
@@ -36,7 +37,7 @@ struct Chain {
   /// Product for one sequence frame, with the worst status of its links (configuration links are
   /// ok). Errors name the transform that the sequence frame lacks, that cannot be inverted, or that
   /// contradicts the transform of the opposite direction if the sequence frame has both.
-  [[nodiscard]] Result<NamedTransform> evaluate(const SequenceFrame& frame) const;
+  [[nodiscard]] Result<NamedTransform> evaluate(const SequenceImage& frame) const;
 };
 
 /// Transforms between named coordinate frames: those of the frames of a recording and those of a
@@ -53,6 +54,11 @@ class TransformTree {
   /// Shortest chain; among equally short ones the first in order of definition. The error for a
   /// missing link names both ends and lists the existing transforms.
   [[nodiscard]] Result<Chain> find(const std::string& from, const std::string& to) const;
+  /// Transforms that can be computed from others as well, each with the chain of the others.
+  /// \p first: names of transforms ("ProbeToTracker") that are preferred in these chains. Two
+  /// transforms of opposite directions in the frames are not among them: evaluate() compares these.
+  [[nodiscard]] std::vector<std::pair<ChainLink, Chain>> loops(
+      const std::set<std::string>& first) const;
   /// Text such as "Probe→Tracker (frames), Image→Probe (configuration)".
   [[nodiscard]] std::string describe() const;
 
@@ -70,7 +76,12 @@ class TransformTree {
 /// "<needle>Tip" more than 5 mm from it. \p frame: has the transforms that are not of a
 /// configuration.
 std::optional<Finding> other_tip(const TransformTree& tree, const std::string& needle,
-                                 const SequenceFrame& frame);
+                                 const SequenceImage& frame);
+
+/// A finding if the tip of a needle is not within 1 mm to 2 m of its tracked body, as positions in
+/// metres or micrometres are not; one at its origin is its body. \p name: "NeedleTip on Needle".
+std::optional<Finding> tip_of_another_unit(const Eigen::Matrix4d& body_from_tip,
+                                           const std::string& name);
 
 /// Splits a transform name at the "To" between two capitalised names ("StylusTipToStylus"); nothing
 /// when there is no such position or more than one.

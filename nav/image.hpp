@@ -58,6 +58,22 @@ struct Rgba8 {
   friend bool operator==(const Rgba8&, const Rgba8&) = default;
 };
 
+/// 8-bit colour without alpha, as scanners and video give it.
+struct Rgb8 {
+  std::uint8_t r, g, b;
+  friend bool operator==(const Rgb8&, const Rgb8&) = default;
+};
+static_assert(sizeof(Rgb8) == 3);
+
+/// Brightness of a colour (luma of ITU-R BT.601), rounded; a grey keeps its value.
+constexpr std::uint8_t luma(const Rgb8& c) {
+  return static_cast<std::uint8_t>((299U * c.r + 587U * c.g + 114U * c.b + 500U) / 1000U);
+}
+/// Brightness of every pixel.
+Image2d<std::uint8_t> luma(const Image2d<Rgb8>& image);
+/// True if a pixel is not grey.
+bool has_colours(const Image2d<Rgb8>& image);
+
 /// Single-precision colour, premultiplied by alpha, linear in the transfer function's space.
 struct RgbaF {
   float r, g, b, a;

@@ -17,7 +17,7 @@ std::string ImageGeometry::description() const {
   return text;
 }
 
-ImageGeometry geometry_of(const UltrasoundFrame& image) {
+ImageGeometry geometry_of(const UltrasoundImage& image) {
   return {image.pixels.width(), image.pixels.height(), image.grid, image.outline};
 }
 

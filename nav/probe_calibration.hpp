@@ -6,7 +6,7 @@
 #include <string>
 
 #include "nav/transform.hpp"
-#include "nav/ultrasound_frame.hpp"
+#include "nav/ultrasound_image.hpp"
 
 namespace nav {
 
@@ -21,7 +21,7 @@ struct ImageGeometry {
   /// "640 × 480 pixels of 0.120 × 0.120 mm".
   [[nodiscard]] std::string description() const;
 };
-ImageGeometry geometry_of(const UltrasoundFrame& image);
+ImageGeometry geometry_of(const UltrasoundImage& image);
 /// True for the same size in pixels, and pixels that differ by less than 0.1 % of their spacing.
 bool same_pixels(const ImageGeometry& a, const ImageGeometry& b);
 
@@ -31,6 +31,7 @@ struct ProbeCalibration {
   Transform<frames::Probe, frames::Image> probe_from_image;
   /// Geometry of the images that the calibration was made with; absent: it holds for every image.
   std::optional<ImageGeometry> geometry = std::nullopt;
+  std::string doubt{};  ///< Why it is not to be relied on, one sentence; empty when it is.
 
   [[nodiscard]] bool fits(const ImageGeometry& images) const {
     return !geometry || same_pixels(*geometry, images);

@@ -7,10 +7,11 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 
 #include "nav/pose.hpp"
-#include "nav/ultrasound_frame.hpp"
+#include "nav/ultrasound_image.hpp"
 
 namespace nav {
 
@@ -43,6 +44,25 @@ struct MissingImage {
   std::string message;  ///< One sentence.
 };
 
+/// Effect of a button, as a session file maps it. Nothing that deletes, accepts a registration or
+/// ends a session is among them: a foot may slip.
+enum class ButtonAction {
+  kNone,     ///< Recorded only.
+  kCapture,  ///< Saves what is shown now as an image.
+  kFreeze,   ///< Keeps what is shown, or goes on.
+  kMark,     ///< Marks this time in the recording and the report.
+};
+/// Stable name: "none", "capture", "freeze", "mark".
+const char* to_string(ButtonAction action);
+/// The action of that name; absent: there is none.
+std::optional<ButtonAction> button_action_from(std::string_view name);
+
+/// A button of a device that went down or came up.
+struct ButtonSample {
+  Timestamp acquired{};  ///< Time of the change, session clock.
+  bool pressed = false;  ///< Down from then on.
+};
+
 /// One sample of one stream.
 struct Sample {
   std::size_t stream = 0;      ///< Index in Source::streams().
@@ -50,7 +70,7 @@ struct Sample {
   Timestamp received{};        ///< Time of arrival, session clock.
   /// Stamp of the device on its own clock; absent where the source has already mapped it.
   std::optional<DeviceTime> device_time = std::nullopt;
-  std::variant<UltrasoundFrame, PoseSample, MissingImage> what = MissingImage{};
+  std::variant<UltrasoundImage, PoseSample, MissingImage, ButtonSample> what = MissingImage{};
 };
 
 }  // namespace nav

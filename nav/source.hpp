@@ -12,17 +12,21 @@
 
 namespace nav {
 
-enum class StreamKind { kImages, kPoses };
+enum class StreamKind { kImages, kPoses, kButtons };
+/// Stable name of one of its samples: "image", "pose", "button".
+const char* to_string(StreamKind kind);
 
-/// One stream of a source: images, or the poses of one tool.
+/// One stream of a source: images, the poses of one tool, or the changes of one button.
 struct StreamInfo {
-  std::string name;  ///< The tool's name or id in the source, or the name of the image stream.
+  std::string name;  ///< The tool's name or id in the source, or the name of the images or button.
   StreamKind kind = StreamKind::kPoses;
-  ToolRole role = ToolRole::kOther;  ///< Poses only.
+  ToolRole role = ToolRole::kOther;           ///< Poses only.
+  ButtonAction action = ButtonAction::kNone;  ///< Buttons only.
 };
 
 enum class SourceState {
   kStarting,   ///< Nothing has come yet.
+  kReady,      ///< The connection stands; the device speaks only when something happens.
   kStreaming,  ///< Samples come.
   kSilent,     ///< The connection stands, but nothing comes.
   kWaiting,    ///< The device is not there; it is tried again.
@@ -41,6 +45,8 @@ struct SourceHealth {
   std::uint64_t bytes = 0;       ///< Received.
   /// Messages and parts of messages that could not be used, by cause.
   std::map<std::string, std::uint64_t> bad_messages{};
+  /// Samples that the device gave again because it had no newer ones; they are left out.
+  std::uint64_t repeats = 0;
 };
 
 /// Everything that delivers samples: a recording, the simulator, a device. One source has one or

@@ -6,13 +6,14 @@
 
 namespace nav {
 
-Result<Sweep> Sweep::create(std::vector<TrackedFrame> frames, std::string calibration_id) {
+Result<Sweep> Sweep::create(std::vector<TrackedImage> frames, std::string calibration_id) {
   if (frames.empty()) {
     return Error{ErrorCode::kMalformedData, "sweep: expected at least one tracked image, found 0"};
   }
   const auto reject = [](std::size_t index, const std::string& what) {
     return Error{ErrorCode::kMalformedData, "sweep image " + std::to_string(index) + ": " + what};
   };
+  for (TrackedImage& tracked : frames) tracked.frame.colours = {};
   const auto& first = frames.front().frame.pixels;
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const auto& pixels = frames[i].frame.pixels;
@@ -35,7 +36,7 @@ Result<Sweep> Sweep::create(std::vector<TrackedFrame> frames, std::string calibr
 
 Point<frames::Reference> Sweep::centroid() const {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (const TrackedFrame& tracked : frames_) {
+  for (const TrackedImage& tracked : frames_) {
     const auto& pixels = tracked.frame.pixels;
     const auto centre =
         tracked.frame.grid.at(0.5 * (pixels.width() - 1), 0.5 * (pixels.height() - 1));

@@ -59,8 +59,8 @@ void judge_misfits(const ImageRegistrationResult& result, const AcceptanceLimits
 void judge_errors(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
                   const AcceptanceLimits& warnings, Judge& judge) {
   constexpr std::array<const char*, kErrorParameters> kNames{
-      "delay",       "depth scale", "width scale", "calibration", "calibration",
-      "calibration", "calibration", "calibration", "calibration"};
+      "delay",       "depth scale", "width scale", "pressure",    "calibration",
+      "calibration", "calibration", "calibration", "calibration", "calibration"};
   const ErrorVector values = result.errors.vector();
   std::size_t worst = 0;
   double most = 0;
@@ -284,6 +284,12 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
     judge.at_most("probability that the error at the target exceeds 3 mm",
                   error_probability(result, target), most,
                   judge.warned() ? most : warnings.max_error_probability, "");
+  }
+  if (result.without_delay && !judge.rejected()) {
+    const Decision before = decide(*result.without_delay, limits, target, warnings);
+    for (const std::string& reason : before.reasons) {
+      judge.reject("before a delay of the images was estimated: " + reason);
+    }
   }
   return std::move(judge).decision();
 }

@@ -42,7 +42,7 @@ struct AcceptanceLimits {
   /// Misfit, likewise, of delay, pixel size and calibration that were estimated with the pose. They
   /// then hardly displace it, but the images are drawn as far from their place, and what is tracked
   /// beside them is off. mm, > 0.
-  std::array<double, 3> max_corrected_mm = {4, 1.5, 1};
+  std::array<double, 3> max_corrected_mm = {4, 2.5, 1};
   /// Largest error of the system that was estimated with the pose, in standard deviations of what
   /// was known of it before, > 0. In the CT of another patient, errors far beyond make images fit.
   double max_error_sigmas = 3;

@@ -9,7 +9,7 @@
 
 namespace nav::registration {
 
-double z_score(const Lc2Cost& cost, const SweepPoints& sweep, const Pose& pose, int poses,
+double z_score(const SimilarityCost& cost, const SweepPoints& sweep, const Pose& pose, int poses,
                std::uint64_t seed) {
   const Eigen::Vector3d centre = (pose * sweep.centroid).mm;
   std::vector<double> costs;

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "registration/similarity/lc2_cost.hpp"
+#include "registration/similarity/similarity_cost.hpp"
 #include "registration/similarity/sweep_points.hpp"
 
 /// Measures of a result's quality besides its cost.
@@ -19,7 +19,7 @@ inline constexpr std::size_t kMinPatches = 20;
 
 /// (mean cost of random poses about a pose − its cost) / their standard deviation; 0 if all of them
 /// cost the same.
-double z_score(const Lc2Cost& cost, const SweepPoints& sweep, const Pose& pose, int poses,
+double z_score(const SimilarityCost& cost, const SweepPoints& sweep, const Pose& pose, int poses,
                std::uint64_t seed);
 
 }  // namespace nav::registration

@@ -23,6 +23,7 @@ constexpr int kAll = 6 + kErrorParameters;
 constexpr double kPathStepS = 0.02;
 // Values beyond these have another cause.
 constexpr double kMostDelayS = 1, kMostScale = 0.12, kMostTurnRad = 0.3, kMostShiftMm = 20;
+constexpr double kMostPressedMm = 20;
 constexpr double kMostPriorSigmas = 4;
 constexpr double kClusterMm = 20;
 // One unit of a parameter moves the patches by about a millimetre.
@@ -34,7 +35,8 @@ using ByErrors = Eigen::Matrix<double, 6, kErrorParameters>;
 
 ErrorVector units() {
   ErrorVector out;
-  out << kDelayUnitS, ErrorVector::Constant(1 / kRotationScaleMm).head<5>(), 1, 1, 1;
+  constexpr double kUnit = 1 / kRotationScaleMm;
+  out << kDelayUnitS, kUnit, kUnit, 1, kUnit, kUnit, kUnit, 1, 1, 1;
   return out;
 }
 
@@ -42,7 +44,8 @@ bool plausible(const ImageErrors& errors) {
   const ErrorVector v = errors.vector();
   return v.allFinite() && std::abs(errors.delay_s) <= kMostDelayS &&
          v.segment<2>(1).cwiseAbs().maxCoeff() <= kMostScale &&
-         errors.turn_rad.norm() <= kMostTurnRad && errors.shift_mm.norm() <= kMostShiftMm;
+         std::abs(errors.pressed_mm) <= kMostPressedMm && errors.turn_rad.norm() <= kMostTurnRad &&
+         errors.shift_mm.norm() <= kMostShiftMm;
 }
 
 /// Rotation and translation per second at a moment, Reference; before the first and after the last
@@ -79,7 +82,8 @@ struct MovedImage {
     by_calibration = exp_rotation(axes * errors.turn_rad).toRotationMatrix();
     shift_mm = axes * errors.shift_mm;
     if (errors.delay_s == 0) return;
-    const int steps = std::max(1, static_cast<int>(std::abs(errors.delay_s) / kPathStepS + 0.5));
+    const int steps =
+        std::max(1, static_cast<int>(std::lround(std::abs(errors.delay_s) / kPathStepS)));
     const double step_s = errors.delay_s / steps;
     Eigen::Quaterniond turned = Eigen::Quaterniond::Identity();
     for (int i = 0; i < steps; ++i) {
@@ -94,8 +98,9 @@ struct MovedImage {
   /// Offset of a scaled patch from the middle of its image.
   [[nodiscard]] Eigen::Vector3d scaled(const Patch& patch, const ImageErrors& errors) const {
     const Eigen::Vector3d d = patch.centre_mm - middle_mm;
-    return d + (errors.depth_scale - 1) * patch.depth_mm * patch.beam +
-           (errors.width_scale - 1) * axis_across.dot(d) * axis_across;
+    const double deeper = (errors.depth_scale - 1) * patch.depth_mm -
+                          errors.pressed_mm * pressed_share(patch.depth_mm);
+    return d + deeper * patch.beam + (errors.width_scale - 1) * axis_across.dot(d) * axis_across;
   }
   [[nodiscard]] Eigen::Matrix3d rotation() const { return by_delay * by_calibration; }
   /// Offset of a corrected patch from the moved middle.
@@ -111,11 +116,12 @@ struct MovedImage {
     const double across_mm = axis_across.dot(patch.centre_mm - middle_mm);
     out.col(1).tail<3>() = turned * (patch.depth_mm * patch.beam);
     out.col(2).tail<3>() = turned * (across_mm * axis_across);
+    out.col(3).tail<3>() = turned * (-pressed_share(patch.depth_mm) * patch.beam);
     const Eigen::Matrix3d own = by_delay * axes;
     const Eigen::Vector3d turned_offset = from_middle - by_delay * shift_mm;
-    out.block<3, 3>(0, 3) = own * left_jacobian(errors.turn_rad);
-    out.block<3, 3>(3, 3) = -cross_matrix(turned_offset) * out.block<3, 3>(0, 3);
-    out.block<3, 3>(3, 6) = own;
+    out.block<3, 3>(0, 4) = own * left_jacobian(errors.turn_rad);
+    out.block<3, 3>(3, 4) = -cross_matrix(turned_offset) * out.block<3, 3>(0, 4);
+    out.block<3, 3>(3, 7) = own;
     return out;
   }
 };
@@ -183,7 +189,7 @@ struct Unknowns {
 /// Residuals as in pose_solver.cpp, with the errors as further parameters and their prior.
 class ErrorCost final : public ceres::CostFunction {
  public:
-  ErrorCost(const Lc2Cost& cost, const Unknowns& unknowns, const ErrorSigmas& sigmas,
+  ErrorCost(const SimilarityCost& cost, const Unknowns& unknowns, const ErrorSigmas& sigmas,
             std::span<const ImageMotion> motions, ProbePath path, int& non_finite)
       : cost_(cost), unknowns_(unknowns), motions_(motions), path_(path), non_finite_(non_finite) {
     const PatchSet patches =
@@ -205,7 +211,7 @@ class ErrorCost final : public ceres::CostFunction {
     if (!plausible(errors) || beyond_prior(errors)) return false;
     const bool slopes = jacobians != nullptr && jacobians[0] != nullptr;
     const PatchSet patches = corrected(cost_.patches(), errors, motions_, path_);
-    const Lc2Cost cost = cost_.on(patches);
+    const SimilarityCost cost = cost_.on(patches);
     const Pose pose = unknowns_.pose(delta);
     Eigen::Map<Eigen::Matrix<double, kAll + 1, 1>> r(residuals);
     r.setZero();
@@ -274,7 +280,7 @@ class ErrorCost final : public ceres::CostFunction {
         hessian.topRightCorner<kPoseParameters, kErrorParameters>().transpose();
   }
 
-  const Lc2Cost& cost_;
+  const SimilarityCost& cost_;
   Unknowns unknowns_;
   ErrorVector precision_, most_;
   // Ceres asks for Jacobians on one thread, once for each accepted step.
@@ -313,11 +319,11 @@ std::vector<ByErrors> twists_by_errors(const PatchSet& patches, const ImageError
   return out;
 }
 
-ErrorSolution solve_errors(const Lc2Cost& cost, const Pose& start, const ImageErrors& errors,
+ErrorSolution solve_errors(const SimilarityCost& cost, const Pose& start, const ImageErrors& errors,
                            const Point<frames::Reference>& centroid, const ErrorSigmas& sigmas,
                            std::span<const ImageMotion> motions, ProbePath path,
                            const SolveLimits& limits, const std::function<bool()>& keep_going) {
-  NAV_CHECK(cost.similarity() != Similarity::kMutualInformation);
+  NAV_CHECK(cost.has_patch_terms());
   int non_finite = 0;
   const ErrorVector sigma = sigmas.vector();
   const Unknowns unknowns{.start = start,

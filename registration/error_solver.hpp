@@ -38,7 +38,7 @@ struct ErrorSolution {
 /// prior \p sigmas, weighed as the scatter of the patches' gradients over cubes of 20 mm asks for:
 /// an error that the sweep does not show stays at 0. Precondition: the similarity has terms of
 /// single patches.
-ErrorSolution solve_errors(const Lc2Cost& cost, const Pose& start, const ImageErrors& errors,
+ErrorSolution solve_errors(const SimilarityCost& cost, const Pose& start, const ImageErrors& errors,
                            const Point<frames::Reference>& centroid, const ErrorSigmas& sigmas,
                            std::span<const ImageMotion> motions, ProbePath path,
                            const SolveLimits& limits, const std::function<bool()>& keep_going);

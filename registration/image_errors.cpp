@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "registration/image_errors.hpp"
 
+#include <cmath>
+
 namespace nav::registration {
 
 ErrorVector ImageErrors::vector() const {
   ErrorVector out;
-  out << delay_s, depth_scale - 1, width_scale - 1, turn_rad, shift_mm;
+  out << delay_s, depth_scale - 1, width_scale - 1, pressed_mm, turn_rad, shift_mm;
   return out;
 }
 
@@ -14,14 +16,16 @@ ImageErrors ImageErrors::of(const ErrorVector& values) {
   return {.delay_s = values[0],
           .depth_scale = 1 + values[1],
           .width_scale = 1 + values[2],
-          .turn_rad = values.segment<3>(3),
+          .pressed_mm = values[3],
+          .turn_rad = values.segment<3>(4),
           .shift_mm = values.tail<3>()};
 }
 
 ErrorVector ErrorSigmas::vector() const {
   ErrorVector out;
-  out << delay_s, depth_scale, width_scale, turn_rad, turn_rad, turn_rad, shift_mm, shift_mm,
-      shift_mm;
+  const double along_beam_mm = shift_mm > 0 ? std::hypot(shift_mm, layers_mm) : 0;
+  out << delay_s, depth_scale, width_scale, pressed_mm, turn_rad, turn_rad, turn_rad, shift_mm,
+      along_beam_mm, shift_mm;
   return out;
 }
 

@@ -9,6 +9,7 @@
 #include <functional>
 #include <memory>
 #include <sstream>
+#include <utility>
 
 #include "nav/index.hpp"
 #include "nav/stopwatch.hpp"
@@ -22,8 +23,9 @@
 #include "registration/search/global_search.hpp"
 #include "registration/similarity/ct_structure.hpp"
 #include "registration/similarity/patch_channels.hpp"
+#include "registration/similarity/sound_shift.hpp"
 #include "registration/similarity/sweep_points.hpp"
-#include "registration/uncertainty/frame_bootstrap.hpp"
+#include "registration/uncertainty/image_bootstrap.hpp"
 #include "registration/uncertainty/joint_uncertainty.hpp"
 #include "registration/uncertainty/sandwich.hpp"
 
@@ -61,10 +63,18 @@ constexpr double kWideDelayS = 10;
 constexpr double kWideScale = 0.1;
 constexpr double kLeastDelayMm = 1.5;
 constexpr int kDelayIterations = 8;
+// A probe that is pressed by as much moves the tissue near it by more than patches reach.
+constexpr double kTriedPressedMm = 8;
+// Costs that differ by less do not tell whether the speed of sound is that of the CT.
+constexpr double kSoundInDoubt = 0.03;
+// Fat of 10 to 30 mm under the skin shows all below it 0.6 to 1.9 mm too deep.
+constexpr double kLayersMm = 0.8;
 // Errors are believed if they lower the cost by more than chance does: twice what as many unknowns
 // lower the sum of squares of independent patches by. Patches lie half over their neighbours.
 constexpr double kPatchesPerIndependent = 4;
 constexpr double kTellingPerError = 2;
+// The deviation of a delay comes from few independent places: by chance, twice as much is found.
+constexpr double kClearDeviations = 2.5;
 constexpr double kClearlyLess = 0.9;
 
 /// The CT of one level.
@@ -86,7 +96,7 @@ struct Level {
   const PreparedLevel& prepared;
   LevelCt ct;
   double channels_s;
-  Lc2Cost cost;
+  SimilarityCost cost;
   [[nodiscard]] const PatchSet& patches() const { return prepared.patches; }
 };
 
@@ -103,6 +113,7 @@ PatchSet judging(const PreparedLevel& level, int least_judging) {
   // Patches chosen by contrast are already this fraction.
   if (level.options.choice == PatchChoice::kContrast || count >= all.size()) return level.patches;
   std::vector<double> contrasts;
+  contrasts.reserve(all.size());
   for (const Patch& patch : all) contrasts.push_back(patch.norm_grey);
   const auto last = contrasts.begin() + static_cast<std::ptrdiff_t>(count - 1);
   std::nth_element(contrasts.begin(), last, contrasts.end(), std::greater<>());
@@ -129,6 +140,7 @@ class Registrar {
         initial_(initial),
         options_(options),
         progress_(progress),
+        measure_(measure_of(options.similarity)),
         points_(sweep.points()),
         judging_(judging(sweep.levels().back(), options.least_judging)) {
     levels_.reserve(sweep.levels().size());
@@ -147,7 +159,12 @@ class Registrar {
   PoseSolution solve_where_structured(const Level& level, const Candidate& candidate);
   void add_initial(const Level& level);
   void try_delays(const Level& level, Candidate& candidate);
-  void refine_errors(Candidate& best, const ErrorSigmas& sigmas);
+  void refine_tissue(Candidate& best, const ErrorSigmas& all);
+  void refine_delay(Candidate& best);
+  [[nodiscard]] PatchSet chosen_at(const Candidate& candidate) const;
+  [[nodiscard]] LocalShape shape_at(const Candidate& candidate, const PatchSet& patches) const;
+  double refine_errors(Candidate& best, const ErrorSigmas& sigmas, const PatchSet& chosen,
+                       double telling = kTellingPerError);
   void add_patients_misfit(std::vector<Misfit>& misfits) const;
   /// Errors that are estimated with the pose.
   [[nodiscard]] ErrorSigmas sigmas() const {
@@ -158,20 +175,30 @@ class Registrar {
                                ? std::max(kWideScale, options_.scale_sigma)
                                : options_.scale_sigma,
             .width_scale = options_.scale_sigma,
+            .pressed_mm = options_.pressed_sigma_mm,
             .turn_rad = shift_mm / kRotationScaleMm,
-            .shift_mm = std::sqrt(2.0) * shift_mm};
+            .shift_mm = std::sqrt(2.0) * shift_mm,
+            .layers_mm = options_.speed_from_ct ? kLayersMm : 0};
   }
   [[nodiscard]] bool estimates_errors() const {
-    return options_.similarity != Similarity::kMutualInformation && !sigmas().vector().isZero(0);
+    return measure_.by_patch() != nullptr && !sigmas().vector().isZero(0);
+  }
+  /// Patches of the finest level where their echoes come from, once the speed of sound is known.
+  [[nodiscard]] PatchSet sounded(PatchSet patches) const {
+    if (sound_.empty()) return patches;
+    for (Patch& patch : patches.patches) {
+      patch.centre_mm -= static_cast<double>(sound_[patch.index]) * patch.beam;
+    }
+    return patches;
   }
   [[nodiscard]] PatchSet without(const ImageErrors& errors, const PatchSet& patches) const {
-    return corrected(patches, errors, sweep_.motions(), sweep_.path());
+    return corrected(sounded(patches), errors, sweep_.motions(), sweep_.path());
   }
   [[nodiscard]] bool finest(const Level& level) const {
     return &level.prepared == &sweep_.levels().back();
   }
   /// The cost that a solve on these patches minimises: with the loss on the finest level.
-  [[nodiscard]] Lc2Cost solved_cost(const Level& level, const PatchSet& patches) const {
+  [[nodiscard]] SimilarityCost solved_cost(const Level& level, const PatchSet& patches) const {
     return level.cost.on(patches).robust(finest(level) ? options_.loss : RobustLoss{});
   }
   [[nodiscard]] PatchSet structured(const Level& level, const Pose& pose,
@@ -203,14 +230,19 @@ class Registrar {
   const Pose& initial_;
   const ImageRegistrationOptions& options_;
   const std::function<bool(double)>& progress_;
+  const SimilarityMeasure& measure_;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   const SweepPoints& points_;
   std::vector<Level> levels_;  // Only the levels begun so far.
   std::vector<Candidate> candidates_;
-  PatchSet judging_;  // Patches of the finest level.
+  PatchSet judging_;          // Patches of the finest level.
+  std::vector<float> sound_;  // Shifts on the finest level (sound_shift.hpp), once they are known.
+  // Half of what the pose depends on the speed of sound, if the images do not tell which fits.
+  double sound_doubt_mm_ = 0;
   std::optional<double> lost_margin_;
   ImageScale stretch_;
   std::optional<Candidate> before_errors_;  // The chosen one, if errors were then estimated.
+  std::optional<Candidate> undelayed_;      // The chosen one, if a delay was then estimated.
   double fraction_ = 0;
   bool cancelled_ = false;
   bool hurried_ = false;
@@ -249,10 +281,10 @@ void Registrar::solve_starts(const Level& level) {
   drop_duplicates(kKeptCandidates);
 }
 
-/// Patches that can distinguish nearby poses. Mutual information uses all samples.
+/// Patches that can distinguish nearby poses. A measure of all samples uses all.
 PatchSet Registrar::structured(const Level& level, const Pose& pose,
                                const PatchSet& patches) const {
-  if (options_.similarity == Similarity::kMutualInformation) return patches;
+  if (measure_.by_patch() == nullptr) return patches;
   // The level before, if it has channels of its own.
   const Level* before = &level != &levels_.front() ? &level - 1 : nullptr;
   const bool smoother = before != nullptr && before->ct.near == nullptr;
@@ -287,13 +319,11 @@ PoseSolution Registrar::solve_where_structured(const Level& level, const Candida
   }
   const Pose& from = near ? near->pose : start;
   const double coarser = level.prepared.options.sample_step_mm / kFineStepMm;
-  // Mutual information hardly falls towards its minimum.
-  const double power = options_.similarity == Similarity::kMutualInformation ? 2 : 4;
   PoseSolution solution = solve_on(level, structured(level, from, patches), from,
-                                   kFineTolerance * std::pow(coarser, power));
+                                   kFineTolerance * std::pow(coarser, measure_.tolerance_power()));
   if (near) solution.iterations += near->iterations;
   const PatchSet judging = without(candidate.errors, judging_);
-  const Lc2Cost judge = level.cost.on(judging);
+  const SimilarityCost judge = level.cost.on(judging);
   const CostTerms before = judge.cost(start);
   const CostTerms after = judge.cost(solution.pose);
   solution.initial_cost = before.cost;
@@ -358,26 +388,57 @@ PatchSet as_recorded(const PatchSet& all, const PatchSet& chosen, std::size_t st
   return subset(all, [&](const Patch& patch) { return used[patch.index]; });
 }
 
-/// Refines the chosen pose together with the errors of the system: first with a part of the
-/// patches, which covers most of the distance. Keeps the pose as it was if the errors explain no
-/// more than chance.
-void Registrar::refine_errors(Candidate& best, const ErrorSigmas& sigmas) {
+/// Number of independent patches that as many overlapping ones stand for.
+double independent_of(const PatchSet& patches) {
+  return static_cast<double>(patches.patches.size()) / kPatchesPerIndependent;
+}
+
+/// Patches of the finest level with structure in the CT at a pose.
+PatchSet Registrar::chosen_at(const Candidate& candidate) const {
   const Level& level = levels_.back();
-  const PatchSet chosen =
-      structured(level, best.solution.pose, without(best.errors, level.patches()));
-  if (chosen.patches.size() < kMinPatches) return;
+  return structured(level, candidate.solution.pose, without(candidate.errors, level.patches()));
+}
+
+/// Shape of the cost of the finest level's patches at a pose.
+LocalShape Registrar::shape_at(const Candidate& candidate, const PatchSet& patches) const {
+  const Level& level = levels_.back();
+  const Pose& pose = candidate.solution.pose;
+  return local_shape(solved_cost(level, patches), pose, pose * points_.centroid,
+                     kCurvatureSteps * level.prepared.options.sample_step_mm);
+}
+
+/// Refines the chosen pose together with the errors of the system: first with a part of the chosen
+/// patches, which covers most of the distance. Keeps the pose as it was if each error explains less
+/// than \p telling times what chance does. Returns the cost of the patches with that of the errors'
+/// prior.
+double Registrar::refine_errors(Candidate& best, const ErrorSigmas& sigmas, const PatchSet& chosen,
+                                double telling) {
+  constexpr double kUnknown = std::numeric_limits<double>::infinity();
+  const Level& level = levels_.back();
+  if (chosen.patches.size() < kMinPatches) return kUnknown;
+  double with_prior = kUnknown;
   const double coarser = level.prepared.options.sample_step_mm / kFineStepMm;
   const bool many = chosen.patches.size() / kFirstStride >= kLeastFirst;
   const Candidate before = best;
   for (const std::size_t stride : {kFirstStride, std::size_t{1}}) {
     if (stride > 1 && !many) continue;
-    if (!keep_going() || late()) return;
+    if (!keep_going() || late()) return kUnknown;
     const PatchSet patches = as_recorded(level.patches(), chosen, stride);
     const double tolerance = stride > 1 ? kCoarseTolerance : kFineTolerance * std::pow(coarser, 4);
-    ErrorSolution found = solve_errors(solved_cost(level, patches), best.solution.pose, best.errors,
-                                       points_.centroid, sigmas, sweep_.motions(), sweep_.path(),
-                                       limits(tolerance), [this] { return keep_going(); });
+    const auto from = [&](const ImageErrors& errors) {
+      return solve_errors(solved_cost(level, sounded(patches)), best.solution.pose, errors,
+                          points_.centroid, sigmas, sweep_.motions(), sweep_.path(),
+                          limits(tolerance), [this] { return keep_going(); });
+    };
+    ErrorSolution found = from(best.errors);
+    if (stride > 1 && sigmas.pressed_mm > 0 && best.errors.pressed_mm == 0) {
+      ImageErrors pressed = best.errors;
+      pressed.pressed_mm = kTriedPressedMm;
+      ErrorSolution other = from(pressed);
+      if (other.pose.final_cost < found.pose.final_cost) found = std::move(other);
+    }
     non_finite_ = std::max(non_finite_, found.pose.non_finite);
+    with_prior = found.pose.final_cost;
     found.pose.iterations += best.solution.iterations;
     found.pose.initial_cost = best.solution.initial_cost;
     best.solution = std::move(found.pose);
@@ -389,10 +450,10 @@ void Registrar::refine_errors(Candidate& best, const ErrorSigmas& sigmas) {
   };
   const double after = cost_of(best);
   const auto estimated = static_cast<double>((sigmas.vector().array() > 0).count());
-  const double independent = static_cast<double>(chosen.patches.size()) / kPatchesPerIndependent;
-  if (!((cost_of(before) - after) * independent > kTellingPerError * estimated * after)) {
+  if (!((cost_of(before) - after) * independent_of(chosen) > telling * estimated * after)) {
     best.solution.pose = before.solution.pose;
     best.errors = before.errors;
+    with_prior = cost_of(before);
   } else if (!before_errors_) {
     before_errors_ = before;
   }
@@ -400,6 +461,63 @@ void Registrar::refine_errors(Candidate& best, const ErrorSigmas& sigmas) {
   best.solution.final_cost = level.cost.on(judging).cost(best.solution.pose).cost;
   best.history.back().iterations = best.solution.iterations;
   best.history.back().final_cost = best.solution.final_cost;
+  return with_prior;
+}
+
+/// Refines the pose together with the delay of the images. Along an almost even path a delay lowers
+/// the cost by hardly more than chance does, but left out it stays in the pose as a whole; along an
+/// even path it looks like a shift of the pose. It is kept if it is clearly more than its
+/// deviation.
+void Registrar::refine_delay(Candidate& best) {
+  const ErrorSigmas delay{.delay_s = sigmas().delay_s, .depth_scale = 0, .width_scale = 0};
+  Candidate delayed = best;
+  std::optional<Candidate> before = before_errors_;
+  refine_errors(delayed, delay, chosen_at(delayed), 0);
+  if (delayed.errors.delay_s == best.errors.delay_s) return;
+  const PatchSet patches = chosen_at(delayed);
+  const JointCovariance joint = joint_covariance_of(delayed, shape_at(delayed, patches), patches);
+  const double deviation_s = std::sqrt(std::max(joint.errors(0, 0), 0.0));
+  if (joint.pose.valid && std::abs(delayed.errors.delay_s) > kClearDeviations * deviation_s) {
+    undelayed_ = std::exchange(best, std::move(delayed));
+  } else {
+    before_errors_ = std::move(before);
+  }
+}
+
+/// Refines what the probe presses away and the scale of the depth, with one speed of sound and with
+/// the speed along each beam from the CT; keeps what fits better. It is looked for before the
+/// errors of the system, and before motion and deformation of the patient: it must not be taken for
+/// them.
+void Registrar::refine_tissue(Candidate& best, const ErrorSigmas& all) {
+  const ErrorSigmas tissue{
+      .delay_s = 0, .depth_scale = all.depth_scale, .width_scale = 0, .pressed_mm = all.pressed_mm};
+  const PatchSet chosen = chosen_at(best);
+  Candidate layered = best;
+  const double one_speed = refine_errors(best, tissue, chosen);
+  const Level& whole = levels_.front();
+  if (options_.speed_from_ct && whole.ct.near == nullptr && !late()) {
+    sound_ = sound_shifts_mm(*whole.ct.channels, levels_.back().patches(), layered.solution.pose);
+    // The pose belongs to these speeds, whether or not errors are then found with it.
+    layered.solution.pose =
+        solve_on(levels_.back(),
+                 without(layered.errors, as_recorded(levels_.back().patches(), chosen)),
+                 layered.solution.pose, kCoarseTolerance)
+            .pose;
+    const double by_ct = refine_errors(layered, tissue, chosen);
+    if (std::abs(by_ct - one_speed) < kSoundInDoubt * one_speed) {
+      const auto apart =
+          layered.solution.pose * points_.centroid - best.solution.pose * points_.centroid;
+      sound_doubt_mm_ = 0.5 * apart.v.norm();
+    }
+    // Tissue has its own speeds: one speed for all must fit better by more than chance.
+    const double independent = independent_of(chosen);
+    if (by_ct * independent < (independent + kTellingPerError) * one_speed) {
+      best = std::move(layered);
+    } else {
+      sound_.clear();
+    }
+  }
+  before_errors_.reset();
 }
 
 void Registrar::solve_candidates(const Level& level, std::size_t keep) {
@@ -471,8 +589,7 @@ std::optional<double> Registrar::margin(const Candidate& best) const {
 void Registrar::strain(Candidate& best) {
   const int iterations = best.solution.iterations;
   const Level& level = levels_.back();
-  const PatchSet patches =
-      structured(level, best.solution.pose, without(best.errors, level.patches()));
+  const PatchSet patches = chosen_at(best);
   const SolveLimits until{.max_iterations = options_.max_iterations,
                           .late = [this] { return late(); }};
   StrainSolution found = solve_strain(solved_cost(level, patches), best.solution.pose,
@@ -506,7 +623,7 @@ JointCovariance Registrar::joint_covariance_of(const Candidate& best, const Loca
   if (!estimates_errors()) {
     return {sandwich_covariance(shape, patches, pose, options_.bias_floor_mm)};
   }
-  const PatchSet recorded = as_recorded(levels_.back().patches(), patches);
+  const PatchSet recorded = sounded(as_recorded(levels_.back().patches(), patches));
   return joint_covariance(shape, recorded, best.errors, pose, sigmas(), sweep_.motions(),
                           sweep_.path(), options_.bias_floor_mm);
 }
@@ -515,13 +632,9 @@ JointCovariance Registrar::joint_covariance_of(const Candidate& best, const Loca
 /// were estimated: these may explain a part of them, and would hide it.
 void Registrar::add_patients_misfit(std::vector<Misfit>& misfits) const {
   if (!before_errors_) return;
-  const Level& finest = levels_.back();
-  const Pose& pose = before_errors_->solution.pose;
-  const PatchSet patches =
-      structured(finest, pose, without(before_errors_->errors, finest.patches()));
-  const LocalShape shape = local_shape(solved_cost(finest, patches), pose, pose * points_.centroid,
-                                       kCurvatureSteps * finest.prepared.options.sample_step_mm);
-  const auto plain = find_misfits(shape, patches, pose, sweep_.motions());
+  const PatchSet patches = chosen_at(*before_errors_);
+  const auto plain = find_misfits(shape_at(*before_errors_, patches), patches,
+                                  before_errors_->solution.pose, sweep_.motions());
   const Misfit* cause = likeliest_of(plain, kTellingMm);
   if (cause == nullptr) return;
   if (cause->cause != MisfitCause::kMotion && cause->cause != MisfitCause::kBend) return;
@@ -533,9 +646,8 @@ void Registrar::add_patients_misfit(std::vector<Misfit>& misfits) const {
 ImageRegistrationResult Registrar::report(const Candidate& best) {
   const Level& finest = levels_.back();
   const Pose& pose = best.solution.pose;
-  const PatchSet patches =
-      strained(structured(finest, pose, without(best.errors, finest.patches())), stretch_);
-  const Lc2Cost solved = solved_cost(finest, patches);
+  const PatchSet patches = strained(chosen_at(best), stretch_);
+  const SimilarityCost solved = solved_cost(finest, patches);
   const Point<frames::Ct> centre = pose * points_.centroid;
   const double sample_step_mm = finest.prepared.options.sample_step_mm;
   // With coarse samples the poses of the basin check are close enough for the curvature too.
@@ -546,7 +658,7 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
              : local_shape(solved, pose, centre, kCurvatureSteps * sample_step_mm);
   const JointCovariance joint = joint_covariance_of(best, shape, patches);
   const SandwichCovariance& covariance = joint.pose;
-  FrameBootstrap bootstrap = frame_bootstrap(shape, options_.bootstrap);
+  ImageBootstrap bootstrap = image_bootstrap(shape, options_.bootstrap);
   const LevelCt& first = levels_.front().ct;
   ImageRegistrationResult result{
       .ct_from_reference = pose,
@@ -571,6 +683,7 @@ ImageRegistrationResult Registrar::report(const Candidate& best) {
     add_patients_misfit(result.misfits);
   }
   result.uncertainty.widen(telling_excess_mm(result.misfits));
+  result.uncertainty.widen(sound_doubt_mm_);
   result.bootstrap = std::move(bootstrap);
   result.stretch = stretch_;
   if (options_.stretch == ScaleModel::kSoundSpeed) {
@@ -618,9 +731,9 @@ Result<void> Registrar::add_level() {
   };
   auto ct = channels_of_({box, prepared, poses});
   if (!ct) return ct.error();
-  const Lc2Cost cost = Lc2Cost(*ct->channels, prepared.patches, options_.ridge, options_.threads,
-                               options_.similarity)
-                           .where(ct->near.get());
+  const SimilarityCost cost =
+      SimilarityCost(*ct->channels, prepared.patches, options_.ridge, options_.threads, measure_)
+          .where(ct->near.get());
   levels_.push_back({prepared, *std::move(ct), seconds_since(start), cost});
   return {};
 }
@@ -650,9 +763,15 @@ Result<ImageRegistrationResult> Registrar::run() {
   if (estimates_errors() && options_.stretch == ScaleModel::kSoundSpeed && !late()) {
     // An error that is in doubt is looked for alone first: it has to explain less than all
     // together.
-    refine_errors(*best, {.delay_s = 0, .depth_scale = sigmas().depth_scale, .width_scale = 0});
+    refine_errors(*best, {.delay_s = 0, .depth_scale = sigmas().depth_scale, .width_scale = 0},
+                  chosen_at(*best));
   }
-  if (estimates_errors() && !late()) refine_errors(*best, sigmas());
+  if (estimates_errors() && !late()) {
+    if (options_.pressed_sigma_mm > 0 || options_.speed_from_ct) refine_tissue(*best, sigmas());
+    if (sigmas().delay_s > 0 && !late()) refine_delay(*best);
+    if (!late()) refine_errors(*best, sigmas(), chosen_at(*best));
+    if (undelayed_ && !late()) refine_errors(*undelayed_, sigmas(), chosen_at(*undelayed_));
+  }
   if (options_.stretch == ScaleModel::kAffine && !late()) strain(*best);
   if (cancelled_) return cancelled();
   if (hurried_) best->solution.termination = Termination::kTimeLimit;
@@ -662,7 +781,12 @@ Result<ImageRegistrationResult> Registrar::run() {
                  "patch, found " +
                      std::to_string(non_finite_) + " that were not"};
   }
-  const ImageRegistrationResult result = report(*best);
+  std::shared_ptr<const ImageRegistrationResult> without_delay;
+  if (undelayed_) {
+    without_delay = std::make_shared<const ImageRegistrationResult>(report(*undelayed_));
+  }
+  ImageRegistrationResult result = report(*best);
+  result.without_delay = std::move(without_delay);
   fraction_ = 1;
   if (!keep_going()) return cancelled();
   return result;
@@ -713,8 +837,8 @@ Result<ImageRegistrationResult> register_prepared(
   const auto channels_of = [&](const LevelReach& reach) -> Result<LevelCt> {
     const LevelOptions& level = reach.level.options;
     const double sigma_mm = sigma_of(level.sample_step_mm);
-    // Mutual information and the strain read the channels of the level directly.
-    const bool any_ct = options.similarity != Similarity::kMutualInformation &&
+    // A measure of all samples and the strain read the channels of the level directly.
+    const bool any_ct = measure_of(options.similarity).by_patch() != nullptr &&
                         options.stretch != ScaleModel::kAffine;
     if (any_ct && !reach.poses.empty()) {
       auto near = few_texels(ct, reach);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,7 +19,7 @@
 #include "registration/image_errors.hpp"
 #include "registration/similarity/patch_loss.hpp"
 #include "registration/similarity/shadow_mask.hpp"
-#include "registration/uncertainty/frame_bootstrap.hpp"
+#include "registration/uncertainty/image_bootstrap.hpp"
 #include "registration/uncertainty/misfit.hpp"
 #include "registration/uncertainty/pose_uncertainty.hpp"
 
@@ -121,6 +122,12 @@ struct ImageRegistrationOptions {
   /// or of the speed of sound, relative; they are estimated with the pose; 0: ruled out. [0, 1] and
   /// [0, 0.1]. kLc2 and kNcc alone.
   double delay_sigma_s = 0.2, scale_sigma = 0.02;
+  /// Standard deviation of the distance by which the probe presses the tissue at its face away, mm,
+  /// [0, 20]; 0: the tissue lies as in the CT. kLc2 and kNcc alone.
+  double pressed_sigma_mm = 4;
+  /// Take the speed of sound along each beam from the CT (sound_shift.hpp), if errors are
+  /// estimated; false for a volume whose values are not HU.
+  bool speed_from_ct = true;
   BootstrapOptions bootstrap;  ///< Resampling of the ultrasound images, for the predicted error.
   int threads = 2;             ///< 1 to 64; the result does not depend on it.
   /// Time limit, > 0. After it no solve begins or continues: the best pose so far is assessed and
@@ -234,9 +241,9 @@ struct ImageRegistrationResult {
   /// Standard deviations of the errors before the registration; 0: not estimated.
   ErrorVector error_sigmas = ErrorVector::Zero();
   /// The two covariances that uncertainty takes the larger of, in every direction
-  /// (frame_bootstrap.hpp): by clusters of patches alone, and by resampled ultrasound images.
+  /// (image_bootstrap.hpp): by clusters of patches alone, and by resampled ultrasound images.
   PoseUncertainty clusters = {};
-  FrameBootstrap bootstrap = {};
+  ImageBootstrap bootstrap = {};
   int used_patches = 0;  ///< Patches in which the CT has structure, of all patches.
   BasinCheck basin = {};
   /// Thirds along the sweep and in depth (regions.hpp).
@@ -244,6 +251,9 @@ struct ImageRegistrationResult {
   std::vector<Misfit> misfits = {};  ///< Other faults that may be present (misfit.hpp).
   /// Why a disagreement is not known: what was expected and what was found; empty if it is known.
   std::string split_fault = {}, halves_fault = {};
+  /// The result before the pose was solved with a delay; null: it was not. A delay may make a wrong
+  /// pose fit better, so decide() judges both.
+  std::shared_ptr<const ImageRegistrationResult> without_delay = {};
 
   /// Expected RMS error at a point of the CT, mm; infinite if the covariance is not valid.
   [[nodiscard]] double tre_rms_mm(const Point<frames::Ct>& target) const;

@@ -6,6 +6,7 @@
 
 #include "registration/image_registration.hpp"
 #include "registration/similarity/lc2_kernel.hpp"
+#include "registration/similarity/similarity_measure.hpp"
 
 namespace nav::registration {
 namespace {
@@ -76,9 +77,9 @@ Result<void> validate(const ImageRegistrationOptions& options) {
   }
   if (const auto ok = validate(options.mask); !ok) return ok.error();
   if (options.stretch != ScaleModel::kNone &&
-      options.similarity == Similarity::kMutualInformation) {
+      measure_of(options.similarity).by_patch() == nullptr) {
     return Error{ErrorCode::kUsage,
-                 "image registration: stretch cannot be estimated with mutual information"};
+                 "image registration: a scale cannot be estimated without terms of single patches"};
   }
   if (!(options.loss.scale >= 1e-3 && options.loss.scale <= 1000)) {
     return reject("loss.scale", "0.001 to 1000", options.loss.scale);
@@ -122,6 +123,9 @@ Result<void> validate(const ImageRegistrationOptions& options) {
   if (!(options.scale_sigma >= 0 && options.scale_sigma <= 0.1)) {
     return reject("scale_sigma", "0 to 0.1", options.scale_sigma);
   }
+  if (!(options.pressed_sigma_mm >= 0 && options.pressed_sigma_mm <= 20)) {
+    return reject("pressed_sigma_mm", "0 to 20", options.pressed_sigma_mm);
+  }
   if (const auto ok = validate(options.bootstrap); !ok) return ok.error();
   if (!(options.time_limit_s > 0)) {
     return reject("time_limit_s", "a positive number", options.time_limit_s);
@@ -130,18 +134,6 @@ Result<void> validate(const ImageRegistrationOptions& options) {
     return reject("threads", "1 to 64", options.threads);
   }
   return {};
-}
-
-const char* to_string(Similarity similarity) {
-  switch (similarity) {
-    case Similarity::kLc2:
-      return "lc2";
-    case Similarity::kNcc:
-      return "ncc";
-    case Similarity::kMutualInformation:
-      return "mi";
-  }
-  return "lc2";
 }
 
 const char* to_string(ScaleModel model) {

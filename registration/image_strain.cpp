@@ -46,8 +46,8 @@ struct Terms {
 /// Residuals as in pose_solver.cpp, with more parameters: fill_residuals().
 class StrainCost final : public ceres::CostFunction {
  public:
-  StrainCost(const Lc2Cost& cost, const Pose& start, const Point<frames::Reference>& centroid,
-             int& non_finite)
+  StrainCost(const SimilarityCost& cost, const Pose& start,
+             const Point<frames::Reference>& centroid, int& non_finite)
       : cost_(cost),
         start_(start),
         centroid_(centroid),
@@ -126,7 +126,7 @@ class StrainCost final : public ceres::CostFunction {
     fill_residuals(terms.cost, terms.gradient, terms.hessian, r, jacobian);
   }
 
-  const Lc2Cost& cost_;
+  const SimilarityCost& cost_;
   Pose start_;
   Point<frames::Reference> centroid_;
   Eigen::Vector3d centre_;
@@ -143,10 +143,10 @@ PatchSet strained(const PatchSet& patches, const ImageScale& strain) {
   return out;
 }
 
-StrainSolution solve_strain(const Lc2Cost& cost, const Pose& start,
+StrainSolution solve_strain(const SimilarityCost& cost, const Pose& start,
                             const Point<frames::Reference>& centroid, const SolveLimits& limits,
                             const std::function<bool()>& keep_going) {
-  NAV_CHECK(cost.similarity() != Similarity::kMutualInformation);
+  NAV_CHECK(cost.has_patch_terms());
   int non_finite = 0;
   Parameters delta(kSize);
   // Ceres takes ownership.

@@ -22,7 +22,7 @@ struct StrainSolution {
 /// centroid, all in mm at 60 mm. The derivatives are exact for patches that move as rigid pieces;
 /// the deformation within a patch of a centimetre (0.2 mm at 4 %) is neglected. Each strain stays
 /// within 10 %. Precondition: the similarity is kLc2 or kNcc.
-StrainSolution solve_strain(const Lc2Cost& cost, const Pose& start,
+StrainSolution solve_strain(const SimilarityCost& cost, const Pose& start,
                             const Point<frames::Reference>& centroid, const SolveLimits& limits,
                             const std::function<bool()>& keep_going);
 

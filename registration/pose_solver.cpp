@@ -16,7 +16,8 @@ namespace {
 /// Equation: R(δ)ᵀR(δ) = E(moved(start, c, δ)); 7 residuals, dimensionless; δ = [60 ω | t] mm.
 class TwistCost final : public ceres::SizedCostFunction<7, 6> {
  public:
-  TwistCost(const Lc2Cost& cost, const Pose& start, const Eigen::Vector3d& centre, int& non_finite)
+  TwistCost(const SimilarityCost& cost, const Pose& start, const Eigen::Vector3d& centre,
+            int& non_finite)
       : cost_(cost), start_(start), centre_(centre), non_finite_(non_finite) {}
 
   static Vector6d twist_of(const double* delta) {
@@ -63,7 +64,7 @@ class TwistCost final : public ceres::SizedCostFunction<7, 6> {
     fill_residuals(terms.cost, g, h, r, jacobian);
   }
 
-  const Lc2Cost& cost_;
+  const SimilarityCost& cost_;
   Pose start_;
   Eigen::Vector3d centre_;
   int& non_finite_;
@@ -76,7 +77,7 @@ class TwistCost final : public ceres::SizedCostFunction<7, 6> {
 
 }  // namespace
 
-PoseSolution solve_pose(const Lc2Cost& cost, const Pose& start,
+PoseSolution solve_pose(const SimilarityCost& cost, const Pose& start,
                         const Point<frames::Reference>& centroid, const SolveLimits& limits,
                         const std::function<bool()>& keep_going) {
   const Eigen::Vector3d centre = (start * centroid).mm;

@@ -7,7 +7,7 @@
 
 #include "registration/cost_solver.hpp"
 #include "registration/image_registration.hpp"
-#include "registration/similarity/lc2_cost.hpp"
+#include "registration/similarity/similarity_cost.hpp"
 
 namespace nav::registration {
 
@@ -51,7 +51,7 @@ inline PoseSolution solution_at(const Pose& pose, const CostSolution& found, int
 /// gradient of E/2: the residuals [Λ^{−½}Qᵀg; √(E − gᵀH⁺g)] and the Jacobian [Λ^{½}Qᵀ; 0] have the
 /// same normal equations as all samples together. keep_going: asked once per iteration; false stops
 /// the solve and sets cancelled.
-PoseSolution solve_pose(const Lc2Cost& cost, const Pose& start,
+PoseSolution solve_pose(const SimilarityCost& cost, const Pose& start,
                         const Point<frames::Reference>& centroid, const SolveLimits& limits,
                         const std::function<bool()>& keep_going);
 

@@ -39,13 +39,13 @@ std::string seen_in(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>
   const auto any = [](std::span<const std::uint8_t> pixels) {
     return std::ranges::any_of(pixels, [](std::uint8_t pixel) { return pixel != 0; });
   };
-  const auto one_grey = [](const TrackedFrame& tracked) {
+  const auto one_grey = [](const TrackedImage& tracked) {
     const auto pixels = tracked.frame.pixels.pixels();
     return std::ranges::all_of(pixels, [&](std::uint8_t grey) { return grey == pixels.front(); });
   };
   const auto usable =
       std::ranges::count_if(masks, [&](const auto& mask) { return any(mask.pixels()); });
-  const UltrasoundFrame& first = sweep.frames().front().frame;
+  const UltrasoundImage& first = sweep.frames().front().frame;
   const double patch_mm = (level.patch_side - 1) * level.sample_step_mm;
   std::ostringstream text;
   text.precision(3);

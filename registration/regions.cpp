@@ -78,13 +78,13 @@ RegionCosts costs_of(const CostsAround& around, const std::vector<std::size_t>& 
 
 /// Costs of a region with a similarity that has no terms of single patches: the cost of its patches
 /// together.
-RegionCosts costs_of_all(const CostsAround& around, const Lc2Cost& cost,
+RegionCosts costs_of_all(const CostsAround& around, const SimilarityCost& cost,
                          const std::vector<std::size_t>& members) {
   std::size_t index = 0;
   const PatchSet patches = subset(around.patches, [&](const Patch&) {
     return std::binary_search(members.begin(), members.end(), index++);
   });
-  const Lc2Cost of_region = cost.on(patches);
+  const SimilarityCost of_region = cost.on(patches);
   RegionCosts out;
   out.here = of_region.cost(around.pose).cost;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -111,7 +111,8 @@ double pull_mm(const RegionCosts& costs) {
 
 }  // namespace
 
-std::vector<RegionAgreement> region_agreement(const CostsAround& around, const Lc2Cost& cost) {
+std::vector<RegionAgreement> region_agreement(const CostsAround& around,
+                                              const SimilarityCost& cost) {
   const PatchSet& all = cost.patches();
   std::array<Region, kRegions> regions;
   const std::vector<std::size_t> region_of = regions_of(all);

@@ -39,7 +39,7 @@ CutawayPolygon<double> make_polygon(std::vector<Vec3<double>> vertices) {
   return polygon;
 }
 
-std::vector<Vec2<double>> outline_of(const UltrasoundFrame& frame) {
+std::vector<Vec2<double>> outline_of(const UltrasoundImage& frame) {
   if (!frame.outline) {
     std::vector<Vec2<double>> corners;
     const double right = frame.pixels.width() - 0.5;

@@ -10,6 +10,7 @@
 #include "nav/diagnostics.hpp"
 #include "nav/image.hpp"
 #include "nav/result.hpp"
+#include "render/interrupt.hpp"
 #include "render/scene.hpp"
 
 namespace nav::render {
@@ -53,8 +54,16 @@ class Engine {
   [[nodiscard]] virtual std::string name() const = 0;
   /// The device it runs on, for reports ("AVX-512, 2 threads", "llvmpipe (LLVM 15.0.6, 256 bits)").
   [[nodiscard]] virtual std::string device() const = 0;
-  /// Draws a scene. Rejects an invalid scene; never returns a NaN pixel.
-  virtual Result<RenderedImage> render(const Scene& scene) = 0;
+  /// Draws a scene. Rejects an invalid scene; never returns a NaN pixel. An image that is
+  /// interrupted ends with kCancelled, some milliseconds later on a processor; the images after it
+  /// are those of an engine that was never interrupted. Data that the engine keeps for later images
+  /// are completed first.
+  Result<RenderedImage> render(const Scene& scene, const Interrupt& interrupt = {}) {
+    return render_image(scene, interrupt);
+  }
+
+ private:
+  virtual Result<RenderedImage> render_image(const Scene& scene, const Interrupt& interrupt) = 0;
 };
 
 /// The instructions that the CPU engine uses. All vector instruction sets draw the same bytes; the

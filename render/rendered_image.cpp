@@ -4,8 +4,13 @@
 #include <cmath>
 
 #include "render/engine.hpp"
+#include "render/interruptible.hpp"
 
 namespace nav::render {
+
+Error interrupted_error(const std::string& engine) {
+  return {ErrorCode::kCancelled, engine + " engine: the image was interrupted"};
+}
 
 Image2d<Rgba8> to_8bit(const Image2d<RgbaF>& pixels) {
   const auto byte = [](float x) {

@@ -90,7 +90,7 @@ Result<void> check_camera(const Camera& camera) {
 
 Result<void> check_plane(const UltrasoundPlane& plane) {
   if (plane.safety.state == SafetyState::kLost) return {};  // Not drawn, so not checked.
-  const UltrasoundFrame& frame = plane.frame;
+  const UltrasoundImage& frame = plane.frame;
   if (frame.pixels.empty()) {
     return rejection("plane.frame.pixels", "an image",
                      std::to_string(frame.pixels.width()) + " x " +

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "nav/safety.hpp"
-#include "nav/ultrasound_frame.hpp"
+#include "nav/ultrasound_image.hpp"
 #include "nav/volume.hpp"
 #include "render/predicates/predicate_scene.hpp"
 #include "render/transfer/transfer_function.hpp"
@@ -60,7 +60,7 @@ Result<void> validate(const Shading& shading);
 /// The live ultrasound image inside the CT. Its state decides how it is drawn: valid and degraded
 /// show the image with a green or amber border; stale shows only a grey border; lost shows nothing.
 struct UltrasoundPlane {
-  UltrasoundFrame frame;
+  UltrasoundImage frame;
   Transform<frames::Ct, frames::Image> ct_from_image;
   double opacity = 1.0;  ///< Opacity of the whole image, (0, 1].
   Safety safety;

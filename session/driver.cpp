@@ -11,8 +11,9 @@ Driver::Driver(Session& session, const RefreshRule& rule, Session::Listener list
     : session_(session), rule_(rule) {
   NAV_CHECK(rule.every >= 1 && (!rule.period || *rule.period > Duration(0)), rule.every);
   listener_.missing = std::move(listener.missing);
+  listener_.pressed = std::move(listener.pressed);
   listener_.settled = [this,
-                       settled = std::move(listener.settled)](const tracking::PairedFrame& paired) {
+                       settled = std::move(listener.settled)](const tracking::PairedImage& paired) {
     if (settled) settled(paired);
     if (paired.tracked && paired_++ % rule_.every == 0) due_ = true;
   };

@@ -78,6 +78,7 @@ GuidanceError guidance_error(const NeedlePlan& plan,
 
   error.tip_to_target_mm =
       kInterval95 * sigma_of_length(to_target, covariance(-of_tip, -Mat3::Identity()));
+  error.tip_mm = kInterval95 * largest_sigma(covariance(of_tip, Mat3::Identity()));
   // depth = d . n, and lateral = |d - (d . n) n|.
   const Eigen::Matrix<double, 1, 6> of_depth =
       -axis.transpose() * of_tip + to_target.transpose() * of_axis;

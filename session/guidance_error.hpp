@@ -24,6 +24,8 @@ struct KnownErrors {
 /// Absent numbers: nothing is known about them.
 struct GuidanceError {
   std::optional<double> tip_to_target_mm{}, along_axis_mm{}, lateral_mm{}, angle_to_plan_rad{};
+  /// Half width for the tip's position, in the direction in which it is largest.
+  std::optional<double> tip_mm{};
   std::vector<std::string> with{};     ///< Errors that are in it.
   std::vector<std::string> without{};  ///< Errors that are not in it.
 };

@@ -11,6 +11,10 @@
 #include "devices/openigtlink/openigtlink_source.hpp"
 #include "io/recording_source.hpp"
 #include "session/arm_file.hpp"
+#include "session/device_address.hpp"
+#include "session/live_buttons.hpp"
+#include "session/live_cameras.hpp"
+#include "session/live_usb.hpp"
 #include "session/paced_source.hpp"
 #include "session/played_recording.hpp"
 #include "sim/session/simulated_session.hpp"
@@ -18,41 +22,6 @@
 
 namespace nav::session {
 namespace {
-
-struct TcpAddress {
-  std::string host;
-  std::uint16_t port = 0;
-};
-
-/// "tcp:host:port", "tcp:[::1]:port".
-std::optional<TcpAddress> tcp_address(std::string_view text) {
-  constexpr std::string_view kBegin = "tcp:";
-  if (!text.starts_with(kBegin)) return std::nullopt;
-  text.remove_prefix(kBegin.size());
-  const auto colon = text.rfind(':');
-  if (colon == std::string_view::npos) return std::nullopt;
-  std::string_view host = text.substr(0, colon);
-  const std::string_view port = text.substr(colon + 1);
-  if (host.size() > 2 && host.front() == '[' && host.back() == ']') {
-    host = host.substr(1, host.size() - 2);
-  }
-  TcpAddress address{std::string(host)};
-  const auto read = std::from_chars(port.data(), port.data() + port.size(), address.port);
-  const bool whole = read.ec == std::errc() && read.ptr == port.data() + port.size();
-  if (!whole || address.port == 0 || host.empty()) return std::nullopt;
-  return address;
-}
-
-ToolRole role_of(const std::string& body, const SourceOptions& source) {
-  const auto named = [](const std::string& given, const char* usual) {
-    return given.empty() ? std::string(usual) : given;
-  };
-  if (body == source.probe_frame) return ToolRole::kProbe;
-  if (body == named(source.reference_frame, "Reference")) return ToolRole::kReference;
-  if (body == "Stylus") return ToolRole::kStylus;
-  if (body == "Phantom") return ToolRole::kPhantom;
-  return ToolRole::kOther;
-}
 
 Result<LiveDevice> open_openigtlink(const DeviceOptions& device, const std::string& needle_body,
                                     const SourceOptions& source, const Clock& clock,
@@ -73,13 +42,6 @@ Result<LiveDevice> open_openigtlink(const DeviceOptions& device, const std::stri
   auto opened = devices::OpenIgtLinkSource::create(options, clock, diagnostics);
   if (!opened) return opened.error();
   return LiveDevice{.options = device, .source = *std::move(opened)};
-}
-
-/// "serial:/dev/ttyUSB0".
-std::optional<std::string> serial_address(std::string_view text) {
-  constexpr std::string_view kBegin = "serial:";
-  if (!text.starts_with(kBegin) || text.size() == kBegin.size()) return std::nullopt;
-  return std::string(text.substr(kBegin.size()));
 }
 
 /// A tool of an NDI tracker: empty, "port:2", "port:2.1" (second channel) or a .rom file.
@@ -123,16 +85,6 @@ Result<LiveDevice> open_ndi(const DeviceOptions& device, const std::string& need
   auto opened = devices::NdiSource::create(options, std::move(transport), clock, diagnostics);
   if (!opened) return opened.error();
   return LiveDevice{.options = device, .source = *std::move(opened)};
-}
-
-/// "can:can0".
-std::optional<std::string> can_address(std::string_view text) {
-  constexpr std::string_view kBegin = "can:";
-  constexpr std::size_t kLongestName = 15;  // IFNAMSIZ of an interface without its end.
-  if (!text.starts_with(kBegin)) return std::nullopt;
-  text.remove_prefix(kBegin.size());
-  if (text.empty() || text.size() > kLongestName) return std::nullopt;
-  return std::string(text);
 }
 
 Result<LiveDevice> open_can_arm(const DeviceOptions& device, const std::string& needle_body,
@@ -185,6 +137,10 @@ Result<LiveDevice> open_simulated(const DeviceOptions& device, const Clock& cloc
     opened.body_from_tip = session.needle()->hub_from_needle().matrix();
   }
   simulation->source.add("Image", session.frames());
+  for (const DeviceButton& button : device.buttons) {
+    simulation->source.add(button.name, *button_action_from(button.action),
+                           simulated_changes(button));
+  }
   opened.calibration = ProbeCalibration{session.probe_from_image()};
   opened.source = std::make_shared<PacedSource>(
       std::shared_ptr<Source>(simulation, &simulation->source), clock);
@@ -196,11 +152,13 @@ Result<LiveDevice> open_recording(const DeviceOptions& device, const SourceOptio
   const auto opened = open_recording_source(device.address, source, diagnostics);
   if (!opened) return opened.error();
   const std::shared_ptr<io::RecordingSource>& recording = *opened;
-  return LiveDevice{.options = device,
-                    .source = std::make_shared<PacedSource>(recording, clock),
-                    .calibration = ProbeCalibration{recording->calibration().probe_from_image},
-                    .tracks_patient = recording->form() == io::RecordingForm::kTracked &&
-                                      recording->reference_frame() != source.tracker_frame};
+  return LiveDevice{
+      .options = device,
+      .source = std::make_shared<PacedSource>(recording, clock),
+      .calibration = ProbeCalibration{.probe_from_image = recording->calibration().probe_from_image,
+                                      .doubt = recording->calibration_doubt()},
+      .tracks_patient = recording->form() == io::RecordingForm::kTracked &&
+                        recording->reference_frame() != source.tracker_frame};
 }
 
 Result<void> validate_ndi(const DeviceOptions& device, const std::string& name) {
@@ -270,6 +228,15 @@ Result<void> validate_one(const DeviceOptions& device, const std::string& name) 
       return reject("rate_hz", "1 to 1000 Hz", std::to_string(device.rate_hz));
     }
   }
+  if (is_button_device(device) || device.kind == "simulated") {
+    if (auto ok = validate_buttons(device, name); !ok) return ok;
+  }
+  if (is_camera(device)) {
+    if (auto ok = validate_camera(device, name); !ok) return ok;
+  }
+  if (is_usb_device(device)) {
+    if (auto ok = validate_usb(device, name); !ok) return ok;
+  }
   if (device.kind == "recording" && device.address.empty()) {
     return reject("address", "the file of a PLUS sequence", device.address);
   }
@@ -277,13 +244,34 @@ Result<void> validate_one(const DeviceOptions& device, const std::string& name) 
     return reject("duration_s", "more than 0 and at most 3600 s",
                   std::to_string(device.duration_s));
   }
-  for (const DeviceBody& body : device.bodies) {
+  for (std::size_t i = 0; i < device.bodies.size(); ++i) {
+    const DeviceBody& body = device.bodies[i];
     if (body.name.empty()) return reject("bodies", "a name of each body", "");
+    for (std::size_t before = 0; before < i; ++before) {
+      const DeviceBody& other = device.bodies[before];
+      if (other.name == body.name) return reject("bodies", "a name of its own for each", body.name);
+      if (!body.tool.empty() && other.tool == body.tool) {
+        return reject("bodies",
+                      "a tool of its own for each (" + other.name + ", " + body.name + ")",
+                      body.tool);
+      }
+    }
   }
   return {};
 }
 
 }  // namespace
+
+ToolRole role_of(const std::string& body, const SourceOptions& source) {
+  const auto named = [](const std::string& given, const char* usual) {
+    return given.empty() ? std::string(usual) : given;
+  };
+  if (body == source.probe_frame) return ToolRole::kProbe;
+  if (body == named(source.reference_frame, "Reference")) return ToolRole::kReference;
+  if (body == "Stylus") return ToolRole::kStylus;
+  if (body == "Phantom") return ToolRole::kPhantom;
+  return ToolRole::kOther;
+}
 
 LiveKind live_kind(const std::vector<DeviceOptions>& devices) {
   const auto has = [&](const char* kind) {
@@ -294,8 +282,9 @@ LiveKind live_kind(const std::vector<DeviceOptions>& devices) {
 }
 
 const std::vector<std::string>& device_kinds() {
-  static const std::vector<std::string> kinds{"openigtlink", "ndi", "can-arm", "simulated",
-                                              "recording"};
+  static const std::vector<std::string> kinds{
+      "openigtlink",   "ndi",      "can-arm",  "footswitch", "can-buttons", "camera-markers",
+      "frame-grabber", "polhemus", "interson", "simulated",  "recording"};
   return kinds;
 }
 
@@ -316,13 +305,16 @@ Result<void> validate(const std::vector<DeviceOptions>& devices) {
 Result<LiveDevice> open_device(const DeviceOptions& device, const std::string& needle_body,
                                const SourceOptions& source, const Clock& clock,
                                Diagnostics& diagnostics) {
-  auto opened = device.kind == "simulated" ? open_simulated(device, clock)
-                : device.kind == "ndi" ? open_ndi(device, needle_body, source, clock, diagnostics)
-                : device.kind == "can-arm"
-                    ? open_can_arm(device, needle_body, source, clock, diagnostics)
-                : device.kind == "recording"
-                    ? open_recording(device, source, clock, diagnostics)
-                    : open_openigtlink(device, needle_body, source, clock, diagnostics);
+  auto opened =
+      device.kind == "simulated" ? open_simulated(device, clock)
+      : device.kind == "ndi"     ? open_ndi(device, needle_body, source, clock, diagnostics)
+      : device.kind == "can-arm" ? open_can_arm(device, needle_body, source, clock, diagnostics)
+      : is_button_device(device) ? open_buttons(device, clock, diagnostics)
+      : is_camera(device)        ? open_camera(device, needle_body, source, clock, diagnostics)
+      : is_usb_device(device)    ? open_usb_device(device, needle_body, source, clock, diagnostics)
+      : device.kind == "recording"
+          ? open_recording(device, source, clock, diagnostics)
+          : open_openigtlink(device, needle_body, source, clock, diagnostics);
   if (!opened) return Error{opened.error().code, device.id + ": " + opened.error().message};
   return opened;
 }

@@ -26,6 +26,9 @@ struct LiveDevice {
   bool tracks_patient = true;
 };
 
+/// The part that a body plays, by the names of the session's coordinate frames.
+ToolRole role_of(const std::string& body, const SourceOptions& source);
+
 /// Kinds of devices, as in a session file.
 const std::vector<std::string>& device_kinds();
 

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "io/plus_config.hpp"
-#include "io/sequence.hpp"
 #include "io/transform_tree.hpp"
+#include "session/calibration_file.hpp"
+#include "session/live_cameras.hpp"
 
 namespace nav::session {
 namespace {
@@ -26,46 +26,40 @@ const LiveDevice* first_that_gives(const std::vector<LiveDevice>& devices, Strea
   return nullptr;
 }
 
-/// Transforms of the first frame of a PLUS sequence that do not lead to the tracker or the patient:
-/// its calibrations.
-Result<std::vector<io::CoordinateDefinition>> recorded_calibrations(const SourceOptions& options) {
-  auto reader = io::SequenceReader::open(options.plus_config);
-  if (!reader) return reader.error();
-  const auto frame = reader->frame_fields(0);
-  if (!frame) return frame.error();
-  std::vector<io::CoordinateDefinition> found;
-  for (const std::string& name : io::transform_names(*frame)) {
-    const auto frames = io::split_transform_name(name);
-    if (!frames || frames->second == options.tracker_frame || frames->second == "Reference") {
-      continue;
-    }
-    const auto value = io::transform(*frame, name);
-    if (!value) return value.error();
-    found.push_back(
-        {.from = frames->first, .to = frames->second, .to_from_from = value->to_from_from});
-  }
-  return found;
-}
-
 /// Calibrations of a configuration of PLUS, or of a sequence; absent without either.
 Result<std::optional<io::TransformTree>> calibrations_of(const SourceOptions& options) {
   if (options.plus_config.empty()) return std::optional<io::TransformTree>();
-  std::vector<io::CoordinateDefinition> definitions;
-  const auto extension = options.plus_config.extension();
-  if (extension == ".mha" || extension == ".mhd" || extension == ".nrrd") {
-    auto recorded = recorded_calibrations(options);
-    if (!recorded) return recorded.error();
-    definitions = *std::move(recorded);
-  } else {
-    auto plus = io::read_plus_config(options.plus_config);
-    if (!plus) return plus.error();
-    definitions = std::move(plus->transforms);
-  }
-  auto tree = io::TransformTree::create({}, definitions);
+  const auto calibrations = read_calibrations(options);
+  if (!calibrations) return calibrations.error();
+  auto tree = io::TransformTree::create({}, calibrations->transforms);
   if (!tree) {
     return Error{tree.error().code, options.plus_config.string() + ": " + tree.error().message};
   }
   return std::optional(*std::move(tree));
+}
+
+/// Reports each body, and the images, that several devices give: one of them is used.
+void report_several(const std::vector<LiveDevice>& devices, Diagnostics& diagnostics) {
+  const auto report = [&](StreamKind kind, ToolRole role, const std::string& key) {
+    std::vector<std::string> ids;
+    for (const LiveDevice& device : devices) {
+      const auto count =
+          std::ranges::count_if(device.source->streams(), [&](const StreamInfo& stream) {
+            return stream.kind == kind && (kind == StreamKind::kImages || stream.role == role);
+          });
+      ids.insert(ids.end(), static_cast<std::size_t>(count), device.options.id);
+    }
+    if (ids.size() < 2) return;
+    const std::string used = ids.front();
+    diagnostics.report("session", {.subject = "devices",
+                                   .key = "source of " + key,
+                                   .values = std::move(ids),
+                                   .used = used + "; what the others give of it is not used"});
+  };
+  for (const ToolRole role : {ToolRole::kProbe, ToolRole::kReference, ToolRole::kNeedle}) {
+    report(StreamKind::kPoses, role, std::string("the poses of ") + to_string(role));
+  }
+  report(StreamKind::kImages, ToolRole::kOther, "the images");
 }
 
 Result<Eigen::Matrix4d> matrix_between(const io::TransformTree& tree, const std::string& from,
@@ -172,6 +166,7 @@ Result<LiveSession> LiveSession::open(
     if (!opened) return opened.error();
     live.devices_.push_back(*std::move(opened));
   }
+  report_several(live.devices_, diagnostics);
   const LiveDevice* images = first_that_gives(live.devices_, StreamKind::kImages);
   const bool probe =
       first_that_gives(live.devices_, StreamKind::kPoses, ToolRole::kProbe) != nullptr;
@@ -207,11 +202,18 @@ Result<LiveSession> LiveSession::open(
     setup.body_from_tip = needle->body_from_tip;
   }
   if (setup.body_from_tip && setup.body_from_tip->inverse()(2, 3) > 5) {
-    diagnostics.report(Severity::kWarning, "session",
-                       options.needle_frame +
-                           ": expected +z from the hub to the tip, found the tracked body ahead of "
-                           "the tip: the needle is drawn on the wrong side");
+    diagnostics.report(
+        "session",
+        {.subject = "needle",
+         .key = "direction of " + options.needle_frame,
+         .values = {"the tracked body ahead of the tip (expected +z from the hub to the tip)"},
+         .used = "+z of the tip as the direction of the needle"});
   }
+  if (setup.body_from_tip) {
+    auto unit = io::tip_of_another_unit(*setup.body_from_tip, "the tip on its body");
+    if (unit) diagnostics.report("session", *std::move(unit));
+  }
+  if (images != nullptr) setup.image_watch = screen_watch_of(images->options);
   const LiveDevice* patient =
       first_that_gives(live.devices_, StreamKind::kPoses, ToolRole::kReference);
   if (patient != nullptr && patient->tracks_patient) {

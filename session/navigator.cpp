@@ -7,6 +7,8 @@
 #include <variant>
 #include <vector>
 
+#include "nav/cause_words.hpp"
+
 namespace nav::session {
 namespace {
 
@@ -16,11 +18,19 @@ Safety doubt_safety(PoseDoubt doubt, const std::string& body) {
   return {SafetyState::kDegraded, sentence(doubt, body)};
 }
 
+/// State of an image that repeats an older one: it is as old as that one.
+Safety repetition_safety(const TrackedImage& frame, Duration stale_after) {
+  if (!frame.repeats || frame.frame.acquired - *frame.repeats <= stale_after) {
+    return {SafetyState::kValid, ""};
+  }
+  return {SafetyState::kStale, frame.doubt};
+}
+
 constexpr Duration kUnknownPeriod = std::chrono::milliseconds(50);
 
 }  // namespace
 
-Safety tracking_safety(const TrackedFrame& frame) {
+Safety tracking_safety(const TrackedImage& frame) {
   if (frame.doubt.empty()) return {SafetyState::kValid, ""};
   return {SafetyState::kDegraded, frame.doubt};
 }
@@ -40,6 +50,7 @@ Navigator::Navigator(const std::optional<ProbeCalibration>& calibration,
       diagnostics_(diagnostics),
       pairer_(calibration, fixed_reference, options.pairing, diagnostics),
       needle_(options.pairing.gate, options.pairing.max_pose_gap, diagnostics),
+      plausibility_(diagnostics),
       fixed_reference_(std::move(fixed_reference)) {}
 
 Duration Navigator::frame_period() const {
@@ -50,7 +61,7 @@ Duration Navigator::needle_period() const {
   return options_.needle_period.value_or(pose_period_.period().value_or(kUnknownPeriod));
 }
 
-void Navigator::add_image(UltrasoundFrame image) {
+void Navigator::add_image(UltrasoundImage image) {
   ledger_.receive();
   image_period_.add(image.acquired);
   if (!options_.frame_period && image_period_.period()) {
@@ -82,6 +93,7 @@ std::optional<double> Navigator::tracker_error_mm() const {
 void Navigator::add_pose(ToolRole role, const RawPose& pose,
                          std::optional<double> tracker_error_mm) {
   tracker_errors_mm_[role] = tracker_error_mm;
+  plausibility_.add(role, pose);
   if (role == ToolRole::kProbe) {
     pairer_.add_probe_pose(pose);
   } else if (role == ToolRole::kReference) {
@@ -119,8 +131,8 @@ std::optional<Safety> Navigator::loss(bool images, ToolRole tool) const {
 }
 
 void Navigator::settle(Timestamp now, bool end_of_stream,
-                       const std::function<void(const tracking::PairedFrame&)>& listener) {
-  for (const tracking::PairedFrame& paired : pairer_.take_ready(now, end_of_stream)) {
+                       const std::function<void(const tracking::PairedImage&)>& listener) {
+  for (const tracking::PairedImage& paired : pairer_.take_ready(now, end_of_stream)) {
     if (paired.tracked) {
       if (newest_ && !newest_shown_) ledger_.supersede();
       newest_ = paired.tracked;
@@ -147,7 +159,7 @@ Safety Navigator::explained(Safety safety, bool images, ToolRole tool) const {
     }
   }
   if (why.empty() && images && !newest_rejection_.empty()) {
-    why = "images come, but are rejected: " + newest_rejection_;
+    why = "images come, but are rejected: " + words_of_cause(newest_rejection_);
   }
   if (why.empty()) return safety;
   safety.cause = why + "; " + safety.cause;
@@ -165,10 +177,11 @@ Epoch Navigator::refresh(Timestamp now) {
     epoch.frame_is_new = !newest_shown_;
     if (epoch.frame_is_new) ledger_.deliver();
     newest_shown_ = true;
-    epoch.ultrasound = compose({freshness("the ultrasound image", newest_->frame.acquired, now,
-                                          freshness_limits(frame_period())),
-                                tracking_safety(*newest_)});
-    epoch.ultrasound_until = newest_->frame.acquired + freshness_limits(frame_period()).stale_after;
+    const FreshnessLimits limits = freshness_limits(frame_period());
+    epoch.ultrasound =
+        compose({freshness("the ultrasound image", newest_->frame.acquired, now, limits),
+                 tracking_safety(*newest_), repetition_safety(*newest_, limits.stale_after)});
+    epoch.ultrasound_until = newest_->frame.acquired + limits.stale_after;
     if (placement_) {
       epoch.ct_from_image = placement_->ct_from_reference * newest_->reference_from_image;
     }
@@ -228,7 +241,7 @@ void Navigator::refresh_needle(Epoch& epoch) const {
   const auto needle = needle_.buffer().at(instant);
   if (const auto* absence = std::get_if<tracking::PoseAbsence>(&needle)) {
     epoch.needle.cause = std::string("the needle has no pose at the time of the reference: ") +
-                         tracking::to_string(*absence);
+                         words_of_cause(tracking::to_string(*absence));
     return;
   }
   const auto& tracker_from_needle = std::get<tracking::PoseAt<frames::Needle>>(needle);
@@ -238,7 +251,7 @@ void Navigator::refresh_needle(Epoch& epoch) const {
     if (const auto* absence = std::get_if<tracking::PoseAbsence>(&reference)) {
       epoch.needle.cause =
           std::string("the patient reference has no pose at the time of the needle: ") +
-          tracking::to_string(*absence);
+          words_of_cause(tracking::to_string(*absence));
       return;
     }
     const auto& tracker_from_reference = std::get<tracking::PoseAt<frames::Reference>>(reference);

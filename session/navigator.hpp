@@ -12,8 +12,9 @@
 #include "nav/safety.hpp"
 #include "nav/sample.hpp"
 #include "nav/sweep.hpp"
-#include "tracking/frame_pairer.hpp"
+#include "tracking/image_pairer.hpp"
 #include "tracking/period_estimator.hpp"
+#include "tracking/pose_plausibility.hpp"
 #include "tracking/stream_ledger.hpp"
 
 namespace nav::session {
@@ -27,7 +28,7 @@ struct CtPlacement {
 /// Everything that one display refresh shows: all its views and numbers come from here.
 struct Epoch {
   Timestamp now;
-  std::optional<TrackedFrame> frame;  ///< The newest paired image, however old.
+  std::optional<TrackedImage> frame;  ///< The newest paired image, however old.
   bool frame_is_new = false;          ///< True in the first refresh that has this image.
   Safety ultrasound;                  ///< Freshness and tracking of the image.
   Safety placement;                   ///< State of the CT's pose.
@@ -48,7 +49,7 @@ struct Epoch {
 };
 
 /// State of a tracked image apart from its age.
-Safety tracking_safety(const TrackedFrame& frame);
+Safety tracking_safety(const TrackedImage& frame);
 /// The epoch when no more samples come: live inputs become stale, lost inputs stay lost, and
 /// numbers are withdrawn.
 Epoch ended(Epoch epoch, const std::string& cause);
@@ -71,7 +72,7 @@ class Navigator {
             const NavigatorOptions& options, Diagnostics& diagnostics);
 
   /// Samples in order of arrival.
-  void add_image(UltrasoundFrame image);
+  void add_image(UltrasoundImage image);
   /// Role: kProbe, kReference or kNeedle; poses of other tools are of no use here.
   /// tracker_error_mm: the tracker's own figure of the error of this pose; absent: it gives none.
   void add_pose(ToolRole role, const RawPose& pose,
@@ -97,7 +98,7 @@ class Navigator {
   /// Pairs the images that can be paired by now. Every settled image goes to the listener, in
   /// order.
   void settle(Timestamp now, bool end_of_stream,
-              const std::function<void(const tracking::PairedFrame&)>& listener);
+              const std::function<void(const tracking::PairedImage&)>& listener);
   /// One display refresh. A new image counts as delivered; images between two refreshes count as
   /// superseded.
   Epoch refresh(Timestamp now);
@@ -133,8 +134,9 @@ class Navigator {
 
   NavigatorOptions options_;
   Diagnostics& diagnostics_;
-  tracking::FramePairer pairer_;
+  tracking::ImagePairer pairer_;
   tracking::ToolPoses<frames::Needle> needle_;
+  tracking::PosePlausibility plausibility_;
   tracking::PeriodEstimator image_period_, pose_period_;
   std::optional<Transform<frames::Reference, frames::Tracker>> fixed_reference_;
   tracking::StreamLedger ledger_;
@@ -144,7 +146,7 @@ class Navigator {
   std::map<ToolRole, std::optional<double>> tracker_errors_mm_;  ///< Figures of the newest poses.
   std::string newest_rejection_;  ///< Cause, while the newest image was rejected.
   std::map<ToolRole, std::string> poses_lost_;
-  std::optional<TrackedFrame> newest_;
+  std::optional<TrackedImage> newest_;
   bool newest_shown_ = false;
   std::optional<CtPlacement> placement_;
   std::optional<NeedlePlan> plan_;

@@ -20,7 +20,7 @@ bool agree(const SectorOutline& a, const SectorOutline& b) {
 
 }  // namespace
 
-void OutlineEstimator::add(const UltrasoundFrame& image) {
+void OutlineEstimator::add(const UltrasoundImage& image) {
   if (image.pixels.width() != width_ || image.pixels.height() != height_) {
     *this = {};
     width_ = image.pixels.width();
@@ -28,7 +28,7 @@ void OutlineEstimator::add(const UltrasoundFrame& image) {
   }
   if (decided_after_ || image.pixels.empty()) return;
   // Only the pixels count here: equal poses and increasing times make a sweep of them.
-  UltrasoundFrame kept = image;
+  UltrasoundImage kept = image;
   kept.acquired = Timestamp(std::chrono::milliseconds(images_.size()));
   images_.push_back({std::move(kept),
                      Transform<frames::Reference, frames::Image>(Eigen::Quaterniond::Identity(),

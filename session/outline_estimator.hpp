@@ -16,7 +16,7 @@ namespace nav::session {
 /// linear probe have no sector. Not thread-safe.
 class OutlineEstimator {
  public:
-  void add(const UltrasoundFrame& image);
+  void add(const UltrasoundImage& image);
   [[nodiscard]] const std::optional<SectorOutline>& outline() const { return outline_; }
   /// Images that the decision took; absent while it is open.
   [[nodiscard]] std::optional<std::size_t> decided_after() const { return decided_after_; }
@@ -24,7 +24,7 @@ class OutlineEstimator {
  private:
   void estimate();
 
-  std::vector<TrackedFrame> images_;  ///< All images until the decision.
+  std::vector<TrackedImage> images_;  ///< All images until the decision.
   std::size_t next_ = kFirst;
   std::optional<SectorOutline> previous_, outline_;
   std::optional<std::size_t> decided_after_;

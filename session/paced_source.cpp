@@ -86,8 +86,9 @@ Result<Sample> PacedSource::next(Deadline deadline) {
     timed.acquired += *shift_;
     timed.received = sample.received;
   };
-  if (auto* image = std::get_if<UltrasoundFrame>(&sample.what)) move_along(*image);
+  if (auto* image = std::get_if<UltrasoundImage>(&sample.what)) move_along(*image);
   if (auto* pose = std::get_if<PoseSample>(&sample.what)) move_along(pose->pose);
+  if (auto* button = std::get_if<ButtonSample>(&sample.what)) button->acquired += *shift_;
   return sample;
 }
 

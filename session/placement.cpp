@@ -120,7 +120,7 @@ Result<Placement> place_ct(const PlacementOptions& options, const Volume& ct,
   return place_sweep(options, *given, ct, sweep, recording);
 }
 
-void OutsideWatch::add(const Volume& ct, const CtPlacement& placement, const TrackedFrame& image) {
+void OutsideWatch::add(const Volume& ct, const CtPlacement& placement, const TrackedImage& image) {
   if (nearest_mm_ && *nearest_mm_ <= 0) return;
   const SweepSurvey sweep = survey_of(image);
   const double mm = nearest_of(ct, sweep, placement.ct_from_reference);

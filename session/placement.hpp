@@ -58,7 +58,7 @@ Result<Placement> place_ct(const PlacementOptions& options, const Volume& ct,
 /// Tells how far images stay outside the CT, from the images so far. Not thread-safe.
 class OutsideWatch {
  public:
-  void add(const Volume& ct, const CtPlacement& placement, const TrackedFrame& image);
+  void add(const Volume& ct, const CtPlacement& placement, const TrackedImage& image);
   /// One sentence with the distance of the nearest image while none has met the CT; else empty.
   [[nodiscard]] std::string warning() const;
 

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "io/mcap/device_recording.hpp"
-#include "io/plus_config.hpp"
 #include "io/recording_source.hpp"
 #include "io/sequence.hpp"
+#include "session/calibration_file.hpp"
 #include "session/live_session.hpp"
 #include "session/recorded_setup.hpp"
 
@@ -27,15 +27,17 @@ class SequenceRecording final : public PlayedRecording {
   }
   [[nodiscard]] SessionSetup setup() const override {
     SessionSetup setup;
-    setup.calibration = ProbeCalibration{source_->calibration().probe_from_image};
+    setup.calibration =
+        ProbeCalibration{.probe_from_image = source_->calibration().probe_from_image,
+                         .doubt = source_->calibration_doubt()};
     setup.navigator.pairing.temporal_offset = from_seconds(options_.temporal_offset_ms * 1e-3);
     if (source_->form() != io::RecordingForm::kTracked || reference_frame().empty()) {
       setup.fixed_reference.emplace(Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero());
     }
     return setup;
   }
-  [[nodiscard]] std::int64_t total_frames() const override { return source_->total_frames(); }
-  [[nodiscard]] FramesRead read() const override {
+  [[nodiscard]] std::int64_t total_images() const override { return source_->total_images(); }
+  [[nodiscard]] ImagesRead read() const override {
     return {.frames = source_->frames_read(),
             .first_time = source_->first_time(),
             .last_time = source_->last_time(),
@@ -62,9 +64,12 @@ class SequenceRecording final : public PlayedRecording {
 /// One device of a recording; counts its images as they are read.
 class CountedSource final : public Source {
  public:
-  CountedSource(std::unique_ptr<io::mcap::RecordedDeviceSource> source, FramesRead& read,
-                Diagnostics& diagnostics)
-      : source_(std::move(source)), read_(read), diagnostics_(diagnostics) {}
+  CountedSource(std::unique_ptr<io::mcap::RecordedDeviceSource> source, std::string file,
+                ImagesRead& read, Diagnostics& diagnostics)
+      : source_(std::move(source)),
+        file_(std::move(file)),
+        read_(read),
+        diagnostics_(diagnostics) {}
 
   [[nodiscard]] const std::vector<StreamInfo>& streams() const override {
     return source_->streams();
@@ -73,7 +78,7 @@ class CountedSource final : public Source {
     auto sample = source_->next(deadline);
     if (!sample) {
       if (sample.error().code == ErrorCode::kEndOfStream && !source_->damage().empty()) {
-        diagnostics_.report(Severity::kWarning, "recording", source_->damage());
+        diagnostics_.report("recording", damage_finding(file_, {source_->damage()}));
       }
       return sample;
     }
@@ -88,7 +93,8 @@ class CountedSource final : public Source {
 
  private:
   std::unique_ptr<io::mcap::RecordedDeviceSource> source_;
-  FramesRead& read_;
+  std::string file_;
+  ImagesRead& read_;
   Diagnostics& diagnostics_;
 };
 
@@ -109,12 +115,13 @@ class DevicesRecording final : public PlayedRecording {
     for (std::size_t i = 0; i < recording_.devices().size(); ++i) {
       auto source = recording_.source(i);
       if (!source) return source.error();
-      sources.push_back(std::make_shared<CountedSource>(*std::move(source), read_, diagnostics_));
+      sources.push_back(std::make_shared<CountedSource>(*std::move(source), recording_.name(),
+                                                        read_, diagnostics_));
     }
     return sources;
   }
   [[nodiscard]] SessionSetup setup() const override { return setup_; }
-  [[nodiscard]] std::int64_t total_frames() const override {
+  [[nodiscard]] std::int64_t total_images() const override {
     std::uint64_t images = 0;
     for (const auto& device : recording_.devices()) {
       for (std::size_t i = 0; i < device.streams.size(); ++i) {
@@ -123,7 +130,7 @@ class DevicesRecording final : public PlayedRecording {
     }
     return static_cast<std::int64_t>(images);
   }
-  [[nodiscard]] FramesRead read() const override { return read_; }
+  [[nodiscard]] ImagesRead read() const override { return read_; }
   [[nodiscard]] std::string reference_frame() const override { return reference_frame_; }
   [[nodiscard]] bool has_needle() const override {
     for (const auto& device : recording_.devices()) {
@@ -141,7 +148,7 @@ class DevicesRecording final : public PlayedRecording {
   SessionSetup setup_;
   std::string reference_frame_, description_;
   Diagnostics& diagnostics_;
-  FramesRead read_;
+  ImagesRead read_;
 };
 
 Result<std::unique_ptr<PlayedRecording>> open_sequence(const SourceOptions& options,
@@ -154,12 +161,18 @@ Result<std::unique_ptr<PlayedRecording>> open_sequence(const SourceOptions& opti
 
 Result<std::unique_ptr<PlayedRecording>> open_devices(const SourceOptions& options,
                                                       Diagnostics& diagnostics) {
+  std::error_code ignored;
+  if (std::filesystem::is_fifo(options.recording, ignored)) {
+    return Error{ErrorCode::kIo, options.recording.string() +
+                                     ": expected a file, because a recording of devices is read "
+                                     "through its index at the end, found a pipe (store it first)"};
+  }
   auto recording = io::mcap::DeviceRecording::open(options.recording);
   if (!recording) return recording.error();
-  for (const std::string& warning : recording->warnings()) {
-    diagnostics.report(Severity::kWarning, "recording", warning);
-  }
   const std::string name = recording->name();
+  if (!recording->warnings().empty()) {
+    diagnostics.report("recording", damage_finding(name, recording->warnings()));
+  }
   std::map<std::string, std::string> facts;
   for (const auto& metadata : recording->metadata()) {
     if (metadata.name == kSetupMetadata) facts = metadata.values;
@@ -201,6 +214,18 @@ Result<std::unique_ptr<PlayedRecording>> open_devices(const SourceOptions& optio
 
 }  // namespace
 
+Finding damage_finding(const std::string& recording, const std::vector<std::string>& damage) {
+  std::string all;
+  for (const std::string& sentence : damage) {
+    const bool names = sentence.starts_with(recording + ": ");
+    all += (all.empty() ? "" : "; ") + (names ? sentence.substr(recording.size() + 2) : sentence);
+  }
+  return {.subject = recording,
+          .key = "data of the recording",
+          .values = {std::move(all)},
+          .used = "what can be read"};
+}
+
 Result<std::unique_ptr<PlayedRecording>> PlayedRecording::open(const SourceOptions& options,
                                                                Diagnostics& diagnostics) {
   return is_device_recording(options.recording) ? open_devices(options, diagnostics)
@@ -211,7 +236,7 @@ Result<std::shared_ptr<io::RecordingSource>> open_recording_source(
     const std::filesystem::path& sequence, const SourceOptions& options, Diagnostics& diagnostics) {
   std::optional<io::PlusConfig> plus;
   if (!options.plus_config.empty()) {
-    auto read = io::read_plus_config(options.plus_config);
+    auto read = read_calibrations(options);
     if (!read) return read.error();
     plus = std::move(*read);
   }

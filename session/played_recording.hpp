@@ -21,7 +21,7 @@ class RecordingSource;
 namespace nav::session {
 
 /// Counts of the frames that were read so far.
-struct FramesRead {
+struct ImagesRead {
   std::int64_t frames = 0;
   /// Earliest and latest stamp; absent while no frame has one.
   std::optional<Timestamp> first_time = std::nullopt, last_time = std::nullopt;
@@ -44,8 +44,8 @@ class PlayedRecording {
   /// Calibration, fixed reference and temporal offset of the session.
   [[nodiscard]] virtual SessionSetup setup() const = 0;
   /// Frames that the file declares.
-  [[nodiscard]] virtual std::int64_t total_frames() const = 0;
-  [[nodiscard]] virtual FramesRead read() const = 0;
+  [[nodiscard]] virtual std::int64_t total_images() const = 0;
+  [[nodiscard]] virtual ImagesRead read() const = 0;
   /// Name of the patient's frame; empty: the tracker's, because nothing tracks the patient.
   [[nodiscard]] virtual std::string reference_frame() const = 0;
   /// True when it tracks a needle that is drawn.
@@ -60,6 +60,10 @@ class PlayedRecording {
 /// \p diagnostics must outlive it.
 Result<std::shared_ptr<io::RecordingSource>> open_recording_source(
     const std::filesystem::path& sequence, const SourceOptions& options, Diagnostics& diagnostics);
+
+/// The finding about damage of a recording of devices. \p damage: sentences of its reader, at least
+/// one.
+Finding damage_finding(const std::string& recording, const std::vector<std::string>& damage);
 
 /// True for a recording of devices by its name.
 bool is_device_recording(const std::filesystem::path& path);

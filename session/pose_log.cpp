@@ -29,13 +29,13 @@ PoseLog::PoseLog()
     : text_(
           "sequence,acquired_ns,received_ns,outcome,pose_gap_ns,tx_mm,ty_mm,tz_mm,qx,qy,qz,qw\n") {}
 
-void PoseLog::add(const tracking::PairedFrame& frame) {
+void PoseLog::add(const tracking::PairedImage& frame) {
   text_ += std::to_string(frame.sequence) + ',';
   if (!frame.tracked) {
     text_ += ",," + frame.cause + ",,,,,,,,\n";
     return;
   }
-  const TrackedFrame& tracked = *frame.tracked;
+  const TrackedImage& tracked = *frame.tracked;
   text_ += std::to_string(tracked.frame.acquired.time_since_epoch().count()) + ',' +
            std::to_string(tracked.frame.received.time_since_epoch().count()) + ',' +
            (!tracked.doubt.empty() ? "degraded," : "paired,") +

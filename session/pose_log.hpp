@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "tracking/frame_pairer.hpp"
+#include "tracking/image_pairer.hpp"
 
 namespace nav::session {
 
@@ -20,7 +20,7 @@ std::string pose_columns(const Eigen::Vector3d& translation_mm, const Eigen::Qua
 class PoseLog {
  public:
   PoseLog();
-  void add(const tracking::PairedFrame& frame);
+  void add(const tracking::PairedImage& frame);
   /// An image that the source could not deliver.
   void add_missing(std::uint64_t sequence, const std::string& cause);
   [[nodiscard]] const std::string& text() const { return text_; }

@@ -105,12 +105,22 @@ std::optional<SectorOutline> sector_of(const SweepSurvey& sweep) {
   return registration::sector_of(*some);
 }
 
+std::optional<Finding> bad_frames_finding(const RecordedSession& session) {
+  if (session.bad_frames() == 0) return std::nullopt;
+  return Finding{.subject = session.name(),
+                 .key = "frames",
+                 .values = {std::to_string(session.bad_frames()) + " of " +
+                            std::to_string(session.total_images()) +
+                            " that are bad, the first: " + session.first_bad_frame()},
+                 .used = "the others"};
+}
+
 Result<void> check_frames(const RecordedSession& session, bool skip_bad_frames) {
   if (session.bad_frames() == 0 || skip_bad_frames) return {};
   return Error{ErrorCode::kMalformedData,
                session.name() + ": " + session.first_bad_frame() + " (" +
                    std::to_string(session.bad_frames()) + " of " +
-                   std::to_string(session.total_frames()) +
+                   std::to_string(session.total_images()) +
                    " frames are bad; --skip-bad-frames plays the others)"};
 }
 
@@ -141,7 +151,7 @@ std::string moved_past_poses(const RecordedSession& session) {
   const double least_ms = std::max(most_ms - kMs * to_seconds(session.length()), 0.0);
   std::ostringstream text;
   text << "by --temporal-offset-ms " << kMs * to_seconds(offset) << ", " << moved << " of "
-       << session.total_frames() << " images lie "
+       << session.total_images() << " images lie "
        << (before ? "before the first pose" : "after the last pose") << ", by " << least_ms
        << " to " << most_ms << " ms";
   return text.str();
@@ -150,14 +160,14 @@ std::string moved_past_poses(const RecordedSession& session) {
 /// SweepSurvey::warning of a session that was played.
 std::string warning_of_moved(const RecordedSession& session) {
   constexpr double kMostShare = 0.1;
-  const auto frames = static_cast<double>(session.total_frames());
+  const auto frames = static_cast<double>(session.total_images());
   if (!(static_cast<double>(count_moved(session)) > kMostShare * frames)) return "";
   return "images without a pose: " + moved_past_poses(session);
 }
 
 }  // namespace
 
-RecordingRead recording_read(const RecordedSession& session, const UltrasoundFrame& image) {
+RecordingRead recording_read(const RecordedSession& session, const UltrasoundImage& image) {
   constexpr double kMs = 1e3;
   const double right = image.pixels.width() - 1;
   const double bottom = image.pixels.height() - 1;
@@ -172,7 +182,7 @@ RecordingRead recording_read(const RecordedSession& session, const UltrasoundFra
 
 namespace {
 
-void add_to(SweepSurvey& sweep, const TrackedFrame& image, std::size_t stride) {
+void add_to(SweepSurvey& sweep, const TrackedImage& image, std::size_t stride) {
   const auto& pixels = image.frame.pixels;
   const auto centre = image.frame.grid.at(0.5 * (pixels.width() - 1), 0.5 * (pixels.height() - 1));
   const Eigen::Matrix3d axes = image.reference_from_image.rotation().toRotationMatrix();
@@ -194,7 +204,7 @@ void add_to(SweepSurvey& sweep, const TrackedFrame& image, std::size_t stride) {
 Error nothing_paired(const RecordedSession& session) {
   std::string message = session.name() +
                         ": expected at least one image with a pose, found none of " +
-                        std::to_string(session.total_frames()) + " frames usable";
+                        std::to_string(session.total_images()) + " frames usable";
   const std::string moved = moved_past_poses(session);
   if (!moved.empty()) return {ErrorCode::kMalformedData, message + ": " + moved};
   message += "; the first: " + (session.first_rejection().empty() ? "there are no frames"
@@ -204,7 +214,7 @@ Error nothing_paired(const RecordedSession& session) {
   return {ErrorCode::kMalformedData, message};
 }
 
-SweepSurvey survey_of(const TrackedFrame& image) {
+SweepSurvey survey_of(const TrackedImage& image) {
   SweepSurvey sweep;
   add_to(sweep, image, 1);
   return sweep;
@@ -213,18 +223,18 @@ SweepSurvey survey_of(const TrackedFrame& image) {
 Result<SweepSurvey> survey(RecordedSession& session, bool skip_bad_frames) {
   constexpr std::int64_t kSpread = 60;
   const auto stride =
-      static_cast<std::size_t>(std::max<std::int64_t>(1, session.total_frames() / kSpread));
+      static_cast<std::size_t>(std::max<std::int64_t>(1, session.total_images() / kSpread));
   if (const auto whole = session.check_complete(); !whole) return whole.error();
   SweepSurvey found;
   Session::Listener listener;
-  listener.settled = [&](const tracking::PairedFrame& paired) {
+  listener.settled = [&](const tracking::PairedImage& paired) {
     if (paired.tracked) add_to(found, *paired.tracked, stride);
   };
   if (const auto played = session.play(listener); !played) return played.error();
   if (found.paired == 0) return nothing_paired(session);
   if (const auto ok = check_frames(session, skip_bad_frames); !ok) return ok.error();
   found.recording = recording_read(session, found.spread.front().frame);
-  found.recording.frames = session.total_frames();
+  found.recording.frames = session.total_images();
   found.recording.last_s = to_seconds(*session.last_time());
   found.warning = warning_of_moved(session);
   found.centroid.mm /= static_cast<double>(found.paired);

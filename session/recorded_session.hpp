@@ -53,7 +53,7 @@ class RecordedSession {
   /// True when it tracks a needle that is drawn.
   [[nodiscard]] bool has_needle() const { return recording_->has_needle(); }
   /// Frames that the header declares.
-  [[nodiscard]] std::int64_t total_frames() const { return recording_->total_frames(); }
+  [[nodiscard]] std::int64_t total_images() const { return recording_->total_images(); }
   /// Time from the first to the last stamp of the frames read so far.
   [[nodiscard]] Duration length() const {
     return first_time() ? *last_time() - *first_time() : Duration(0);
@@ -107,6 +107,9 @@ class RecordedSession {
   std::unique_ptr<Session> session_;
 };
 
+/// A finding about the bad frames of a recording that was played; absent without any.
+std::optional<Finding> bad_frames_finding(const RecordedSession& session);
+
 /// Facts of a sweep; only some of its images are kept.
 struct SweepSurvey {
   RecordingRead recording;  ///< Set for a whole recording only.
@@ -115,14 +118,14 @@ struct SweepSurvey {
   Eigen::Vector3d lateral = Eigen::Vector3d::Zero();  ///< Sum of the images' x axes, Reference.
   Eigen::Vector3d deep = Eigen::Vector3d::Zero();     ///< Sum of their y axes, Reference.
   double image_extent_mm = 0;                         ///< Diagonal of the last image.
-  std::vector<TrackedFrame> spread;                   ///< About 60 images, evenly over the sweep.
+  std::vector<TrackedImage> spread;                   ///< About 60 images, evenly over the sweep.
   std::vector<Point<frames::Reference>> corners;      ///< Corners of all images, four each.
   /// One sentence if the temporal offset left more than a tenth of the images without a pose; else
   /// empty.
   std::string warning;
 };
 /// The survey of a sweep that consists of one image so far.
-SweepSurvey survey_of(const TrackedFrame& image);
+SweepSurvey survey_of(const TrackedImage& image);
 /// The sector that the images show; absent if they bring an outline, come from a linear probe, or
 /// have several sizes.
 std::optional<SectorOutline> sector_of(const SweepSurvey& sweep);
@@ -131,7 +134,7 @@ std::optional<SectorOutline> sector_of(const SweepSurvey& sweep);
 std::optional<Eigen::Matrix3d> mean_axes(const SweepSurvey& sweep);
 /// The recording and how it is read, as far as it is known before its end: without the number of
 /// frames and the last stamp. \p image: any of its images.
-RecordingRead recording_read(const RecordedSession& session, const UltrasoundFrame& image);
+RecordingRead recording_read(const RecordedSession& session, const UltrasoundImage& image);
 /// The error of a recording of which no image could be paired, with the causes.
 Error nothing_paired(const RecordedSession& session);
 /// Rejects a recording with bad frames unless they are to be skipped.

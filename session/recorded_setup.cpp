@@ -18,13 +18,14 @@ constexpr const char* kProbeFromPixels = "probe_from_pixels_mm";
 constexpr const char* kBodyFromTip = "needle_body_from_tip_mm";
 constexpr const char* kFixedReference = "reference_from_tracker";
 constexpr const char* kTemporalOffset = "temporal_offset_ns";
+constexpr const char* kScreenWatch = "screen_watch";
 
 template <class Numbers>
 std::string text_of(const Numbers& numbers) {
   std::ostringstream text;
   text.imbue(std::locale::classic());
   text.precision(std::numeric_limits<double>::max_digits10);
-  for (const double number : numbers) text << (text.tellp() > 0 ? " " : "") << number;
+  for (const auto number : numbers) text << (text.tellp() > 0 ? " " : "") << number;
   return text.str();
 }
 
@@ -72,6 +73,12 @@ std::map<std::string, std::string> facts_of(const SessionSetup& setup) {
   if (setup.probe_from_pixels) facts[kProbeFromPixels] = text_of_matrix(*setup.probe_from_pixels);
   if (setup.body_from_tip) facts[kBodyFromTip] = text_of_matrix(*setup.body_from_tip);
   if (setup.fixed_reference) facts[kFixedReference] = text_of_transform(*setup.fixed_reference);
+  if (setup.image_watch) {
+    facts[kScreenWatch] = "sector";
+    if (const auto& d = setup.image_watch->depth_display) {
+      facts[kScreenWatch] = text_of(std::array{d->left, d->top, d->width, d->height});
+    }
+  }
   facts[kTemporalOffset] = std::to_string(setup.navigator.pairing.temporal_offset.count());
   return facts;
 }
@@ -90,6 +97,17 @@ Result<SessionSetup> setup_from(const Facts& facts, const std::string& name) {
       if (auto ok = tracking::validate(setup.navigator.pairing); !ok) {
         return bad(key, ok.error().message);
       }
+      continue;
+    }
+    if (key == kScreenWatch) {
+      setup.image_watch.emplace();
+      if (text == "sector") continue;
+      const auto numbers = numbers_from<4>(text);
+      const auto area = numbers ? screen_area({numbers->begin(), numbers->end()}) : std::nullopt;
+      if (!area) {
+        return bad(key, "expected 'sector' or left, top, width and height, found '" + text + "'");
+      }
+      setup.image_watch->depth_display = area;
       continue;
     }
     const auto no_transform = [&] {

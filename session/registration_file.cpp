@@ -9,6 +9,7 @@
 #include "io/digest.hpp"
 #include "io/json_member.hpp"
 #include "nav/positions.hpp"
+#include "registration/acceptance.hpp"
 
 namespace nav::session {
 
@@ -41,7 +42,7 @@ namespace {
 
 /// JSON as text for a message, shortened.
 std::string json_excerpt(const io::Json& json) {
-  constexpr std::size_t kMost = 400;
+  constexpr std::size_t kMost = 300;
   std::string text = json.dump(-1, ' ', false, io::Json::error_handler_t::replace);
   if (text.size() > kMost) text = text.substr(0, kMost) + "…";
   return text;
@@ -156,6 +157,64 @@ Result<std::optional<registration::PoseUncertainty>> uncertainty_of(const io::Js
   return Found(read);
 }
 
+/// Rejects an accepted registration beside which the file says that it was refused.
+Result<void> check_other_verdicts(const io::Json& json, const std::string& file) {
+  const io::Json& registration = json.at("registration");
+  const auto reject = [&](const char* key, const io::Json& other) {
+    return Error{ErrorCode::kMalformedData,
+                 file + ": expected " + key + " and registration." + key + " to agree, found " +
+                     json_excerpt(json.at(key)) + " and " + json_excerpt(other)};
+  };
+  if (json.contains("accepted") && json.at("accepted") != true) {
+    return reject("accepted", registration.at("accepted"));
+  }
+  const io::Json verdict = registration.value("verdict", io::Json());
+  const bool named = json.contains("verdict") && !json.at("verdict").is_null();
+  const bool unknown = named && json.at("verdict") != "accept" && json.at("verdict") != "warn";
+  if (unknown || (named && !verdict.is_null() && json.at("verdict") != verdict)) {
+    return reject("verdict", verdict);
+  }
+  return {};
+}
+
+/// Rejects an accepted registration with a number that no registration is accepted with.
+Result<void> check_limits(const io::Json& json, const std::string& file) {
+  // A number that was written and read again may differ in its last digit.
+  constexpr double kRounding = 1e-6;
+  const io::Json& registration = json.at("registration");
+  const auto check = [&](const std::string& key, const io::Json& found,
+                         double limit) -> Result<void> {
+    if (found.is_number() && found.get<double>() <= limit * (1 + kRounding)) return {};
+    std::ostringstream most;
+    most << limit;
+    return Error{ErrorCode::kMalformedData,
+                 file + ": expected an accepted registration with registration." + key +
+                     " of at most " + most.str() + ", found " + json_excerpt(found)};
+  };
+  const registration::LandmarkLimits landmarks;
+  const registration::AcceptanceLimits images;
+  std::vector<std::pair<const char*, double>> limits{
+      {"predicted_target_error_rms_mm", images.max_tre_rms_mm},
+      {"target_error_rms_mm", landmarks.max_tre_rms_mm},
+      {"fre_rms_mm", landmarks.max_fre_rms_mm}};
+  if (json.value("effort", io::Json()) == "usual") {
+    limits.emplace_back("error_probability", images.max_error_probability);
+  }
+  for (const auto& [key, limit] : limits) {
+    if (!registration.contains(key)) continue;
+    if (auto ok = check(key, registration.at(key), limit); !ok) return ok;
+  }
+  // A number beside its own limit.
+  for (const auto& [key, part] : registration.items()) {
+    if (!part.is_object() || !part.contains("apart_mm") || !part.contains("limit_mm")) continue;
+    const io::Json& limit = part.at("limit_mm");
+    if (!limit.is_number()) continue;
+    const auto ok = check(key + ".apart_mm", part.at("apart_mm"), limit.get<double>());
+    if (!ok) return ok;
+  }
+  return {};
+}
+
 /// Rejects an accepted registration with entries that only a refused one has.
 Result<void> check_accepted(const io::Json& registration, const std::string& file) {
   const auto reject = [&](const std::string& expected, const io::Json& found) {
@@ -194,11 +253,11 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path) {
   if (!parsed) return parsed.error();
   const io::Json& json = *parsed;
   if (!json.is_object()) {
-    return reject("the JSON of 'sonde register'", std::string("a ") + json.type_name());
+    return reject("the JSON object of 'sonde register'", json_excerpt(json));
   }
   const io::Json verb = json.value("verb", io::Json("register"));
   if (verb != "register") {
-    return reject("the JSON of 'sonde register'", "that of " + json_excerpt(verb));
+    return reject("the JSON of 'sonde register' in verb", json_excerpt(verb));
   }
   const auto found = json.find("registration");
   if (found == json.end() || !found->is_object()) {
@@ -212,6 +271,8 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path) {
     return Error{ErrorCode::kRefused, path.string() + ": this registration was not accepted"};
   }
   if (const auto ok = check_accepted(registration, path.string()); !ok) return ok.error();
+  if (const auto ok = check_other_verdicts(json, path.string()); !ok) return ok.error();
+  if (const auto ok = check_limits(json, path.string()); !ok) return ok.error();
   auto warnings = warnings_of(registration, path.string());
   if (!warnings) return warnings.error();
   const io::Json deformable = json.value("deformable", io::Json());
@@ -235,7 +296,10 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path) {
     matrix(static_cast<int>(i / 4), static_cast<int>(i % 4)) = numbers[i].get<double>();
   }
   auto rigid = rigid_from_matrix<frames::Ct, frames::Reference>(matrix);
-  if (!rigid) return Error{rigid.error().code, path.string() + ": " + rigid.error().message};
+  if (!rigid) {
+    return Error{rigid.error().code,
+                 path.string() + ": registration.ct_from_reference_mm: " + rigid.error().message};
+  }
   if (!is_place(rigid->translation_mm())) {
     return reject("a translation within 1e7 mm in registration.ct_from_reference_mm",
                   json_excerpt(io::Json{numbers[3], numbers[7], numbers[11]}));
@@ -283,8 +347,9 @@ Result<ReadRegistration> read_registration(const std::filesystem::path& path, co
   // Landmarks alone do not know the name of the frame that they were touched in.
   const io::Json frame = json.value("reference_frame", io::Json());
   if (!frame.is_null() && frame != use.reference_frame) {
-    return reject("a registration to the patient's frame " + use.reference_frame,
-                  "one to " + json_excerpt(frame));
+    return reject(
+        "a registration to the patient's frame " + use.reference_frame + " in reference_frame",
+        json_excerpt(frame));
   }
   return read;
 }

@@ -64,11 +64,12 @@ std::vector<Finding> findings_of(const ReadRegistration& registration,
 
 /// Reads the JSON that 'sonde register' wrote. Rejects a file that is not one, a registration that
 /// was not accepted, one of another CT or frame, one that contradicts itself (a verdict that is
-/// unknown or contradicts `accepted`, entries in `reasons`, a refused pose, a damaged recording or
-/// covariance),
-/// and a matrix that is not rigid; one with the breath, whose pose is that of rest, unless the CT
-/// follows. A file without a verdict has no warnings, one without a recording (of landmarks, or
-/// older) is of any. Computes the digest of the CT, which takes a while.
+/// unknown or contradicts `accepted`, another verdict beside the registration, entries in
+/// `reasons`, a refused pose, an error beyond the limits of registration::AcceptanceLimits or
+/// beyond a limit in the file, a damaged recording or covariance), and a matrix that is not rigid;
+/// one with the breath, whose pose is that of rest, unless the CT follows. A file without a verdict
+/// has no warnings, one without a recording (of landmarks, or older) is of any. Computes the digest
+/// of the CT, which takes a while.
 Result<ReadRegistration> read_registration(const std::filesystem::path& path, const Volume& ct,
                                            const RegistrationUse& use);
 

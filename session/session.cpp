@@ -7,7 +7,9 @@
 #include <exception>
 #include <utility>
 
+#include "io/recorded_calibration.hpp"
 #include "io/transform_tree.hpp"
+#include "nav/cause_words.hpp"
 
 namespace nav::session {
 namespace {
@@ -41,6 +43,7 @@ Session::Session(const SessionSetup& setup, Diagnostics& diagnostics)
       diagnostics_(diagnostics),
       navigator_(setup.calibration, setup.fixed_reference, setup.navigator, diagnostics) {
   if (setup.calibration) probe_from_image_ = setup.calibration->probe_from_image;
+  if (setup.image_watch) watch_.emplace(*setup.image_watch);
 }
 
 Session::~Session() { stop(); }
@@ -58,7 +61,8 @@ void Session::add(std::shared_ptr<Source> source) {
     stream.info = info;
     stream.queue = std::make_unique<StreamQueue>(images ? setup_.images : QueuePolicy::kLossless,
                                                  setup_.queue_capacity);
-    stream.used = (images || is_tool_of_navigator(info.role)) &&
+    const bool buttons = info.kind == StreamKind::kButtons;
+    stream.used = !buttons && (images || is_tool_of_navigator(info.role)) &&
                   std::none_of(streams_.begin(), streams_.end(), same);
     streams_.push_back(std::move(stream));
   }
@@ -174,19 +178,62 @@ void Session::look_at_sources() {
     std::string trouble;
     if (health.state == SourceState::kWaiting) {
       trouble = "the device is not there";
-      std::string cause = health.cause;  // A name for reports, such as "no_listener".
-      std::ranges::replace(cause, '_', ' ');
-      if (!cause.empty()) trouble += " (" + cause + ")";
+      if (!health.cause.empty()) trouble += " (" + words_of_cause(health.cause) + ")";
     } else if (health.state == SourceState::kSilent) {
       trouble = "the device is silent";
     }
     for (std::size_t i = 0; i < feed->source->streams().size(); ++i) {
-      const Stream& stream = streams_[feed->first_stream + i];
+      Stream& stream = streams_[feed->first_stream + i];
       if (!stream.used) continue;
+      look_at_stream(stream, feed->ended);
       const bool images = stream.info.kind == StreamKind::kImages;
       navigator_.set_trouble(images, stream.info.role, trouble);
     }
   }
+}
+
+/// Reports a stream that has given samples and gives none any more.
+void Session::look_at_stream(Stream& stream, bool ended) {
+  constexpr auto kStopped = std::chrono::seconds(2);
+  const std::uint64_t received = stream.queue->ledger().received();
+  const Timestamp now = clock_->now();
+  if (received != stream.received) {
+    stream.received = received;
+    stream.changed = now;
+    stream.said_stopped = false;
+    return;
+  }
+  if (received == 0 || ended || stream.said_stopped || now - stream.changed < kStopped) return;
+  stream.said_stopped = true;
+  diagnostics_.report("session", {.subject = stream.info.name,
+                                  .key = "stream",
+                                  .values = {"none for " + std::to_string(kStopped.count()) +
+                                             " s, after " + std::to_string(received) + " samples"},
+                                  .used = "nothing of it until it is back"});
+}
+
+/// Reports images of another size or pixel spacing than the first image of their stream.
+void Session::look_at_geometry(Stream& stream, const UltrasoundImage& image) {
+  const ImageGeometry geometry = geometry_of(image);
+  if (!stream.geometry) stream.geometry = geometry;
+  if (same_pixels(geometry, *stream.geometry)) return;
+  diagnostics_.report("session", {.subject = stream.info.name,
+                                  .key = "size of the images",
+                                  .values = {"the first: " + stream.geometry->description(),
+                                             "image " + std::to_string(image.sequence) + ": " +
+                                                 geometry.description()},
+                                  .used = "the images that the calibration is for"});
+}
+
+/// Reports, once for each stream, what is drawn of colours.
+void Session::look_at_colours(Stream& stream, const UltrasoundImage& image) {
+  if (stream.said_colours || image.colours.empty()) return;
+  stream.said_colours = true;
+  diagnostics_.report("session",
+                      {.subject = stream.info.name,
+                       .key = "colours",
+                       .values = {"some, from image " + std::to_string(image.sequence) + " on"},
+                       .used = "colours in the ultrasound view, their brightness everywhere else"});
 }
 
 /// A failed source takes its streams with it.
@@ -268,7 +315,7 @@ std::optional<tracking::ClockFault> Session::map_time(Stream& stream, Sample& sa
   if (!sample.device_time) return std::nullopt;
   const auto reading = read_clock(stream, *sample.device_time, sample.received);
   const bool unsure = stream.clock->state() != tracking::ClockState::kKnown;
-  if (auto* image = std::get_if<UltrasoundFrame>(&sample.what)) {
+  if (auto* image = std::get_if<UltrasoundImage>(&sample.what)) {
     image->acquired = reading.acquired;
     image->received = sample.received;
     image->clock_unsure = unsure;
@@ -282,7 +329,7 @@ std::optional<tracking::ClockFault> Session::map_time(Stream& stream, Sample& sa
 
 /// Gives an image the pixel grid of SessionSetup::probe_from_pixels if it is of the size and
 /// spacing that this is for. Other images keep their own grid, which no calibration fits.
-void Session::calibrate(UltrasoundFrame& image) {
+void Session::calibrate(UltrasoundImage& image) {
   if (!setup_.probe_from_pixels || image.pixels.empty() || !validate(image.grid)) return;
   const ImageGeometry of_device = geometry_of(image);
   if (pixels_) {
@@ -293,7 +340,7 @@ void Session::calibrate(UltrasoundFrame& image) {
   const auto made = io::calibration_from_matrix(*setup_.probe_from_pixels, image.pixels.width(),
                                                 image.pixels.height());
   if (made) {
-    UltrasoundFrame calibrated = image;
+    UltrasoundImage calibrated = image;
     calibrated.grid = made->grid;
     const ImageGeometry geometry = geometry_of(calibrated);
     if (says_spacing(image.grid) && !similar_spacing(image.grid, made->grid)) {
@@ -306,7 +353,10 @@ void Session::calibrate(UltrasoundFrame& image) {
     }
     pixels_ = CalibratedPixels{made->grid, of_device};
     probe_from_image_ = made->probe_from_image;
-    navigator_.add_calibration({made->probe_from_image, geometry});
+    const auto placeholder = io::placeholder_calibration(*made);
+    navigator_.add_calibration(
+        {made->probe_from_image, geometry,
+         placeholder ? placeholder->key + ": " + placeholder->values.at(0) : ""});
     image.grid = made->grid;
   } else {
     pixels_rejected_ = true;
@@ -314,11 +364,38 @@ void Session::calibrate(UltrasoundFrame& image) {
   }
 }
 
+/// Withdraws an image of a screen that shows another sector or depth than at first.
+void Session::watch(Sample& sample) {
+  const auto* image = std::get_if<UltrasoundImage>(&sample.what);
+  if (image == nullptr || image->pixels.empty()) return;
+  const bool was_good = watch_->change().empty();
+  const std::string& change = watch_->look(image->pixels);
+  if (change.empty()) {
+    if (!was_good) {
+      diagnostics_.report(Severity::kInfo, "session",
+                          "the screen of the scanner is as at first: its images are shown again");
+    }
+    return;
+  }
+  if (was_good) {
+    diagnostics_.report(Severity::kWarning, "session",
+                        change + ": its images are withdrawn until it is as before");
+  }
+  sample.what = MissingImage{"screen_changed", change};
+}
+
 void Session::deliver(std::size_t index, Sample sample, const Listener& listener) {
   Stream& stream = streams_[index];
+  if (const auto* button = std::get_if<ButtonSample>(&sample.what)) {
+    NAV_CHECK(stream.info.kind == StreamKind::kButtons);
+    stream.own.receive();
+    stream.own.deliver();
+    if (button->pressed) press(index, *button, listener);
+    return;
+  }
   if (!stream.used) {
-    stream.unused.receive();
-    stream.unused.drop("not_used");
+    stream.own.receive();
+    stream.own.drop("not_used");
     return;
   }
   if (const auto fault = map_time(stream, sample)) {
@@ -329,10 +406,13 @@ void Session::deliver(std::size_t index, Sample sample, const Listener& listener
     }
     sample.what =
         MissingImage{cause, stream.info.name + ", image " + std::to_string(sample.sequence) +
-                                ": its device time cannot be used: " + cause};
+                                ": its device time cannot be used: " + words_of_cause(cause)};
   }
-  if (auto* image = std::get_if<UltrasoundFrame>(&sample.what)) {
+  if (watch_) watch(sample);
+  if (auto* image = std::get_if<UltrasoundImage>(&sample.what)) {
     NAV_CHECK(stream.info.kind == StreamKind::kImages);
+    if (!image->pixels.empty() && validate(image->grid)) look_at_geometry(stream, *image);
+    look_at_colours(stream, *image);
     calibrate(*image);
     if (setup_.learn_outline && !set_outline_ && !image->outline) learned_.add(*image);
     if (!image->outline) image->outline = outline();
@@ -354,10 +434,23 @@ void Session::deliver(std::size_t index, Sample sample, const Listener& listener
   }
 }
 
+void Session::press(std::size_t stream, const ButtonSample& button, const Listener& listener) {
+  const auto feed = std::ranges::find_if(
+      feeds_.rbegin(), feeds_.rend(), [&](const auto& one) { return one->first_stream <= stream; });
+  const StreamInfo& info = streams_[stream].info;
+  PressedButton pressed{.source = (*feed)->number,
+                        .button = info.name,
+                        .action = info.action,
+                        .acquired = button.acquired};
+  if (listener.pressed) listener.pressed(pressed);
+  if (presses_.size() < kMostPresses) presses_.push_back(std::move(pressed));
+}
+
 void Session::settle(bool end, const Listener& listener) {
-  navigator_.settle(now(), end, [&](const tracking::PairedFrame& paired) {
+  navigator_.settle(now(), end, [&](const tracking::PairedImage& paired) {
     if (!paired.tracked && first_rejection_.empty()) {
-      first_rejection_ = "frame " + std::to_string(paired.sequence) + ": " + paired.cause;
+      first_rejection_ =
+          "frame " + std::to_string(paired.sequence) + ": " + words_of_cause(paired.cause);
     }
     log_.add(paired);
     if (listener.settled) listener.settled(paired);
@@ -386,7 +479,7 @@ std::vector<StreamAccount> Session::accounts() const {
   std::vector<StreamAccount> all;
   for (const Stream& stream : streams_) {
     const tracking::StreamLedger queued = stream.queue->ledger();
-    const tracking::StreamLedger& next = !stream.used ? stream.unused
+    const tracking::StreamLedger& next = !stream.used ? stream.own
                                          : stream.info.kind == StreamKind::kImages
                                              ? navigator_.ledger()
                                              : navigator_.ledger(stream.info.role);

@@ -16,6 +16,7 @@
 
 #include "nav/diagnostics.hpp"
 #include "nav/source.hpp"
+#include "session/image_watch.hpp"
 #include "session/navigator.hpp"
 #include "session/outline_estimator.hpp"
 #include "session/pose_log.hpp"
@@ -41,6 +42,9 @@ struct SessionSetup {
   /// Queue of the images of a live session; poses always use a lossless queue.
   QueuePolicy images = QueuePolicy::kNewestOnly;
   std::size_t queue_capacity = 1024;  ///< Samples of one lossless queue.
+  /// For images of a scanner's screen: withdraws them while the screen shows another sector or
+  /// depth than at first. Absent: the device says it.
+  std::optional<ImageWatchOptions> image_watch = std::nullopt;
   /// Learns the sector of images that come without an outline.
   bool learn_outline = true;
   /// Live: hears of every sample as its source delivers it, before clock models and gates, on the
@@ -55,6 +59,14 @@ struct StreamAccount {
   StreamTiming::Summary timing;
 };
 
+/// A button that was pressed.
+struct PressedButton {
+  std::size_t source = 0;  ///< Number of its source, in the order of add().
+  std::string button;      ///< Name of its stream.
+  ButtonAction action = ButtonAction::kNone;
+  Timestamp acquired{};  ///< Session clock.
+};
+
 /// Takes samples from sources through queues to the navigator, on one clock. The same code serves a
 /// recording, a simulation and live devices:
 ///   - virtual: advance_to() pulls what arrives by a time, on the caller's thread. The same samples
@@ -64,14 +76,15 @@ struct StreamAccount {
 /// thread calls the session.
 class Session {
  public:
-  /// Hears of every image once, in order; either part may be empty.
+  /// Hears of every image and of every pressed button once, in order; any part may be empty.
   struct Listener {
     Listener() = default;
-    template <std::invocable<const tracking::PairedFrame&> F>
+    template <std::invocable<const tracking::PairedImage&> F>
     Listener(F hears) : settled(std::move(hears)) {}  // NOLINT: a function is a listener.
 
-    std::function<void(const tracking::PairedFrame&)> settled;
+    std::function<void(const tracking::PairedImage&)> settled;
     std::function<void(std::uint64_t sequence, const MissingImage&)> missing;
+    std::function<void(const PressedButton&)> pressed;
   };
 
   /// \p diagnostics must outlive the session.
@@ -110,6 +123,10 @@ class Session {
   /// One line for every image, in order.
   [[nodiscard]] const PoseLog& log() const { return log_; }
 
+  /// Buttons that were pressed, in order; the first kMostPresses of them.
+  [[nodiscard]] const std::vector<PressedButton>& presses() const { return presses_; }
+  static constexpr std::size_t kMostPresses = 10'000;
+
   /// Outline of the images that come without one; replaces the learned outline.
   void set_outline(const std::optional<SectorOutline>& outline);
   [[nodiscard]] const std::optional<SectorOutline>& outline() const;
@@ -137,7 +154,14 @@ class Session {
     StreamInfo info;
     std::unique_ptr<StreamQueue> queue;
     bool used = false;
-    tracking::StreamLedger unused;  ///< Counts of a stream that the navigator does not use.
+    tracking::StreamLedger own;  ///< Counts of a stream that the navigator does not use.
+    // Live: what came until it changed last, and whether its end was reported.
+    std::uint64_t received = 0;
+    Timestamp changed{};
+    bool said_stopped = false;
+    /// Geometry of its first image.
+    std::optional<ImageGeometry> geometry;
+    bool said_colours = false;  ///< That its images have colours was reported.
     /// Clock of its device; only for samples with a device time.
     std::optional<tracking::ClockModel> clock;
   };
@@ -158,9 +182,14 @@ class Session {
   void drain(const Listener& listener);
   void learn_from(Stream& stream, const std::vector<SupersededStamp>& superseded);
   void look_at_sources();
+  void look_at_stream(Stream& stream, bool ended);
+  void look_at_geometry(Stream& stream, const UltrasoundImage& image);
+  void look_at_colours(Stream& stream, const UltrasoundImage& image);
   tracking::ClockModel::Reading read_clock(Stream& stream, DeviceTime device, Timestamp received);
   std::optional<tracking::ClockFault> map_time(Stream& stream, Sample& sample);
-  void calibrate(UltrasoundFrame& image);
+  void calibrate(UltrasoundImage& image);
+  void watch(Sample& sample);
+  void press(std::size_t stream, const ButtonSample& button, const Listener& listener);
   void settle(bool end, const Listener& listener);
   void note_failures();
 
@@ -168,6 +197,7 @@ class Session {
   Diagnostics& diagnostics_;
   Navigator navigator_;
   OutlineEstimator learned_;
+  std::optional<ImageWatch> watch_;
   std::optional<std::optional<SectorOutline>> set_outline_;
   std::vector<Stream> streams_;
   std::vector<std::unique_ptr<Feed>> feeds_;
@@ -185,6 +215,7 @@ class Session {
   const Clock* clock_ = nullptr;
   Timestamp now_{};
   PoseLog log_;
+  std::vector<PressedButton> presses_;
   std::vector<std::string> failures_;
   std::string first_rejection_;
 };

@@ -23,8 +23,8 @@ constexpr const char* kReporterName = "recording";
 /// Bytes that a sample takes in the queue.
 std::size_t bytes_of(const Sample& sample) {
   std::size_t bytes = sizeof(Sample);
-  if (const auto* image = std::get_if<UltrasoundFrame>(&sample.what)) {
-    bytes += image->pixels.pixels().size();
+  if (const auto* image = std::get_if<UltrasoundImage>(&sample.what)) {
+    bytes += image->pixels.pixels().size() + image->colours.pixels().size_bytes();
   } else if (const auto* missing = std::get_if<MissingImage>(&sample.what)) {
     bytes += missing->cause.size() + missing->message.size();
   }

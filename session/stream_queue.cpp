@@ -12,7 +12,7 @@ namespace {
 SupersededStamp stamp_of(const Sample& sample) {
   SupersededStamp stamp{
       .received = sample.received, .device_time = sample.device_time, .acquired = std::nullopt};
-  if (const auto* image = std::get_if<UltrasoundFrame>(&sample.what)) {
+  if (const auto* image = std::get_if<UltrasoundImage>(&sample.what)) {
     stamp.acquired = image->acquired;
   }
   return stamp;

@@ -19,7 +19,7 @@ using registration::LiveState;
 using registration::LiveUpdate;
 
 /// The part of the CT that an image can reach while the tissue moves.
-Eigen::AlignedBox3d box_around(const TrackedFrame& image,
+Eigen::AlignedBox3d box_around(const TrackedImage& image,
                                const Transform<frames::Ct, frames::Reference>& accepted,
                                double margin_mm) {
   Eigen::AlignedBox3d box;
@@ -57,7 +57,7 @@ Safety safety_of(const LiveUpdate& update) {
 
 Result<TissueFollower> TissueFollower::create(std::shared_ptr<const Volume> ct,
                                               const CtPlacement& accepted,
-                                              const TrackedFrame& first, int threads,
+                                              const TrackedImage& first, int threads,
                                               Diagnostics& diagnostics) {
   registration::LiveOptions options;
   constexpr int kMostThreads = 64;  // Limit of LiveOptions::threads.
@@ -72,7 +72,7 @@ Result<TissueFollower> TissueFollower::create(std::shared_ptr<const Volume> ct,
   return TissueFollower(std::move(*live), std::move(ct), box, accepted, diagnostics);
 }
 
-Result<void> TissueFollower::extend_to(const TrackedFrame& image) {
+Result<void> TissueFollower::extend_to(const TrackedImage& image) {
   const registration::LiveOptions options;
   const auto needed = box_around(image, live_.accepted(), options.jump_mm);
   const Eigen::AlignedBox3d have(box_.low, box_.high);
@@ -99,7 +99,7 @@ TissueFollower::TissueFollower(registration::LiveRegistration live,
           "distinctness,"
           "tx_mm,ty_mm,tz_mm,qx,qy,qz,qw\n") {}
 
-CtPlacement TissueFollower::follow(const TrackedFrame& image) {
+CtPlacement TissueFollower::follow(const TrackedImage& image) {
   const auto start = std::chrono::steady_clock::now();
   const auto extended = extend_to(image);
   const auto update = extended ? live_.update(image) : extended.error();
@@ -122,7 +122,7 @@ CtPlacement TissueFollower::follow(const TrackedFrame& image) {
 }
 
 /// An alarm is said once, when it comes.
-void TissueFollower::note_state(const LiveUpdate& update, const TrackedFrame& image) {
+void TissueFollower::note_state(const LiveUpdate& update, const TrackedImage& image) {
   if (last_ == update.state) return;
   last_ = update.state;
   if (update.state != LiveState::kDrifted && update.state != LiveState::kLost) return;
@@ -131,7 +131,7 @@ void TissueFollower::note_state(const LiveUpdate& update, const TrackedFrame& im
   diagnostics_->report(Severity::kWarning, "follow", safety_of(update).cause);
 }
 
-void TissueFollower::log(const LiveUpdate& update, const TrackedFrame& image) {
+void TissueFollower::log(const LiveUpdate& update, const TrackedImage& image) {
   text_ += std::to_string(image.frame.sequence) + ',' +
            std::to_string(image.frame.acquired.time_since_epoch().count()) + ',' +
            registration::to_string(update.state);

@@ -29,12 +29,12 @@ class TissueFollower {
   /// Images of convex probes should have the outline of their sector. \p accepted: placement of a
   /// registration that was accepted. Precondition: ct.
   static Result<TissueFollower> create(std::shared_ptr<const Volume> ct,
-                                       const CtPlacement& accepted, const TrackedFrame& first,
+                                       const CtPlacement& accepted, const TrackedImage& first,
                                        int threads, Diagnostics& diagnostics);
 
   /// Position of the CT for this image. Images that cannot be judged (not later than the last,
   /// impossible geometry) leave it unchanged, as stale. Never fails because of an image's content.
-  CtPlacement follow(const TrackedFrame& image);
+  CtPlacement follow(const TrackedImage& image);
 
   /// A change to a state that the user must act on.
   struct Alarm {
@@ -61,9 +61,9 @@ class TissueFollower {
   TissueFollower(registration::LiveRegistration live, std::shared_ptr<const Volume> ct,
                  const registration::CtBox& box, const CtPlacement& accepted,
                  Diagnostics& diagnostics);
-  Result<void> extend_to(const TrackedFrame& image);
-  void note_state(const registration::LiveUpdate& update, const TrackedFrame& image);
-  void log(const registration::LiveUpdate& update, const TrackedFrame& image);
+  Result<void> extend_to(const TrackedImage& image);
+  void note_state(const registration::LiveUpdate& update, const TrackedImage& image);
+  void log(const registration::LiveUpdate& update, const TrackedImage& image);
 
   registration::LiveRegistration live_;
   std::shared_ptr<const Volume> ct_;

@@ -19,7 +19,12 @@ inline constexpr double kFwhmToSigma = 0.42466;
 inline constexpr double kSpeckleCellMmTimesMhz = 1.6;
 inline constexpr float kInterfaceGain = 3.5F;  // Echo of a full reflection, 1 is white.
 inline constexpr float kDiffuseShare = 0.10F;  // Diffuse share of an interface echo.
-inline constexpr double kMaxCouplingMm = 14;   // Largest gap between face and skin that gel fills.
+
+/// Largest gap between face and skin that gel and a pad fill, mm.
+inline double most_coupling_mm(const ProbeModel& probe) {
+  constexpr double kGelMm = 14;
+  return kGelMm + probe.stand_off_mm;
+}
 
 inline float amplitude_from_db(double db) { return static_cast<float>(std::pow(10.0, db / 20.0)); }
 

@@ -130,8 +130,11 @@ bool FaultInjector<Item>::happens(FaultKind kind, double chance, Timestamp recei
 }
 
 template <>
-void FaultInjector<UltrasoundFrame>::spoil(UltrasoundFrame& frame) {
-  if (happens(FaultKind::kEmpty, plan_.empty, frame.received)) frame.pixels = {};
+void FaultInjector<UltrasoundImage>::spoil(UltrasoundImage& frame) {
+  if (happens(FaultKind::kEmpty, plan_.empty, frame.received)) {
+    frame.pixels = {};
+    frame.colours = {};
+  }
 }
 
 template <>
@@ -221,7 +224,7 @@ Item FaultInjector<Item>::pop() {
 }
 
 template class FaultInjector<RawPose>;
-template class FaultInjector<UltrasoundFrame>;
+template class FaultInjector<UltrasoundImage>;
 
 }  // namespace detail
 
@@ -234,12 +237,12 @@ Result<RawPose> FaultyPoseSource::next(Deadline deadline) {
   return next_of(*source_, injector_, deadline);
 }
 
-FaultyFrameSource::FaultyFrameSource(std::unique_ptr<ImageStream> source, const FaultPlan& plan,
+FaultyImageSource::FaultyImageSource(std::unique_ptr<ImageStream> source, const FaultPlan& plan,
                                      std::uint64_t stream)
     : source_(std::move(source)), injector_(checked(plan), stream) {
   NAV_CHECK(source_ != nullptr);
 }
-Result<UltrasoundFrame> FaultyFrameSource::next(Deadline deadline) {
+Result<UltrasoundImage> FaultyImageSource::next(Deadline deadline) {
   return next_of(*source_, injector_, deadline);
 }
 

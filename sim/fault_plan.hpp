@@ -108,17 +108,17 @@ class FaultyPoseSource final : public PoseStream {
 };
 
 /// Source of images with faults; see FaultyPoseSource.
-class FaultyFrameSource final : public ImageStream {
+class FaultyImageSource final : public ImageStream {
  public:
-  FaultyFrameSource(std::unique_ptr<ImageStream> source, const FaultPlan& plan,
+  FaultyImageSource(std::unique_ptr<ImageStream> source, const FaultPlan& plan,
                     std::uint64_t stream = 100);
-  Result<UltrasoundFrame> next(Deadline deadline) override;
+  Result<UltrasoundImage> next(Deadline deadline) override;
   void stop() noexcept override { source_->stop(); }
   [[nodiscard]] const std::vector<FaultRecord>& faults() const { return injector_.faults(); }
 
  private:
   std::unique_ptr<ImageStream> source_;
-  detail::FaultInjector<UltrasoundFrame> injector_;
+  detail::FaultInjector<UltrasoundImage> injector_;
 };
 
 }  // namespace nav::sim

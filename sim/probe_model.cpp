@@ -97,6 +97,11 @@ Result<void> validate(const ProbeModel& probe) {
       {"clutter_level_db", probe.clutter_level_db, -300, 0},
       {"clutter_mm", probe.clutter_mm, 1, 200},
       {"reverberation", probe.reverberation, 0, 0.95},
+      {"gas_haze_db", probe.gas_haze_db, -300, 0},
+      {"sound_speed", probe.sound_speed, 0.9, 1.1},
+      {"looks", static_cast<double>(probe.looks), 1, 16},
+      {"persistence", probe.persistence, 0, 0.95},
+      {"stand_off_mm", probe.stand_off_mm, 0, 40},
   };
   for (const Range& r : ranges) {
     if (r.value >= r.low && r.value <= r.high) continue;

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "nav/ultrasound_frame.hpp"
+#include "nav/ultrasound_image.hpp"
 #include "sim/probe_model.hpp"
 
 namespace nav::sim {

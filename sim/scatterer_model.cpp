@@ -49,12 +49,13 @@ struct Layer {
 class Model {
  public:
   Model(const Anatomy& patient, const ScanGeometry& geometry, const ProbeModel& probe,
-        std::uint64_t seed, const Transform<frames::Ct, frames::Image>& pose, const Warp* warp)
+        ScattererSeed seeds, const Transform<frames::Ct, frames::Image>& pose, const Warp* warp)
       : patient_(patient),
         geometry_(geometry),
         probe_(probe),
-        cells_(hash_bits(seed, 0x706f696e7473, 0), kCellMmTimesMhz / probe.frequency_mhz),
-        seed_(hash_bits(seed, 0x706f696e7473, 0)),
+        cells_(hash_bits(seeds.patient, 0x706f696e7473, seeds.look),
+               kCellMmTimesMhz / probe.frequency_mhz),
+        seed_(hash_bits(seeds.patient, 0x706f696e7473, seeds.look)),
         pose_(pose),
         warp_(warp),
         n_(static_cast<std::size_t>(geometry.samples())),
@@ -62,9 +63,9 @@ class Model {
         paths_(lay_paths()),
         slab_(rest_slab()),
         box_(field_box()),
-        texture_field_(seed ^ 0x74657874, 9.0),
+        texture_field_(seeds.patient ^ 0x74657874, 9.0),
         texture_(texture_field_, box_),
-        absorption_field_(seed ^ 0x61747465, 25.0),
+        absorption_field_(seeds.patient ^ 0x61747465, 25.0),
         absorption_(absorption_field_, box_),
         layers_(make_layers()),
         way_(way_down(patient, geometry, probe, paths_, absorption_)) {}
@@ -339,7 +340,7 @@ class Model {
 }  // namespace
 
 LineEchoes scatterer_echoes(const Anatomy& patient, const ScanGeometry& geometry,
-                            const ProbeModel& probe, std::uint64_t seed,
+                            const ProbeModel& probe, ScattererSeed seed,
                             const Transform<frames::Ct, frames::Image>& ct_from_image,
                             const Warp* warp) {
   return Model(patient, geometry, probe, seed, ct_from_image, warp).echoes();

@@ -28,10 +28,15 @@ struct LineEchoes {
 /// summed along the lines and averaged over the aperture.
 ///
 /// Returns complex echoes of lines x samples before depth gain and noise, on the scale of the ray
-/// model. \p warp: motion of the tissue and its scatterers; nullptr: at rest. The bytes do not
-/// depend on the number of threads.
+/// model. \p look: number of an independent pattern of scatterers in the same tissue. \p warp:
+/// motion of the tissue and its scatterers; nullptr: at rest. The bytes do not depend on the number
+/// of threads.
+struct ScattererSeed {
+  std::uint64_t patient;
+  std::uint64_t look = 0;
+};
 LineEchoes scatterer_echoes(const Anatomy& patient, const ScanGeometry& geometry,
-                            const ProbeModel& probe, std::uint64_t seed,
+                            const ProbeModel& probe, ScattererSeed seed,
                             const Transform<frames::Ct, frames::Image>& ct_from_image,
                             const Warp* warp);
 

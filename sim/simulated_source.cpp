@@ -35,6 +35,12 @@ void SimulatedSource::add(const std::string& name, std::unique_ptr<ImageStream> 
   feeds_.emplace_back().images = std::move(images);
 }
 
+void SimulatedSource::add(const std::string& name, ButtonAction action,
+                          std::vector<ButtonSample> changes) {
+  streams_.push_back({name, StreamKind::kButtons, ToolRole::kOther, action});
+  feeds_.emplace_back().changes = std::move(changes);
+}
+
 /// Fills the head of a stream.
 Result<void> SimulatedSource::fill_head(std::size_t stream) {
   Feed& feed = feeds_[stream];
@@ -52,6 +58,14 @@ Result<void> SimulatedSource::fill_head(std::size_t stream) {
     if (!pose) return ended_or(pose.error());
     sample.received = pose->received;
     sample.what = PoseSample{*std::move(pose)};
+  } else if (!feed.images) {
+    if (sample.sequence >= feed.changes.size()) {
+      feed.ended = true;
+      return {};
+    }
+    const ButtonSample& change = feed.changes[sample.sequence];
+    sample.received = change.acquired;
+    sample.what = change;
   } else {
     auto image = feed.images->next(Timestamp::max());
     if (!image) return ended_or(image.error());

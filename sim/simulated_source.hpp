@@ -24,6 +24,8 @@ class SimulatedSource final : public Source {
 
   void add(const std::string& tool, ToolRole role, std::unique_ptr<PoseStream> poses);
   void add(const std::string& name, std::unique_ptr<ImageStream> images);
+  /// A button with its changes, at rising times; each arrives at once.
+  void add(const std::string& name, ButtonAction action, std::vector<ButtonSample> changes);
 
   [[nodiscard]] const std::vector<StreamInfo>& streams() const override { return streams_; }
   Result<Sample> next(Deadline deadline) override;
@@ -33,6 +35,7 @@ class SimulatedSource final : public Source {
   struct Feed {
     std::unique_ptr<PoseStream> poses;
     std::unique_ptr<ImageStream> images;
+    std::vector<ButtonSample> changes;  ///< Without poses and images.
     std::optional<Sample> head;
     std::uint64_t count = 0;
     bool ended = false;

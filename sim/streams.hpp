@@ -4,7 +4,7 @@
 
 #include "nav/pose.hpp"
 #include "nav/result.hpp"
-#include "nav/ultrasound_frame.hpp"
+#include "nav/ultrasound_image.hpp"
 
 namespace nav::sim {
 
@@ -13,7 +13,7 @@ class ImageStream {
  public:
   virtual ~ImageStream() = default;
   /// Next image that has arrived by the deadline; otherwise kTimeout. kEndOfStream after the last.
-  virtual Result<UltrasoundFrame> next(Deadline deadline) = 0;
+  virtual Result<UltrasoundImage> next(Deadline deadline) = 0;
   virtual void stop() noexcept = 0;
 };
 

@@ -92,6 +92,12 @@ struct Acoustics {
 };
 const Acoustics& tissue_acoustics(Tissue tissue);
 
+/// Speed of sound that scanners assume, m/s.
+inline constexpr double kAssumedSoundSpeed = 1540;
+/// Speed of sound of a tissue at body temperature, m/s. For bone and gas, behind which no echo is
+/// shown at its own depth, the speed that scanners assume.
+double sound_speed(Tissue tissue);
+
 /// True for bone and gas, which end a scan line.
 bool blocks_ultrasound(Tissue tissue);
 

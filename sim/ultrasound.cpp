@@ -9,6 +9,7 @@
 #include <tbb/parallel_for.h>
 
 #include "sim/beam.hpp"
+#include "sim/line_medium.hpp"
 #include "sim/motion/rest_path.hpp"
 #include "sim/needle_echo.hpp"
 #include "sim/scan_geometry.hpp"
@@ -27,6 +28,8 @@ constexpr int kMaxLateralTaps = 8;
 constexpr std::array<float, kSlices> kSliceAmplitude = {0.408248F, 0.816497F, 0.408248F};
 constexpr std::uint64_t kImageNoiseStream = 0x7573;
 constexpr std::uint64_t kClutterStream = 0x636c75;
+constexpr std::uint64_t kGasStream = 0x676173;
+constexpr std::uint64_t kLookStream = 0x6c6f6f6b;
 
 struct TissueSample {
   float impedance = 0;
@@ -34,6 +37,38 @@ struct TissueSample {
   float loss_db_per_mm = 0;    ///< Loss for one way.
   std::array<float, kSlices> scatter{};
 };
+
+/// The probe whose images reach as deep as echoes have to be known.
+ProbeModel deep_enough(ProbeModel probe) {
+  probe.depth_mm *= heard_depth(probe);
+  return probe;
+}
+
+std::vector<SpeckleField> speckle_of_looks(const ProbeModel& probe, std::uint64_t seed) {
+  std::vector<SpeckleField> fields;
+  for (int look = 0; look < probe.looks; ++look) {
+    const auto k = static_cast<std::uint64_t>(look);
+    fields.emplace_back(look == 0 ? seed : hash_bits(seed, kLookStream, k),
+                        kSpeckleCellMmTimesMhz / probe.frequency_mhz);
+  }
+  return fields;
+}
+
+/// The echoes of a line at the depths at which they are shown. Magnitudes are interpolated, because
+/// the phase of neighbouring samples may differ by more than a turn.
+std::vector<Complex> as_shown(std::span<const Complex> heard, const LineMedium& medium) {
+  std::vector<Complex> shown(medium.source.size());
+  for (std::size_t i = 0; i < shown.size(); ++i) {
+    const auto sample = static_cast<std::size_t>(medium.source[i]);
+    if (sample + 1 >= heard.size()) break;  // Deeper than what was simulated.
+    const float share = medium.source[i] - static_cast<float>(sample);
+    const Complex a = heard[sample], b = heard[sample + 1];
+    const Complex nearest = share < 0.5F ? a : b;
+    const float size = std::abs(nearest);
+    if (size > 0) shown[i] = nearest * (((1 - share) * std::abs(a) + share * std::abs(b)) / size);
+  }
+  return shown;
+}
 
 }  // namespace
 
@@ -43,15 +78,23 @@ struct UltrasoundSimulator::Tables {
   [[nodiscard]] RestPath path(const Transform<frames::Ct, frames::Image>& pose, const Warp* warp,
                               int line) const;
   void sample_tissue(const RestPath& path, std::span<TissueSample> out) const;
-  void echoes(const RestPath& path, int line, std::span<const TissueSample> tissue,
-              std::span<float> kept, std::span<Complex> out) const;
+  void echoes(const SpeckleField& field, const RestPath& path, int line,
+              std::span<const TissueSample> tissue, std::span<float> kept,
+              std::span<Complex> out) const;
   void blur_along(std::span<Complex> line) const;
-  [[nodiscard]] std::vector<Complex> ray_echoes(const Transform<frames::Ct, frames::Image>& pose,
-                                                const NeedleEcho& needle, const Warp* warp) const;
+  [[nodiscard]] std::vector<RestPath> all_paths(const Transform<frames::Ct, frames::Image>& pose,
+                                                const Warp* warp) const;
+  [[nodiscard]] std::vector<TissueSample> all_tissue(std::span<const RestPath> paths) const;
+  [[nodiscard]] std::vector<Complex> ray_echoes(const SpeckleField& field,
+                                                std::span<const RestPath> paths,
+                                                std::span<const TissueSample> tissue,
+                                                const NeedleEcho& needle) const;
+  void add_gas_haze(const LineMedium& medium, int line, std::uint64_t sequence,
+                    std::span<Complex> shown) const;
   void add_reverberation(std::span<Complex> line) const;
   [[nodiscard]] std::vector<Complex> across(std::span<const Complex> echo, int line) const;
   [[nodiscard]] double elevation_mm(double along_mm) const;
-  void detect(std::span<const Complex> sum, int line, std::uint64_t sequence,
+  void detect(std::span<const Complex> sum, int line, std::uint64_t sequence, int look,
               std::span<float> out) const;
 
   [[nodiscard]] std::size_t samples() const { return static_cast<std::size_t>(geometry.samples()); }
@@ -59,9 +102,11 @@ struct UltrasoundSimulator::Tables {
 
   std::shared_ptr<const Anatomy> patient;
   ProbeModel probe;
+  ProbeModel heard;  ///< The probe, as deep as echoes have to be known.
   std::uint64_t seed;
-  ScanGeometry geometry;
-  SpeckleField speckle;
+  ScanGeometry geometry;              ///< Geometry of the echoes that are known.
+  ScanGeometry shown;                 ///< Geometry of the image.
+  std::vector<SpeckleField> speckle;  ///< One pattern for each of probe.looks.
   SmoothField texture;
   SmoothField absorption;
   std::vector<float> axial;    ///< Half of the symmetric pulse, centre first.
@@ -73,20 +118,22 @@ UltrasoundSimulator::Tables::Tables(std::shared_ptr<const Anatomy> p, const Prob
                                     std::uint64_t s)
     : patient(std::move(p)),
       probe(m),
+      heard(deep_enough(m)),
       seed(s),
-      geometry(m),
-      speckle(s, kSpeckleCellMmTimesMhz / m.frequency_mhz),
+      geometry(heard),
+      shown(m),
+      speckle(speckle_of_looks(m, s)),
       texture(s ^ 0x74657874, 9.0),
       absorption(s ^ 0x61747465, 25.0) {
   const double step = geometry.sample_mm();
-  axial = axial_pulse(m.frequency_mhz, step, speckle.cell_mm());
+  axial = axial_pulse(m.frequency_mhz, step, speckle.front().cell_mm());
   gain = depth_gain(m, s, step, samples());
   lateral.assign(static_cast<std::size_t>(kMaxLateralTaps + 1) * samples(), 0.0F);
   std::array<float, kMaxLateralTaps + 1> taps{};
   for (std::size_t i = 0; i < samples(); ++i) {
     const double along = static_cast<double>(i) * step;
     const double sigma = kFwhmToSigma * m.lateral_fwhm_mm * defocus(m, along, 1.5);
-    beam_taps(sigma, geometry.line_spacing_mm(along), speckle.cell_mm(), taps);
+    beam_taps(sigma, geometry.line_spacing_mm(along), speckle.front().cell_mm(), taps);
     for (std::size_t k = 0; k < taps.size(); ++k) lateral[k * samples() + i] = taps[k];
   }
 }
@@ -118,7 +165,7 @@ void UltrasoundSimulator::Tables::sample_tissue(const RestPath& path,
     std::array<Acoustics, kSlices> slices;
     for (int k = 0; k < kSlices; ++k) {
       const auto n = static_cast<std::size_t>(k);
-      const bool gel = !in_contact && depth < kMaxCouplingMm;
+      const bool gel = !in_contact && depth < most_coupling_mm(probe);
       slices[n] = gel ? tissue_acoustics(Tissue::kGel)
                       : patient->acoustics({path.at(depth, (k - 1) * half)});
       s.scatter[n] = kSliceAmplitude[n] * scatter_along(slices[n], along.x(), along.y(), along.z());
@@ -139,7 +186,7 @@ void UltrasoundSimulator::Tables::sample_tissue(const RestPath& path,
 
 /// \p tissue: all lines, one after another. \p kept: receives the remaining amplitude of an echo
 /// from each sample; may be empty.
-void UltrasoundSimulator::Tables::echoes(const RestPath& path, int line,
+void UltrasoundSimulator::Tables::echoes(const SpeckleField& field, const RestPath& path, int line,
                                          std::span<const TissueSample> tissue,
                                          std::span<float> kept, std::span<Complex> out) const {
   const std::size_t stride = tissue_samples();
@@ -151,7 +198,7 @@ void UltrasoundSimulator::Tables::echoes(const RestPath& path, int line,
   const auto left = row(line - 1);
   const auto right = row(line + 1);
   const auto step = static_cast<float>(geometry.sample_mm());
-  const RestPath cells = path.mapped(speckle.cells_from_mm());
+  const RestPath cells = path.mapped(field.cells_from_mm());
   const float level = amplitude_from_db(probe.liver_level_db) / 0.886F;  // Rayleigh mean / rms.
   double loss_db = 0;
   float passed = 1;
@@ -171,7 +218,7 @@ void UltrasoundSimulator::Tables::echoes(const RestPath& path, int line,
     for (int k = 0; k < kSlices; ++k) {
       const auto s = static_cast<std::size_t>(k);
       const float scatter = a.scatter[s] + share * (b.scatter[s] - a.scatter[s]);
-      signal += scatter * speckle.at(cells.at(depth, (k - 1) * half));
+      signal += scatter * field.at(cells.at(depth, (k - 1) * half));
     }
     const float roughness = 1.0F + 0.5F * signal.real();
     signal *= level;
@@ -230,12 +277,30 @@ std::vector<Complex> UltrasoundSimulator::Tables::across(std::span<const Complex
   return sum;
 }
 
+/// Adds what multiple reflections in gas return below it, before depth gain.
+void UltrasoundSimulator::Tables::add_gas_haze(const LineMedium& medium, int line,
+                                               std::uint64_t sequence,
+                                               std::span<Complex> shown_line) const {
+  if (!medium.gas_mm || probe.gas_haze_db <= -299) return;
+  constexpr double kCells = 3;  // Lines and samples that a speckle of the haze extends over.
+  const SpeckleField haze(hash_bits(seed, kGasStream, sequence), 1.0);
+  for (std::size_t i = 0; i < shown_line.size(); ++i) {
+    const double below = static_cast<double>(i) * shown.sample_mm() - *medium.gas_mm;
+    if (below <= 0) continue;
+    shown_line[i] += medium.gas_level * haze_below_gas(probe, below) *
+                     haze.at({line / kCells, static_cast<double>(i) / kCells, 0.5});
+  }
+}
+
 /// Computes depth gain, electronic noise, clutter and envelope of one line.
 void UltrasoundSimulator::Tables::detect(std::span<const Complex> sum, int line,
-                                         std::uint64_t sequence, std::span<float> out) const {
-  const SpeckleField noise(hash_bits(seed, kImageNoiseStream, sequence), 1.0);
+                                         std::uint64_t sequence, int look,
+                                         std::span<float> out) const {
+  const std::uint64_t own =
+      look == 0 ? seed : hash_bits(seed, kLookStream + 1, static_cast<std::uint64_t>(look));
+  const SpeckleField noise(hash_bits(own, kImageNoiseStream, sequence), 1.0);
   const float noise_level = amplitude_from_db(probe.noise_level_db);
-  for (std::size_t i = 0; i < samples(); ++i) {
+  for (std::size_t i = 0; i < out.size(); ++i) {
     const Complex electronic =
         noise_level * noise.at({static_cast<double>(line) + 0.5, static_cast<double>(i) + 0.5, 0});
     const double along = static_cast<double>(i) * geometry.sample_mm();
@@ -245,8 +310,8 @@ void UltrasoundSimulator::Tables::detect(std::span<const Complex> sum, int line,
     const SpeckleField haze(hash_bits(seed, kClutterStream, sequence), 2.0);
     for (std::size_t i = 0; i < out.size(); ++i) {
       const double along = static_cast<double>(i) * geometry.sample_mm();
-      const Complex own = haze.at({static_cast<double>(line), static_cast<double>(i), 0});
-      out[i] += amplitude_from_db(probe.clutter_level_db) * std::abs(own) *
+      const Complex here = haze.at({static_cast<double>(line), static_cast<double>(i), 0});
+      out[i] += amplitude_from_db(probe.clutter_level_db) * std::abs(here) *
                 static_cast<float>(std::exp(-along / probe.clutter_mm));
     }
   }
@@ -267,9 +332,9 @@ UltrasoundSimulator::UltrasoundSimulator(UltrasoundSimulator&&) noexcept = defau
 UltrasoundSimulator& UltrasoundSimulator::operator=(UltrasoundSimulator&&) noexcept = default;
 
 const ProbeModel& UltrasoundSimulator::probe() const { return tables_->probe; }
-PixelGrid UltrasoundSimulator::grid() const { return tables_->geometry.grid(); }
+PixelGrid UltrasoundSimulator::grid() const { return tables_->shown.grid(); }
 std::optional<SectorOutline> UltrasoundSimulator::outline() const {
-  return tables_->geometry.outline();
+  return tables_->shown.outline();
 }
 
 ScanLineImage UltrasoundSimulator::envelope(
@@ -277,50 +342,89 @@ ScanLineImage UltrasoundSimulator::envelope(
     const NeedleShaft& needle, const Warp* warp) const {
   const Tables& t = *tables_;
   const std::size_t n = t.samples();
+  const auto shown = static_cast<std::size_t>(t.shown.samples());
   const bool rays = t.probe.model == AcousticModel::kRays;
-  const NeedleEcho needle_echo(needle, ct_from_image, t.geometry, t.probe);
-  const LineEchoes heard =
-      rays ? LineEchoes{t.ray_echoes(ct_from_image, needle_echo, warp), {}}
-           : scatterer_echoes(*t.patient, t.geometry, t.probe, t.seed, ct_from_image, warp);
+  const NeedleEcho needle_echo(needle, ct_from_image, t.geometry, t.heard);
+  std::vector<RestPath> paths;
+  std::vector<TissueSample> tissue;
+  std::vector<LineMedium> media;
+  if (rays || needs_media(t.probe)) paths = t.all_paths(ct_from_image, warp);
+  if (rays) tissue = t.all_tissue(paths);
+  if (needs_media(t.probe)) {
+    media = line_media(*t.patient, t.geometry, t.probe, paths, shown);
+  }
   ScanLineImage image;
   image.lines = t.probe.lines;
-  image.samples = t.geometry.samples();
+  image.samples = t.shown.samples();
   image.sample_mm = t.geometry.sample_mm();
-  image.amplitude.resize(heard.echo.size());
-  tbb::parallel_for(0, image.lines, [&](int line) {
-    const std::size_t first = static_cast<std::size_t>(line) * n;
-    std::vector<Complex> sum(n);
-    if (rays) {
-      sum = t.across(heard.echo, line);
-    } else {
-      std::copy_n(heard.echo.begin() + static_cast<std::ptrdiff_t>(first), n, sum.begin());
-      needle_echo.add(line, std::span(heard.left).subspan(first, n), sum);
-    }
-    if (t.probe.reverberation > 0) t.add_reverberation(sum);
-    t.detect(sum, line, sequence, std::span(image.amplitude).subspan(first, n));
-  });
+  image.amplitude.resize(static_cast<std::size_t>(image.lines) * shown);
+  for (int look = 0; look < t.probe.looks; ++look) {
+    const auto k = static_cast<std::size_t>(look);
+    const LineEchoes heard =
+        rays ? LineEchoes{t.ray_echoes(t.speckle[k], paths, tissue, needle_echo), {}}
+             : scatterer_echoes(*t.patient, t.geometry, t.heard, {t.seed, k}, ct_from_image, warp);
+    tbb::parallel_for(0, image.lines, [&](int line) {
+      const std::size_t first = static_cast<std::size_t>(line) * n;
+      std::vector<Complex> sum(n);
+      if (rays) {
+        sum = t.across(heard.echo, line);
+      } else {
+        std::copy_n(heard.echo.begin() + static_cast<std::ptrdiff_t>(first), n, sum.begin());
+        needle_echo.add(line, std::span(heard.left).subspan(first, n), sum);
+      }
+      if (!media.empty()) {
+        const LineMedium& medium = media[static_cast<std::size_t>(line)];
+        if (!medium.source.empty()) sum = as_shown(sum, medium);
+        t.add_gas_haze(medium, line, hash_bits(sequence, k, 0), sum);
+      }
+      if (t.probe.reverberation > 0) t.add_reverberation(sum);
+      const auto out =
+          std::span(image.amplitude).subspan(static_cast<std::size_t>(line) * shown, shown);
+      if (t.probe.looks == 1) return t.detect(sum, line, sequence, look, out);
+      std::vector<float> own(shown);
+      t.detect(sum, line, sequence, look, own);
+      for (std::size_t i = 0; i < shown; ++i) {
+        out[i] += own[i] * own[i] / static_cast<float>(t.probe.looks);
+      }
+    });
+  }
+  if (t.probe.looks > 1) {
+    for (float& power : image.amplitude) power = std::sqrt(power);
+  }
   return image;
 }
 
-/// Echoes of all lines before the lateral beam.
-std::vector<Complex> UltrasoundSimulator::Tables::ray_echoes(
-    const Transform<frames::Ct, frames::Image>& pose, const NeedleEcho& needle,
-    const Warp* warp) const {
-  const std::size_t n = samples();
-  const std::size_t m = tissue_samples();
-  const auto at = [](int line) { return static_cast<std::size_t>(line); };
-  std::vector<TissueSample> tissue(at(probe.lines) * m);
+std::vector<RestPath> UltrasoundSimulator::Tables::all_paths(
+    const Transform<frames::Ct, frames::Image>& pose, const Warp* warp) const {
   std::vector<RestPath> paths;
-  paths.reserve(at(probe.lines));
+  paths.reserve(static_cast<std::size_t>(probe.lines));
   for (int line = 0; line < probe.lines; ++line) paths.push_back(path(pose, warp, line));
-  tbb::parallel_for(0, probe.lines, [&](int line) {
-    sample_tissue(paths[at(line)], std::span(tissue).subspan(at(line) * m, m));
+  return paths;
+}
+
+/// Tissue of all lines, one after another.
+std::vector<TissueSample> UltrasoundSimulator::Tables::all_tissue(
+    std::span<const RestPath> paths) const {
+  const std::size_t m = tissue_samples();
+  std::vector<TissueSample> tissue(paths.size() * m);
+  tbb::parallel_for(std::size_t{0}, paths.size(), [&](std::size_t line) {
+    sample_tissue(paths[line], std::span(tissue).subspan(line * m, m));
   });
+  return tissue;
+}
+
+/// Echoes of all lines before the lateral beam.
+std::vector<Complex> UltrasoundSimulator::Tables::ray_echoes(const SpeckleField& field,
+                                                             std::span<const RestPath> paths,
+                                                             std::span<const TissueSample> tissue,
+                                                             const NeedleEcho& needle) const {
+  const std::size_t n = samples();
+  const auto at = [](int line) { return static_cast<std::size_t>(line); };
   std::vector<Complex> echo(at(probe.lines) * n);
   tbb::parallel_for(0, probe.lines, [&](int line) {
     const auto out = std::span(echo).subspan(at(line) * n, n);
     std::vector<float> kept(needle.empty() ? 0 : n);
-    echoes(paths[at(line)], line, tissue, kept, out);
+    echoes(field, paths[at(line)], line, tissue, kept, out);
     if (!needle.empty()) needle.add(line, kept, out);
     blur_along(out);
   });
@@ -340,7 +444,7 @@ void mirror(ScanLineImage& image) {
 
 }  // namespace
 
-UltrasoundFrame UltrasoundSimulator::simulate(
+UltrasoundImage UltrasoundSimulator::simulate(
     const Transform<frames::Ct, frames::Image>& ct_from_image, Timestamp acquired,
     std::uint64_t sequence, const NeedleShaft& needle, const Warp* warp) const {
   ScanLineImage image = envelope(ct_from_image, sequence, needle, warp);
@@ -354,11 +458,11 @@ UltrasoundFrame UltrasoundSimulator::simulate(
       v = std::clamp(v, 0.0F, 255.0F);
     }
   });
-  UltrasoundFrame frame;
+  UltrasoundImage frame;
   frame.acquired = acquired;
   frame.received = acquired;
   frame.sequence = sequence;
-  frame.pixels = tables_->geometry.convert(image.amplitude);
+  frame.pixels = tables_->shown.convert(image.amplitude);
   frame.grid = grid();
   frame.outline = outline();
   return frame;

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "nav/ultrasound_frame.hpp"
+#include "nav/ultrasound_image.hpp"
 #include "sim/anatomy/abdomen_phantom.hpp"
 #include "sim/motion/warp.hpp"
 #include "sim/needle_shaft.hpp"
@@ -44,7 +44,7 @@ class UltrasoundSimulator {
   /// Simulates one image. received is set to acquired; sequence also seeds the electronic noise.
   /// \p needle: a straight or bent needle, if one is visible.
   /// \p warp: motion of the tissue and its speckle; nullptr: at rest.
-  [[nodiscard]] UltrasoundFrame simulate(const Transform<frames::Ct, frames::Image>& ct_from_image,
+  [[nodiscard]] UltrasoundImage simulate(const Transform<frames::Ct, frames::Image>& ct_from_image,
                                          Timestamp acquired, std::uint64_t sequence,
                                          const NeedleShaft& needle = {},
                                          const Warp* warp = nullptr) const;

@@ -84,7 +84,7 @@ class Scanner {
       const double depth = lines_.step_mm() * static_cast<double>(j);
       const Point<frames::Ct> p{start + depth * along};
       if (!in_contact) in_contact = patient_.skin_distance_mm(p) < 0;
-      const bool gel = !in_contact && depth < kMaxCouplingMm;
+      const bool gel = !in_contact && depth < most_coupling_mm(options_.probe);
       const Acoustics a = gel ? tissue_acoustics(Tissue::kGel) : patient_.acoustics(p);
       out[j].impedance = a.impedance_mrayl;
       out[j].loss_db_per_mm = a.attenuation_db_per_cm_mhz * (1 + 0.12F * absorption_.at(p.mm)) *

@@ -21,7 +21,8 @@ class Walk {
       : patient_(patient),
         absorption_(absorption),
         step_mm_(geometry.sample_mm()),
-        mhz_(probe.frequency_mhz) {}
+        mhz_(probe.frequency_mhz),
+        coupling_mm_(most_coupling_mm(probe)) {}
 
   /// Computes the tissue and the remaining amplitude along one line.
   void operator()(const RestPath& path, std::span<Tissue> tissue, std::span<float> left) const {
@@ -31,7 +32,7 @@ class Walk {
       const double depth = step_mm_ * static_cast<double>(i);
       const Point<frames::Ct> p{path.at(depth)};
       if (!contact) contact = patient_.skin_distance_mm(p) < 0;
-      const bool gel = !contact && depth < kMaxCouplingMm;
+      const bool gel = !contact && depth < coupling_mm_;
       const Tissue t = gel ? Tissue::kGel : patient_.tissue(p);
       tissue[i] = t;
       left[i] = std::exp(static_cast<float>(-std::numbers::ln10 / 20 * loss_db));
@@ -48,7 +49,7 @@ class Walk {
  private:
   const Anatomy& patient_;
   const SmoothPatch& absorption_;
-  double step_mm_, mhz_;
+  double step_mm_, mhz_, coupling_mm_;
 };
 
 /// Mean over the lines of the aperture, for each sample.

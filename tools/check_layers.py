@@ -62,7 +62,7 @@ TRADES = {
 # Private headers (used only by their own folder, tests and benchmarks) may contain types of these
 # libraries.
 PRIVATE_HEADER = re.compile(
-    r"^(render/(vtk/|gl/|cpu/|window/vtk_|parallel)|registration/(ceres_|cv_|detail/)|io/(vtk_|detail/)|app/"
+    r"^(render/(vtk/|gl/|cpu/|window/vtk_|parallel)|registration/(ceres_|cv_|detail/)|devices/camera/cv_|io/(vtk_|detail/)|app/"
     r"|bench/)")
 # Public headers that show a trade type on purpose: JSON is the language of several folders.
 SHOWS_TRADE = {"io/json.hpp"}

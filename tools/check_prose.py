@@ -5,7 +5,7 @@
 
     tools/check_prose.py [--count] [root]
 
-Three kinds of problem are reported, one a line, as `file:line: found …; write …`:
+Four kinds of problem are reported, one a line, as `file:line: found …; write …`:
 
 - fragment: a comment block that begins with Of, What, Whether, Where, As, By or The same. Such a
   block has no subject; it should begin with a noun phrase or a verb.
@@ -14,7 +14,10 @@ Three kinds of problem are reported, one a line, as `file:line: found …; write
   not checked: names with an underscore, names followed by a parenthesis, text in backquotes, and
   strings without a space.
 - help: the help text of a command-line option that is missing, begins as a fragment or ends with
-  an adverb that needs the context of another sentence.
+  an adverb that needs the context of another sentence. Rows of the tables of options are read, too
+  (`.text = "…"`).
+
+- name: a retired word in the name of a type, a test or a file of the sources.
 
 --count prints the number of problems by folder and kind instead, and exits with 0.
 """
@@ -37,7 +40,6 @@ DOT_NAMES = {".ci", ".clang-format", ".clang-tidy"}
 # Files and folders that are not checked, each with its reason.
 EXCLUDED = {
     "CHANGELOG.md": "entries describe past releases in the words of their time",
-    "docs/adr": "a decision record keeps the text with which it was decided",
     "docs/STYLE.md": "lists the retired words",
     "tools/check_prose.py": "names the retired words",
     "tools/check_prose_test.py": "tests the retired words",
@@ -81,6 +83,16 @@ HELP = [
 ]
 
 
+# Words in names of types, tests and files, with the word to use. A refused registration is a verdict.
+NAMES = [
+    (re.compile(r"Picture|(?<![a-z])picture"), "image"),
+    (re.compile(r"Refus(?!ed(?:Registration|[A-Z_]|\b))|(?<![a-z])refus(?!ed)"), "reject"),
+    (re.compile(r"(?:Ultrasound|Tracked|Paired|Recorded|Sequence)Frame"), "image"),
+]
+NAMED = re.compile(r"^\s*(?:class|struct|enum class)\s+(\w+)|^TEST(?:_[FP])?\((\w+),\s*(\w+)\)",
+                   re.MULTILINE)
+
+
 def compile_word(pattern: str) -> re.Pattern:
     spaced = pattern.replace(" ", r"\s+")
     return re.compile(rf"(?<![\w\-/$])(?<!::)(?:{spaced})(?![\w(]|-\w|\.\w|::| = )",
@@ -107,7 +119,7 @@ class Piece:
 class Problem:
     file: str
     line: int
-    kind: str  # "fragment", "word" or "help".
+    kind: str  # "fragment", "word", "help" or "name".
     text: str
 
     def __str__(self) -> str:
@@ -239,6 +251,29 @@ def fragment_problems(name: str, piece: Piece) -> Iterator[Problem]:
                       f"found a comment that begins with \"{match[1]}\"; {FRAGMENT_ADVICE}")
 
 
+ROW = re.compile(r"\.text\s*=\s*(?=\0)")
+ROW_NAME = re.compile(r"\.name = \"([^\"]*)\"")
+
+
+def row_problems(name: str, text: str) -> Iterator[Problem]:
+    """Texts of the rows of a table of options: the strings behind `.text =`."""
+    strings = {p.offset: p for p in c_pieces(text) if p.kind == "string"}
+    code = C_TOKEN.sub(lambda m: re.sub(r"[^\n]", "\0" if m["string"] or m["raw"] else " ", m[0]),
+                       text)
+    for match in ROW.finditer(code):
+        piece = strings.get(match.end())
+        if piece is None:
+            continue
+        names = ROW_NAME.findall(text, 0, match.start())
+        of = names[-1] if names else "a row"
+        text_of = re.sub(r"\s+", " ", piece.text).strip()
+        for pattern, advice in HELPS:
+            found = pattern.search(text_of)
+            if found:
+                yield Problem(name, piece.line, "help",
+                              f"found \"{found[0]}\" in the text of {of}; {advice}")
+
+
 ADD = re.compile(r"\b(add(?:_\w+)?)\s*(?:<[^;{}()]*>)?\(")
 
 
@@ -295,6 +330,18 @@ def help_problems(name: str, text: str) -> Iterator[Problem]:
                               f"found \"{found[0]}\" in the help text of {option}; {advice}")
 
 
+def name_problems(file: str, text: str) -> Iterator[Problem]:
+    """Problems of the names of types and tests, and of the file's own name."""
+    named = [(1, pathlib.PurePosixPath(file).stem)]
+    for match in NAMED.finditer(text):
+        line = text.count("\n", 0, match.end()) + 1
+        named += [(line, name) for name in match.groups() if name]
+    for line, name in named:
+        for pattern, advice in NAMES:
+            if pattern.search(name):
+                yield Problem(file, line, "name", f"found the name {name}; write {advice}")
+
+
 def pieces_of(path: pathlib.Path, text: str) -> list[Piece]:
     if path.suffix in C_LIKE:
         return c_pieces(text)
@@ -319,6 +366,8 @@ def problems_of(path: pathlib.Path, name: str) -> list[Problem]:
             found += word_problems(name, piece)
     if path.suffix in C_LIKE:
         found += help_problems(name, text)
+        found += row_problems(name, text)
+        found += name_problems(name, text)
     return sorted(found, key=lambda problem: problem.line)
 
 
@@ -341,7 +390,7 @@ def problems_in(root: pathlib.Path) -> list[Problem]:
 
 
 def count_table(found: list[Problem]) -> str:
-    kinds = ("fragment", "word", "help")
+    kinds = ("fragment", "word", "help", "name")
     counts = collections.Counter()
     for problem in found:
         folder = problem.file.split("/")[0] if "/" in problem.file else "(top)"

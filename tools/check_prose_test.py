@@ -68,7 +68,7 @@ class CheckProseTest(unittest.TestCase):
 
     def test_identifiers_are_left_alone(self):
         for text in ("picture = 1", "whole_picture", "kRefused", "`picture`", "picture()",
-                     "refused({})", "--whole-picture", "io/image_output.hpp", "picture.cpp",
+                     "refused({})", "--whole-image", "io/image_output.hpp", "picture.cpp",
                      "\\p picture", "picture::Kind"):
             with self.subTest(text):
                 self.assertEqual(self.found(f"// It has {text}\n"), [])
@@ -81,6 +81,16 @@ class CheckProseTest(unittest.TestCase):
         self.assertEqual(self.found("The limits refuse a refused pose.\n", "docs/a.md"), [])
         self.assertEqual(self.found(text, "io/a.hpp"), [(1, "word")])
         self.assertEqual(self.found("// Refuses NaN.\n", "registration/a.hpp"), [(1, "word")])
+
+    def test_names_of_types_tests_and_files_are_checked(self):
+        for text in ("struct PictureTimes {\n", "class PictureSource final {\n",
+                     "TEST(FileTest, RefusesDamage) {\n", "TEST_F(PictureTest, Works) {\n",
+                     "struct TrackedFrame {\n"):
+            with self.subTest(text):
+                self.assertEqual(self.found(text), [(1, "name")])
+        self.assertEqual(self.found("int a;\n", "io/picture_watch.cpp"), [(1, "name")])
+        self.assertEqual(self.found("TEST(FileTest, ARefusedRegistrationIsNeverTaken) {\n"), [])
+        self.assertEqual(self.found("struct CanFrame {\n"), [])
 
     def test_a_phrase_may_cross_lines(self):
         self.assertEqual(self.found("// Identity for want\n// of a pose.\n"), [(1, "word")])
@@ -116,7 +126,7 @@ class CheckProseTest(unittest.TestCase):
         self.assertEqual(self.found("Of pages.\n", "docs/a.md"), [])
 
     def test_excluded_files_are_not_checked(self):
-        for name in ("CHANGELOG.md", "docs/STYLE.md", "docs/adr/1.md", "build/a.md", ".git/a.md",
+        for name in ("CHANGELOG.md", "docs/STYLE.md", "build/a.md", ".git/a.md",
                      "nav/a.txt"):
             with self.subTest(name):
                 self.assertEqual(self.found("A picture.\n", name), [])
@@ -152,6 +162,19 @@ class CheckProseTest(unittest.TestCase):
                 self.assertEqual(len(self.helps(call + "->required();")), 1)
         self.assertEqual(self.helps('add("a", "of it");'), [])
 
+    def test_texts_of_option_rows_begin_with_a_noun_or_a_verb(self):
+        row = '{.name = "--a",\n .type = "MM",\n .text =\n "%s",\n .group = g},'
+        for text in ("how well the points were " "touched", "how uneven the pace is",
+                     "what is drawn", "of the images", "draw the table, too"):
+            with self.subTest(text):
+                found = self.problems(row % text)
+                self.assertEqual([(p.line, p.kind) for p in found], [(4, "help")])
+                self.assertIn("--a", found[0].text)
+        for text in ("standard deviation along each axis", "draw how the needle bends"):
+            self.assertEqual(self.found(row % text), [])
+        self.assertEqual(len(self.problems('{.text = "how well it "\n "is known"}')), 1)
+        self.assertEqual(self.found("row.text = text;\n"), [])
+
     def test_a_missing_help_text_is_found(self):
         self.assertEqual(len(self.helps('verb.add_option("--a", a)->required();')), 1)
         self.assertEqual(self.helps('verb.add_option("--a", a)->description(text);'), [])
@@ -160,8 +183,8 @@ class CheckProseTest(unittest.TestCase):
     def test_the_count_is_by_folder_and_kind(self):
         found = self.problems("// Of a picture.\n")
         self.assertEqual([line.split() for line in check_prose.count_table(found).split("\n")],
-                         [["folder", "fragment", "word", "help", "all"],
-                          ["nav", "1", "1", "0", "2"], ["total", "1", "1", "0", "2"]])
+                         [["folder", "fragment", "word", "help", "name", "all"],
+                          ["nav", "1", "1", "0", "0", "2"], ["total", "1", "1", "0", "0", "2"]])
 
     def test_the_exit_status_says_whether_something_was_found(self):
         tool = check_prose.__file__

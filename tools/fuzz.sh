@@ -13,7 +13,7 @@ seconds=${1:?expected the seconds for each fuzzer}
 shift
 names=("$@")
 if [ ${#names[@]} -eq 0 ]; then
-  names=(sequence ct dicom surface config json mcap igtl ndi landmarks)
+  names=(sequence ct dicom surface config json mcap buttons igtl ndi usb landmarks)
 fi
 cmake --preset fuzz -Wno-dev >/dev/null
 cmake --build build/fuzz --parallel "$(tools/jobs.sh)" --target "${names[@]/%/_fuzz}"

@@ -101,6 +101,31 @@ def ndi_crc(data):
     return crc
 
 
+def button_events():
+    def event(kind, code, value):
+        return struct.pack("<qqHHi", 1, 500000, kind, code, value)
+
+    press = event(4, 4, 0x90001) + event(1, 0x100, 1) + event(0, 0, 0) + event(1, 0x100, 0)
+    frame = struct.pack("<IB3x8s", 0x18A, 2, b"\1\x80")
+    return {"press": press, "lost": event(0, 3, 0) + press, "frame": frame * 2}
+
+
+def usb_messages():
+    def record(station, frame):
+        head = b"LY" + struct.pack("<BcBBH", station, b"C", 0x20, 0, 40)
+        return head + struct.pack("<IIi3f4f", 4 * frame, frame, 0, 1, 2, 3, 1, 0, 0, 0)
+
+    error = b"LY" + struct.pack("<BcBBH", 0, b"u", 4, 0, 0)
+    submit = struct.pack(">12I", 1, 13, 2, 1, 8, 0, 512, 0, 0, 0, 0, 0)
+    unlink = struct.pack(">6I24x", 2, 14, 2, 0, 0, 13)
+    return {
+        "records": record(1, 7) + record(2, 7) + error + record(1, 8)[:30] + record(1, 9),
+        "commands": b"\rp\rf1\ru1\rO*,8,9,11,3,7\rh*,1,0,0\rc\rp",
+        "lines": bytes([0, 1, 2, 3, 220, 245, 4, 5, 6]),
+        "usbip": submit + unlink,
+    }
+
+
 def ndi_replies():
     def text(words):
         return words + b"%04X\r" % ndi_crc(words)
@@ -138,7 +163,8 @@ def main():
     tables = {"bare.csv": b"\xef\xbb\xbfA;0,5;0;0;1;2;3\nB;9;0;0;10;2;3\nC;0;9;0;1;11;3\n",
               "quoted.csv": b'"A, left","1,5",2,3,4,5,6,0.5\n'}
     quotes = b'[source]\nkind = """"\n[[devices]]\nid = "patient"\nkind = """"\n'
-    for name, inputs in (("igtl", igtl_messages()), ("ndi", ndi_replies()), ("options", lines),
+    for name, inputs in (("igtl", igtl_messages()), ("ndi", ndi_replies()),
+                         ("buttons", button_events()), ("usb", usb_messages()), ("options", lines),
                          ("landmarks", tables), ("session", {"quotes.toml": quotes})):
         os.makedirs(os.path.join(CORPUS, name), exist_ok=True)
         for kind, content in inputs.items():

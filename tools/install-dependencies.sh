@@ -17,6 +17,7 @@ build=(
   libeigen3-dev libceres-dev libglm-dev libtbb-dev                  # mathematics, threads
   libvtk9-dev libvtk-dicom-dev libegl-dev libegl-mesa0 libgl1-mesa-dri # images
   libopencv-core-dev libopencv-imgproc-dev
+  libopencv-videoio-dev libopencv-contrib-dev                       # cameras, printed markers
   libusb-1.0-0-dev                                                  # devices
   libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libpugixml-dev # text formats
   zlib1g-dev libpng-dev libwebp-dev libssl-dev libspdlog-dev

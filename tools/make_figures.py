@@ -626,7 +626,7 @@ def registration_section(kept: dict, docs: pathlib.Path) -> str:
 
 {when(kept)}
 
-`sonde bench registration --json FILE` ([keys](bench-json.md#bench-registration)), simulated patients, one thread:
+`sonde bench registration --json FILE` ([keys](json.md#bench-registration)), simulated patients, one thread:
 
 {summary}
 
@@ -639,7 +639,7 @@ quick effort on the four patients of the table below:
 
 Beside elastix (mutual information, rigid), same images and starts; {last["peer_theirs"] or "elastix"},
 the cheapest of its settings that converges, over {last["peer_ours"] or "ours"} at the nearest start
-([definition](bench-json.md#bench-registration)):
+([definition](json.md#bench-registration)):
 {number(last["cpu_ratio_elastix"])} from images in memory to the pose, preparation included,
 {number(last["solve_cpu_ratio_elastix"])} solving alone,
 {number(last["end_to_end_cpu_ratio_elastix"])} of whole processes from files.

@@ -12,3 +12,8 @@ shoot() {
 }
 shoot window-images.txt --simulated
 shoot window-images-predicates.txt --phantom carotid
+# The list of controls of the page.
+controls=$(mktemp)
+trap 'rm -f "$controls"' EXIT
+echo "controls docs/window.md" >"$controls"
+QT_QPA_PLATFORM=offscreen "$sonde" window --engine cpu --script "$controls"

@@ -322,6 +322,26 @@ def surface_points():
     return "\n".join(lines) + "\n"
 
 
+def markups():
+    """The landmarks as 3D Slicer saves them: touched in RAS, seen in LPS; and a transform."""
+    rows = [line.split(",") for line in LANDMARKS.strip().splitlines()[1:]]
+    points = [{"label": row[0], "position": [float(x) for x in row[1:4]],
+               "positionStatus": "defined"} for row in rows]
+    touched = {"@schema": "https://raw.githubusercontent.com/slicer/slicer/master/Modules/Loadable/"
+                          "Markups/Resources/Schema/markups-schema-v1.0.3.json#",
+               "markups": [{"type": "Fiducial", "coordinateSystem": "RAS",
+                            "coordinateUnits": "mm", "controlPoints": points}]}
+    seen = ("# Markups fiducial file version = 5.4\n# CoordinateSystem = LPS\n"
+            "# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n")
+    seen += "".join("%d,%s,0,0,0,1,1,1,0,%s,,,2,0\n" % (i + 1, ",".join(row[4:7]), row[0])
+                    for i, row in enumerate(rows))
+    transform = ("#Insight Transform File V1.0\n#Transform 0\n"
+                 "Transform: AffineTransform_double_3_3\n"
+                 "Parameters: -1 0 0 0 -1 0 0 0 1 0 0 0\nFixedParameters: 0 0 0\n")
+    return {"lm.mrk.json": json.dumps(touched, indent=1).encode(), "lm.fcsv": seen.encode(),
+            "pose.tfm": transform.encode()}
+
+
 def make_seeds(folder, sonde):
     files = {
         "ct.mha": meta_ct(False), "ctc.mha": meta_ct(True), "ct.nrrd": nrrd_ct("raw"),
@@ -336,6 +356,7 @@ def make_seeds(folder, sonde):
         "pts.txt": surface_points().encode(),
     }
     files.update(surfaces())
+    files.update(markups())
     for name, content in files.items():
         with open(os.path.join(folder, name), "wb") as file:
             file.write(content)
@@ -395,9 +416,9 @@ def cases():
                   replay + ["--registration", "reg.json"] + REPLAY))
     found.append(("replay", "session file", "s.toml", ["replay", "--session", "s.toml"]))
     found.append(("replay", "appearance", "look.json",
-                  replay + ["--look", "look.json", "--frames", "1"] + VIEW))
+                  replay + ["--appearance", "look.json", "--frames", "1"] + VIEW))
     found.append(("replay", "Slicer preset", "x.vp.json",
-                  replay + ["--look", "x.vp.json", "--frames", "1"] + VIEW))
+                  replay + ["--appearance", "x.vp.json", "--frames", "1"] + VIEW))
     found.append(("predicates", "predicate set", "p.json",
                   ["predicates", "ct.mha", "--predicates", "p.json", "--width", "200", "--height",
                    "200", "--threads", "1", "--out", "p.png"]))
@@ -406,6 +427,12 @@ def cases():
                    "--width", "200", "--height", "200", "--threads", "1", "--out", "p.png"]))
     found.append(("register", "landmarks", "lm.csv",
                   ["register", "--landmarks", "lm.csv", "--ct", "ct.mha", "--json", "reg2.json"]))
+    for file in ("lm.mrk.json", "lm.fcsv"):
+        found.append(("register", "Markups", file,
+                      ["register", "--landmarks", "lm.mrk.json", "--ct-landmarks", "lm.fcsv",
+                       "--ct", "ct.mha", "--json", "reg2.json"]))
+    found.append(("replay", "transform", "pose.tfm",
+                  replay + ["--ct-from-reference", "pose.tfm"] + REPLAY))
     for kind, file in (("STL, binary", "m.stl"), ("STL, text", "ma.stl"), ("PLY", "m.ply"),
                        ("VTK", "m.vtk")):
         found.append(("register", kind, file,

@@ -12,6 +12,8 @@ for preset in dev release asan tsan; do
   cmake --build --preset "$preset" --parallel "$(tools/jobs.sh)"
   ctest --preset "$preset"
 done
+printf '\n== clang-tidy (%s s)\n' "$SECONDS"
+tools/check_tidy.sh --all
 printf '\n== damaged inputs (%s s)\n' "$SECONDS"
 python3 tools/mutate.py --sonde build/release/app/sonde --runs 10000 --seed "$(date +%j)"
 printf '\n== fuzzers (%s s)\n' "$SECONDS"

@@ -77,9 +77,11 @@ constexpr double kCalmMmPerS2 = 3000;  // Accelerations of a hand at work.
 constexpr double kCalmRadPerS2 = 20;
 constexpr double kHandMmPerS = 600;  // Speed of a hand whose path is not known yet.
 constexpr double kHandRadPerS = 6;
-constexpr double kSpeedSeconds = 0.1;  // Time over which the speed of a body is averaged.
-constexpr double kStuckLeverMm = 100;  // Distance from the body at which its turn counts.
-constexpr double kBackMm = 2;          // A reference this near to its place before is back.
+constexpr double kSpeedSeconds = 0.1;   // Time over which the speed of a body is averaged.
+constexpr double kStuckLeverMm = 100;   // Distance from the body at which its turn counts.
+constexpr double kSameMm = 2e-3;        // Changes of the last digits; a tracker's noise is larger.
+constexpr double kSameRotation = 5e-6;  // Likewise, elements of the rotation matrix.
+constexpr double kBackMm = 2;           // A reference this near to its place before is back.
 constexpr double kBackRad = 0.02;
 
 /// Running median: moves by a twentieth of itself.
@@ -300,10 +302,17 @@ GateState::Verdict GateState::judge_motion(const Place& place) {
   return {std::nullopt, "", place_before_ ? PoseDoubt::kMoved : PoseDoubt::kNone};
 }
 
-/// True for a pose of a tool that has not changed to the last digit for too long.
+/// True if two poses differ in their last digits only.
+bool GateState::is_same(const Eigen::Matrix4d& a, const Eigen::Matrix4d& b) {
+  const Eigen::Matrix4d change = (a - b).cwiseAbs();
+  return change.topRightCorner<3, 1>().maxCoeff() <= kSameMm &&
+         change.topLeftCorner<3, 3>().maxCoeff() <= kSameRotation;
+}
+
+/// True for a pose of a tool that has not changed, but for its last digits, for too long.
 bool GateState::is_stuck(const RawPose& raw) {
   if (options_.patient) return false;
-  if (raw.tracker_from_body != same_) {
+  if (!is_same(raw.tracker_from_body, same_)) {
     const double seconds = to_seconds(raw.acquired - same_since_);
     if (seconds > 0) {
       // Frobenius norm: a small turn by x changes the rotation matrix by sqrt(2) x.
@@ -331,8 +340,11 @@ Finding GateState::stuck_finding(const RawPose& raw) const {
   const Duration stuck = raw.acquired - same_since_;
   return {.subject = name_,
           .key = "pose",
-          .values = {"unchanged to the last digit from " + std::to_string(to_seconds(same_since_)) +
-                     " s on, for " + std::to_string(to_seconds(stuck)) +
+          .values = {std::string(raw.tracker_from_body == same_
+                                     ? "unchanged to the last digit from "
+                                     : "unchanged but for the last digits from ") +
+                     std::to_string(to_seconds(same_since_)) + " s on, for " +
+                     std::to_string(to_seconds(stuck)) +
                      " s or more (does the tracker repeat the last pose of a "
                      "tool that it does not see?)"},
           .used = "these poses, as degraded"};

@@ -29,9 +29,9 @@ struct PoseGateOptions {
   bool patient = false;
   double max_patient_speed_mm_per_s = 100;  ///< > 0.
   double max_patient_turn_rad_per_s = 0.5;  ///< > 0.
-  /// A pose of a tool that does not change to the last digit for longer than this is degraded:
-  /// trackers repeat the last pose of a tool that they do not see. Absent for the reference, which
-  /// may lie still.
+  /// A pose of a tool that does not change for longer than this is degraded: trackers repeat the
+  /// last pose of a tool that they do not see. The last digits may change, by less than any tracker
+  /// is still. Absent for the reference, which may lie still.
   Duration max_stuck = std::chrono::milliseconds(250);
   /// It is degraded sooner if the tool, at the speed that it had, would have moved by more than
   /// this, > 0. A turn counts at 100 mm from the body.
@@ -116,6 +116,7 @@ class GateState {
   [[nodiscard]] Distance hardest(const Place& place) const;
   [[nodiscard]] Distance limit(const Place& place) const;
   void follow(const Place& place);
+  [[nodiscard]] static bool is_same(const Eigen::Matrix4d& a, const Eigen::Matrix4d& b);
   [[nodiscard]] bool is_stuck(const RawPose& raw);
   [[nodiscard]] Finding stuck_finding(const RawPose& raw) const;
 

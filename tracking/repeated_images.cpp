@@ -24,28 +24,38 @@ bool of_one_value(const Image2d<std::uint8_t>& image) {
 
 }  // namespace
 
-std::string RepeatedImages::doubt(
-    const UltrasoundFrame& image,
+std::optional<RepeatedImage> RepeatedImages::find(
+    const UltrasoundImage& image,
     const Transform<frames::Tracker, frames::Probe>& tracker_from_probe) {
-  if (!first_ || !same(image.pixels, pixels_)) {
-    pixels_ = image.pixels;
-    first_ = tracker_from_probe;
-    since_ = image.acquired;
-    said_ = false;
-    return {};
+  const auto first =
+      std::ranges::find_if(kept_, [&](const First& one) { return same(image.pixels, one.pixels); });
+  if (first == kept_.end()) {
+    if (kept_.size() == kMostKept) kept_.pop_back();
+    kept_.push_front({image.pixels, tracker_from_probe, image.acquired});
+    last_ = 0;
+    return std::nullopt;
   }
-  const double mm = (tracker_from_probe.translation_mm() - first_->translation_mm()).norm();
-  if (mm <= kStillMm && rotation_distance_rad(tracker_from_probe, *first_) <= kStillRad) return {};
-  if (of_one_value(pixels_)) return {};
-  const std::string doubt = "the image is unchanged since " + std::to_string(to_seconds(since_)) +
-                            " s while the probe moves: the scanner is frozen or repeats images";
-  if (!std::exchange(said_, true)) {
-    diagnostics_.report("tracking", {.subject = "images",
-                                     .key = "pixels",
-                                     .values = {doubt},
-                                     .used = "these images, as degraded"});
+  const std::ptrdiff_t before = std::exchange(last_, first - kept_.begin());
+  const double mm =
+      (tracker_from_probe.translation_mm() - first->tracker_from_probe.translation_mm()).norm();
+  const double rad = rotation_distance_rad(tracker_from_probe, first->tracker_from_probe);
+  if (mm <= kStillMm && rad <= kStillRad) return std::nullopt;
+  if (of_one_value(first->pixels)) return std::nullopt;
+  const std::string since = std::to_string(to_seconds(first->acquired)) + " s ";
+  const std::string doubt =
+      before == last_
+          ? "the image is unchanged since " + since +
+                "while the probe moves: the scanner is frozen or repeats images"
+          : "the image is again that of " + since +
+                "while the probe moves: the scanner or the frame grabber alternates between images";
+  if (!std::exchange(first->said, true)) {
+    diagnostics_.report("tracking",
+                        {.subject = "images",
+                         .key = "pixels",
+                         .values = {doubt},
+                         .used = "these images, as degraded, and as stale once they are old"});
   }
-  return doubt;
+  return RepeatedImage{doubt, first->acquired};
 }
 
 }  // namespace nav::tracking

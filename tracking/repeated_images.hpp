@@ -2,33 +2,48 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <deque>
 #include <optional>
 #include <string>
 
 #include "nav/diagnostics.hpp"
-#include "nav/ultrasound_frame.hpp"
+#include "nav/ultrasound_image.hpp"
 
 namespace nav::tracking {
 
-/// Finds images that repeat the image before to the last byte while the probe moves: the scanner is
-/// frozen, or a frame grabber repeats. An image of one value has nothing to repeat. Not
-/// thread-safe.
+/// An image that shows what an earlier one showed.
+struct RepeatedImage {
+  std::string doubt;   ///< Sentence that says which one it repeats.
+  Timestamp acquired;  ///< Acquisition of the image that it repeats.
+};
+
+/// Finds images that repeat one of the images before to the last byte while the probe moves: the
+/// scanner is frozen, or a frame grabber repeats one image or alternates between some. An image of
+/// one value has nothing to repeat. Not thread-safe.
 class RepeatedImages {
  public:
   /// \p diagnostics hears of each image that begins to be repeated; it must outlive this.
   explicit RepeatedImages(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
 
-  /// Judges the next image, which has pixels. Returns a sentence when it repeats an image at which
-  /// the probe was more than 1 mm or 1 degree away; otherwise an empty text.
-  std::string doubt(const UltrasoundFrame& image,
-                    const Transform<frames::Tracker, frames::Probe>& tracker_from_probe);
+  /// Judges the next image, which has pixels. Absent, unless it repeats one of the newest different
+  /// images, at which the probe was more than 1 mm or 1 degree away.
+  std::optional<RepeatedImage> find(
+      const UltrasoundImage& image,
+      const Transform<frames::Tracker, frames::Probe>& tracker_from_probe);
 
  private:
+  /// An image that came for the first time.
+  struct First {
+    Image2d<std::uint8_t> pixels;
+    Transform<frames::Tracker, frames::Probe> tracker_from_probe;
+    Timestamp acquired;
+    bool said = false;
+  };
+  static constexpr std::size_t kMostKept = 4;
+
   Diagnostics& diagnostics_;
-  Image2d<std::uint8_t> pixels_;
-  std::optional<Transform<frames::Tracker, frames::Probe>> first_;  ///< Pose at its first copy.
-  Timestamp since_{};
-  bool said_ = false;
+  std::deque<First> kept_;   ///< The newest different images, newest first.
+  std::ptrdiff_t last_ = 0;  ///< The one of them that came last.
 };
 
 }  // namespace nav::tracking

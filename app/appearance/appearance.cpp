@@ -229,7 +229,7 @@ void warn_of_lost_components(const render::TransferFunction& transfer, Diagnosti
             "found an opacity of "
          << most->opacity << " at " << most->hu << ", of which " << drawn
          << " is drawn: multiply the volume's values and the nodes by a constant";
-    diagnostics.report(Severity::kWarning, "look", text.str());
+    diagnostics.report(Severity::kWarning, "appearance", text.str());
   }
 }
 
@@ -242,7 +242,7 @@ void warn_of_missing_presets(const SessionConfig::Appearance& appearance, const 
       std::filesystem::is_directory(folder, none)) {
     return;
   }
-  diagnostics.report(Severity::kWarning, "look",
+  diagnostics.report(Severity::kWarning, "appearance",
                      folder.string() + ": expected the folder of the presets, found none: " +
                          preset_name(appearance, ct) + " is drawn in place of " +
                          kContextualPreset + " (SONDE_APPEARANCES names another folder)");

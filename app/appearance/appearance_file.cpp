@@ -257,6 +257,17 @@ Result<AppearanceFile> read_appearance_file(const std::filesystem::path& path) {
   }
 }
 
+Result<AppearanceFile> parse_appearance_text(const std::string& name, const std::string& text) {
+  const auto root = io::parse_json(name, text);
+  if (!root) return root.error();
+  try {
+    return appearance_from_json(name, *root);
+  } catch (const nlohmann::json::exception&) {
+    return Error{ErrorCode::kMalformedData,
+                 name + ": expected the members of an appearance, found one of another type"};
+  }
+}
+
 std::string to_json_text(const AppearanceFile& appearance) {
   io::Json root{{"sonde_look", kVersion}, {"name", appearance.transfer.name()}};
   root["components"] = io::Json::array();

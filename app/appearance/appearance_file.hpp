@@ -40,6 +40,9 @@ struct AppearanceFile {
 /// position, what was expected and what was found.
 Result<AppearanceFile> read_appearance_file(const std::filesystem::path& path);
 
+/// Reads Sonde's own JSON from a text. name: for messages.
+Result<AppearanceFile> parse_appearance_text(const std::string& name, const std::string& text);
+
 /// Appearance as Sonde's own JSON; read_appearance_file() returns the same values.
 std::string to_json_text(const AppearanceFile& appearance);
 /// Writes the appearance as JSON; the file appears only when it is complete.

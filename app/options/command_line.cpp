@@ -64,10 +64,8 @@ void CommandLine::add_info() {
 }
 
 void CommandLine::add_bench_program() {
-  for (const auto& [name, description] :
-       {std::pair{"bench", "Measure run time against error (program sonde-bench)"},
-        {"gallery", "Draw the images of docs/gallery.md (program sonde-bench)"}}) {
-    CLI::App* verb = app_.add_subcommand(name, description);
+  for (const char* name : {"bench", "gallery"}) {
+    CLI::App* verb = app_.add_subcommand(name, find_verb(name)->summary);
     // run() hands the command line over before it is parsed.
     verb->callback([this, name = std::string(name)] {
       verb_ = [name](Console&) -> Result<void> {
@@ -93,10 +91,8 @@ void CommandLine::prepare_help() {
 
 void CommandLine::add_help() {
   // run() answers both before the command line is parsed.
-  for (const auto& [name, description] :
-       {std::pair{"help", "Print the help of a verb; --man: its manual page"},
-        {"completion", "Print the completion of a shell: bash"}}) {
-    app_.add_subcommand(name, description)->callback([this, name = std::string(name)] {
+  for (const char* name : {"help", "completion"}) {
+    app_.add_subcommand(name, find_verb(name)->summary)->callback([this, name = std::string(name)] {
       verb_ = [name](Console&) -> Result<void> {
         return Error{ErrorCode::kUsage, name + ": expected it as the first word, found others"};
       };
@@ -158,12 +154,14 @@ std::optional<int> CommandLine::parse(int argc, const char* const* argv) {
 int CommandLine::run(int argc, const char* const* argv) {
   std::vector<std::string> words(argv + 1, argv + argc);
   const std::string first = words.empty() ? "" : words.front();
+  const bool all = words.size() == 3 && words[2] == "--help-all";
   const bool known =
-      words.size() == 2 &&
+      (words.size() == 2 || all) &&
       std::ranges::any_of(verbs_of(app_), [&](const auto& verb) { return verb.first == words[1]; });
   if (first == "help" && (known || words.size() == 1)) {
-    // "help VERB" is "VERB --help", "help" alone "--help".
-    const char* const asked[] = {argv[0], known ? argv[2] : "--help", "--help"};
+    // "help VERB" is "VERB --help", "help VERB --help-all" all of it, "help" alone "--help".
+    const char* const asked[] = {argv[0], known ? argv[2] : "--help",
+                                 all ? "--help-all" : "--help"};
     return run(known ? 3 : 2, asked);
   }
   const bool asks_help = !words.empty() && words.back().starts_with("--help");

@@ -8,6 +8,9 @@
 #include "app/options/option_rows.hpp"
 #include "app/options/session_devices.hpp"
 #include "app/options/session_section.hpp"
+#include "app/options/session_structures.hpp"
+#include "io/transform_file.hpp"
+#include "nav/positions.hpp"
 
 namespace nav::app {
 namespace {
@@ -17,15 +20,24 @@ using Matrix = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 const std::vector<std::string_view> kSessions{"replay", "live", "slices", "predicates"};
 const std::vector<std::string_view> kPlaying{"replay", "register", "slices", "reconstruct"};
 
-/// A placement on the command line replaces either kind of a session file.
+/// A placement on the command line replaces either kind of a session file. A transform file is read
+/// when the verb begins.
 Result<void> take_matrix(Settings& s, const std::vector<std::string>& values) {
+  if (io::is_transform_file(values.front())) {
+    s.config.placement.transform = values.front();
+    s.config.placement.ct_from_reference.reset();
+    s.config.placement.registration.clear();
+    return {};
+  }
   std::string spaced = values.front();
   for (char& c : spaced) c = c == ',' ? ' ' : c;
   std::istringstream stream(spaced);
   stream.imbue(std::locale::classic());
   std::vector<double> numbers;
   for (double number = 0; stream >> number;) numbers.push_back(number);
-  if (numbers.size() != 16 || !stream.eof()) return unreadable("16 numbers", values.front());
+  if (numbers.size() != 16 || !stream.eof()) {
+    return unreadable("16 numbers or a transform file (.tfm)", values.front());
+  }
   s.config.placement.ct_from_reference = Eigen::Map<const Matrix>(numbers.data());
   s.config.placement.registration.clear();
   return {};
@@ -54,7 +66,7 @@ void read_registration(Section& section, const char* key, Settings& s) {
 }
 
 void write_registration(KeyWriter& writer, const char* key, const Settings& s) {
-  writer.table.insert(key, absolute_text(s.config.placement.registration));
+  writer.table.insert(key, writer.path(s.config.placement.registration));
 }
 
 void read_kind(Section& section, const char* key, Settings& s) {
@@ -92,6 +104,18 @@ void write_calibration(KeyWriter&, const char*, const Settings&) {}
 Requirement ct_to_register() { return {.any_of = {{"--ct"}}, .verb = "register"}; }
 
 }  // namespace
+
+std::string found_number(double number) {
+  std::ostringstream text;
+  text << number;
+  return text.str();
+}
+
+std::string found_point(const Eigen::Vector3d& mm) {
+  std::ostringstream text;
+  text << mm.transpose();
+  return text.str();
+}
 
 Error unreadable(const std::string& expected, const std::string& text) {
   return {ErrorCode::kUsage, "expected " + expected + ", found '" + text + "'"};
@@ -191,7 +215,9 @@ void add_file_rows(std::vector<Option>& rows) {
        .required = true},
       {.name = "file",
        .type = "FILE",
-       .text = "sequence, CT (file or DICOM folder), registration or PLUS configuration",
+       .text =
+           "sequence, recording, volume (file or DICOM folder), registration, transform, points, "
+           "surface or PLUS configuration",
        .group = group::kGroupFiles,
        .verbs = {"info"},
        .slot = NAV_SLOT(file),
@@ -295,7 +321,7 @@ void add_file_rows(std::vector<Option>& rows) {
        .required = true},
       {.name = "--json",
        .type = "FILE",
-       .text = "write the report as JSON here too; -: standard output",
+       .text = "also write the report as JSON here; -: standard output",
        .group = group::kGroupFiles,
        .verbs = {"demo", "replay", "live", "window", "record", "serve", "emulate", "info",
                  "devices", "reconstruct"},
@@ -443,12 +469,24 @@ void add_recording_rows(std::vector<Option>& rows) {
        .group = group::kGroupRecording,
        .absent = "none",
        .key = "devices",
+       .always = {{.met =
+                       [](const Settings& s) {
+                         return s.config.source.devices.empty() ||
+                                s.config.source.kind == SessionConfig::SourceKind::kLive;
+                       },
+                   .text = "source.kind = \"live\" beside them",
+                   .found = [](const Settings& s) -> std::string {
+                     const bool simulated =
+                         s.config.source.kind == SessionConfig::SourceKind::kSimulated;
+                     return simulated ? "simulated" : "recording";
+                   }}},
        .read = read_devices,
        .write = write_devices},
       {.name = "--ct-from-reference",
-       .type = "\"16 NUMBERS\"",
+       .type = "\"16 NUMBERS\"|TFM",
        .unit = "mm",
-       .text = "declared placement of the CT, row-major; the start pose of register",
+       .text = "declared placement of the CT, row-major, on the command line also the ITK "
+               "transform file of ReferenceToRas (3D Slicer); the start pose of register",
        .group = group::kGroupRecording,
        .verbs = {"replay", "live", "register", "slices"},
        .absent = "none",
@@ -456,6 +494,18 @@ void add_recording_rows(std::vector<Option>& rows) {
        .needs = {recording_session(), recording_to_slice()},
        .idle_with = {{"--landmarks"}},
        .excludes = {"--registration"},
+       .always = {{.met =
+                       [](const Settings& s) {
+                         const auto& matrix = s.config.placement.ct_from_reference;
+                         return !matrix ||
+                                is_place(Eigen::Vector3d(matrix->topRightCorner<3, 1>()));
+                       },
+                   .text = "a translation within 1e7 mm",
+                   .found =
+                       [](const Settings& s) {
+                         return found_point(
+                             s.config.placement.ct_from_reference->topRightCorner<3, 1>());
+                       }}},
        .take = take_matrix,
        .read = read_matrix,
        .write = write_matrix},
@@ -495,8 +545,16 @@ void add_plan_rows(std::vector<Option>& rows) {
        .unit = "mm",
        .text = "entry of the planned path on the skin, LPS",
        .group = group::kGroupPlan,
+       .range = within(-1e6, 1e6),
        .absent = "required in a plan",
        .key = "plan.entry_mm",
+       .always = {{.met =
+                       [](const Settings& s) {
+                         return !s.config.plan || s.config.plan->entry_ct.mm.norm() <= 1e6;
+                       },
+                   .text = "a position within 10^6 mm",
+                   .found =
+                       [](const Settings& s) { return found_point(s.config.plan->entry_ct.mm); }}},
        .read =
            [](Section& section, const char* key, Settings& s) {
              if (section.is_there()) kReadPoint(section, key, kPlanOf(s).entry_ct.mm);
@@ -509,8 +567,16 @@ void add_plan_rows(std::vector<Option>& rows) {
        .unit = "mm",
        .text = "centre of the lesion, LPS",
        .group = group::kGroupPlan,
+       .range = within(-1e6, 1e6),
        .absent = "required in a plan",
        .key = "plan.target_mm",
+       .always = {{.met =
+                       [](const Settings& s) {
+                         return !s.config.plan || s.config.plan->target_ct.mm.norm() <= 1e6;
+                       },
+                   .text = "a position within 10^6 mm",
+                   .found =
+                       [](const Settings& s) { return found_point(s.config.plan->target_ct.mm); }}},
        .read =
            [](Section& section, const char* key, Settings& s) {
              if (section.is_there()) kReadPoint(section, key, kPlanOf(s).target_ct.mm);
@@ -521,10 +587,21 @@ void add_plan_rows(std::vector<Option>& rows) {
            }},
       {.type = "MM",
        .unit = "mm",
-       .text = "radius of the lesion, a sphere, 0.1 to 500",
+       .text = "radius of the lesion, a sphere",
        .group = group::kGroupPlan,
+       .range = within(0.1, 500),
        .absent = "required in a plan",
        .key = "plan.target_radius_mm",
+       .always = {{.met =
+                       [](const Settings& s) {
+                         return !s.config.plan || (s.config.plan->target_radius_mm >= 0.1 &&
+                                                   s.config.plan->target_radius_mm <= 500);
+                       },
+                   .text = "0.1 to 500",
+                   .found =
+                       [](const Settings& s) {
+                         return found_number(s.config.plan->target_radius_mm);
+                       }}},
        .read =
            [](Section& section, const char* key, Settings& s) {
              if (section.is_there()) section.required_number(key, kPlanOf(s).target_radius_mm);
@@ -535,10 +612,19 @@ void add_plan_rows(std::vector<Option>& rows) {
            }},
       {.type = "MM",
        .unit = "mm",
-       .text = "safety margin beyond the radius, drawn as a faint sphere, 0 to 500",
+       .text = "safety margin beyond the radius, drawn as a faint sphere",
        .group = group::kGroupPlan,
+       .range = within(0, 500),
        .absent = "0",
        .key = "plan.margin_mm",
+       .always = {{.met =
+                       [](const Settings& s) {
+                         return !s.config.plan ||
+                                (s.config.plan->margin_mm >= 0 && s.config.plan->margin_mm <= 500);
+                       },
+                   .text = "0 to 500",
+                   .found =
+                       [](const Settings& s) { return found_number(s.config.plan->margin_mm); }}},
        .read =
            [](Section& section, const char* key, Settings& s) {
              if (section.is_there()) section.number(key, kPlanOf(s).margin_mm);
@@ -546,7 +632,15 @@ void add_plan_rows(std::vector<Option>& rows) {
        .write =
            [](KeyWriter& writer, const char* key, const Settings& s) {
              if (s.config.plan) writer.table.insert(key, s.config.plan->margin_mm);
-           }}};
+           }},
+      {.type = "LIST",
+       .text = "structures that the path has to stay away from, a list of tables: name, "
+               "clearance_mm, and centre_mm with radius_mm, or low_hu with high_hu",
+       .group = group::kGroupPlan,
+       .absent = "none",
+       .key = "critical_structures",
+       .read = read_structures,
+       .write = write_structures}};
   rows.insert(rows.end(), plan.begin(), plan.end());
 }
 

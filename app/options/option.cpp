@@ -109,6 +109,19 @@ bool is_in(const Range& range, double number) {
   return number <= range.high && (range.above_low ? number > range.low : number >= range.low);
 }
 
+/// Limits of the type of a whole number; empty for other values.
+std::string whole_range_text(const Option& option) {
+  return with_value(option, any_settings(), [](const auto& value) -> std::string {
+    using T = typename Held<std::remove_cvref_t<decltype(value)>>::Type;
+    if constexpr (kIsWhole<T>) {
+      using Limits = std::numeric_limits<T>;
+      return std::to_string(Limits::min()) + " to " + std::to_string(Limits::max());
+    } else {
+      return "";
+    }
+  });
+}
+
 Error wrong(const Option& option, const std::string& found) {
   std::string further;
   if (!option.choices_from.empty()) {
@@ -276,7 +289,7 @@ bool is_set(const Option& option, const Settings& settings) {
 
 std::string range_text(const Option& option) {
   if (!option.choices.empty()) return listed(option.choices);
-  if (!option.range) return "";
+  if (!option.range) return option.unbounded.empty() ? whole_range_text(option) : option.unbounded;
   const Range& range = *option.range;
   const std::string low = number_text(range.low);
   const std::string high = number_text(range.high);
@@ -293,17 +306,14 @@ std::string expected_text(const Option& option) {
     using T = typename Held<std::remove_cvref_t<decltype(value)>>::Type;
     if constexpr (std::is_same_v<T, bool>) {
       return "true or false";
-    } else if constexpr (std::is_same_v<T, std::uint64_t>) {
-      return "a whole number of 0 to 18446744073709551615";
     } else if constexpr (kIsWhole<T>) {
       if (option.range && !option.range->zero.empty()) return range;
-      if (option.range) return "a whole number of " + range;
-      return "a whole number of " + std::to_string(std::numeric_limits<T>::min()) + " to " +
-             std::to_string(std::numeric_limits<T>::max());
+      return "a whole number of " + range;
     } else if constexpr (std::is_same_v<T, double>) {
       return range.empty() ? "a number" : range;
     } else if constexpr (kRowsOf<T> > 0) {
-      return std::to_string(kRowsOf<T>) + " finite numbers";
+      const std::string count = std::to_string(kRowsOf<T>);
+      return option.range ? count + " numbers of " + range : count + " finite numbers";
     } else {
       return range.empty() ? "a value" : range;
     }
@@ -326,6 +336,18 @@ Result<void> check_value(const Option& option, const Settings& settings) {
       }
       if (option.range && !is_in(*option.range, static_cast<double>(number))) {
         return wrong(option, as_text(number));
+      }
+    }
+    if constexpr (kRowsOf < Type >> 0) {
+      const Type* numbers = nullptr;
+      if constexpr (Held<T>::kOptional) {
+        numbers = &*value;
+      } else {
+        numbers = &value;
+      }
+      const auto in_range = [&](double number) { return is_in(*option.range, number); };
+      if (option.range && !std::all_of(numbers->begin(), numbers->end(), in_range)) {
+        return wrong(option, as_text(*numbers));
       }
     }
     if constexpr (std::is_same_v<Type, std::string>) {

@@ -56,6 +56,9 @@ struct Requirement {
   std::string_view verb{};                          ///< Only for this verb; empty: for all.
 };
 
+/// Property of the predicates of a set that an option acts on.
+enum class SetProperty { kNone, kScanLines, kLabels, kVesselness, kGradients, kDerived };
+
 /// One option of the command line, one key of the session file, or both.
 struct Option {
   /// "--width", "sweep" for an argument without a name, empty for a key that has no option.
@@ -68,7 +71,8 @@ struct Option {
   std::string group{};  ///< Heading of the help and table of the documents (option_groups.hpp).
   std::vector<std::string_view> verbs{};
   Slot (*slot)(Settings&) = nullptr;  ///< Null: take, read and write do all.
-  std::optional<Range> range{};
+  std::optional<Range> range{};       ///< For each number; where it is absent, unbounded says why.
+  std::string unbounded{};            ///< Numbers that it takes, in words, where no range says it.
   std::vector<std::string> choices{};
   std::filesystem::path choices_from{};  ///< Folder whose files are choices; empty: none.
   std::string absent{};  ///< Effect of not giving it, where the slot has no default: "automatic".
@@ -85,7 +89,11 @@ struct Option {
   std::vector<Requirement> needs{};
   std::vector<Condition> idle_with{};   ///< It has no effect while one of these holds.
   std::vector<std::string> excludes{};  ///< Options that cannot be given beside it.
-  std::string formerly{};               ///< Older name, which works with a warning.
+  /// Rules (met, text and found) for the value, wherever it comes from: the command line, the
+  /// session file or a default.
+  std::vector<Requirement> always{};
+  SetProperty acts_on = SetProperty::kNone;  ///< No effect on a predicate set without it.
+  std::string formerly{};                    ///< Older name, which works with a warning.
   std::string
       retired{};  ///< Reason why an option of the last version is ignored; empty: it is not.
   /// Replaces the slot: stores values that need more than a conversion. Errors: `expected …, found
@@ -138,7 +146,7 @@ std::string value_text(const Option& option, const Settings& settings);
 /// True where the value is neither absent nor empty, 0 or false; of a flag that negates, false.
 bool is_set(const Option& option, const Settings& settings);
 
-/// "16 to 8192 pixels", "cpu, gl or reference"; empty: any value.
+/// "16 to 8192 pixels", "cpu, gl or reference", unbounded; empty: any value.
 std::string range_text(const Option& option);
 
 /// Values that the option takes, for messages: "a whole number of 16 to 8192 pixels", "3 finite

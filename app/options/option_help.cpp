@@ -96,7 +96,8 @@ std::string detail_text(const Option& option, const Settings& defaults) {
 std::string verb_help(const Verb& verb, bool all) {
   const Settings defaults = default_settings(verb.name);
   const auto options = options_of(verb.name);
-  std::string text = verb.summary + ".\n\nUsage: sonde " + verb.synopsis + " [options]\n";
+  std::string text = verb.summary + ".\n\nUsage: sonde " + verb.synopsis +
+                     (options.empty() ? "\n" : " [options]\n");
   text += "\nExamples:\n";
   for (const std::string& example : verb.examples) text += "  " + example + "\n";
   std::size_t hidden = 0;
@@ -126,7 +127,7 @@ std::string program_help(const std::vector<std::pair<std::string, std::string>>&
       "Usage: sonde VERB [options]\n\nVerbs:\n";
   for (const auto& [name, summary] : verbs) text += two_columns(name, summary);
   text += "\nHelp:\n" + two_columns("sonde help VERB", "usual options of a verb, with examples");
-  text += two_columns("sonde VERB --help-all", "all options of a verb");
+  text += two_columns("sonde help VERB --help-all", "all options of a verb");
   text += two_columns("--version", "print the version");
   text += two_columns("-v, --verbose", "also show information of the libraries");
   return text;

@@ -14,8 +14,8 @@ Result<void> reject_idle(const CLI::App& verb, const std::vector<Need>& needs) {
     if (need.met) continue;
     for (const char* option : need.options) {
       if (!is_given(verb, option)) continue;
-      return Error{ErrorCode::kUsage, std::string(option) + ": expected " + need.expected +
-                                          " beside it, found " + need.found};
+      return Error{ErrorCode::kUsage,
+                   std::string(option) + " requires " + need.expected + ", found " + need.found};
     }
   }
   return {};

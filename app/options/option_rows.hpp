@@ -39,6 +39,7 @@ inline constexpr const char* kGroupNeedle = "Needle";
 inline constexpr const char* kGroupTracker = "Tracker and time";
 inline constexpr const char* kGroupPlan = "Plan";
 inline constexpr const char* kGroupWindowRun = "Window";
+inline constexpr const char* kGroupWindowState = "State of the window";
 }  // namespace group
 
 /// 3D view and appearance: demo, replay.
@@ -60,6 +61,7 @@ void add_window_rows(std::vector<Option>& rows);
 void add_simulate_rows(std::vector<Option>& rows);
 /// Keys of the session file that no option sets.
 void add_plan_rows(std::vector<Option>& rows);
+void add_window_state_rows(std::vector<Option>& rows);
 
 /// Needs that several rows share.
 Requirement
@@ -68,6 +70,14 @@ Requirement ultrasound_volume();   ///< In a replay: --us-volume.
 Requirement sweep_to_register();   ///< In a registration: a sweep.
 Requirement recording_to_slice();  ///< In slices: --recording.
 Requirement dicom_folder();        ///< For --series.
+
+/// Coordinates of a point, mm.
+inline Range of_point() { return within(-1e7, 1e7); }
+
+/// Number of a rule's message.
+std::string found_number(double number);
+/// Numbers of a point or translation in a rule's message.
+std::string found_point(const Eigen::Vector3d& mm);
 
 /// Puts a repeated value such as "LOW:HIGH=I" into an error: `expected …, found 'text'`.
 Error unreadable(const std::string& expected, const std::string& text);

@@ -22,6 +22,7 @@ const std::vector<Option>& option_table() {
     add_volume_rows(rows);
     add_predicate_rows(rows);
     add_plan_rows(rows);
+    add_window_state_rows(rows);
     return rows;
   }();
   return table;

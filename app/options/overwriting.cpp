@@ -8,6 +8,7 @@
 
 #include "io/atomic_file.hpp"
 #include "io/ct.hpp"
+#include "io/own_mark.hpp"
 #include "io/sequence.hpp"
 
 namespace nav::app {
@@ -95,6 +96,20 @@ Result<void> reject_overwriting(const std::vector<NamedFile>& outputs,
   return {};
 }
 
+Result<void> reject_foreign(const std::vector<NamedFile>& outputs) {
+  for (const NamedFile& out : outputs) {
+    if (out.path.empty() || !is_there(out)) continue;
+    const auto own = io::is_own_file(out.path);
+    if (!own) return Error{own.error().code, out.name + ": " + own.error().message};
+    if (*own) continue;
+    return Error{ErrorCode::kIo, out.name + ": expected no file or one of an earlier run, found " +
+                                     out.path.string() +
+                                     ", which Sonde did not write or which was changed; move it "
+                                     "away or choose another name"};
+  }
+  return {};
+}
+
 Result<void> reject_unwritable(const std::vector<NamedFile>& outputs,
                                const std::vector<std::filesystem::path>& made) {
   for (const NamedFile& out : outputs) {
@@ -104,6 +119,8 @@ Result<void> reject_unwritable(const std::vector<NamedFile>& outputs,
     if (own_folder) continue;
     const auto file = io::AtomicFile::create(out.path);
     if (!file) return Error{file.error().code, out.name + ": " + file.error().message};
+    const std::filesystem::path folder = out.path.parent_path();
+    io::remove_leftovers(folder.empty() ? "." : folder);
   }
   return {};
 }

@@ -22,8 +22,13 @@ struct NamedFile {
 Result<void> reject_overwriting(const std::vector<NamedFile>& outputs,
                                 const std::vector<NamedFile>& inputs);
 
+/// Rejects outputs that the user did not name, and in whose place lies a file that Sonde did not
+/// write (io::is_own_file()).
+Result<void> reject_foreign(const std::vector<NamedFile>& outputs);
+
 /// Rejects outputs that cannot be written, by name, before anything is computed; leaves nothing
-/// behind. What lies in one of the folders that the verb makes by itself is taken as it is.
+/// behind, and removes unfinished files that killed runs left beside them. What lies in one of the
+/// folders that the verb makes by itself is taken as it is.
 Result<void> reject_unwritable(const std::vector<NamedFile>& outputs,
                                const std::vector<std::filesystem::path>& made = {});
 

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/options/predicate_needs.hpp"
 
-#include <algorithm>
 #include <set>
 
 #include "app/options/option_parser.hpp"
@@ -13,69 +12,63 @@
 namespace nav::app {
 namespace {
 
-/// Properties of predicates that options act on.
-struct SetReads {
-  bool scan_lines = false;
-  bool labels = false;
-  bool vesselness = false;
-  bool gradients = false;
-  bool derived = false;
-};
-
-Result<SetReads> reads_of(const render::PredicateModel& model) {
-  SetReads reads;
+/// Properties that the predicates of a set have.
+Result<std::set<SetProperty>> properties_of(const render::PredicateModel& model) {
+  std::set<SetProperty> found;
+  const auto add = [&](bool there, SetProperty property) {
+    if (there) found.insert(property);
+  };
   for (const std::string& name : render::kinds_of(model)) {
     const auto kind = render::find_predicate_kind(name);
     if (!kind) return kind.error();
     const render::PredicateNeeds needs = (*kind)->needs({});
-    reads.scan_lines = reads.scan_lines || render::reads_scan_lines(needs);
-    reads.labels = reads.labels || needs.labels;
+    add(render::reads_scan_lines(needs), SetProperty::kScanLines);
+    add(needs.labels, SetProperty::kLabels);
     for (const std::string& channel : needs.channels) {
       const render::ChannelSource source = render::source_of_channel(channel);
-      reads.vesselness = reads.vesselness || channel == render::feature::kVesselness;
-      reads.gradients = reads.gradients || source.gradient;
-      reads.derived = reads.derived || source.derived;
+      add(channel == render::feature::kVesselness, SetProperty::kVesselness);
+      add(source.gradient, SetProperty::kGradients);
+      add(source.derived, SetProperty::kDerived);
     }
   }
-  return reads;
+  return found;
 }
 
-struct SetNeed {
-  std::vector<const char*> options;
-  bool SetReads::*met;
-  const char* text;
-};
+const char* text_of(SetProperty property) {
+  switch (property) {
+    case SetProperty::kNone:
+      break;
+    case SetProperty::kScanLines:
+      return "a predicate depth, gradient_angle or confidence";
+    case SetProperty::kLabels:
+      return "a predicate label";
+    case SetProperty::kVesselness:
+      return "a predicate vesselness";
+    case SetProperty::kGradients:
+      return "a predicate gradient_magnitude or gradient_angle";
+    case SetProperty::kDerived:
+      return "a predicate of a derived feature";
+  }
+  return "";
+}
 
 }  // namespace
 
 Result<void> reject_idle_of_set(const CLI::App& parser, const PredicateOptions& options) {
-  const std::vector<SetNeed> needs{
-      {{"--into", "--face", "--apex", "--face-radius-mm", "--scan-lines"},
-       &SetReads::scan_lines,
-       "a predicate depth, gradient_angle or confidence"},
-      {{"--labels", "--layers"}, &SetReads::labels, "a predicate label"},
-      {{"--smallest-radius", "--largest-radius", "--bright", "--dark"},
-       &SetReads::vesselness,
-       "a predicate vesselness"},
-      {{"--smoothing-mm"},
-       &SetReads::gradients,
-       "a predicate gradient_magnitude or gradient_angle"},
-      {{"--cache"}, &SetReads::derived, "a predicate of a derived feature"}};
-  const auto given = [&](const char* option) { return is_given(parser, option); };
-  const bool asks = std::ranges::any_of(
-      needs, [&](const SetNeed& need) { return std::ranges::any_of(need.options, given); });
-  if (!asks) return {};
+  std::vector<const Option*> given;
+  for (const Option* option : options_of(parser.get_name())) {
+    const bool acts = option->acts_on != SetProperty::kNone;
+    if (acts && is_given(parser, option->name.c_str())) given.push_back(option);
+  }
+  if (given.empty()) return {};
   const auto file = set_up_of(options);
   if (!file) return file.error();
-  const auto reads = reads_of(file->model);
-  if (!reads) return reads.error();
-  for (const SetNeed& need : needs) {
-    if ((*reads).*need.met) continue;
-    for (const char* option : need.options) {
-      if (!given(option)) continue;
-      return Error{ErrorCode::kUsage, std::string(option) + " requires " + need.text + " (" +
-                                          file->name + " has none)"};
-    }
+  const auto properties = properties_of(file->model);
+  if (!properties) return properties.error();
+  for (const Option* option : given) {
+    if (properties->contains(option->acts_on)) continue;
+    return Error{ErrorCode::kUsage, option->name + " requires " + text_of(option->acts_on) + " (" +
+                                        file->name + " has none)"};
   }
   return {};
 }

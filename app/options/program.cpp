@@ -16,7 +16,7 @@
 namespace nav::app {
 
 int print_error(const std::string& program, const Error& error) {
-  std::fprintf(stderr, "%s: error: %s\n", program.c_str(), without_controls(error.message).c_str());
+  std::fprintf(stderr, "%s: error: %s\n", program.c_str(), for_terminal(error.message).c_str());
   return exit_code(error);
 }
 

@@ -59,6 +59,7 @@ void add_reconstruct_rows(std::vector<Option>& rows) {
        .group = group::kGroupReconstruction,
        .verbs = here,
        .slot = NAV_SLOT(reconstruct.clip_px),
+       .range = within(0, 1e6),
        .absent = "that of the configuration, otherwise all"},
       {.name = "--fan",
        .type = "X",
@@ -68,6 +69,8 @@ void add_reconstruct_rows(std::vector<Option>& rows) {
        .group = group::kGroupReconstruction,
        .verbs = here,
        .slot = NAV_SLOT(reconstruct.fan),
+       .unbounded =
+           "angles within 90 degrees of straight down, in order; radii of 0 or more, in order",
        .absent = "that of the configuration, otherwise the sector that the images show"},
       {.name = "--gaussian-voxels",
        .type = "X",

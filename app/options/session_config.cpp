@@ -10,7 +10,6 @@
 #include "app/options/retired.hpp"
 #include "app/options/session_section.hpp"
 #include "io/json.hpp"
-#include "nav/positions.hpp"
 #include "session/live_devices.hpp"
 
 namespace nav::app {
@@ -99,39 +98,38 @@ toml::array array_of(const Vector& vector) {
 }
 
 template <class T>
-void write_value(toml::table& table, const Option& option, const T& value) {
+void write_value(const KeyWriter& writer, const Option& option, const T& value) {
   const char* key = name_in_table(option);
   if constexpr (std::is_same_v<T, bool> || std::is_same_v<T, double> ||
                 std::is_same_v<T, std::string>) {
-    table.insert(key, value);
+    writer.table.insert(key, value);
   } else if constexpr (std::is_integral_v<T>) {
-    table.insert(key, static_cast<std::int64_t>(value));
+    writer.table.insert(key, static_cast<std::int64_t>(value));
   } else if constexpr (std::is_same_v<T, std::filesystem::path>) {
-    if (!value.empty() || !option.written_when_set) table.insert(key, absolute_text(value));
+    if (!value.empty() || !option.written_when_set) writer.table.insert(key, writer.path(value));
   } else if constexpr (std::is_same_v<T, std::vector<std::filesystem::path>>) {
     toml::array paths;
-    for (const auto& path : value) paths.push_back(absolute_text(path));
-    if (!paths.empty()) table.insert(key, std::move(paths));
+    for (const auto& path : value) paths.push_back(writer.path(path));
+    if (!paths.empty()) writer.table.insert(key, std::move(paths));
   } else if constexpr (std::is_base_of_v<Eigen::DenseBase<T>, T>) {
-    table.insert(key, array_of(value));
+    writer.table.insert(key, array_of(value));
   }
 }
 
 template <class T>
-void write_value(toml::table& table, const Option& option, const std::optional<T>& value) {
-  if (value) write_value(table, option, *value);
+void write_value(const KeyWriter& writer, const Option& option, const std::optional<T>& value) {
+  if (value) write_value(writer, option, *value);
 }
 
-void write_key(toml::table& table, const Option& option, Settings& settings) {
+void write_key(KeyWriter& writer, const Option& option, Settings& settings) {
   if (option.write != nullptr) {
-    KeyWriter writer{table};
     return option.write(writer, name_in_table(option), settings);
   }
   if (!option.retired.empty()) return;
   std::visit(
       [&](auto at) {
         if constexpr (!std::is_same_v<decltype(at), std::monostate>) {
-          write_value(table, option, *at);
+          write_value(writer, option, *at);
         }
       },
       option.slot(settings));
@@ -146,12 +144,20 @@ void drop_empty_tables(toml::table& table) {
   }
 }
 
-/// Rejects values out of range of the keys that begin with \p begin.
+/// Rejects values of the keys that begin with \p begin which are out of range or break a rule.
 Result<void> check_keys(std::string_view begin, const Settings& settings) {
   for (const Option* option : rows_of_keys()) {
     if (option->slot == nullptr || !option->key.starts_with(begin)) continue;
     if (const auto ok = check_value(*option, settings); !ok) {
       return Error{ok.error().code, option->key + ": " + ok.error().message};
+    }
+  }
+  for (const Option* option : rows_of_keys()) {
+    if (!option->key.starts_with(begin)) continue;
+    for (const Requirement& rule : option->always) {
+      if (rule.met(settings)) continue;
+      return Error{ErrorCode::kUsage,
+                   option->key + ": expected " + rule.text + ", found " + rule.found(settings)};
     }
   }
   return {};
@@ -312,79 +318,42 @@ Result<SessionConfig> read_session_config(const std::filesystem::path& path) {
 }
 
 Result<void> validate(const SessionConfig& config) {
-  const auto reject = [](const std::string& key, const std::string& expected, auto found) {
-    std::ostringstream text;
-    text << key << ": expected " << expected << ", found " << found;
-    return Error{ErrorCode::kUsage, text.str()};
-  };
-  const auto within = [](double value, double low, double high) {
-    return value >= low && value <= high;
-  };
   Settings settings;
   settings.config = config;
   if (const auto ok = check_keys("", settings); !ok) return ok;
   const auto& placement = config.placement;
   if (placement.ct_from_reference) {
-    const Eigen::Vector3d place = placement.ct_from_reference->topRightCorner<3, 1>();
-    if (!is_place(place)) {
-      return reject("placement.ct_from_reference_mm", "a translation within 1e7 mm",
-                    place.transpose());
+    const auto rigid =
+        rigid_from_matrix<frames::Ct, frames::Reference>(*placement.ct_from_reference);
+    if (!rigid) {
+      return Error{ErrorCode::kUsage, "placement.ct_from_reference_mm: " + rigid.error().message};
     }
   }
-  if (placement.follow && placement.registration.empty()) {
-    return reject("placement.follow", "a CT that was registered (placement.registration)",
-                  placement.ct_from_reference ? "one that is only declared" : "none");
-  }
-  const bool simulated = config.source.kind == SessionConfig::SourceKind::kSimulated;
-  if (placement.follow && simulated) {
-    return reject("placement.follow", "a recording", "the simulated procedure");
+  if (!config.appearance.nodes.empty()) {
+    const auto made = render::TransferFunction::create("look.nodes", config.appearance.nodes);
+    if (!made) return Error{ErrorCode::kUsage, "look.nodes: " + made.error().message};
   }
   if (config.plan) {
-    const NeedlePlan& plan = *config.plan;
-    for (const auto& [key, point] :
-         {std::pair("plan.entry_mm", plan.entry_ct.mm), {"plan.target_mm", plan.target_ct.mm}}) {
-      if (!(point.norm() <= 1e6)) {
-        return reject(key, "a position within 10^6 mm", point.transpose());
-      }
+    if (const auto ok = validate(*config.plan); !ok) {
+      return Error{ErrorCode::kUsage, ok.error().message};
     }
-    if (!within(plan.target_radius_mm, 0.1, 500)) {
-      return reject("plan.target_radius_mm", "0.1 to 500", plan.target_radius_mm);
-    }
-    if (!within(plan.margin_mm, 0, 500)) {
-      return reject("plan.margin_mm", "0 to 500", plan.margin_mm);
-    }
-    if (const auto ok = validate(plan); !ok) return Error{ErrorCode::kUsage, ok.error().message};
-    if (simulated) {
-      return reject("plan", "a recording", "the simulated procedure, which has its own");
+    if (config.source.kind == SessionConfig::SourceKind::kSimulated && !config.window.is_saved()) {
+      return Error{ErrorCode::kUsage,
+                   "plan: expected a recording, found the simulated procedure, which has its own"};
     }
   }
-  const auto& devices = config.source.devices;
-  if (!devices.empty() && config.source.kind != SessionConfig::SourceKind::kLive) {
-    return reject("devices", "source.kind = \"live\" beside them",
-                  simulated ? "simulated" : "recording");
-  }
-  if (const auto ok = session::validate(devices); !ok) return ok;
-  const auto& quality = config.quality;
-  if (quality.jitter && config.output.pixel_error > 0) {
-    return reject("output.pixel_error", "0 beside quality.jitter, under which no ray is spared",
-                  config.output.pixel_error);
-  }
+  if (const auto ok = session::validate(config.source.devices); !ok) return ok;
+  if (const auto ok = session::validate(config.critical_structures); !ok) return ok;
   if (const auto ok = validate(config.cutaway_objects); !ok) return ok;
   if (const auto ok = validate(config.appearance); !ok) return ok;
   if (const auto ok = validate(config.predicates); !ok) return ok;
-  return {};
+  return validate(config.window);
 }
 
 Result<void> validate(const SessionConfig::Appearance& appearance) {
   Settings settings;
   settings.config.appearance = appearance;
   if (const auto ok = check_keys("look.", settings); !ok) return ok;
-  const auto& cutaway = appearance.cutaway;
-  if (cutaway.theta1_deg && cutaway.theta2_deg && *cutaway.theta1_deg > *cutaway.theta2_deg) {
-    std::ostringstream text;
-    text << "look.cutaway.theta1_deg: expected at most theta2_deg, found " << *cutaway.theta1_deg;
-    return Error{ErrorCode::kUsage, text.str()};
-  }
   return {};
 }
 
@@ -393,7 +362,7 @@ Result<void> require_path(const std::filesystem::path& path, const char* option,
   return Error{ErrorCode::kUsage, std::string(option) + ": expected " + what + ", found nothing"};
 }
 
-Result<std::string> to_toml(const SessionConfig& config) {
+Result<std::string> to_toml(const SessionConfig& config, const std::filesystem::path& folder) {
   Settings settings;
   settings.config = config;
   toml::table root;
@@ -407,7 +376,8 @@ Result<std::string> to_toml(const SessionConfig& config) {
       table = table->get(part)->as_table();
       begin = end + 1;
     }
-    write_key(*table, *option, settings);
+    KeyWriter writer{*table, folder};
+    write_key(writer, *option, settings);
   }
   drop_empty_tables(root);
   if (const auto ok = check_texts(root, ""); !ok) return ok.error();

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/options/cutaway_objects.hpp"
+#include "app/options/window_state.hpp"
 #include "app/predicates/predicate_options.hpp"
 #include "nav/plan.hpp"
 #include "nav/result.hpp"
@@ -16,6 +17,7 @@
 #include "render/transfer/transfer_function.hpp"
 #include "render/transfer/transfer_presets.hpp"
 #include "render/transfer/vessel_fit.hpp"
+#include "session/critical_structures.hpp"
 #include "session/options.hpp"
 
 namespace nav::app {
@@ -76,6 +78,9 @@ struct SessionConfig {
   /// drawn.
   std::optional<NeedlePlan> plan;
 
+  /// Structures that the planned path has to stay away from.
+  std::vector<session::CriticalStructure> critical_structures;
+
   /// Objects that are cut free beside the plane, the needle and the targets.
   std::vector<CutawayObject> cutaway_objects;
 
@@ -102,6 +107,9 @@ struct SessionConfig {
     std::optional<double> window_level = std::nullopt;
     std::optional<double> window_width = std::nullopt;
   } view;
+
+  /// State of the window, in sessions that it has saved.
+  WindowState window;
 
   struct Output {
     std::filesystem::path folder;
@@ -132,7 +140,8 @@ Result<void> validate(const SessionConfig::Appearance& appearance);
 Result<void> require_path(const std::filesystem::path& path, const char* option, const char* what);
 
 /// The resolved form, as TOML: what the program really uses. Rejects, by key, a text that is not
-/// UTF-8, as names of files may be: TOML cannot hold it.
-Result<std::string> to_toml(const SessionConfig& config);
+/// UTF-8, as names of files may be: TOML cannot hold it. folder: of the file to be written, which
+/// paths are relative to; empty: paths are absolute.
+Result<std::string> to_toml(const SessionConfig& config, const std::filesystem::path& folder = {});
 
 }  // namespace nav::app

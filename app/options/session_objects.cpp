@@ -65,7 +65,7 @@ void write_cutaway_list(KeyWriter& writer, const char* key, const Settings& sett
       table.insert("vertices_mm", std::move(vertices));
     } else {
       table.insert("type", "mesh");
-      table.insert("file", absolute_text(object.file));
+      table.insert("file", writer.path(object.file));
     }
     list.push_back(std::move(table));
   }

@@ -43,7 +43,7 @@ void read_predicate_set(Section& section, const char* key, Settings& settings) {
 
 void write_predicate_set(KeyWriter& writer, const char* key, const Settings& settings) {
   const std::string& set = settings.config.predicates.set_up;
-  writer.table.insert(key, render::preset_predicates(set) ? set : absolute_text(set));
+  writer.table.insert(key, render::preset_predicates(set) ? set : writer.path(set));
 }
 
 }  // namespace nav::app

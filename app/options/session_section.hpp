@@ -27,6 +27,17 @@ inline std::string absolute_text(const std::filesystem::path& path) {
 /// The table of a session file that is being written.
 struct KeyWriter {
   toml::table& table;
+  std::filesystem::path
+      folder{};  ///< Folder of the file, which paths are relative to; empty: absolute.
+
+  /// A path as the file says it; empty stays empty.
+  [[nodiscard]] std::string path(const std::filesystem::path& path) const {
+    const std::string absolute = absolute_text(path);
+    if (folder.empty() || absolute.empty()) return absolute;
+    return std::filesystem::path(absolute)
+        .lexically_proximate(std::filesystem::absolute(folder).lexically_normal())
+        .string();
+  }
 };
 
 /// One table of the file: hands out its values by type and, at the end, rejects keys that nobody
@@ -136,6 +147,21 @@ class Section {
       return true;
     });
   }
+  /// Any number of numbers.
+  void some_numbers(const char* key, std::vector<double>& value) {
+    take<double>(key, "a list of finite numbers", [&](const toml::node& node) {
+      const toml::array* array = node.as_array();
+      if (array == nullptr) return false;
+      std::vector<double> found;
+      for (const toml::node& element : *array) {
+        const auto one = element.is_number() ? element.value<double>() : std::nullopt;
+        if (!one || !std::isfinite(*one)) return false;
+        found.push_back(*one);
+      }
+      value = std::move(found);
+      return true;
+    });
+  }
   /// Numbers that have no usual value: finish() rejects a table without them.
   void required_numbers(const char* key, std::size_t count, std::vector<double>& value) {
     numbers(key, count, value);
@@ -222,10 +248,17 @@ class Section {
   void reject(const char* key, const std::string& expected, const std::string& found) {
     if (error_ || table_ == nullptr) return;
     const toml::node* node = table_->get(key);
-    if (node != nullptr) fail(*node, full(key) + ": expected " + expected + ", found " + found);
+    if (node != nullptr) {
+      fail(*node, full(key) + ": expected " + expected + ", found " + shortened(found));
+    }
   }
 
  private:
+  /// A value in a message.
+  static std::string shortened(const std::string& value) {
+    constexpr std::size_t kMost = 100;
+    return value.size() > kMost ? value.substr(0, kMost) + "…" : value;
+  }
   std::string full(const std::string& key) const { return name_.empty() ? key : name_ + "." + key; }
   void fail(const toml::node& node, const std::string& message) {
     error_ = Error{ErrorCode::kMalformedData,
@@ -242,7 +275,7 @@ class Section {
     node->visit([&](const auto& value) { found << value; });
     std::string text = found.str();
     for (char& c : text) c = c == '\n' ? ' ' : c;
-    fail(*node, full(key) + ": expected " + expected + ", found " + text);
+    fail(*node, full(key) + ": expected " + expected + ", found " + shortened(text));
   }
 
   const std::string& file_;

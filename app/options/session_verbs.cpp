@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
 // The verbs of sessions: demo, replay, reconstruct, register, slices.
+#include "app/appearance/preset_folder.hpp"
 #include "app/options/option_checks.hpp"
 #include "app/options/option_parser.hpp"
 #include "app/options/overwriting.hpp"
@@ -9,6 +10,8 @@
 #include "app/options/verbs.hpp"
 #include "app/verbs/devices.hpp"
 #include "app/verbs/live.hpp"
+#include "io/transform_file.hpp"
+#include "nav/positions.hpp"
 
 namespace nav::app {
 namespace {
@@ -23,6 +26,38 @@ DemoOptions demo_of(const SessionConfig& config, DemoOptions demo,
   demo.cutaway_objects = config.cutaway_objects;
   demo.json = json;
   return demo;
+}
+
+/// Rejects a preset that the command line names while the folder of its file is missing. Without
+/// the option another one is drawn, with a warning.
+Result<void> reject_missing_preset(const CLI::App& verb, const SessionConfig& config) {
+  const std::filesystem::path folder = preset_folder();
+  std::error_code none;
+  const bool named = verb.count("--transfer-function") > 0;
+  if (!named || config.appearance.preset != kContextualPreset ||
+      std::filesystem::is_directory(folder, none)) {
+    return {};
+  }
+  return Error{ErrorCode::kNotFound, "--transfer-function " + config.appearance.preset +
+                                         ": expected the folder of the presets, " +
+                                         folder.string() +
+                                         ", found none (SONDE_APPEARANCES names another folder)"};
+}
+
+/// Reads the transform file that declares the placement of the CT, if there is one.
+Result<void> read_transform(session::PlacementOptions& placement) {
+  if (placement.transform.empty()) return {};
+  const std::string file = placement.transform.string();
+  const auto matrix = io::read_ct_from_reference(placement.transform);
+  if (!matrix) return matrix.error();
+  const auto rigid = rigid_from_matrix<frames::Ct, frames::Reference>(*matrix);
+  if (!rigid) return Error{rigid.error().code, file + ": Parameters: " + rigid.error().message};
+  if (!is_place(rigid->translation_mm())) {
+    return Error{ErrorCode::kMalformedData,
+                 file + ": Parameters: expected a translation within 1e7 mm, found another"};
+  }
+  placement.ct_from_reference = *matrix;
+  return {};
 }
 
 /// The devices of a session file are for 'sonde live' only.
@@ -46,6 +81,7 @@ void CommandLine::add_demo() {
       const Settings& given = demo_settings_;
       if (auto ok = as_given(verb, "demo", validate(given.config)); !ok) return ok;
       if (auto ok = reject_idle(verb, "demo", given); !ok) return ok;
+      if (auto ok = reject_missing_preset(verb, given.config); !ok) return ok;
       if (auto ok = reject_overwriting_of(given.config, given.json, demo_outputs()); !ok) return ok;
       const DemoOptions demo = demo_of(given.config, given.demo, json_of(given));
       return as_given(verb, "demo", run_demo(demo, console));
@@ -58,8 +94,10 @@ void CommandLine::add_replay() {
   verb.callback([this, &verb] {
     verb_ = [this, &verb](Console& console) -> Result<void> {
       const SessionConfig& config = settings_.config;
+      if (auto ok = read_transform(settings_.config.placement); !ok) return ok;
       if (auto ok = as_given(verb, "replay", validate(config)); !ok) return ok;
       if (auto ok = reject_idle(verb, "replay", settings_); !ok) return ok;
+      if (auto ok = reject_missing_preset(verb, config); !ok) return ok;
       if (!config.predicates.volume.empty()) {
         if (auto ok = reject_idle_of_set(verb, config.predicates); !ok) return ok;
       }
@@ -108,7 +146,9 @@ void CommandLine::add_export() {
       if (auto ok = as_given(verb, "export", validate(config)); !ok) return ok;
       const std::vector<NamedFile> inputs{{"recording", config.source.recording},
                                           {"--config", config.source.plus_config}};
-      if (auto ok = reject_overwriting({{"--out", settings_.exported.out}}, inputs); !ok) return ok;
+      const std::vector<NamedFile> outputs{{"--out", settings_.exported.out}};
+      if (auto ok = reject_overwriting(outputs, inputs); !ok) return ok;
+      if (auto ok = reject_unwritable(outputs); !ok) return ok;
       return run_export(config, settings_.exported, console);
     };
   });
@@ -144,8 +184,10 @@ void CommandLine::add_live() {
   verb.callback([this, &verb] {
     verb_ = [this, &verb](Console& console) -> Result<void> {
       const SessionConfig& config = settings_.config;
+      if (auto ok = read_transform(settings_.config.placement); !ok) return ok;
       if (auto ok = as_given(verb, "live", validate(config)); !ok) return ok;
       if (auto ok = reject_idle(verb, "live", settings_); !ok) return ok;
+      if (auto ok = reject_missing_preset(verb, config); !ok) return ok;
       if (auto ok = check_live("live"); !ok) return ok;
       if (auto ok = reject_overwriting_of(config, settings_.json, live_outputs()); !ok) return ok;
       if (settings_.print_session) return print_session(config);
@@ -184,18 +226,30 @@ void CommandLine::add_register() {
     verb_ = [this, &verb](Console& console) -> Result<void> {
       const SessionConfig& config = settings_.config;
       const RegisterOptions& options = settings_.registration;
+      if (auto ok = read_transform(settings_.config.placement); !ok) return ok;
       if (auto ok = as_given(verb, "register", validate(config)); !ok) return ok;
       if (auto ok = reject_idle(verb, "register", settings_); !ok) return ok;
       const std::vector<NamedFile> inputs{{"sweep", config.source.recording},
                                           {"--ct", config.ct.path},
                                           {"--config", config.source.plus_config},
+                                          {"--registration", config.placement.registration},
+                                          {"--session", config.file},
                                           {"--landmarks", options.landmarks},
+                                          {"--ct-landmarks", options.ct_landmarks},
+                                          {"--ct-from-reference", config.placement.transform},
                                           {"--points", options.shape.points},
                                           {"--surface", options.shape.surface},
                                           {"--centre-lines", options.shape.centre_lines}};
-      if (auto ok = reject_overwriting({{"--json", settings_.json}}, inputs); !ok) return ok;
+      const NamedFile transform{"--save-transform", options.save_transform};
+      if (auto ok = reject_overwriting({{"--json", settings_.json}, transform}, inputs); !ok) {
+        return ok;
+      }
+      if (auto ok = reject_unwritable({transform}); !ok) return ok;
       const auto outputs = files_in(config.output.folder, register_outputs());
       if (auto ok = reject_overwriting(outputs, inputs); !ok) return ok;
+      if (auto ok = reject_report_over(settings_.json, config.output.folder, outputs); !ok) {
+        return ok;
+      }
       return run_register(config, options, json(), console);
     };
   });
@@ -206,6 +260,7 @@ void CommandLine::add_slices() {
   verb.callback([this, &verb] {
     verb_ = [this, &verb](Console& console) -> Result<void> {
       SessionConfig& config = settings_.config;
+      if (auto ok = read_transform(settings_.config.placement); !ok) return ok;
       if (auto ok = as_given(verb, "slices", validate(config)); !ok) return ok;
       if (config.source.kind == SessionConfig::SourceKind::kLive) return not_live("slices");
       // One thing is drawn over a CT: the option wins over the recording of a session file.

@@ -1,6 +1,5 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include <cmath>
 #include <sstream>
 
 #include "app/options/option.hpp"
@@ -43,18 +42,11 @@ Result<void> validate(const SimulateOptions& options) {
       return Error{ok.error().code, option->name + ": " + ok.error().message};
     }
   }
-  if (options.look_at_mm) {
-    for (const double coordinate : *options.look_at_mm) {
-      if (!std::isfinite(coordinate)) {
-        return out_of_range("--look-at", "3 finite numbers, mm", coordinate);
-      }
-    }
-  }
-  if (!(options.duration_s * options.frame_rate_hz >= 1)) {
+  if (options.duration_s && !(*options.duration_s * options.frame_rate_hz >= 1)) {
     return out_of_range("--duration-s",
                         "time for two images at --frame-rate-hz, at least " +
                             std::to_string(1 / options.frame_rate_hz) + " s",
-                        options.duration_s);
+                        *options.duration_s);
   }
   if (auto ok = check_needle(options); !ok) return ok;
   return check_breathing(options);

@@ -44,6 +44,7 @@ void CommandLine::add_simulate() {
       if (auto ok = reject_idle(verb, "simulate", settings_); !ok) return ok;
       const std::vector<NamedFile> outputs{{"--out", o.out}, {"--ct", o.ct}, {"--truth", o.truth}};
       if (auto ok = reject_overwriting(outputs, {{"--patient-ct", o.patient_ct}}); !ok) return ok;
+      if (auto ok = reject_unwritable(outputs); !ok) return ok;
       return run_simulate(o, console);
     };
   });

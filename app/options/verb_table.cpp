@@ -41,10 +41,10 @@ const std::vector<Verb>& verb_table() {
        {"sonde serve --session procedure.toml",
         "sonde serve --session procedure.toml --port 18945 --seconds 60"}},
       {"emulate",
-       "Emulate a tracker that shows the poses of a session file's devices",
+       "Emulate a device that shows the poses or images of a session file's devices",
        "emulate KIND --session FILE",
        {"sonde emulate ndi --session simulated.toml --line serial:/tmp/ttyNDI",
-        "sonde emulate ndi --session simulated.toml --line tcp:8765 --faults 0.05 --seconds 60"}},
+        "sonde emulate polhemus --session simulated.toml --faults 0.05 --seconds 60"}},
       {"reconstruct",
        "Make a 3D ultrasound volume of a recorded sweep",
        "reconstruct SWEEP --out VOLUME",
@@ -57,7 +57,7 @@ const std::vector<Verb>& verb_table() {
        {"sonde register sweep.igs.mha --ct ct.mha --landmarks points.csv --json registration.json",
         "sonde register --landmarks points.csv --json registration.json"}},
       {"info",
-       "Print what a sequence, CT, registration or PLUS configuration contains",
+       "Print what a file contains: sequence, volume, registration, points, surface, …",
        "info FILE",
        {"sonde info sweep.igs.mha", "sonde info ct.mha --json -"}},
       {"slices",
@@ -89,9 +89,33 @@ const std::vector<Verb>& verb_table() {
   return verbs;
 }
 
+const std::vector<Verb>& other_verbs() {
+  static const std::vector<Verb> verbs{
+      {"bench",
+       "Measure run time against error (program sonde-bench)",
+       "bench PART",
+       {"sonde bench render --quick", "sonde bench registration --part cohort --json cohort.json"}},
+      {"gallery",
+       "Draw the images of docs/gallery.md (program sonde-bench)",
+       "gallery --out DIR",
+       {"sonde gallery --out gallery",
+        "sonde gallery --out gallery --only simulator --engine reference"}},
+      {"help",
+       "Print the help of a verb; --man: its manual page; --tables: a page with its tables renewed",
+       "help [VERB]",
+       {"sonde help replay --help-all", "sonde help --man register"}},
+      {"completion",
+       "Print the completion of a shell: bash",
+       "completion SHELL",
+       {"sonde completion bash", "sonde completion bash > sonde-completion.bash"}}};
+  return verbs;
+}
+
 const Verb* find_verb(std::string_view name) {
-  for (const Verb& verb : verb_table()) {
-    if (verb.name == name) return &verb;
+  for (const auto* verbs : {&verb_table(), &other_verbs()}) {
+    for (const Verb& verb : *verbs) {
+      if (verb.name == name) return &verb;
+    }
   }
   return nullptr;
 }

@@ -19,7 +19,10 @@ struct Verb {
 /// Every verb of the table, in the order of the help.
 const std::vector<Verb>& verb_table();
 
-/// Null: no verb of the table is called so.
+/// Verbs without options in the table: help and completion, and those of the program sonde-bench.
+const std::vector<Verb>& other_verbs();
+
+/// A verb of either kind. Null: none is called so.
 const Verb* find_verb(std::string_view name);
 
 }  // namespace nav::app

@@ -199,7 +199,16 @@ void add_view_rows(std::vector<Option>& rows) {
        .range = within(0, 1),
        .key = "output.pixel_error",
        .needs = {{.any_of = {{"--engine", {"cpu", "gl"}}}}},
-       .idle_with = {{"--us-volume"}}},
+       .idle_with = {{"--us-volume"}},
+       .always = {{.met =
+                       [](const Settings& s) {
+                         return !s.config.quality.jitter || s.config.output.pixel_error == 0;
+                       },
+                   .text = "0 beside quality.jitter, with which every pixel has its ray",
+                   .found =
+                       [](const Settings& s) {
+                         return found_number(s.config.output.pixel_error);
+                       }}}},
       {.name = "--classification",
        .type = "NAME",
        .text = "conversion of values between samples into colours; appearances with windows on the "
@@ -316,7 +325,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .key = "look.transfer_function",
        .needs = {composite()},
        .idle_with = ultrasound_alone(),
-       .excludes = {"--look"},
+       .excludes = {"--appearance"},
        .before =
            [](Settings& s) {
              s.config.appearance.nodes.clear();
@@ -330,7 +339,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .key = "look.nodes",
        .read = read_appearance_nodes,
        .write = write_appearance_nodes},
-      {.name = "--look",
+      {.name = "--appearance",
        .type = "FILE",
        .text = "appearance file, or a volume property of 3D Slicer (.vp, .vp.json), instead of a "
                "preset",
@@ -341,10 +350,11 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .usual = true,
        .key = "look.file",
        .written_when_set = true,
-       .needs = {composite()}},
-      {.name = "--save-look",
+       .needs = {composite()},
+       .formerly = "--look"},
+      {.name = "--save-appearance",
        .type = "FILE",
-       .text = "store the appearance as it is drawn, for --look on other data",
+       .text = "store the appearance as it is drawn, for --appearance on other data",
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.appearance.save),
@@ -352,7 +362,8 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .key = "look.save",
        .written_when_set = true,
        .needs = {composite()},
-       .idle_with = ultrasound_alone()},
+       .idle_with = ultrasound_alone(),
+       .formerly = "--save-look"},
       {.name = "--importance",
        .type = "[COMPONENT:]LOW:HIGH=I",
        .unit = "HU",
@@ -376,6 +387,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.appearance.blood_at_mm),
+       .range = of_point(),
        .absent = "found in the histogram of the CT",
        .key = "look.blood_at_mm",
        .needs = {composite()},
@@ -401,7 +413,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .needs = {composite()},
        .idle_with = ultrasound_alone()},
       {.name = "--keep-table",
-       .text = "draw the table, clothes and cables beside the body, too",
+       .text = "also draw the table, clothes and cables beside the body",
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.appearance.remove_table),
@@ -513,6 +525,17 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .key = "look.cutaway.theta1_deg",
        .needs = {composite()},
        .idle_with = no_cutaway(),
+       .always = {{.met =
+                       [](const Settings& s) {
+                         const auto& given = s.config.appearance.cutaway;
+                         return !given.theta1_deg || !given.theta2_deg ||
+                                *given.theta1_deg <= *given.theta2_deg;
+                       },
+                   .text = "at most theta2_deg",
+                   .found =
+                       [](const Settings& s) {
+                         return found_number(*s.config.appearance.cutaway.theta1_deg);
+                       }}},
        .before = want_cutaway},
       {.name = "--cutaway-outer",
        .type = "DEG",
@@ -548,6 +571,7 @@ void add_appearance_rows(std::vector<Option>& rows) {
        .group = group::kGroupAppearance,
        .verbs = kDrawing,
        .slot = NAV_SLOT(config.appearance.cutaway.constant),
+       .range = within(0, 1),
        .absent = "from the importance",
        .key = "look.cutaway.constant_thresholds",
        .needs = {composite()},

@@ -297,6 +297,12 @@ Result<PredicateFile> read_predicate_file(const std::filesystem::path& path) {
   return from_json(path.string(), *root);
 }
 
+Result<PredicateFile> parse_predicate_text(const std::string& name, const std::string& text) {
+  const auto root = io::parse_json(name, text);
+  if (!root) return root.error();
+  return from_json(name, *root);
+}
+
 std::string to_json_text(const PredicateFile& file) {
   io::Json root{{"sonde_predicates", kPredicateVersion}, {"name", file.name}};
   root["predicates"] = io::Json::array();

@@ -60,6 +60,9 @@ Result<PredicateFile> preset_predicate_file(const std::string& name);
 /// message names the file, the position, what was expected and what was found.
 Result<PredicateFile> read_predicate_file(const std::filesystem::path& path);
 
+/// Reads the same from a text. name: for messages.
+Result<PredicateFile> parse_predicate_text(const std::string& name, const std::string& text);
+
 /// Predicate set as JSON; read_predicate_file() returns the same values, except for rounding.
 std::string to_json_text(const PredicateFile& file);
 /// Writes the predicate set as JSON; the file appears only when it is complete.

@@ -134,6 +134,20 @@ Stroke read_stroke(const io::Json& json, const std::string& where, std::optional
   return completed(std::move(given));
 }
 
+Result<std::vector<Stroke>> strokes_of(const std::string& name, const io::Json& root) {
+  std::optional<Error> error;
+  io::JsonMember member(root, name, error);
+  member.version("sonde_scribbles", kScribblesVersion);
+  std::vector<Stroke> strokes;
+  member.list("strokes", [&](const io::Json& json, const std::string& at) {
+    strokes.push_back(read_stroke(json, at, error));
+  });
+  if (strokes.empty()) member.fail("strokes", "at least one", nullptr);
+  member.finish();
+  if (error) return *error;
+  return strokes;
+}
+
 std::string name_of_stroke(std::size_t n) { return "stroke " + std::to_string(n + 1); }
 
 bool read_number(const std::string& text, double& number) {
@@ -163,18 +177,30 @@ Result<std::vector<Stroke>> read_scribble_file(const std::filesystem::path& path
   constexpr std::uint64_t kMostBytes = 1 << 20;
   const auto root = io::read_json(path, kMostBytes);
   if (!root) return root.error();
-  const std::string name = path.string();
-  std::optional<Error> error;
-  io::JsonMember member(*root, name, error);
-  member.version("sonde_scribbles", kScribblesVersion);
-  std::vector<Stroke> strokes;
-  member.list("strokes", [&](const io::Json& json, const std::string& at) {
-    strokes.push_back(read_stroke(json, at, error));
-  });
-  if (strokes.empty()) member.fail("strokes", "at least one", nullptr);
-  member.finish();
-  if (error) return *error;
-  return strokes;
+  return strokes_of(path.string(), *root);
+}
+
+Result<std::vector<Stroke>> parse_scribble_text(const std::string& name, const std::string& text) {
+  const auto root = io::parse_json(name, text);
+  if (!root) return root.error();
+  return strokes_of(name, *root);
+}
+
+std::string to_json_text(const std::vector<Stroke>& strokes) {
+  io::Json list = io::Json::array();
+  for (const Stroke& stroke : strokes) {
+    io::Json points = io::Json::array();
+    for (const auto& p : stroke.points) points.push_back(json_of_point(p.mm));
+    list.push_back({{"paint", stroke.paint == Paint::kHide    ? "hide"
+                              : stroke.paint == Paint::kErase ? "erase"
+                                                              : "show"},
+                    {"points_mm", std::move(points)},
+                    {"normal", json_of_point(stroke.plane_normal.v)},
+                    {"radius_mm", stroke.radius_mm},
+                    {"thickness_mm", 2 * stroke.half_thickness_mm}});
+  }
+  return io::Json{{"sonde_scribbles", kScribblesVersion}, {"strokes", std::move(list)}}.dump() +
+         "\n";
 }
 
 Result<Stroke> parse_stroke(const std::string& option, Paint paint, const std::string& text) {

@@ -22,6 +22,12 @@ namespace nav::app {
 /// message names the file, the position, what was expected and what was found.
 Result<std::vector<render::features::Stroke>> read_scribble_file(const std::filesystem::path& path);
 
+/// Reads the same from a text. name: for messages.
+Result<std::vector<render::features::Stroke>> parse_scribble_text(const std::string& name,
+                                                                  const std::string& text);
+/// Strokes as JSON, which parse_scribble_text() reads.
+std::string to_json_text(const std::vector<render::features::Stroke>& strokes);
+
 /// Parses a stroke of the command line: "x,y,z x,y,z …[ radius=MM][ thickness=MM][ normal=x,y,z]",
 /// LPS mm. Returns kUsage, naming the option, for anything else and for numbers that are not
 /// allowed in a file.

@@ -251,6 +251,14 @@ Result<std::vector<Stroke>> strokes_of(const PredicateOptions& options) {
   return strokes;
 }
 
+/// Names the file of an error about a stroke, if all strokes are from one.
+Error with_file(const PredicateOptions& options, const Error& error) {
+  const bool of_file =
+      !options.scribbles.empty() && options.strokes.empty() && error.message.starts_with("stroke ");
+  if (!of_file) return error;
+  return {ErrorCode::kMalformedData, options.scribbles.string() + ": " + error.message};
+}
+
 }  // namespace
 
 Result<void> run_predicates(const SessionConfig& config, Console& console) {
@@ -262,7 +270,7 @@ Result<void> run_predicates(const SessionConfig& config, Console& console) {
   if (!engine) return engine.error();
   auto made = prepare_predicates(options, config.output.threads, console, DistancesFrom::kOptions,
                                  *strokes);
-  if (!made) return made.error();
+  if (!made) return with_file(options, made.error());
   PredicateFile& file = made->file;
   const render::PredicateVolume& volume = made->volume;
   const auto& as_recorded = made->as_recorded;
@@ -270,7 +278,7 @@ Result<void> run_predicates(const SessionConfig& config, Console& console) {
   const auto panels = strokes->empty() ? compare(**engine, scene, as_recorded, console)
                                        : compare_scribbles(**engine, *strokes,
                                                            options.scribble_share, scene, console);
-  if (!panels) return panels.error();
+  if (!panels) return with_file(options, panels.error());
   warn_of_letters(scene.predicates->model, console);
   if (const auto ok = io::write_png(predicate_image(*panels), options.image); !ok) return ok;
   console.say("wrote " + options.image.string() + ": " + volume.name + " by predicate set " +

@@ -11,6 +11,7 @@
 #include "app/views/ct_window.hpp"
 #include "app/views/presenter.hpp"
 #include "io/image_output.hpp"
+#include "nav/cause_words.hpp"
 #include "nav/threads.hpp"
 #include "session/driver.hpp"
 #include "sim/ct_scanner.hpp"
@@ -21,6 +22,8 @@ namespace {
 
 constexpr int kSweepFrames = 60;
 constexpr int kDefaultApproachImages = 30;
+/// The approach takes the time of at least so many images: no hand moves a needle faster.
+constexpr int kLeastApproachImages = 8;
 constexpr double kFrameRateHz = 20;
 constexpr Duration kRefreshPeriod = std::chrono::milliseconds(100);
 constexpr Duration kStampOffset = std::chrono::milliseconds(30);
@@ -54,12 +57,17 @@ Transform<frames::Ct, frames::Reference> with_error(
   return error * truth;
 }
 
+/// Images of the approach that are shown.
+int approach_images(const DemoOptions& options) {
+  return options.output.frames > 0 ? options.output.frames : kDefaultApproachImages;
+}
+
 sim::SimulatedSessionOptions session_options(const DemoOptions& options) {
   sim::SimulatedSessionOptions session = sim::demonstrated_procedure(options.seed);
   session.frame_rate_hz = kFrameRateHz;
   session.duration_s = (kSweepFrames - 1) / kFrameRateHz;
   // Two images arrive between two refreshes.
-  const int images = options.output.frames > 0 ? options.output.frames : kDefaultApproachImages;
+  const int images = std::max(approach_images(options), kLeastApproachImages);
   session.approach->duration_s = (2 * images - 1) / kFrameRateHz;
   session.image_timing = {kStampOffset, kImageLatency};
   return session;
@@ -83,7 +91,7 @@ class Demo {
         ct_(std::move(ct)),
         presenter_(std::move(presenter)),
         session_(setup(simulation), console),
-        driver_(session_, {kRefreshPeriod}, [this](const tracking::PairedFrame& paired) {
+        driver_(session_, {kRefreshPeriod}, [this](const tracking::PairedImage& paired) {
           if (paired.tracked && sweeping_) sweep_.push_back(*paired.tracked);
         }) {
     session_.add(sim::source_of(simulation));
@@ -108,7 +116,8 @@ class Demo {
     setup.images = session::QueuePolicy::kLossless;
     return setup;
   }
-  Result<void> play(const std::string& name, Timestamp until, bool end_of_stream);
+  /// \p images: number of the images that are shown, evenly spread up to \p until; 0: all.
+  Result<void> play(const std::string& name, Timestamp until, bool end_of_stream, int images = 0);
   Result<void> register_ct();
   Result<void> write_report();
   [[nodiscard]] const NeedlePlan& plan() const { return simulation_.needle()->plan(); }
@@ -122,7 +131,7 @@ class Demo {
   std::shared_ptr<const Volume> ct_;
   Presenter presenter_;
   session::Session session_;
-  std::vector<TrackedFrame> sweep_;
+  std::vector<TrackedImage> sweep_;
   bool sweeping_ = true;
   session::Driver driver_;
   std::vector<Image2d<Rgba8>> animation_;
@@ -137,11 +146,16 @@ double Demo::target_error_mm(const Transform<frames::Ct, frames::Reference>& est
   return (estimate * (simulation_.ct_from_reference().inverse() * target) - target).v.norm();
 }
 
-Result<void> Demo::play(const std::string& name, Timestamp until, bool end_of_stream) {
+Result<void> Demo::play(const std::string& name, Timestamp until, bool end_of_stream, int images) {
   console_.begin(name);
   const Timestamp begun = session_.now();
+  const auto refreshes = (until - begun) / kRefreshPeriod;
   int index = 0;
   for (;;) {
+    if (index < images) {
+      const Timestamp before = begun + ((index + 1) * refreshes / images - 1) * kRefreshPeriod;
+      if (auto passed = driver_.pass(before); !passed) return passed;
+    }
     const auto epoch = driver_.next(until, end_of_stream);
     if (!epoch) return epoch.error();
     if (!*epoch) break;
@@ -179,7 +193,7 @@ Result<void> Demo::register_ct() {
   registration_ = std::move(*result);
   decision_ = registration::decide(*registration_, {}, plan().target_ct);
   console_.end(decision_.accepted ? "accepted" : "refused");
-  const TrackedFrame& middle = sweep->frames()[sweep->frames().size() / 2];
+  const TrackedImage& middle = sweep->frames()[sweep->frames().size() / 2];
   if (const auto written = out_.write_image(
           kRegistrationImage,
           registration_image(*ct_, middle, *start_, registration_->ct_from_reference,
@@ -188,9 +202,13 @@ Result<void> Demo::register_ct() {
     return written;
   }
   report_warnings(decision_.warnings, console_);
-  presenter_.set_warning(registration_warning(decision_.warnings));
+  SessionFacts facts = presenter_.facts();
+  facts.warning = registration_warning(decision_.warnings);
+  if (decision_.accepted && registration_->covariance_valid) {
+    facts.uncertainty = registration_->uncertainty;
+  }
+  presenter_.set_facts(std::move(facts));
   if (decision_.accepted) {
-    presenter_.set_target_error(registration_->tre_rms_mm(plan().target_ct));
     session_.navigator().set_placement(
         {registration_->ct_from_reference, {SafetyState::kValid, ""}});
   }
@@ -207,7 +225,9 @@ Result<void> Demo::run() {
     if (auto passed = driver_.pass(phases.back().begin); !passed) return passed;
     // Two images arrive between two refreshes.
     const Timestamp end = session_.now() + phases.back().frame_count / 2 * kRefreshPeriod;
-    if (auto played = play(kApproachSeries, end, true); !played) return played;
+    if (auto played = play(kApproachSeries, end, true, approach_images(options_)); !played) {
+      return played;
+    }
   } else {
     session_.finish();
   }
@@ -310,7 +330,8 @@ Result<void> Demo::write_report() {
                           {"superseded", std::to_string(ledger.superseded())},
                           {"rejected", std::to_string(ledger.rejected_total())}}});
   for (const auto& [cause, count] : ledger.rejected()) {
-    html.tables.back().second.emplace_back("rejected: " + cause, std::to_string(count));
+    html.tables.back().second.emplace_back("rejected: " + words_of_cause(cause),
+                                           std::to_string(count));
   }
   html.tables.push_back(
       {"Needle",
@@ -360,25 +381,27 @@ Result<void> run_demo(const DemoOptions& options, Console& console) {
                                      Eigen::Vector2d(probe.depth_mm / 2, probe.depth_mm));
   const auto window = ct_window(options.view, *shared_ct,
                                 values_along(*shared_ct, last_view(simulation), image_mm));
-  const PresenterOptions appearance{.appearance = options.appearance,
-                                    .view = options.view,
-                                    .width = options.output.width,
-                                    .height = options.output.height,
-                                    .step_voxels = options.output.step_voxels,
-                                    .rms_error = options.output.rms_error,
-                                    .pixel_error = options.output.pixel_error,
-                                    .quality = options.quality};
-  auto presenter = Presenter::create(appearance, shared_ct, std::move(*engine));
-  if (!presenter) return presenter.error();
-  if (auto ok = save_appearance(options.appearance.save, presenter->appearance()); !ok) return ok;
-  if (presenter->appearance().drawn) {
-    for (const auto& statement : presenter->appearance().drawn->statements) console.say(statement);
+  auto appearance = resolve_appearance(options.appearance, *shared_ct);
+  if (!appearance) return appearance.error();
+  if (auto ok = save_appearance(options.appearance.save, *appearance); !ok) return ok;
+  if (appearance->drawn) {
+    for (const auto& statement : appearance->drawn->statements) console.say(statement);
   }
-  warn_of_lost_components(presenter->appearance().transfer, console);
+  warn_of_lost_components(appearance->transfer, console);
   warn_of_missing_presets(options.appearance, *shared_ct, console);
-  const auto shapes = read_cutaway_objects(options.cutaway_objects, *shared_ct, console);
+  auto shapes = read_cutaway_objects(options.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
-  if (const auto ok = presenter->cut_free(*shapes); !ok) return ok;
+  auto presenter = Presenter::create({.appearance = options.appearance,
+                                      .view = options.view,
+                                      .width = options.output.width,
+                                      .height = options.output.height,
+                                      .step_voxels = options.output.step_voxels,
+                                      .rms_error = options.output.rms_error,
+                                      .pixel_error = options.output.pixel_error,
+                                      .quality = options.quality,
+                                      .cut_free = *std::move(shapes)},
+                                     *std::move(appearance), shared_ct, std::move(*engine));
+  if (!presenter) return presenter.error();
   if (!out) {
     auto made_folder = OutputFolder::create(options.output.folder);
     if (!made_folder) return made_folder.error();

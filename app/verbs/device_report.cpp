@@ -7,6 +7,7 @@
 
 #include "app/console.hpp"
 #include "app/report.hpp"
+#include "nav/cause_words.hpp"
 #include "session/played_recording.hpp"
 #include "session/recorded_setup.hpp"
 
@@ -14,10 +15,6 @@ namespace nav::app {
 namespace {
 
 constexpr double kMs = 1e3;
-
-const char* type_of(const StreamInfo& info) {
-  return info.kind == StreamKind::kImages ? "image" : "pose";
-}
 
 /// Null: the device gives no time.
 io::Json json_of_clock(const tracking::ClockModel* clock) {
@@ -34,8 +31,9 @@ io::Json json_of_stream(const session::DeviceStatus::Stream& stream) {
   const auto& [info, ledger, timing] = stream.account;
   io::Json json;
   json["name"] = info.name;
-  json["type"] = type_of(info);
-  json["role"] = info.kind == StreamKind::kImages ? io::Json() : io::Json(to_string(info.role));
+  json["type"] = to_string(info.kind);
+  json["role"] = info.kind == StreamKind::kPoses ? io::Json(to_string(info.role)) : io::Json();
+  if (info.kind == StreamKind::kButtons) json["action"] = to_string(info.action);
   json["received"] = ledger.received();
   json["delivered"] = ledger.delivered();
   json["superseded"] = ledger.superseded();
@@ -67,6 +65,7 @@ io::Json json_of(const std::vector<session::DeviceStatus>& devices) {
     one["reconnects"] = device.health.reconnects;
     one["bytes"] = device.health.bytes;
     one["bad_messages"] = io::Json(device.health.bad_messages);
+    one["repeats"] = device.health.repeats;
     one["streams"] = io::Json::array();
     one["clock"] = nullptr;
     for (const auto& stream : device.streams) {
@@ -75,6 +74,18 @@ io::Json json_of(const std::vector<session::DeviceStatus>& devices) {
       if (one["clock"].is_null()) one["clock"] = json_of_clock(stream.clock);
     }
     list.push_back(std::move(one));
+  }
+  return list;
+}
+
+io::Json json_of(const std::vector<session::PressedButton>& presses,
+                 const std::vector<session::DeviceStatus>& devices) {
+  io::Json list = io::Json::array();
+  for (const session::PressedButton& press : presses) {
+    list.push_back({{"time_s", to_seconds(press.acquired)},
+                    {"device", devices.at(press.source).id},
+                    {"button", press.button},
+                    {"action", to_string(press.action)}});
   }
   return list;
 }
@@ -101,7 +112,7 @@ Result<std::unique_ptr<session::SessionRecorder>> start_recording(const SessionC
   const std::string file = options.path.filename().string();
   const bool beside_images =
       !config.output.folder.empty() && options.path.parent_path() == config.output.folder;
-  if (file.starts_with("live_") && beside_images) {
+  if ((file.starts_with("live_") || file.starts_with("capture_")) && beside_images) {
     return Error{ErrorCode::kUsage,
                  options.path.string() + ": expected another name than those of the images"};
   }
@@ -137,19 +148,29 @@ std::string text_of(const std::vector<session::DeviceStatus>& devices) {
     text += device.id + " (" + device.kind +
             (device.address.empty() ? "" : ", " + without_controls(device.address)) +
             "): " + to_string(device.health.state);
-    if (!device.health.cause.empty()) text += ", " + without_controls(device.health.cause);
+    if (!device.health.cause.empty()) {
+      text += ", " + without_controls(words_of_cause(device.health.cause));
+    }
     text += '\n';
     for (const auto& stream : device.streams) {
       const auto& [info, ledger, timing] = stream.account;
+      if (info.kind == StreamKind::kButtons) {
+        text += "  button " + without_controls(info.name) + " (" + to_string(info.action) + "): " +
+                (ledger.received() == 0
+                     ? "not pressed"
+                     : "went down or came up " + std::to_string(ledger.received()) + " times") +
+                '\n';
+        continue;
+      }
       char line[160];
       std::snprintf(line, sizeof line,
                     ": %llu samples, %.1f per second, periods of %.1f ms (p50) to %.1f ms (p99)\n",
                     static_cast<unsigned long long>(ledger.received()), timing.rate_hz,
                     timing.period_p50_ms, timing.period_p99_ms);
-      text += "  " + std::string(type_of(info)) + " " + without_controls(info.name) +
+      text += "  " + std::string(to_string(info.kind)) + " " + without_controls(info.name) +
               (ledger.received() == 0 ? ": nothing came\n" : line);
       for (const auto& [cause, count] : ledger.rejected()) {
-        text += "    rejected: " + std::to_string(count) + ", " + cause + '\n';
+        text += "    rejected: " + std::to_string(count) + ", " + words_of_cause(cause) + '\n';
       }
     }
   }
@@ -160,14 +181,23 @@ Result<void> check_all_deliver(const std::vector<session::DeviceStatus>& devices
   for (const auto& device : devices) {
     for (const auto& stream : device.streams) {
       if (stream.account.ledger.received() > 0) continue;
+      // A button may stay up all the time; its device has to be there.
+      const bool button = stream.account.info.kind == StreamKind::kButtons;
+      if (button && device.health.state != SourceState::kWaiting) continue;
       // A recording has places for bodies that it does not track.
       const ToolRole role = stream.account.info.role;
       const bool place = role == ToolRole::kNeedle || role == ToolRole::kReference;
       if (device.kind == "recording" && place) continue;
-      return Error{ErrorCode::kUnavailable,
-                   device.id + ": expected samples of " + stream.account.info.name +
-                       ", found none" +
-                       (device.health.cause.empty() ? "" : " (" + device.health.cause + ")")};
+      if (button) {
+        return Error{ErrorCode::kUnavailable,
+                     device.id + ": expected the device of button " + stream.account.info.name +
+                         ", found it missing (" + words_of_cause(device.health.cause) + ")"};
+      }
+      return Error{
+          ErrorCode::kUnavailable,
+          device.id + ": expected samples of " + stream.account.info.name + ", found none" +
+              (device.health.cause.empty() ? ""
+                                           : " (" + words_of_cause(device.health.cause) + ")")};
     }
   }
   return {};

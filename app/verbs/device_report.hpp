@@ -16,6 +16,10 @@ namespace nav::app {
 /// The devices of a live session, as reports give them: docs/json.md.
 io::Json json_of(const std::vector<session::DeviceStatus>& devices);
 
+/// Buttons that were pressed, as reports give them.
+io::Json json_of(const std::vector<session::PressedButton>& presses,
+                 const std::vector<session::DeviceStatus>& devices);
+
 /// Null: nothing is recorded.
 io::Json json_of(const session::SessionRecorder* recorder);
 

@@ -143,6 +143,7 @@ Result<void> run_session_devices(const SessionConfig& config,
   report["devices"] = json_of(devices);
   report["ledger_balanced"] = balanced(devices);
   report["recording"] = json_of(recorder.get());
+  report["buttons"] = json_of(session.presses(), devices);
   report["calibration"] = live->calibration_statement();
   report["reference"] = live->reference_statement();
   report["failures"] = session.failures();

@@ -18,7 +18,9 @@ struct ExportOptions {
 /// Writes the recording of a session as a PLUS sequence: each image with the poses of the probe,
 /// the reference and the needle at its time, and ImageToProbe. Poses are those after clock models,
 /// gate and interpolation, because a frame of PLUS has one time; a pose that is missing then has
-/// the status INVALID. Images of another size than the first are left out, with a warning.
+/// the status INVALID. Images of another size than the first are left out, with a warning. If an
+/// image has colours, all are written as RGB; a pipe whose first image is grey is written in grey,
+/// with a warning.
 Result<void> run_export(const SessionConfig& config, const ExportOptions& options,
                         Console& console);
 

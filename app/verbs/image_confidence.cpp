@@ -10,7 +10,7 @@
 
 namespace nav::app {
 
-Result<Image2d<std::uint8_t>> image_confidence(const UltrasoundFrame& image,
+Result<Image2d<std::uint8_t>> image_confidence(const UltrasoundImage& image,
                                                const tracking::ImageArea& area, int threads) {
   namespace features = render::features;
   const int width = image.pixels.width();

@@ -6,7 +6,7 @@
 
 #include "nav/image.hpp"
 #include "nav/result.hpp"
-#include "nav/ultrasound_frame.hpp"
+#include "nav/ultrasound_image.hpp"
 #include "tracking/reconstruction/image_area.hpp"
 
 namespace nav::app {
@@ -15,7 +15,7 @@ namespace nav::app {
 /// Karamalis et al. 2012 along the image's scan lines (render/features/confidence.hpp, with its
 /// usual parameters). Pixels outside the area, and those that no scan line reaches, have 0. Errors:
 /// those of the solver, with the number of the image.
-Result<Image2d<std::uint8_t>> image_confidence(const UltrasoundFrame& image,
+Result<Image2d<std::uint8_t>> image_confidence(const UltrasoundImage& image,
                                                const tracking::ImageArea& area, int threads);
 
 }  // namespace nav::app

@@ -7,10 +7,15 @@
 #include <iostream>
 
 #include "app/report.hpp"
+#include "app/verbs/describe_shapes.hpp"
+#include "io/config_findings.hpp"
 #include "io/ct.hpp"
+#include "io/markups.hpp"
 #include "io/mcap/device_recording.hpp"
 #include "io/plus_config.hpp"
 #include "io/sequence.hpp"
+#include "io/transform_file.hpp"
+#include "nav/hounsfield.hpp"
 #include "render/transfer/transfer_presets.hpp"
 #include "session/recorded_session.hpp"
 
@@ -60,19 +65,21 @@ std::string needle_tip_of(const io::Json& transforms) {
   return "";
 }
 
+/// True if a finding with that key was reported.
+bool is_reported(const Console& console, const std::string& key) {
+  return std::ranges::any_of(console.entries(), [&](const DiagnosticEntry& entry) {
+    return entry.finding && entry.finding->key == key;
+  });
+}
+
 /// Plays a recording without drawing it, so that what a replay reports is reported here, too.
 Result<void> play_for_reports(const session::SourceOptions& source, Console& console) {
   auto session = session::RecordedSession::open(source, console);
   if (!session) return session.error();
   if (auto played = session->play({}); !played) return played;
-  if (session->bad_frames() > 0) {
-    console.report("recording",
-                   {.subject = session->name(),
-                    .key = "frames",
-                    .values = {std::to_string(session->bad_frames()) + " of " +
-                               std::to_string(session->total_frames()) +
-                               " that are bad, the first: " + session->first_bad_frame()},
-                    .used = "none, or with --skip-bad-frames the others"});
+  if (auto bad = session::bad_frames_finding(*session)) {
+    bad->used = "none, or with --skip-bad-frames the others";
+    console.report("recording", *std::move(bad));
   }
   return {};
 }
@@ -122,11 +129,44 @@ Result<io::Json> describe_sequence(io::SequenceReader& reader, Console& console)
   return json;
 }
 
+/// Buttons that were pressed in a recording, in order: session time, time since its first sample,
+/// and the action.
+Result<io::Json> recorded_presses(const io::mcap::DeviceRecording& recording) {
+  std::vector<std::pair<Timestamp, io::Json>> presses;
+  for (std::size_t i = 0; i < recording.devices().size(); ++i) {
+    const auto& device = recording.devices()[i];
+    const auto is_button = [](const StreamInfo& info) { return info.kind == StreamKind::kButtons; };
+    if (std::ranges::none_of(device.streams, is_button)) continue;
+    auto source = recording.source(i);
+    if (!source) return source.error();
+    for (;;) {
+      const auto sample = (*source)->next(Deadline::max());
+      if (!sample && sample.error().code == ErrorCode::kEndOfStream) break;
+      if (!sample) return sample.error();
+      const auto* button = std::get_if<ButtonSample>(&sample->what);
+      if (button == nullptr || !button->pressed) continue;
+      const Timestamp time = button->acquired;
+      const StreamInfo& info = device.streams[sample->stream];
+      presses.emplace_back(
+          time,
+          io::Json{{"time_s", to_seconds(time)},
+                   {"since_begin_s", to_seconds(time - recording.first_time().value_or(time))},
+                   {"device", device.id},
+                   {"button", info.name},
+                   {"action", to_string(info.action)}});
+    }
+  }
+  std::ranges::stable_sort(presses, {}, [](const auto& one) { return one.first; });
+  io::Json list = io::Json::array();
+  for (auto& [time, press] : presses) list.push_back(std::move(press));
+  return list;
+}
+
 Result<io::Json> describe_devices(const std::filesystem::path& path, Console& console) {
   const auto recording = io::mcap::DeviceRecording::open(path, {.read_all = true});
   if (!recording) return recording.error();
-  for (const std::string& warning : recording->warnings()) {
-    console.report(Severity::kWarning, "recording", warning);
+  if (!recording->warnings().empty()) {
+    console.report("recording", session::damage_finding(path.string(), recording->warnings()));
   }
   io::Json json;
   json["kind"] = "devices";
@@ -139,13 +179,18 @@ Result<io::Json> describe_devices(const std::filesystem::path& path, Console& co
   for (const auto& device : recording->devices()) {
     io::Json& streams = json["devices"][device.id] = io::Json::object();
     for (std::size_t i = 0; i < device.streams.size(); ++i) {
-      const bool images = device.streams[i].kind == StreamKind::kImages;
-      streams[device.streams[i].name] = {
-          {"type", images ? "image" : "pose"},
-          {"role", images ? io::Json() : io::Json(to_string(device.streams[i].role))},
-          {"samples", device.samples[i]}};
+      const StreamInfo& info = device.streams[i];
+      const bool poses = info.kind == StreamKind::kPoses;
+      io::Json& stream = streams[info.name];
+      stream = {{"type", to_string(info.kind)},
+                {"role", poses ? io::Json(to_string(info.role)) : io::Json()},
+                {"samples", device.samples[i]}};
+      if (info.kind == StreamKind::kButtons) stream["action"] = to_string(info.action);
     }
   }
+  const auto buttons = recorded_presses(*recording);
+  if (!buttons) return buttons.error();
+  json["buttons"] = *buttons;
   json["attachments"] = io::Json::array();
   for (const auto& attachment : recording->attachments()) {
     json["attachments"].push_back(attachment.head.name);
@@ -158,10 +203,20 @@ Result<io::Json> describe_devices(const std::filesystem::path& path, Console& co
   return json;
 }
 
-io::Json describe_ct(const Volume& ct) {
+/// True for a volume in Hounsfield units: by its DICOM attributes, or else by its values, as
+/// read_ct() judges them.
+bool is_ct(const Volume& volume, const std::filesystem::path& path, const Console& console) {
+  if (is_reported(console, "Modality")) return false;
+  if (is_hounsfield(volume)) return true;
+  std::error_code failed;
+  const bool dicom = std::filesystem::is_directory(path, failed) || io::is_dicom(path);
+  return !is_reported(console, dicom ? "RescaleType" : "unit of the values");
+}
+
+io::Json describe_volume(const Volume& ct, bool hounsfield) {
   const VoxelGrid& grid = ct.grid();
   io::Json json;
-  json["kind"] = "ct";
+  json["kind"] = hounsfield ? "ct" : "volume";
   json["dimensions"] = {grid.size[0], grid.size[1], grid.size[2]};
   json["spacing_mm"] = {grid.spacing_mm.x(), grid.spacing_mm.y(), grid.spacing_mm.z()};
   json["origin_mm"] = {grid.origin_mm.x(), grid.origin_mm.y(), grid.origin_mm.z()};
@@ -172,8 +227,10 @@ io::Json describe_ct(const Volume& ct) {
   json["directions"] = directions;
   json["coordinate_system"] = "LPS";
   const auto [low, high] = std::minmax_element(ct.hu().begin(), ct.hu().end());
-  json["hu_min"] = *low;
-  json["hu_max"] = *high;
+  json["hu_min"] = hounsfield ? io::Json(*low) : io::Json();
+  json["hu_max"] = hounsfield ? io::Json(*high) : io::Json();
+  json["value_min"] = *low;
+  json["value_max"] = *high;
   const render::ValueRange range = render::value_range(ct);
   json["value_range"] = {range.low, range.high};
   json["frames"] = 1;
@@ -245,8 +302,13 @@ Result<io::Json> describe(const std::filesystem::path& path, bool accept_unknown
   if (has_extension(path, {".xml"})) {
     const auto config = io::read_plus_config(path);
     if (!config) return config.error();
+    for (const Finding& finding : io::findings_of(*config)) console.report("config", finding);
     return describe_config(*config);
   }
+  if (io::is_markups_file(path)) return describe_markups(path, console);
+  if (io::is_transform_file(path)) return describe_transform(path);
+  if (has_extension(path, {".stl", ".ply", ".vtk"})) return describe_surface(path);
+  if (has_extension(path, {".csv"})) return describe_landmarks(path);
   if (has_extension(path, {".json"})) return describe_registration(path, console);
   if (session::is_device_recording(path)) return describe_devices(path, console);
   if (has_extension(path, {".mha", ".mhd", ".nrrd", ".nhdr"})) {
@@ -260,7 +322,7 @@ Result<io::Json> describe(const std::filesystem::path& path, bool accept_unknown
   options.accept_unknown_orientation = accept_unknown_orientation;
   const auto ct = io::read_ct(path, console, options);
   if (!ct) return ct.error();
-  return describe_ct(*ct);
+  return describe_volume(*ct, is_ct(*ct, path, console));
 }
 
 void print(const io::Json& json, const std::string& indent) {
@@ -289,6 +351,11 @@ Result<void> run_info(const std::filesystem::path& path, const std::optional<std
     return write_json(report, *json);
   }
   print(report, "");
+  // Warnings were shown as they came.
+  for (const DiagnosticEntry& entry : console.entries()) {
+    if (!entry.finding || entry.severity != Severity::kInfo) continue;
+    std::cout << "note: " << without_controls(entry.message) << '\n';
+  }
   return {};
 }
 

@@ -22,6 +22,7 @@ constexpr const char* kLivePoseLogFile = "pose_log.csv";
 constexpr const char* kLiveSessionFile = "session.toml";
 constexpr const char* kLiveReportFile = "report.json";
 constexpr const char* kLiveSeries = "live";
+constexpr const char* kCaptureSeries = "capture";
 constexpr const char* kDevicesEnded = "the devices have nothing more";
 constexpr auto kPoll = std::chrono::milliseconds(2);
 
@@ -97,7 +98,7 @@ class Live {
 
  private:
   session::Session::Listener listener() {
-    return [this](const tracking::PairedFrame& paired) {
+    session::Session::Listener hears([this](const tracking::PairedImage& paired) {
       if (!paired.tracked || failure_) return;
       const auto placed = view_.take(*paired.tracked, std::nullopt);
       if (!placed) {
@@ -105,7 +106,44 @@ class Live {
       } else if (*placed) {
         live_.session().navigator().set_placement(**placed);
       }
-    };
+    });
+    hears.pressed = [this](const session::PressedButton& press) { obey(press); };
+    return hears;
+  }
+
+  void obey(const session::PressedButton& press) {
+    char when[32];
+    std::snprintf(when, sizeof when, "%.3f s", to_seconds(press.acquired));
+    switch (press.action) {
+      case ButtonAction::kNone:
+        return;
+      case ButtonAction::kCapture:
+        ++captures_wanted_;
+        return;
+      case ButtonAction::kFreeze:
+        frozen_ = !frozen_;
+        console_.say(std::string(frozen_ ? "frozen" : "live again") + " at " + when + " (" +
+                     without_controls(press.button) + ")");
+        return;
+      case ButtonAction::kMark:
+        console_.say(std::string("mark at ") + when + " (" + without_controls(press.button) + ")");
+        if (recorder_ != nullptr || std::exchange(unrecorded_mark_, true)) return;
+        console_.report(Severity::kWarning, "buttons",
+                        "a mark was set, but nothing is recorded (--record): it stands in the "
+                        "report only");
+    }
+  }
+
+  /// Writes the images that a button asked for, once there is one.
+  Result<void> write_captures() {
+    for (; newest_ && captures_wanted_ > 0; --captures_wanted_) {
+      char name[64];
+      std::snprintf(name, sizeof name, "%s_%05d.png", kCaptureSeries, captures_);
+      if (auto written = out_.write_image(name, *newest_); !written) return written;
+      ++captures_;
+      console_.say("captured " + (out_ / name).string());
+    }
+    return {};
   }
 
   [[nodiscard]] bool time_is_up() const {
@@ -129,8 +167,9 @@ class Live {
     char name[64];
     std::snprintf(name, sizeof name, "%s_%05d.png", kLiveSeries, shown_++);
     if (auto written = out_.write_image(name, *image); !written) return written;
+    newest_ = *std::move(image);
     if (epoch.frame_is_new) {
-      const UltrasoundFrame& shown = epoch.frame->frame;
+      const UltrasoundImage& shown = epoch.frame->frame;
       latencies_.received.push_back(1e3 * to_seconds(shown.received - shown.acquired));
       latencies_.paired.push_back(paired_ms);
       latencies_.rendered.push_back(rendered_ms);
@@ -149,7 +188,8 @@ class Live {
     while (!interrupt.asked() && !time_is_up()) {
       const auto epoch = next();
       if (!epoch) return epoch.error();
-      if (*epoch) {
+      if (auto written = write_captures(); !written) return written;
+      if (*epoch && (!frozen_ || !newest_)) {
         if (auto shown = show(**epoch); !shown) return shown;
       } else if (driver_.over()) {
         return {};
@@ -188,6 +228,8 @@ class Live {
     json["ledger"] = json_of(live_.session().navigator().ledger());
     json["rejected_poses"] = live_.session().navigator().rejected_poses();
     json["images"] = shown_;
+    json["captures"] = captures_;
+    json["buttons"] = json_of(live_.session().presses(), devices);
     json["engine"] = view_.engine_name();
     json["failures"] = live_.session().failures();
     add_messages(json, console_.entries());
@@ -224,16 +266,22 @@ class Live {
   session::Driver driver_;
   Timestamp begun_{};
   int shown_ = 0;
+  // Orders of buttons.
+  bool frozen_ = false;           ///< The newest image stays; samples are taken in.
+  bool unrecorded_mark_ = false;  ///< A mark was set without a recording, and that was said.
+  int captures_wanted_ = 0;
+  int captures_ = 0;                      ///< Written.
+  std::optional<Image2d<Rgba8>> newest_;  ///< Image that is shown.
   Latencies latencies_;
 };
 
 /// The window writes no series of images.
 Result<void> check_window(const SessionConfig& config) {
   if (config.output.folder.empty()) return {};
-  return Error{ErrorCode::kUsage,
-               "--window of live devices writes no images: expected no --out beside it, found " +
-                   config.output.folder.string() +
-                   " (--record keeps the data; replay its recording with --out for images)"};
+  return Error{ErrorCode::kUsage, "--window of live devices excludes --out " +
+                                      config.output.folder.string() +
+                                      ": it writes no images (--record keeps the data; replay its "
+                                      "recording with --out for images)"};
 }
 
 }  // namespace
@@ -265,7 +313,8 @@ Result<void> run_live(const SessionConfig& config, const std::optional<std::stri
   parts->banner = banner_of(config.source.devices);
   auto out = OutputFolder::create(config.output.folder);
   if (!out) return out.error();
-  if (auto ok = out->forget_earlier_run({{kLivePoseLogFile, kLiveReportFile}, {kLiveSeries}});
+  if (auto ok = out->forget_earlier_run(
+          {{kLivePoseLogFile, kLiveReportFile}, {kLiveSeries, kCaptureSeries}});
       !ok) {
     return ok;
   }

@@ -26,11 +26,12 @@ std::string banner_of(const session::Placement& placement, const std::string& ki
   return follows ? kind + ", CT follows the tissue" : kind;
 }
 
-/// A centre outside of the CT is most likely a volume in another frame.
-Result<std::shared_ptr<const PredicateSource>> draw_by_predicates(const SessionConfig& config,
-                                                                  const Volume& ct,
-                                                                  Presenter& presenter,
-                                                                  Console& console) {
+/// Sets what the 3D view shows by predicates. A centre outside of the CT is most likely a volume in
+/// another frame.
+Result<std::shared_ptr<const PredicateSource>> prepare_view(const SessionConfig& config,
+                                                            const Volume& ct,
+                                                            std::optional<PredicateView>& view,
+                                                            Console& console) {
   PredicateOptions options = config.predicates;
   // Drawn with the plan.
   if (!options.target && config.plan) {
@@ -49,9 +50,9 @@ Result<std::shared_ptr<const PredicateSource>> draw_by_predicates(const SessionC
   }
   std::optional<render::SphereShape> target;
   if (config.predicates.target) target = target_sphere(*config.predicates.target);
-  presenter.draw_by_predicates(
-      {ultrasound, std::move(made->volume.predicates), options.ct_importance}, options.alone,
-      target);
+  view = {.ultrasound = {ultrasound, std::move(made->volume.predicates), options.ct_importance},
+          .alone = options.alone,
+          .target = target};
   return made->source;
 }
 
@@ -94,37 +95,39 @@ Result<PlacedView::Parts> PlacedView::prepare(const SessionConfig& config,
   if (!given) return given.error();
   auto engine = make_engine(config.output.engine, config.output.threads, console);
   if (!engine) return engine.error();
-  auto presenter = Presenter::create({.appearance = config.appearance,
-                                      .view = config.view,
-                                      .width = config.output.width,
-                                      .height = config.output.height,
-                                      .step_voxels = config.output.step_voxels,
-                                      .rms_error = config.output.rms_error,
-                                      .pixel_error = config.output.pixel_error,
-                                      .quality = config.quality,
-                                      .needle = config.source.needle_size},
-                                     shared_ct, std::move(*engine));
-  if (!presenter) return presenter.error();
-  if (auto ok = save_appearance(config.appearance.save, presenter->appearance()); !ok)
-    return ok.error();
-  if (presenter->appearance().drawn) {
-    for (const auto& statement : presenter->appearance().drawn->statements) console.say(statement);
+  auto appearance = resolve_appearance(config.appearance, *shared_ct);
+  if (!appearance) return appearance.error();
+  if (auto ok = save_appearance(config.appearance.save, *appearance); !ok) return ok.error();
+  if (appearance->drawn) {
+    for (const auto& statement : appearance->drawn->statements) console.say(statement);
   }
-  warn_of_lost_components(presenter->appearance().transfer, console);
+  warn_of_lost_components(appearance->transfer, console);
   if (!config.predicates.alone || config.predicates.volume.empty()) {
     warn_of_missing_presets(config.appearance, *shared_ct, console);
   }
-  const auto shapes = read_cutaway_objects(config.cutaway_objects, *shared_ct, console);
+  PresenterOptions options{.appearance = config.appearance,
+                           .view = config.view,
+                           .width = config.output.width,
+                           .height = config.output.height,
+                           .step_voxels = config.output.step_voxels,
+                           .rms_error = config.output.rms_error,
+                           .pixel_error = config.output.pixel_error,
+                           .quality = config.quality,
+                           .needle = config.source.needle_size};
+  auto shapes = read_cutaway_objects(config.cutaway_objects, *shared_ct, console);
   if (!shapes) return shapes.error();
-  if (const auto ok = presenter->cut_free(*shapes); !ok) return ok.error();
+  options.cut_free = *std::move(shapes);
   if (config.plan) session::warn_outside(*config.plan, *shared_ct, console);
   std::shared_ptr<const PredicateSource> predicates;
   if (!config.predicates.volume.empty()) {
-    auto source = draw_by_predicates(config, *shared_ct, *presenter, console);
+    auto source = prepare_view(config, *shared_ct, options.predicates, console);
     if (!source) return source.error();
     predicates = *std::move(source);
   }
-  return Parts{.ct = shared_ct,
+  auto presenter =
+      Presenter::create(std::move(options), *std::move(appearance), shared_ct, std::move(*engine));
+  if (!presenter) return presenter.error();
+  return Parts{.ct = std::move(shared_ct),
                .given = *std::move(given),
                .survey = std::nullopt,
                .presenter = *std::move(presenter),
@@ -139,18 +142,21 @@ Result<PlacedView::Parts> PlacedView::prepare_alone(const SessionConfig& config,
   // The transfer function is not used: predicates classify the volume.
   SessionConfig::Appearance appearance;
   appearance.preset = "ct-soft-tissue";
-  auto presenter = Presenter::create({.appearance = appearance,
-                                      .view = config.view,
-                                      .width = config.output.width,
-                                      .height = config.output.height},
-                                     volume, render::make_cpu_engine());
-  if (!presenter) return presenter.error();
   const PredicateOptions& options = config.predicates;
   std::optional<render::SphereShape> target;
   if (options.target) target = target_sphere(*options.target);
-  presenter->draw_by_predicates(
-      {prepared.volume.ultrasound, std::move(prepared.volume.predicates), options.ct_importance},
-      true, target);
+  auto presenter = Presenter::create(
+      {.appearance = appearance,
+       .view = config.view,
+       .width = config.output.width,
+       .height = config.output.height,
+       .predicates = PredicateView{.ultrasound = {prepared.volume.ultrasound,
+                                                  std::move(prepared.volume.predicates),
+                                                  options.ct_importance},
+                                   .alone = true,
+                                   .target = target}},
+      volume, render::make_cpu_engine());
+  if (!presenter) return presenter.error();
   return Parts{.ct = volume,
                .given = std::nullopt,
                .survey = std::nullopt,
@@ -167,22 +173,24 @@ PlacedView::PlacedView(const SessionConfig& config, Console& console, Parts part
       given_(std::move(parts.given)),
       survey_(std::move(parts.survey)),
       presenter_(std::move(parts.presenter)),
+      plan_(config.plan),
       needle_expected_(parts.needle_expected),
       banner_(std::move(parts.banner)),
       predicates_(std::move(parts.predicates)) {}
 
 std::optional<session::CtPlacement> PlacedView::show_before_images() {
-  presenter_.set_facts({.plan = config_.plan,
+  presenter_.set_facts({.plan = plan_,
                         .needle_expected = needle_expected_,
                         .window = ct_window(config_.view, *ct_, {}),
-                        .banner = banner_});
+                        .banner = banner_,
+                        .warning = given_ ? registration_warning(given_->warnings) : "",
+                        .uncertainty = presenter_.facts().uncertainty});
   if (!given_) return std::nullopt;
-  presenter_.set_warning(registration_warning(given_->warnings));
   return given_->placement;
 }
 
 Result<std::optional<session::CtPlacement>> PlacedView::take(
-    const TrackedFrame& image, const std::optional<session::RecordingRead>& read) {
+    const TrackedImage& image, const std::optional<session::RecordingRead>& read) {
   std::optional<session::CtPlacement> changed;
   if (!placement_) {
     auto begun = begin(image, read);
@@ -204,12 +212,12 @@ Result<std::optional<session::CtPlacement>> PlacedView::take(
   }
   outside_.add(*ct_, placement_->placement, image);
   const std::string outside = outside_.warning();
-  presenter_.set_warning(outside.empty() ? registration_warning(placement_->warnings) : outside);
+  warn(outside.empty() ? registration_warning(placement_->warnings) : outside);
   return changed;
 }
 
 /// Decides everything that depends on where the images lie.
-Result<session::CtPlacement> PlacedView::begin(const TrackedFrame& image,
+Result<session::CtPlacement> PlacedView::begin(const TrackedImage& image,
                                                const std::optional<session::RecordingRead>& read) {
   const auto first = session::survey_of(image);
   auto placement = session::place_sweep(config_.placement, given_, *ct_, first, read);
@@ -217,11 +225,13 @@ Result<session::CtPlacement> PlacedView::begin(const TrackedFrame& image,
   const auto& ct_from_reference = placement->placement.ct_from_reference;
   const session::SweepSurvey& seen = survey_ ? *survey_ : first;
   SessionFacts facts{
-      .plan = config_.plan,
+      .plan = plan_,
       .needle_expected = needle_expected_,
       .focus_ct = ct_from_reference * seen.centroid,
       .window = ct_window(config_.view, *ct_, values_along(*ct_, ct_from_reference, seen.spread)),
-      .banner = banner_of(*placement, banner_, config_.placement.follow)};
+      .banner = banner_of(*placement, banner_, config_.placement.follow),
+      .warning = presenter_.facts().warning,
+      .uncertainty = placement->uncertainty};
   if (const auto axes = session::mean_axes(seen)) {
     facts.typical_plane = SessionFacts::TypicalPlane{
         ct_from_reference * Transform<frames::Reference, frames::Image>(
@@ -232,6 +242,26 @@ Result<session::CtPlacement> PlacedView::begin(const TrackedFrame& image,
   report_placement(*placement, console_);
   placement_ = std::move(*placement);
   return placement_->placement;
+}
+
+void PlacedView::set_plan(const std::optional<NeedlePlan>& plan) {
+  plan_ = plan;
+  SessionFacts facts = presenter_.facts();
+  facts.plan = plan;
+  presenter_.set_facts(std::move(facts));
+}
+
+void PlacedView::warn(std::string warning) {
+  SessionFacts facts = presenter_.facts();
+  facts.warning = std::move(warning);
+  presenter_.set_facts(std::move(facts));
+}
+
+void PlacedView::set_placement(session::Placement placement) {
+  given_ = placement;
+  // Images that were taken keep what they decided for the view.
+  if (placement_) placement_ = std::move(placement);
+  warn(registration_warning(given_->warnings));
 }
 
 Result<void> PlacedView::check_ultrasound(const session::Epoch& epoch) {
@@ -258,7 +288,7 @@ Result<void> PlacedView::check_plane(const session::Epoch& epoch) {
   const auto found = plane_visibility(scene);
   if (!found) return found.error();
   const std::string words = hidden_plane_words(*found);
-  if (!words.empty()) console_.report(Severity::kWarning, "look", words);
+  if (!words.empty()) console_.report(Severity::kWarning, "appearance", words);
   return {};
 }
 

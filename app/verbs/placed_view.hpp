@@ -51,7 +51,11 @@ class PlacedView {
   /// Takes a tracked image, in order. \p read: what is known of the recording. Returns the
   /// placement that the session has to take over, if it changed.
   Result<std::optional<session::CtPlacement>> take(
-      const TrackedFrame& image, const std::optional<session::RecordingRead>& read);
+      const TrackedImage& image, const std::optional<session::RecordingRead>& read);
+  /// Replaces the plan of the session.
+  void set_plan(const std::optional<NeedlePlan>& plan);
+  /// Replaces the placement of the CT, as the user has moved it.
+  void set_placement(session::Placement placement);
   /// Reports, once, where nothing of the ultrasound volume is to be seen, and where a cutaway takes
   /// away some of what is most important in it.
   Result<void> check_ultrasound(const session::Epoch& epoch);
@@ -64,7 +68,7 @@ class PlacedView {
   [[nodiscard]] std::string engine_name() { return presenter_.engine().name(); }
   [[nodiscard]] const Volume& ct() const { return *ct_; }
   [[nodiscard]] const std::shared_ptr<const Volume>& shared_ct() const { return ct_; }
-  [[nodiscard]] const std::optional<NeedlePlan>& plan() const { return config_.plan; }
+  [[nodiscard]] const std::optional<NeedlePlan>& plan() const { return plan_; }
   /// 3D ultrasound that is drawn by predicates; null: none.
   [[nodiscard]] const std::shared_ptr<const PredicateSource>& predicates() const {
     return predicates_;
@@ -79,8 +83,10 @@ class PlacedView {
   [[nodiscard]] std::string outside() const { return outside_.warning(); }
 
  private:
-  Result<session::CtPlacement> begin(const TrackedFrame& image,
+  Result<session::CtPlacement> begin(const TrackedImage& image,
                                      const std::optional<session::RecordingRead>& read);
+  /// Replaces the warning that every image shows; empty: none.
+  void warn(std::string warning);
   Result<void> check_importance(const render::Scene& scene);
 
   const SessionConfig& config_;
@@ -89,6 +95,7 @@ class PlacedView {
   std::optional<session::Placement> given_;
   std::optional<session::SweepSurvey> survey_;
   Presenter presenter_;
+  std::optional<NeedlePlan> plan_;
   bool needle_expected_;
   std::string banner_;
   std::shared_ptr<const PredicateSource> predicates_;

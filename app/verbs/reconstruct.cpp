@@ -50,7 +50,7 @@ Result<void> read_all(session::RecordedSession& session, session::Session::Liste
     more = *stepped;
     if (interrupt.asked()) return reconstruction_stopped();
     console.progress(static_cast<double>(session.frames_read()) /
-                     static_cast<double>(std::max<std::int64_t>(session.total_frames(), 1)));
+                     static_cast<double>(std::max<std::int64_t>(session.total_images(), 1)));
   }
   console.end();
   return {};
@@ -96,7 +96,7 @@ Result<PlusClip> clip_of(const ReconstructOptions& options,
 class ImageAreas {
  public:
   explicit ImageAreas(const PlusClip& clip) : clip_(clip) {}
-  std::shared_ptr<const ImageArea> of(const UltrasoundFrame& image) {
+  std::shared_ptr<const ImageArea> of(const UltrasoundImage& image) {
     if (!newest_ || !newest_->fits(image)) newest_ = std::make_shared<ImageArea>(image, clip_);
     return newest_;
   }
@@ -110,7 +110,7 @@ class ImageAreas {
 struct SurveyedImages {
   /// Geometry of images, and the poses of those that have it, in order.
   struct Group {
-    UltrasoundFrame geometry;
+    UltrasoundImage geometry;
     std::vector<Transform<frames::Reference, frames::Image>> poses;
   };
   std::vector<Group> groups;
@@ -120,14 +120,14 @@ struct SurveyedImages {
 Result<SurveyedImages> survey_images(session::RecordedSession& session, bool skip_bad_frames,
                                      const Interrupt& interrupt, Console& console) {
   constexpr std::int64_t kSpread = 60;
-  const std::int64_t stride = std::max<std::int64_t>(1, session.total_frames() / kSpread);
+  const std::int64_t stride = std::max<std::int64_t>(1, session.total_images() / kSpread);
   if (auto whole = session.check_complete(); !whole) return whole.error();
   SurveyedImages found;
   std::int64_t count = 0;
   session::Session::Listener listener;
-  listener.settled = [&](const tracking::PairedFrame& paired) {
+  listener.settled = [&](const tracking::PairedImage& paired) {
     if (!paired.tracked) return;
-    const UltrasoundFrame& image = paired.tracked->frame;
+    const UltrasoundImage& image = paired.tracked->frame;
     if (found.groups.empty() ||
         !same_pixels(geometry_of(found.groups.back().geometry), geometry_of(image))) {
       found.groups.push_back({image, {}});
@@ -181,7 +181,7 @@ Result<PlannedVolume> plan_volume(const ReconstructOptions& options, double spac
   std::vector<Point<frames::Reference>> corners;
   double pixels = 0;
   for (const auto& group : images.groups) {
-    UltrasoundFrame geometry = group.geometry;
+    UltrasoundImage geometry = group.geometry;
     if (!geometry.outline) geometry.outline = sector;
     const ImageArea area(geometry, clip);
     const bool backward = how.method == Method::kBackward;
@@ -255,7 +255,7 @@ Result<AddedImages> add_images(session::RecordedSession& session, const PlusClip
   AddedImages added;
   ImageAreas areas(clip);
   session::Session::Listener listener;
-  listener.settled = [&](const tracking::PairedFrame& paired) {
+  listener.settled = [&](const tracking::PairedImage& paired) {
     if (!paired.tracked) return;
     const auto area = areas.of(paired.tracked->frame);
     const auto start = std::chrono::steady_clock::now();
@@ -321,17 +321,21 @@ WrittenFiles volume_files_of(const ReconstructOptions& options) {
   return files;
 }
 
-Result<void> check_volume_files(const SessionConfig& config, const WrittenFiles& files) {
+Result<void> check_volume_files(const SessionConfig& config, const WrittenFiles& files,
+                                const std::optional<std::string>& json) {
   if (files.volume.extension() != ".mha") {
     return Error{ErrorCode::kUsage,
                  "--out: expected a name that ends in .mha, found '" + files.volume.string() + "'"};
   }
   const std::vector<NamedFile> outputs{{"--out", files.volume},
                                        {"origins beside --out", files.origins},
-                                       {"scan lines beside --out", files.scan_lines}};
+                                       {"scan lines beside --out", files.scan_lines},
+                                       {"--json", json.value_or("")}};
   const std::vector<NamedFile> inputs{{"sweep", config.source.recording},
-                                      {"--config", config.source.plus_config}};
+                                      {"--config", config.source.plus_config},
+                                      {"--session", config.file}};
   if (auto ok = reject_overwriting(outputs, inputs); !ok) return ok;
+  if (auto ok = reject_foreign({outputs[1], outputs[2]}); !ok) return ok;
   return reject_unwritable(outputs);
 }
 
@@ -347,7 +351,7 @@ Result<void> run_reconstruct(const SessionConfig& config, const ReconstructOptio
                              const std::optional<std::string>& json, Console& console) {
   const auto start = std::chrono::steady_clock::now();
   const WrittenFiles files = volume_files_of(options);
-  if (auto ok = check_volume_files(config, files); !ok) return ok;
+  if (auto ok = check_volume_files(config, files, json); !ok) return ok;
   const auto plus = reconstruction_of_plus(config.source.plus_config);
   if (!plus) return plus.error();
   const auto clip = clip_of(options, *plus);
@@ -402,7 +406,7 @@ Result<void> run_reconstruct(const SessionConfig& config, const ReconstructOptio
     for (const VoxelOrigin origin : origins) marks.push_back(static_cast<std::int16_t>(origin));
     const auto marked = StoredVolume::create(grid, std::move(marks), "origin");
     if (!marked) return marked.error();
-    if (auto ok = io::write_ct_mha(*marked, files.origins); !ok) return ok;
+    if (auto ok = io::write_ct_mha(*marked, files.origins, true, true); !ok) return ok;
   }
   if (!files.scan_lines.empty()) {
     auto ok = io::write_scan_lines(*stored, volume->scan_lines(), files.scan_lines);

@@ -5,6 +5,7 @@
 #include "app/verbs/placed_view.hpp"
 #include "app/verbs/show_in_window.hpp"
 #include "io/image_output.hpp"
+#include "nav/cause_words.hpp"
 #include "session/driver.hpp"
 #include "session/recorded_session.hpp"
 
@@ -60,6 +61,9 @@ class Replay {
     if (auto played = play(); !played) return with_outputs(played.error());
     console_.end(std::to_string(shown_) + " images");
     session_.navigator().finish();
+    if (auto bad = session::bad_frames_finding(session_)) {
+      console_.report("recording", *std::move(bad));
+    }
     if (!view_.placement()) return session::nothing_paired(session_);
     if (const std::string outside = view_.outside(); !outside.empty()) {
       console_.report(Severity::kWarning, "placement", outside);
@@ -90,11 +94,11 @@ class Replay {
   }
 
   session::Session::Listener listener() {
-    return [this](const tracking::PairedFrame& paired) {
+    return [this](const tracking::PairedImage& paired) {
       console_.progress(static_cast<double>(session_.frames_read()) /
-                        static_cast<double>(std::max<std::int64_t>(session_.total_frames(), 1)));
+                        static_cast<double>(std::max<std::int64_t>(session_.total_images(), 1)));
       if (!paired.tracked || failure_) return;
-      const TrackedFrame& image = *paired.tracked;
+      const TrackedImage& image = *paired.tracked;
       const auto placed = view_.take(image, session::recording_read(session_, image.frame));
       if (!placed) {
         failure_ = placed.error();
@@ -127,7 +131,9 @@ class Replay {
   Result<void> play() {
     const Interrupt interrupt;
     for (;;) {
-      if (interrupt.asked()) return Error{ErrorCode::kCancelled, "replay: stopped by Ctrl-C"};
+      if (interrupt.asked()) {
+        return Error{ErrorCode::kCancelled, "replay: stopped by " + interrupt.by()};
+      }
       const auto epoch = driver_.next();
       if (!epoch) return epoch.error();
       if (failure_) return *failure_;
@@ -237,7 +243,8 @@ Result<void> Replay::write_folder(const io::Json& report) {
                           {"superseded", std::to_string(ledger.superseded())},
                           {"rejected", std::to_string(ledger.rejected_total())}}});
   for (const auto& [cause, number] : ledger.rejected()) {
-    html.tables.back().second.emplace_back("rejected: " + cause, std::to_string(number));
+    html.tables.back().second.emplace_back("rejected: " + words_of_cause(cause),
+                                           std::to_string(number));
   }
   if (!view_.presenter().legend().empty()) {
     html.tables.push_back({"Importance of predicates", {}});

@@ -27,6 +27,9 @@ std::vector<std::string> replay_outputs();
 
 struct RegisterOptions {
   std::filesystem::path landmarks;  ///< Start pose, or the whole registration.
+  /// Points of the CT when the landmarks are a Markups file; else empty.
+  std::filesystem::path ct_landmarks;
+  std::filesystem::path save_transform;  ///< ITK file of the accepted pose; empty: none.
   /// Direction in the patient to which the images' left edge, that of the marker, points: right,
   /// left, anterior, posterior, superior or inferior; empty: not known. For a search without a
   /// start.

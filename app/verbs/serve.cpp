@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <chrono>
+#include <cstdio>
 #include <thread>
 
 #include "app/interrupt.hpp"
@@ -12,6 +13,8 @@
 #include "app/verbs/device_report.hpp"
 #include "devices/ndi/ndi_sender.hpp"
 #include "devices/openigtlink/openigtlink_sender.hpp"
+#include "devices/usb/interson_sender.hpp"
+#include "devices/usb/polhemus_sender.hpp"
 #include "session/live_session.hpp"
 
 namespace nav::app {
@@ -24,22 +27,41 @@ DeviceTime wall_clock_at_zero(const Clock& clock) {
   return DeviceTime(wall - clock.now().time_since_epoch());
 }
 
+constexpr std::uint16_t kNdiPort = 8765;
+
+Error line_error(const char* expected, const std::string& found) {
+  return {ErrorCode::kUsage,
+          std::string("--line: expected ") + expected + ", found '" + found + "'"};
+}
+
+/// Port of "tcp:PORT"; absent: another text.
+std::optional<std::uint16_t> tcp_port(std::string_view text) {
+  constexpr std::string_view kBegin = "tcp:";
+  if (!text.starts_with(kBegin)) return std::nullopt;
+  text.remove_prefix(kBegin.size());
+  std::uint16_t port = 0;
+  const char* const end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, port);
+  if (read.ec != std::errc() || read.ptr != end) return std::nullopt;
+  return port;
+}
+
 /// "serial:PATH" or "tcp:PORT".
 Result<devices::NdiEmulatorLine> ndi_line(const std::string& text) {
-  const auto after = [&](std::string_view begin) -> std::optional<std::string> {
-    if (!text.starts_with(begin)) return std::nullopt;
-    return text.substr(begin.size());
-  };
-  if (const auto path = after("serial:"); path && !path->empty()) {
-    return devices::NdiEmulatorLine{.link = *path};
+  constexpr std::string_view kSerial = "serial:";
+  if (text.empty()) return devices::NdiEmulatorLine{.tcp = true, .port = kNdiPort};
+  if (text.starts_with(kSerial) && text.size() > kSerial.size()) {
+    return devices::NdiEmulatorLine{.link = text.substr(kSerial.size())};
   }
-  if (const auto port = after("tcp:")) {
-    devices::NdiEmulatorLine line{.tcp = true};
-    const char* const end = port->data() + port->size();
-    const auto read = std::from_chars(port->data(), end, line.port);
-    if (read.ec == std::errc() && read.ptr == end) return line;
-  }
-  return Error{ErrorCode::kUsage, "--line: expected serial:PATH or tcp:PORT, found '" + text + "'"};
+  if (const auto port = tcp_port(text)) return devices::NdiEmulatorLine{.tcp = true, .port = *port};
+  return line_error("serial:PATH or tcp:PORT", text);
+}
+
+/// Port of a USB/IP server: "tcp:PORT".
+Result<std::uint16_t> usbip_port(const std::string& text) {
+  if (text.empty()) return devices::kUsbipPort;
+  if (const auto port = tcp_port(text)) return *port;
+  return line_error("tcp:PORT", text);
 }
 
 /// Tracked bodies of all devices, in order, each once.
@@ -77,10 +99,65 @@ Result<std::unique_ptr<devices::NdiSender>> start_ndi(const session::LiveSession
   return sender;
 }
 
-/// Serves a session; \p emulates: its poses come from an emulated tracker.
-Result<void> serve(const char* verb, bool emulates, const SessionConfig& config,
-                   const ServeOptions& options, const std::optional<std::string>& json,
-                   Console& console) {
+void say_usbip(const std::string& device, std::uint16_t port, Console& console) {
+  const std::string at = std::to_string(port);
+  console.say("emulating " + device + " at usbip:127.0.0.1:" + at);
+  console.say("  as a USB device of this machine, as root: usbip --tcp-port " + at +
+              " attach --remote=127.0.0.1 --busid=1-1");
+}
+
+Result<std::unique_ptr<devices::IntersonSender>> start_interson(const ServeOptions& options,
+                                                                Console& console) {
+  using enum devices::IntersonFault;
+  const auto port = usbip_port(options.line);
+  if (!port) return port.error();
+  auto sender =
+      devices::IntersonSender::start({.seed = options.seed,
+                                      .rate = options.fault_rate,
+                                      .kinds = {kLostLine, kLostImage, kLineNumber, kCutLine,
+                                                kEmpty, kStall, kOverflow, kProtocol}},
+                                     "127.0.0.1", *port);
+  if (!sender) return sender;
+  say_usbip("an Interson SeeMore", (*sender)->emulator().server().port(), console);
+  return sender;
+}
+
+/// The keys of a session file for the sector of an emulated probe.
+void say_sector(const devices::EmulatedSector& sector, Console& console) {
+  const devices::SectorShape& shape = sector.shape;
+  char text[160];
+  std::snprintf(text, sizeof text,
+                "  radius_mm = %.4f, depth_mm = %.4f, angle_deg = %.4f, spacing_mm = %.4f",
+                shape.radius_mm, shape.depth_mm, shape.angle_deg, shape.spacing_mm);
+  console.say(text);
+}
+
+Result<std::unique_ptr<devices::PolhemusSender>> start_polhemus(const session::LiveSession& live,
+                                                                const ServeOptions& options,
+                                                                Console& console) {
+  using enum devices::PolhemusFault;
+  const auto port = usbip_port(options.line);
+  if (!port) return port.error();
+  const std::vector<std::string> bodies = bodies_of(live);
+  auto sender = devices::PolhemusSender::start(
+      bodies,
+      {.seed = options.seed,
+       .rate = options.fault_rate,
+       .kinds = {kMagic, kCut, kSize, kFrameNumber, kNotFinite, kNoRotation, kError, kDistortion,
+                 kLost, kRepeat, kSplit, kEmpty, kStall, kOverflow, kProtocol, kRestart}},
+      "127.0.0.1", *port);
+  if (!sender) return sender;
+  say_usbip("a Polhemus Liberty", (*sender)->emulator().server().port(), console);
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    console.say("  " + bodies[i] + ": station " + std::to_string(i + 1));
+  }
+  return sender;
+}
+
+/// Serves a session. Where a device is emulated (options.emulated), its poses or images come from
+/// that.
+Result<void> serve(const char* verb, const SessionConfig& config, const ServeOptions& options,
+                   const std::optional<std::string>& json, Console& console) {
   constexpr auto kPoll = std::chrono::milliseconds(2);
   const MonotonicClock clock;
   auto server = devices::OpenIgtLinkServer::start(
@@ -90,10 +167,16 @@ Result<void> serve(const char* verb, bool emulates, const SessionConfig& config,
                                           wall_clock_at_zero(clock));
   std::vector<std::shared_ptr<Source>> sources;
   std::unique_ptr<devices::NdiSender> ndi;
+  std::unique_ptr<devices::PolhemusSender> polhemus;
+  std::unique_ptr<devices::IntersonSender> interson;
   const auto tap = [&](std::size_t source, const Sample& sample) {
     const StreamInfo& stream = sources[source]->streams()[sample.stream];
     if (ndi != nullptr && stream.kind == StreamKind::kPoses) {
       ndi->send(stream, sample);
+    } else if (polhemus != nullptr && stream.kind == StreamKind::kPoses) {
+      polhemus->send(stream, sample);
+    } else if (interson != nullptr && stream.kind == StreamKind::kImages) {
+      if (const auto sector = interson->send(sample)) say_sector(*sector, console);
     } else {
       sender.send(stream, sample);
     }
@@ -102,7 +185,17 @@ Result<void> serve(const char* verb, bool emulates, const SessionConfig& config,
   if (!live) return live.error();
   for (const auto& device : live->devices()) sources.push_back(device.source);
   session::Session& session = live->session();
-  if (emulates) {
+  if (options.emulated == "interson") {
+    auto started = start_interson(options, console);
+    if (!started) return started.error();
+    interson = *std::move(started);
+  }
+  if (options.emulated == "polhemus") {
+    auto started = start_polhemus(*live, options, console);
+    if (!started) return started.error();
+    polhemus = *std::move(started);
+  }
+  if (options.emulated == "ndi") {
     auto started = start_ndi(*live, options, console);
     if (!started) return started.error();
     ndi = *std::move(started);
@@ -125,6 +218,13 @@ Result<void> serve(const char* verb, bool emulates, const SessionConfig& config,
   report["seconds"] = to_seconds(clock.now());
   report["port"] = (*server)->port();
   if (ndi != nullptr) report["commands"] = ndi->emulator().commands();
+  if (polhemus != nullptr) {
+    report["commands"] = polhemus->emulator().tracker().commands().size();
+    report["transfers"] = polhemus->emulator().server().transfers();
+  }
+  if (interson != nullptr) {
+    report["transfers"] = interson->emulator().server().transfers();
+  }
   report["clients"] = io::Json::array();
   for (const auto& client : (*server)->clients()) {
     report["clients"].push_back({{"version", client.version},
@@ -132,6 +232,7 @@ Result<void> serve(const char* verb, bool emulates, const SessionConfig& config,
                                  {"superseded", client.superseded}});
   }
   report["devices"] = json_of(live->status());
+  report["buttons"] = json_of(session.presses(), live->status());
   report["ledger_balanced"] = balanced(live->status());
   report["calibration"] = live->calibration_statement();
   report["reference"] = live->reference_statement();
@@ -150,12 +251,12 @@ Result<void> serve(const char* verb, bool emulates, const SessionConfig& config,
 
 Result<void> run_serve(const SessionConfig& config, const ServeOptions& options,
                        const std::optional<std::string>& json, Console& console) {
-  return serve("serve", false, config, options, json, console);
+  return serve("serve", config, options, json, console);
 }
 
 Result<void> run_emulate(const SessionConfig& config, const ServeOptions& options,
                          const std::optional<std::string>& json, Console& console) {
-  return serve("emulate", options.emulated == "ndi", config, options, json, console);
+  return serve("emulate", config, options, json, console);
 }
 
 }  // namespace nav::app

@@ -15,10 +15,11 @@ namespace nav::app {
 struct ServeOptions {
   std::string listen = "127.0.0.1";  ///< Address; the default is reached from this machine only.
   int port = 18944;                  ///< 0: the system chooses one and the program prints it.
-  std::string emulated = "openigtlink";  ///< Emulate only: "openigtlink" or "ndi".
-  /// Line of the emulated tracker: "serial:PATH", a link to a pseudo terminal that is made, or
-  /// "tcp:PORT" at 127.0.0.1 (0: the system chooses one).
-  std::string line = "tcp:8765";
+  std::string emulated =
+      "openigtlink";  ///< Emulate only: "openigtlink", "ndi", "polhemus", "interson".
+  /// Line of the emulated tracker: for ndi "serial:PATH", a link to a pseudo terminal that is made;
+  /// for all kinds "tcp:PORT" at 127.0.0.1 (0: the system chooses one). Empty: the usual port.
+  std::string line{};
   double fault_rate = 0;   ///< Part of the tracker's replies that have a fault, [0, 1].
   std::uint64_t seed = 1;  ///< Seed of the faults.
 };
@@ -29,8 +30,8 @@ struct ServeOptions {
 Result<void> run_serve(const SessionConfig& config, const ServeOptions& options,
                        const std::optional<std::string>& json, Console& console);
 
-/// Does what run_serve() does, with the poses by the other side of another wire. kUsage for a line
-/// that cannot be read, or devices without poses.
+/// Does what run_serve() does, with the poses or images by the other side of another wire. kUsage
+/// for a line that cannot be read, or devices without poses.
 Result<void> run_emulate(const SessionConfig& config, const ServeOptions& options,
                          const std::optional<std::string>& json, Console& console);
 

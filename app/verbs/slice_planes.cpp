@@ -16,7 +16,7 @@ constexpr const char* kAxial = "axial";
 constexpr const char* kCoronal = "coronal";
 constexpr const char* kSagittal = "sagittal";
 constexpr const char* kOblique = "oblique";
-constexpr const char* kUltrasound = "ultrasound";
+constexpr const char* kUltrasoundPlane = "ultrasound";
 constexpr std::array<const char*, 2> kNeedle{"needle-1", "needle-2"};
 constexpr std::array<const char*, 2> kPath{"path-1", "path-2"};
 
@@ -101,8 +101,8 @@ Result<std::optional<Needle>> needle_of(const SlicesOptions& options, const Volu
 }  // namespace
 
 std::vector<std::string> slice_names() {
-  return {kAxial,     kCoronal, kSagittal, kOblique,   kNeedle[0],
-          kNeedle[1], kPath[0], kPath[1],  kUltrasound};
+  return {kAxial,     kCoronal, kSagittal, kOblique,        kNeedle[0],
+          kNeedle[1], kPath[0], kPath[1],  kUltrasoundPlane};
 }
 
 Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options,
@@ -157,7 +157,8 @@ Result<std::vector<NamedPlane>> slice_planes(const SlicesOptions& options,
   if (plan) add_along(kPath, {plan->entry_ct, plan->target_ct});
   if (along) {
     const double fits = extent_mm(image->plane.frame) / options.size_px;
-    planes.push_back({kUltrasound, *along, options.mm_per_pixel > 0 ? options.mm_per_pixel : fits});
+    planes.push_back(
+        {kUltrasoundPlane, *along, options.mm_per_pixel > 0 ? options.mm_per_pixel : fits});
   }
   return planes;
 }

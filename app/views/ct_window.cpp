@@ -6,7 +6,7 @@
 
 namespace nav::app {
 
-std::vector<float> values_along(const Volume& ct,
+std::vector<float> values_along(const StoredVolume& ct,
                                 const Transform<frames::Ct, frames::Image>& ct_from_image,
                                 const Eigen::AlignedBox2d& image_mm) {
   constexpr int kAcross = 24;
@@ -22,26 +22,26 @@ std::vector<float> values_along(const Volume& ct,
   return values;
 }
 
-std::vector<float> values_along(const Volume& ct,
+std::vector<float> values_along(const StoredVolume& ct,
                                 const Transform<frames::Ct, frames::Image>& ct_from_image,
-                                const UltrasoundFrame& image) {
+                                const UltrasoundImage& image) {
   Eigen::AlignedBox2d box(image.grid.at(0, 0).mm.head<2>());
   box.extend(image.grid.at(image.pixels.width() - 1, image.pixels.height() - 1).mm.head<2>());
   return values_along(ct, ct_from_image, box);
 }
 
-std::vector<float> values_along(const Volume& ct,
+std::vector<float> values_along(const StoredVolume& ct,
                                 const Transform<frames::Ct, frames::Reference>& ct_from_reference,
-                                std::span<const TrackedFrame> images) {
+                                std::span<const TrackedImage> images) {
   std::vector<float> values;
-  for (const TrackedFrame& image : images) {
+  for (const TrackedImage& image : images) {
     const auto some = values_along(ct, ct_from_reference * image.reference_from_image, image.frame);
     values.insert(values.end(), some.begin(), some.end());
   }
   return values;
 }
 
-render::HuWindow ct_window(const SessionConfig::View& said, const Volume& ct,
+render::HuWindow ct_window(const SessionConfig::View& said, const StoredVolume& ct,
                            std::span<const float> shown) {
   if (said.window_level && said.window_width) return {*said.window_level, *said.window_width};
   const render::HuWindow usual = render::default_window(ct, shown);

@@ -15,20 +15,20 @@ namespace nav::app {
 
 /// CT values, HU, at points spread over an image that lies in the CT; points outside the CT are
 /// left out. image_mm: extent of the image, Image frame.
-std::vector<float> values_along(const Volume& ct,
+std::vector<float> values_along(const StoredVolume& ct,
                                 const Transform<frames::Ct, frames::Image>& ct_from_image,
                                 const Eigen::AlignedBox2d& image_mm);
-std::vector<float> values_along(const Volume& ct,
+std::vector<float> values_along(const StoredVolume& ct,
                                 const Transform<frames::Ct, frames::Image>& ct_from_image,
-                                const UltrasoundFrame& image);
+                                const UltrasoundImage& image);
 /// CT values, HU, along all images of a sweep.
-std::vector<float> values_along(const Volume& ct,
+std::vector<float> values_along(const StoredVolume& ct,
                                 const Transform<frames::Ct, frames::Reference>& ct_from_reference,
-                                std::span<const TrackedFrame> images);
+                                std::span<const TrackedImage> images);
 
 /// Grey window for flat images of a CT: level and width of the session; where these are absent,
 /// render::default_window() of the shown values.
-render::HuWindow ct_window(const SessionConfig::View& said, const Volume& ct,
+render::HuWindow ct_window(const SessionConfig::View& said, const StoredVolume& ct,
                            std::span<const float> shown);
 
 }  // namespace nav::app

@@ -150,14 +150,17 @@ int draw_lamp(Canvas& canvas, int x, int y, const std::string& input, const Safe
 }
 
 /// Draws numbers of guidance as large as they fit, at most twice the size of other text.
-void draw_numbers(Canvas& canvas, int base, const std::string& numbers, int size) {
+void draw_numbers(Canvas& canvas, int base, const NeedleGuidance& guidance,
+                  const session::GuidanceError& error, int size) {
   constexpr int kLeft = 10;
-  for (int one = 2 * size + 4; one >= size - 2; --one) {
-    if (canvas.text_width(one, numbers) > canvas.width() - 2 * kLeft) continue;
-    canvas.text(kLeft, base, one, numbers, kOverlayText);
-    return;
+  // Numbers are drawn whole or not at all; in a narrow image without their intervals.
+  for (const std::string& numbers : {guidance_words(guidance, error), guidance_words(guidance)}) {
+    for (int one = 2 * size + 4; one >= size - 2; --one) {
+      if (canvas.text_width(one, numbers) > canvas.width() - 2 * kLeft) continue;
+      canvas.text(kLeft, base, one, numbers, kOverlayText);
+      return;
+    }
   }
-  // Numbers are drawn whole or not at all.
 }
 
 /// Draws a cause over at most two lines.
@@ -184,8 +187,7 @@ void draw_status(Canvas& canvas, int y, int height, const PanelContext& context)
   const bool has_needle = context.plan || context.needle_expected;
   if (has_needle) x = draw_lamp(canvas, x, base, "needle", epoch.needle, size);
   if (epoch.guidance) {
-    draw_numbers(canvas, y + height - size / 2,
-                 guidance_words(*epoch.guidance, context.target_error_mm), size);
+    draw_numbers(canvas, y + height - size / 2, *epoch.guidance, context.guidance_error, size);
   } else {
     const std::string& cause =
         has_needle && epoch.plane.cause.empty() ? epoch.needle.cause : epoch.plane.cause;
@@ -258,15 +260,26 @@ std::string words_of_window(double level, double width) {
   return text.str();
 }
 
-std::string guidance_words(const NeedleGuidance& guidance, std::optional<double> error_mm) {
-  char known[48] = "";
-  if (error_mm) std::snprintf(known, sizeof known, " +/- %.1f", *error_mm);
-  char numbers[200];
-  std::snprintf(numbers, sizeof numbers,
-                "tip to target %.1f%s mm    lateral %.1f%s mm    angle to plan %.1f deg",
-                guidance.tip_to_target_mm, known, guidance.lateral_mm, known,
-                guidance.angle_to_plan_rad * 180 / M_PI);
-  return numbers;
+std::string guidance_words(const NeedleGuidance& guidance, const session::GuidanceError& error) {
+  bool known = false;
+  const auto number = [&](double value, const std::optional<double>& half_width, const char* unit) {
+    std::array<char, 64> text{};
+    if (half_width) {
+      std::snprintf(text.data(), text.size(), "%.1f +/- %.1f %s", value, *half_width, unit);
+      known = true;
+    } else {
+      std::snprintf(text.data(), text.size(), "%.1f %s", value, unit);
+    }
+    return std::string(text.data());
+  };
+  constexpr double kDegrees = 180 / M_PI;
+  std::optional<double> angle_deg = error.angle_to_plan_rad;
+  if (angle_deg) *angle_deg *= kDegrees;
+  const std::string tip = number(guidance.tip_to_target_mm, error.tip_to_target_mm, "mm");
+  const std::string lateral = number(guidance.lateral_mm, error.lateral_mm, "mm");
+  const std::string angle = number(guidance.angle_to_plan_rad * kDegrees, angle_deg, "deg");
+  return "tip to target " + tip + "    lateral " + lateral + "    angle to plan " + angle +
+         (known ? "    (+/-: 95 %)" : "");
 }
 
 std::string patient_direction(const Eigen::Vector3d& direction_ct) {

@@ -11,6 +11,7 @@
 #include "render/canvas.hpp"
 #include "render/scene.hpp"
 #include "render/slices/slice.hpp"
+#include "session/guidance_error.hpp"
 #include "session/navigator.hpp"
 #include "session/needle_size.hpp"
 
@@ -19,7 +20,7 @@ namespace nav::app {
 /// Data that the flat panels and the status bar of a refresh show.
 struct PanelContext {
   const session::Epoch& epoch;
-  const Volume& ct;
+  const StoredVolume& ct;
   const std::optional<NeedlePlan>& plan;
   render::HuWindow window{};
   const std::string& banner;
@@ -34,8 +35,7 @@ struct PanelContext {
   /// Name and settings of the appearance of the 3D view; may be empty.
   std::string appearance = {};
   bool simulated = false;  ///< The patient is simulated; the 3D view says so in words.
-  /// Predicted rms error at the target, mm; absent: not known.
-  std::optional<double> target_error_mm = {};
+  session::GuidanceError guidance_error = {};   ///< Intervals of the numbers of the needle.
   std::optional<render::GreyWindow> grey = {};  ///< Grey window of a projection in the 3D view.
 };
 
@@ -45,9 +45,11 @@ Rgba8 colour_of(SafetyState state);
 /// Text such as "L 60  W 400" for a grey window.
 std::string words_of_window(double level, double width);
 
-/// Text with the numbers of a needle: "tip to target 12.3 mm …", with "+/-" the predicted error if
-/// it is known.
-std::string guidance_words(const NeedleGuidance& guidance, std::optional<double> error_mm = {});
+/// Text with the numbers of a needle: "tip to target 12.3 mm …". Behind "+/-" is the half width of
+/// the interval that holds the true number with 95 %, for the errors that are known; the text says
+/// so. Numbers without a known error have none.
+std::string guidance_words(const NeedleGuidance& guidance,
+                           const session::GuidanceError& error = {});
 
 /// Letters (R, L, A, P, S, I) of a direction in the patient, the strongest first. Components of at
 /// most a third of the length are left out. "RA" means right and, less, anterior.

@@ -23,7 +23,7 @@ Result<PlacedImage> placed_image(const SessionConfig& config, const Volume& ct,
   const auto sweep = session::survey(*session, config.source.skip_bad_frames);
   if (!sweep) return sweep.error();
   if (!sweep->warning.empty()) console.report(Severity::kWarning, "recording", sweep->warning);
-  const std::int64_t total = session->total_frames();
+  const std::int64_t total = session->total_images();
   const std::int64_t wanted = number.value_or(total / 2);
   if (wanted < 0 || wanted >= total) {
     return Error{ErrorCode::kUsage, "--frame: expected 0 to " + std::to_string(total - 1) +
@@ -40,9 +40,9 @@ Result<PlacedImage> placed_image(const SessionConfig& config, const Volume& ct,
   }
   session->set_placement(placement->placement);
 
-  std::optional<tracking::PairedFrame> paired;
+  std::optional<tracking::PairedImage> paired;
   std::optional<session::Epoch> epoch;
-  const auto take = [&](const tracking::PairedFrame& one) {
+  const auto take = [&](const tracking::PairedImage& one) {
     if (one.sequence == static_cast<std::uint64_t>(wanted)) paired = one;
   };
   for (bool more = true; more && !paired;) {
@@ -54,7 +54,7 @@ Result<PlacedImage> placed_image(const SessionConfig& config, const Volume& ct,
   const std::string name = "image " + std::to_string(wanted);
   if (!paired) return without_pose(name + " without pixels or time");
   if (!paired->tracked) return without_pose(name + ": " + paired->cause);
-  const TrackedFrame& tracked = *paired->tracked;
+  const TrackedImage& tracked = *paired->tracked;
   PlacedImage found{
       {tracked.frame, placement->placement.ct_from_reference * tracked.reference_from_image, 1.0,
        compose({session::tracking_safety(tracked), placement->placement.safety})},

@@ -3,7 +3,9 @@
 #include "app/views/plane_overlays.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "app/views/overlay.hpp"
@@ -36,13 +38,49 @@ void draw_crossing(Canvas& canvas, const PlaneView& view, const Eigen::Vector3d&
   mark(tip, ahead, 5, 1.5);
 }
 
+/// Draws a segment in short pieces, so that nothing leaves the view. reach_mm: pieces farther from
+/// the plane are left out. dashed: with gaps.
+void draw_pieces(Canvas& canvas, const PlaneView& view, const Eigen::Vector3d& a,
+                 const Eigen::Vector3d& b, double reach_mm, double width, bool dashed,
+                 Rgba8 colour) {
+  constexpr int kPieces = 150;
+  for (int i = 0; i < kPieces; ++i) {
+    if (dashed && i / 4 % 2 == 1) continue;
+    const Eigen::Vector3d from = a + (b - a) * i / kPieces;
+    const Eigen::Vector3d to = a + (b - a) * (i + 1) / kPieces;
+    if (std::abs(from.z()) > reach_mm || std::abs(to.z()) > reach_mm) continue;
+    const Eigen::Vector2d p = view.pixel_of(from.head<2>());
+    const Eigen::Vector2d q = view.pixel_of(to.head<2>());
+    if (view.contains(p) && view.contains(q)) canvas.line(p, q, width, colour);
+  }
+}
+
+/// The planned path where it meets the plane: a line where it lies in it, a square where it only
+/// crosses it.
+void draw_path(Canvas& canvas, const PlaneView& view, const Eigen::Vector3d& entry,
+               const Eigen::Vector3d& target) {
+  draw_pieces(canvas, view, entry, target, kSliceHalfMm, 1.5, false, kPathColour);
+  const bool in_plane = std::max(std::abs(entry.z()), std::abs(target.z())) <= kSliceHalfMm;
+  if (in_plane || (entry.z() > 0) == (target.z() > 0)) return;
+  const Eigen::Vector3d there = entry + (target - entry) * (entry.z() / (entry.z() - target.z()));
+  const Eigen::Vector2d p = view.pixel_of(there.head<2>());
+  if (!view.contains(p)) return;
+  constexpr double kHalf = 4;
+  using Vec2 = Eigen::Vector2d;
+  const std::array<Vec2, 4> corners{p + Vec2(-kHalf, -kHalf), p + Vec2(kHalf, -kHalf),
+                                    p + Vec2(kHalf, kHalf), p + Vec2(-kHalf, kHalf)};
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    canvas.line(corners[i], corners[(i + 1) % corners.size()], 1.5, kPathColour);
+  }
+}
+
 }  // namespace
 
-Point<frames::Image> marked_corner(const UltrasoundFrame& frame) {
+Point<frames::Image> marked_corner(const UltrasoundImage& frame) {
   return frame.grid.at(frame.pixels.width() - 1, 0);
 }
 
-void draw_depth_marks(Canvas& canvas, const PlaneView& view, const UltrasoundFrame& frame,
+void draw_depth_marks(Canvas& canvas, const PlaneView& view, const UltrasoundImage& frame,
                       int size) {
   constexpr int kFewMarks = 60;  // Depth in mm up to which every second mark has a number.
   const double deepest = view.origin_mm.y() + view.height * view.mm_per_px;
@@ -89,6 +127,10 @@ void draw_in_plane(Canvas& canvas, const PlaneView& view,
       ring(context.plan->target_radius_mm + context.plan->margin_mm, 0.7);
     }
   }
+  if (context.plan) {
+    draw_path(canvas, view, (image_from_ct * context.plan->entry_ct).mm,
+              (image_from_ct * context.plan->target_ct).mm);
+  }
   if (!epoch.ct_from_needle || epoch.needle.state > SafetyState::kDegraded) return;
   const auto image_from_needle = image_from_ct * *epoch.ct_from_needle;
   const Eigen::Vector3d tip = (image_from_needle * Point<frames::Needle>{{0, 0, 0}}).mm;
@@ -96,23 +138,21 @@ void draw_in_plane(Canvas& canvas, const PlaneView& view,
       (image_from_needle * Point<frames::Needle>{{0, 0, -context.needle_length_mm}}).mm;
   constexpr double kAheadMm = 150;
   const Eigen::Vector3d ahead = (image_from_needle * Point<frames::Needle>{{0, 0, kAheadMm}}).mm;
-  const auto segment = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b, double width,
-                           double dash) {
-    // In short pieces, so that nothing leaves the panel or lies off the plane.
-    constexpr int kPieces = 150;
-    for (int i = 0; i < kPieces; ++i) {
-      if (dash > 0 && i / 4 % 2 == 1) continue;
-      const Eigen::Vector3d from = a + (b - a) * i / kPieces;
-      const Eigen::Vector3d to = a + (b - a) * (i + 1) / kPieces;
-      if (std::abs(from.z()) > kSliceHalfMm || std::abs(to.z()) > kSliceHalfMm) continue;
-      const Eigen::Vector2d p = view.pixel_of(from.head<2>());
-      const Eigen::Vector2d q = view.pixel_of(to.head<2>());
-      if (view.contains(p) && view.contains(q)) canvas.line(p, q, width, kNeedleColour);
-    }
-  };
-  segment(hub, tip, 2, 0);
-  segment(tip, ahead, 1, 1);
+  draw_pieces(canvas, view, hub, tip, kSliceHalfMm, 2, false, kNeedleColour);
+  draw_pieces(canvas, view, tip, ahead, kSliceHalfMm, 1, true, kNeedleColour);
   draw_crossing(canvas, view, hub, tip, ahead);
+}
+
+void draw_path_onto(Canvas& canvas, const PlaneView& view,
+                    const Transform<frames::Ct, frames::Image>& ct_from_image,
+                    const NeedlePlan& plan) {
+  const auto image_from_ct = ct_from_image.inverse();
+  const Eigen::Vector3d entry = (image_from_ct * plan.entry_ct).mm;
+  const Eigen::Vector3d target = (image_from_ct * plan.target_ct).mm;
+  draw_pieces(canvas, view, entry, target, std::numeric_limits<double>::infinity(), 1, true,
+              kPathColour);
+  const Eigen::Vector2d p = view.pixel_of(entry.head<2>());
+  if (view.contains(p)) canvas.circle(p, 2, 4, kPathColour);
 }
 
 }  // namespace nav::app

@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "nav/ultrasound_frame.hpp"
+#include "nav/ultrasound_image.hpp"
 #include "render/canvas.hpp"
 
 namespace nav::app {
@@ -27,12 +27,12 @@ struct PlaneView {
 };
 
 /// Fits a whole ultrasound image, with its true proportions, into a rectangle of a canvas.
-PlaneView fit(const UltrasoundFrame& frame, int x, int y, int width, int height);
+PlaneView fit(const UltrasoundImage& frame, int x, int y, int width, int height);
 
 /// Grey value at a point of the Image frame, bilinear, 0 to 255; -1 outside the image's outline.
-double intensity(const UltrasoundFrame& frame, const Eigen::Vector2d& p_mm);
+double intensity(const UltrasoundImage& frame, const Eigen::Vector2d& p_mm);
 
-/// Draws the insonified part of the image.
-void draw_ultrasound(render::Canvas& canvas, const PlaneView& view, const UltrasoundFrame& frame);
+/// Draws the insonified part of the image, in its colours if it has some.
+void draw_ultrasound(render::Canvas& canvas, const PlaneView& view, const UltrasoundImage& frame);
 
 }  // namespace nav::app

@@ -22,19 +22,55 @@ bool shows_plane(const session::Epoch& epoch) {
   return epoch.ct_from_image && epoch.frame && epoch.plane.state != SafetyState::kLost;
 }
 
+bool same_plan(const NeedlePlan& a, const NeedlePlan& b) {
+  return a.entry_ct.mm == b.entry_ct.mm && a.target_ct.mm == b.target_ct.mm &&
+         a.target_radius_mm == b.target_radius_mm && a.margin_mm == b.margin_mm;
+}
+
+/// True where the 3D view without plane and needle is the same.
+bool same_view(const SessionFacts& a, const SessionFacts& b) {
+  const auto& one = a.typical_plane;
+  const auto& two = b.typical_plane;
+  const bool same_plane = one.has_value() == two.has_value() &&
+                          (!one || (one->extent_mm == two->extent_mm &&
+                                    one->ct_from_image.matrix() == two->ct_from_image.matrix()));
+  const bool same_focus = a.focus_ct.has_value() == b.focus_ct.has_value() &&
+                          (!a.focus_ct || a.focus_ct->mm == b.focus_ct->mm);
+  const bool same_path =
+      a.plan.has_value() == b.plan.has_value() && (!a.plan || same_plan(*a.plan, *b.plan));
+  return same_plane && same_focus && same_path;
+}
+
 }  // namespace
 
-Result<Presenter> Presenter::create(const PresenterOptions& options,
-                                    std::shared_ptr<const Volume> ct,
+Result<Presenter> Presenter::create(PresenterOptions options, std::shared_ptr<const Volume> ct,
                                     std::unique_ptr<render::Engine> engine) {
   auto appearance = resolve_appearance(options.appearance, *ct);
   if (!appearance) return appearance.error();
-  return Presenter(options, std::move(*appearance), std::move(ct), std::move(engine));
+  return create(std::move(options), std::move(*appearance), std::move(ct), std::move(engine));
 }
 
-Presenter::Presenter(const PresenterOptions& options, ResolvedAppearance appearance,
+Result<Presenter> Presenter::create(PresenterOptions options, ResolvedAppearance appearance,
+                                    std::shared_ptr<const Volume> ct,
+                                    std::unique_ptr<render::Engine> engine) {
+  const CutawayShapes& shapes = options.cut_free;
+  const bool any = !shapes.polygons.empty() || !shapes.boxes.empty() || !shapes.meshes.empty();
+  if (!appearance.cutaway && any && !options.appearance.cutaway.enabled) {
+    return Error{ErrorCode::kUsage,
+                 "cutaway_objects: requires look.cutaway.enabled = true, because the appearance "
+                 "file does not cut"};
+  }
+  if (appearance.cutaway) {
+    appearance.cutaway->polygons = shapes.polygons;
+    appearance.cutaway->boxes = shapes.boxes;
+    appearance.cutaway->meshes = shapes.meshes;
+  }
+  return Presenter(std::move(options), std::move(appearance), std::move(ct), std::move(engine));
+}
+
+Presenter::Presenter(PresenterOptions options, ResolvedAppearance appearance,
                      std::shared_ptr<const Volume> ct, std::unique_ptr<render::Engine> engine)
-    : options_(options),
+    : options_(std::move(options)),
       appearance_(std::move(appearance)),
       ct_(std::move(ct)),
       engine_(std::move(engine)) {
@@ -42,6 +78,20 @@ Presenter::Presenter(const PresenterOptions& options, ResolvedAppearance appeara
   if (appearance_.projection == render::Projection::kComposite) {
     ct_legend_ = legend_of(appearance_.transfer);
   }
+  if (!options_.predicates) return;
+  const render::UltrasoundVolume& ultrasound = options_.predicates->ultrasound;
+  without_ct_ = options_.predicates->alone;
+  legend_ = legend_of(ultrasound.predicates.model);
+  for (const std::string& name : kinds_of(ultrasound.predicates.model)) {
+    const auto kind = render::find_predicate_kind(name);
+    const render::PredicatePosition place{ultrasound.volume->grid(), {}, {}, {}};
+    asks_needle_ |= kind && (*kind)->needs(place).needle;
+  }
+}
+
+void Presenter::set_facts(SessionFacts facts) {
+  if (!same_view(facts_, facts)) empty_view_.reset();
+  facts_ = std::move(facts);
 }
 
 std::string Presenter::appearance_words() const {
@@ -70,20 +120,6 @@ std::string Presenter::appearance_words() const {
     text << "inf";
   }
   return text.str();
-}
-
-Result<void> Presenter::cut_free(const CutawayShapes& shapes) {
-  const bool any = !shapes.polygons.empty() || !shapes.boxes.empty() || !shapes.meshes.empty();
-  if (!appearance_.cutaway && any && !options_.appearance.cutaway.enabled) {
-    return Error{ErrorCode::kUsage,
-                 "cutaway_objects: requires look.cutaway.enabled = true, because the appearance "
-                 "file does not cut"};
-  }
-  if (!appearance_.cutaway) return {};
-  appearance_.cutaway->polygons = shapes.polygons;
-  appearance_.cutaway->boxes = shapes.boxes;
-  appearance_.cutaway->meshes = shapes.meshes;
-  return {};
 }
 
 Eigen::Vector3d Presenter::direction_to_eye() const {
@@ -132,20 +168,6 @@ render::Camera Presenter::camera() const {
                              : Eigen::Vector3d(Eigen::Vector3d::UnitZ())};
   camera.vertical_fov_rad = fov;
   return options_.view.orthographic ? orthographic_of(camera, ct_->grid()) : camera;
-}
-
-void Presenter::draw_by_predicates(render::UltrasoundVolume ultrasound, bool alone,
-                                   const std::optional<render::SphereShape>& target) {
-  ultrasound_ = std::move(ultrasound);
-  without_ct_ = alone;
-  target_ = target;
-  legend_ = legend_of(ultrasound_->predicates.model);
-  asks_needle_ = false;
-  for (const std::string& name : kinds_of(ultrasound_->predicates.model)) {
-    const auto kind = render::find_predicate_kind(name);
-    const render::PredicatePosition place{ultrasound_->volume->grid(), {}, {}, {}};
-    asks_needle_ |= kind && (*kind)->needs(place).needle;
-  }
 }
 
 std::string Presenter::note_of(const session::Epoch& epoch) const {
@@ -199,16 +221,18 @@ render::Scene Presenter::scene(const session::Epoch& epoch) const {
                                      ? render::Classification::kPostClassified
                                      : render::Classification::kPreIntegrated;
   scene.quality.jitter = options_.quality.jitter;
-  if (ultrasound_ && without_ct_) {
-    scene.ct = ultrasound_->volume;
+  const auto& predicates = options_.predicates;
+  if (predicates && predicates->alone) {
+    scene.ct = predicates->ultrasound.volume;
     scene.gradient_source.reset();
-    scene.predicates = ultrasound_->predicates;
-  } else {
-    scene.ultrasound = ultrasound_;
+    scene.predicates = predicates->ultrasound.predicates;
+  } else if (predicates) {
+    scene.ultrasound = predicates->ultrasound;
   }
   if (shows_plane(epoch)) {
     scene.plane = render::UltrasoundPlane{epoch.frame->frame, *epoch.ct_from_image,
                                           options_.appearance.plane_opacity, epoch.plane};
+    scene.plane->frame.colours = {};  // The plane is grey.
     if (options_.appearance.plane_texture == "ct") scene.plane->frame.pixels = ct_on(*scene.plane);
   }
   if (epoch.ct_from_needle && epoch.needle.state != SafetyState::kLost) {
@@ -224,7 +248,7 @@ render::Scene Presenter::scene(const session::Epoch& epoch) const {
     (without_ct_ ? *scene.predicates : scene.ultrasound->predicates).needle_lost = true;
   }
   // Predicates take the first sphere as the target.
-  if (target_) scene.spheres.push_back(*target_);
+  if (predicates && predicates->target) scene.spheres.push_back(*predicates->target);
   // The plan lies in the CT, so it does not depend on the tracker.
   if (const auto& plan = facts_.plan) {
     scene.spheres.push_back({plan->target_ct, plan->target_radius_mm, {1.0, 0.85, 0.1}, 0.45});
@@ -350,6 +374,12 @@ void Presenter::count(const render::RenderStatistics& statistics) {
 PanelContext Presenter::context(const session::Epoch& epoch, const render::Camera& camera) const {
   std::vector<LegendEntry> legend = legend_;
   if (!without_ct_) legend.insert(legend.end(), ct_legend_.begin(), ct_legend_.end());
+  session::GuidanceError error;
+  if (epoch.guidance && epoch.ct_from_needle && facts_.plan) {
+    error = session::guidance_error(
+        *facts_.plan, *epoch.ct_from_needle,
+        {.registration = facts_.uncertainty, .tracker_rms_mm = epoch.tracker_error_mm});
+  }
   return {.epoch = epoch,
           .ct = *ct_,
           .plan = facts_.plan,
@@ -357,14 +387,14 @@ PanelContext Presenter::context(const session::Epoch& epoch, const render::Camer
           .banner = facts_.banner,
           .camera = camera,
           .note = note_of(epoch),
-          .warning = warning_,
+          .warning = facts_.warning,
           .needle_expected = facts_.needle_expected,
           .needle_length_mm = options_.needle.length_mm,
           .legend = std::move(legend),
           .modality = modality_,
           .appearance = appearance_words(),
           .simulated = facts_.simulated,
-          .target_error_mm = target_error_mm_,
+          .guidance_error = std::move(error),
           .grey = grey_};
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/appearance/appearance.hpp"
+#include "app/options/cutaway_objects.hpp"
 #include "app/options/session_config.hpp"
 #include "app/views/panels.hpp"
 #include "render/canvas.hpp"
@@ -18,6 +19,14 @@
 #include "session/needle_size.hpp"
 
 namespace nav::app {
+
+/// Ultrasound volume that the 3D view shows by predicates. It lies in the CT's frame.
+struct PredicateView {
+  render::UltrasoundVolume ultrasound;
+  bool alone = false;  ///< Instead of the CT, and not inside it. The slice still shows the CT.
+  /// Target from which predicates measure distances; it is drawn.
+  std::optional<render::SphereShape> target = std::nullopt;
+};
 
 /// Options for the display of a session.
 struct PresenterOptions {
@@ -30,9 +39,15 @@ struct PresenterOptions {
   double pixel_error = 0;                            ///< Least value for render::Quality.
   SessionConfig::Quality quality{};
   session::NeedleSize needle{};
+  /// Objects that the cutaway exposes, in addition to the plane, the needle and the targets.
+  CutawayShapes cut_free{};
+  /// Predicates measure distances from the live needle and from the target, if there is one. While
+  /// the needle is stale or lost, no voxel has a distance from it, and every image says so.
+  std::optional<PredicateView> predicates = std::nullopt;
 };
 
-/// Facts about a session that its first image completes. They do not change afterwards.
+/// Facts about a session that are known by now. Its first image completes most of them; plan,
+/// warning and uncertainty may change later.
 struct SessionFacts {
   std::optional<NeedlePlan> plan = {};
   /// A needle is tracked; its state is then shown even while it is lost.
@@ -50,6 +65,11 @@ struct SessionFacts {
   render::HuWindow window = {};  ///< Grey window of the CT slice.
   std::string banner = {};       ///< Text that every image shows ("simulated patient 1").
   bool simulated = false;        ///< Every image says SIMULATED.
+  /// Warning that every image shows: one sentence about the registration or the position of the CT.
+  std::string warning = {};
+  /// Uncertainty of the registration, from which the intervals of the needle's numbers follow;
+  /// absent: not known.
+  std::optional<registration::PoseUncertainty> uncertainty = {};
 };
 
 /// Most important of the warnings with which a registration was accepted, because the display has
@@ -68,35 +88,23 @@ void say_sampling(const std::optional<render::StepChoice>& step, double wanted_r
 /// that it is cast only once. Not thread-safe.
 class Presenter {
  public:
-  /// Rejects an unknown preset, a bad appearance file or transfer function, and angles that
-  /// contradict.
-  static Result<Presenter> create(const PresenterOptions& options, std::shared_ptr<const Volume> ct,
+  /// Rejects an unknown preset, a bad appearance file or transfer function, angles that contradict,
+  /// and objects to cut free when the appearance has no cutaway because its file turns it off.
+  static Result<Presenter> create(PresenterOptions options, std::shared_ptr<const Volume> ct,
+                                  std::unique_ptr<render::Engine> engine);
+  /// Does the same with the options' appearance as resolve_appearance() made it for this CT.
+  static Result<Presenter> create(PresenterOptions options, ResolvedAppearance appearance,
+                                  std::shared_ptr<const Volume> ct,
                                   std::unique_ptr<render::Engine> engine);
 
-  /// Sets the facts, at the beginning and once the first image has completed them.
-  void set_facts(SessionFacts facts) {
-    facts_ = std::move(facts);
-    empty_view_.reset();
-  }
-  /// Makes the 3D view show an ultrasound volume by predicates, inside the CT or instead of it
-  /// (alone). The volume lies in the CT's frame. The slice still shows the CT. Predicates measure
-  /// distances from the live needle and from the target, if there is one; the target is drawn.
-  /// While the needle is stale or lost, no voxel has a distance from it, and every image says so.
-  void draw_by_predicates(render::UltrasoundVolume ultrasound, bool alone,
-                          const std::optional<render::SphereShape>& target = {});
-  /// Sets the objects that the cutaway exposes, in addition to the plane, the needle and the
-  /// targets. Rejects objects when the appearance has no cutaway because its file turns it off.
-  Result<void> cut_free(const CutawayShapes& shapes);
+  /// Replaces the facts, at the beginning and whenever one of them has changed. Facts are one
+  /// value: those that stay are part of it.
+  void set_facts(SessionFacts facts);
+  [[nodiscard]] const SessionFacts& facts() const { return facts_; }
   /// Legend for the colours of predicates; empty without predicates.
   [[nodiscard]] const std::vector<LegendEntry>& legend() const { return legend_; }
   /// Appearance of the 3D view.
   [[nodiscard]] const ResolvedAppearance& appearance() const { return appearance_; }
-  /// Sets the warning that every image shows from now on: one sentence about the registration or
-  /// the position of the CT. May be empty.
-  void set_warning(std::string warning) { warning_ = std::move(warning); }
-
-  /// Sets the predicted rms error at the plan's target, mm, which is drawn beside the numbers.
-  void set_target_error(std::optional<double> rms_mm) { target_error_mm_ = rms_mm; }
 
   /// Draws the whole image of an epoch: 3D view, panels and status bar.
   Result<Image2d<Rgba8>> present(const session::Epoch& epoch);
@@ -133,7 +141,7 @@ class Presenter {
   [[nodiscard]] double cast_seconds() const { return cast_seconds_; }
 
  private:
-  Presenter(const PresenterOptions& options, ResolvedAppearance appearance,
+  Presenter(PresenterOptions options, ResolvedAppearance appearance,
             std::shared_ptr<const Volume> ct, std::unique_ptr<render::Engine> engine);
   [[nodiscard]] PanelContext context(const session::Epoch& epoch,
                                      const render::Camera& camera) const;
@@ -149,17 +157,13 @@ class Presenter {
   PresenterOptions options_;
   ResolvedAppearance appearance_;
   std::shared_ptr<const Volume> ct_;
-  std::optional<render::UltrasoundVolume> ultrasound_;
-  bool without_ct_ = false;                    ///< The 3D view shows the ultrasound volume alone.
-  std::vector<LegendEntry> legend_;            ///< Predicates of the ultrasound volume.
-  bool asks_needle_ = false;                   ///< A predicate needs the distance from the needle.
-  std::optional<render::SphereShape> target_;  ///< Target from which predicates measure distances.
+  bool without_ct_ = false;          ///< The 3D view shows the ultrasound volume alone.
+  std::vector<LegendEntry> legend_;  ///< Predicates of the ultrasound volume.
+  bool asks_needle_ = false;         ///< A predicate needs the distance from the needle.
   std::unique_ptr<render::Engine> engine_;
   SessionFacts facts_;
   std::vector<LegendEntry> ct_legend_;        ///< Components of the CT's appearance.
   std::string modality_ = "CT";               ///< "MR" when values are not in HU.
-  std::optional<double> target_error_mm_;     ///< Predicted error at the plan's target.
-  std::string warning_;                       ///< Warning about registration or placement.
   Image2d<Rgba8> view_;                       ///< The last 3D view of present().
   std::optional<Image2d<Rgba8>> empty_view_;  ///< The 3D view without plane and needle.
   std::string note_;       ///< grey_note_, then the engine's note about its last image.

@@ -73,7 +73,7 @@ void draw_trace(render::Canvas& canvas, const SliceGeometry& geometry, const Pan
                 double ratio) {
   const session::Epoch& epoch = context.epoch;
   if (!epoch.frame || !epoch.ct_from_image || epoch.plane.state > SafetyState::kDegraded) return;
-  const UltrasoundFrame& frame = epoch.frame->frame;
+  const UltrasoundImage& frame = epoch.frame->frame;
   const auto trace = trace_of(frame, *epoch.ct_from_image, geometry);
   if (!trace) return;
   const auto image_from_ct = epoch.ct_from_image->inverse();
@@ -176,7 +176,7 @@ render::HuWindow dragged_window(const render::HuWindow& window, const Eigen::Vec
 }
 
 std::optional<std::pair<Eigen::Vector2d, Eigen::Vector2d>> trace_of(
-    const UltrasoundFrame& frame, const Transform<frames::Ct, frames::Image>& ct_from_image,
+    const UltrasoundImage& frame, const Transform<frames::Ct, frames::Image>& ct_from_image,
     const SliceGeometry& geometry) {
   const auto [low, high] = box_mm(frame);
   const std::array<Vec2, 4> corners{low, Vec2(high.x(), low.y()), high, Vec2(low.x(), high.y())};
@@ -225,6 +225,9 @@ SliceDrawing SliceDrawer::draw(const PanelContext& context, const SliceRequest& 
   }
   canvas.copy(kept_, 0, 0);
   draw_trace(canvas, *geometry, context, request.ratio);
+  if (context.plan) {
+    draw_path_onto(canvas, view_of(*geometry), ct_from_slice(geometry->plane), *context.plan);
+  }
   draw_in_plane(canvas, view_of(*geometry), ct_from_slice(geometry->plane), context);
   return {canvas.image(), geometry};
 }

@@ -64,9 +64,10 @@ struct SliceDrawing {
   std::optional<SliceGeometry> geometry;  ///< Absent: nothing is shown.
 };
 
-/// Draws slices of the CT with the line in which the live ultrasound plane cuts them, the needle
-/// and the target. Keeps the last CT slice, which is drawn again only when it has changed. A plane
-/// that is stale or lost has no line. Not thread-safe; one for each view.
+/// Draws slices of the CT with the line in which the live ultrasound plane cuts them, the needle,
+/// the target and the planned path: solid where it lies in the slice, its projection dashed. Keeps
+/// the last CT slice, which is drawn again only when it has changed. A plane that is stale or lost
+/// has no line. Not thread-safe; one for each view.
 class SliceDrawer {
  public:
   SliceDrawing draw(const PanelContext& context, const SliceRequest& request);
@@ -89,7 +90,7 @@ class SliceDrawer {
 /// The segment in which an ultrasound image cuts a slice, pixels of the slice; absent when it does
 /// not. The image's outline is not regarded.
 std::optional<std::pair<Eigen::Vector2d, Eigen::Vector2d>> trace_of(
-    const UltrasoundFrame& frame, const Transform<frames::Ct, frames::Image>& ct_from_image,
+    const UltrasoundImage& frame, const Transform<frames::Ct, frames::Image>& ct_from_image,
     const SliceGeometry& geometry);
 
 }  // namespace nav::app

@@ -10,9 +10,10 @@ constexpr auto kBounce = std::chrono::milliseconds(150);
 }  // namespace
 
 bool Actions::press(const QKeyEvent& event, Timestamp now) {
-  // A '?' needs Shift on most keyboards, and the keypad has digits too.
+  // '?' and '+' need Shift on most keyboards, and the keypad has digits too.
   auto modifiers = event.modifiers() & ~Qt::KeypadModifier;
-  if (event.key() == Qt::Key_Question) modifiers &= ~Qt::ShiftModifier;
+  if (event.key() == Qt::Key_Question || event.key() == Qt::Key_Plus)
+    modifiers &= ~Qt::ShiftModifier;
   const QKeySequence pressed(QKeyCombination(modifiers, static_cast<Qt::Key>(event.key())));
   for (const Action& action : all_) {
     if (action.key != pressed) continue;

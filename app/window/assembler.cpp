@@ -10,11 +10,11 @@ namespace {
 
 constexpr std::size_t kMostFlats = 16;
 
-std::uint64_t number_of(const FlatPictures& flat) { return flat.moment->number; }
+std::uint64_t number_of(const FlatImages& flat) { return flat.moment->number; }
 
 }  // namespace
 
-void RefreshAssembler::add(FlatPictures flat, Timestamp now) {
+void RefreshAssembler::add(FlatImages flat, Timestamp now) {
   flats_.push_back({std::move(flat), now});
   if (flats_.size() <= kMostFlats) return;
   flats_.pop_front();
@@ -28,7 +28,7 @@ void RefreshAssembler::expect_scene(bool expected) {
   scene_number_ = 0;
 }
 
-void RefreshAssembler::add(Picture scene, Timestamp now) {
+void RefreshAssembler::add(ViewImage scene, Timestamp now) {
   if (!with_scene_) return;
   if (scene_) ++superseded_;
   scene_ = std::move(scene);
@@ -36,8 +36,8 @@ void RefreshAssembler::add(Picture scene, Timestamp now) {
 }
 
 /// Takes one of the waiting flat images; older ones are superseded.
-FlatPictures RefreshAssembler::take_flat(std::size_t index) {
-  FlatPictures taken = std::move(flats_[index].flat);
+FlatImages RefreshAssembler::take_flat(std::size_t index) {
+  FlatImages taken = std::move(flats_[index].flat);
   superseded_ += index;
   flats_.erase(flats_.begin(), flats_.begin() + static_cast<std::ptrdiff_t>(index) + 1);
   flat_number_ = number_of(taken);

@@ -6,15 +6,15 @@
 #include <optional>
 
 #include "app/window/flat_engine.hpp"
-#include "app/window/picture.hpp"
+#include "app/window/view_image.hpp"
 #include "nav/time.hpp"
 
 namespace nav::app {
 
 /// Images that a refresh puts on the screen; parts that do not change are absent.
 struct Assembled {
-  std::optional<FlatPictures> flat;
-  std::optional<Picture> scene;
+  std::optional<FlatImages> flat;
+  std::optional<ViewImage> scene;
 };
 
 /// Decides which images are shown together: those of one moment. The flat views wait for the 3D
@@ -24,8 +24,8 @@ class RefreshAssembler {
  public:
   static constexpr Duration kMostWait = std::chrono::milliseconds(60);
 
-  void add(FlatPictures flat, Timestamp now);
-  void add(Picture scene, Timestamp now);
+  void add(FlatImages flat, Timestamp now);
+  void add(ViewImage scene, Timestamp now);
   /// False: the 3D view is not on the screen; the flat views do not wait for it.
   void expect_scene(bool expected);
   /// Returns the images to be shown now; none: what is on the screen stays.
@@ -41,13 +41,13 @@ class RefreshAssembler {
 
  private:
   struct Waiting {
-    FlatPictures flat;
+    FlatImages flat;
     Timestamp since;
   };
-  FlatPictures take_flat(std::size_t index);
+  FlatImages take_flat(std::size_t index);
 
   std::deque<Waiting> flats_;
-  std::optional<Picture> scene_;
+  std::optional<ViewImage> scene_;
   bool with_scene_ = true;
   Timestamp scene_since_{};
   std::uint64_t flat_number_ = 0;

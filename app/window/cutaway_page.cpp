@@ -3,13 +3,14 @@
 #include "app/window/cutaway_page.hpp"
 
 #include <QGridLayout>
-#include <QHBoxLayout>
 #include <QSignalBlocker>
 #include <QVBoxLayout>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <tuple>
+
+#include "app/window/flow_layout.hpp"
 
 namespace nav::app {
 namespace {
@@ -67,9 +68,8 @@ CutawayPage::CutawayPage(QWidget* parent)
   auto* column = new QVBoxLayout(this);
   column->setContentsMargins(6, 6, 6, 6);
   column->setSpacing(kCutawayGap);
-  auto* top = new QHBoxLayout;
-  top->setSpacing(kCutawayGap);
-  top->addWidget(on_, 1);
+  auto* top = new FlowLayout(kCutawayGap);
+  top->addWidget(on_);
   for (QPushButton* button : {undo_, redo_, reset_}) top->addWidget(button);
   column->addLayout(top);
   auto* grid = new QGridLayout;

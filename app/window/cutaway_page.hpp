@@ -30,6 +30,8 @@ class CutawayPage final : public QWidget {
 
   /// Begins with the settings of a session.
   void open(const CutawaySettings& settings);
+  /// Takes over settings that were saved, as an edit. Precondition: open.
+  void restore(const CutawaySettings& settings) { change(settings); }
   [[nodiscard]] bool is_open() const { return first_.has_value(); }
   [[nodiscard]] const CutawaySettings& settings() const { return history_.value(); }
   bool undo();

@@ -10,7 +10,7 @@ Result<Sample> FaultySource::next(Deadline deadline) {
   for (;;) {
     auto sample = source_->next(deadline);
     if (!sample) return sample;
-    if (std::holds_alternative<UltrasoundFrame>(sample->what) && holds(held_until_)) continue;
+    if (std::holds_alternative<UltrasoundImage>(sample->what) && holds(held_until_)) continue;
     auto* pose = std::get_if<PoseSample>(&sample->what);
     if (pose == nullptr || !holds(covered_until_)) return sample;
     if (streams()[sample->stream].role == ToolRole::kReference) return sample;

@@ -18,9 +18,7 @@ Result<std::unique_ptr<Feed>> open_feed(const SessionConfig& config, bool loop, 
   if (shows_volume_alone(config)) return open_volume_feed(config, console);
   if (auto ok = require_path(config.ct.path, "ct.path", "a CT"); !ok) return ok.error();
   if (config.source.kind == Kind::kLive) return open_live_feed(config, clock, console);
-  if (auto ok = require_path(config.source.recording, "source.recording", "a recording"); !ok) {
-    return ok.error();
-  }
+  if (config.source.recording.empty()) return open_ct_feed(config, console);
   return open_recorded_feed(config, loop, console);
 }
 
@@ -32,9 +30,9 @@ Result<void> Feed::start_recording(const std::filesystem::path& path) {
 session::Session::Listener placing_listener(PlacedView& view, session::Session& session,
                                             std::optional<Error>& failure, RecordingOf recording) {
   return [&view, &session, &failure,
-          recording = std::move(recording)](const tracking::PairedFrame& paired) {
+          recording = std::move(recording)](const tracking::PairedImage& paired) {
     if (!paired.tracked || failure) return;
-    const TrackedFrame& image = *paired.tracked;
+    const TrackedImage& image = *paired.tracked;
     const auto placed =
         view.take(image, recording ? std::optional(recording(image.frame)) : std::nullopt);
     if (!placed) {

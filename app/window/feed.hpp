@@ -42,8 +42,25 @@ class Feed {
   virtual bool hold_images(Duration) { return false; }
   /// Starts a recording of the devices, see WindowRecorder::start(). kUsage: the session has none.
   virtual Result<void> start_recording(const std::filesystem::path& path);
+  /// Name of the patient's frame, to which a registration belongs.
+  [[nodiscard]] virtual std::string reference_frame() { return "Reference"; }
+  /// Replaces the plan.
+  void set_plan(const NeedlePlan& plan) {
+    view().set_plan(plan);
+    session().navigator().set_plan(plan);
+  }
+  /// Replaces the placement of the CT, as the user has moved it.
+  void set_placement(const session::Placement& placement) {
+    view().set_placement(placement);
+    session().navigator().set_placement(placement.placement);
+  }
   /// Records the devices; null: the session has none.
   virtual WindowRecorder* recorder() { return nullptr; }
+
+  /// Buttons that were pressed since the last call.
+  virtual std::vector<session::PressedButton> take_presses() { return {}; }
+  /// All of them, as reports give them; after finish().
+  [[nodiscard]] virtual io::Json presses() { return io::Json::array(); }
 
   /// First camera of the 3D view; absent: the presenter's.
   [[nodiscard]] virtual std::optional<render::Camera> camera() const { return std::nullopt; }
@@ -52,7 +69,9 @@ class Feed {
 
   [[nodiscard]] virtual session::Session& session() = 0;
   [[nodiscard]] virtual PlacedView& view() = 0;
-  /// Kind of the session: "SIMULATED", "RECORDING", "LIVE", "STORED VOLUME".
+  /// Sentence that stands in the last line all the while; may be empty.
+  [[nodiscard]] virtual std::string notice() const { return {}; }
+  /// Kind of the session: "SIMULATED", "RECORDING", "LIVE", "STORED VOLUME", "CT ALONE".
   [[nodiscard]] virtual std::string kind() const = 0;
   /// Sentence when nothing more comes.
   [[nodiscard]] virtual std::string ended() const = 0;
@@ -78,6 +97,9 @@ Result<std::unique_ptr<Feed>> open_simulated_feed(const SessionConfig& config, c
 /// 3D ultrasound alone, drawn by predicates: the volume or phantom of the configuration's
 /// predicates. Errors: those of prepare_predicates().
 Result<std::unique_ptr<Feed>> open_volume_feed(const SessionConfig& config, Console& console);
+/// A CT alone, without recording and devices: to look at it and to plan. Errors: those of
+/// PlacedView::prepare().
+Result<std::unique_ptr<Feed>> open_ct_feed(const SessionConfig& config, Console& console);
 /// True for a configuration of 3D ultrasound alone: no recording, no CT.
 bool shows_volume_alone(const SessionConfig& config);
 
@@ -86,7 +108,7 @@ Result<std::unique_ptr<Feed>> open_feed(const SessionConfig& config, bool loop, 
                                         Console& console);
 
 /// Gives what is known of the recording of an image; null: nothing.
-using RecordingOf = std::function<session::RecordingRead(const UltrasoundFrame&)>;
+using RecordingOf = std::function<session::RecordingRead(const UltrasoundImage&)>;
 
 /// Hands the paired images of a session to its view; the first one decides the placement.
 session::Session::Listener placing_listener(PlacedView& view, session::Session& session,

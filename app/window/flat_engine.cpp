@@ -15,24 +15,24 @@ namespace {
 /// Draws one view after the other. One thread.
 class FlatDrawer {
  public:
-  [[nodiscard]] FlatPictures draw(const FlatEngine::Order& order) {
+  [[nodiscard]] FlatImages draw(const FlatEngine::Order& order) {
     PanelContext context = context_of(*order.moment);
     if (order.settings.window) context.window = *order.settings.window;
     const SlicedVolume sliced = sliced_volume(order.settings, *order.moment);
-    FlatPictures pictures;
-    pictures.moment = order.moment;
+    FlatImages view_images;
+    view_images.moment = order.moment;
     ++beat_;
     for (const ViewId id : kFlatViews) {
       if (order.sizes[id].width > 0) {
-        pictures.views[id] = draw(id, order, context, sliced);
+        view_images.views[id] = draw(id, order, context, sliced);
       }
     }
-    return pictures;
+    return view_images;
   }
 
  private:
-  Picture draw(ViewId id, const FlatEngine::Order& order, const PanelContext& of_ct,
-               const SlicedVolume& sliced) {
+  ViewImage draw(ViewId id, const FlatEngine::Order& order, const PanelContext& of_ct,
+                 const SlicedVolume& sliced) {
     const bool of_ultrasound = is_orthogonal(id) && sliced.is_ultrasound;
     const PanelContext of_sliced{.epoch = of_ct.epoch,
                                  .ct = *sliced.volume,
@@ -42,11 +42,11 @@ class FlatDrawer {
                                  .needle_expected = of_ct.needle_expected,
                                  .needle_length_mm = of_ct.needle_length_mm};
     const PanelContext& context = of_ultrasound ? of_sliced : of_ct;
-    Picture picture{.moment = order.moment,
-                    .cursor = cursor_of(order.settings, *order.moment),
-                    .window = context.window,
-                    .asked = order.number};
-    picture.of_ultrasound = of_ultrasound;
+    ViewImage view_image{.moment = order.moment,
+                         .cursor = cursor_of(order.settings, *order.moment),
+                         .window = context.window,
+                         .asked = order.number};
+    view_image.of_ultrasound = of_ultrasound;
     const auto start = std::chrono::steady_clock::now();
     Image2d<Rgba8> image;
     const PixelSize size = order.sizes[id];
@@ -54,26 +54,27 @@ class FlatDrawer {
       SliceDrawing drawing = slices_[id].draw(context, {.kind = *kind,
                                                         .size = size,
                                                         .ratio = order.ratio,
-                                                        .cursor = picture.cursor,
+                                                        .cursor = view_image.cursor,
                                                         .zoom = order.settings.zoom[id]});
       image = std::move(drawing.image);
-      picture.slice = drawing.geometry;
+      view_image.slice = drawing.geometry;
     } else if (id == ViewId::kBullsEye) {
       SliceDrawing drawing = draw_bulls_eye(context, size, order.ratio);
       image = std::move(drawing.image);
-      picture.slice = drawing.geometry;
+      view_image.slice = drawing.geometry;
     } else {
-      FlatView view =
-          id == ViewId::kCt ? draw_ct_view(context, size) : draw_ultrasound_view(context, size);
+      FlatView view = id == ViewId::kCt
+                          ? draw_ct_view(context, size)
+                          : draw_ultrasound_view(context, size, order.settings.overlay);
       image = std::move(view.image);
-      picture.plane = view.plane;
+      view_image.plane = view.plane;
     }
-    picture.draw_ms = 1e3 * seconds_since(start);
+    view_image.draw_ms = 1e3 * seconds_since(start);
     const auto converting = std::chrono::steady_clock::now();
-    picture.image = to_rgb32(image);
-    draw_heartbeat(picture.image, beat_);
-    picture.convert_ms = 1e3 * seconds_since(converting);
-    return picture;
+    view_image.image = to_rgb32(image);
+    draw_heartbeat(view_image.image, beat_);
+    view_image.convert_ms = 1e3 * seconds_since(converting);
+    return view_image;
   }
 
   PerView<SliceDrawer> slices_;
@@ -90,9 +91,7 @@ SlicedVolume sliced_volume(const SliceSettings& settings, const Moment& moment) 
   const auto& intensity = volume.predicates.intensity;
   const render::HuWindow window{0.5 * (intensity.black + intensity.white),
                                 intensity.white - intensity.black};
-  // Shares the voxels.
-  return {std::make_shared<const Volume>(*volume.ultrasound),
-          settings.ultrasound_window.value_or(window), true};
+  return {volume.ultrasound, settings.ultrasound_window.value_or(window), true};
 }
 
 Point<frames::Ct> cursor_of(const SliceSettings& settings, const Moment& moment) {

@@ -8,16 +8,17 @@
 #include <string>
 #include <thread>
 
+#include "app/views/flat_views.hpp"
 #include "app/window/mailbox.hpp"
-#include "app/window/picture.hpp"
 #include "app/window/view_id.hpp"
+#include "app/window/view_image.hpp"
 
 namespace nav::app {
 
 /// The flat views of one moment; views that were not ordered are absent.
-struct FlatPictures {
+struct FlatImages {
   SharedMoment moment{};
-  PerView<std::optional<Picture>> views{};
+  PerView<std::optional<ViewImage>> views{};
 };
 
 /// Settings of the user for the slices, the same for all views of a refresh.
@@ -27,12 +28,13 @@ struct SliceSettings {
   PerView<SliceZoom> zoom{};
   /// The orthogonal slices show the 3D ultrasound in place of the CT, where the moment has one.
   bool of_ultrasound = false;
+  CtOverlay overlay{};                                  ///< Over the ultrasound.
   std::optional<render::HuWindow> ultrasound_window{};  ///< Absent: black and white of its values.
 };
 
 /// The volume that the orthogonal slices show.
 struct SlicedVolume {
-  std::shared_ptr<const Volume> volume;
+  std::shared_ptr<const StoredVolume> volume;
   render::HuWindow window;     ///< Grey window, in the volume's values.
   bool is_ultrasound = false;  ///< Stored values of 3D ultrasound, not HU.
 };
@@ -52,7 +54,7 @@ class FlatEngine {
     std::uint64_t number = 0;  ///< Number of the newest change of the settings.
   };
   struct Hears {
-    std::function<void(FlatPictures)> done;  ///< Called on the engine's thread, as is failed.
+    std::function<void(FlatImages)> done;  ///< Called on the engine's thread, as is failed.
     std::function<void(std::string)> failed;
   };
   explicit FlatEngine(Hears hears) : hears_(std::move(hears)) {}

@@ -6,6 +6,7 @@
 #include <QPainter>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "app/views/bulls_eye.hpp"
 #include "app/views/overlay.hpp"
@@ -58,15 +59,27 @@ Eigen::Vector2d FlatWidget::device_pixel(const QPointF& at) const {
 
 void FlatWidget::send(const SliceInput& input) {
   // Under a cover the user sees no image that could be pointed at.
-  if (moved && picture() && !judgement().covered) moved(id_, input, *picture());
+  if (moved && view_image() && !judgement().covered) moved(id_, input, *view_image());
 }
 
 void FlatWidget::mousePressEvent(QMouseEvent* event) {
   if (button_ != Qt::NoButton) return;
   button_ = event->button();
   last_ = event->position();
-  if (button_ == Qt::LeftButton && paints()) {
-    const SliceGeometry& slice = *picture()->slice;
+  if (button_ == Qt::LeftButton && picked && has_mode() && view_image() && !judgement().covered) {
+    const auto point = ct_point_at(id_, *view_image(), device_pixel(last_));
+    if (point && picked(*point)) {
+      button_ = Qt::NoButton;
+      return;
+    }
+  }
+  if (button_ == Qt::LeftButton && places()) {
+    const QPointF from_middle = last_ - QRectF(rect()).center();
+    eye_drag_ = std::hypot(from_middle.x(), from_middle.y()) < ring_radius() ? EyeDrag::kShift
+                                                                             : EyeDrag::kTurn;
+    if (eye_dragged) eye_dragged(true);
+  } else if (button_ == Qt::LeftButton && paints()) {
+    const SliceGeometry& slice = *view_image()->slice;
     painting_ = Painting{slice, stroke_on(slice, *brush_, device_pixel(last_))};
     update();
   } else if (button_ == Qt::LeftButton) {
@@ -74,9 +87,52 @@ void FlatWidget::mousePressEvent(QMouseEvent* event) {
   }
 }
 
+void FlatWidget::set_by_eye(bool on) {
+  if (on == by_eye_) return;
+  by_eye_ = on;
+  if (eye_drag_ != EyeDrag::kNone && eye_dragged) eye_dragged(false);
+  eye_drag_ = EyeDrag::kNone;
+  update();
+}
+
+bool FlatWidget::places() const {
+  return by_eye_ && view_image() && !judgement().covered &&
+         ct_point_at(id_, *view_image(), {0, 0}).has_value() && id_ != ViewId::kBullsEye &&
+         !view_image()->of_ultrasound;
+}
+
+double FlatWidget::ring_radius() const { return 0.36 * std::min(width(), height()); }
+
+/// A dashed ring with two arrows, in the colour of what the user handles.
+void FlatWidget::paint_handles(QPainter& painter, const ViewImage&) {
+  if (!places()) return;
+  const QPointF middle = QRectF(rect()).center();
+  const double radius = ring_radius();
+  painter.setRenderHint(QPainter::Antialiasing);
+  painter.setBrush(Qt::NoBrush);
+  painter.setPen(QPen(QColor::fromRgb(theme::kWindowAccent), 2, Qt::DashLine));
+  painter.drawEllipse(middle, radius, radius);
+  painter.setPen(QPen(QColor::fromRgb(theme::kWindowAccent), 2));
+  constexpr double kArm = 14;
+  constexpr double kHead = 5;
+  for (const QPointF& way : {QPointF(1, 0), QPointF(-1, 0), QPointF(0, 1), QPointF(0, -1)}) {
+    const QPointF end = middle + kArm * way;
+    const QPointF aside(way.y(), way.x());
+    painter.drawLine(middle, end);
+    painter.drawLine(end, end - kHead * way + kHead * aside);
+    painter.drawLine(end, end - kHead * way - kHead * aside);
+  }
+  const QString words = QStringLiteral("BY EYE: inside shift, outside turn");
+  const QFont font = theme::fitting_font(words, kMarkText, width() - 40, true);
+  const QFontMetricsF metrics(font);
+  // Below the arrows: other words stand at the edges.
+  theme::draw_tag(painter, middle.x() - metrics.horizontalAdvance(words) / 2 - 6,
+                  middle.y() + kArm + 6, words, font, QColor::fromRgb(theme::kWindowAccent));
+}
+
 bool FlatWidget::paints() const {
-  return brush_ && is_orthogonal(id_) && picture() && picture()->slice &&
-         picture()->of_ultrasound && !judgement().covered;
+  return brush_ && is_orthogonal(id_) && view_image() && view_image()->slice &&
+         view_image()->of_ultrasound && !judgement().covered;
 }
 
 void FlatWidget::set_brush(const std::optional<Brush>& brush) {
@@ -94,6 +150,10 @@ void FlatWidget::set_strokes(std::vector<render::features::Stroke> strokes) {
 void FlatWidget::mouseReleaseEvent(QMouseEvent* event) {
   if (event->button() != button_) return;
   button_ = Qt::NoButton;
+  if (std::exchange(eye_drag_, EyeDrag::kNone) != EyeDrag::kNone) {
+    if (eye_dragged) eye_dragged(false);
+    return;
+  }
   if (!painting_) return;
   render::features::Stroke stroke = std::move(painting_->stroke);
   painting_.reset();
@@ -102,14 +162,21 @@ void FlatWidget::mouseReleaseEvent(QMouseEvent* event) {
 }
 
 void FlatWidget::mouseDoubleClickEvent(QMouseEvent* event) {
-  if (brush_ && is_orthogonal(id_)) return;
+  if ((brush_ && is_orthogonal(id_)) || places()) return;
   if (event->button() == Qt::LeftButton && enlarge) enlarge();
 }
 
 void FlatWidget::mouseMoveEvent(QMouseEvent* event) {
   if (button_ == Qt::NoButton) return;
   const QPointF way = event->position() - last_;
-  last_ = event->position();
+  const QPointF before = std::exchange(last_, event->position());
+  if (eye_drag_ != EyeDrag::kNone) {
+    if (!places() || !eye_moved) return;
+    const auto movement = eye_movement(id_, *view_image(), device_pixel(before),
+                                       device_pixel(last_), eye_drag_ == EyeDrag::kTurn);
+    if (movement) eye_moved(*movement);
+    return;
+  }
   constexpr std::size_t kMostPoints = 10000;
   if (painting_) {
     auto& points = painting_->stroke.points;
@@ -145,22 +212,45 @@ void FlatWidget::wheelEvent(QWheelEvent* event) {
   if (whole != 0) send({.kind = SliceInput::Kind::kStep, .amount = whole});
 }
 
-void FlatWidget::paint_marks(QPainter& painter, const Picture& picture) {
-  paint_strokes(painter, picture);
-  paint_cursor(painter, picture);
-  if (!picture.slice) return;
-  paint_slice_words(painter, picture);
-  if (id_ == ViewId::kBullsEye) paint_rings(painter, picture);
+void FlatWidget::set_structures(std::vector<session::CriticalStructure::Sphere> structures) {
+  structures_ = std::move(structures);
+  update();
 }
 
-void FlatWidget::paint_strokes(QPainter& painter, const Picture& picture) {
-  if (!is_orthogonal(id_) || !picture.slice || !picture.of_ultrasound) return;
-  const auto& source = picture.moment->predicates;
+/// Violet, which is the colour of no state and of no slice.
+void FlatWidget::paint_structures(QPainter& painter, const ViewImage& view_image) {
+  if (!view_image.slice || view_image.of_ultrasound || id_ == ViewId::kBullsEye) return;
+  const double ratio = view_image.image.devicePixelRatio();
+  painter.setRenderHint(QPainter::Antialiasing);
+  painter.setBrush(Qt::NoBrush);
+  painter.setPen(QPen(QColor::fromRgb(theme::kWindowStructure), 2));
+  for (const auto& sphere : structures_) {
+    const Eigen::Vector3d at = view_image.slice->pixel_of(sphere.centre_ct);
+    const double squared = sphere.radius_mm * sphere.radius_mm - at.z() * at.z();
+    if (squared <= 0) continue;
+    const double radius = std::sqrt(squared) / view_image.slice->mm_per_px / ratio;
+    painter.drawEllipse(QPointF(at.x() / ratio, at.y() / ratio), radius, radius);
+  }
+}
+
+void FlatWidget::paint_marks(QPainter& painter, const ViewImage& view_image) {
+  paint_structures(painter, view_image);
+  paint_strokes(painter, view_image);
+  paint_cursor(painter, view_image);
+  paint_handles(painter, view_image);
+  if (!view_image.slice) return;
+  paint_slice_words(painter, view_image);
+  if (id_ == ViewId::kBullsEye) paint_rings(painter, view_image);
+}
+
+void FlatWidget::paint_strokes(QPainter& painter, const ViewImage& view_image) {
+  if (!is_orthogonal(id_) || !view_image.slice || !view_image.of_ultrasound) return;
+  const auto& source = view_image.moment->predicates;
   if (!source) return;
   std::vector<render::features::Stroke> all = strokes_;
   if (painting_) all.push_back(painting_->stroke);
-  draw_strokes(painter, *picture.slice, source->volume.ultrasound->grid(), all,
-               picture.image.devicePixelRatio());
+  draw_strokes(painter, *view_image.slice, source->volume.ultrasound->grid(), all,
+               view_image.image.devicePixelRatio());
   using render::features::Paint;
   const QString mode = !brush_                         ? QString()
                        : brush_->paint == Paint::kShow ? QStringLiteral("PAINT: SHOW")
@@ -174,11 +264,11 @@ void FlatWidget::paint_strokes(QPainter& painter, const Picture& picture) {
                   small, QColor::fromRgb(theme::kWindowAccent));
 }
 
-void FlatWidget::paint_cursor(QPainter& painter, const Picture& picture) {
-  const double ratio = picture.image.devicePixelRatio();
+void FlatWidget::paint_cursor(QPainter& painter, const ViewImage& view_image) {
+  const double ratio = view_image.image.devicePixelRatio();
   painter.setRenderHint(QPainter::Antialiasing, false);
-  if (is_orthogonal(id_) && picture.slice) {
-    const Eigen::Vector3d at = picture.slice->pixel_of(picture.cursor) / ratio;
+  if (is_orthogonal(id_) && view_image.slice) {
+    const Eigen::Vector3d at = view_image.slice->pixel_of(view_image.cursor) / ratio;
     // Each line has the colour of the slice that it stands for.
     const bool axial = id_ == ViewId::kAxial;
     const QRgb across = *slice_colour(axial ? ViewId::kCoronal : ViewId::kAxial);
@@ -194,13 +284,14 @@ void FlatWidget::paint_cursor(QPainter& painter, const Picture& picture) {
     return;
   }
   std::optional<QPointF> at;
-  if (slice_of(id_) && picture.slice) {
-    const Eigen::Vector3d p = picture.slice->pixel_of(picture.cursor);
+  if (slice_of(id_) && view_image.slice) {
+    const Eigen::Vector3d p = view_image.slice->pixel_of(view_image.cursor);
     if (std::abs(p.z()) <= kCursorReachMm) at = QPointF(p.x() / ratio, p.y() / ratio);
-  } else if (picture.plane && picture.moment->epoch.ct_from_image &&
-             picture.moment->epoch.plane.state <= SafetyState::kDegraded) {
-    const Eigen::Vector3d p = (picture.moment->epoch.ct_from_image->inverse() * picture.cursor).mm;
-    const Eigen::Vector2d pixel = picture.plane->pixel_of(p.head<2>()) / ratio;
+  } else if (view_image.plane && view_image.moment->epoch.ct_from_image &&
+             view_image.moment->epoch.plane.state <= SafetyState::kDegraded) {
+    const Eigen::Vector3d p =
+        (view_image.moment->epoch.ct_from_image->inverse() * view_image.cursor).mm;
+    const Eigen::Vector2d pixel = view_image.plane->pixel_of(p.head<2>()) / ratio;
     if (std::abs(p.z()) <= kCursorReachMm) at = QPointF(pixel.x(), pixel.y());
   }
   if (!at) return;
@@ -210,7 +301,7 @@ void FlatWidget::paint_cursor(QPainter& painter, const Picture& picture) {
   }
 }
 
-void FlatWidget::paint_slice_words(QPainter& painter, const Picture& picture) {
+void FlatWidget::paint_slice_words(QPainter& painter, const ViewImage& view_image) {
   const QColor text = QColor::fromRgb(theme::kWindowText);
   const QFont small = theme::font(kMarkText);
   const QFont large = theme::font(18, true);
@@ -221,7 +312,7 @@ void FlatWidget::paint_slice_words(QPainter& painter, const Picture& picture) {
     theme::draw_tag(painter, x - metrics.horizontalAdvance(shown) / 2 - 6,
                     y - metrics.height() / 2 - 2, shown, large, text);
   };
-  const render::SliceLabels letters = render::labels_of(picture.slice->plane);
+  const render::SliceLabels letters = render::labels_of(view_image.slice->plane);
   letter(22, height() / 2.0, letters.left);
   letter(width() - 22, height() / 2.0, letters.right);
   // Below the line of the state.
@@ -229,7 +320,7 @@ void FlatWidget::paint_slice_words(QPainter& painter, const Picture& picture) {
   letter(width() / 2.0, height() - 22, letters.bottom);
 
   double y = height() - kMarkMargin - line;
-  const double mm_per_pixel = picture.slice->mm_per_px * picture.image.devicePixelRatio();
+  const double mm_per_pixel = view_image.slice->mm_per_px * view_image.image.devicePixelRatio();
   const double most_mm = width() / 4.0 * mm_per_pixel;
   if (most_mm > 1e-3 && width() > 120) {
     const double length_mm = round_length(most_mm);
@@ -248,16 +339,16 @@ void FlatWidget::paint_slice_words(QPainter& painter, const Picture& picture) {
   }
   if (id_ == ViewId::kBullsEye || height() < 160) return;
   theme::draw_tag(painter, kMarkMargin, y,
-                  theme::plain(words_of_window(std::round(picture.window.level),
-                                               std::round(picture.window.width))),
+                  theme::plain(words_of_window(std::round(view_image.window.level),
+                                               std::round(view_image.window.width))),
                   small, text);
   if (!is_orthogonal(id_) || height() < 200) return;
   theme::draw_tag(painter, kMarkMargin, y - line - 2,
-                  theme::plain(position_words(picture.cursor.mm)), small, text);
+                  theme::plain(position_words(view_image.cursor.mm)), small, text);
 }
 
-void FlatWidget::paint_rings(QPainter& painter, const Picture& picture) {
-  const double mm_per_pixel = picture.slice->mm_per_px * picture.image.devicePixelRatio();
+void FlatWidget::paint_rings(QPainter& painter, const ViewImage& view_image) {
+  const double mm_per_pixel = view_image.slice->mm_per_px * view_image.image.devicePixelRatio();
   const QFont small = theme::font(kMarkText);
   const QFontMetricsF metrics(small);
   double last = 0;
@@ -273,12 +364,18 @@ void FlatWidget::paint_rings(QPainter& painter, const Picture& picture) {
   }
 }
 
-void UltrasoundWidget::paint_marks(QPainter& painter, const Picture& picture) {
-  FlatWidget::paint_marks(painter, picture);
-  if (!picture.plane || !picture.moment->epoch.frame) return;
-  const UltrasoundFrame& frame = picture.moment->epoch.frame->frame;
-  const double ratio = picture.image.devicePixelRatio();
-  const PlaneView& plane = *picture.plane;
+void UltrasoundWidget::paint_marks(QPainter& painter, const ViewImage& view_image) {
+  FlatWidget::paint_marks(painter, view_image);
+  if (!overlay_.isEmpty()) {
+    const QFont small = theme::font(kMarkText, true);
+    const double line = QFontMetricsF(small).height() + 4;
+    theme::draw_tag(painter, kMarkMargin - 2, height() - kMarkMargin - line, overlay_, small,
+                    QColor::fromRgb(theme::kWindowAccent));
+  }
+  if (!view_image.plane || !view_image.moment->epoch.frame) return;
+  const UltrasoundImage& frame = view_image.moment->epoch.frame->frame;
+  const double ratio = view_image.image.devicePixelRatio();
+  const PlaneView& plane = *view_image.plane;
   const auto at = [&](const Eigen::Vector2d& mm) -> QPointF {
     const Eigen::Vector2d p = plane.pixel_of(mm) / ratio;
     return {p.x(), p.y()};

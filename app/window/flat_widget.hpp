@@ -5,6 +5,7 @@
 #include "app/window/brush.hpp"
 #include "app/window/slice_control.hpp"
 #include "app/window/view_widget.hpp"
+#include "session/critical_structures.hpp"
 
 namespace nav::app {
 
@@ -20,11 +21,21 @@ class FlatWidget : public ViewWidget {
   FlatWidget(ViewId id, const QString& name, const QString& title, QWidget* parent);
 
   /// Called for what the user does, with the image that the user sees.
-  std::function<void(ViewId, const SliceInput&, const Picture&)> moved;
+  std::function<void(ViewId, const SliceInput&, const ViewImage&)> moved;
   /// Called by a double click.
   std::function<void()> enlarge;
   [[nodiscard]] ViewId id() const { return id_; }
 
+  /// Asked for a click of the left button, with the point of the CT. True: it is taken.
+  std::function<bool(const Point<frames::Ct>&)> picked;
+  /// Critical structures that are spheres, drawn where they meet a slice of the CT.
+  void set_structures(std::vector<session::CriticalStructure::Sphere> structures);
+  /// Shows handles by which the left button places the CT by eye: inside of the ring it shifts,
+  /// outside it turns.
+  void set_by_eye(bool on);
+  /// Called for the movements of a drag by the handles, and at its ends.
+  std::function<void(const EyeMovement&)> eye_moved;
+  std::function<void(bool begins)> eye_dragged;
   /// A brush for slices of 3D ultrasound: the left button paints in place of setting the cursor.
   /// Absent: none.
   void set_brush(const std::optional<Brush>& brush);
@@ -39,15 +50,21 @@ class FlatWidget : public ViewWidget {
   void mouseReleaseEvent(QMouseEvent* event) override;
   void mouseDoubleClickEvent(QMouseEvent* event) override;
   void wheelEvent(QWheelEvent* event) override;
-  void paint_marks(QPainter& painter, const Picture& picture) override;
+  void paint_marks(QPainter& painter, const ViewImage& view_image) override;
 
  private:
   void send(const SliceInput& input);
   [[nodiscard]] Eigen::Vector2d device_pixel(const QPointF& at) const;
-  void paint_cursor(QPainter& painter, const Picture& picture);
-  void paint_slice_words(QPainter& painter, const Picture& picture);
-  void paint_rings(QPainter& painter, const Picture& picture);
-  void paint_strokes(QPainter& painter, const Picture& picture);
+  void paint_cursor(QPainter& painter, const ViewImage& view_image);
+  void paint_slice_words(QPainter& painter, const ViewImage& view_image);
+  void paint_rings(QPainter& painter, const ViewImage& view_image);
+  void paint_structures(QPainter& painter, const ViewImage& view_image);
+  void paint_strokes(QPainter& painter, const ViewImage& view_image);
+  void paint_handles(QPainter& painter, const ViewImage& view_image);
+  /// Radius of the ring of the handles, pixels.
+  [[nodiscard]] double ring_radius() const;
+  /// True: the left button places the CT here.
+  [[nodiscard]] bool places() const;
   /// True: the left button paints here.
   [[nodiscard]] bool paints() const;
 
@@ -56,9 +73,13 @@ class FlatWidget : public ViewWidget {
     SliceGeometry slice;
     render::features::Stroke stroke;
   };
+  bool by_eye_ = false;
+  enum class EyeDrag { kNone, kShift, kTurn };
+  EyeDrag eye_drag_ = EyeDrag::kNone;
   std::optional<Brush> brush_;
   std::optional<Painting> painting_;
   std::vector<render::features::Stroke> strokes_;
+  std::vector<session::CriticalStructure::Sphere> structures_;
 
   ViewId id_;
   QPointF last_;
@@ -71,8 +92,16 @@ class UltrasoundWidget final : public FlatWidget {
  public:
   using FlatWidget::FlatWidget;
 
+  /// Words about the CT that is laid over the image; empty: none is.
+  void set_overlay_words(const QString& words) {
+    overlay_ = words;
+    update();
+  }
+
  private:
-  void paint_marks(QPainter& painter, const Picture& picture) override;
+  void paint_marks(QPainter& painter, const ViewImage& view_image) override;
+
+  QString overlay_;
 };
 
 }  // namespace nav::app

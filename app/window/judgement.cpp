@@ -97,7 +97,7 @@ std::uint64_t number_of(const SharedMoment& moment) { return moment ? moment->nu
 }  // namespace
 
 Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const SharedMoment& scene,
-                const EngineFailures& failures, Timestamp now) {
+                const EngineFailures& failures, Timestamp now, std::uint64_t structures) {
   Judgement judgement{.ultrasound = nothing_yet("ULTRASOUND"),
                       .ct = nothing_yet("CT PLANE"),
                       .scene = nothing_yet("3D VIEW"),
@@ -121,7 +121,9 @@ Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const Shar
                                 flat->needle_until, flat->published, now);
     judgement.needle = judged("NEEDLE", compose({needle, newest->epoch.placement}), *flat, now);
     if (newest->stored) {
-      const Safety none{SafetyState::kLost, "a stored volume is shown: there is no live image"};
+      const Safety none{SafetyState::kLost, newest->predicates
+                                                ? "a stored volume is shown: there is no live image"
+                                                : newest->epoch.ultrasound.cause};
       judgement.ultrasound = judged("ULTRASOUND", none, *flat, now);
       judgement.ct = judged("CT PLANE", none, *flat, now);
     }
@@ -157,6 +159,10 @@ Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const Shar
       shown.shows_numbers()) {
     judgement.guidance = numbers->epoch.guidance;
     judgement.error = numbers->guidance_error;
+    judgement.nearest = numbers->nearest;
+    if (numbers->structures != structures || !judgement.nearest) {
+      judgement.nearest = {.state = session::NearestStructure::State::kPending};
+    }
     judgement.withdrawn.clear();
   } else {
     const Safety worst = compose({needle, shown});

@@ -29,6 +29,9 @@ struct Judgement {
   /// Numbers of the needle; absent: withdrawn, for the cause.
   std::optional<NeedleGuidance> guidance;
   std::optional<session::GuidanceError> error{};  ///< Intervals of these numbers.
+  /// Distance from the nearest critical structure in the moment of the numbers; absent without
+  /// them.
+  std::optional<session::NearestStructure> nearest{};
   std::string withdrawn{};
 };
 
@@ -54,8 +57,11 @@ struct EngineFailures {
 /// \p newest: newest moment of the session; \p flat, \p scene: moments that the flat views and the
 /// 3D view show; each may be null.
 ///
+/// \p structures: number of the newest change of plan and critical structures. Distances that were
+/// made for older ones are withdrawn.
+///
 /// The CT of the slices does not age; the line of the live plane and the needle in them do.
 Judgement judge(const SharedMoment& newest, const SharedMoment& flat, const SharedMoment& scene,
-                const EngineFailures& failures, Timestamp now);
+                const EngineFailures& failures, Timestamp now, std::uint64_t structures = 0);
 
 }  // namespace nav::app

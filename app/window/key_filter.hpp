@@ -5,6 +5,7 @@
 #include <QAbstractSpinBox>
 #include <QEvent>
 #include <QKeyEvent>
+#include <QLineEdit>
 #include <QObject>
 
 #include "app/window/main_window.hpp"
@@ -25,8 +26,17 @@ class KeyFilter final : public QObject {
   }
 
  private:
-  /// True: the key edits a number, and is none of the window's.
+  /// True: the key edits a number or a text, and is none of the window's.
   static bool types(const QObject& watched, const QKeyEvent& key) {
+    const bool number = qobject_cast<const QAbstractSpinBox*>(watched.parent()) != nullptr;
+    if (qobject_cast<const QLineEdit*>(&watched) != nullptr && !number) {
+      // Letters and the keys of a text field; Ctrl+S, F1 and Esc stay the window's.
+      const bool edits = key.matches(QKeySequence::Copy) || key.matches(QKeySequence::Paste) ||
+                         key.matches(QKeySequence::Cut) || key.matches(QKeySequence::SelectAll);
+      const bool plain = !(key.modifiers() & (Qt::ControlModifier | Qt::AltModifier));
+      return edits || (plain && key.key() != Qt::Key_Escape &&
+                       !(key.key() >= Qt::Key_F1 && key.key() <= Qt::Key_F35));
+    }
     const auto is_field = [](const QObject* object) {
       return qobject_cast<const QAbstractSpinBox*>(object) != nullptr;
     };

@@ -4,6 +4,7 @@
 
 #include "app/verbs/device_report.hpp"
 #include "app/window/feed.hpp"
+#include "nav/cause_words.hpp"
 #include "session/live_devices.hpp"
 #include "session/live_session.hpp"
 
@@ -32,7 +33,7 @@ class LiveFeed final : public Feed {
         recorder_(std::move(recorder)),
         live_(std::move(live)),
         view_(config, console, std::move(parts)),
-        driver_(live_.session(), {}, placing_listener(view_, live_.session(), failure_)) {
+        driver_(live_.session(), {}, listener()) {
     if (config_.plan) live_.session().navigator().set_plan(*config_.plan);
     if (const auto placement = view_.show_before_images()) {
       live_.session().navigator().set_placement(*placement);
@@ -63,12 +64,19 @@ class LiveFeed final : public Feed {
                                 : Error{ErrorCode::kUnavailable, failures.front()};
   }
   [[nodiscard]] Result<void> outcome() const override { return outcome_; }
+  std::vector<session::PressedButton> take_presses() override {
+    return std::exchange(presses_, {});
+  }
+  [[nodiscard]] io::Json presses() override {
+    return json_of(live_.session().presses(), live_.status());
+  }
   Result<void> start_recording(const std::filesystem::path& path) override {
     return recorder_->start(path, live_);
   }
   WindowRecorder* recorder() override { return recorder_.get(); }
   [[nodiscard]] session::Session& session() override { return live_.session(); }
   [[nodiscard]] PlacedView& view() override { return view_; }
+  [[nodiscard]] std::string reference_frame() override { return live_.reference_frame(); }
   [[nodiscard]] std::string kind() const override {
     return kind_in_words(session::live_kind(config_.source.devices));
   }
@@ -77,9 +85,10 @@ class LiveFeed final : public Feed {
     std::vector<std::pair<std::string, std::string>> all;
     all.emplace_back("patient", "CT " + config_.ct.path.string());
     for (const auto& device : live_.status()) {
-      all.emplace_back("devices",
-                       device.id + " (" + device.kind + "): " + to_string(device.health.state) +
-                           (device.health.cause.empty() ? "" : ", ") + device.health.cause);
+      all.emplace_back("devices", device.id + " (" + device.kind +
+                                      "): " + to_string(device.health.state) +
+                                      (device.health.cause.empty() ? "" : ", ") +
+                                      words_of_cause(device.health.cause));
     }
     all.emplace_back("calibration", live_.calibration_statement());
     all.emplace_back("registration", live_.reference_statement());
@@ -90,6 +99,12 @@ class LiveFeed final : public Feed {
   }
 
  private:
+  session::Session::Listener listener() {
+    auto listener = placing_listener(view_, live_.session(), failure_);
+    listener.pressed = [this](const session::PressedButton& press) { presses_.push_back(press); };
+    return listener;
+  }
+
   const SessionConfig& config_;
   const Clock& clock_;
   std::shared_ptr<WindowRecorder> recorder_;  ///< The threads of the devices call it too.
@@ -97,6 +112,7 @@ class LiveFeed final : public Feed {
   PlacedView view_;
   std::optional<Error> failure_;
   Result<void> outcome_;
+  std::vector<session::PressedButton> presses_;
   session::Driver driver_;
 };
 

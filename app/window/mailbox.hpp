@@ -37,6 +37,12 @@ class Mailbox {
     filled_.wait_for(lock, most, [this] { return value_.has_value() || closed_; });
     return std::exchange(value_, std::nullopt);
   }
+  /// Calls look with the value that waits, if there is one. It must be short: put() waits for it.
+  template <class Look>
+  void peek(const Look& look) const {
+    const std::lock_guard lock(mutex_);
+    if (value_) look(*value_);
+  }
   /// Ends waiting for good.
   void close() {
     const std::lock_guard lock(mutex_);

@@ -3,7 +3,9 @@
 #include "app/window/main_window.hpp"
 
 #include <QApplication>
+#include <QLayout>
 #include <QPainter>
+#include <algorithm>
 #include <utility>
 
 #include "app/window/theme.hpp"
@@ -12,6 +14,8 @@ namespace nav::app {
 namespace {
 
 constexpr int kWatchdogMs = 30;
+/// Time between two looks for unsaved changes: a recovery file is about as old at most.
+constexpr int kLookMs = 2000;
 constexpr int kLeastWidth = 1280;
 constexpr int kLeastHeight = 800;
 
@@ -52,6 +56,7 @@ PerView<FlatWidget*> flat_widgets(QWidget* parent) {
 MainWindow::MainWindow(const Options& options, const Clock& clock, Console& console,
                        WindowReport& report)
     : clock_(clock),
+      report_(report),
       title_(options.title),
       snapshot_folder_(options.snapshot_folder),
       has_devices_(options.loop.has_session &&
@@ -64,6 +69,7 @@ MainWindow::MainWindow(const Options& options, const Clock& clock, Console& cons
       tools_(new ToolDeck(this)),
       panel_(words_label(QStringLiteral("panel"), QStringLiteral("Panel of the step"), this)),
       keys_(words_label(QStringLiteral("keys"), QStringLiteral("Keys"), this)),
+      second_(new SecondScreen(this, [this] { return second_views(); })),
       loop_(options.loop, clock, console, report, {scene_, flat_, numerals_, status_}),
       predicates_(flat_, options.loop.config.output.threads,
                   {.ready =
@@ -79,10 +85,24 @@ MainWindow::MainWindow(const Options& options, const Clock& clock, Console& cons
                        }},
                   this),
       transfer_(new TransferPage(this)),
-      cutaway_(new CutawayPage(this)) {
+      cutaway_(new CutawayPage(this)),
+      step_page_(new StepPage(panel_, this)),
+      session_page_(new SessionPage(this)),
+      recovery_(new RecoveryBar(this)),
+      devices_(new DevicesPage(this)),
+      patient_(new PatientPage(this)),
+      registration_page_(new RegistrationPage(this)),
+      plan_(new PlanPage(this)),
+      registration_(*registration_page_, registration_hears()),
+      config_(options.loop.has_session ? options.loop.config : SessionConfig()),
+      session_file_(options.session_file),
+      user_(options.user),
+      settings_folder_(options.settings_folder),
+      keeper_(options.state_folder, keeper_hears()) {
   setObjectName(QStringLiteral("window"));
-  setWindowTitle(title_);
+  show_title();
   setStyleSheet(theme::style_sheet());
+  if (user_.text_scale != 1) set_text_scale(user_.text_scale);
   setMinimumSize(1, 1);
   resize(kLeastWidth, kLeastHeight);
   keys_->setWordWrap(false);
@@ -98,7 +118,7 @@ MainWindow::MainWindow(const Options& options, const Clock& clock, Console& cons
     flat_[id]->enlarge = [this, id] { enlarge(id); };
   }
   tools_->add(QStringLiteral("tool-step"), QStringLiteral("Step"),
-              QStringLiteral("Panel of the step"), panel_);
+              QStringLiteral("Panel of the step"), step_page_);
   tools_->add(QStringLiteral("tool-predicates"), QStringLiteral("Predicates"),
               QStringLiteral("Predicate histogram (P)"), &predicates_.page());
   tools_->add(QStringLiteral("tool-transfer"), QStringLiteral("Colours"),
@@ -120,16 +140,32 @@ MainWindow::MainWindow(const Options& options, const Clock& clock, Console& cons
     }
     push_edits();
   };
+  add_steps();
+  step_page_->add(1, devices_);
+  devices_->chosen = [this] { arrange_second_screen(); };
+  second_->changed = [this] { arrange_second_screen(); };
+  step_page_->add(kStepCount - 1, session_page_);
+  session_page_->set_path(QString::fromStdString(session_file_.string()));
+  session_page_->save = [this] { save_session(false); };
+  session_page_->replace = [this] { save_session(true); };
+  recovery_->restore = [this] { answer_recovery(true); };
+  recovery_->discard = [this] { answer_recovery(false); };
   tools_->pressed = [this](int page) { choose_tool(static_cast<Tool>(page)); };
   add_actions();
   rail_->choose(step_);
   loop_.changed = [this] {
     update_steps();
     rail_->set_recording(loop_.recording().since.has_value());
+    show_job();
     update_panel();
   };
+  loop_.pressed = [this](const session::PressedButton& press) { obey(press); };
   QObject::connect(&watchdog_, &QTimer::timeout, this, [this] { tick(); });
   watchdog_.start(kWatchdogMs);
+  QObject::connect(&looks_, &QTimer::timeout, this, [this] { look_at_session(); });
+  looks_.start(kLookMs);
+  keeper_.opened(session_file_, false);
+  keeper_.find();
   loop_.tick();
   update_panel();
   scene_->setFocus();
@@ -143,6 +179,11 @@ void MainWindow::start() {
 }
 
 void MainWindow::stop() {
+  // The last changes are in the recovery file, if it stays.
+  if (keeps_recovery_) look_at_session();
+  keeper_.stop(keeps_recovery_);
+  registration_.stop();
+  checkers_.clear();
   loop_.stop();
   predicates_.stop();
 }
@@ -150,27 +191,40 @@ void MainWindow::stop() {
 void MainWindow::tick() {
   loop_.tick();
   update_steps();
+  // Texts that grew need more space.
+  if (rail_->wanted_width() != rail_width_) arrange();
+  if (opening_ && loop_.job().stage == JobNews::Stage::kFailed) {
+    opening_.reset();
+    show_job();
+  }
   const SharedMoment& newest = loop_.newest();
   if (!newest) return;
+  if (std::exchange(shown_session_, newest->session) != newest->session) begin_session(*newest);
   predicates_.follow(newest->predicates);
-  if (!std::exchange(opened_, true)) open_panels(*newest);
+  keep_rejected(*newest);
 }
 
 void MainWindow::open_panels(const Moment& moment) {
-  if (!moment.scene->predicates) transfer_->open(moment.scene->transfer, moment.counts);
+  if (moment.scene->predicates) {
+    transfer_->close();
+  } else {
+    transfer_->open(moment.scene->transfer, moment.counts);
+  }
   cutaway_->open(cutaway_settings_of(*moment.scene));
   if (!moment.stored) return;
   // A stored volume has no live image: its slices and its histogram are shown.
   set_layout(WindowLayout::kSlices);
-  choose_tool(Tool::kPredicates);
+  if (moment.predicates) choose_tool(Tool::kPredicates);
 }
 
 void MainWindow::push_edits() { loop_.set_edits(std::make_shared<const SceneEdits>(edits_)); }
 
 void MainWindow::choose_tool(Tool tool) {
+  plan_->cancel();
   tools_->choose(static_cast<int>(tool));
   while (tool != Tool::kPredicates && predicates_.page().cancel()) {
   }
+  show_handles();
   arrange();
 }
 
@@ -181,6 +235,10 @@ void MainWindow::undo(bool forth) {
     (void)(forth ? transfer_->redo() : transfer_->undo());
   } else if (tool() == Tool::kCutaway) {
     (void)(forth ? cutaway_->redo() : cutaway_->undo());
+  } else if (step_ == 3) {
+    (void)(forth ? registration_.redo() : registration_.undo());
+  } else if (step_ == 4) {
+    (void)(forth ? plan_->redo() : plan_->undo());
   }
 }
 
@@ -206,6 +264,8 @@ void MainWindow::add_actions() {
   add("freeze", "freeze the views, or go live", QKeyCombination(Qt::Key_Space), rail_->freeze);
   add("snapshot", "save the window as a PNG file", QKeyCombination(Qt::Key_S),
       [this] { take_snapshot(); });
+  add("save", "save the session", QKeyCombination(Qt::ControlModifier, Qt::Key_S),
+      [this] { save_session(false); });
   add("record", "record the live devices, or end it",
       QKeyCombination(Qt::ControlModifier, Qt::Key_R), rail_->record);
   add("reset-camera", "first camera of the 3D view", QKeyCombination(Qt::Key_R),
@@ -229,12 +289,50 @@ void MainWindow::add_actions() {
       QKeyCombination(Qt::Key_T), tool_key(Tool::kTransfer));
   add("cutaway", "cutaway and shading; again: panel of the step", QKeyCombination(Qt::Key_C),
       tool_key(Tool::kCutaway));
-  add("undo", "undo an edit of the open panel", QKeyCombination(Qt::ControlModifier, Qt::Key_Z),
-      [this] { undo(false); });
-  add("redo", "redo an edit of the open panel",
+  add("undo", "undo an edit of the open panel or step",
+      QKeyCombination(Qt::ControlModifier, Qt::Key_Z), [this] { undo(false); });
+  add("redo", "redo an edit of the open panel or step",
       QKeyCombination(Qt::ControlModifier | Qt::ShiftModifier, Qt::Key_Z), [this] { undo(true); });
+  struct Keys {
+    Qt::KeyboardModifiers with;
+    Qt::Key key;
+  };
+  const auto nudge = [this](const char* name, const char* title, const Keys& keys,
+                            const RegistrationPage::Nudge& movement) {
+    const QKeySequence key(QKeyCombination(keys.with, keys.key));
+    actions_.add({QLatin1String(name), QLatin1String(title), key, [this, movement] {
+                    if (step_ == 3) registration_.nudge(movement);
+                  }});
+  };
+  using V = Eigen::Vector3d;
+  const V none = V::Zero();
+  const auto ctrl = Qt::ControlModifier;
+  const auto both = Qt::ControlModifier | Qt::ShiftModifier;
+  nudge("nudge-left", "by eye: CT to the patient's left", {ctrl, Qt::Key_Right},
+        {V::UnitX(), none});
+  nudge("nudge-right", "by eye: CT to the patient's right", {ctrl, Qt::Key_Left},
+        {-V::UnitX(), none});
+  nudge("nudge-superior", "by eye: CT to the head", {ctrl, Qt::Key_Up}, {V::UnitZ(), none});
+  nudge("nudge-inferior", "by eye: CT to the feet", {ctrl, Qt::Key_Down}, {-V::UnitZ(), none});
+  nudge("nudge-anterior", "by eye: CT to the front", {ctrl, Qt::Key_PageUp}, {-V::UnitY(), none});
+  nudge("nudge-posterior", "by eye: CT to the back", {ctrl, Qt::Key_PageDown}, {V::UnitY(), none});
+  nudge("turn-yaw-up", "by eye: turn the CT about the axis to the head", {both, Qt::Key_Right},
+        {none, V::UnitZ()});
+  nudge("turn-yaw-down", "by eye: turn it back", {both, Qt::Key_Left}, {none, -V::UnitZ()});
+  nudge("turn-pitch-up", "by eye: turn the CT about the left axis", {both, Qt::Key_Up},
+        {none, V::UnitX()});
+  nudge("turn-pitch-down", "by eye: turn it back", {both, Qt::Key_Down}, {none, -V::UnitX()});
+  nudge("turn-roll-up", "by eye: turn the CT about the posterior axis", {both, Qt::Key_PageUp},
+        {none, V::UnitY()});
+  nudge("turn-roll-down", "by eye: turn it back", {both, Qt::Key_PageDown}, {none, -V::UnitY()});
   add("full-screen", "full screen without the rail; again: back", QKeyCombination(Qt::Key_F11),
       [this] { toggle_full_screen(); });
+  add("larger-texts", "texts and their controls larger, up to 2 times",
+      QKeyCombination(Qt::ControlModifier, Qt::Key_Plus), [this] { scale_texts(0.25); });
+  add("smaller-texts", "smaller again", QKeyCombination(Qt::ControlModifier, Qt::Key_Minus),
+      [this] { scale_texts(-0.25); });
+  add("second-screen", "second window for another screen; again: closes it",
+      QKeyCombination(Qt::ControlModifier, Qt::Key_D), [this] { toggle_second_screen(); });
   add("keys", "list the keys", QKeyCombination(Qt::Key_Question), [this] { toggle_keys(); });
   add("cancel", "close what lies on top", QKeyCombination(Qt::Key_Escape), [this] { cancel(); });
   add("quit", "close the window", QKeyCombination(Qt::ControlModifier, Qt::Key_Q),
@@ -243,16 +341,28 @@ void MainWindow::add_actions() {
 
 void MainWindow::arrange() {
   constexpr int kGap = 6;
-  const int left = with_rail_ ? Rail::kWidth : 0;
+  rail_width_ = rail_->wanted_width();
+  const int left = with_rail_ ? rail_width_ : 0;
   const int bottom = status_->wanted_height();
   rail_->setVisible(with_rail_);
-  rail_->setGeometry(0, 0, Rail::kWidth, std::max(1, height() - bottom));
+  rail_->setGeometry(0, 0, rail_width_, std::max(1, height() - bottom));
   status_->setGeometry(0, height() - bottom, width(), bottom);
-  const QRect area(left, kGap, std::max(1, width() - left - kGap),
-                   std::max(1, height() - bottom - kGap));
+  const int across = std::max(1, width() - left - kGap);
+  const bool offers = !recovery_->isHidden();
+  const int top =
+      offers ? recovery_->layout()->heightForWidth(std::max(across, recovery_->minimumWidth())) : 0;
+  recovery_->setGeometry(left, kGap, across, std::max(1, top));
+  const QRect area(left, kGap + (offers ? top + kGap : 0), across,
+                   std::max(1, height() - bottom - kGap - (offers ? top + kGap : 0)));
   const QSize keys = keys_->sizeHint().boundedTo(area.size());
   keys_->setGeometry(QRect(area.topLeft() + QPoint(40, 40), keys));
-  const Arrangement made = arrange_views(layout_, single_, area, tool() != Tool::kStep);
+  std::optional<int> tool_width;
+  if (tool() != Tool::kStep || step_page_->has_controls(step_)) {
+    tool_width_ = tools_->wanted_width();
+    tool_width = std::max(kToolWidth, tool_width_);
+  }
+  const Arrangement made =
+      arrange_views(layout_, single_, area, tool_width, theme::scaled(kNumeralsHeight));
   const QWidget* focused = QApplication::focusWidget();
   const bool view_has_focus = dynamic_cast<const ViewWidget*>(focused) != nullptr;
   const auto place = [](QWidget* widget, const std::optional<QRect>& at) {
@@ -260,6 +370,7 @@ void MainWindow::arrange() {
     if (at) widget->setGeometry(*at);
   };
   place(scene_, made.views[ViewId::kScene]);
+  scene_->place_sides();
   for (const ViewId id : kFlatViews) place(flat_[id], made.views[id]);
   place(numerals_, made.numerals);
   place(tools_, made.panel);
@@ -270,6 +381,47 @@ void MainWindow::arrange() {
     break;
   }
   loop_.views_changed();
+  arrange_second_screen();
+}
+
+/// Views that are hidden here are drawn in the size that they have on the second screen.
+void MainWindow::arrange_second_screen() {
+  on_second_.reset();
+  PerView<bool> mirrored{};
+  if (second_->isVisible()) {
+    for (const std::string& name : devices_->views()) {
+      for (std::size_t i = 0; i < kViewCount; ++i) {
+        const auto id = static_cast<ViewId>(i);
+        const bool in = name == "slices" ? is_orthogonal(id)
+                                         : view(id)->objectName() == QLatin1String(name.c_str());
+        mirrored[id] = mirrored[id] || in;
+      }
+    }
+    if (std::ranges::count(mirrored.all, true) > 0) {
+      on_second_ = arrange_second(mirrored, second_->rect(), theme::scaled(kNumeralsHeight));
+    }
+  }
+  for (std::size_t i = 0; on_second_ && i < kViewCount; ++i) {
+    ViewWidget* one = view(static_cast<ViewId>(i));
+    const auto& at = on_second_->views.all[i];
+    if (at && one->isHidden()) one->resize(at->size());
+  }
+  loop_.set_mirrored(mirrored);
+}
+
+std::vector<SecondScreen::Mirrored> MainWindow::second_views() const {
+  std::vector<SecondScreen::Mirrored> shown{
+      {numerals_, on_second_ ? on_second_->numerals : numerals_->geometry()}};
+  for (std::size_t i = 0; i < kViewCount; ++i) {
+    ViewWidget* one = view(static_cast<ViewId>(i));
+    const auto& chosen = on_second_ ? on_second_->views.all[i] : std::optional<QRect>();
+    if (chosen) {
+      shown.push_back({one, *chosen});
+    } else if (!on_second_ && !one->isHidden()) {
+      shown.push_back({one, one->geometry()});
+    }
+  }
+  return shown;
 }
 
 ViewWidget* MainWindow::view(ViewId id) const {
@@ -308,6 +460,27 @@ void MainWindow::toggle_full_screen() {
   arrange();
 }
 
+void MainWindow::set_text_scale(double scale) {
+  user_.text_scale = std::clamp(scale, UserSettings::kLeastTextScale, UserSettings::kMostTextScale);
+  theme::set_text_scale(user_.text_scale);
+  setStyleSheet(theme::style_sheet());
+}
+
+void MainWindow::scale_texts(double change) {
+  set_text_scale(user_.text_scale + change);
+  keeper_.keep_settings(user_, settings_folder_);
+  arrange();
+  for (QWidget* widget : findChildren<QWidget*>()) widget->update();
+}
+
+void MainWindow::toggle_second_screen() {
+  if (second_->isVisible()) {
+    second_->hide();
+  } else {
+    second_->open();
+  }
+}
+
 void MainWindow::toggle_keys() {
   QString text = QStringLiteral("Keys\n\n");
   for (const Action& action : actions_.all()) {
@@ -322,6 +495,10 @@ void MainWindow::toggle_keys() {
 void MainWindow::cancel() {
   if (keys_->isVisible()) {
     keys_->hide();
+  } else if (plan_->cancel()) {
+    // The next click sets nothing.
+  } else if (step_ == 3 && tool() == Tool::kStep && registration_page_->by_eye()) {
+    registration_page_->set_by_eye(false);
   } else if (predicates_.page().cancel()) {
     // A brush, or the choice of a second bar, has ended.
   } else if (!with_rail_) {
@@ -334,8 +511,19 @@ void MainWindow::cancel() {
 void MainWindow::choose_step(int step) {
   step_ = step;
   rail_->choose(step);
-  if (tool() != Tool::kStep) choose_tool(Tool::kStep);
+  step_page_->choose(step);
+  show_handles();
+  if (tool() != Tool::kStep) {
+    choose_tool(Tool::kStep);
+  } else {
+    arrange();
+  }
   update_panel();
+}
+
+void MainWindow::show_control(QWidget* control) {
+  if (control == nullptr) return arrange();
+  tools_->show_control(control);
 }
 
 QImage MainWindow::shot() { return grab().toImage().convertToFormat(QImage::Format_RGB32); }

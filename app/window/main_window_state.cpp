@@ -7,6 +7,7 @@
 
 #include "app/window/main_window.hpp"
 #include "app/window/theme.hpp"
+#include "app/window/window_controls.hpp"
 
 namespace nav::app {
 namespace {
@@ -16,7 +17,7 @@ QString word_of(StepState state) { return mark_of(state).section(QLatin1Char(' '
 QString word_of(const ViewWidget& view) {
   if (view.isHidden()) return QStringLiteral("hidden");
   if (view.judgement().covered) return QStringLiteral("covered");
-  if (!view.picture()) return QStringLiteral("drawing");
+  if (!view.view_image()) return QStringLiteral("drawing");
   return view.judgement().late ? QStringLiteral("late") : QStringLiteral("shown");
 }
 
@@ -61,19 +62,24 @@ void MainWindow::update_panel() {
   if (step_ == 5) {
     const SharedMoment& moment = loop_.newest();
     text += moment && moment->plan
-                ? QStringLiteral("Numbers show while ultrasound, needle and CT are valid.\n")
-                : QStringLiteral("Numbers need a target: [plan] of the session file.\n");
+                ? QStringLiteral("Numbers show while needle and CT are valid.\n")
+                : QStringLiteral("Numbers need a target and an entry: step 5, Plan.\n");
     any = true;
   }
+  if (step_ == 3 && verdict_) {
+    text += QStringLiteral("Verdict of the user: %1.\n").arg(QString::fromStdString(*verdict_));
+  }
+  if (step_ == kStepCount - 1) any = true;  // Its controls say what there is.
   if (!any) text += QStringLiteral("Nothing yet.\n");
   if (const RecordingStatus& recording = loop_.recording(); !recording.path.empty()) {
     text +=
         (recording.since ? QStringLiteral("Recording into %1\n") : QStringLiteral("Recorded: %1\n"))
             .arg(QString::fromStdString(recording.path.string()));
   }
+  if (!mark_words_.isEmpty()) text += mark_words_ + QStringLiteral("\n");
   if (!record_words_.isEmpty()) text += record_words_ + QStringLiteral("\n");
   if (!snapshot_words_.isEmpty()) text += snapshot_words_;
-  panel_->setText(text);
+  panel_->setText(text.trimmed());
 }
 
 QString MainWindow::stamped_file(const QString& suffix) const {
@@ -90,6 +96,26 @@ void MainWindow::toggle_recording() {
   }
   if (loop_.recording().since) return loop_.record(std::nullopt);
   loop_.record(std::filesystem::path(stamped_file(QStringLiteral("mcap")).toStdString()));
+}
+
+void MainWindow::obey(const session::PressedButton& press) {
+  switch (press.action) {
+    case ButtonAction::kNone:
+      return;
+    case ButtonAction::kCapture:
+      return take_snapshot();
+    case ButtonAction::kFreeze:
+      return rail_->freeze();
+    case ButtonAction::kMark:
+      break;
+  }
+  mark_words_ = QStringLiteral("Mark %1 at %2 s of the session")
+                    .arg(++marks_)
+                    .arg(to_seconds(press.acquired), 0, 'f', 1);
+  if (!loop_.recording().since) {
+    mark_words_ += QStringLiteral(", not recorded: no recording goes on (Ctrl+R)");
+  }
+  update_panel();
 }
 
 void MainWindow::take_snapshot() {
@@ -137,14 +163,27 @@ std::optional<QString> MainWindow::value(const QString& name) const {
   if (kind == QLatin1String("transfer")) return transfer_value(what);
   if (kind == QLatin1String("cutaway")) return cutaway_value(what);
   if (kind == QLatin1String("camera")) return camera_value(what);
+  if (kind == QLatin1String("plan")) return plan_value(what);
+  if (name == QLatin1String("registration")) return QString::fromStdString(registration_.state());
+  if (name == QLatin1String("registration.landmarks")) {
+    return QString::number(registration_.landmarks());
+  }
   if (name == QLatin1String("predicates")) return predicates_.state();
   if (name == QLatin1String("scene")) {
-    const auto& picture = scene_->picture();
+    const auto& view_image = scene_->view_image();
     const PixelSize size = scene_->pixel_size();
-    const bool obeys = picture && picture->asked >= loop_.scene_number() &&
-                       picture->image.size() == QSize(size.width, size.height);
+    const bool obeys = view_image && view_image->asked >= loop_.scene_number() &&
+                       view_image->image.size() == QSize(size.width, size.height);
     if (!obeys) return QStringLiteral("behind");
-    return picture->refined ? QStringLiteral("full") : QStringLiteral("coarse");
+    return view_image->refined ? QStringLiteral("full") : QStringLiteral("coarse");
+  }
+  if (name == QLatin1String("controls")) {
+    QStringList cut;
+    for (const io::Json& one : controls_of(*this)) {
+      if (!one["clipped"].get<bool>() && !one["elided"].get<bool>()) continue;
+      cut.push_back(QString::fromStdString(one["name"].get<std::string>()));
+    }
+    return cut.isEmpty() ? QStringLiteral("whole") : QStringLiteral("cut: ") + cut.join(", ");
   }
   if (name == QLatin1String("panel")) {
     constexpr std::array tools{"step", "predicates", "transfer", "cutaway"};
@@ -161,14 +200,29 @@ std::optional<QString> MainWindow::value(const QString& name) const {
       case SessionNews::Stage::kLoading:
         return QStringLiteral("loading");
       case SessionNews::Stage::kRunning:
-        return QStringLiteral("running");
+        // Its panels are reset when its first image is here.
+        return shown_session_ == 0 ? QStringLiteral("loading") : QStringLiteral("running");
       case SessionNews::Stage::kFailed:
         return QStringLiteral("failed");
     }
   }
+  if (name == QLatin1String("unsaved")) {
+    return unsaved_ ? QStringLiteral("yes") : QStringLiteral("no");
+  }
+  if (name == QLatin1String("saved")) return QString::fromStdString(saved_);
+  if (name == QLatin1String("recovery")) {
+    return !recovery_->isHidden() ? QStringLiteral("offered")
+           : restored_            ? QStringLiteral("restored")
+                                  : QStringLiteral("none");
+  }
+  if (name == QLatin1String("job")) {
+    constexpr std::array stages{"none", "running", "done", "failed", "cancelled"};
+    return QString::fromLatin1(stages.at(static_cast<std::size_t>(loop_.job().stage)));
+  }
   if (name == QLatin1String("frozen")) {
     return loop_.frozen() ? QStringLiteral("yes") : QStringLiteral("no");
   }
+  if (name == QLatin1String("marks")) return QString::number(marks_);
   if (name == QLatin1String("recording")) {
     switch (loop_.recording().stage) {
       case RecordingStatus::Stage::kOff:
@@ -178,6 +232,17 @@ std::optional<QString> MainWindow::value(const QString& name) const {
       case RecordingStatus::Stage::kFailed:
         return QStringLiteral("failed");
     }
+  }
+  if (name == QLatin1String("text-scale")) {
+    return QString::number(user_.text_scale, 'f', 2);
+  }
+  if (name == QLatin1String("second-screen")) {
+    return second_->isVisible() ? QStringLiteral("shown") : QStringLiteral("hidden");
+  }
+  if (name == QLatin1String("second-views")) {
+    QStringList views;
+    for (const std::string& one : devices_->views()) views.push_back(QString::fromStdString(one));
+    return views.isEmpty() ? QStringLiteral("layout") : views.join(QLatin1Char(','));
   }
   if (name == QLatin1String("keys")) {
     return keys_->isVisible() ? QStringLiteral("shown") : QStringLiteral("hidden");

@@ -15,6 +15,8 @@
 #include "render/transfer/transfer_editor.hpp"
 #include "session/guidance_error.hpp"
 #include "session/navigator.hpp"
+#include "session/placement.hpp"
+#include "session/structure_distances.hpp"
 
 namespace nav::app {
 
@@ -31,14 +33,20 @@ struct InputStatus {
 /// thread of the session makes it; it does not change afterwards. Times without a frame are of the
 /// window's clock.
 struct Moment {
-  std::uint64_t number = 0;  ///< Counts the refreshes of the session, from 1.
+  std::uint64_t number = 0;   ///< Counts the refreshes of the session, from 1.
+  std::uint64_t session = 0;  ///< Counts the sessions that were opened, from 1.
   session::Epoch epoch{};
   std::shared_ptr<const Volume> ct{};
   std::shared_ptr<const render::Scene> scene{};  ///< With the first camera of the session.
   std::optional<NeedlePlan> plan{};
-  render::HuWindow window{};  ///< Grey window of the CT's slices.
+  std::optional<session::Placement> placement{};  ///< Absent before the first image.
+  render::HuWindow window{};                      ///< Grey window of the CT's slices.
   /// Intervals of the numbers in the epoch; absent without numbers.
   std::optional<session::GuidanceError> guidance_error{};
+  /// Distance of the needle's tip from the nearest critical structure, while there are numbers.
+  std::optional<session::NearestStructure> nearest{};
+  std::uint64_t structures = 0;   ///< StructureOrder::number of the structures of `nearest`.
+  std::string reference_frame{};  ///< Name of the patient's frame.
   double needle_length_mm = 0;
   bool needle_expected = false;
   /// 3D ultrasound that the scene draws by predicates; null: none.

@@ -40,6 +40,20 @@ void PredicateDesk::follow(const std::shared_ptr<const PredicateSource>& source)
   hears_.ready(nullptr);
 }
 
+void PredicateDesk::restore(render::PredicateModel before_strokes,
+                            const std::vector<render::features::Stroke>& strokes) {
+  editor_.replace(std::move(before_strokes));
+  for (const auto& stroke : strokes) editor_.add_stroke(stroke);
+  page_->refresh();
+  order();
+}
+
+void PredicateDesk::choose(std::size_t bar) {
+  if (bar >= editor_.model().entries.size()) return;
+  editor_.select(bar);
+  page_->refresh();
+}
+
 void PredicateDesk::order() {
   if (!source_) return;
   show_strokes();

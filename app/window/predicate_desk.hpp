@@ -31,6 +31,11 @@ class PredicateDesk {
   void stop() { thread_.stop(); }
   /// Follows the volume of the session: another one begins with its own set.
   void follow(const std::shared_ptr<const PredicateSource>& source);
+  /// Takes over a set and strokes that were saved, as edits. Precondition: has_volume().
+  void restore(render::PredicateModel before_strokes,
+               const std::vector<render::features::Stroke>& strokes);
+  /// Chooses a bar, if the set has so many.
+  void choose(std::size_t bar);
   /// Takes over what the thread has prepared.
   void take();
 

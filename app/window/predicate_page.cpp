@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 
+#include "app/window/flow_layout.hpp"
 #include "app/window/theme.hpp"
 #include "render/predicates/registry.hpp"
 
@@ -43,10 +44,9 @@ bool same_controls(const std::vector<render::EditableParameter>& a,
   });
 }
 
-QHBoxLayout* row_of(QWidget* row) {
-  auto* layout = new QHBoxLayout(row);
-  layout->setContentsMargins(0, 0, 0, 0);
-  layout->setSpacing(kPageGap);
+FlowLayout* flow_of(QWidget* row) {
+  auto* layout = new FlowLayout(kPageGap);
+  row->setLayout(layout);
   return layout;
 }
 
@@ -83,7 +83,13 @@ PredicatePage::PredicatePage(render::PredicateEditor& editor, QWidget* parent)
                            QStringLiteral("Radius of the brush, mm"), 0.1, 50, 1, this)) {
   setObjectName(QStringLiteral("predicates"));
   setAccessibleName(QStringLiteral("Predicate histogram"));
+  // They show their title only; the names of their items may be long.
+  for (QComboBox* choice : {presets_, add_}) {
+    choice->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+    choice->setMinimumContentsLength(7);
+  }
   message_->setObjectName(QStringLiteral("predicate-words"));
+  message_->setAccessibleName(QStringLiteral("About the predicates"));
   parameters_->setObjectName(QStringLiteral("predicate-parameters"));
   parameters_->setAccessibleName(QStringLiteral("Parameters of the chosen predicate"));
   parameters_->setWidgetResizable(true);
@@ -105,12 +111,12 @@ void PredicatePage::add_rows() {
   column->setContentsMargins(6, 6, 6, 6);
   column->setSpacing(kPageGap);
   auto* top = new QWidget(this);
-  auto* row = row_of(top);
+  auto* row = flow_of(top);
   presets_->addItem(QStringLiteral("Preset …"));
   for (const std::string& name : render::predicate_preset_names()) {
     presets_->addItem(QString::fromStdString(name));
   }
-  row->addWidget(presets_, 1);
+  row->addWidget(presets_);
   row->addWidget(undo_);
   row->addWidget(redo_);
   column->addWidget(top);
@@ -129,7 +135,9 @@ void PredicatePage::add_rows() {
 
 QWidget* PredicatePage::colour_and_bars() {
   auto* row = new QWidget(this);
-  auto* layout = row_of(row);
+  auto* layout = new QHBoxLayout(row);
+  layout->setContentsMargins(0, 0, 0, 0);
+  layout->setSpacing(kPageGap);
   const auto column = [&](QSlider* slider, const char* letter) {
     auto* both = new QVBoxLayout;
     auto* label = new QLabel(QLatin1String(letter), row);
@@ -151,13 +159,13 @@ QWidget* PredicatePage::colour_and_bars() {
 
 QWidget* PredicatePage::combination_row() {
   auto* row = new QWidget(this);
-  auto* layout = row_of(row);
+  auto* layout = flow_of(row);
   add_->addItem(QStringLiteral("Add …"));
   for (const render::PredicateKind* kind : render::predicate_kinds()) {
     add_->addItem(QString::fromStdString(kind->name()));
     add_->setItemData(add_->count() - 1, theme::plain(kind->description()), Qt::ToolTipRole);
   }
-  layout->addWidget(add_, 1);
+  layout->addWidget(add_);
   for (QPushButton* button : {remove_, not_, and_, or_}) layout->addWidget(button);
   QObject::connect(add_, &QComboBox::activated, this, [this](int item) { add_kind(item); });
   QObject::connect(remove_, &QPushButton::clicked, this, [this] {
@@ -176,7 +184,7 @@ QWidget* PredicatePage::combination_row() {
 
 QWidget* PredicatePage::scribble_row() {
   auto* row = new QWidget(this);
-  auto* layout = row_of(row);
+  auto* layout = flow_of(row);
   const auto brush = [&](const char* name, const char* text, const char* accessible) {
     auto* made =
         small_button(QLatin1String(name), QLatin1String(text), QLatin1String(accessible), row);
@@ -192,7 +200,7 @@ QWidget* PredicatePage::scribble_row() {
   constexpr double kFirstRadiusMm = 1;
   radius_->setValue(kFirstRadiusMm);
   radius_->setSuffix(QStringLiteral(" mm"));
-  layout->addWidget(radius_, 1);
+  layout->addWidget(radius_);
   layout->addWidget(clear_);
   QObject::connect(radius_, &QDoubleSpinBox::valueChanged, this, [this] {
     if (brush_changed) brush_changed();
@@ -336,7 +344,9 @@ void PredicatePage::rebuild_parameters() {
   if (chosen) {
     const render::PredicateEntry& entry = editor_.model().entries[*chosen];
     wanted = render::editable_parameters(entry.expression);
-    wanted.push_back({"least", {"brightness", "1", 0, 1, 0}, entry.floor});
+    wanted.push_back({"least",
+                      {.name = "brightness", .unit = "1", .low = 0, .high = 1, .initial = 0},
+                      entry.floor});
   }
   if (!same_controls(wanted, shown_) || parameters_->widget() == nullptr) {
     numbers_.clear();

@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/window/rail.hpp"
 
-#include <QScrollArea>
+#include <QScrollBar>
 #include <QVBoxLayout>
+#include <algorithm>
 
 namespace nav::app {
 
@@ -26,6 +27,7 @@ QString mark_of(StepState state) {
 
 Rail::Rail(bool with_record, QWidget* parent) : QWidget(parent) {
   setObjectName(QStringLiteral("rail"));
+  setAccessibleName(QStringLiteral("Rail"));
   // A window that is too low for all buttons scrolls them, so that none lies over another.
   auto* scroll = new QScrollArea(this);
   scroll->setObjectName(QStringLiteral("rail-scroll"));
@@ -60,12 +62,11 @@ Rail::Rail(bool with_record, QWidget* parent) : QWidget(parent) {
     label(i);
   }
   column->addStretch(1);
-  if (with_record) {
-    record_ = button(QStringLiteral("record"), QStringLiteral("Record"));
-    QObject::connect(record_, &QPushButton::clicked, this, [this] {
-      if (record) record();
-    });
-  }
+  record_ = button(QStringLiteral("record"), QStringLiteral("Record"));
+  QObject::connect(record_, &QPushButton::clicked, this, [this] {
+    if (record) record();
+  });
+  can_record(with_record);
   freeze_ = button(QStringLiteral("freeze"), QStringLiteral("Freeze"));
   snapshot_ = button(QStringLiteral("snapshot"), QStringLiteral("Snapshot"));
   snapshot_->setText(QStringLiteral("Snapshot  (S)"));
@@ -78,6 +79,12 @@ Rail::Rail(bool with_record, QWidget* parent) : QWidget(parent) {
   set_frozen(false);
   set_recording(false);
   scroll->setWidget(page);
+  scroll_ = scroll;
+}
+
+int Rail::wanted_width() const {
+  return std::max(kLeastWidth, scroll_->widget()->minimumSizeHint().width() +
+                                   scroll_->verticalScrollBar()->sizeHint().width());
 }
 
 void Rail::label(int step) {
@@ -96,7 +103,6 @@ void Rail::set_step(int step, StepState state) {
 void Rail::choose(int step) { steps_[index(step)]->setChecked(true); }
 
 void Rail::set_recording(bool recording) {
-  if (record_ == nullptr) return;
   record_->setText(recording ? QStringLiteral("● Stop recording\n(Ctrl+R)")
                              : QStringLiteral("Record  (Ctrl+R)"));
 }

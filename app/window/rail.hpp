@@ -3,6 +3,7 @@
 #pragma once
 
 #include <QPushButton>
+#include <QScrollArea>
 #include <QWidget>
 #include <array>
 #include <functional>
@@ -22,14 +23,18 @@ extern const std::array<const char*, kStepCount> kStepNames;
 /// Snapshot.
 class Rail final : public QWidget {
  public:
-  static constexpr int kWidth = 190;
+  static constexpr int kLeastWidth = 190;
 
-  /// with_record: the session has devices that can be recorded.
+  /// with_record: can_record().
   Rail(bool with_record, QWidget* parent);
+  /// The session has devices that can be recorded: shows the button.
+  void can_record(bool can) { record_->setVisible(can); }
+  /// Width at which no text of the buttons is cut.
+  [[nodiscard]] int wanted_width() const;
   void set_step(int step, StepState state);
   void choose(int step);
   void set_frozen(bool frozen);
-  /// True: devices are recorded now. Has no effect without the button.
+  /// True: devices are recorded now.
   void set_recording(bool recording);
   [[nodiscard]] StepState step(int step) const { return states_.at(index(step)); }
 
@@ -40,9 +45,10 @@ class Rail final : public QWidget {
   static std::size_t index(int step) { return static_cast<std::size_t>(step); }
   void label(int step);
 
+  QScrollArea* scroll_;
   std::array<QPushButton*, kStepCount> steps_{};
   std::array<StepState, kStepCount> states_{};
-  QPushButton* record_ = nullptr;  ///< Null: no devices to record.
+  QPushButton* record_;
   QPushButton* freeze_;
   QPushButton* snapshot_;
 };

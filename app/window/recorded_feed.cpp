@@ -49,6 +49,7 @@ class RecordedFeed final : public Feed {
   }
   [[nodiscard]] session::Session& session() override { return session_.session(); }
   [[nodiscard]] PlacedView& view() override { return view_; }
+  [[nodiscard]] std::string reference_frame() override { return session_.reference_frame(); }
   [[nodiscard]] std::string kind() const override { return "RECORDING"; }
   [[nodiscard]] std::string ended() const override { return "the recording has ended"; }
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> facts() override {
@@ -69,12 +70,12 @@ class RecordedFeed final : public Feed {
   session::Session::Listener listener() {
     return placing_listener(
         view_, session_.session(), failure_,
-        [this](const UltrasoundFrame& image) { return session::recording_read(session_, image); });
+        [this](const UltrasoundImage& image) { return session::recording_read(session_, image); });
   }
   void begin() {
     // Its placement was decided by the first image of the first round.
     if (const auto& placement = view_.placement()) session_.set_placement(placement->placement);
-    if (config_.plan) session_.navigator().set_plan(*config_.plan);
+    if (view_.plan()) session_.navigator().set_plan(*view_.plan());
     by_period_ = false;
     driver_.emplace(session_.session(), session::RefreshRule{}, listener());
   }

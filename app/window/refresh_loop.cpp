@@ -20,8 +20,6 @@ auto poster(Mailbox<T>& box, RefreshLoop& loop) {
   };
 }
 
-bool is_shown(const QWidget* widget) { return !widget->isHidden(); }
-
 /// Sentence about a recording; empty while there is none.
 QString words_of(const RecordingStatus& recording, Timestamp now) {
   const QString file = QString::fromStdString(recording.path.filename().string());
@@ -65,11 +63,22 @@ RefreshLoop::RefreshLoop(const Options& options, const Clock& clock, Console& co
           options.engine, options.config.output.threads, clock, console,
           {poster(scenes_, *this), poster(scene_failures_, *this), poster(looks_, *this)}),
       session_(options.config, options.loop, clock, console,
-               {poster(moments_, *this), poster(news_box_, *this), poster(recording_box_, *this)}) {
-  if (!has_session_) news_.words = "no session: sonde window SESSION, or --simulated";
+               {poster(moments_, *this), poster(news_box_, *this), poster(recording_box_, *this),
+                poster(job_box_, *this),
+                // Each counts: a mailbox would keep the newest only.
+                [this](session::PressedButton press) {
+                  QMetaObject::invokeMethod(
+                      this,
+                      [this, press = std::move(press)] {
+                        if (pressed) pressed(press);
+                      },
+                      Qt::QueuedConnection);
+                }}) {
+  if (!has_session_)
+    news_.words = "no session: open a CT (step 1, Patient), or start with a SESSION or --simulated";
   views_.scene->moved = [this](const render::CameraMovement& movement) { move_camera(movement); };
-  views_.scene->resized = [this] { order_pictures(); };
-  views_.scene->looked_at = [this](const Picture& seen, int x, int y) {
+  views_.scene->resized = [this] { order_images(); };
+  views_.scene->looked_at = [this](const ViewImage& seen, int x, int y) {
     scene_engine_.look({{.moment = seen.moment,
                          .camera = seen.camera,
                          .size = {seen.image.width(), seen.image.height()},
@@ -81,8 +90,8 @@ RefreshLoop::RefreshLoop(const Options& options, const Clock& clock, Console& co
     if (const auto now = camera()) set_camera(render::seen_from(*now, side));
   };
   for (const ViewId id : kFlatViews) {
-    views_.flat[id]->resized = [this] { order_pictures(); };
-    views_.flat[id]->moved = [this](ViewId view, const SliceInput& input, const Picture& seen) {
+    views_.flat[id]->resized = [this] { order_images(); };
+    views_.flat[id]->moved = [this](ViewId view, const SliceInput& input, const ViewImage& seen) {
       move_slices(view, input, seen);
     };
   }
@@ -91,27 +100,30 @@ RefreshLoop::RefreshLoop(const Options& options, const Clock& clock, Console& co
 
 void RefreshLoop::measure_painting() {
   for (const ViewId id : kFlatViews) {
-    views_.flat[id]->painted = [this, id](const Picture& picture, double ms) {
+    views_.flat[id]->painted = [this, id](const ViewImage& view_image, double ms) {
       report_.paint(ms);
-      report_.convert(picture.convert_ms);
-      report_.draw(cost_name(id), picture.draw_ms);
-      if (slices_asked_ && picture.asked >= slices_.number()) {
+      report_.convert(view_image.convert_ms);
+      report_.draw(cost_name(id), view_image.draw_ms);
+      if (slices_asked_ && view_image.asked >= slices_.number()) {
         report_.input_to_paint(1e3 * to_seconds(clock_.now() - *slices_asked_));
         slices_asked_.reset();
       }
       if (id != ViewId::kUltrasound) return;
-      const Moment& moment = *picture.moment;
+      const Moment& moment = *view_image.moment;
       if (!moment.acquired || !moment.epoch.frame || frozen_) return;
       const std::uint64_t image = moment.epoch.frame->frame.sequence + 1;
       if (image == std::exchange(latency_of_, image)) return;
       report_.latency(1e3 * to_seconds(clock_.now() - *moment.acquired));
     };
   }
-  views_.scene->painted = [this](const Picture& picture, double ms) {
+  views_.scene->painted = [this](const ViewImage& view_image, double ms) {
     report_.paint(ms);
-    report_.convert(picture.convert_ms);
-    report_.draw(picture.refined ? "scene, full" : "scene, coarse", picture.draw_ms);
-    if (!camera_asked_ || picture.asked < camera_number_) return;
+    report_.convert(view_image.convert_ms);
+    report_.draw(view_image.refined ? "scene, full" : "scene, coarse", view_image.draw_ms);
+    if (!view_image.refined) {
+      report_.draw("scene, 1/" + std::to_string(view_image.factor), view_image.draw_ms);
+    }
+    if (!camera_asked_ || view_image.asked < camera_number_) return;
     report_.input_to_paint(1e3 * to_seconds(clock_.now() - *camera_asked_));
     camera_asked_.reset();
   };
@@ -160,43 +172,73 @@ void RefreshLoop::scene_changed() {
 
 void RefreshLoop::show_ultrasound_slices(bool shown) {
   slices_.show_ultrasound(shown);
-  order_pictures();
+  order_images();
 }
 
 void RefreshLoop::order_scene(const SharedMoment& moment) {
-  if (!is_shown(views_.scene)) return;
+  if (!is_drawn(ViewId::kScene)) return;
   scene_engine_.draw({moment, camera_, views_.scene->pixel_size(), camera_number_, frozen(),
                       slices_.settings().cursor, edits_});
 }
 
-void RefreshLoop::move_slices(ViewId id, const SliceInput& input, const Picture& seen) {
+void RefreshLoop::move_slices(ViewId id, const SliceInput& input, const ViewImage& seen) {
   if (!slices_.apply(id, input, seen)) return;
   if (!slices_asked_) slices_asked_ = clock_.now();
-  order_pictures();
+  order_images();
+}
+
+void RefreshLoop::open(const SessionConfig& config) {
+  has_session_ = true;
+  session_.open(config);
+}
+
+void RefreshLoop::show_job(const JobNews& news) {
+  job_ = news;
+  if (changed) changed();
+}
+
+void RefreshLoop::set_overlay(const CtOverlay& overlay) {
+  slices_.set_overlay(overlay);
+  order_images();
+}
+
+void RefreshLoop::set_slices(const SliceSettings& settings) {
+  slices_.restore(settings);
+  order_images();
 }
 
 void RefreshLoop::reset_slices() {
   slices_.reset();
-  order_pictures();
+  order_images();
+}
+
+bool RefreshLoop::is_drawn(ViewId id) const {
+  const ViewWidget* view =
+      id == ViewId::kScene ? static_cast<const ViewWidget*>(views_.scene) : views_.flat[id];
+  return !view->isHidden() || mirrored_[id];
+}
+
+void RefreshLoop::set_mirrored(const PerView<bool>& views) {
+  if (std::exchange(mirrored_, views).all != views.all) views_changed();
 }
 
 void RefreshLoop::views_changed() {
-  const bool scene = is_shown(views_.scene);
+  const bool scene = is_drawn(ViewId::kScene);
   assembler_.expect_scene(scene);
   if (!scene) {
-    views_.scene->clear_picture();
+    views_.scene->clear_image();
     scene_moment_.reset();
   }
   for (const ViewId id : kFlatViews) {
-    if (!is_shown(views_.flat[id])) views_.flat[id]->clear_picture();
+    if (!is_drawn(id)) views_.flat[id]->clear_image();
   }
-  order_pictures();
+  order_images();
 }
 
 void RefreshLoop::reset_camera() {
   camera_.reset();
   ++camera_number_;
-  order_pictures();
+  order_images();
 }
 
 void RefreshLoop::set_frozen(bool frozen) {
@@ -208,11 +250,11 @@ void RefreshLoop::set_frozen(bool frozen) {
     views_.scene->set_frozen(std::nullopt);
     for (const ViewId id : kFlatViews) views_.flat[id]->set_frozen(std::nullopt);
   }
-  order_pictures();
+  order_images();
   tick();
 }
 
-void RefreshLoop::order_pictures() {
+void RefreshLoop::order_images() {
   const SharedMoment moment = wanted();
   if (!moment) return;
   FlatEngine::Order order{.moment = moment,
@@ -221,7 +263,7 @@ void RefreshLoop::order_pictures() {
                           .number = slices_.number()};
   for (const ViewId id : kFlatViews) {
     const FlatWidget& view = *views_.flat[id];
-    order.sizes[id] = is_shown(&view) ? view.pixel_size() : PixelSize{0, 0};
+    order.sizes[id] = is_drawn(id) ? view.pixel_size() : PixelSize{0, 0};
   }
   flat_engine_.draw(std::move(order));
   order_scene(moment);
@@ -252,7 +294,11 @@ void RefreshLoop::take_all() {
     recording_ = std::move(*recording);
     if (changed) changed();
   }
-  if (const auto look = looks_.take(); look && *look && camera()) {
+  if (auto job = job_box_.take()) {
+    job_ = std::move(*job);
+    if (changed) changed();
+  }
+  if (const auto look = looks_.take(); look && *look && camera() && !(looked && looked(**look))) {
     set_camera(render::looking_at(*camera(), **look));
   }
   if (auto failure = scene_failures_.take()) failures_.scene = std::move(*failure);
@@ -261,10 +307,10 @@ void RefreshLoop::take_all() {
   if (auto moment = moments_.take()) {
     newest_ = std::move(*moment);
     for (const InputStatus& input : newest_->inputs) report_.state(to_seconds(now), input);
-    if (!frozen_) order_pictures();
+    if (!frozen_) order_images();
   }
-  const auto fits = [this](const auto& picture) {
-    return !frozen_ || picture.moment->number == frozen_->moment->number;
+  const auto fits = [this](const auto& view_image) {
+    return !frozen_ || view_image.moment->number == frozen_->moment->number;
   };
   if (auto flat = flats_.take(); flat && fits(*flat)) {
     assembler_.add(std::move(*flat), now);
@@ -279,18 +325,18 @@ void RefreshLoop::show(Assembled shown) {
   if (shown.flat) {
     flat_moment_ = shown.flat->moment;
     for (const ViewId id : kFlatViews) {
-      auto& picture = shown.flat->views[id];
+      auto& view_image = shown.flat->views[id];
       // A view that has just come to the screen was not ordered yet: it waits for its image.
-      if (picture && is_shown(views_.flat[id])) {
-        views_.flat[id]->set_picture(*std::move(picture));
+      if (view_image && is_drawn(id)) {
+        views_.flat[id]->set_view_image(*std::move(view_image));
       } else {
-        views_.flat[id]->clear_picture();
+        views_.flat[id]->clear_image();
       }
     }
   }
   if (shown.scene) {
     scene_moment_ = shown.scene->moment;
-    views_.scene->set_picture(std::move(*shown.scene));
+    views_.scene->set_view_image(std::move(*shown.scene));
   }
 }
 
@@ -300,7 +346,7 @@ void RefreshLoop::tick() {
   const bool refreshed = shown.flat.has_value() || shown.scene.has_value();
   show(std::move(shown));
   const Timestamp now = clock_.now();
-  judgement_ = judge(newest_, flat_moment_, scene_moment_, failures_, now);
+  judgement_ = judge(newest_, flat_moment_, scene_moment_, failures_, now, structures_);
   if (!newest_) {
     for (ViewJudgement* view : {&judgement_.ultrasound, &judgement_.ct, &judgement_.scene,
                                 &judgement_.slices, &judgement_.needle, &judgement_.bullseye}) {
@@ -319,8 +365,8 @@ void RefreshLoop::tick() {
 /// Each view keeps the moment that it shows; one that differs has to be marked or covered.
 bool RefreshLoop::views_agree() const {
   for (const ViewId id : kFlatViews) {
-    const auto& picture = views_.flat[id]->picture();
-    if (picture && picture->moment->number != flat_moment_->number) return false;
+    const auto& view_image = views_.flat[id]->view_image();
+    if (view_image && view_image->moment->number != flat_moment_->number) return false;
   }
   if (!scene_moment_ || scene_moment_->number == flat_moment_->number) return true;
   const Judgement& j = judgement_;
@@ -336,9 +382,9 @@ void RefreshLoop::judge_frozen(Judgement& shown, Timestamp now) {
   shown.scene.safety = frozen;
   views_.scene->set_frozen(seconds);
   for (const ViewId id : kFlatViews) {
-    const auto& picture = views_.flat[id]->picture();
+    const auto& view_image = views_.flat[id]->view_image();
     ViewJudgement& view = judgement_of(shown, id);
-    view.covered = !picture || (!picture->plane && !picture->slice);
+    view.covered = !view_image || (!view_image->plane && !view_image->slice);
     view.late = false;
     view.headline = "NOTHING TO SHOW";
     view.safety = frozen;
@@ -347,6 +393,7 @@ void RefreshLoop::judge_frozen(Judgement& shown, Timestamp now) {
     views_.flat[id]->set_frozen(seconds);
   }
   shown.guidance.reset();
+  shown.nearest.reset();
   shown.withdrawn = frozen.cause;
 }
 
@@ -361,12 +408,17 @@ void RefreshLoop::apply(const Judgement& judgement, Timestamp now) {
     }
   }
   views_.scene->set_judgement(shown.scene, kind);
-  views_.numerals->show_numbers(shown.guidance, shown.error, shown.withdrawn);
+  views_.numerals->show_numbers(shown.guidance, shown.error, shown.withdrawn, shown.nearest);
   QString notice;
   if (!newest_) {
     notice = QString::fromStdString(news_.words);
   } else {
     notice = QString::fromStdString(!newest_->notice.empty() ? newest_->notice : newest_->warning);
+  }
+  if (job_.stage == JobNews::Stage::kRunning) {
+    QString job = theme::plain(job_.words);
+    if (job_.share) job += QStringLiteral(" %1 %").arg(std::lround(100 * *job_.share));
+    notice = notice.isEmpty() ? job : job + QStringLiteral("; ") + notice;
   }
   const QString recording = words_of(recording_, now);
   if (!recording.isEmpty()) {
@@ -397,8 +449,10 @@ void RefreshLoop::complete(io::Json& report) const {
                           {"3D view", scene_engine_.superseded()},
                           {"flat views", flat_engine_.superseded()},
                           {"pictures", assembler_.superseded()}};
+  report["interrupted"] = scene_engine_.interrupted();
   report["ledger"] = session_.ledger();
   report["recordings"] = session_.recordings();
+  report["buttons"] = session_.presses();
 }
 
 }  // namespace nav::app

@@ -38,6 +38,11 @@ void apply_edits_to(const SceneEdits& edits, render::Scene& scene) {
       scene.ultrasound->predicates = std::move(predicates);
     }
   }
+  constexpr double kFaint = 0.5;
+  const Eigen::Vector3d violet(0.75, 0.45, 1.0);
+  for (const auto& one : edits.structures) {
+    scene.spheres.push_back({one.centre_ct, one.radius_mm, violet, kFaint});
+  }
   if (edits.transfer) scene.transfer = *edits.transfer;
   if (edits.emphasis) scene.shading.emphasis = *edits.emphasis;
   if (edits.style) scene.shading.style = *edits.style;

@@ -4,9 +4,11 @@
 
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "render/predicates/volume_scene.hpp"
 #include "render/scene.hpp"
+#include "session/critical_structures.hpp"
 
 namespace nav::app {
 
@@ -27,6 +29,7 @@ struct SceneEdits {
   std::optional<CutawayEdit> cutaway{};
   std::optional<double> emphasis{};  ///< E of Burns et al. 2007 §3.2, [0, 1].
   std::optional<render::ShadingStyle> style{};
+  std::vector<session::CriticalStructure::Sphere> structures{};  ///< Drawn as faint spheres.
 };
 
 /// Puts the changes into a scene of the session. Predicates of a needle that the scene does not

@@ -12,8 +12,8 @@
 namespace nav::app {
 namespace {
 
-/// Time of one image while ultrasound is live, s.
-constexpr double kLiveBudget = 0.020;
+/// Time of one image while only the user moves something, s.
+constexpr double kBudget = 0.020;
 /// Time without a change after which a live image would be drawn in full: never.
 constexpr double kNeverRefine = 1e9;
 constexpr auto kLookForOrders = std::chrono::milliseconds(20);
@@ -75,9 +75,43 @@ void SceneEngine::start() {
 }
 
 void SceneEngine::stop() {
+  stopping_ = true;
   thread_.request_stop();
   orders_.close();
   if (thread_.joinable()) thread_.join();
+}
+
+void SceneEngine::draw(Order order) {
+  orders_.put(order);
+  compare(order);
+}
+
+void SceneEngine::look(Look look) {
+  looks_.put(std::move(look));
+  newer_ = render::SceneChange::kView;
+}
+
+render::SceneChange SceneEngine::newer() const {
+  return stopping_ ? render::SceneChange::kView : newer_.load();
+}
+
+/// Finds how an order differs from what is being drawn.
+void SceneEngine::compare(const Order& newer) {
+  const std::lock_guard lock(drawing_mutex_);
+  if (drawing_ != nullptr) newer_ = change_between(*drawing_, scene_of(newer));
+}
+
+void SceneEngine::begin_drawing(const render::Scene& scene) {
+  {
+    const std::lock_guard lock(drawing_mutex_);
+    drawing_ = &scene;
+    newer_ = render::SceneChange::kNothing;
+  }
+  // Orders that came before this are compared now.
+  std::optional<Order> waiting;
+  orders_.peek([&](const Order& order) { waiting = order; });
+  if (waiting) compare(*waiting);
+  looks_.peek([this](const Look&) { newer_ = render::SceneChange::kView; });
 }
 
 std::pair<std::string, std::string> SceneEngine::engine() const {
@@ -92,9 +126,18 @@ void SceneEngine::run(const std::stop_token& stop) {
     const std::lock_guard lock(mutex_);
     engine_ = {(*engine)->name(), (*engine)->device()};
   }
-  render::ProgressiveRenderer live(**engine,
-                                   {.budget_s = kLiveBudget, .refine_after_s = kNeverRefine});
-  render::ProgressiveRenderer resting(**engine, {.budget_s = kLiveBudget});
+  // A graphics card needs no second one: it has memory and time enough.
+  std::unique_ptr<render::Engine> second;
+  std::optional<render::CoarseEngine> coarse;
+  if ((*engine)->name() == "cpu") {
+    auto made = make_engine("cpu", threads_, console_);
+    if (!made) return hears_.failed(made.error().message);
+    second = *std::move(made);
+    coarse.emplace(render::CoarseEngine{*second});
+  }
+  render::CoarseEngine* const for_coarse = coarse ? &*coarse : nullptr;
+  render::ProgressiveRenderer live(**engine, {.refine_after_s = kNeverRefine}, for_coarse);
+  render::ProgressiveRenderer resting(**engine, {.budget_s = kBudget}, for_coarse);
   const auto renderer_of = [&](const Order& order) -> render::ProgressiveRenderer& {
     const Moment& moment = *order.moment;
     if (order.frozen || !moment.notice.empty() || !moment.acquired) return resting;
@@ -102,9 +145,12 @@ void SceneEngine::run(const std::stop_token& stop) {
     return shows_live(moment.epoch) || expected ? live : resting;
   };
   render::ProgressiveRenderer* drew = nullptr;
+  bool given_up = false;
   std::optional<Order> last;
   while (!stop.stop_requested()) {
-    auto order = orders_.wait(last ? Duration(kLookForOrders) : Duration(std::chrono::seconds(1)));
+    auto order = given_up ? orders_.take()
+                          : orders_.wait(last ? Duration(kLookForOrders)
+                                              : Duration(std::chrono::seconds(1)));
     if (const auto ns = hang_ns_.exchange(0); ns > 0) {
       std::this_thread::sleep_for(std::chrono::nanoseconds(ns));
     }
@@ -114,11 +160,18 @@ void SceneEngine::run(const std::stop_token& stop) {
     if (!last) continue;
     render::ProgressiveRenderer& renderer = renderer_of(*last);
     const bool rests = drew != &renderer || renderer.wants_refinement(clock_.now());
-    if (!ordered && !rests) continue;
+    if (!ordered && !rests && !given_up) continue;
     drew = &renderer;
-    auto picture = draw_now(*last, renderer);
-    if (!picture) return hears_.failed(picture.error().message);
-    hears_.done(*std::move(picture));
+    live_budget_.ordered(last->moment->number, last->moment->published);
+    live.set_budget(live_budget_.budget_s());
+    auto view_image = draw_now(*last, renderer);
+    given_up = !view_image && view_image.error().code == ErrorCode::kCancelled;
+    if (given_up) {
+      ++interrupted_;
+      continue;
+    }
+    if (!view_image) return hears_.failed(view_image.error().message);
+    hears_.done(*std::move(view_image));
   }
 }
 
@@ -139,22 +192,29 @@ void SceneEngine::look_now() {
   hears_.looked(point ? *point : std::nullopt);
 }
 
-Result<Picture> SceneEngine::draw_now(const Order& order, render::ProgressiveRenderer& renderer) {
+Result<ViewImage> SceneEngine::draw_now(const Order& order, render::ProgressiveRenderer& renderer) {
   const render::Scene scene = scene_of(order);
   const auto start = std::chrono::steady_clock::now();
-  auto drawn = renderer.draw(scene, clock_.now());
+  begin_drawing(scene);
+  auto drawn = renderer.draw_small(scene, clock_.now(), [this] { return newer(); });
+  {
+    const std::lock_guard lock(drawing_mutex_);
+    drawing_ = nullptr;
+  }
   if (!drawn) return drawn.error();
   const double draw_ms = 1e3 * seconds_since(start);
   const auto converting = std::chrono::steady_clock::now();
-  Picture picture{.moment = order.moment,
-                  .image = to_rgb32(drawn->image.pixels),
-                  .camera = scene.camera,
-                  .refined = drawn->refined,
-                  .asked = order.number};
-  draw_heartbeat(picture.image, ++beat_);
-  picture.draw_ms = draw_ms;
-  picture.convert_ms = 1e3 * seconds_since(converting);
-  return picture;
+  ViewImage view_image{.moment = order.moment,
+                       .image = to_rgb32(drawn->image.pixels, order.size),
+                       .camera = scene.camera,
+                       .refined = drawn->refined,
+                       .factor = drawn->factor,
+                       .asked = order.number};
+  draw_heartbeat(view_image.image, ++beat_);
+  view_image.draw_ms = draw_ms;
+  view_image.convert_ms = 1e3 * seconds_since(converting);
+  live_budget_.drawn(drawn->image.statistics.cast_s, seconds_since(start));
+  return view_image;
 }
 
 }  // namespace nav::app

@@ -36,7 +36,6 @@ SceneWidget::SceneWidget(const QString& name, const QString& title, QWidget* par
   for (const Side& side : kSides) {
     auto* button = small_button(QLatin1String(side.name), QLatin1String(side.letter),
                                 QLatin1String(side.accessible), this);
-    button->setFixedSize(kSideButton, kSideButton);
     QObject::connect(button, &QPushButton::clicked, this, [this, from = side.from] {
       if (seen_from) seen_from(from);
     });
@@ -46,35 +45,47 @@ SceneWidget::SceneWidget(const QString& name, const QString& title, QWidget* par
 
 /// At the lower left, beside the letter in the middle of the edge: one row, two where the view is
 /// narrow, none in a view without space.
-void SceneWidget::resizeEvent(QResizeEvent* event) {
+void SceneWidget::place_sides() {
   constexpr int kGap = 4;
   constexpr int kLeastHeight = 200;
   constexpr int kEdge = 8;
   constexpr int kLetter = 40;
-  constexpr int kPitch = kSideButton + kGap;
+  int side = theme::scaled(kSideButton);
+  for (const QPushButton* button : sides_) side = std::max(side, button->sizeHint().width());
+  const int pitch = side + kGap;
   const int space = width() / 2 - kLetter;
   const auto count = static_cast<int>(sides_.size());
-  const int columns = space > count * kPitch ? count : (count + 1) / 2;
+  const int columns = space > count * pitch ? count : (count + 1) / 2;
   const int rows = (count + columns - 1) / columns;
-  const bool fits = space > columns * kPitch && height() >= kLeastHeight;
+  const bool fits = space > columns * pitch && height() >= kLeastHeight;
   for (int i = 0; i < count; ++i) {
     QPushButton* button = sides_[static_cast<std::size_t>(i)];
     button->setVisible(fits);
-    button->move(kEdge + i % columns * kPitch,
-                 height() - kEdge + kGap - (rows - i / columns) * kPitch);
+    button->setGeometry(kEdge + i % columns * pitch,
+                        height() - kEdge + kGap - (rows - i / columns) * pitch, side, side);
   }
+}
+
+void SceneWidget::resizeEvent(QResizeEvent* event) {
+  place_sides();
   ViewWidget::resizeEvent(event);
 }
 
 void SceneWidget::mouseDoubleClickEvent(QMouseEvent* event) {
-  if (event->button() != Qt::LeftButton || !looked_at || !picture() || judgement().covered) return;
-  const QImage& image = picture()->image;
-  const QPointF at = event->position() * image.devicePixelRatio();
-  looked_at(*picture(), static_cast<int>(std::floor(at.x())), static_cast<int>(std::floor(at.y())));
+  if (event->button() == Qt::LeftButton) look(event->position());
+}
+
+void SceneWidget::look(const QPointF& position) {
+  if (!looked_at || !view_image() || judgement().covered) return;
+  const QImage& image = view_image()->image;
+  const QPointF at = position * image.devicePixelRatio();
+  looked_at(*view_image(), static_cast<int>(std::floor(at.x())),
+            static_cast<int>(std::floor(at.y())));
 }
 
 void SceneWidget::mousePressEvent(QMouseEvent* event) {
   if (button_ != Qt::NoButton) return;
+  if (event->button() == Qt::LeftButton && has_mode()) return look(event->position());
   button_ = event->button();
   last_ = event->position();
 }
@@ -108,8 +119,8 @@ void SceneWidget::wheelEvent(QWheelEvent* event) {
   event->accept();
 }
 
-void SceneWidget::paint_marks(QPainter& painter, const Picture& picture) {
-  const ViewLetters letters = view_letters(picture.camera);
+void SceneWidget::paint_marks(QPainter& painter, const ViewImage& view_image) {
+  const ViewLetters letters = view_letters(view_image.camera);
   const QFont font = theme::font(18, true);
   const QFontMetricsF metrics(font);
   const auto letter = [&](double x, double y, const std::string& words) {

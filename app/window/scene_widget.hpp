@@ -18,11 +18,14 @@ class SceneWidget final : public ViewWidget {
   SceneWidget(const QString& name, const QString& title, QWidget* parent);
 
   /// Called for a double click, with the image that the user sees and a pixel of it.
-  std::function<void(const Picture&, int x, int y)> looked_at;
+  std::function<void(const ViewImage&, int x, int y)> looked_at;
   /// Called by the buttons of the sides of the patient.
   std::function<void(render::ViewFrom)> seen_from;
   /// Called for every movement of the camera.
   std::function<void(const render::CameraMovement&)> moved;
+
+  /// Puts the buttons of the sides where they have space, in the size of their texts.
+  void place_sides();
 
  protected:
   void mousePressEvent(QMouseEvent* event) override;
@@ -33,7 +36,9 @@ class SceneWidget final : public ViewWidget {
   void resizeEvent(QResizeEvent* event) override;
 
  private:
-  void paint_marks(QPainter& painter, const Picture& picture) override;
+  void paint_marks(QPainter& painter, const ViewImage& view_image) override;
+  /// Asks for the point that a position of the view shows.
+  void look(const QPointF& position);
 
   std::vector<QPushButton*> sides_;
   QPointF last_;

@@ -8,6 +8,8 @@
 #include <QWheelEvent>
 #include <cmath>
 
+#include "app/window/window_controls.hpp"
+#include "io/atomic_file.hpp"
 #include "io/digest.hpp"
 
 namespace nav::app {
@@ -86,6 +88,7 @@ Result<bool> ScriptPlayer::play(const ScriptLine& line) {
   if (line.command == "drag") return once(drag(line));
   if (line.command == "choose") return once(choose(line));
   if (line.command == "set") return once(set(line));
+  if (line.command == "type") return once(type(line));
   if (line.command == "stroke") {
     // A brush that has just been taken up waits for the slices of the 3D ultrasound.
     constexpr double kMostWaitS = 5;
@@ -98,6 +101,12 @@ Result<bool> ScriptPlayer::play(const ScriptLine& line) {
   }
   if (line.command == "wheel") return once(wheel(line));
   if (line.command == "shot") return once(shoot(line.words[0]));
+  if (line.command == "controls") return once(list_controls(line.words[0]));
+  if (line.command == "lengthen") {
+    lengthen_texts(window_);
+    window_.show_control(nullptr);
+    return true;
+  }
   if (line.command == "resize") {
     const auto width = script_number(line.words[0], 1, 7680);
     if (!width) return width.error();
@@ -148,6 +157,7 @@ Result<QWidget*> ScriptPlayer::control(const std::string& name) {
   if (found == nullptr) return cannot("expected a control's name, found '" + name + "'");
   if (!found->isVisible()) return cannot("'" + name + "' is not visible");
   if (!found->isEnabled()) return cannot("'" + name + "' is disabled");
+  window_.show_control(found);
   return found;
 }
 
@@ -207,6 +217,16 @@ Result<void> ScriptPlayer::hover(const ScriptLine& line) {
   QEnterEvent enter(centre, centre, (*found)->mapToGlobal(centre));
   QApplication::sendEvent(*found, &enter);
   return {};
+}
+
+/// Makes the list of controls of a page anew.
+Result<void> ScriptPlayer::list_controls(const std::string& path) {
+  constexpr std::size_t kLargestPage = 1 << 24;
+  const auto page = io::read_file(path, kLargestPage);
+  if (!page) return page.error();
+  const auto text = with_controls(*page, controls_of(window_));
+  if (!text) return cannot(path + ": " + text.error().message);
+  return io::write_file(path, *text);
 }
 
 Result<void> ScriptPlayer::press(const std::string& key) {
@@ -269,14 +289,14 @@ Result<void> ScriptPlayer::stroke(const ScriptLine& line) {
     return cannot("'scribble-" + paint + "' is not visible or disabled: open the predicates first");
   }
   if (!brush->isChecked()) brush->click();
-  const auto& picture = view->picture();
-  if (!picture || !picture->slice || !picture->of_ultrasound) {
+  const auto& view_image = view->view_image();
+  if (!view_image || !view_image->slice || !view_image->of_ultrasound) {
     return Error{ErrorCode::kUnavailable, "the slice does not show the 3D ultrasound yet"};
   }
-  const double ratio = picture->image.devicePixelRatio();
-  const Eigen::Vector3d cursor = picture->slice->pixel_of(picture->cursor);
+  const double ratio = view_image->image.devicePixelRatio();
+  const Eigen::Vector3d cursor = view_image->slice->pixel_of(view_image->cursor);
   const auto pixel = [&](const QPointF& mm) {
-    const double scale = 1 / picture->slice->mm_per_px;
+    const double scale = 1 / view_image->slice->mm_per_px;
     return QPointF((cursor.x() + scale * mm.x() + 0.5) / ratio,
                    (cursor.y() + scale * mm.y() + 0.5) / ratio);
   };
@@ -329,6 +349,23 @@ Result<void> ScriptPlayer::set(const ScriptLine& line) {
   const auto value = script_number(line.words[1], number->minimum(), number->maximum());
   if (!value) return value.error();
   number->setValue(*value);
+  return {};
+}
+
+/// Replaces the text of a field by keys; spaces between words are single.
+Result<void> ScriptPlayer::type(const ScriptLine& line) {
+  const auto found = control(line.words[0]);
+  if (!found) return found.error();
+  auto* field = qobject_cast<QLineEdit*>(*found);
+  if (field == nullptr) return cannot("expected a text field, found '" + line.words[0] + "'");
+  std::string text;
+  for (std::size_t i = 1; i < line.words.size(); ++i) text += (i > 1 ? " " : "") + line.words[i];
+  field->setFocus();
+  field->clear();
+  for (const QChar letter : QString::fromStdString(text)) {
+    QKeyEvent event(QEvent::KeyPress, Qt::Key_unknown, Qt::NoModifier, QString(letter));
+    QApplication::sendEvent(field, &event);
+  }
   return {};
 }
 

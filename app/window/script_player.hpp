@@ -34,12 +34,14 @@ class ScriptPlayer {
   Result<void> click(const ScriptLine& line);
   Result<void> double_click(const ScriptLine& line);
   Result<void> hover(const ScriptLine& line);
+  Result<void> list_controls(const std::string& path);
   Result<void> press(const std::string& key);
   Result<void> drag(const ScriptLine& line);
   Result<void> drag_bar(const ScriptLine& line);
   Result<void> stroke(const ScriptLine& line);
   Result<void> choose(const ScriptLine& line);
   Result<void> set(const ScriptLine& line);
+  Result<void> type(const ScriptLine& line);
   Result<void> wheel(const ScriptLine& line);
   Result<void> shoot(const std::string& name);
   /// Ends the script: reports the shots.

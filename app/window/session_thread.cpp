@@ -17,6 +17,8 @@ constexpr auto kLookAgain = std::chrono::milliseconds(10);
 /// Time between two moments in which only the needle moves.
 constexpr auto kMostSilence = std::chrono::milliseconds(50);
 constexpr double kMarkRadiusMm = 2;
+/// Time between two looks whether the window closes, while there is no session.
+constexpr auto kWaitForSession = std::chrono::milliseconds(50);
 
 /// The scene of an epoch, with the probe's marked side on the plane.
 std::shared_ptr<const render::Scene> scene_of(Feed& feed, const session::Epoch& epoch) {
@@ -68,25 +70,53 @@ SessionThread::SessionThread(SessionConfig config, bool loop, const Clock& clock
       loop_(loop),
       clock_(clock),
       console_(console),
-      hears_(std::move(hears)) {
-  // Only the scenes of the session's own presenter are used: it draws nothing.
-  config_.output.engine = "cpu";
-}
+      hears_(std::move(hears)) {}
 
-void SessionThread::start() {
-  thread_ = std::jthread([this](const std::stop_token& stop) {
+void SessionThread::begin_thread(bool from_config) {
+  thread_ = std::jthread([this, from_config](const std::stop_token& stop) {
     try {
-      run(stop);
+      run(stop, from_config);
     } catch (const std::exception& failure) {
       tell(SessionNews::Stage::kFailed, std::string("the session failed: ") + failure.what());
     }
   });
 }
 
+void SessionThread::start() { begin_thread(true); }
+
+void SessionThread::open(SessionConfig config) {
+  const std::uint64_t ticket = ++ticket_;
+  hears_.job({JobNews::Stage::kRunning, "open", "opening the session", {}});
+  openers_.emplace_back([this, ticket, wanted = std::move(config)] {
+    JobNews news{JobNews::Stage::kDone, "open", "the session is open", {}};
+    std::optional<Opened> made;
+    try {
+      auto next = opened(wanted);
+      if (next) {
+        made = *std::move(next);
+      } else {
+        news = {JobNews::Stage::kFailed, "open", next.error().message, {}};
+      }
+    } catch (const std::exception& failure) {
+      news = {JobNews::Stage::kFailed, "open", failure.what(), {}};
+    }
+    if (ticket != ticket_) return;  // Cancelled, or another was ordered.
+    if (made) next_.put(*std::move(made));
+    hears_.job(std::move(news));
+  });
+  if (!thread_.joinable()) begin_thread(false);
+}
+
+void SessionThread::cancel_opening() {
+  ++ticket_;
+  hears_.job({JobNews::Stage::kCancelled, "open", "opening was cancelled", {}});
+}
+
 void SessionThread::stop() {
   thread_.request_stop();
   faults_.close();
   if (thread_.joinable()) thread_.join();
+  openers_.clear();
 }
 
 void SessionThread::tell(SessionNews::Stage stage, std::string words, Feed* feed) {
@@ -95,36 +125,72 @@ void SessionThread::tell(SessionNews::Stage stage, std::string words, Feed* feed
        feed != nullptr ? feed->facts() : std::vector<std::pair<std::string, std::string>>()});
 }
 
-void SessionThread::run(const std::stop_token& stop) {
-  tell(SessionNews::Stage::kLoading, "loading the session");
-  auto feed = open_feed(config_, loop_, clock_, console_);
-  if (!feed) {
-    if (!config_.output.record.empty()) recorded_ = feed.error();  // Nothing was.
-    return tell(SessionNews::Stage::kFailed, feed.error().message);
+Result<SessionThread::Opened> SessionThread::opened(const SessionConfig& config) {
+  auto own = std::make_unique<SessionConfig>(config);
+  // Only the scenes of the session's own presenter are used: it draws nothing.
+  own->output.engine = "cpu";
+  auto feed = open_feed(*own, loop_, clock_, console_);
+  if (!feed) return feed.error();
+  return Opened{std::move(own), *std::move(feed)};
+}
+
+void SessionThread::run(const std::stop_token& stop, bool from_config) {
+  std::optional<Opened> now;
+  if (from_config) {
+    tell(SessionNews::Stage::kLoading, "loading the session");
+    auto first = opened(config_);
+    if (first) {
+      now = *std::move(first);
+    } else {
+      if (!config_.output.record.empty()) recorded_ = first.error();  // Nothing was.
+      tell(SessionNews::Stage::kFailed, first.error().message);
+    }
   }
-  tell(SessionNews::Stage::kRunning, "running", feed->get());
-  play(**feed, stop);
-  (*feed)->finish();
-  ledger_ = json_of((*feed)->session().navigator().ledger());
-  if (WindowRecorder* recorder = (*feed)->recorder()) {
+  while (!stop.stop_requested()) {
+    if (!now) now = next_.wait(kWaitForSession);
+    if (!now) continue;
+    config_ = *now->config;
+    ++session_;
+    counts_.reset();
+    looked_.reset();
+    plans_.take();
+    placements_.take();
+    structure_orders_.take();
+    structures_ = {};
+    tell(SessionNews::Stage::kRunning, "running", now->feed.get());
+    auto following = play(*now->feed, stop);
+    close(*now->feed);
+    now = std::move(following);
+  }
+}
+
+void SessionThread::close(Feed& feed) {
+  feed.finish();
+  presses_ = feed.presses();
+  ledger_ = json_of(feed.session().navigator().ledger());
+  if (WindowRecorder* recorder = feed.recorder()) {
     if (auto done = recorder->finish(); !done) recorded_ = done;
     recordings_ = recorder->json();
   }
-  if (const auto outcome = (*feed)->outcome(); recorded_ && !outcome) recorded_ = outcome;
+  if (const auto outcome = feed.outcome(); recorded_ && !outcome) recorded_ = outcome;
 }
 
-void SessionThread::play(Feed& feed, const std::stop_token& stop) {
+/// Plays until another session is there, which it returns, or until it is stopped.
+std::optional<SessionThread::Opened> SessionThread::play(Feed& feed, const std::stop_token& stop) {
   std::optional<session::Epoch> shown;
   std::string failure;
   bool placed = false;
   Timestamp looked{}, published{};
   while (!stop.stop_requested()) {
+    if (auto following = next_.take()) return following;
     obey(feed);
     obey_records(feed);
+    const bool changed = obey_user(feed);
     const Timestamp now = clock_.now();
     bool publish = false;
     if (failure.empty() && !feed.over()) {
       auto epoch = feed.next(now);
+      for (auto& press : feed.take_presses()) hears_.pressed(std::move(press));
       if (!epoch) {
         failure = epoch.error().message;
         tell(SessionNews::Stage::kFailed, failure, &feed);
@@ -136,6 +202,11 @@ void SessionThread::play(Feed& feed, const std::stop_token& stop) {
         shown = session::ended(*std::move(shown), failure.empty() ? feed.ended() : failure);
         publish = true;
       }
+    }
+    if (shown && !publish && changed) {
+      // A change by the user shows at once, also without a new image.
+      shown = feed.again(*std::move(shown), now);
+      publish = true;
     }
     if (shown && !publish && !feed.over() && failure.empty() && now - looked >= kLookAgain) {
       auto again = feed.again(*shown, now);
@@ -149,6 +220,7 @@ void SessionThread::play(Feed& feed, const std::stop_token& stop) {
       published = now;
       look_at_streams(feed, now);
       auto moment = moment_of(feed, *shown, now);
+      moment->notice = feed.notice();
       if (feed.over()) moment->notice = feed.ended();
       if (!failure.empty()) moment->notice = failure;
       hears_.moment(std::move(moment));
@@ -159,6 +231,19 @@ void SessionThread::play(Feed& feed, const std::stop_token& stop) {
     }
     if (!publish) std::this_thread::sleep_for(kPollSession);
   }
+  return std::nullopt;
+}
+
+/// True: the user has changed the plan or the placement.
+bool SessionThread::obey_user(Feed& feed) {
+  const auto plan = plans_.take();
+  const auto placement = placements_.take();
+  auto structures = structure_orders_.take();
+  if (structures) structures_ = *std::move(structures);
+  if (plan) feed.set_plan(*plan);
+  if (placement) feed.set_placement(*placement);
+  if (plan || placement) tell(SessionNews::Stage::kRunning, "running", &feed);
+  return plan || placement || structures;
 }
 
 void SessionThread::obey(Feed& feed) {
@@ -216,6 +301,7 @@ std::shared_ptr<Moment> SessionThread::moment_of(Feed& feed, session::Epoch epoc
   PlacedView& view = feed.view();
   auto moment = std::make_shared<Moment>();
   moment->number = ++number_;
+  moment->session = session_;
   moment->ct = view.shared_ct();
   moment->scene = scene_of(feed, epoch);
   moment->predicates = view.predicates();
@@ -223,12 +309,22 @@ std::shared_ptr<Moment> SessionThread::moment_of(Feed& feed, session::Epoch epoc
   if (!counts_ && !moment->scene->predicates) counts_ = counts_of(*moment->scene->ct);
   moment->counts = counts_;
   moment->plan = view.plan();
+  moment->placement = view.placement();
+  moment->reference_frame = feed.reference_frame();
   moment->window = view.presenter().window();
   if (epoch.guidance && epoch.ct_from_needle && moment->plan) {
     moment->guidance_error = session::guidance_error(
         *moment->plan, *epoch.ct_from_needle,
         {.registration = view.placement() ? view.placement()->uncertainty : std::nullopt,
          .tracker_rms_mm = epoch.tracker_error_mm});
+  }
+  moment->structures = structures_.number;
+  if (epoch.guidance && epoch.ct_from_needle) {
+    const auto tip = *epoch.ct_from_needle * Point<frames::Needle>{{0, 0, 0}};
+    moment->nearest =
+        structures_.distances
+            ? structures_.distances->nearest(tip)
+            : session::NearestStructure{.state = session::NearestStructure::State::kPending};
   }
   moment->needle_length_mm = config_.source.needle_size.length_mm;
   moment->needle_expected = view.needle_expected();
@@ -250,13 +346,19 @@ std::shared_ptr<Moment> SessionThread::moment_of(Feed& feed, session::Epoch epoc
   if (moment->stored) {
     moment->inputs = {{"volume", {SafetyState::kValid, ""}}};
   } else {
-    moment->inputs = {
-        {"ultrasound", epoch.ultrasound, moment->acquired, look_.images_hz, look_.images_dropped},
-        {"CT", epoch.placement}};
+    moment->inputs = {{.name = "ultrasound",
+                       .safety = epoch.ultrasound,
+                       .acquired = moment->acquired,
+                       .rate_hz = look_.images_hz,
+                       .drops = look_.images_dropped},
+                      {.name = "CT", .safety = epoch.placement}};
   }
   if (moment->needle_expected || moment->plan) {
-    moment->inputs.push_back(
-        {"needle", epoch.needle, at(epoch.needle_acquired), look_.needle_hz, look_.needle_dropped});
+    moment->inputs.push_back({.name = "needle",
+                              .safety = epoch.needle,
+                              .acquired = at(epoch.needle_acquired),
+                              .rate_hz = look_.needle_hz,
+                              .drops = look_.needle_dropped});
   }
   moment->epoch = std::move(epoch);
   return moment;

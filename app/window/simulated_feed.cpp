@@ -84,11 +84,13 @@ class SimulatedFeed final : public Feed {
   [[nodiscard]] std::string kind() const override { return "SIMULATED"; }
   [[nodiscard]] std::string ended() const override { return "the simulation has ended"; }
   [[nodiscard]] std::vector<std::pair<std::string, std::string>> facts() override {
-    return {{"patient", "simulated patient " + std::to_string(simulation_.options().seed)},
-            {"devices", "simulated probe, reference and needle"},
-            {"calibration", "known, because it is simulated"},
-            {"registration", "The CT is placed by the truth of the simulation."},
-            {"plan", "target and path of the simulated procedure"}};
+    return {
+        {"patient", "simulated patient " + std::to_string(simulation_.options().seed)},
+        {"devices", "simulated probe, reference and needle"},
+        {"calibration", "known, because it is simulated"},
+        {"registration", view_.placement() ? view_.placement()->statement
+                                           : "The CT is placed by the truth of the simulation."},
+        {"plan", "the simulated needle follows the path of its own procedure"}};
   }
 
  private:
@@ -96,12 +98,14 @@ class SimulatedFeed final : public Feed {
   void face_the_needle() {
     const auto last = simulation_.truth(simulation_.frame_count() - 1).ct_from_image;
     view_.presenter().set_facts(
-        {.plan = config_.plan,
+        {.plan = view_.plan(),
          .needle_expected = true,
-         .focus_ct = config_.plan->target_ct,
+         .focus_ct = view_.plan()->target_ct,
          .typical_plane = SessionFacts::TypicalPlane{last, simulation_.options().probe.depth_mm},
          .window = view_.presenter().window(),
-         .banner = kind()});
+         .banner = kind(),
+         .warning = view_.presenter().facts().warning,
+         .uncertainty = view_.presenter().facts().uncertainty});
   }
   void begin() {
     if (session_) finish();
@@ -113,8 +117,12 @@ class SimulatedFeed final : public Feed {
     faults_ = std::make_shared<FaultySource>(
         std::make_shared<session::PacedSource>(sim::source_of(simulation_), clock_), clock_);
     session_->add(faults_);
-    if (placement_) session_->navigator().set_placement(*placement_);
-    if (config_.plan) session_->navigator().set_plan(*config_.plan);
+    if (view_.placement()) {
+      session_->navigator().set_placement(view_.placement()->placement);
+    } else if (placement_) {
+      session_->navigator().set_placement(*placement_);
+    }
+    if (view_.plan()) session_->navigator().set_plan(*view_.plan());
     driver_.emplace(*session_, session::RefreshRule{},
                     placing_listener(view_, *session_, failure_));
     session_->start(clock_);
@@ -144,15 +152,19 @@ Result<std::unique_ptr<Feed>> open_simulated_feed(const SessionConfig& config, c
   auto ct = sim::scan_ct(simulation->patient(), scan);
   if (!ct) return ct.error();
   SessionConfig own = config;
-  own.plan = simulation->needle()->plan();
+  // The user may have planned another path than that of the simulated needle.
+  if (!own.plan) own.plan = simulation->needle()->plan();
   auto parts = PlacedView::prepare(own, "Reference", std::make_shared<const Volume>(*std::move(ct)),
                                    console);
   if (!parts) return parts.error();
   parts->needle_expected = true;
-  parts->given =
-      session::Placement{.placement = {simulation->ct_from_reference(), {SafetyState::kValid, ""}},
-                         .kind = "registered",
-                         .statement = "The CT is placed by the truth of the simulation."};
+  // The user may have placed the CT otherwise.
+  if (!parts->given) {
+    parts->given = session::Placement{
+        .placement = {simulation->ct_from_reference(), {SafetyState::kValid, ""}},
+        .kind = "registered",
+        .statement = "The CT is placed by the truth of the simulation."};
+  }
   return std::unique_ptr<Feed>(std::make_unique<SimulatedFeed>(
       Simulated{*std::move(simulation), std::move(own), *std::move(parts)}, clock, console));
 }

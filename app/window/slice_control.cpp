@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/window/slice_control.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 
 namespace nav::app {
 namespace {
@@ -14,32 +16,72 @@ constexpr double kFurthestShiftMm = 2000;
 
 }  // namespace
 
-std::optional<Point<frames::Ct>> ct_point_at(ViewId id, const Picture& picture,
+std::optional<Point<frames::Ct>> ct_point_at(ViewId id, const ViewImage& view_image,
                                              const Eigen::Vector2d& at) {
   if (slice_of(id)) {
-    if (!picture.slice) return std::nullopt;
-    return picture.slice->point_at(at);
+    if (!view_image.slice) return std::nullopt;
+    return view_image.slice->point_at(at);
   }
   const bool flat = id == ViewId::kCt || id == ViewId::kUltrasound;
-  if (!flat || !picture.plane || !picture.moment) return std::nullopt;
-  const session::Epoch& epoch = picture.moment->epoch;
+  if (!flat || !view_image.plane || !view_image.moment) return std::nullopt;
+  const session::Epoch& epoch = view_image.moment->epoch;
   if (!epoch.ct_from_image || epoch.plane.state > SafetyState::kDegraded) return std::nullopt;
-  const PlaneView& plane = *picture.plane;
+  const PlaneView& plane = *view_image.plane;
   const Eigen::Vector2d mm =
       plane.origin_mm + plane.mm_per_px * (at - Eigen::Vector2d(plane.x, plane.y));
   return *epoch.ct_from_image * Point<frames::Image>{{mm.x(), mm.y(), 0}};
 }
 
-bool SliceControl::apply(ViewId id, const SliceInput& input, const Picture& seen) {
+std::optional<EyeMovement> eye_movement(ViewId id, const ViewImage& view_image,
+                                        const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+                                        bool turns) {
+  const auto start = ct_point_at(id, view_image, from);
+  const auto end = ct_point_at(id, view_image, to);
+  if (!start || !end) return std::nullopt;
+  const double sign = slice_of(id) ? -1 : 1;
+  EyeMovement movement;
+  if (!turns) {
+    movement.shift_mm = sign * (end->mm - start->mm);
+    return movement;
+  }
+  const Eigen::Vector2d middle(0.5 * view_image.image.width(), 0.5 * view_image.image.height());
+  const Eigen::Vector2d a = from - middle;
+  const Eigen::Vector2d b = to - middle;
+  const Eigen::Vector3d centre = ct_point_at(id, view_image, middle)->mm;
+  const Eigen::Vector3d right =
+      ct_point_at(id, view_image, middle + Eigen::Vector2d::UnitX())->mm - centre;
+  const Eigen::Vector3d down =
+      ct_point_at(id, view_image, middle + Eigen::Vector2d::UnitY())->mm - centre;
+  const double angle = std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
+  movement.turn_rad = sign * angle * right.cross(down).normalized();
+  movement.about = {centre};
+  return movement;
+}
+
+bool SliceControl::apply(ViewId id, const SliceInput& input, const ViewImage& seen) {
   if (!seen.moment || !seen.moment->ct || !change(id, input, seen)) return false;
   ++number_;
   return true;
 }
 
 void SliceControl::reset() {
-  const bool of_ultrasound = settings_.of_ultrasound;
+  const SliceSettings before = settings_;
   settings_ = {};
-  settings_.of_ultrasound = of_ultrasound;
+  settings_.of_ultrasound = before.of_ultrasound;
+  settings_.overlay = before.overlay;
+  ++number_;
+}
+
+void SliceControl::restore(const SliceSettings& settings) {
+  const SliceSettings before = settings_;
+  settings_ = settings;
+  settings_.of_ultrasound = before.of_ultrasound;
+  settings_.overlay = before.overlay;
+  ++number_;
+}
+
+void SliceControl::set_overlay(const CtOverlay& overlay) {
+  settings_.overlay = overlay;
   ++number_;
 }
 
@@ -49,7 +91,7 @@ void SliceControl::show_ultrasound(bool shown) {
   ++number_;
 }
 
-bool SliceControl::change(ViewId id, const SliceInput& input, const Picture& seen) {
+bool SliceControl::change(ViewId id, const SliceInput& input, const ViewImage& seen) {
   const SlicedVolume sliced = sliced_volume(settings_, *seen.moment);
   const VoxelGrid& grid = sliced.volume->grid();
   switch (input.kind) {

@@ -59,8 +59,17 @@ QComboBox* small_choice(const QString& name, const QString& accessible, QWidget*
   made->setAccessibleName(accessible);
   made->setToolTip(accessible);
   made->setMinimumHeight(kSmallControl);
-  made->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
-  made->setMinimumContentsLength(8);
+  made->setSizeAdjustPolicy(QComboBox::AdjustToContents);
+  made->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+  return made;
+}
+
+QLineEdit* small_field(const QString& name, const QString& accessible, QWidget* parent) {
+  auto* made = new QLineEdit(parent);
+  made->setObjectName(name);
+  made->setAccessibleName(accessible);
+  made->setToolTip(accessible);
+  made->setMinimumHeight(kSmallControl);
   return made;
 }
 

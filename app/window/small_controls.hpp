@@ -5,6 +5,7 @@
 #include <QComboBox>
 #include <QDoubleSpinBox>
 #include <QLabel>
+#include <QLineEdit>
 #include <QPushButton>
 #include <QSlider>
 
@@ -24,6 +25,8 @@ QSlider* small_slider(Qt::Orientation orientation, const QString& name, const QS
 QDoubleSpinBox* small_number(const QString& name, const QString& accessible, double low,
                              double high, int decimals, QWidget* parent);
 QComboBox* small_choice(const QString& name, const QString& accessible, QWidget* parent);
+/// A field of one line of text.
+QLineEdit* small_field(const QString& name, const QString& accessible, QWidget* parent);
 /// Words that wrap.
 QLabel* small_label(const QString& text, QWidget* parent);
 

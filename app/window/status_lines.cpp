@@ -13,6 +13,7 @@ namespace {
 
 constexpr int kStatusText = 14;
 constexpr int kMostInputs = 3;
+constexpr int kStatusLine = 22;
 
 }  // namespace
 
@@ -22,7 +23,9 @@ StatusLines::StatusLines(QWidget* parent) : QWidget(parent) {
   setAttribute(Qt::WA_OpaquePaintEvent);
 }
 
-int StatusLines::wanted_height() const { return (kMostInputs + 1) * kLineHeight + 4; }
+int StatusLines::wanted_height() const {
+  return (kMostInputs + 1) * theme::scaled(kStatusLine) + 4;
+}
 
 void StatusLines::show_inputs(const std::vector<InputStatus>& inputs, const QString& notice,
                               Timestamp now) {
@@ -36,6 +39,7 @@ void StatusLines::show_inputs(const std::vector<InputStatus>& inputs, const QStr
     return a.safety.state == b.safety.state && a.safety.cause == b.safety.cause;
   });
   if (same_states && notice == notice_ && (stands || now - now_ < kPeriod)) return;
+  if (notice != notice_) setToolTip(notice);
   inputs_ = inputs;
   notice_ = notice;
   now_ = now;
@@ -49,11 +53,14 @@ void StatusLines::paintEvent(QPaintEvent*) {
   painter.setFont(font);
   const QFontMetricsF metrics(font);
   const double digits = metrics.horizontalAdvance(QLatin1Char('0'));
+  const int height_of_line = theme::scaled(kStatusLine);
+  fits_ = true;
   int line = 0;
-  const auto text_y = [&] { return line * kLineHeight + 2 + metrics.ascent() + 1; };
+  const auto text_y = [&] { return line * height_of_line + 2 + metrics.ascent() + 1; };
   for (const InputStatus& input : inputs_) {
     const QColor colour = theme::colour_of_state(input.safety.state);
-    theme::draw_state_shape(painter, QRectF(8, line * kLineHeight + 5, 12, 12), input.safety.state);
+    theme::draw_state_shape(painter, QRectF(8, (line + 0.5) * height_of_line - 6, 12, 12),
+                            input.safety.state);
     double x = 28;
     const auto column = [&](const QString& text, double width, const QColor& pen) {
       painter.setPen(pen);
@@ -72,11 +79,29 @@ void StatusLines::paintEvent(QPaintEvent*) {
            10 * digits, plain);
     column(input.rate_hz ? QStringLiteral("%1 dropped").arg(input.drops) : QString(), 13 * digits,
            plain);
-    if (!input.safety.cause.empty()) column(theme::plain(input.safety.cause), 0, colour);
+    if (!input.safety.cause.empty()) {
+      const QString cause = theme::plain(input.safety.cause);
+      painter.setFont(theme::fitting_font(cause, kStatusText, width() - x - 4, false, &fits_));
+      column(cause, 0, colour);
+      painter.setFont(font);
+    }
     ++line;
   }
   painter.setPen(QColor::fromRgb(theme::kWindowText));
-  painter.drawText(QPointF(8, text_y()), notice_);
+  // All lines that are left.
+  const QRectF rest(8, line * height_of_line, width() - 12, height() - line * height_of_line);
+  QFont notice = font;
+  const auto is_high = [&] {
+    const QRectF box = QFontMetricsF(notice).boundingRect(rest, Qt::TextWordWrap, notice_);
+    return box.height() > rest.height() || box.width() > rest.width();
+  };
+  constexpr int kLeastNotice = 9;
+  while (notice.pixelSize() > kLeastNotice && is_high()) {
+    notice.setPixelSize(notice.pixelSize() - 1);
+  }
+  if (is_high()) fits_ = false;
+  painter.setFont(notice);
+  painter.drawText(rest, Qt::TextWordWrap | Qt::AlignLeft | Qt::AlignTop, notice_);
 }
 
 }  // namespace nav::app

@@ -13,14 +13,14 @@ namespace nav::app {
 /// line says what the session itself has to say.
 class StatusLines final : public QWidget {
  public:
-  static constexpr int kLineHeight = 22;
-
   explicit StatusLines(QWidget* parent);
   void show_inputs(const std::vector<InputStatus>& inputs, const QString& notice, Timestamp now);
   [[nodiscard]] const std::vector<InputStatus>& inputs() const { return inputs_; }
   [[nodiscard]] const QString& notice() const { return notice_; }
   /// Height of its lines.
   [[nodiscard]] int wanted_height() const;
+  /// True: a text was cut when the lines were painted last.
+  [[nodiscard]] bool clipped() const { return !fits_; }
 
  private:
   void paintEvent(QPaintEvent* event) override;
@@ -28,6 +28,7 @@ class StatusLines final : public QWidget {
   std::vector<InputStatus> inputs_;
   QString notice_;
   Timestamp now_{};
+  bool fits_ = true;
 };
 
 }  // namespace nav::app

@@ -19,6 +19,8 @@ inline constexpr QRgb kWindowText = 0xffe6ebf0;
 inline constexpr QRgb kWindowFaint = 0xffa7b2bc;
 inline constexpr QRgb kWindowAccent = 0xff8fd3ff;  ///< Needle, marked side, focus, chosen step.
 
+inline constexpr QRgb kWindowStructure = 0xffbf73ff;  ///< Critical structures.
+
 /// Colour of a state: green, amber, grey. Lost has the grey of stale, and another shape and word.
 QColor colour_of_state(SafetyState state);
 
@@ -26,8 +28,21 @@ QColor colour_of_state(SafetyState state);
 /// cross.
 void draw_state_shape(QPainter& painter, const QRectF& square, SafetyState state);
 
-/// Font of the window, pixels of height.
+/// Factor of all texts: the application's font against kTextPixels. 1 unless set_text_scale() or
+/// the program sets that font in pixels.
+inline constexpr int kTextPixels = 14;
+double text_scale();
+/// Sets it, 1 to 2; widgets take it over with the next style_sheet().
+void set_text_scale(double scale);
+/// A length that grows with the texts, pixels.
+int scaled(int pixels);
+
+/// Font of the window, pixels of height at the text scale 1.
 QFont font(int pixels, bool bold = false);
+/// The font, smaller where a line would be wider than a width, but not below 9 pixels. fits, if not
+/// null: becomes false if even that is too wide.
+QFont fitting_font(const QString& line, int pixels, double width, bool bold = false,
+                   bool* fits = nullptr);
 
 /// Draws one line of text on a dark ground, so that it can be read over any image. Returns where it
 /// ends. (x, y) is the upper left corner.

@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/window/tool_deck.hpp"
 
-#include <QHBoxLayout>
 #include <QPainter>
+#include <QScrollBar>
 #include <QVBoxLayout>
+#include <algorithm>
 
+#include "app/window/flow_layout.hpp"
 #include "app/window/small_controls.hpp"
 #include "app/window/theme.hpp"
 
@@ -17,9 +19,8 @@ ToolDeck::ToolDeck(QWidget* parent) : QWidget(parent), tabs_(new QWidget(this)) 
   auto* column = new QVBoxLayout(this);
   column->setContentsMargins(4, 4, 4, 4);
   column->setSpacing(2);
-  auto* row = new QHBoxLayout(tabs_);
-  row->setContentsMargins(0, 0, 0, 0);
-  row->setSpacing(4);
+  constexpr int kTabGap = 4;
+  tabs_->setLayout(new FlowLayout(kTabGap));
   column->addWidget(tabs_);
   auto* page = new QWidget(this);
   pages_ = new QStackedLayout(page);
@@ -31,7 +32,17 @@ void ToolDeck::add(const QString& name, const QString& title, const QString& acc
   auto* button = small_button(name, title, accessible, tabs_);
   button->setCheckable(true);
   button->setAutoExclusive(true);
-  const int index = pages_->addWidget(page);
+  button->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+  // A panel that is too low for its controls scrolls them.
+  auto* scroll = new QScrollArea(this);
+  scroll->setObjectName(page->objectName() + QStringLiteral("-scroll"));
+  scroll->setAccessibleName(page->accessibleName());
+  scroll->setWidgetResizable(true);
+  scroll->setFrameShape(QFrame::NoFrame);
+  scroll->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
+  scroll->setWidget(page);
+  const int index = pages_->addWidget(scroll);
+  scrolls_.push_back(scroll);
   QObject::connect(button, &QPushButton::clicked, this, [this, index] {
     if (pressed) pressed(index);
   });
@@ -43,6 +54,20 @@ void ToolDeck::add(const QString& name, const QString& title, const QString& acc
 void ToolDeck::choose(int page) {
   pages_->setCurrentIndex(page);
   buttons_.at(static_cast<std::size_t>(page))->setChecked(true);
+}
+
+int ToolDeck::wanted_width() const {
+  const QScrollArea& scroll = *scrolls_.at(static_cast<std::size_t>(chosen()));
+  const QMargins margins = layout()->contentsMargins();
+  const int page =
+      scroll.widget()->minimumSizeHint().width() + scroll.verticalScrollBar()->sizeHint().width();
+  return std::max(page, tabs_->layout()->minimumSize().width()) + margins.left() + margins.right();
+}
+
+void ToolDeck::show_control(QWidget* control) {
+  for (QScrollArea* scroll : scrolls_) {
+    if (scroll->isAncestorOf(control)) scroll->ensureWidgetVisible(control, 0, 4);
+  }
 }
 
 void ToolDeck::paintEvent(QPaintEvent*) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <QPushButton>
+#include <QScrollArea>
 #include <QStackedLayout>
 #include <QWidget>
 #include <functional>
@@ -19,6 +20,10 @@ class ToolDeck final : public QWidget {
   void add(const QString& name, const QString& title, const QString& accessible, QWidget* page);
   void choose(int page);
   [[nodiscard]] int chosen() const { return pages_->currentIndex(); }
+  /// Width that the chosen panel needs, so that nothing in it is cut.
+  [[nodiscard]] int wanted_width() const;
+  /// Scrolls its panel until a control can be seen.
+  void show_control(QWidget* control);
   /// Called when the user presses a button.
   std::function<void(int page)> pressed;
 
@@ -28,6 +33,7 @@ class ToolDeck final : public QWidget {
   QWidget* tabs_;
   QStackedLayout* pages_;
   std::vector<QPushButton*> buttons_;
+  std::vector<QScrollArea*> scrolls_;
 };
 
 }  // namespace nav::app

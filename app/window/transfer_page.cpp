@@ -3,12 +3,12 @@
 #include "app/window/transfer_page.hpp"
 
 #include <QGridLayout>
-#include <QHBoxLayout>
 #include <QSignalBlocker>
 #include <QVBoxLayout>
 #include <algorithm>
 #include <cmath>
 
+#include "app/window/flow_layout.hpp"
 #include "app/window/theme.hpp"
 
 namespace nav::app {
@@ -45,12 +45,12 @@ TransferPage::TransferPage(QWidget* parent)
   setObjectName(QStringLiteral("transfer"));
   setAccessibleName(QStringLiteral("Transfer function of the CT"));
   words_->setObjectName(QStringLiteral("transfer-words"));
+  words_->setAccessibleName(QStringLiteral("About the component"));
   auto* column = new QVBoxLayout(this);
   column->setContentsMargins(6, 6, 6, 6);
   column->setSpacing(kTransferGap);
-  auto* top = new QHBoxLayout;
-  top->setSpacing(kTransferGap);
-  top->addWidget(components_, 1);
+  auto* top = new FlowLayout(kTransferGap);
+  top->addWidget(components_);
   for (QPushButton* button : {undo_, redo_, reset_}) top->addWidget(button);
   column->addLayout(top);
   column->addWidget(graph_, 1);
@@ -137,6 +137,21 @@ void TransferPage::open(const render::TransferFunction& function,
   }
   words_->setText({});
   refresh();
+}
+
+Result<void> TransferPage::restore(const render::TransferFunction& function) {
+  const auto& mine = first_->components();
+  const auto& other = function.components();
+  const bool same = std::ranges::equal(
+      mine, other, [](const auto& a, const auto& b) { return a.name == b.name; });
+  if (!same) {
+    return Error{ErrorCode::kUsage,
+                 "window.transfer: expected the components of the session's transfer function, "
+                 "found others"};
+  }
+  editor_.emplace(function);
+  changed();
+  return {};
 }
 
 void TransferPage::close() {

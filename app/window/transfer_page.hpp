@@ -20,6 +20,9 @@ class TransferPage final : public QWidget {
   /// Begins with the function and the histogram of a session. Null counts: no histogram.
   void open(const render::TransferFunction& function,
             std::shared_ptr<const render::ValueCounts> counts);
+  /// Takes over a function that was saved, as an edit. Precondition: open. kUsage: it has other
+  /// components than the session's.
+  Result<void> restore(const render::TransferFunction& function);
   /// Without a CT that a transfer function draws.
   void close();
   [[nodiscard]] bool is_open() const { return editor_.has_value(); }

@@ -3,6 +3,7 @@
 #include "app/window/view_widget.hpp"
 
 #include <QPainter>
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -25,16 +26,16 @@ ViewWidget::ViewWidget(const QString& name, const QString& title, QWidget* paren
   setFocusPolicy(Qt::StrongFocus);
 }
 
-void ViewWidget::set_picture(Picture picture) {
-  picture.image.setDevicePixelRatio(devicePixelRatioF());
-  picture_ = std::move(picture);
+void ViewWidget::set_view_image(ViewImage view_image) {
+  view_image.image.setDevicePixelRatio(devicePixelRatioF());
+  view_image_ = std::move(view_image);
   fresh_ = true;
   update();
 }
 
-void ViewWidget::clear_picture() {
-  if (!picture_) return;
-  picture_.reset();
+void ViewWidget::clear_image() {
+  if (!view_image_) return;
+  view_image_.reset();
   fresh_ = false;
   update();
 }
@@ -67,22 +68,28 @@ void ViewWidget::resizeEvent(QResizeEvent*) {
   if (resized) resized();
 }
 
+void ViewWidget::set_mode(const QString& mode) {
+  mode_ = mode;
+  setCursor(mode.isEmpty() ? Qt::ArrowCursor : Qt::CrossCursor);
+  update();
+}
+
 void ViewWidget::paintEvent(QPaintEvent*) {
   const auto start = std::chrono::steady_clock::now();
   QPainter painter(this);
-  if (picture_ && !judgement_.covered) {
-    const QSizeF size = picture_->image.deviceIndependentSize();
+  if (view_image_ && !judgement_.covered) {
+    const QSizeF size = view_image_->image.deviceIndependentSize();
     if (std::abs(size.width() - width()) < 1 && std::abs(size.height() - height()) < 1) {
-      painter.drawImage(0, 0, picture_->image);
+      painter.drawImage(0, 0, view_image_->image);
     } else {
       // Until the image of the new size comes.
       painter.fillRect(rect(), QColor::fromRgb(theme::kWindowBackground));
       const QSizeF fitted = size.scaled(QSizeF(QWidget::size()), Qt::KeepAspectRatio);
       painter.drawImage(
           QRectF({(width() - fitted.width()) / 2, (height() - fitted.height()) / 2}, fitted),
-          picture_->image);
+          view_image_->image);
     }
-    paint_marks(painter, *picture_);
+    paint_marks(painter, *view_image_);
   } else if (judgement_.covered) {
     paint_cover(painter);
   } else {
@@ -99,10 +106,31 @@ void ViewWidget::paintEvent(QPaintEvent*) {
   painter.setRenderHint(QPainter::Antialiasing, false);
   painter.drawRect(QRectF(rect()).adjusted(frame / 2, frame / 2, -frame / 2, -frame / 2));
   painter.end();
-  if (fresh_ && picture_ && painted) {
+  if (fresh_ && view_image_ && painted) {
     fresh_ = false;
-    painted(*picture_, 1e3 * seconds_since(start));
+    painted(*view_image_, 1e3 * seconds_since(start));
   }
+}
+
+/// Height of the lines of title, kind and state, as paint_words() places them.
+double ViewWidget::header_height() const {
+  const QFontMetricsF bold(theme::font(kSmallText, true));
+  const QFontMetricsF plain(theme::font(kSmallText));
+  double right = kMargin + bold.horizontalAdvance(title_) + 12;
+  int lines = 1;
+  if (!kind_.isEmpty()) {
+    const double kind_width = bold.horizontalAdvance(kind_) + 12;
+    if (right + 4 + kind_width <= width() - kMargin) {
+      right += 4 + kind_width;
+    } else {
+      ++lines;
+      right = std::max(right, kMargin + kind_width);
+    }
+  }
+  const QString state = theme::plain(judgement_.about.empty() ? "" : judgement_.about + " ") +
+                        theme::plain(to_string(judgement_.safety.state));
+  if (width() - kMargin - plain.horizontalAdvance(state) - 32 <= right) ++lines;
+  return kMargin + lines * (plain.height() + 6);
 }
 
 /// Nothing of the old image is left: it could be taken for the present one.
@@ -110,25 +138,39 @@ void ViewWidget::paint_cover(QPainter& painter) {
   painter.fillRect(rect(), QColor::fromRgb(theme::kWindowBackground));
   painter.fillRect(rect(), QBrush(QColor(0x2a, 0x32, 0x3a), Qt::BDiagPattern));
   const QColor colour = theme::colour_of_state(judgement_.safety.state);
-  const int large = std::clamp(width() / 16, 18, 40);
+  // Below the lines of title and state.
+  const double header = header_height();
+  const int space = static_cast<int>((height() - header) / 3);
+  const int large = std::clamp(std::min(width() / 16, space), 10, 40);
   const double shape = large;
   const double above = height() / 2.0 - 2.2 * large;
   // In a low view the shape at the upper right is enough.
-  constexpr double kTitleHeight = 34;
-  if (above > kTitleHeight) {
+  if (above > header) {
     theme::draw_state_shape(painter, QRectF(width() / 2.0 - shape / 2, above, shape, shape),
                             judgement_.safety.state);
   }
   painter.setPen(colour);
-  painter.setFont(theme::font(large, true));
-  const QRectF upper(kMargin, height() / 2.0 - large, width() - 2 * kMargin, 1.5 * large);
-  painter.drawText(upper, Qt::AlignCenter, theme::plain(judgement_.headline));
+  const QString headline = theme::plain(judgement_.headline);
+  QFont head = theme::fitting_font(headline, large, width() - 2 * kMargin, true);
+  // The size of this text follows the view, not the other texts.
+  head.setPixelSize(std::min(head.pixelSize(), large));
+  painter.setFont(head);
+  const QRectF upper(kMargin, std::max(header, height() / 2.0 - large), width() - 2 * kMargin,
+                     1.3 * large);
+  painter.drawText(upper, Qt::AlignCenter, headline);
   painter.setPen(QColor::fromRgb(theme::kWindowText));
-  painter.setFont(theme::font(kSmallText + 2));
-  painter.drawText(QRectF(2 * kMargin, upper.bottom(), width() - 4 * kMargin,
-                          height() - upper.bottom() - kMargin),
-                   Qt::AlignHCenter | Qt::AlignTop | Qt::TextWordWrap,
-                   theme::plain(judgement_.safety.cause));
+  const QRectF rest(2 * kMargin, upper.bottom(), width() - 4 * kMargin,
+                    height() - upper.bottom() - kMargin);
+  const QString cause = theme::plain(judgement_.safety.cause);
+  QFont words = theme::font(kSmallText + 2);
+  constexpr int kLeastCause = 10;
+  const auto is_high = [&] {
+    return QFontMetricsF(words).boundingRect(rest, Qt::TextWordWrap, cause).height() >
+           rest.height();
+  };
+  while (words.pixelSize() > kLeastCause && is_high()) words.setPixelSize(words.pixelSize() - 1);
+  painter.setFont(words);
+  painter.drawText(rest, Qt::AlignHCenter | Qt::AlignTop | Qt::TextWordWrap, cause);
 }
 
 void ViewWidget::paint_words(QPainter& painter) {
@@ -136,12 +178,19 @@ void ViewWidget::paint_words(QPainter& painter) {
   const QColor text = QColor::fromRgb(theme::kWindowText);
   double right = theme::draw_tag(painter, kMargin, kMargin, title_, theme::font(kSmallText, true),
                                  own_colour_ ? QColor::fromRgb(*own_colour_) : text);
+  const QFontMetricsF metrics(small);
+  // In a narrow view below the title: SIMULATED is never cut.
+  double below = kMargin;
   if (!kind_.isEmpty()) {
-    right = theme::draw_tag(painter, right + 4, kMargin, kind_, theme::font(kSmallText, true),
-                            QColor::fromRgb(theme::kWindowAccent));
+    const QFont bold = theme::fitting_font(kind_, kSmallText, width() - 2 * kMargin - 12, true);
+    const double kind_width = QFontMetricsF(bold).horizontalAdvance(kind_) + 12;
+    const bool beside = right + 4 + kind_width <= width() - kMargin;
+    if (!beside) below += metrics.height() + 6;
+    const double end = theme::draw_tag(painter, beside ? right + 4 : kMargin, below, kind_, bold,
+                                       QColor::fromRgb(theme::kWindowAccent));
+    right = std::max(right, end);
   }
   // State: shape and word, at the upper right.
-  const QFontMetricsF metrics(small);
   const QString about = theme::plain(judgement_.about.empty() ? "" : judgement_.about + " ");
   const QString word = frozen_s_ ? QStringLiteral("frozen")
                                  : about + theme::plain(to_string(judgement_.safety.state));
@@ -149,7 +198,7 @@ void ViewWidget::paint_words(QPainter& painter) {
   const double x = width() - kMargin - word_width;
   const double line = metrics.height() + 4;
   // Below the title, where there is no space beside it.
-  const double state_y = x - 20 > right ? kMargin : kMargin + line + 2;
+  const double state_y = x - 20 > right ? kMargin : below + line + 2;
   painter.fillRect(QRectF(x - 20, state_y, 20, line), QColor(0x10, 0x14, 0x18, 0xd8));
   theme::draw_state_shape(painter, QRectF(x - 16, state_y + line / 2 - 6, 12, 12),
                           judgement_.safety.state);
@@ -162,6 +211,11 @@ void ViewWidget::paint_words(QPainter& painter) {
     y += 40;
   }
   if (judgement_.covered) return;
+  if (!mode_.isEmpty()) {
+    theme::draw_tag(painter, kMargin, y, mode_, theme::font(kSmallText + 2, true),
+                    QColor::fromRgb(theme::kWindowAccent));
+    y += line + 6;
+  }
   if (judgement_.late) {
     theme::draw_tag(painter, kMargin, y,
                     QStringLiteral("LATE %1 ms").arg(std::lround(judgement_.age_ms)),

@@ -14,6 +14,7 @@
 #include "app/window/key_filter.hpp"
 #include "app/window/main_window.hpp"
 #include "app/window/script_player.hpp"
+#include "app/window/session_keeper.hpp"
 #include "app/window/timed_application.hpp"
 #include "app/window/window_controls.hpp"
 #include "io/atomic_file.hpp"
@@ -47,6 +48,12 @@ Result<SessionConfig> config_of(const Settings& settings) {
   if (!config) return config.error();
   if (auto ok = validate(*config); !ok) return ok.error();
   return config;
+}
+
+/// The file that the session is saved as. One in memory (sonde live --window) is none.
+std::filesystem::path file_of(const Settings& settings) {
+  return settings.session.string().starts_with("/proc/") ? std::filesystem::path()
+                                                         : settings.session;
 }
 
 Result<std::vector<ScriptLine>> script_of(const WindowOptions& options) {
@@ -91,26 +98,6 @@ class SessionTime {
   std::optional<Timestamp> begun_;
 };
 
-QString title_of(const Settings& settings, const SessionConfig& config) {
-  QString title = QStringLiteral("Sonde");
-  using Kind = SessionConfig::SourceKind;
-  const bool has_session =
-      !settings.session.empty() || settings.window.simulated || shows_volume(settings);
-  if (!has_session) return title;
-  if (shows_volume_alone(config)) {
-    return title + (config.predicates.volume.empty() ? QStringLiteral(" – SIMULATED VOLUME")
-                                                     : QStringLiteral(" – STORED VOLUME"));
-  }
-  title += config.source.kind == Kind::kSimulated   ? QStringLiteral(" – SIMULATED")
-           : config.source.kind == Kind::kRecording ? QStringLiteral(" – RECORDING")
-                                                    : QStringLiteral(" – LIVE");
-  const bool simulates = std::ranges::any_of(
-      config.source.devices, [](const auto& device) { return device.kind == "simulated"; });
-  if (config.source.kind == Kind::kLive && simulates)
-    title += QStringLiteral(" (SIMULATED DEVICE)");
-  return title + QStringLiteral(" – research software, not a medical device");
-}
-
 }  // namespace
 
 Result<void> run_window(const Settings& settings, int& argc, char** argv, Console& console) {
@@ -133,13 +120,23 @@ Result<void> run_window(const Settings& settings, int& argc, char** argv, Consol
   WindowReport report;
   TimedApplication application(argc, argv);
   application.measure_into(&report);
+  const bool has_session = !settings.session.empty() || options.simulated || shows_volume(settings);
+  // A script shows the same on every account, and changes nothing there.
+  const std::filesystem::path users_folder =
+      options.script.empty() ? settings_folder() : std::filesystem::path();
+  const auto found = read_user_settings(users_folder);
+  if (!found) console.report(Severity::kWarning, "window.settings", found.error().message);
+  const UserSettings user = found ? *found : UserSettings();
   MainWindow window({.loop = {.config = *config,
                               .engine = options.engine,
                               .loop = !options.once,
-                              .has_session = !settings.session.empty() || options.simulated ||
-                                             shows_volume(settings)},
-                     .title = title_of(settings, *config),
-                     .snapshot_folder = QString::fromStdString(options.shots.string())},
+                              .has_session = has_session},
+                     .title = has_session ? session_title(*config) : QStringLiteral("Sonde"),
+                     .snapshot_folder = QString::fromStdString(options.shots.string()),
+                     .session_file = file_of(settings),
+                     .state_folder = state_folder(),
+                     .user = user,
+                     .settings_folder = users_folder},
                     clock, console, report);
   KeyFilter filter(window);
   application.installEventFilter(&filter);
@@ -156,16 +153,20 @@ Result<void> run_window(const Settings& settings, int& argc, char** argv, Consol
   const Interrupt interrupt;
   QTimer look;
   SessionTime session_time;
+  bool time_is_up = false;
   const double most_seconds = config->output.seconds;
   QObject::connect(&look, &QTimer::timeout, &window, [&] {
     const auto seconds = session_time.seconds(window.loop().news(), clock.now());
-    const bool time_is_up = most_seconds > 0 && seconds && *seconds >= most_seconds;
+    time_is_up = most_seconds > 0 && seconds && *seconds >= most_seconds;
     if (interrupt.asked() || time_is_up) QCoreApplication::quit();
   });
   look.start(kInterruptMs);
   window.show();
   window.start();
   QCoreApplication::exec();
+  // A script and a time limit are an end that was asked for; unsaved changes of a user wait for the
+  // next window.
+  window.keep_recovery(options.script.empty() && !time_is_up);
   application.measure_into(nullptr);
   io::Json json = report.json();
   json["controls"] = controls_of(window);

@@ -35,11 +35,12 @@ void WindowReport::state(double t_s, const InputStatus& input) {
   states_.push_back({t_s, input.name, state, input.safety.cause});
 }
 
-void WindowReport::job(const std::string& name, double seconds, bool cancelled) {
+void WindowReport::job(const std::string& name, double seconds, bool cancelled,
+                       std::optional<double> cancel_ms) {
   jobs_.push_back({{"name", name},
                    {"seconds", seconds},
                    {"cancelled", cancelled},
-                   {"cancel_took_ms", nullptr}});
+                   {"cancel_took_ms", cancel_ms ? io::Json(*cancel_ms) : io::Json(nullptr)}});
 }
 
 io::Json WindowReport::json() const {

@@ -36,7 +36,9 @@ class WindowReport {
   /// A change of an input's state.
   void state(double t_s, const InputStatus& input);
   void shot(io::Json shot) { shots_.push_back(std::move(shot)); }
-  void job(const std::string& name, double seconds, bool cancelled);
+  /// cancel_ms: time that Cancel took; absent: it was not cancelled.
+  void job(const std::string& name, double seconds, bool cancelled,
+           std::optional<double> cancel_ms = {});
 
   /// The report; keys that other parts know are still null.
   [[nodiscard]] io::Json json() const;

@@ -34,22 +34,22 @@ struct RecordedCase {
 };
 
 std::vector<RecordedCase> recorded_cases() {
-  return {{"abdomen",
-           std::filesystem::path("ct-abdomen-totalseg") / "example_ct.nii.gz",
-           {0.42, 0.42, 0.66},
-           150,
-           110,
-           {60, 350},
-           {-0.35, -1, 0.25},
-           760},
-          {"cta",
-           std::filesystem::path("cta-aorta-totalseg") / "ct_cropped.nii.gz",
-           {0.5, 0.5, 0.5},
-           110,
-           110,
-           {150, 600},
-           {0.35, -1, 0.2},
-           560}};
+  return {{.name = "abdomen",
+           .file = std::filesystem::path("ct-abdomen-totalseg") / "example_ct.nii.gz",
+           .centre = {0.42, 0.42, 0.66},
+           .width_mm = 150,
+           .height_mm = 110,
+           .window = {60, 350},
+           .from = {-0.35, -1, 0.25},
+           .distance_mm = 760},
+          {.name = "cta",
+           .file = std::filesystem::path("cta-aorta-totalseg") / "ct_cropped.nii.gz",
+           .centre = {0.5, 0.5, 0.5},
+           .width_mm = 110,
+           .height_mm = 110,
+           .window = {150, 600},
+           .from = {0.35, -1, 0.2},
+           .distance_mm = 560}};
 }
 
 class ContextualGallery {

@@ -92,7 +92,7 @@ Result<Image2d<std::uint8_t>> raw_image(const std::filesystem::path& file) {
 }
 
 /// The part of an image that shows ultrasound, with its scale.
-Result<UltrasoundFrame> cropped(const Image2d<std::uint8_t>& image, const Crop& crop) {
+Result<UltrasoundImage> cropped(const Image2d<std::uint8_t>& image, const Crop& crop) {
   if (crop.x + crop.width > image.width() || crop.y + crop.height > image.height()) {
     return Error{ErrorCode::kMalformedData,
                  "recorded image: expected 820 x 616 or 720 x 500, "
@@ -103,18 +103,18 @@ Result<UltrasoundFrame> cropped(const Image2d<std::uint8_t>& image, const Crop& 
   for (int y = 0; y < crop.height; ++y) {
     for (int x = 0; x < crop.width; ++x) pixels.push_back(image.at(crop.x + x, crop.y + y));
   }
-  UltrasoundFrame frame;
+  UltrasoundImage frame;
   frame.pixels = {crop.width, crop.height, std::move(pixels)};
   frame.grid = PixelGrid::centred(crop.width, crop.mm_x, crop.mm_y);
   return frame;
 }
 
-Result<std::optional<UltrasoundFrame>> recorded(const Comparison& c, app::Console& console) {
+Result<std::optional<UltrasoundImage>> recorded(const Comparison& c, app::Console& console) {
   const auto file = bench_data_dir() / c.recording;
   if (!std::filesystem::exists(file)) {
     console.report(Severity::kWarning, "gallery",
                    c.name + ": expected " + file.string() + ", found nothing (set SONDE_DATA_DIR)");
-    return std::optional<UltrasoundFrame>{};
+    return std::optional<UltrasoundImage>{};
   }
   const auto image = file.extension() == ".raw" ? raw_image(file) : sequence_image(file, c.frame);
   if (!image) return image.error();
@@ -136,7 +136,7 @@ sim::ProbeModel probe_like(const Comparison& c, sim::AcousticModel model) {
   return probe;
 }
 
-Result<UltrasoundFrame> simulated(const Comparison& c, sim::AcousticModel model) {
+Result<UltrasoundImage> simulated(const Comparison& c, sim::AcousticModel model) {
   const auto patient = sim::make_patient(c.family, {1, sim::Contrast::kNative});
   if (!patient) return patient.error();
   const sim::UltrasoundSimulator simulator(patient->anatomy, probe_like(c, model), 1);
@@ -144,7 +144,7 @@ Result<UltrasoundFrame> simulated(const Comparison& c, sim::AcousticModel model)
 }
 
 void draw_panel(render::Canvas& canvas, int column, const std::string& words,
-                const std::optional<UltrasoundFrame>& frame) {
+                const std::optional<UltrasoundImage>& frame) {
   const Rgba8 ink = render::rgb8(0xd8dee4);
   canvas.text(column * kPanel + 8, 20, 15, words, ink);
   if (!frame) {

@@ -29,7 +29,7 @@ render::UltrasoundPlane coronal_slice(const Volume& volume, const Vec& centre, d
   axes << Vec::UnitX(), -Vec::UnitZ(), Vec::UnitX().cross(-Vec::UnitZ());
   const Transform<frames::Ct, frames::Image> pose(Eigen::Quaterniond(axes),
                                                   centre + Vec(0, 0, 0.5 * height * kPixelMm));
-  UltrasoundFrame frame;
+  UltrasoundImage frame;
   frame.grid = PixelGrid::centred(width, kPixelMm, kPixelMm);
   const auto slice = render::slice_along_image(volume, pose, frame.grid.origin_mm, kPixelMm, width,
                                                height, window);

@@ -31,7 +31,7 @@ Sample bench_image() {
     state = state * 1664525u + 1013904223u;
     pixel = static_cast<std::uint8_t>(state >> 24);
   }
-  UltrasoundFrame image;
+  UltrasoundImage image;
   image.pixels = Image2d<std::uint8_t>(kWidth, kHeight, std::move(pixels));
   image.grid = PixelGrid::centred(kWidth, 0.1, 0.1);
   Sample sample;

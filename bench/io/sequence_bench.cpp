@@ -29,7 +29,7 @@ bool write(bool compressed) {
   if (!writer) return false;
   std::uint32_t state = 1;
   for (int i = 0; i < kFrames; ++i) {
-    SequenceFrame frame;
+    SequenceImage frame;
     frame.timestamp_s = 0.05 * i;
     frame.image_valid = true;
     frame.pixels.resize(header.frame_bytes());

@@ -174,7 +174,7 @@ class NoiseImages final : public sim::ImageStream {
   [[nodiscard]] Timestamp physical(std::uint64_t sequence) const {
     return kBegin + static_cast<std::int64_t>(sequence) * timing_.period;
   }
-  Result<UltrasoundFrame> next(Deadline deadline) override {
+  Result<UltrasoundImage> next(Deadline deadline) override {
     const Timestamp acquired = physical(sequence_);
     if (acquired > timing_.end) return Error{ErrorCode::kEndOfStream, "end"};
     if (acquired + timing_.latency > deadline) return Error{ErrorCode::kTimeout, "later"};
@@ -188,7 +188,7 @@ class NoiseImages final : public sim::ImageStream {
     for (std::size_t i = 0; i < pixels.size(); ++i) {
       pixels[i] = static_cast<std::uint8_t>(sim::hash_bits(content_, 7, i));
     }
-    return UltrasoundFrame{
+    return UltrasoundImage{
         .acquired = acquired,
         .received = acquired + timing_.latency,
         .sequence = sequence_++,
@@ -311,12 +311,12 @@ class FaultRun {
                     .end = end_},
         faults.frozen_images, sim::Random(seed, 30));
     noise_ = images.get();
-    images_ = std::make_unique<sim::FaultyFrameSource>(
+    images_ = std::make_unique<sim::FaultyImageSource>(
         std::move(images), faults.plans[static_cast<std::size_t>(FaultyStream::kImages)], 2);
   }
 
   void add_to(FaultRuns& row) {
-    const auto note = [this](const tracking::PairedFrame& image) {
+    const auto note = [this](const tracking::PairedImage& image) {
       if (!image.tracked) withheld_.insert(image.sequence);
     };
     for (Timestamp now = kBegin; now <= end_ + std::chrono::seconds(1); now += kStep) {
@@ -411,7 +411,7 @@ class FaultRun {
   std::unique_ptr<sim::FaultyPoseSource> probe_, reference_;
   std::array<AlteredPoses*, 2> altered_{};
   NoiseImages* noise_ = nullptr;
-  std::unique_ptr<sim::FaultyFrameSource> images_;
+  std::unique_ptr<sim::FaultyImageSource> images_;
   std::set<std::uint64_t> valid_, withheld_;
   std::vector<Timestamp> faults_;
 };

@@ -14,7 +14,7 @@ namespace {
 
 using ReferenceFromImage = Transform<frames::Reference, frames::Image>;
 
-Sweep sweep_of(std::vector<TrackedFrame> frames, const Sweep& like) {
+Sweep sweep_of(std::vector<TrackedImage> frames, const Sweep& like) {
   return std::move(Sweep::create(std::move(frames), like.calibration_id())).value();
 }
 
@@ -28,7 +28,7 @@ Eigen::Vector2d source_of(const Eigen::Vector2d& p, const std::optional<SectorOu
 }
 
 /// Bilinear; black outside the image and its outline.
-std::uint8_t grey_at(const UltrasoundFrame& frame, const Eigen::Vector2d& p) {
+std::uint8_t grey_at(const UltrasoundImage& frame, const Eigen::Vector2d& p) {
   if (frame.outline && !frame.outline->contains(p)) return 0;
   const Eigen::Vector2d at = frame.grid.pixel_of({{p.x(), p.y(), 0}});
   const auto& pixels = frame.pixels;
@@ -48,11 +48,11 @@ std::uint8_t grey_at(const UltrasoundFrame& frame, const Eigen::Vector2d& p) {
 std::optional<ReferenceFromImage> pose_at(const Sweep& sweep, Timestamp time) {
   const auto& frames = sweep.frames();
   const auto after = std::ranges::lower_bound(
-      frames, time, {}, [](const TrackedFrame& tracked) { return tracked.frame.acquired; });
+      frames, time, {}, [](const TrackedImage& tracked) { return tracked.frame.acquired; });
   if (after == frames.end()) return {};
   if (after->frame.acquired == time) return after->reference_from_image;
   if (after == frames.begin()) return {};
-  const TrackedFrame& before = *std::prev(after);
+  const TrackedImage& before = *std::prev(after);
   const double share = to_seconds(time - before.frame.acquired) /
                        to_seconds(after->frame.acquired - before.frame.acquired);
   return interpolate(before.reference_from_image, after->reference_from_image, share);
@@ -60,8 +60,8 @@ std::optional<ReferenceFromImage> pose_at(const Sweep& sweep, Timestamp time) {
 
 /// Moves the images relative to the probe.
 Sweep held_elsewhere(const Sweep& sweep, const Transform<frames::Image, frames::Image>& error) {
-  std::vector<TrackedFrame> frames = sweep.frames();
-  for (TrackedFrame& tracked : frames) {
+  std::vector<TrackedImage> frames = sweep.frames();
+  for (TrackedImage& tracked : frames) {
     tracked.reference_from_image = tracked.reference_from_image * error;
   }
   return sweep_of(std::move(frames), sweep);
@@ -71,9 +71,9 @@ Sweep held_elsewhere(const Sweep& sweep, const Transform<frames::Image, frames::
 
 Sweep with_pixels(
     const Sweep& sweep,
-    const std::function<void(std::vector<std::uint8_t>&, const UltrasoundFrame&)>& change) {
-  std::vector<TrackedFrame> frames = sweep.frames();
-  for (TrackedFrame& tracked : frames) {
+    const std::function<void(std::vector<std::uint8_t>&, const UltrasoundImage&)>& change) {
+  std::vector<TrackedImage> frames = sweep.frames();
+  for (TrackedImage& tracked : frames) {
     const auto old = tracked.frame.pixels.pixels();
     std::vector<std::uint8_t> pixels(old.begin(), old.end());
     change(pixels, tracked.frame);
@@ -85,8 +85,8 @@ Sweep with_pixels(
 
 Sweep enlarged(const Sweep& sweep, double factor) {
   NAV_CHECK(factor > 0, factor);
-  std::vector<TrackedFrame> frames = sweep.frames();
-  for (TrackedFrame& tracked : frames) {
+  std::vector<TrackedImage> frames = sweep.frames();
+  for (TrackedImage& tracked : frames) {
     tracked.frame.grid.mm_per_pixel *= factor;
     tracked.frame.grid.origin_mm *= factor;
     if (!tracked.frame.outline) continue;
@@ -99,8 +99,8 @@ Sweep enlarged(const Sweep& sweep, double factor) {
 
 Sweep deepened(const Sweep& sweep, double factor) {
   NAV_CHECK(factor > 0, factor);
-  std::vector<TrackedFrame> frames =
-      with_pixels(sweep, [&](std::vector<std::uint8_t>& pixels, const UltrasoundFrame& frame) {
+  std::vector<TrackedImage> frames =
+      with_pixels(sweep, [&](std::vector<std::uint8_t>& pixels, const UltrasoundImage& frame) {
         const int width = frame.pixels.width();
         for (std::size_t i = 0; i < pixels.size(); ++i) {
           const auto at = static_cast<int>(i);
@@ -108,7 +108,7 @@ Sweep deepened(const Sweep& sweep, double factor) {
           pixels[i] = grey_at(frame, source_of(p, frame.outline, factor));
         }
       }).frames();
-  for (TrackedFrame& tracked : frames) {
+  for (TrackedImage& tracked : frames) {
     auto& outline = tracked.frame.outline;
     if (!outline) continue;
     const double depth_mm = outline->radius_max_mm - outline->radius_min_mm;
@@ -118,8 +118,8 @@ Sweep deepened(const Sweep& sweep, double factor) {
 }
 
 Sweep delayed(const Sweep& sweep, Duration delay) {
-  std::vector<TrackedFrame> frames;
-  for (const TrackedFrame& tracked : sweep.frames()) {
+  std::vector<TrackedImage> frames;
+  for (const TrackedImage& tracked : sweep.frames()) {
     const auto pose = pose_at(sweep, tracked.frame.acquired - delay);
     if (!pose) continue;
     frames.push_back(tracked);

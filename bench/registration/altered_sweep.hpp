@@ -14,7 +14,7 @@ namespace nav::bench {
 /// Changes the pixels of every ultrasound image.
 Sweep with_pixels(
     const Sweep& sweep,
-    const std::function<void(std::vector<std::uint8_t>&, const UltrasoundFrame&)>& change);
+    const std::function<void(std::vector<std::uint8_t>&, const UltrasoundImage&)>& change);
 
 /// Scales the pixel size, and the outline, by \p factor without changing the image content. factor:
 /// > 0.

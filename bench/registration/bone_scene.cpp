@@ -191,10 +191,9 @@ Result<BoneScene> family_scene(BoneSite site, std::uint64_t seed, ErrorLevel lev
   if (!patient) return patient.error();
   options.probe = patient->views.front().probe;
   const LevelErrors errors = errors_of(level);
-  options.probe.noise_level_db = errors.noise_level_db;
-  options.probe.tgc_error_db = errors.tgc_error_db;
-  options.probe.clutter_level_db = errors.clutter_level_db;
-  options.probe.reverberation = errors.reverberation;
+  sim::set_image_errors(errors, options.probe);
+  options.path.unevenness = errors.unevenness;
+  options.pressure_mm = errors.pressure_mm;
   const auto session = sim::SimulatedSession::create(options, *patient);
   if (!session) return session.error();
   sim::CtOptions scan;
@@ -205,7 +204,7 @@ Result<BoneScene> family_scene(BoneSite site, std::uint64_t seed, ErrorLevel lev
   if (!ct) return ct.error();
   const CtPose truth = session->ct_from_reference();
   sim::Random random(seed, 0x747261636b);
-  std::vector<TrackedFrame> frames;
+  std::vector<TrackedImage> frames;
   std::vector<ImageView> views;
   const auto stream = session->frames();
   for (int i = 0; i < session->frame_count(); ++i) {
@@ -254,15 +253,12 @@ Result<BoneScene> make_bone_scene(BoneSite site, std::uint64_t seed, ErrorLevel 
   if (!anatomy) return anatomy.error();
   sim::ProbeModel probe = sim::linear_l14();
   const LevelErrors errors = errors_of(level);
-  probe.noise_level_db = errors.noise_level_db;
-  probe.tgc_error_db = errors.tgc_error_db;
-  probe.clutter_level_db = errors.clutter_level_db;
-  probe.reverberation = errors.reverberation;
+  sim::set_image_errors(errors, probe);
   const sim::UltrasoundSimulator scanner(*anatomy, probe, seed);
   std::vector<ImageView> views = hand_over(body, site, seed, images);
   const CtPose truth = seeded_truth(seed);
   sim::Random random(seed, 0x747261636b);
-  std::vector<TrackedFrame> frames;
+  std::vector<TrackedImage> frames;
   for (std::size_t i = 0; i < views.size(); ++i) {
     const Timestamp time(from_seconds(static_cast<double>(i) / kBoneImagesPerSecond));
     frames.push_back({scanner.simulate(views[i], time, i),

@@ -21,15 +21,15 @@ namespace {
 
 using registration::BootstrapOptions;
 using registration::CtChannels;
-using registration::frame_bootstrap;
-using registration::FrameBootstrap;
+using registration::image_bootstrap;
+using registration::ImageBootstrap;
 using registration::ImageDraws;
 using registration::ImageRegistrationOptions;
-using registration::Lc2Cost;
 using registration::LocalShape;
 using registration::Patch;
 using registration::PatchSet;
 using registration::PreparedSweep;
+using registration::SimilarityCost;
 using registration::Vector6d;
 
 constexpr double kStartMm = 5;
@@ -48,7 +48,7 @@ class Solved {
         pose_(found()),
         patches_(with_ct_structure(channels(), sweep_.levels().back().patches, pose_,
                                    options.min_ct_contrast_hu, nullptr)),
-        cost_(Lc2Cost(channels(), patches_, options.ridge, 1).robust(options.loss)) {
+        cost_(SimilarityCost(channels(), patches_, options.ridge, 1).robust(options.loss)) {
     refine();
   }
 
@@ -57,7 +57,7 @@ class Solved {
                        registration::kCurvatureSteps * options_.levels.back().sample_step_mm);
   }
   [[nodiscard]] const PatchSet& patches() const { return patches_; }
-  [[nodiscard]] const Lc2Cost& cost() const { return cost_; }
+  [[nodiscard]] const SimilarityCost& cost() const { return cost_; }
   [[nodiscard]] const registration::Pose& pose() const { return pose_; }
 
   /// Distance that a twist about a point moves the targets, RMS, mm.
@@ -70,7 +70,7 @@ class Solved {
     double sum = 0;
     for (Patch& p : drawn.patches) sum += p.weight *= counts.at(p.frame);
     for (Patch& p : drawn.patches) p.weight /= sum;
-    const Lc2Cost cost = cost_.on(drawn);
+    const SimilarityCost cost = cost_.on(drawn);
     return solve_pose(cost, pose_, sweep_.points().centroid, {options_.max_iterations, kTolerance},
                       {})
         .pose;
@@ -117,7 +117,7 @@ class Solved {
   PreparedSweep sweep_;
   registration::Pose pose_;
   PatchSet patches_;
-  Lc2Cost cost_;
+  SimilarityCost cost_;
 };
 
 /// The difference of two poses as a twist about a point.
@@ -137,7 +137,7 @@ double predicted_by(const Solved& solved, const LocalShape& shape, int replicate
   BootstrapOptions options;
   options.replicates = replicates;
   options.seed = seed;
-  return solved.predicted_mm(frame_bootstrap(shape, options).uncertainty());
+  return solved.predicted_mm(image_bootstrap(shape, options).uncertainty());
 }
 
 /// Adds error and time of each number of replicates on one sweep to the lists.
@@ -150,7 +150,7 @@ void add_points(const Solved& solved, const LocalShape& shape, const std::vector
       BootstrapOptions options;
       options.replicates = replicates[i];
       options.seed = static_cast<std::uint64_t>(seed);
-      cpu_us[i].push_back(1e6 * timed([&] { frame_bootstrap(shape, options); }));
+      cpu_us[i].push_back(1e6 * timed([&] { image_bootstrap(shape, options); }));
       const double one = predicted_by(solved, shape, replicates[i], options.seed);
       squares[i].push_back(std::pow(one / most - 1, 2));
     }
@@ -160,7 +160,7 @@ void add_points(const Solved& solved, const LocalShape& shape, const std::vector
 BootstrapReference compare(const Solved& solved, const LocalShape& shape, int replicates) {
   BootstrapOptions options;
   options.replicates = replicates;
-  const FrameBootstrap steps = frame_bootstrap(shape, options);
+  const ImageBootstrap steps = image_bootstrap(shape, options);
   NAV_CHECK(steps.valid && steps.unsolved == 0, steps.fault);
   std::vector<double> way_mm;
   for (std::size_t i = 1; i < shape.images.size(); ++i) way_mm.push_back(shape.images[i].way_mm);

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bench/registration/case_store.hpp"
-#include "registration/uncertainty/frame_bootstrap.hpp"
+#include "registration/uncertainty/image_bootstrap.hpp"
 
 namespace nav::bench {
 

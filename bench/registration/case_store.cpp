@@ -34,7 +34,11 @@ std::shared_ptr<const RecordedSweep> CaseStore::sweep(std::uint64_t patient_seed
   const auto patient = this->patient(patient_seed);
   return at(sweeps_, {patient_seed, static_cast<int>(path), frames}, [&] {
     return std::make_shared<const RecordedSweep>(
-        record_sweep(*patient, {path, 100 * patient_seed + index, frames, model_, level_}));
+        record_sweep(*patient, {.path = path,
+                                .seed = 100 * patient_seed + index,
+                                .frames = frames,
+                                .model = model_,
+                                .level = level_}));
   });
 }
 

@@ -10,7 +10,10 @@
 #include "bench/registration/altered_sweep.hpp"
 #include "nav/check.hpp"
 #include "sim/ct_scanner.hpp"
+#include "sim/motion/hand_path.hpp"
+#include "sim/motion/pressure.hpp"
 #include "sim/motion/skin_track.hpp"
+#include "sim/persistence.hpp"
 #include "sim/ultrasound.hpp"
 
 namespace nav::bench {
@@ -101,9 +104,11 @@ std::vector<ImagePose> views(const Patient& patient, const SweepRequest& request
                  .turn = random.uniform(-0.1, 0.1),
                  .rock = random.uniform(-0.05, 0.05)};
   const double phase = random.uniform(0, 2 * std::numbers::pi);
+  const double unevenness = request.level ? errors_of(*request.level).unevenness : 0;
   std::vector<ImagePose> all;
   for (int i = 0; i < request.frames; ++i) {
-    Hand hand = hand_at(request.path, static_cast<double>(i) / (request.frames - 1));
+    const double share = static_cast<double>(i) / (request.frames - 1);
+    Hand hand = hand_at(request.path, sim::uneven_share(share, unevenness, request.seed));
     const double wobble = std::sin(0.9 * i + phase);
     hand.around += off.around;
     hand.z_mm += off.z_mm + 0.3 * wobble;
@@ -121,21 +126,6 @@ const char* to_string(SweepPath path) {
   constexpr std::array<const char*, kSweepPaths + 1> kNames{"subcostal", "fan",   "slide",
                                                             "sagittal",  "cross", "ribs"};
   return kNames[static_cast<std::size_t>(path)];
-}
-
-const char* to_string(ErrorLevel level) {
-  constexpr std::array<const char*, kErrorLevels.size()> kNames{"ideal", "good", "usual", "poor"};
-  return kNames[static_cast<std::size_t>(level)];
-}
-
-LevelErrors errors_of(ErrorLevel level) {
-  constexpr std::array<LevelErrors, kErrorLevels.size()> kErrors{{
-      {0.05, 0, 0, 0, 1, -104, 2, -300, 0},
-      {0.2, 0.3, 0.003, 10, 1, -98, 3, -50, 0.05},
-      {0.35, 0.6, 0.006, 40, 1.01, -92, 4, -40, 0.1},
-      {0.5, 1.0, 0.01, 80, 1.02, -86, 6, -35, 0.2},
-  }};
-  return kErrors[static_cast<std::size_t>(level)];
 }
 
 Transform<frames::Reference, frames::Image> measured(
@@ -179,19 +169,22 @@ RecordedSweep record_sweep(const Patient& patient, const SweepRequest& request) 
   if (errors_of_level) {
     tracker_mm = errors_of_level->tracker_mm;
     tracker_rad = kTrackerRad / kTrackerMm * tracker_mm;
-    transducer.noise_level_db = errors_of_level->noise_level_db;
-    transducer.tgc_error_db = errors_of_level->tgc_error_db;
-    transducer.clutter_level_db = errors_of_level->clutter_level_db;
-    transducer.reverberation = errors_of_level->reverberation;
+    sim::set_image_errors(*errors_of_level, transducer);
   }
   const sim::UltrasoundSimulator probe(patient.phantom, transducer, request.seed);
   const auto poses = views(patient, request);
   const auto reference_from_ct = patient.truth.inverse();
   sim::Random errors(request.seed, 0x747261636b);
-  std::vector<TrackedFrame> frames;
+  const double pressure_mm = errors_of_level ? errors_of_level->pressure_mm : 0;
+  sim::Persistence persistence(transducer.persistence);
+  std::vector<TrackedImage> frames;
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Timestamp time(from_seconds(static_cast<double>(i) / kFramesPerSecond));
-    frames.push_back({probe.simulate(poses[i], time, i),
+    const auto pressed = pressure_mm > 0 ? sim::pressed_by(poses[i], transducer, pressure_mm)
+                                         : std::shared_ptr<const sim::Warp>();
+    UltrasoundImage image = probe.simulate(poses[i], time, i, {}, pressed.get());
+    persistence.apply(image);
+    frames.push_back({std::move(image),
                       measured(reference_from_ct * poses[i], errors, tracker_mm, tracker_rad),
                       Duration{0}});
   }
@@ -200,7 +193,6 @@ RecordedSweep record_sweep(const Patient& patient, const SweepRequest& request) 
   RecordedSweep recorded{request.path, std::move(*sweep), {}};
   if (errors_of_level) {
     const LevelErrors& e = *errors_of_level;
-    if (e.sound_speed != 1) recorded.sweep = deepened(recorded.sweep, e.sound_speed);
     if (e.calibration_mm > 0) {
       recorded.sweep =
           miscalibrated(recorded.sweep, e.calibration_mm, e.calibration_rad, request.seed);

@@ -12,6 +12,7 @@
 #include "nav/sweep.hpp"
 #include "nav/volume.hpp"
 #include "sim/anatomy/abdomen_phantom.hpp"
+#include "sim/error_level.hpp"
 #include "sim/probe_model.hpp"
 #include "sim/random.hpp"
 
@@ -34,26 +35,11 @@ enum class SweepPath {
 inline constexpr int kSweepPaths = 5;
 const char* to_string(SweepPath path);
 
-/// Imperfection of tracker, calibration and scanner, as a whole.
-enum class ErrorLevel { kIdeal, kGood, kUsual, kPoor };
-inline constexpr std::array<ErrorLevel, 4> kErrorLevels{ErrorLevel::kIdeal, ErrorLevel::kGood,
-                                                        ErrorLevel::kUsual, ErrorLevel::kPoor};
-/// Stable lower-case name: "ideal", "good", "usual", "poor".
-const char* to_string(ErrorLevel level);
-
-/// The figures of a level.
-struct LevelErrors {
-  double tracker_mm;      ///< Standard deviation per axis; 0.01 rad for each mm about each axis.
-  double calibration_mm;  ///< Length of the shift of the images, in a seeded direction.
-  double calibration_rad;
-  double delay_ms;          ///< Delay of the images relative to their poses.
-  double sound_speed;       ///< Speed that the scanner assumes over that of the tissue.
-  double noise_level_db;    ///< Before the depth gain, which lifts it at depth.
-  double tgc_error_db;      ///< Peak error of the depth gain.
-  double clutter_level_db;  ///< Haze at the face; -300: none.
-  double reverberation;     ///< Amplitude reflected by the face.
-};
-LevelErrors errors_of(ErrorLevel level);
+using sim::ErrorLevel;
+using sim::errors_of;
+using sim::kErrorLevels;
+using sim::LevelErrors;
+using sim::to_string;
 
 struct SweepRequest {
   SweepPath path = SweepPath::kSubcostal;

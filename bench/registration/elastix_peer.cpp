@@ -58,8 +58,8 @@ Compound compound(const Sweep& sweep, const std::vector<Image2d<std::uint8_t>>& 
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d high = -low;
   for (std::size_t i = 0; i < sweep.frames().size(); ++i) {
-    const TrackedFrame& tracked = sweep.frames()[i];
-    const UltrasoundFrame& frame = tracked.frame;
+    const TrackedImage& tracked = sweep.frames()[i];
+    const UltrasoundImage& frame = tracked.frame;
     for (int row = 0; row < frame.pixels.height(); ++row) {
       for (int column = 0; column < frame.pixels.width(); ++column) {
         if (masks[i].at(column, row) == 0) continue;

@@ -19,7 +19,7 @@ constexpr double kFaultStartMm = 5;
 /// Keeps the session's targets that its images show; all if they show none.
 void keep_seen(const SessionCase& session, FaultCase& into) {
   std::vector<Transform<frames::Ct, frames::Image>> poses;
-  for (const TrackedFrame& tracked : session.sweep.frames()) {
+  for (const TrackedImage& tracked : session.sweep.frames()) {
     poses.push_back(session.truth * tracked.reference_from_image);
   }
   const auto& outline = session.sweep.frames().front().frame.outline;
@@ -35,8 +35,8 @@ void keep_seen(const SessionCase& session, FaultCase& into) {
 
 Sweep with_tracker_errors(const Sweep& sweep, std::uint64_t seed) {
   sim::Random errors(seed, 0x747261636b);
-  std::vector<TrackedFrame> frames = sweep.frames();
-  for (TrackedFrame& tracked : frames) {
+  std::vector<TrackedImage> frames = sweep.frames();
+  for (TrackedImage& tracked : frames) {
     tracked.reference_from_image = measured(tracked.reference_from_image, errors);
   }
   return std::move(Sweep::create(std::move(frames), sweep.calibration_id())).value();

@@ -20,12 +20,12 @@ namespace {
 using registration::Decision;
 using registration::ImageRegistrationOptions;
 using registration::ImageRegistrationResult;
-using registration::Lc2Cost;
 using registration::LocalShape;
 using registration::MisfitCause;
 using registration::PatchSet;
 using registration::PreparedCt;
 using registration::PreparedSweep;
+using registration::SimilarityCost;
 
 /// Time of find_misfits() alone, at the found pose with the patches of the last solve; absent if
 /// nothing could be found.
@@ -37,7 +37,8 @@ std::optional<double> time_of_misfits_s(const PreparedCt& ct, const PreparedSwee
   const auto* smoother = channels.size() > 1 ? channels[channels.size() - 2].get() : nullptr;
   const PatchSet patches = with_ct_structure(*channels.back(), finest.patches, pose,
                                              options.min_ct_contrast_hu, nullptr, smoother);
-  const Lc2Cost cost = Lc2Cost(*channels.back(), patches, options.ridge, 1).robust(options.loss);
+  const SimilarityCost cost =
+      SimilarityCost(*channels.back(), patches, options.ridge, 1).robust(options.loss);
   const LocalShape shape =
       local_shape(cost, pose, pose * sweep.points().centroid,
                   registration::kCurvatureSteps * finest.options.sample_step_mm);

@@ -21,7 +21,7 @@ constexpr double kOverlap = 0.125;
 using Pixels = std::vector<std::uint8_t>;
 
 Sweep mirrored(const Sweep& sweep) {
-  return with_pixels(sweep, [](Pixels& pixels, const UltrasoundFrame& frame) {
+  return with_pixels(sweep, [](Pixels& pixels, const UltrasoundImage& frame) {
     const auto width = static_cast<std::ptrdiff_t>(frame.pixels.width());
     for (auto row = pixels.begin(); row != pixels.end(); row += width) {
       std::reverse(row, row + width);
@@ -31,7 +31,7 @@ Sweep mirrored(const Sweep& sweep) {
 
 Sweep shadowed(const Sweep& sweep, std::uint64_t seed) {
   std::uint64_t image = 0;
-  return with_pixels(sweep, [&](Pixels& pixels, const UltrasoundFrame& frame) {
+  return with_pixels(sweep, [&](Pixels& pixels, const UltrasoundImage& frame) {
     const int width = frame.pixels.width();
     ++image;
     for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -47,7 +47,7 @@ Sweep shadowed(const Sweep& sweep, std::uint64_t seed) {
 }
 
 Sweep saturated(const Sweep& sweep) {
-  return with_pixels(sweep, [](Pixels& pixels, const UltrasoundFrame&) {
+  return with_pixels(sweep, [](Pixels& pixels, const UltrasoundImage&) {
     for (std::uint8_t& pixel : pixels) {
       pixel = static_cast<std::uint8_t>(std::min(255, 12 * static_cast<int>(pixel)));
     }

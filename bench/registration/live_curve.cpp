@@ -51,7 +51,7 @@ Result<LiveCase> make_case(const LiveCurveOptions& options, sim::BreathingKind k
 }
 
 /// Distance between two poses, RMS over the positions of an image, mm.
-double distance_mm(const TrackedFrame& image, const Pose& a, const Pose& b) {
+double distance_mm(const TrackedImage& image, const Pose& a, const Pose& b) {
   constexpr int kStride = 40;
   double sum = 0;
   int count = 0;

@@ -39,7 +39,7 @@ Result<MotionCase> make_case(const MotionCurveOptions& options, sim::BreathingKi
   if (!made) return made.error();
   std::vector<double> phases;
   const Timestamp first = made->sweep.frames().front().frame.acquired;
-  for (const TrackedFrame& tracked : made->sweep.frames()) {
+  for (const TrackedImage& tracked : made->sweep.frames()) {
     const double breaths = to_seconds(tracked.frame.acquired - first) / options.period_s;
     phases.push_back(breaths - std::floor(breaths));
   }
@@ -48,7 +48,7 @@ Result<MotionCase> make_case(const MotionCurveOptions& options, sim::BreathingKi
 
 /// Every stride-th image.
 Result<Sweep> thinned(const MotionCase& all, int stride, std::vector<double>& phases) {
-  std::vector<TrackedFrame> frames;
+  std::vector<TrackedImage> frames;
   for (std::size_t i = 0; i < all.phases.size(); i += static_cast<std::size_t>(stride)) {
     frames.push_back(all.session.sweep.frames()[i]);
     phases.push_back(all.phases[i]);

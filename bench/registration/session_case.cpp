@@ -20,14 +20,14 @@ Result<SessionCase> make_session_case(sim::SimulatedSessionOptions options) {
   scan.seed = options.seed;
   auto ct = sim::scan_ct(session->patient(), scan);
   if (!ct) return ct.error();
-  std::vector<TrackedFrame> frames;
+  std::vector<TrackedImage> frames;
   std::vector<registration::Pose> following_truth;
   const auto images = session->frames();
   const registration::Pose truth = session->ct_from_reference();
   for (int i = 0; i < session->frame_count(); ++i) {
     auto frame = images->next(Timestamp::max());
     if (!frame) return frame.error();
-    const sim::FrameTruth now = session->truth(i);
+    const sim::ImageTruth now = session->truth(i);
     const auto reference_from_image = truth.inverse() * now.ct_from_image;
     frames.push_back({std::move(*frame), reference_from_image, Duration{0}});
     following_truth.push_back(now.rest.ct_from_image * reference_from_image.inverse());

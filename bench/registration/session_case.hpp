@@ -7,7 +7,7 @@
 #include "nav/result.hpp"
 #include "nav/sweep.hpp"
 #include "nav/volume.hpp"
-#include "registration/similarity/lc2_cost.hpp"
+#include "registration/similarity/similarity_cost.hpp"
 #include "sim/session/simulated_session.hpp"
 
 namespace nav::bench {

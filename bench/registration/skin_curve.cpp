@@ -30,8 +30,8 @@ Result<SessionCase> make_case(const SkinCurveOptions& options, std::uint64_t see
   session.frame_rate_hz = options.frame_rate_hz;
   auto made = make_session_case(session);
   if (!made) return made.error();
-  std::vector<TrackedFrame> frames = made->sweep.frames();
-  for (TrackedFrame& tracked : frames) tracked.frame.outline.reset();
+  std::vector<TrackedImage> frames = made->sweep.frames();
+  for (TrackedImage& tracked : frames) tracked.frame.outline.reset();
   auto sweep = Sweep::create(std::move(frames), made->sweep.calibration_id());
   if (!sweep) return sweep.error();
   made->sweep = std::move(*sweep);
@@ -44,7 +44,7 @@ Result<Volume> without_what_it_shows(const SessionCase& one) {
   VoxelGrid grid = one.ct.grid();
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
-  for (const TrackedFrame& tracked : one.sweep.frames()) {
+  for (const TrackedImage& tracked : one.sweep.frames()) {
     const auto& pixels = tracked.frame.pixels;
     for (const double column : {0.0, pixels.width() - 1.0}) {
       for (const double row : {0.0, pixels.height() - 1.0}) {

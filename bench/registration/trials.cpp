@@ -193,7 +193,7 @@ std::vector<Trial> run_sweep_trials(const CohortOptions& options, CaseStore& sto
 }
 
 Sweep every(int stride, const Sweep& sweep) {
-  std::vector<TrackedFrame> kept;
+  std::vector<TrackedImage> kept;
   for (std::size_t i = 0; i < sweep.frames().size(); i += static_cast<std::size_t>(stride)) {
     kept.push_back(sweep.frames()[i]);
   }

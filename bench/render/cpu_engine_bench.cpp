@@ -28,7 +28,7 @@ Scene scene_of(const char* preset, int n) {
 void add_plane(Scene& scene) {
   constexpr int kWidth = 512;
   constexpr int kHeight = 400;
-  UltrasoundFrame frame;
+  UltrasoundImage frame;
   frame.grid = PixelGrid::centred(kWidth, 0.3, 0.3);
   frame.pixels = {kWidth, kHeight, std::vector<std::uint8_t>(kWidth * kHeight, 128)};
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX()));

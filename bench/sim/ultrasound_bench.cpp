@@ -16,7 +16,7 @@ void BM_UltrasoundFrame(benchmark::State& state) {
   const SimulatedSession session = *SimulatedSession::create({});
   std::uint64_t sequence = 0;
   for (auto _ : state) {
-    const FrameTruth truth = session.truth(static_cast<int>(sequence) % session.frame_count());
+    const ImageTruth truth = session.truth(static_cast<int>(sequence) % session.frame_count());
     benchmark::DoNotOptimize(simulator.simulate(truth.ct_from_image, truth.physical, sequence));
     ++sequence;
   }

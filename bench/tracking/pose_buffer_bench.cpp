@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "tracking/frame_pairer.hpp"
+#include "tracking/image_pairer.hpp"
 
 namespace nav::tracking {
 namespace {

@@ -63,13 +63,13 @@ Result<render::Scene> demo_scene(std::shared_ptr<const Volume> ct,
        .typical_plane = app::SessionFacts::TypicalPlane{
            simulation.truth(simulation.frame_count() - 1).ct_from_image, probe.depth_mm}});
   const auto& approach = simulation.phases().back();
-  const sim::FrameTruth middle = simulation.truth(approach.first_frame + approach.frame_count / 2);
+  const sim::ImageTruth middle = simulation.truth(approach.first_frame + approach.frame_count / 2);
   const sim::UltrasoundSimulator simulator(sim::AbdomenPhantom(), probe, 1);
   session::Epoch epoch;
   epoch.now = middle.physical;
   epoch.ct_from_image = middle.ct_from_image;
   epoch.ct_from_needle = middle.needle->ct_from_needle;
-  epoch.frame = TrackedFrame{
+  epoch.frame = TrackedImage{
       simulator.simulate(middle.ct_from_image, middle.physical, 0, epoch.ct_from_needle),
       simulation.ct_from_reference().inverse() * middle.ct_from_image, Duration::zero()};
   epoch.plane = epoch.needle = epoch.ultrasound = epoch.placement = {SafetyState::kValid, ""};

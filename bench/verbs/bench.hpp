@@ -31,7 +31,7 @@ struct BenchRenderOptions {
 /// Run time against error of Sonde's engines beside VTK's volume mappers over the scene set, in one
 /// run, then what the CPU engine skips, what cutaway, new images and edits cost, how fast it is
 /// when the camera moves, and the agreement of the engines with the reference on the demo's scene.
-/// Prints tables; JSON keys are in docs/bench-json.md. The parts skipping and costs draw no
+/// Prints tables; JSON keys are in docs/json.md. The parts skipping and costs draw no
 /// VTK: what is skipped in every scene, beside what could be; what each element of an image costs
 /// in every scene, with plane, needle and the like in it.
 Result<void> run_bench_render(const BenchRenderOptions& options, app::Console& console);
@@ -58,7 +58,7 @@ struct BenchPredicatesOptions {
 
 /// Predicates beside a standard transfer function and beside brute force on the CPU engine, the
 /// error of early termination, and the theorem on random rays. Prints a table; JSON keys are in
-/// docs/bench-json.md.
+/// docs/json.md.
 Result<void> run_bench_predicates(const BenchPredicatesOptions& options, app::Console& console);
 
 }  // namespace nav::bench

@@ -21,10 +21,10 @@ struct BenchDerivedOptions {
 
 /// Time, memory and error of the features that predicates read, each beside its own double
 /// definition and, where ITK was found at build time and has it, ITK's filter on the same voxels.
-/// JSON keys are in docs/bench-json.md.
+/// JSON keys are in docs/json.md.
 Result<void> run_bench_derived(const BenchDerivedOptions& options, app::Console& console);
 
-/// `side`, `timings` and `errors`, as docs/bench-json.md says.
+/// `side`, `timings` and `errors`, as docs/json.md says.
 io::Json json_of(const DerivedBenchReport& report);
 
 }  // namespace nav::bench

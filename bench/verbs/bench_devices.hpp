@@ -21,7 +21,7 @@ struct BenchDevicesOptions {
 };
 
 /// Images shown of recordings with faults, and the error of the clock model. JSON keys are in
-/// docs/bench-json.md.
+/// docs/json.md.
 Result<void> run_bench_devices(const BenchDevicesOptions& options, app::Console& console);
 
 io::Json json_of(const std::vector<FaultRuns>& rows);

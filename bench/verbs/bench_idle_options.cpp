@@ -16,19 +16,18 @@ Result<void> reject_idle_of_bench(const CLI::App& verb, const BenchRenderOptions
   const bool lives = asks_for(options.parts, "live");
   const bool skips = names_part(options.parts, "skipping");
   const bool costs = names_part(options.parts, "costs");
-  return reject_idle(verb, {{{"--ct", "--scene"},
-                             compares || skips || costs,
-                             "--part compare, skipping or costs",
-                             "live"},
-                            {{"--costs"}, lives, "--part live", "others"},
-                            {{"--width", "--height"},
-                             !options.quick,
-                             "no --quick, which has a size of its own,",
-                             "both"},
-                            {{"--width", "--height"},
-                             compares || lives || costs,
-                             "--part compare, live or costs",
-                             "skipping"}});
+  return reject_idle(
+      verb,
+      {{{"--ct", "--scene"},
+        compares || skips || costs,
+        "--part compare, skipping or costs",
+        "live"},
+       {{"--costs"}, lives, "--part live", "others"},
+       {{"--width", "--height"}, !options.quick, "no --quick, which has a size of its own", "both"},
+       {{"--width", "--height"},
+        compares || lives || costs,
+        "--part compare, live or costs",
+        "skipping"}});
 }
 
 Result<void> reject_idle_of_bench(const CLI::App& verb, const BenchPredicatesOptions& options) {
@@ -39,7 +38,7 @@ Result<void> reject_idle_of_bench(const CLI::App& verb, const BenchPredicatesOpt
       verb,
       {{{"--side", "--width", "--height"},
         !options.quick,
-        "no --quick, which has sizes of its own,",
+        "no --quick, which has sizes of its own",
         "both"},
        {{"--side"}, !recorded, "a simulated --volume", volume},
        {{"--side", "--width", "--height"}, !features, "a --volume that is drawn", volume},
@@ -58,13 +57,14 @@ Result<void> reject_idle_of_bench(const CLI::App& verb, const BenchPredicatesOpt
 Result<void> reject_idle_of_bench(const CLI::App& verb, const BenchRegistrationOptions& options) {
   const bool cohort = asks_for(options.parts, "cohort");
   const bool faults = asks_for(options.parts, "faults");
+  const bool levels = asks_for(options.parts, "levels");
   const bool starts = asks_for(options.parts, "starts");
   const bool only_curve =
       !options.parts.empty() && std::all_of(options.parts.begin(), options.parts.end(),
                                             [](const auto& part) { return part == "curve"; });
   return reject_idle(
       verb,
-      {{{"--trials"}, cohort, "--part cohort", "others"},
+      {{{"--trials"}, cohort || levels, "--part cohort or levels", "others"},
        {{"--no-evaluation"}, cohort || faults, "--part cohort or faults", "others"},
        {{"--effort"}, cohort || faults || starts, "--part cohort, faults or starts", "others"},
        {{"--patients"}, !only_curve, "a --part other than curve", "curve alone"}});
@@ -72,7 +72,7 @@ Result<void> reject_idle_of_bench(const CLI::App& verb, const BenchRegistrationO
 
 Result<void> reject_idle_of_bench(const CLI::App& verb, const BenchDerivedOptions& options) {
   return reject_idle(
-      verb, {{{"--side"}, !options.quick, "no --quick, which has a side of its own,", "both"}});
+      verb, {{{"--side"}, !options.quick, "no --quick, which has a side of its own", "both"}});
 }
 
 }  // namespace nav::bench

@@ -32,7 +32,7 @@ struct BenchRenderReport {
   std::vector<SceneCosts> scene_costs;  ///< Result of the part costs.
 };
 
-/// Keys as docs/bench-json.md has them, from gl_device on.
+/// Keys as docs/json.md has them, from gl_device on.
 io::Json json_of(const BenchRenderReport& report);
 io::Json json_of(const std::vector<ScalingPoint>& points);
 

@@ -21,10 +21,10 @@ struct BenchReconstructOptions {
 };
 
 /// Rates of the methods of reconstruction, and their errors against simulated images. JSON keys are
-/// in docs/bench-json.md.
+/// in docs/json.md.
 Result<void> run_bench_reconstruct(const BenchReconstructOptions& options, app::Console& console);
 
-/// `images`, `rates`, `backward` and `errors`, as docs/bench-json.md says.
+/// `images`, `rates`, `backward` and `errors`, as docs/json.md says.
 io::Json json_of(const ReconstructionBenchReport& report);
 
 }  // namespace nav::bench

@@ -27,7 +27,7 @@ struct BenchRegistrationOptions {
 
 /// Registration on the simulated cohort: development and evaluation seeds side by side, run time
 /// against error, and elastix where it is installed. Prints tables; JSON keys are in
-/// docs/bench-json.md.
+/// docs/json.md.
 Result<void> run_bench_registration(const BenchRegistrationOptions& options, app::Console& console);
 
 }  // namespace nav::bench

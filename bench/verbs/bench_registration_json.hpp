@@ -18,7 +18,7 @@
 #include "bench/registration/start_curve.hpp"
 #include "bench/registration/summary.hpp"
 
-/// Parts of 'sonde bench registration --json'; the keys are in docs/bench-json.md.
+/// Parts of 'sonde bench registration --json'; the keys are in docs/json.md.
 namespace nav::bench {
 
 io::Json json_of(const CohortSummary& s);

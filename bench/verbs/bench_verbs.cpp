@@ -121,10 +121,10 @@ void BenchCommandLine::add_predicates() {
                    "only volumes whose name begins with this: neck, …, two-volumes, features");
   verb->add_option("--look", predicates_.appearance,
                    "only predicate sets whose name begins with this, of a --volume that has some");
-  verb->add_option("--engine", predicates_.engine, "cpu, gl or both")
+  verb->add_option("--engine", predicates_.engine, "rendering engines")
       ->check(app::among({"cpu", "gl", "both"}))
       ->capture_default_str();
-  verb->add_option("--threads", predicates_.threads, "0: all cores")
+  verb->add_option("--threads", predicates_.threads, "number of threads; 0: all cores")
       ->check(app::in_range(0, 1024, "threads"))
       ->capture_default_str();
   add_json(*verb);
@@ -143,7 +143,7 @@ void BenchCommandLine::add_derived() {
   derived->add_option("--side", derived_.side, "side of the timed volume, voxels")
       ->check(app::in_range(32, 512, "voxels"))
       ->capture_default_str();
-  derived->add_option("--threads", derived_.threads, "0: all cores")
+  derived->add_option("--threads", derived_.threads, "number of threads; 0: all cores")
       ->check(app::in_range(0, 1024, "threads"))
       ->capture_default_str();
   derived->add_flag("--quick", derived_.quick, "96 voxels a side, once each: seconds");
@@ -164,7 +164,7 @@ void BenchCommandLine::add_reconstruct() {
   verb->add_option("--part", reconstruct_.parts, "rates, backward, errors; default all")
       ->check(app::among({"rates", "backward", "errors"}))
       ->delimiter(',');
-  verb->add_option("--threads", reconstruct_.threads, "0: all cores")
+  verb->add_option("--threads", reconstruct_.threads, "number of threads; 0: all cores")
       ->check(app::in_range(0, 1024, "threads"))
       ->capture_default_str();
   verb->add_flag("--quick", reconstruct_.quick, "few and small images: seconds");
@@ -199,7 +199,9 @@ void BenchCommandLine::add_devices() {
 void BenchCommandLine::add_gallery() {
   CLI::App* gallery = app_.add_subcommand("gallery", "Draw the images of docs/gallery.md");
   gallery->add_option("--out", gallery_.out, "folder to write to")->required();
-  gallery->add_option("--engine", gallery_.engine, "cpu, gl or reference")->capture_default_str();
+  gallery->add_option("--engine", gallery_.engine, "rendering engine")
+      ->check(app::among({"cpu", "gl", "reference"}))
+      ->capture_default_str();
   gallery->add_option("--only", gallery_.only, "only images whose name contains this");
   gallery->add_option("--width", gallery_.width, "width of the images, pixels")
       ->check(app::in_range(16, 4096, "pixels"))

@@ -23,9 +23,9 @@ Result<void> write_recording(const Sweep& sweep, const std::filesystem::path& fi
   header.height = sweep.frames().front().frame.pixels.height();
   auto writer = io::SequenceWriter::create(file, header);
   if (!writer) return writer.error();
-  for (const TrackedFrame& tracked : sweep.frames()) {
+  for (const TrackedImage& tracked : sweep.frames()) {
     const auto pixels = tracked.frame.pixels.pixels();
-    io::SequenceFrame frame;
+    io::SequenceImage frame;
     frame.timestamp_s = to_seconds(tracked.frame.acquired);
     frame.unfiltered_timestamp_s = frame.timestamp_s;
     frame.image_valid = true;

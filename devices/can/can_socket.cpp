@@ -101,7 +101,8 @@ Result<FileDescriptor> open_can(const std::string& interface,
   if (!socket.is_open()) return open_error(interface, "cannot open a CAN socket", errno);
   std::vector<can_filter> kernel;
   for (const CanFilter& one : filters) {
-    kernel.push_back({one.id, one.mask | CAN_EFF_FLAG | CAN_RTR_FLAG});
+    kernel.push_back(
+        {one.id | (one.extended ? CAN_EFF_FLAG : 0U), one.mask | CAN_EFF_FLAG | CAN_RTR_FLAG});
   }
   const can_err_mask_t errors = CAN_ERR_MASK;
   const int on = 1;

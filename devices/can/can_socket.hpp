@@ -38,6 +38,7 @@ std::optional<CanFrame> decode_can(std::span<const std::byte> bytes);
 struct CanFilter {
   std::uint32_t id = 0;
   std::uint32_t mask = 0x7FF;
+  bool extended = false;  ///< Identifiers of 29 bits; otherwise of 11.
 };
 
 /// Opens a raw socket on an interface, such as "can0", for the frames that pass one of the filters

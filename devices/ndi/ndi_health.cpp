@@ -12,8 +12,8 @@ SourceHealth source_health(const NdiHealth& own) {
                       .serial = own.version.serial,
                       .reconnects = own.connections > 0 ? own.connections - 1 : 0,
                       .bytes = own.bytes,
-                      .bad_messages = own.bad_replies};
-  if (own.repeats > 0) health.bad_messages["repeat"] = own.repeats;
+                      .bad_messages = own.bad_replies,
+                      .repeats = own.repeats};
   const bool faulty =
       std::ranges::any_of(own.tool_faults, [](const auto& f) { return !f.empty(); });
   if (faulty && health.cause.empty()) health.cause = "tool";

@@ -20,7 +20,7 @@ void OpenIgtLinkSender::send(const StreamInfo& stream, const Sample& sample) con
   if (const auto* pose = std::get_if<PoseSample>(&sample.what)) {
     send_pose(plus_transform_name(stream.name, tracker_frame_), pose->pose,
               stamp_of(pose->pose.acquired));
-  } else if (const auto* image = std::get_if<UltrasoundFrame>(&sample.what)) {
+  } else if (const auto* image = std::get_if<UltrasoundImage>(&sample.what)) {
     send_image(stream.name, *image, stamp_of(image->acquired));
   }
 }
@@ -39,7 +39,7 @@ void OpenIgtLinkSender::send_pose(const std::string& name, const RawPose& pose,
   server_.send(envelope, content);
 }
 
-void OpenIgtLinkSender::send_image(const std::string& name, const UltrasoundFrame& image,
+void OpenIgtLinkSender::send_image(const std::string& name, const UltrasoundImage& image,
                                    std::uint64_t stamp) const {
   constexpr int kMost = std::numeric_limits<std::uint16_t>::max();
   if (image.pixels.empty() || std::max(image.pixels.width(), image.pixels.height()) > kMost) return;
@@ -49,7 +49,12 @@ void OpenIgtLinkSender::send_image(const std::string& name, const UltrasoundFram
   const auto column = static_cast<float>(image.grid.mm_per_pixel.col(0).norm());
   const auto row = static_cast<float>(image.grid.mm_per_pixel.col(1).norm());
   out.steps_mm = {{{column, 0, 0}, {0, row, 0}, {0, 0, 1}}};
-  out.pixels = std::as_bytes(std::span(image.pixels.pixels()));
+  if (image.colours.empty()) {
+    out.pixels = std::as_bytes(image.pixels.pixels());
+  } else {
+    out.components = 3;
+    out.pixels = std::as_bytes(image.colours.pixels());
+  }
   std::vector<std::byte> content;
   append_igtl_image(content, out);
   server_.send({.version = 2, .type = "IMAGE", .device = name, .stamp = stamp}, content);

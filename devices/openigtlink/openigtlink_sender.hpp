@@ -13,7 +13,7 @@ namespace nav::devices {
 /// Sends samples by a server, named and marked as PLUS does:
 ///   - a pose of a body "Probe" as TRANSFORM "ProbeToTracker" with its status as TransformStatus. A
 ///     pose that is not finite is sent as the identity, with its status, which is then never OK;
-///   - an image as IMAGE with its pixel spacing.
+///   - an image as IMAGE with its pixel spacing, RGB if it has colours.
 /// Thread-safe if each stream is sent by one thread.
 class OpenIgtLinkSender {
  public:
@@ -27,7 +27,7 @@ class OpenIgtLinkSender {
 
  private:
   void send_pose(const std::string& name, const RawPose& pose, std::uint64_t stamp) const;
-  void send_image(const std::string& name, const UltrasoundFrame& image, std::uint64_t stamp) const;
+  void send_image(const std::string& name, const UltrasoundImage& image, std::uint64_t stamp) const;
 
   OpenIgtLinkServer& server_;
   std::string tracker_frame_;

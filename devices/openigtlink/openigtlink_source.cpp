@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <sstream>
 
 #include "devices/openigtlink/igtl_image.hpp"
@@ -371,13 +372,15 @@ void OpenIgtLinkSource::take_image(const IgtlMessage& message, Timestamp receive
     reject(message, image.error().message);
     return missing("malformed_image", image.error().message);
   }
-  if (image->scalar != IgtlScalar::kUint8 || image->components != 1 || image->size[2] != 1 ||
-      !image->is_whole()) {
-    return missing("unsupported_image_type", "expected one whole slice of 8-bit grey values");
+  const bool colours = image->components == 3;
+  if (image->scalar != IgtlScalar::kUint8 || (image->components != 1 && !colours) ||
+      image->size[2] != 1 || !image->is_whole()) {
+    return missing("unsupported_image_type",
+                   "expected one whole slice of 8-bit grey or RGB values");
   }
   const Eigen::Vector3d spacing = image->spacing_mm();
   const int width = image->size[0];
-  UltrasoundFrame frame;
+  UltrasoundImage frame;
   frame.acquired = received;
   frame.received = received;
   frame.sequence = health_.samples[*stream];
@@ -385,9 +388,15 @@ void OpenIgtLinkSource::take_image(const IgtlMessage& message, Timestamp receive
   if (const auto ok = validate(frame.grid); !ok) {
     return missing("invalid_pixel_grid", ok.error().message);
   }
-  const auto* first = reinterpret_cast<const std::uint8_t*>(image->pixels.data());
-  frame.pixels = Image2d<std::uint8_t>(
-      width, image->size[1], std::vector<std::uint8_t>(first, first + image->pixels.size()));
+  if (colours) {
+    std::vector<Rgb8> pixels(image->pixels.size() / sizeof(Rgb8));
+    std::memcpy(pixels.data(), image->pixels.data(), image->pixels.size());
+    set_colours(frame, {width, image->size[1], std::move(pixels)});
+  } else {
+    const auto* first = reinterpret_cast<const std::uint8_t*>(image->pixels.data());
+    frame.pixels = Image2d<std::uint8_t>(
+        width, image->size[1], std::vector<std::uint8_t>(first, first + image->pixels.size()));
+  }
   add(*stream, message, received, std::move(frame));
 }
 

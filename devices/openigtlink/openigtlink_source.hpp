@@ -78,7 +78,7 @@ struct OpenIgtLinkHealth {
 ///   - poses from TRANSFORM, POSITION, TDATA and QTDATA, with the status of the metadata and
 ///   kUnknown
 ///     without;
-///   - images from IMAGE: one slice of 8-bit grey values. Others are MissingImage.
+///   - images from IMAGE: one slice of 8-bit grey or RGB values. Others are MissingImage.
 /// Sample::device_time is the header's time stamp, ns since 1970; absent when the sender gives
 /// none. The times `acquired` are those of reception until a clock model has mapped the device
 /// time.

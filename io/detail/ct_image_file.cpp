@@ -288,6 +288,61 @@ Result<Affine> nrrd_affine(const ImageFile& file, Diagnostics& diagnostics,
   return affine;
 }
 
+/// Rejects axes that are not those of a volume in space, by their kinds.
+Result<void> check_kinds(const ImageFile& file) {
+  for (std::size_t axis = 0; axis < std::min<std::size_t>(file.kinds.size(), 3); ++axis) {
+    const std::string_view kind = file.kinds[axis];
+    const bool spatial = kind == "domain" || kind == "space" || kind == "none" || kind == "???";
+    if (!spatial) {
+      return bad_field(file, file.format == "NRRD" ? "kinds" : "Kinds", "three axes in space",
+                       file.value(file.format == "NRRD" ? "kinds" : "Kinds"));
+    }
+  }
+  return {};
+}
+
+/// Reports statements of an NRRD that are not used, although they say what values and lengths mean.
+void report_unused_nrrd(const ImageFile& file, const Eigen::Vector3d& spacing_mm,
+                        Diagnostics& diagnostics) {
+  const auto report = [&](std::string_view key, std::vector<std::string> values,
+                          const std::string& used, Severity severity = Severity::kWarning) {
+    diagnostics.report("io.ct", {.subject = file.path.string(),
+                                 .key = std::string(key),
+                                 .values = std::move(values),
+                                 .used = used,
+                                 .severity = severity});
+  };
+  const auto units = spelling(file, {"sample units", "sampleunits"});
+  const std::string_view unit = trim(file.value(units));
+  if (file.has(units) && !unit.empty() && !equals_ignoring_case(unit, "HU") && unit != "\"HU\"") {
+    report(units, {excerpt(unit)}, "the values as stored");
+  }
+  for (const auto key : {"axis mins", "axismins", "axis maxs", "axismaxs"}) {
+    if (file.has(key)) {
+      report(key, {excerpt(file.value(key)), "space directions and space origin"},
+             "space directions and space origin");
+    }
+  }
+  if (const auto dimension = file.value("space dimension");
+      !dimension.empty() && dimension != "3") {
+    report("space dimension", {excerpt(dimension), "3 by space"}, "3");
+  }
+  if (file.has("measurement frame")) {
+    report("measurement frame", {excerpt(file.value("measurement frame"))},
+           "nothing of it: the values have no direction", Severity::kInfo);
+  }
+  // Slices that are thicker than their distance overlap, and thinner ones leave gaps.
+  constexpr double kShare = 0.01;
+  const auto words = split_words(file.value("thicknesses"));
+  for (std::size_t axis = 0; axis < 3 && words.size() == file.component_axes + 3; ++axis) {
+    const auto mm = parse_double(words[file.component_axes + axis]);
+    const double spacing = spacing_mm[static_cast<Eigen::Index>(axis)];
+    if (!mm || !std::isfinite(*mm) || std::abs(*mm - spacing) <= kShare * spacing) continue;
+    report("thicknesses", {"slices " + to_text(*mm) + " mm thick", to_text(spacing) + " mm apart"},
+           "their distance");
+  }
+}
+
 /// NRRD keeps the range from which values were quantised; they are not restored.
 void warn_of_quantisation(const ImageFile& file, Diagnostics& diagnostics) {
   const auto low = spelling(file, {"old min", "oldmin"});
@@ -325,9 +380,10 @@ Result<std::array<int, 3>> volume_size(ImageFile& file, int least_slices) {
   std::array<int, 3> size{};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (file.sizes[axis] < 1 || file.sizes[axis] > std::numeric_limits<int>::max()) {
-      return Error{ErrorCode::kMalformedData, file.path.string() +
-                                                  ": expected sizes from 1 to 2^31, found " +
-                                                  std::to_string(file.sizes[axis])};
+      return Error{ErrorCode::kMalformedData,
+                   file.path.string() + (file.format == "NRRD" ? ": sizes" : ": DimSize") +
+                       ": expected sizes from 1 to 2^31, found " +
+                       std::to_string(file.sizes[axis])};
     }
     size[axis] = static_cast<int>(file.sizes[axis]);
   }
@@ -361,12 +417,14 @@ Result<VoxelGrid> read_image_file_voxels(const std::filesystem::path& path, Voxe
   const auto size = volume_size(*file, options.least_slices);
   if (!size) return size.error();
   for (const Finding& finding : file->findings) diagnostics.report("io.ct", finding);
+  if (const auto ok = check_kinds(*file); !ok) return ok.error();
   warn_of_quantisation(*file, diagnostics);
   const auto affine = file->format == "NRRD" ? nrrd_affine(*file, diagnostics, options)
                                              : meta_affine(*file, diagnostics, options);
   if (!affine) return affine.error();
   const auto grid = grid_from_affine(*size, *affine, path.string());
   if (!grid) return grid.error();
+  if (file->format == "NRRD") report_unused_nrrd(*file, grid->spacing_mm, diagnostics);
   auto stream = PixelStream::open(file->data, file->encoding);
   if (!stream) return stream.error();
   const auto fail = [&](const Error& error) {

@@ -52,6 +52,7 @@ struct Nifti {
   double data_offset = 0;
   double slope = 0, intercept = 0;
   int units = 0;
+  int intent = 0;  ///< Meaning of the values: 0 none, 2 to 24 statistics, above 1000 others.
   int qform = 0, sform = 0;
   std::array<double, 6> quaternion{};  ///< Values b, c, d and the offset x, y, z.
   Affine srow = Affine::Zero();
@@ -91,6 +92,7 @@ std::optional<Nifti> parse(std::span<const std::byte> bytes) {
     n.slope = b.at<float>(112);
     n.intercept = b.at<float>(116);
     n.units = b.at<std::uint8_t>(123);
+    n.intent = b.at<std::int16_t>(68);
     n.qform = b.at<std::int16_t>(252);
     n.sform = b.at<std::int16_t>(254);
     return n;
@@ -106,6 +108,7 @@ std::optional<Nifti> parse(std::span<const std::byte> bytes) {
     n.qform = b.at<std::int32_t>(344);
     n.sform = b.at<std::int32_t>(348);
     n.units = b.at<std::int32_t>(500);
+    n.intent = b.at<std::int32_t>(504);
     return n;
   }
   return {};
@@ -294,6 +297,41 @@ Result<VoxelGrid> nifti_grid(const Nifti& n, const std::filesystem::path& path,
   return grid_from_affine(*size, *affine, path.string());
 }
 
+/// Name of an intent code of nifti1.h, for messages.
+std::string intent_name(int code) {
+  constexpr int kEstimate = 1001;
+  constexpr int kLabel = 1002;
+  constexpr int kFirstOther = 1000;
+  if (code == kEstimate) return "an estimate";
+  if (code == kLabel) return "labels";
+  return code < kFirstOther ? "a statistic" : "another quantity";
+}
+
+/// Reports statements that are not used, although they say what the values and lengths mean.
+void report_unused(const Nifti& n, const std::filesystem::path& path, Diagnostics& diagnostics) {
+  const auto report = [&](const char* key, std::vector<std::string> values, std::string used,
+                          Severity severity = Severity::kWarning) {
+    diagnostics.report("io.ct", {.subject = path.string(),
+                                 .key = key,
+                                 .values = std::move(values),
+                                 .used = std::move(used),
+                                 .severity = severity});
+  };
+  if (n.intent != 0) {
+    report("intent_code",
+           {std::to_string(n.intent) + ", " + intent_name(n.intent) + " (expected 0, none)"},
+           "the values as stored");
+  }
+  if (n.slope == 0 && n.intercept != 0) {
+    report("scl_slope, scl_inter",
+           {"a slope of 0, no scaling", "scl_inter " + to_text(n.intercept)}, "no scaling");
+  }
+  // Many programs write no unit and mean millimetres.
+  if ((n.units & 7) == 0) {
+    report("xyzt_units", {"no unit of length"}, "millimetres", Severity::kInfo);
+  }
+}
+
 Result<void> check_length(const Nifti& n, const VoxelGrid& grid, std::size_t sample,
                           std::int64_t file_size, bool compressed,
                           const std::filesystem::path& path) {
@@ -332,7 +370,7 @@ Result<VoxelGrid> read_nifti_voxels(const std::filesystem::path& path, VoxelSink
   // NIfTI-1 headers are shorter than the buffer. A file that ends between the two sizes has no
   // voxels anyway.
   if (!stream->read(0, std::span(header).first(kHeader1))) {
-    return fail(ErrorCode::kMalformedData, "header cut short: expected 348 bytes");
+    return fail(ErrorCode::kMalformedData, "header cut short: expected 348 bytes, found fewer");
   }
   if (!stream->read(kHeader1, std::span(header).subspan(kHeader1))) {
     std::fill(header.begin() + kHeader1, header.end(), std::byte{0});
@@ -359,6 +397,7 @@ Result<VoxelGrid> read_nifti_voxels(const std::filesystem::path& path, VoxelSink
   }
   const auto grid = nifti_grid(*nifti, path, diagnostics, options);
   if (!grid) return grid.error();
+  report_unused(*nifti, path, diagnostics);
   const std::size_t sample = size_of(*type);
   const auto length = check_length(*nifti, *grid, sample, file->size(), compressed, path);
   if (!length) return length.error();

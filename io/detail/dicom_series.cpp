@@ -16,6 +16,7 @@
 #include <vtkDICOMValue.h>
 #include <vtkNew.h>
 
+#include "io/detail/dicom_codestream.hpp"
 #include "io/detail/dicom_structure.hpp"
 #include "io/detail/input_file.hpp"
 #include "io/detail/text.hpp"
@@ -67,15 +68,29 @@ std::optional<std::pair<double, double>> padding(vtkDICOMMetaData& meta) {
   return std::pair(std::min(a, b), std::max(a, b));
 }
 
+/// The value of an attribute as the end of a message: ", found '0\\0'".
+std::string found_attribute(vtkDICOMMetaData& meta, int frame, DC::EnumType tag) {
+  const vtkDICOMValue& value = meta.Get(0, frame, vtkDICOMTag(tag));
+  const std::string found = value.IsValid() ? value.AsString() : std::string();
+  return ", found " + (found.empty() ? std::string("nothing") : "'" + excerpt(found) + "'");
+}
+
 /// Reads the geometry of one frame. Returns a defect, or an empty text.
 std::string read_slice(vtkDICOMMetaData& meta, DicomSlice& slice, bool& has_rescale) {
   const auto position = numbers(meta, slice.frame, DC::ImagePositionPatient, 3);
-  if (position.empty()) return "expected ImagePositionPatient of 3 numbers";
+  if (position.empty()) {
+    return "expected ImagePositionPatient of 3 numbers" +
+           found_attribute(meta, slice.frame, DC::ImagePositionPatient);
+  }
   const auto orientation = numbers(meta, slice.frame, DC::ImageOrientationPatient, 6);
-  if (orientation.empty()) return "expected ImageOrientationPatient of 6 numbers";
+  if (orientation.empty()) {
+    return "expected ImageOrientationPatient of 6 numbers" +
+           found_attribute(meta, slice.frame, DC::ImageOrientationPatient);
+  }
   const auto spacing = numbers(meta, slice.frame, DC::PixelSpacing, 2);
   if (spacing.empty() || !(spacing[0] > 0 && spacing[1] > 0)) {
-    return "expected PixelSpacing of 2 positive numbers";
+    return "expected PixelSpacing of 2 positive numbers" +
+           found_attribute(meta, slice.frame, DC::PixelSpacing);
   }
   slice.position_mm << position[0], position[1], position[2];
   slice.row_direction << orientation[0], orientation[1], orientation[2];
@@ -174,8 +189,9 @@ std::string length_defect(vtkDICOMMetaData& meta, vtkDICOMParser& parser, double
          (encapsulated ? " compressed" : "");
 }
 
-void add_file(const std::filesystem::path& file, vtkDICOMMetaData& meta, vtkDICOMParser& parser,
+void add_file(const InputFile& input, vtkDICOMMetaData& meta, vtkDICOMParser& parser,
               DicomSeries& series) {
+  const std::filesystem::path& file = input.path();
   const auto defect = [&](const std::string& what) {
     if (series.defect.empty()) series.defect = file.filename().string() + ": " + what;
   };
@@ -210,6 +226,16 @@ void add_file(const std::filesystem::path& file, vtkDICOMMetaData& meta, vtkDICO
   }
   const std::string length = length_defect(meta, parser, 1.0 * rows * columns * frames);
   if (!length.empty()) return defect(length);
+  const std::int64_t begin = parser.GetFileOffset();
+  const std::string coded = codestream_defect(
+      input, {.transfer_syntax = text(meta, DC::TransferSyntaxUID),
+              .pixel_data = begin,
+              .bytes = parser.GetFileSize() - begin,
+              .rows = rows,
+              .columns = columns,
+              .frames = frames,
+              .bytes_of_sample = meta.Get(0, vtkDICOMTag(DC::BitsAllocated)).AsInt() / 8});
+  if (!coded.empty()) return defect(coded);
   note_longer(meta, parser, 1.0 * rows * columns * frames, file, series);
   for (int frame = 0; frame < frames; ++frame) {
     DicomSlice slice;
@@ -228,6 +254,68 @@ void add_file(const std::filesystem::path& file, vtkDICOMMetaData& meta, vtkDICO
     if (!has_rescale) ++series.without_rescale;
     series.slices.push_back(std::move(slice));
   }
+}
+
+/// Adds what an image says of patient, study, modality and position; absent attributes say nothing.
+void note_identity(vtkDICOMMetaData& meta, DicomSeries& series) {
+  const auto add = [&](DC::EnumType tag, std::set<std::string>& values) {
+    std::string value = text(meta, tag);
+    if (!value.empty()) values.insert(std::move(value));
+  };
+  add(DC::PatientID, series.patients);
+  add(DC::StudyInstanceUID, series.studies);
+  add(DC::Modality, series.modalities);
+  add(DC::PatientPosition, series.positions);
+}
+
+/// Rejects a series that mixes patients, studies, modalities or positions of the patient.
+Result<void> check_identity(const DicomSeries& series, const std::string& name) {
+  const auto reject = [&](const std::string& key, std::size_t count, const std::string& found) {
+    return Error{ErrorCode::kMalformedData, name + ": expected one " + key + " in the series " +
+                                                series.uid + ", found " + std::to_string(count) +
+                                                found};
+  };
+  const auto listed = [](const std::set<std::string>& values) {
+    std::string text;
+    for (const std::string& value : values) {
+      text += (text.empty() ? " (" : ", ") + excerpt(value);
+    }
+    return text + ")";
+  };
+  // Who the patients are is nobody's business on a screen.
+  if (series.patients.size() > 1) return reject("PatientID", series.patients.size(), "");
+  if (series.studies.size() > 1) return reject("StudyInstanceUID", series.studies.size(), "");
+  if (series.modalities.size() > 1) {
+    return reject("Modality", series.modalities.size(), listed(series.modalities));
+  }
+  if (series.positions.size() > 1) {
+    return reject("PatientPosition", series.positions.size(), listed(series.positions));
+  }
+  return {};
+}
+
+/// Reports that a folder has series of several patients or studies. The values do not name them.
+void report_mixed(const std::vector<DicomSeries>& all, const DicomSeries& chosen,
+                  const std::string& name, Diagnostics& diagnostics) {
+  const auto report = [&](const char* key, std::set<std::string> DicomSeries::*values) {
+    std::set<std::string> found;
+    std::size_t same = 0;
+    for (const DicomSeries& series : all) {
+      found.insert((series.*values).begin(), (series.*values).end());
+      if (series.*values == chosen.*values) ++same;
+    }
+    if (found.size() < 2) return;
+    diagnostics.report(
+        "io.ct", {.subject = name,
+                  .key = key,
+                  .values = {std::to_string(found.size()) + " different ones among " +
+                             std::to_string(all.size()) + " series"},
+                  .used = "that of the series " + chosen.uid + ", which " + std::to_string(same) +
+                          " of the series have"});
+  };
+  report("PatientID", &DicomSeries::patients);
+  report("StudyInstanceUID", &DicomSeries::studies);
+  report("PatientPosition", &DicomSeries::positions);
 }
 
 std::string describe(const DicomSeries& series) {
@@ -284,7 +372,8 @@ Result<std::vector<DicomSeries>> scan_dicom(const std::vector<std::filesystem::p
       all.back().unit = text(*meta, DC::RescaleType);
       all.back().tilt_tag = text(*meta, DC::GantryDetectorTilt);
     }
-    add_file(file, *meta, *parser, all[place->second]);
+    note_identity(*meta, all[place->second]);
+    add_file(*input, *meta, *parser, all[place->second]);
   }
   if (!others.empty()) {
     std::string listed;
@@ -332,9 +421,11 @@ Result<DicomSeries> choose_series(std::vector<DicomSeries> all, const std::strin
     for (const DicomSeries& series : all) found.push_back(describe(series));
     warn("series", std::move(found), best->uid);
   }
+  report_mixed(all, *best, name, diagnostics);
   if (!best->defect.empty()) {
     return Error{ErrorCode::kMalformedData, name + ": " + best->defect};
   }
+  if (const auto ok = check_identity(*best, name); !ok) return ok.error();
   if (best->modality != "CT") {
     warn("Modality", {"'" + excerpt(best->modality) + "' (expected CT)"}, "the values as HU");
   }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,11 @@ struct DicomSeries {
   std::string description;
   std::string unit;      ///< RescaleType of the first image; empty when absent: HU.
   std::string tilt_tag;  ///< GantryDetectorTilt, degrees as text; empty when absent.
+  // Different values of the images; one of each is expected.
+  std::set<std::string> patients;    ///< PatientID.
+  std::set<std::string> studies;     ///< StudyInstanceUID.
+  std::set<std::string> modalities;  ///< Modality.
+  std::set<std::string> positions;   ///< PatientPosition, such as HFS.
   std::vector<DicomSlice> slices;
   std::size_t without_rescale = 0;  ///< Number of slices without a rescale: unknown unit.
   std::size_t localizers = 0;       ///< Number of overview images (localizers) that were left out.

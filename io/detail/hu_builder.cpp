@@ -139,11 +139,22 @@ Result<void> HuBuilder::report(const std::string& name, const std::array<int, 3>
   const std::string least = std::to_string(floor_) + of_unit;
   const std::string most = "32767" + of_unit;
   say(Severity::kInfo, padded_, "of padding set to " + air);
-  // Values below air are usually padding too.
-  say(lost_values() ? Severity::kWarning : Severity::kInfo, below_,
-      "below " + least + " set to " + least +
-          (lost_values() && floor_ == kAirHu ? "; if this is not a CT, add a constant to all voxels"
-                                             : ""));
+  // Noise and interpolation below air, and padding of a few values, as most scanners write, are no
+  // loss.
+  constexpr double kNoise = 300;
+  if (below_ > 0) {
+    const bool usual = least_below_ >= floor_ - kNoise || different_below_.size() <= kMostPaddings;
+    diagnostics.report(
+        "io.ct",
+        {.subject = name,
+         .key = "values below " + least,
+         .values = {std::to_string(below_) + " voxels, down to " + to_text(least_below_) + of_unit +
+                    (lost_values() && floor_ == kAirHu
+                         ? " (if this is not a CT, add a constant to all voxels)"
+                         : "")},
+         .used = least,
+         .severity = usual && !lost_values() ? Severity::kInfo : Severity::kWarning});
+  }
   say(Severity::kWarning, above_, "above " + most + " set to " + most);
   return {};
 }

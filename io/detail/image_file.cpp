@@ -269,6 +269,41 @@ void compare_spellings(ImageFile& file, std::initializer_list<std::string_view> 
                            .used = std::string(first)});
 }
 
+std::string_view other_case(const ImageFile& file, std::string_view key) {
+  if (file.has(key)) return {};
+  for (const auto& [found, value] : file.keys) {
+    if (equals_ignoring_case(found, key)) return found;
+  }
+  return {};
+}
+
+namespace {
+
+/// True if one letter that is changed, missing or too many makes a text of the other.
+bool is_one_letter_off(std::string_view a, std::string_view b) {
+  if (a.size() > b.size()) std::swap(a, b);
+  if (b.size() - a.size() > 1 || a == b) return false;
+  std::size_t same = 0;
+  while (same < a.size() && a[same] == b[same]) ++same;
+  const std::size_t behind = a.size() == b.size() ? 1 : 0;
+  return a.substr(std::min(same + behind, a.size())) == b.substr(same + 1);
+}
+
+}  // namespace
+
+void note_near_key(ImageFile& file, std::string_view key, std::span<const char* const> known) {
+  constexpr std::size_t kLeast = 6;
+  if (file.has(key) || key.size() < kLeast) return;
+  for (const auto& [found, value] : file.keys) {
+    if (!is_one_letter_off(found, key) || std::ranges::find(known, found) != known.end()) continue;
+    file.findings.push_back({.subject = file.path.string(),
+                             .key = excerpt(found),
+                             .values = {"unknown (is it " + std::string(key) + "?)"},
+                             .used = "nothing of it"});
+    return;
+  }
+}
+
 Error bad_field(const ImageFile& file, std::string_view key, const std::string& expected,
                 std::string_view found) {
   return {ErrorCode::kMalformedData, file.path.string() + ": " + std::string(key) + ": expected " +
@@ -332,13 +367,19 @@ Result<std::vector<DataPart>> detached_parts(const ImageFile& file, std::string_
   std::vector<DataPart> parts;
   const auto words = split_words(value);
   if (words.empty()) return bad_field(file, key, "a file name", value);
+  // A path has at most 4096 bytes.
+  constexpr std::size_t kLongest = 4096;
+  if (value.size() > kLongest) return bad_field(file, key, "the name of a file", value);
+  const auto blame = [&](const Error& error) {
+    return Error{error.code, file.path.string() + ": " + std::string(key) + ": " + error.message};
+  };
   if (words[0] == "LIST") {
     return Error{ErrorCode::kUnsupportedData, file.path.string() + ": " + std::string(key) +
                                                   ": lists of files are not supported"};
   }
   if (words.size() < 3 || words[0].find('%') == std::string_view::npos) {
     auto part = detached_part(folder / std::string(value), skip_bytes);
-    if (!part) return part.error();
+    if (!part) return blame(part.error());
     parts.push_back(std::move(*part));
     return parts;
   }
@@ -354,7 +395,7 @@ Result<std::vector<DataPart>> detached_parts(const ImageFile& file, std::string_
     const auto name = number_name(words[0], number);
     if (!name) return bad_field(file, key, "a pattern like name%03d.raw", value);
     auto part = detached_part(folder / *name, skip_bytes);
-    if (!part) return part.error();
+    if (!part) return blame(part.error());
     parts.push_back(std::move(*part));
   }
   return parts;

@@ -73,6 +73,15 @@ Result<void> interpret_nrrd(ImageFile& file, std::int64_t data_offset, std::int6
 /// Notes spellings of one field that are both in a header and differ; the first one counts.
 void compare_spellings(ImageFile& file, std::initializer_list<std::string_view> keys);
 
+/// The key of a header that is \p key in another case; empty if there is none, or if the header has
+/// the key itself.
+std::string_view other_case(const ImageFile& file, std::string_view key);
+
+/// Notes a key of a header that differs from \p key, which the header lacks, by one letter: it is
+/// damaged or mistyped, and what it says is not used. Keys of fewer than six letters are too alike.
+/// \p known: all keys of the format, which may be alike.
+void note_near_key(ImageFile& file, std::string_view key, std::span<const char* const> known);
+
 /// Error for malformed content: "<path>: <key>: expected <expected>, found '<found>'".
 Error bad_field(const ImageFile& file, std::string_view key, const std::string& expected,
                 std::string_view found);

@@ -72,6 +72,16 @@ Error cannot_open(const std::filesystem::path& path, int reason) {
           path.string() + ": cannot open: " + std::strerror(reason)};
 }
 
+Error became_shorter(const std::filesystem::path& path, std::int64_t expected, std::int64_t found) {
+  return {ErrorCode::kIo, path.string() + ": the file became shorter while it was read: expected " +
+                              std::to_string(expected) + " bytes, found " + std::to_string(found)};
+}
+
+std::int64_t written_ns(const struct stat& status) {
+  constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
+  return status.st_mtim.tv_sec * kNanosecondsPerSecond + status.st_mtim.tv_nsec;
+}
+
 }  // namespace
 
 Result<InputFile> InputFile::open(const std::filesystem::path& path) {
@@ -90,6 +100,7 @@ Result<InputFile> InputFile::open(const std::filesystem::path& path) {
     return Error{ErrorCode::kIo, path.string() + ": cannot stat: " + std::strerror(errno)};
   }
   file.size_ = static_cast<std::int64_t>(status.st_size);
+  file.written_ns_ = written_ns(status);
   return file;
 }
 
@@ -117,12 +128,14 @@ InputFile::InputFile(InputFile&& other) noexcept
     : path_(std::move(other.path_)),
       descriptor_(std::exchange(other.descriptor_, -1)),
       size_(other.size_),
+      written_ns_(other.written_ns_),
       pipe_(std::move(other.pipe_)) {}
 
 InputFile& InputFile::operator=(InputFile&& other) noexcept {
   std::swap(path_, other.path_);
   std::swap(descriptor_, other.descriptor_);
   std::swap(size_, other.size_);
+  std::swap(written_ns_, other.written_ns_);
   std::swap(pipe_, other.pipe_);
   return *this;
 }
@@ -147,6 +160,20 @@ Result<std::size_t> InputFile::read_some(std::int64_t offset, std::span<std::byt
   return read_stored(offset, out);
 }
 
+Result<void> InputFile::check_unchanged() const {
+  if (pipe_) return {};
+  struct stat status {};
+  if (::fstat(descriptor_, &status) != 0) {
+    return Error{ErrorCode::kIo, path_.string() + ": cannot stat: " + std::strerror(errno)};
+  }
+  if (written_ns(status) == written_ns_) return {};
+  if (status.st_size < size_) return became_shorter(path_, size_, status.st_size);
+  return Error{ErrorCode::kIo,
+               path_.string() +
+                   ": the file was written to while it was read: expected a file that stays as "
+                   "it is, found another time of its last change"};
+}
+
 Result<std::size_t> InputFile::read_stored(std::int64_t offset, std::span<std::byte> out) const {
   std::size_t done = 0;
   while (done < out.size()) {
@@ -161,11 +188,7 @@ Result<std::size_t> InputFile::read_stored(std::int64_t offset, std::span<std::b
   }
   const std::int64_t end = offset + static_cast<std::int64_t>(done);
   if (!pipe_ && done < out.size() && end < size_) {
-    return Error{ErrorCode::kIo, path_.string() +
-                                     ": the file became shorter while it was read: "
-                                     "expected " +
-                                     std::to_string(size_) + " bytes, found " +
-                                     std::to_string(std::max<std::int64_t>(end, 0))};
+    return became_shorter(path_, size_, std::max<std::int64_t>(end, 0));
   }
   return done;
 }

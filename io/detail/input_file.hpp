@@ -36,6 +36,9 @@ class InputFile {
   /// Reads what is there from \p offset, at least one byte: waits only for the first byte of a
   /// pipe. Returns 0 at the end.
   [[nodiscard]] Result<std::size_t> read_some(std::int64_t offset, std::span<std::byte> out) const;
+  /// kIo when the file was written to since it was opened: what was read may be of two files. A
+  /// pipe is never.
+  [[nodiscard]] Result<void> check_unchanged() const;
 
  private:
   struct Pipe;
@@ -45,7 +48,8 @@ class InputFile {
   std::filesystem::path path_;
   int descriptor_ = -1;
   std::int64_t size_ = 0;
-  std::unique_ptr<Pipe> pipe_;  ///< Null for a regular file.
+  std::int64_t written_ns_ = 0;  ///< Time of the last change before it was opened.
+  std::unique_ptr<Pipe> pipe_;   ///< Null for a regular file.
 };
 
 /// The finding about a file whose raw samples are longer than stated: a header that nobody states

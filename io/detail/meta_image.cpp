@@ -164,6 +164,49 @@ Result<void> find_data(ImageFile& file, std::int64_t data_offset, std::int64_t f
   return {};
 }
 
+/// Rejects keys in another case, which programs that use MetaIO ignore, and others may not. Notes
+/// keys that are one letter off.
+Result<void> check_case(ImageFile& file) {
+  constexpr std::array kKnown{"ObjectType",
+                              "NDims",
+                              "DimSize",
+                              "ElementType",
+                              "ElementDataFile",
+                              "ElementNumberOfChannels",
+                              "ElementSpacing",
+                              "ElementSize",
+                              "TransformMatrix",
+                              "Rotation",
+                              "Orientation",
+                              "AnatomicalOrientation",
+                              "Offset",
+                              "Position",
+                              "Origin",
+                              "DistanceUnits",
+                              "BinaryData",
+                              "BinaryDataByteOrderMSB",
+                              "CompressedData",
+                              "CompressedDataSize",
+                              "HeaderSize",
+                              "ElementByteOrderMSB",
+                              "Kinds",
+                              "ElementToIntensityFunctionSlope",
+                              "UltrasoundImageType",
+                              "ElementToIntensityFunctionOffset",
+                              "UltrasoundImageOrientation"};
+  for (const char* key : kKnown) {
+    const std::string_view other = other_case(file, key);
+    if (other.empty()) {
+      note_near_key(file, key, kKnown);
+      continue;
+    }
+    return Error{ErrorCode::kMalformedData, file.path.string() + ": expected the key " + key +
+                                                ", found it as " + excerpt(other) +
+                                                ", which other programs ignore"};
+  }
+  return {};
+}
+
 }  // namespace
 
 Result<void> interpret_meta_image(ImageFile& file, std::int64_t data_offset,
@@ -173,6 +216,7 @@ Result<void> interpret_meta_image(ImageFile& file, std::int64_t data_offset,
                                                   ": ObjectType: expected Image, found '" +
                                                   excerpt(file.value("ObjectType")) + "'"};
   }
+  if (const auto ok = check_case(file); !ok) return ok;
   compare_spellings(file, {"TransformMatrix", "Rotation", "Orientation"});
   compare_spellings(file, {"Offset", "Position", "Origin"});
   compare_spellings(file, {"ElementSpacing", "ElementSize"});

@@ -153,9 +153,53 @@ Result<void> find_nrrd_data(ImageFile& file, std::int64_t data_offset, std::int6
   return {};
 }
 
+/// Finds the keys of the format whatever their case, as Teem does. Notes keys that are one letter
+/// off.
+void ignore_case(ImageFile& file) {
+  constexpr std::array kKnown{"dimension",
+                              "sizes",
+                              "type",
+                              "endian",
+                              "encoding",
+                              "kinds",
+                              "space",
+                              "spacings",
+                              "space dimension",
+                              "space directions",
+                              "space origin",
+                              "space units",
+                              "thicknesses",
+                              "measurement frame",
+                              "axis mins",
+                              "axismins",
+                              "axis maxs",
+                              "axismaxs",
+                              "sample units",
+                              "sampleunits",
+                              "old min",
+                              "oldmin",
+                              "old max",
+                              "oldmax",
+                              "line skip",
+                              "lineskip",
+                              "byte skip",
+                              "byteskip",
+                              "data file",
+                              "datafile"};
+  for (const char* key : kKnown) {
+    const std::string_view other = other_case(file, key);
+    if (!other.empty()) {
+      file.keys.emplace(key, file.value(other));
+    } else {
+      note_near_key(file, key, kKnown);
+    }
+  }
+}
+
 }  // namespace
 
 Result<void> interpret_nrrd(ImageFile& file, std::int64_t data_offset, std::int64_t file_size) {
+  ignore_case(file);
   const auto type = nrrd_type(file.value("type"));
   if (!type) return bad_field(file, "type", "int16, uint8, float, …", file.value("type"));
   file.type = *type;

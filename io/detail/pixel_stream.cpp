@@ -79,6 +79,7 @@ Result<std::size_t> PixelStream::read_raw(std::int64_t offset, std::span<std::by
     const auto got = some ? part.file->read_some(part.place.offset + offset, piece)
                           : part.file->read_at(part.place.offset + offset, piece);
     if (!got) return got.error();
+    if (const auto ok = part.file->check_unchanged(); !ok) return ok.error();
     done += *got;
     if (*got < here) break;
     offset = 0;

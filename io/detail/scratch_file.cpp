@@ -3,9 +3,12 @@
 #include "io/detail/scratch_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cerrno>
 #include <csignal>
+#include <cstdint>
+#include <cstdio>
 #include <cstring>
 #include <fcntl.h>
 #include <limits>
@@ -32,6 +35,17 @@ constexpr std::size_t kPieceBytes = 1 << 20;
 
 }  // namespace
 
+std::string partial_name(std::int64_t process, std::int64_t count) {
+  const std::string begin = "sonde-" + std::to_string(process) + "-" + std::to_string(count);
+  std::uint32_t hash = 2166136261U;  // FNV-1a, 32 bits.
+  for (const char c : begin + ", unfinished") {
+    hash = (hash ^ static_cast<unsigned char>(c)) * 16777619U;
+  }
+  std::array<char, 16> word{};
+  std::snprintf(word.data(), word.size(), "-%08x", hash);
+  return begin + word.data() + ".partial";
+}
+
 Result<NewFile> create_beside(const std::filesystem::path& path, unsigned mode) {
   struct stat status {};
   if (::lstat(path.c_str(), &status) != 0 && errno == ENAMETOOLONG)
@@ -40,8 +54,7 @@ Result<NewFile> create_beside(const std::filesystem::path& path, unsigned mode) 
   for (;;) {
     // The process number and a counter keep two writers apart. The file's own name is not used,
     // because it may be too long to extend.
-    NewFile file{path.parent_path() / ("sonde-" + std::to_string(::getpid()) + "-" +
-                                       std::to_string(counter++) + ".partial")};
+    NewFile file{path.parent_path() / partial_name(::getpid(), counter++)};
     file.descriptor = ::open(file.name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, mode);
     if (file.descriptor >= 0) {
       // Held until the file is closed, at the latest by the end of the process: remove_leftovers()
@@ -62,11 +75,13 @@ std::optional<pid_t> process_of(const std::string& name) {
   if (!name.starts_with(kBegin) || !name.ends_with(kEnd)) return std::nullopt;
   const std::string_view middle =
       std::string_view(name).substr(kBegin.size(), name.size() - kBegin.size() - kEnd.size());
-  const auto dash = middle.find('-');
-  if (dash == middle.npos) return std::nullopt;
-  const auto process = parse_int(middle.substr(0, dash));
-  const auto count = parse_int(middle.substr(dash + 1));
+  const auto first = middle.find('-');
+  const auto last = middle.rfind('-');
+  if (first == middle.npos || first == last) return std::nullopt;
+  const auto process = parse_int(middle.substr(0, first));
+  const auto count = parse_int(middle.substr(first + 1, last - first - 1));
   if (!process || !count || *process < 1 || *count < 0) return std::nullopt;
+  if (name != partial_name(*process, *count)) return std::nullopt;
   if (*process > std::numeric_limits<pid_t>::max()) return std::nullopt;
   return static_cast<pid_t>(*process);
 }

@@ -3,14 +3,20 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
 
 #include "nav/result.hpp"
 
 namespace nav::io::detail {
+
+/// Name of an unfinished file, "sonde-12-0-1f2e3d4c.partial". Its last word is computed from the
+/// others, so that a file of the user is not taken for one.
+std::string partial_name(std::int64_t process, std::int64_t count);
 
 struct NewFile {
   std::filesystem::path name;

@@ -38,7 +38,8 @@ Result<void> check_whole_stl(const std::filesystem::path& path, std::string_view
   };
   const auto no_facets = [&] { return malformed_surface(path, "facets", "none"); };
   const bool solid = text.starts_with("solid");
-  if (!solid && equals_ignoring_case(text.substr(0, 5), "solid") && head_has("FACET")) {
+  const bool facets_follow = head_has("FACET") || head_has("facet normal");
+  if (!solid && equals_ignoring_case(text.substr(0, 5), "solid") && facets_follow) {
     return malformed_surface(path, "ASCII STL in small letters (solid, facet, vertex)",
                              std::string(text.substr(0, 5)));
   }

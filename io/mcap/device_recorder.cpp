@@ -22,7 +22,21 @@ std::string random_id() {
   return text;
 }
 
-const char* name_of(StreamKind kind) { return kind == StreamKind::kImages ? "images" : "poses"; }
+/// Name of the kind in a channel.
+std::string name_of(StreamKind kind) { return std::string(to_string(kind)) + "s"; }
+
+/// Kind of the samples of a stream, but for missing images and those in colours.
+SampleKind sample_kind_of(StreamKind kind) {
+  switch (kind) {
+    case StreamKind::kImages:
+      return SampleKind::kImage;
+    case StreamKind::kPoses:
+      return SampleKind::kPose;
+    case StreamKind::kButtons:
+      break;
+  }
+  return SampleKind::kButton;
+}
 
 /// Part of a topic, without its separators.
 std::string topic_part(std::string name) {
@@ -79,7 +93,9 @@ Result<std::uint16_t> DeviceRecorder::channel(std::size_t device, std::size_t st
   Channel channel;
   channel.schema = *schema_id;
   channel.topic = "/" + topic_part(owner.id) + "/" + topic_part(of.info.name) +
-                  (kind == SampleKind::kMissingImage ? "/missing" : "");
+                  (kind == SampleKind::kMissingImage  ? "/missing"
+                   : kind == SampleKind::kColourImage ? "/colour"
+                                                      : "");
   channel.message_encoding = "sonde";
   channel.metadata = {{kRecordingKey, id_},
                       {"device", owner.id},
@@ -88,6 +104,7 @@ Result<std::uint16_t> DeviceRecorder::channel(std::size_t device, std::size_t st
                       {"stream_number", std::to_string(stream)},
                       {"stream_kind", name_of(of.info.kind)},
                       {"role", to_string(of.info.role)}};
+  if (of.info.kind == StreamKind::kButtons) channel.metadata["action"] = to_string(of.info.action);
   auto added = writer_.add_channel(std::move(channel));
   if (added) known = *added;
   return added;
@@ -111,9 +128,8 @@ Result<std::size_t> DeviceRecorder::add_device(const std::string& id,
   for (const StreamInfo& info : streams) devices_.back().streams.push_back({info, {}});
   const std::size_t device = devices_.size() - 1;
   for (std::size_t stream = 0; stream < streams.size(); ++stream) {
-    const SampleKind kind =
-        streams[stream].kind == StreamKind::kImages ? SampleKind::kImage : SampleKind::kPose;
-    if (const auto added = channel(device, stream, kind); !added) return added.error();
+    const auto added = channel(device, stream, sample_kind_of(streams[stream].kind));
+    if (!added) return added.error();
   }
   return device;
 }

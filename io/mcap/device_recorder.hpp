@@ -86,7 +86,7 @@ class DeviceRecorder {
  private:
   struct Stream {
     StreamInfo info;
-    std::optional<std::uint16_t> channels[3];  ///< Numbered by kind of sample.
+    std::optional<std::uint16_t> channels[kSampleKinds];  ///< Numbered by kind of sample.
   };
   struct Device {
     std::string id;
@@ -100,7 +100,7 @@ class DeviceRecorder {
   mutable std::mutex mutex_;  ///< Guards all that follows but id_.
   std::string id_;
   Writer writer_;
-  std::optional<std::uint16_t> schemas_[3];  ///< Numbered by kind of sample.
+  std::optional<std::uint16_t> schemas_[kSampleKinds];  ///< Numbered by kind of sample.
   std::vector<Device> devices_;
   Buffer buffer_;
   bool finished_ = false;

@@ -4,11 +4,13 @@
 
 #include <array>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <string>
 #include <utility>
 
 #include "io/mcap/mcap_bytes.hpp"
+#include "nav/check.hpp"
 
 namespace nav::io::mcap {
 namespace {
@@ -47,7 +49,7 @@ void put_fields(ByteWriter& out, const PoseSample& sample) {
   }
 }
 
-void put_fields(ByteWriter& out, const UltrasoundFrame& image) {
+void put_fields(ByteWriter& out, const UltrasoundImage& image) {
   put_time(out, image.acquired);
   put_time(out, image.received);
   out.number(image.sequence);
@@ -70,6 +72,11 @@ void put_fields(ByteWriter& out, const UltrasoundFrame& image) {
 void put_fields(ByteWriter& out, const MissingImage& missing) {
   out.text(missing.cause);
   out.text(missing.message);
+}
+
+void put_fields(ByteWriter& out, const ButtonSample& button) {
+  put_time(out, button.acquired);
+  out.number(static_cast<std::uint8_t>(button.pressed ? 1 : 0));
 }
 
 std::optional<PoseSample> take_pose(ByteReader& from) {
@@ -102,8 +109,16 @@ std::optional<SectorOutline> take_outline(ByteReader& from, bool is_there) {
   return outline;
 }
 
-std::optional<UltrasoundFrame> take_image(ByteReader& from) {
-  UltrasoundFrame image;
+template <class Pixel>
+std::vector<Pixel> take_pixels(ByteReader& from) {
+  const auto bytes = from.bytes(from.left());
+  std::vector<Pixel> pixels(bytes.size() / sizeof(Pixel));
+  if (!pixels.empty()) std::memcpy(pixels.data(), bytes.data(), bytes.size());
+  return pixels;
+}
+
+std::optional<UltrasoundImage> take_image(ByteReader& from, bool colours) {
+  UltrasoundImage image;
   image.acquired = take_time(from);
   image.received = take_time(from);
   image.sequence = from.number<std::uint64_t>();
@@ -119,15 +134,21 @@ std::optional<UltrasoundFrame> take_image(ByteReader& from) {
   image.clock_unsure = (flags & kClockUnsure) != 0;
   const auto width = from.number<std::uint32_t>();
   const auto height = from.number<std::uint32_t>();
+  const std::size_t sizeof_pixel = colours ? sizeof(Rgb8) : 1;
   constexpr std::uint32_t kMostSide = std::numeric_limits<std::int32_t>::max();
   if (!from.ok() || flags > kKnownFlags || width > kMostSide || height > kMostSide ||
-      std::uint64_t{width} * height != from.left()) {
+      from.left() % sizeof_pixel != 0 ||
+      std::uint64_t{width} * height != from.left() / sizeof_pixel) {
     return std::nullopt;
   }
-  const auto pixels = from.bytes(from.left());
-  const auto* first = reinterpret_cast<const std::uint8_t*>(pixels.data());
-  image.pixels = Image2d<std::uint8_t>(static_cast<int>(width), static_cast<int>(height),
-                                       std::vector<std::uint8_t>(first, first + pixels.size()));
+  const auto w = static_cast<int>(width);
+  const auto h = static_cast<int>(height);
+  if (colours) {
+    image.colours = {w, h, take_pixels<Rgb8>(from)};
+    image.pixels = luma(image.colours);
+  } else {
+    image.pixels = {w, h, take_pixels<std::uint8_t>(from)};
+  }
   return image;
 }
 
@@ -137,6 +158,15 @@ std::optional<MissingImage> take_missing(ByteReader& from) {
   missing.message = from.text();
   if (!from.done()) return std::nullopt;
   return missing;
+}
+
+std::optional<ButtonSample> take_button(ByteReader& from) {
+  ButtonSample button;
+  button.acquired = take_time(from);
+  const auto pressed = from.number<std::uint8_t>();
+  if (!from.done() || pressed > 1) return std::nullopt;
+  button.pressed = pressed == 1;
+  return button;
 }
 
 template <class Part>
@@ -151,9 +181,13 @@ bool take_fields(Sample& sample, SampleKind kind, ByteReader& from) {
     case SampleKind::kPose:
       return set(sample, take_pose(from));
     case SampleKind::kImage:
-      return set(sample, take_image(from));
+      return set(sample, take_image(from, false));
+    case SampleKind::kColourImage:
+      return set(sample, take_image(from, true));
     case SampleKind::kMissingImage:
       return set(sample, take_missing(from));
+    case SampleKind::kButton:
+      return set(sample, take_button(from));
   }
   return false;
 }
@@ -166,7 +200,10 @@ constexpr const char* kPoseText =
     "f64[4][4] tracker_from_body_mm";
 constexpr const char* kImageText =
     "i64 acquired_ns, i64 image_received_ns, u64 image_sequence, u8 flags, f64[2][2] mm_per_pixel, "
-    "f64[2] origin_mm, f64[5] outline_mm_rad, u32 width, u32 height, u8[height][width] pixels";
+    "f64[2] origin_mm, f64[5] outline_mm_rad, u32 width, u32 height, ";
+constexpr const char* kGreyText = "u8[height][width] pixels";
+constexpr const char* kColourText = "u8[height][width][3] rgb";
+constexpr const char* kButtonText = "i64 acquired_ns, u8 pressed";
 constexpr const char* kMissingText = "u32 size, u8[size] cause, u32 size, u8[size] message";
 
 }  // namespace
@@ -177,6 +214,10 @@ const char* schema_name(SampleKind kind) {
       return "sonde.Pose.1";
     case SampleKind::kImage:
       return "sonde.Image.1";
+    case SampleKind::kColourImage:
+      return "sonde.ColourImage.1";
+    case SampleKind::kButton:
+      return "sonde.Button.1";
     case SampleKind::kMissingImage:
       break;
   }
@@ -189,7 +230,11 @@ std::string schema_text(SampleKind kind) {
     case SampleKind::kPose:
       return head + kPoseText;
     case SampleKind::kImage:
-      return head + kImageText;
+      return head + kImageText + kGreyText;
+    case SampleKind::kColourImage:
+      return head + kImageText + kColourText;
+    case SampleKind::kButton:
+      return head + kButtonText;
     case SampleKind::kMissingImage:
       break;
   }
@@ -197,7 +242,8 @@ std::string schema_text(SampleKind kind) {
 }
 
 std::optional<SampleKind> sample_kind(std::string_view name) {
-  for (const SampleKind kind : {SampleKind::kPose, SampleKind::kImage, SampleKind::kMissingImage}) {
+  for (const SampleKind kind : {SampleKind::kPose, SampleKind::kImage, SampleKind::kMissingImage,
+                                SampleKind::kButton, SampleKind::kColourImage}) {
     if (name == schema_name(kind)) return kind;
   }
   return std::nullopt;
@@ -205,8 +251,10 @@ std::optional<SampleKind> sample_kind(std::string_view name) {
 
 SampleKind kind_of(const Sample& sample) {
   if (std::holds_alternative<PoseSample>(sample.what)) return SampleKind::kPose;
-  return std::holds_alternative<UltrasoundFrame>(sample.what) ? SampleKind::kImage
-                                                              : SampleKind::kMissingImage;
+  if (std::holds_alternative<ButtonSample>(sample.what)) return SampleKind::kButton;
+  const auto* image = std::get_if<UltrasoundImage>(&sample.what);
+  if (image == nullptr) return SampleKind::kMissingImage;
+  return image->colours.empty() ? SampleKind::kImage : SampleKind::kColourImage;
 }
 
 EncodedSample encode(const Sample& sample, std::vector<std::byte>& buffer) {
@@ -217,8 +265,13 @@ EncodedSample encode(const Sample& sample, std::vector<std::byte>& buffer) {
   out.number(static_cast<std::uint8_t>(sample.device_time ? 1 : 0));
   out.signed64(sample.device_time.value_or(DeviceTime{}).time_since_epoch().count());
   std::visit([&](const auto& what) { put_fields(out, what); }, sample.what);
-  const auto* image = std::get_if<UltrasoundFrame>(&sample.what);
-  return {buffer, image ? std::as_bytes(image->pixels.pixels()) : std::span<const std::byte>()};
+  const auto* image = std::get_if<UltrasoundImage>(&sample.what);
+  if (image == nullptr) return {buffer, {}};
+  if (image->colours.empty()) return {buffer, std::as_bytes(image->pixels.pixels())};
+  NAV_CHECK(image->colours.width() == image->pixels.width() &&
+                image->colours.height() == image->pixels.height(),
+            image->colours.width(), image->colours.height());
+  return {buffer, std::as_bytes(image->colours.pixels())};
 }
 
 std::optional<Sample> decode(SampleKind kind, std::span<const std::byte> bytes) {

@@ -14,7 +14,8 @@
 namespace nav::io::mcap {
 
 /// Kind of a recorded sample; each has a layout of its own, docs/recording.md.
-enum class SampleKind { kPose, kImage, kMissingImage };
+enum class SampleKind { kPose, kImage, kMissingImage, kButton, kColourImage };
+inline constexpr std::size_t kSampleKinds = 5;
 
 /// Name of the schema, with its version: "sonde.Pose.1", …
 const char* schema_name(SampleKind kind);

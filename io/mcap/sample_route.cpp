@@ -26,7 +26,23 @@ std::optional<std::size_t> number_below(const std::string* text, std::size_t lim
 std::optional<StreamKind> stream_kind_of(const std::string& name) {
   if (name == "images") return StreamKind::kImages;
   if (name == "poses") return StreamKind::kPoses;
+  if (name == "buttons") return StreamKind::kButtons;
   return std::nullopt;
+}
+
+/// False for a sample that a stream of this kind cannot have.
+bool fits(SampleKind sample, StreamKind stream) {
+  switch (sample) {
+    case SampleKind::kPose:
+      return stream == StreamKind::kPoses;
+    case SampleKind::kButton:
+      return stream == StreamKind::kButtons;
+    case SampleKind::kImage:
+    case SampleKind::kColourImage:
+    case SampleKind::kMissingImage:
+      break;
+  }
+  return stream == StreamKind::kImages;
 }
 
 std::optional<ToolRole> role_of(const std::string& name) {
@@ -54,16 +70,18 @@ std::optional<SampleRoute> route_of(const Channel& channel, const Schema* schema
   const std::string* name = value_of(channel, "stream");
   const std::string* kind_name = value_of(channel, "stream_kind");
   const std::string* role_name = value_of(channel, "role");
+  const std::string* action_name = value_of(channel, "action");
   if (!kind || !device || !stream || !device_id || !name || !kind_name || !role_name) {
     return std::nullopt;
   }
   const auto stream_kind = stream_kind_of(*kind_name);
   const auto role = role_of(*role_name);
-  if (!stream_kind || !role) return std::nullopt;
+  const auto action = action_name ? button_action_from(*action_name) : ButtonAction::kNone;
+  if (!stream_kind || !role || !action || !fits(*kind, *stream_kind)) return std::nullopt;
   return SampleRoute{.device = *device,
                      .device_id = *device_id,
                      .stream = *stream,
-                     .info = {*name, *stream_kind, *role},
+                     .info = {*name, *stream_kind, *role, *action},
                      .kind = *kind};
 }
 

@@ -133,7 +133,7 @@ float median_of(std::vector<float>& values) {
 
 struct BoneDetector::Data {
   BoneDetectorOptions options;
-  UltrasoundFrame like;  ///< Geometry of the images.
+  UltrasoundImage like;  ///< Geometry of the images.
   ScanLines scan;
   std::vector<RidgeSpan> spans{};
   std::vector<float> texture{};  ///< Standard deviation of the ridge in tissue, by width, > 0.
@@ -152,7 +152,7 @@ struct BoneDetector::Data {
   [[nodiscard]] int steps(double mm) const {
     return static_cast<int>(std::lround(mm / scan.step_mm()));
   }
-  [[nodiscard]] Greys lines_of(const UltrasoundFrame& frame) const {
+  [[nodiscard]] Greys lines_of(const UltrasoundImage& frame) const {
     return across_lines(scan.sample(frame.pixels), scan.lines());
   }
   [[nodiscard]] float noise_between(int from, int to) const {
@@ -460,7 +460,7 @@ Result<BoneDetector> BoneDetector::create(const Sweep& sweep, const BoneDetector
 
 int BoneDetector::lines() const { return data_->scan.lines(); }
 
-BoneSurface BoneDetector::detect(const UltrasoundFrame& frame) const {
+BoneSurface BoneDetector::detect(const UltrasoundImage& frame) const {
   NAV_CHECK(same_geometry(data_->like, frame), frame.pixels.width(), frame.pixels.height());
   const Greys greys = data_->lines_of(frame);
   const Greys odds = data_->odds(greys);

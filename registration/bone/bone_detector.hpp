@@ -53,7 +53,7 @@ class BoneDetector {
 
   [[nodiscard]] int lines() const;
   /// Precondition: an image of the sweep's geometry, otherwise a Bug.
-  [[nodiscard]] BoneSurface detect(const UltrasoundFrame& frame) const;
+  [[nodiscard]] BoneSurface detect(const UltrasoundImage& frame) const;
 
  private:
   struct Data;

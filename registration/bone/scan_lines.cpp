@@ -20,7 +20,7 @@ constexpr double kMostStepMm = 0.5;
 
 ScanLines::ScanLines(const Sweep& sweep, double line_mm) {
   NAV_CHECK(line_mm > 0, line_mm);
-  const UltrasoundFrame& frame = sweep.frames().front().frame;
+  const UltrasoundImage& frame = sweep.frames().front().frame;
   const int width = frame.pixels.width();
   const int height = frame.pixels.height();
   step_mm_ = std::clamp(frame.grid.mm_per_pixel.col(1).norm(), kLeastStepMm, kMostStepMm);

@@ -14,12 +14,12 @@ namespace {
 // short enough that the hand hardly changes its speed.
 constexpr double kAboutS = 0.15;
 
-Point<frames::Image> middle_of(const UltrasoundFrame& frame) {
+Point<frames::Image> middle_of(const UltrasoundImage& frame) {
   return frame.grid.at(0.5 * (frame.pixels.width() - 1), 0.5 * (frame.pixels.height() - 1));
 }
 
 /// Sets the motion of an image from an image before and an image after it.
-void set_motion(const TrackedFrame& from, const TrackedFrame& to,
+void set_motion(const TrackedImage& from, const TrackedImage& to,
                 const Point<frames::Image>& middle, ImageMotion& motion) {
   const double seconds = to_seconds(to.frame.acquired - from.frame.acquired);
   if (!(seconds > 0)) return;
@@ -35,11 +35,11 @@ void set_motion(const TrackedFrame& from, const TrackedFrame& to,
 std::vector<ImageMotion> image_motions(const Sweep& images, const Sweep& recorded) {
   const auto& all = recorded.frames();
   const Timestamp first = all.front().frame.acquired;
-  const auto before = [](const TrackedFrame& tracked, Timestamp time) {
+  const auto before = [](const TrackedImage& tracked, Timestamp time) {
     return tracked.frame.acquired < time;
   };
   std::vector<ImageMotion> motions;
-  for (const TrackedFrame& image : images.frames()) {
+  for (const TrackedImage& image : images.frames()) {
     const Timestamp time = image.frame.acquired;
     auto from = std::lower_bound(all.begin(), all.end(), time, before);
     NAV_CHECK(from != all.end() && from->frame.acquired == time, to_seconds(time - first));

@@ -49,7 +49,7 @@ Vector6d scaled_twist(const Pose& from, const Pose& to, const Vec& centre) {
 }
 
 /// Corners and middle of an ultrasound image at a pose, Ct.
-std::array<Vec, 5> image_points(const TrackedFrame& image, const Pose& pose) {
+std::array<Vec, 5> image_points(const TrackedImage& image, const Pose& pose) {
   const double right = image.frame.pixels.width() - 1;
   const double below = image.frame.pixels.height() - 1;
   const auto at = [&](double column, double row) {
@@ -58,7 +58,7 @@ std::array<Vec, 5> image_points(const TrackedFrame& image, const Pose& pose) {
   return {at(0, 0), at(right, 0), at(0, below), at(right, below), at(0.5 * right, 0.5 * below)};
 }
 
-double image_distance_mm(const TrackedFrame& image, const Pose& a, const Pose& b) {
+double image_distance_mm(const TrackedImage& image, const Pose& a, const Pose& b) {
   const auto pa = image_points(image, a);
   const auto pb = image_points(image, b);
   double sum = 0;
@@ -153,8 +153,8 @@ void LiveRegistration::accept(const Pose& pose) {
 }
 
 /// Patches of one image. Its mask needs other images to know the brightness of an unshadowed echo.
-Result<PatchSet> LiveRegistration::patches_of(const TrackedFrame& image) const {
-  std::vector<TrackedFrame> frames;
+Result<PatchSet> LiveRegistration::patches_of(const TrackedImage& image) const {
+  std::vector<TrackedImage> frames;
   const std::size_t others =
       std::min(window_.size(), static_cast<std::size_t>(options_.mask_images - 1));
   for (std::size_t i = window_.size() - others; i < window_.size(); ++i) {
@@ -214,7 +214,7 @@ void LiveRegistration::predict(Timestamp now, const Vec& centre) {
 /// into a sum over independent measurements, scaled by their own variance.
 LiveRegistration::Solution LiveRegistration::solve(const PatchSet& patches, const Vec& centre,
                                                    const Matrix6d& prior) const {
-  const Lc2Cost cost(*ct_, patches, options_.ridge, options_.threads);
+  const SimilarityCost cost(*ct_, patches, options_.ridge, options_.threads);
   const Matrix6d scale = twist_from_scaled();
   const auto terms_at = [&](const Pose& pose) { return cost.terms(pose, centre); };
   Solution best{.pose = pose_, .cost = 1, .information = prior, .iterations = 0, .finite = false};
@@ -260,7 +260,7 @@ LiveRegistration::Solution LiveRegistration::solve(const PatchSet& patches, cons
 void LiveRegistration::weigh(const PatchSet& patches, const Solution& found) {
   if (++unweighed_ < kWeighEvery) return;
   unweighed_ = 0;
-  const Lc2Cost cost(*ct_, patches, options_.ridge, options_.threads);
+  const SimilarityCost cost(*ct_, patches, options_.ridge, options_.threads);
   double least = 1;
   for (int axis = 3; axis < 6; ++axis) {
     for (const double way : {-options_.elsewhere_mm, options_.elsewhere_mm}) {
@@ -278,7 +278,7 @@ void LiveRegistration::weigh(const PatchSet& patches, const Solution& found) {
   if (mean_distinctness_ < options_.min_distinctness) withdrawn_ = mean_distinctness_;
 }
 
-void LiveRegistration::judge(LiveUpdate& update, const TrackedFrame& image) {
+void LiveRegistration::judge(LiveUpdate& update, const TrackedImage& image) {
   update.displacement_mm = image_distance_mm(image, accepted_, update.ct_from_reference);
   const Pose mean =
       moved(accepted_, mean_centre_ct_.value_or(centre_ct_), twist_from_scaled() * mean_twist_);
@@ -312,7 +312,7 @@ void LiveRegistration::judge(LiveUpdate& update, const TrackedFrame& image) {
   update.cause = text.str();
 }
 
-Result<LiveUpdate> LiveRegistration::update(const TrackedFrame& image) {
+Result<LiveUpdate> LiveRegistration::update(const TrackedImage& image) {
   const Timestamp now = image.frame.acquired;
   if (newest_ && now <= *newest_) {
     return Error{ErrorCode::kUsage, "live registration: expected an image after " +

@@ -8,8 +8,8 @@
 #include <string>
 
 #include "registration/similarity/ct_channels.hpp"
-#include "registration/similarity/lc2_cost.hpp"
 #include "registration/similarity/shadow_mask.hpp"
+#include "registration/similarity/similarity_cost.hpp"
 
 namespace nav::registration {
 
@@ -102,7 +102,7 @@ class LiveRegistration {
   /// Processes the next ultrasound image, in order of acquisition. Errors: kUsage if the image is
   /// not later than the last one; kMalformedData for an impossible geometry. The content of an
   /// image never causes an exception.
-  Result<LiveUpdate> update(const TrackedFrame& image);
+  Result<LiveUpdate> update(const TrackedImage& image);
   [[nodiscard]] const Pose& accepted() const { return accepted_; }
   /// Sets a new accepted registration and clears the alarm.
   void accept(const Pose& pose);
@@ -111,7 +111,7 @@ class LiveRegistration {
 
  private:
   struct WindowImage {
-    TrackedFrame tracked;
+    TrackedImage tracked;
     PatchSet patches;
   };
   struct Solution {
@@ -123,13 +123,13 @@ class LiveRegistration {
   };
   LiveRegistration(std::shared_ptr<const CtChannels> ct, const Pose& accepted,
                    const LiveOptions& options);
-  Result<PatchSet> patches_of(const TrackedFrame& image) const;
+  Result<PatchSet> patches_of(const TrackedImage& image) const;
   [[nodiscard]] PatchSet window_patches() const;
   [[nodiscard]] Solution solve(const PatchSet& patches, const Eigen::Vector3d& centre,
                                const Matrix6d& prior) const;
   void predict(Timestamp now, const Eigen::Vector3d& centre);
   void weigh(const PatchSet& patches, const Solution& found);
-  void judge(LiveUpdate& update, const TrackedFrame& image);
+  void judge(LiveUpdate& update, const TrackedImage& image);
 
   std::shared_ptr<const CtChannels> ct_;
   Pose accepted_;

@@ -56,12 +56,12 @@ std::vector<bool> near_rest(std::span<const double> phases, double rest) {
 /// Images near rest, each moved to its position at rest.
 Result<Sweep> hold_still(const Sweep& sweep, std::span<const double> phases,
                          const PhaseResult& found, double rest, const Pose& at_rest) {
-  std::vector<TrackedFrame> still;
+  std::vector<TrackedImage> still;
   const auto reference_from_ct = at_rest.inverse();
   const std::vector<bool> near = near_rest(phases, rest);
   for (std::size_t i = 0; i < sweep.frames().size(); ++i) {
     if (!near[i]) continue;
-    TrackedFrame tracked = sweep.frames()[i];
+    TrackedImage tracked = sweep.frames()[i];
     const PhaseMotion& judge = found.unseen[static_cast<std::size_t>(found.part[i])];
     tracked.reference_from_image =
         reference_from_ct * judge.ct_from_reference(phases[i]) * tracked.reference_from_image;

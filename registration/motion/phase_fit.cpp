@@ -125,7 +125,7 @@ class PhaseCost final : public ceres::CostFunction {
 
   const ChosenImages& images_;
   const PhaseFit& start_;
-  std::vector<Lc2Cost> costs_;          // One for each image.
+  std::vector<SimilarityCost> costs_;   // One for each image.
   std::vector<Eigen::VectorXd> bases_;  // One for each image.
   Eigen::Index columns_;
   const PhaseOptions& options_;
@@ -161,8 +161,8 @@ std::vector<double> costs_at(const CtChannels& ct, const ChosenImages& images,
   std::vector<double> costs(images.size());
   for_each(images.size(), options.threads, [&](std::size_t i) {
     const PhaseImage& image = *images[i];
-    const CostTerms terms =
-        Lc2Cost(ct, image.patches, options.ridge, 1).cost(motion.ct_from_reference(image.phase));
+    const CostTerms terms = SimilarityCost(ct, image.patches, options.ridge, 1)
+                                .cost(motion.ct_from_reference(image.phase));
     costs[i] = terms.non_finite > 0 ? std::numeric_limits<double>::quiet_NaN() : terms.cost;
   });
   return costs;

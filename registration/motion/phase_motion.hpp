@@ -4,7 +4,7 @@
 
 #include <Eigen/Core>
 
-#include "registration/similarity/lc2_cost.hpp"
+#include "registration/similarity/similarity_cost.hpp"
 
 namespace nav::registration {
 

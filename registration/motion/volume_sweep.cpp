@@ -61,12 +61,12 @@ Result<Sweep> sweep_of_volume(const UltrasoundVolume& volume) {
   axes.col(1) = grid.directions.col(depth);
   axes.col(2) = axes.col(0).cross(axes.col(1));
   const Eigen::Quaterniond rotation = Eigen::Quaterniond(axes).normalized();
-  std::vector<TrackedFrame> frames;
+  std::vector<TrackedImage> frames;
   for (int k = 0; k < grid.size[across]; ++k) {
     Eigen::Vector3d first = Eigen::Vector3d::Zero();
     first[static_cast<Eigen::Index>(across)] = k;
     first[lateral] = 0.5 * (grid.size[static_cast<std::size_t>(lateral)] - 1);
-    UltrasoundFrame frame;
+    UltrasoundImage frame;
     // Only the order of the slices; a volume has a single time.
     frame.acquired = Timestamp(from_seconds(1e-3 * k));
     frame.received = frame.acquired;

@@ -25,7 +25,8 @@ Lowest lowest_of(const CostsAround& around) {
 
 }  // namespace
 
-BasinCheck check_basin(const CostsAround& around, const Lc2Cost& cost, const SweepPoints& sweep) {
+BasinCheck check_basin(const CostsAround& around, const SimilarityCost& cost,
+                       const SweepPoints& sweep) {
   BasinCheck check;
   Lowest at{around.pose, around.here.cost};
   Lowest next = lowest_of(around);

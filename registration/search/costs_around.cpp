@@ -12,7 +12,7 @@ constexpr std::size_t kMostAround = 600;
 
 }  // namespace
 
-CostsAround costs_around(const Lc2Cost& cost, const SweepPoints& sweep, const Pose& pose,
+CostsAround costs_around(const SimilarityCost& cost, const SweepPoints& sweep, const Pose& pose,
                          bool gradients) {
   const std::size_t all = cost.patches().patches.size();
   const std::size_t stride = std::max<std::size_t>((all + kMostAround - 1) / kMostAround, 1);
@@ -23,7 +23,7 @@ CostsAround costs_around(const Lc2Cost& cost, const SweepPoints& sweep, const Po
                   .stride = stride,
                   .pose = pose,
                   .turn_rad = turn_rad};
-  const Lc2Cost few = cost.on(out.patches);
+  const SimilarityCost few = cost.on(out.patches);
   out.here = few.cost(pose, true);
   const Eigen::Vector3d centre = (pose * sweep.centroid).mm;
   for (Eigen::Index axis = 0; axis < 6; ++axis) {

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "registration/similarity/lc2_cost.hpp"
+#include "registration/similarity/similarity_cost.hpp"
 #include "registration/similarity/sweep_points.hpp"
 
 namespace nav::registration {
@@ -40,7 +40,7 @@ struct CostsAround {
 };
 
 /// \p gradients: also compute the gradients of the poses beside, which nearly doubles the time.
-CostsAround costs_around(const Lc2Cost& cost, const SweepPoints& sweep, const Pose& pose,
+CostsAround costs_around(const SimilarityCost& cost, const SweepPoints& sweep, const Pose& pose,
                          bool gradients = false);
 
 }  // namespace nav::registration

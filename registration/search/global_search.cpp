@@ -62,7 +62,7 @@ bool cheaper(const Ranked& a, const Ranked& b) { return a.cost < b.cost; }
 
 class Search {
  public:
-  Search(const Lc2Cost& cost, const SweepPoints& points, const SearchOptions& options,
+  Search(const SimilarityCost& cost, const SweepPoints& points, const SearchOptions& options,
          const std::function<bool()>& keep_going, int& non_finite)
       : cost_(cost),
         points_(points),
@@ -121,7 +121,7 @@ class Search {
     return stopped_;
   }
 
-  PoseSolution solve(const Lc2Cost& cost, const Pose& pose, int iterations) {
+  PoseSolution solve(const SimilarityCost& cost, const Pose& pose, int iterations) {
     PoseSolution solution =
         solve_pose(cost, pose, points_.centroid, {iterations, kTolerance}, keep_going_);
     non_finite_ = std::max(non_finite_, solution.non_finite);
@@ -129,7 +129,7 @@ class Search {
     return solution;
   }
 
-  void rank(const std::vector<Vector6d>& twists, const Pose& about, const Lc2Cost& screen) {
+  void rank(const std::vector<Vector6d>& twists, const Pose& about, const SimilarityCost& screen) {
     const Eigen::Vector3d centre = (about * points_.centroid).mm;
     std::vector<Pose> poses;
     for (const Vector6d& twist : twists) poses.push_back(moved(about, centre, twist));
@@ -138,7 +138,7 @@ class Search {
 
   /// Ranks poses in parallel: a single pose is too little work to be divided. Poses that were not
   /// reached in time are left out.
-  void rank(const std::vector<Pose>& poses, const Lc2Cost& screen) {
+  void rank(const std::vector<Pose>& poses, const SimilarityCost& screen) {
     const std::size_t first = ranked_.size();
     for (const Pose& pose : poses) ranked_.push_back({0, pose});
     const std::size_t done = side_by_side(poses.size(), kRankedPerCheck, [&](std::size_t i) {
@@ -291,15 +291,15 @@ class Search {
     });
   }
 
-  const Lc2Cost& cost_;
+  const SimilarityCost& cost_;
   const SweepPoints& points_;
   const SearchOptions& options_;
   const std::function<bool()>& keep_going_;
   int& non_finite_;
   PatchSet screen_patches_;
-  Lc2Cost screen_;
+  SimilarityCost screen_;
   PatchSet quick_patches_;  // All patches, with few samples each.
-  Lc2Cost quick_;
+  SimilarityCost quick_;
   std::vector<Ranked> ranked_, solved_;
   std::vector<Found> found_;
   double clear_ = 0;
@@ -308,13 +308,13 @@ class Search {
 
 }  // namespace
 
-std::vector<Found> search(const Lc2Cost& cost, const Pose& initial, const SweepPoints& points,
-                          const SearchOptions& options, const std::function<bool()>& keep_going,
-                          int& non_finite) {
+std::vector<Found> search(const SimilarityCost& cost, const Pose& initial,
+                          const SweepPoints& points, const SearchOptions& options,
+                          const std::function<bool()>& keep_going, int& non_finite) {
   return Search(cost, points, options, keep_going, non_finite).run(initial);
 }
 
-std::vector<Found> search_among(const Lc2Cost& cost, const Places& places,
+std::vector<Found> search_among(const SimilarityCost& cost, const Places& places,
                                 const SweepPoints& points, const SearchOptions& options,
                                 const std::function<bool()>& keep_going, int& non_finite) {
   NAV_CHECK(places.spacing_mm > 0 && places.tried >= 1, places.spacing_mm, places.tried);

@@ -33,9 +33,9 @@ struct Found {
 /// right: its cost lies seven standard deviations below the costs of the random starts. The results
 /// are sorted, best first; they contain at least the plain one. non_finite is raised to the largest
 /// number of non-finite patches in one evaluation.
-std::vector<Found> search(const Lc2Cost& cost, const Pose& initial, const SweepPoints& points,
-                          const SearchOptions& options, const std::function<bool()>& keep_going,
-                          int& non_finite);
+std::vector<Found> search(const SimilarityCost& cost, const Pose& initial,
+                          const SweepPoints& points, const SearchOptions& options,
+                          const std::function<bool()>& keep_going, int& non_finite);
 
 /// Poses among which to search.
 struct Places {
@@ -49,7 +49,7 @@ struct Places {
 /// search() among given poses instead of seeded starts about one pose: it ranks them, tries the
 /// best and searches around them. Each round spends more time on fewer poses (successive halving).
 /// Best first; empty if there are no poses.
-std::vector<Found> search_among(const Lc2Cost& cost, const Places& places,
+std::vector<Found> search_among(const SimilarityCost& cost, const Places& places,
                                 const SweepPoints& points, const SearchOptions& options,
                                 const std::function<bool()>& keep_going, int& non_finite);
 

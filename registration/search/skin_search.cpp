@@ -34,7 +34,7 @@ constexpr std::size_t kKeptPlaces = 2;
 constexpr double kLeastTimeLimitS = 1e-9;
 
 /// The middle of the transducer's face, Image.
-Point<frames::Image> face_of(const UltrasoundFrame& frame) {
+Point<frames::Image> face_of(const UltrasoundImage& frame) {
   if (frame.outline) {
     const Eigen::Vector2d p =
         frame.outline->apex_mm + Eigen::Vector2d(0, frame.outline->radius_min_mm);
@@ -61,7 +61,7 @@ struct Held {
 
 Held held(const Sweep& sweep, const SweepPoints& points) {
   Held out;
-  for (const TrackedFrame& tracked : sweep.frames()) {
+  for (const TrackedImage& tracked : sweep.frames()) {
     out.faces.push_back(tracked.reference_from_image * face_of(tracked.frame));
   }
   const std::size_t middle = sweep.frames().size() / 2;
@@ -191,8 +191,8 @@ RivalPlaces rivals_of(const Volume& ct, const PreparedSweep& sweep, const std::v
     const auto channels = make_ct_channels(ct, reachable_box(sweep, place.pose, plain),
                                            sigma_of(level.options.sample_step_mm));
     if (!channels) continue;
-    const Lc2Cost cost(*channels, level.patches, options.ridge, options.threads,
-                       options.similarity);
+    const SimilarityCost cost(*channels, level.patches, options.ridge, options.threads,
+                              measure_of(options.similarity));
     place =
         solve_pose(cost, place.pose, sweep.points().centroid,
                    {options.max_iterations, kCoarseTolerance, [&] { return patience.late(); }}, {});
@@ -280,7 +280,8 @@ Result<ImageRegistrationResult> register_on_skin(
   const auto channels =
       make_ct_channels(ct, box_of(ct.grid()), sigma_of(level.options.sample_step_mm));
   if (!channels) return channels.error();
-  const Lc2Cost cost(*channels, level.patches, options.ridge, options.threads, options.similarity);
+  const SimilarityCost cost(*channels, level.patches, options.ridge, options.threads,
+                            measure_of(options.similarity));
   int non_finite = 0;
   const SearchOptions about{
       .max_iterations = options.max_iterations, .seed = options.seed, .threads = options.threads};

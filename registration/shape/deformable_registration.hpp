@@ -6,7 +6,7 @@
 #include <string>
 
 #include "registration/shape/spline_field.hpp"
-#include "registration/similarity/lc2_cost.hpp"
+#include "registration/similarity/similarity_cost.hpp"
 
 namespace nav::registration {
 

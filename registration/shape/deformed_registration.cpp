@@ -59,7 +59,11 @@ Result<DeformedRegistration> register_deformed(
   if (!deformed.tissue.supported) return deformed;
   const auto bent = bent_ct(ct, deformed.tissue.field);
   if (!bent) return bent.error();
-  auto found = register_sweep(*bent, sweep, common, solver, diagnostics, progress);
+  // The field already has what the probe presses away, and layers of other speed of sound.
+  ImageRegistrationOptions in_field = solver;
+  in_field.pressed_sigma_mm = 0;
+  in_field.speed_from_ct = false;
+  auto found = register_sweep(*bent, sweep, common, in_field, diagnostics, progress);
   if (!found) return found.error();
   // The unknown part of the field is about as large as the known part: on the development seeds the
   // error at the targets was 0.8 to 1.7 times the displacement (docs/registration-experiments.md).

@@ -41,7 +41,7 @@ std::vector<std::size_t> evenly(const Sweep& sweep, int most) {
 
 }  // namespace
 
-UltrasoundFrame averaged(const UltrasoundFrame& frame, int factor) {
+UltrasoundImage averaged(const UltrasoundImage& frame, int factor) {
   const int width = frame.pixels.width() / factor;
   const int height = frame.pixels.height() / factor;
   NAV_CHECK(factor >= 1 && factor <= kMostPixelsPerBlock && width >= 1 && height >= 1, factor);
@@ -67,7 +67,7 @@ UltrasoundFrame averaged(const UltrasoundFrame& frame, int factor) {
       *to++ = static_cast<std::uint8_t>(sum * per_count >> kShift);
     }
   }
-  UltrasoundFrame out = frame;
+  UltrasoundImage out = frame;
   out.pixels = Image2d<std::uint8_t>(width, height, std::move(means));
   const double middle = 0.5 * (factor - 1);
   out.grid.origin_mm = frame.grid.at(middle, middle).mm.head<2>();
@@ -85,10 +85,10 @@ int pixels_per_block(const PixelGrid& grid, int width, int height, double sigma_
 
 Sweep coarse_images(const Sweep& sweep, int most, double sigma_mm) {
   NAV_CHECK(most >= 1, most);
-  std::vector<TrackedFrame> kept;
+  std::vector<TrackedImage> kept;
   for (const std::size_t index : evenly(sweep, most)) {
     kept.push_back(sweep.frames()[index]);
-    UltrasoundFrame& frame = kept.back().frame;
+    UltrasoundImage& frame = kept.back().frame;
     frame = averaged(
         frame, pixels_per_block(frame.grid, frame.pixels.width(), frame.pixels.height(), sigma_mm));
   }

@@ -14,7 +14,7 @@ inline constexpr int kMostPixelsPerBlock = 64;
 /// Mean grey, rounded, of blocks of factor × factor pixels; leftover pixels at the right and at the
 /// bottom are cut off. The pixel grid of the result gives the centres of the blocks. Precondition:
 /// factor is 1 to kMostPixelsPerBlock and not larger than the image.
-UltrasoundFrame averaged(const UltrasoundFrame& frame, int factor);
+UltrasoundImage averaged(const UltrasoundImage& frame, int factor);
 
 /// Side of the blocks, in pixels, that may be averaged if the image is smoothed with sigma_mm
 /// afterwards, 1 to kMostPixelsPerBlock.

@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "registration/similarity/lc2_cost.hpp"
+#include "registration/similarity/similarity_cost.hpp"
 
 namespace nav::registration {
 
 /// RMS deviation of the CT within a patch at a pose, HU, at 5 x 5 points across it. Infinite if the
 /// points are not finite, so that the solver evaluates the patch and reports it. near: see
-/// Lc2Cost::where().
+/// SimilarityCost::where().
 double ct_contrast_hu(const CtChannels& ct, const PatchSet& patches, std::size_t patch,
                       const GridPose& pose, PatchChannels* near = nullptr);
 

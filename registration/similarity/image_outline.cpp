@@ -232,8 +232,8 @@ Sweep with_outline(const Sweep& sweep) {
   if (sweep.frames().front().frame.outline) return sweep;
   const auto sector = sector_of(sweep);
   if (!sector) return sweep;
-  std::vector<TrackedFrame> frames = sweep.frames();
-  for (TrackedFrame& tracked : frames) tracked.frame.outline = sector;
+  std::vector<TrackedImage> frames = sweep.frames();
+  for (TrackedImage& tracked : frames) tracked.frame.outline = sector;
   auto made = Sweep::create(std::move(frames), sweep.calibration_id());
   NAV_CHECK(made.has_value());
   return std::move(*made);

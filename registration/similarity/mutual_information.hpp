@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "registration/similarity/lc2_cost.hpp"
+#include "registration/similarity/similarity_cost.hpp"
 
 namespace nav::registration {
 

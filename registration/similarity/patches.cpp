@@ -71,7 +71,7 @@ void add_row(std::span<const std::uint8_t> grey, std::span<const std::uint8_t> u
 }
 
 /// Sums of greys and pixel counts over blocks.
-void add_blocks(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& mask, int fx, int fy,
+void add_blocks(const UltrasoundImage& frame, const Image2d<std::uint8_t>& mask, int fx, int fy,
                 SmoothBuffers& out) {
   const int columns = frame.pixels.width() / fx;
   const int rows = frame.pixels.height() / fy;
@@ -106,7 +106,7 @@ void add_blocks(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& mask,
   }
 }
 
-SmoothImage smooth(const UltrasoundFrame& frame, const Image2d<std::uint8_t>& mask, double sigma_mm,
+SmoothImage smooth(const UltrasoundImage& frame, const Image2d<std::uint8_t>& mask, double sigma_mm,
                    SmoothBuffers& buffers) {
   const int width = frame.pixels.width();
   const int height = frame.pixels.height();
@@ -145,7 +145,7 @@ struct PatchCandidate {
 };
 
 /// Corners of an ultrasound image, Image frame, mm.
-std::array<Point<frames::Image>, 4> corners(const UltrasoundFrame& frame) {
+std::array<Point<frames::Image>, 4> corners(const UltrasoundImage& frame) {
   const double right = frame.pixels.width() - 1;
   const double below = frame.pixels.height() - 1;
   return {frame.grid.at(0, 0), frame.grid.at(right, 0), frame.grid.at(0, below),
@@ -155,7 +155,7 @@ std::array<Point<frames::Image>, 4> corners(const UltrasoundFrame& frame) {
 /// One thinned ultrasound image, smoothed to the level.
 struct LevelImage {
   int index;  ///< Index in the sweep.
-  const TrackedFrame& tracked;
+  const TrackedImage& tracked;
   const Image2d<std::uint8_t>& mask;
   SmoothImage smooth;
   Eigen::Matrix2d pixel_per_mm = tracked.frame.grid.mm_per_pixel.inverse();
@@ -249,7 +249,7 @@ struct Squares {
   std::size_t columns = 0;
 };
 
-Squares squares_of(const UltrasoundFrame& frame, const LevelOptions& level) {
+Squares squares_of(const UltrasoundImage& frame, const LevelOptions& level) {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
   Eigen::Vector2d high = -low;
   for (const auto& corner : corners(frame)) {
@@ -319,7 +319,7 @@ bool add_patch(const LevelImage& image, const Eigen::Vector2d& centre, const Lev
 
 }  // namespace
 
-double corners_moved_mm(const TrackedFrame& from, const TrackedFrame& to) {
+double corners_moved_mm(const TrackedImage& from, const TrackedImage& to) {
   const auto before = corners(from.frame);
   const auto after = corners(to.frame);
   double moved_mm = 0;
@@ -336,7 +336,7 @@ std::vector<int> thin_frames(const Sweep& sweep, double step_mm) {
   std::vector<int> kept;
   std::array<Eigen::Vector3d, 4> last;
   for (std::size_t i = 0; i < sweep.frames().size(); ++i) {
-    const TrackedFrame& tracked = sweep.frames()[i];
+    const TrackedImage& tracked = sweep.frames()[i];
     std::array<Eigen::Vector3d, 4> now;
     double moved_mm = 0;
     const auto image_corners = corners(tracked.frame);
@@ -415,7 +415,7 @@ void order_by_place(PatchSet& set) {
 /// The squares of one image that may still be added to a set.
 class SquaresLeft {
  public:
-  SquaresLeft(const UltrasoundFrame& frame, const LevelOptions& level)
+  SquaresLeft(const UltrasoundImage& frame, const LevelOptions& level)
       : squares_(squares_of(frame, level)), states_(squares_.centres.size(), State::kNew) {}
 
   [[nodiscard]] std::size_t count() const { return states_.size(); }
@@ -502,7 +502,7 @@ PatchSet make_patches(const Sweep& sweep, const std::vector<Image2d<std::uint8_t
   SmoothBuffers buffers;
   for (const int index : thin_frames(sweep, level.frame_step_mm)) {
     const auto i = static_cast<std::size_t>(index);
-    const TrackedFrame& tracked = sweep.frames()[i];
+    const TrackedImage& tracked = sweep.frames()[i];
     images.push_back(
         {index, tracked, masks[i], smooth(tracked.frame, masks[i], sigma_mm, buffers)});
   }

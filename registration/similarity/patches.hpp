@@ -44,7 +44,7 @@ struct PatchSet {
 };
 
 /// Largest distance that a corner moves from one ultrasound image to another, Reference, mm.
-double corners_moved_mm(const TrackedFrame& from, const TrackedFrame& to);
+double corners_moved_mm(const TrackedImage& from, const TrackedImage& to);
 
 /// Indices of ultrasound images about step_mm apart: the first, then each image with a corner that
 /// has moved at least step_mm since the last kept one.

@@ -87,7 +87,7 @@ class Bins {
 
 /// Calls visit(p, i) with the position p of each pixel i in the image, mm, row by row.
 template <class Visit>
-void for_each_pixel(const UltrasoundFrame& frame, const Visit& visit) {
+void for_each_pixel(const UltrasoundImage& frame, const Visit& visit) {
   const auto& [mm_per_pixel, origin_mm] = frame.grid;
   std::size_t i = 0;
   for (int row = 0; row < frame.pixels.height(); ++row) {
@@ -99,7 +99,7 @@ void for_each_pixel(const UltrasoundFrame& frame, const Visit& visit) {
 }
 
 /// Cells of a sector: beams rotate about an apex; lines are line_mm apart at mid depth.
-std::vector<BeamCell> sector_cells(const UltrasoundFrame& frame, const SectorOutline& outline,
+std::vector<BeamCell> sector_cells(const UltrasoundImage& frame, const SectorOutline& outline,
                                    double line_mm, double bin_mm) {
   const double widest = outline.half_angle_rad;
   const double line_rad = 2 * line_mm / (outline.radius_min_mm + outline.radius_max_mm);
@@ -121,7 +121,7 @@ std::vector<BeamCell> sector_cells(const UltrasoundFrame& frame, const SectorOut
 }
 
 /// Cells of parallel beams, which run down the image.
-std::vector<BeamCell> parallel_cells(const UltrasoundFrame& frame, double line_mm, double bin_mm) {
+std::vector<BeamCell> parallel_cells(const UltrasoundImage& frame, double line_mm, double bin_mm) {
   Eigen::Vector2d low = Eigen::Vector2d::Constant(1e300);
   for_each_pixel(frame, [&](const Eigen::Vector2d& p, std::size_t) { low = low.cwiseMin(p); });
   std::vector<BeamCell> cells(frame.pixels.pixels().size());
@@ -132,7 +132,7 @@ std::vector<BeamCell> parallel_cells(const UltrasoundFrame& frame, double line_m
   return cells;
 }
 
-ScanGeometry scan_geometry(const UltrasoundFrame& frame, double line_spacing_mm) {
+ScanGeometry scan_geometry(const UltrasoundImage& frame, double line_spacing_mm) {
   ScanGeometry geometry;
   // Bins no finer than a pixel, so that none stays empty along a line.
   geometry.bin_mm =
@@ -175,7 +175,7 @@ ScanGeometry scan_geometry(const UltrasoundFrame& frame, double line_spacing_mm)
 
 }  // namespace
 
-bool same_geometry(const UltrasoundFrame& a, const UltrasoundFrame& b) {
+bool same_geometry(const UltrasoundImage& a, const UltrasoundImage& b) {
   if (a.pixels.width() != b.pixels.width() || a.pixels.height() != b.pixels.height() ||
       a.grid.mm_per_pixel != b.grid.mm_per_pixel || a.grid.origin_mm != b.grid.origin_mm ||
       a.outline.has_value() != b.outline.has_value()) {
@@ -191,7 +191,7 @@ namespace {
 
 /// Mean grey of each (line, depth) cell; kOutside, which is −1, if the image has no pixel there.
 /// Averaging over the cell reduces speckle and the noise floor, whose single pixels can be bright.
-std::vector<float> cell_means(const UltrasoundFrame& frame, const ScanGeometry& geometry) {
+std::vector<float> cell_means(const UltrasoundImage& frame, const ScanGeometry& geometry) {
   // Two sums for each cell: neighbouring pixels, mostly of one cell, need not wait for each other.
   const std::size_t cells = geometry.cells();
   std::vector<int> sums(2 * (cells + 1), 0);
@@ -293,7 +293,7 @@ Result<void> check_outline(const SectorOutline& outline, const std::string& name
 
 Result<void> check_geometry(const Sweep& sweep) {
   for (std::size_t i = 0; i < sweep.frames().size(); ++i) {
-    const UltrasoundFrame& frame = sweep.frames()[i].frame;
+    const UltrasoundImage& frame = sweep.frames()[i].frame;
     const std::string name = "sweep image " + std::to_string(i) + ": ";
     if (const auto ok = nav::validate(frame.grid); !ok) {
       return Error{ok.error().code, name + ok.error().message};
@@ -340,7 +340,7 @@ Result<std::vector<Image2d<std::uint8_t>>> shadow_masks(const Sweep& sweep,
   if (const auto ok = validate(options); !ok) return ok.error();
   if (const auto ok = check_geometry(sweep); !ok) return ok.error();
   const auto& frames = sweep.frames();
-  const UltrasoundFrame& first = frames.front().frame;
+  const UltrasoundImage& first = frames.front().frame;
   const ScanGeometry geometry = scan_geometry(first, options.line_spacing_mm);
   std::vector<CellGreys> means;
   means.reserve(frames.size());

@@ -26,7 +26,7 @@ Result<void> validate(const ShadowMaskOptions& options);
 
 /// True if the pixels and outlines of two ultrasound images have the same positions in the Image
 /// frame.
-bool same_geometry(const UltrasoundFrame& a, const UltrasoundFrame& b);
+bool same_geometry(const UltrasoundImage& a, const UltrasoundImage& b);
 
 /// Rejects a sweep with an impossible pixel grid or outline, with images more than a metre wide,
 /// and with images of different geometry (kMalformedData). The message names the image.

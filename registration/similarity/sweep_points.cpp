@@ -15,7 +15,7 @@ SweepPoints sweep_points(const Sweep& sweep, const std::vector<Image2d<std::uint
   out.centroid.mm.setZero();
   for (const int index : thin_frames(sweep, kStepMm)) {
     const auto i = static_cast<std::size_t>(index);
-    const TrackedFrame& tracked = sweep.frames()[i];
+    const TrackedImage& tracked = sweep.frames()[i];
     const PixelGrid& grid = tracked.frame.grid;
     const auto stride = [&](int axis) {
       return std::max(1,
@@ -115,7 +115,7 @@ CtBox box_around(const SweepPoints& sweep, const std::vector<Pose>& poses, doubl
 double apart_mm(const Sweep& sweep, const Transform<frames::Ct, frames::Reference>& a,
                 const Transform<frames::Ct, frames::Reference>& b) {
   double sum = 0;
-  for (const TrackedFrame& tracked : sweep.frames()) {
+  for (const TrackedImage& tracked : sweep.frames()) {
     const auto& pixels = tracked.frame.pixels;
     const Point<frames::Reference> p =
         tracked.reference_from_image *

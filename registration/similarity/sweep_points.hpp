@@ -7,7 +7,7 @@
 #include "nav/sweep.hpp"
 #include "nav/volume.hpp"
 #include "registration/similarity/ct_channels.hpp"
-#include "registration/similarity/lc2_cost.hpp"
+#include "registration/similarity/similarity_cost.hpp"
 
 namespace nav::registration {
 

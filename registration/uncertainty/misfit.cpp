@@ -373,7 +373,7 @@ void set_intervals(const Eigen::Matrix<double, kErrorParameters, kErrorParameter
     // The values of a cause follow one another in ErrorVector.
     Index first = 0;
     if (misfit.cause == MisfitCause::kPixelSize) first = 1;
-    if (misfit.cause == MisfitCause::kCalibration) first = 3;
+    if (misfit.cause == MisfitCause::kCalibration) first = 4;
     const auto count = static_cast<Index>(misfit.values.size());
     if (count == 0 || !(prior[first] > 0)) continue;
     misfit.deviations.clear();

@@ -68,7 +68,7 @@ struct Misfit {
 };
 
 /// One Newton step for pose and cause together from the best pose alone (a score test; Rao 1948).
-/// It uses the true curvature as in frame_bootstrap(); the noise comes from the scatter of the
+/// It uses the true curvature as in image_bootstrap(); the noise comes from the scatter of the
 /// remaining gradients of the patches in cubes of 20 mm. Directions that the sweep cannot
 /// distinguish from a pose are left out. Nothing is found if the patches lie in fewer cubes than a
 /// covariance needs. Empty if the pose itself is not determined, and for a similarity without terms

@@ -29,8 +29,8 @@ constexpr double kMinCurvatureRatio = 1e-3;
 
 constexpr std::size_t kHessianPatches = 600;
 
-Matrix6d hessian_by_steps(const Lc2Cost& cost, const Pose& pose, const Eigen::Vector3d& centre,
-                          double step_mm) {
+Matrix6d hessian_by_steps(const SimilarityCost& cost, const Pose& pose,
+                          const Eigen::Vector3d& centre, double step_mm) {
   const Matrix6d scale = twist_from_scaled();
   Matrix6d h;
   for (Eigen::Index i = 0; i < 6; ++i) {
@@ -150,7 +150,8 @@ Matrix6d missed_by(const std::vector<Patch>& patches, std::size_t stride, const 
 }
 
 /// All parts of the shape except the Hessian.
-LocalShape gradients_of(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct) {
+LocalShape gradients_of(const SimilarityCost& cost, const Pose& pose,
+                        const Point<frames::Ct>& centre_ct) {
   LocalShape shape{centre_ct, Matrix6d::Zero(), {}, {}};
   CostTerms terms = cost.terms(pose, centre_ct.mm, true);
   shape.images = shapes_of_images(cost.patches().patches, terms);
@@ -185,8 +186,8 @@ std::string curvature_fault(const Matrix6d& hessian) {
   return fault.str();
 }
 
-LocalShape local_shape(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct,
-                       double step_mm) {
+LocalShape local_shape(const SimilarityCost& cost, const Pose& pose,
+                       const Point<frames::Ct>& centre_ct, double step_mm) {
   LocalShape shape = gradients_of(cost, pose, centre_ct);
   const std::vector<Patch>& patches = cost.patches().patches;
   const std::size_t stride =
@@ -198,7 +199,7 @@ LocalShape local_shape(const Lc2Cost& cost, const Pose& pose, const Point<frames
   return shape;
 }
 
-LocalShape local_shape(const Lc2Cost& cost, const Point<frames::Ct>& centre_ct,
+LocalShape local_shape(const SimilarityCost& cost, const Point<frames::Ct>& centre_ct,
                        const CostsAround& around) {
   LocalShape shape = gradients_of(cost, around.pose, centre_ct);
   shape.hessian = hessian_of(around);

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "registration/search/costs_around.hpp"
-#include "registration/similarity/lc2_cost.hpp"
+#include "registration/similarity/similarity_cost.hpp"
 #include "registration/similarity/sweep_points.hpp"
 #include "registration/uncertainty/pose_uncertainty.hpp"
 
@@ -41,11 +41,11 @@ inline constexpr double kCurvatureSteps = 0.5;
 /// Computes the cost about a pose. The Gauss–Newton Hessian is too stiff, because each patch also
 /// fits its noise; the true one is computed by symmetric differences over step_mm, of at most 600
 /// evenly chosen patches.
-LocalShape local_shape(const Lc2Cost& cost, const Pose& pose, const Point<frames::Ct>& centre_ct,
-                       double step_mm);
+LocalShape local_shape(const SimilarityCost& cost, const Pose& pose,
+                       const Point<frames::Ct>& centre_ct, double step_mm);
 /// local_shape() from known gradients beside a pose. They must have been computed from cost and its
 /// sweep; the shape's centre must be that of the sweep at the pose.
-LocalShape local_shape(const Lc2Cost& cost, const Point<frames::Ct>& centre_ct,
+LocalShape local_shape(const SimilarityCost& cost, const Point<frames::Ct>& centre_ct,
                        const CostsAround& around);
 
 /// Reason why a Hessian in scaled parameters does not determine a pose: it is not finite, or the

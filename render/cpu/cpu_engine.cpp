@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <thread>
@@ -15,7 +16,7 @@
 #include "render/cpu/cpu_predicate_painter.hpp"
 #include "render/cutaway_mesh.hpp"
 #include "render/engine.hpp"
-#include "render/parallel.hpp"
+#include "render/interruptible.hpp"
 #include "render/quality/sparse_rays.hpp"
 #include "render/scene_compare.hpp"
 #include "render/skipping/coarse_volumes.hpp"
@@ -52,24 +53,34 @@ class CpuEngine final : public Engine {
            (threads == 1 ? " thread" : " threads");
   }
 
-  Result<RenderedImage> render(const Scene& scene) override {
+  Result<RenderedImage> render_image(const Scene& scene, const Interrupt& interrupt) override {
     if (const auto ok = validate(scene); !ok) return ok.error();
     if (const auto ok = check_size(*scene.ct); !ok) return ok.error();
     if (scene.ultrasound) {
       if (const auto ok = check_size(*scene.ultrasound->volume); !ok) return ok.error();
     }
-    const SceneChange change = last_ ? change_between(*last_, scene) : SceneChange::kView;
+    const SceneChange change = change_since_last(scene);
     if (change == SceneChange::kNothing) return RenderedImage{pixels_, {}};
     const auto start = Clock::now();
     RenderedImage image;
     if (change >= SceneChange::kGeometry) {
       last_.reset();  // Set again after every ray of the new scene is cast.
+      std::optional<RenderStatistics> statistics;
       if (const auto lacking = set_lacking(scene)) {
-        image.statistics = cast_provisional(scene, *lacking);
+        statistics = cast_provisional(scene, *lacking, interrupt);
       } else {
         release_coarse();
-        image.statistics = cast(scene, change == SceneChange::kGeometry, predicates_);
+        statistics = cast(scene, change == SceneChange::kGeometry, predicates_, interrupt);
       }
+      if (!statistics) {
+        // Every ray that is there belongs to its own signature: the next image may keep it. With
+        // sparse rays it depends, by rounding, on the rays that were cast together with it.
+        whole_ = false;
+        if (change == SceneChange::kGeometry && !sparse_rays(scene)) last_ = scene;
+        return interrupted_error(name());
+      }
+      whole_ = true;
+      image.statistics = *statistics;
       image_.collect(scene.plane.has_value(), options_.threads);
     }
     if (!image.statistics.provisional) last_ = scene;
@@ -83,6 +94,13 @@ class CpuEngine final : public Engine {
   }
 
  private:
+  /// The change from the records that image_ has. Rays are missing after an interrupted image.
+  [[nodiscard]] SceneChange change_since_last(const Scene& scene) const {
+    if (!last_) return SceneChange::kView;
+    const SceneChange change = change_between(*last_, scene);
+    return whole_ ? change : std::max(change, SceneChange::kGeometry);
+  }
+
   /// The predicate set of a scene whose image has to be provisional; otherwise no value.
   [[nodiscard]] std::optional<PredicateSet> set_lacking(const Scene& scene) const {
     if (!scene.quality.provisional) return std::nullopt;
@@ -100,8 +118,9 @@ class CpuEngine final : public Engine {
   }
 
   /// Draws a provisional image. Before that, it prepares a part of the data that the set lacks,
-  /// except for the first image, which has to appear soon.
-  RenderStatistics cast_provisional(const Scene& scene, const PredicateSet& set) {
+  /// except for the first image, which has to appear soon. None: interrupted.
+  std::optional<RenderStatistics> cast_provisional(const Scene& scene, const PredicateSet& set,
+                                                   const Interrupt& interrupt) {
     const auto start = Clock::now();
     RenderStatistics statistics;
     if (provisional_) predicates_.prepare_some(set, kBytesAImage, options_.threads);
@@ -111,7 +130,9 @@ class CpuEngine final : public Engine {
       if (!coarse_) coarse_.emplace();
       const Scene coarse = coarse_of(scene, set);
       const double halving_s = seconds_since(start);
-      statistics = cast(coarse, false, coarse_->predicates);
+      const auto cast_it = cast(coarse, false, coarse_->predicates, interrupt);
+      if (!cast_it) return std::nullopt;
+      statistics = *cast_it;
       statistics.prepare_s += halving_s;
       provisional_ = scene;
     } else {
@@ -136,8 +157,9 @@ class CpuEngine final : public Engine {
     provisional_.reset();
   }
 
-  /// Casts the rays. \p keep: cast only the rays that a change affects.
-  RenderStatistics cast(const Scene& scene, bool keep, CpuPredicates& predicates) {
+  /// Casts the rays. \p keep: cast only the rays that a change affects. None: interrupted.
+  std::optional<RenderStatistics> cast(const Scene& scene, bool keep, CpuPredicates& predicates,
+                                       const Interrupt& interrupt) {
     const auto start = Clock::now();
     const bool large_meshes = CutawayField::needed(scene);
     if (large_meshes) {
@@ -148,10 +170,12 @@ class CpuEngine final : public Engine {
     const CutPlan cutaway(cut_objects(scene, large_meshes));
     const bool fades = large_meshes || !cutaway.empty();
     if (drawn_by_predicates(scene)) {
-      return cast_predicates(scene, cutaway, predicates, start);
+      return cast_predicates(scene, cutaway, predicates, start, interrupt);
     }
     cache_.update(scene, fades, options_.threads);
-    if (has_two_volumes(scene)) return cast_both(scene, cutaway, predicates, fades, start);
+    if (has_two_volumes(scene)) {
+      return cast_both(scene, cutaway, predicates, fades, start, interrupt);
+    }
     if (!keep) image_.start(scene.width, scene.height, &scene.background_rgb);
     const double prepare_s = seconds_since(start);
     const MarchKey key = march_key(scene, cache_, fades);
@@ -160,8 +184,10 @@ class CpuEngine final : public Engine {
     CpuPainter painter(scene, in, key, marches_.rays, cutaway, field_ ? &*field_ : nullptr, image_,
                        keep, spans_ ? &*spans_ : nullptr, sparse_rays(scene));
     for (int pass = 0; pass < painter.passes(); ++pass) {
-      for_each_index(painter.tiles(), options_.threads,
-                     [&](int tile) { painter.paint_tile(tile, pass); });
+      if (!for_each_index(painter.tiles(), options_.threads, interrupt,
+                          [&](int tile) { painter.paint_tile(tile, pass); })) {
+        return std::nullopt;
+      }
     }
     RenderStatistics statistics = painter.statistics();
     if (scene.quality.skip_empty_bricks) {
@@ -181,14 +207,19 @@ class CpuEngine final : public Engine {
     spans_.emplace(scene, cache_.shell(), options_.threads);
   }
 
-  RenderStatistics cast_predicates(const Scene& scene, const CutPlan& cutaway,
-                                   CpuPredicates& predicates, Clock::time_point start) {
+  std::optional<RenderStatistics> cast_predicates(const Scene& scene, const CutPlan& cutaway,
+                                                  CpuPredicates& predicates,
+                                                  Clock::time_point start,
+                                                  const Interrupt& interrupt) {
     predicates.update(scene, options_.threads);
     image_.start(scene.width, scene.height, nullptr);
     const double prepare_s = seconds_since(start);
     CpuPredicatePainter painter(scene, predicates, marches_, cutaway, field_ ? &*field_ : nullptr,
                                 image_, {});
-    for_each_index(painter.tiles(), options_.threads, [&](int tile) { painter.paint_tile(tile); });
+    if (!for_each_index(painter.tiles(), options_.threads, interrupt,
+                        [&](int tile) { painter.paint_tile(tile); })) {
+      return std::nullopt;
+    }
     RenderStatistics statistics = painter.statistics();
     statistics.bricks = predicates.bricks();
     statistics.bricks_occupied = predicates.bricks_occupied();
@@ -197,8 +228,9 @@ class CpuEngine final : public Engine {
   }
 
   /// Casts the CT, for which cache_ is ready, and the ultrasound volume in it.
-  RenderStatistics cast_both(const Scene& scene, const CutPlan& ct_cutaway,
-                             CpuPredicates& predicates, bool fades, Clock::time_point start) {
+  std::optional<RenderStatistics> cast_both(const Scene& scene, const CutPlan& ct_cutaway,
+                                            CpuPredicates& predicates, bool fades,
+                                            Clock::time_point start, const Interrupt& interrupt) {
     const UltrasoundVolume& ultrasound = *scene.ultrasound;
     Scene other = ultrasound_scene(scene);
     predicates.update(other, options_.threads, ultrasound.ct_importance);
@@ -218,7 +250,10 @@ class CpuEngine final : public Engine {
                                 other_field_ ? &*other_field_ : nullptr, image_,
                                 {&ct, ultrasound.ct_importance, error});
     const double prepare_s = seconds_since(start);
-    for_each_index(painter.tiles(), options_.threads, [&](int tile) { painter.paint_tile(tile); });
+    if (!for_each_index(painter.tiles(), options_.threads, interrupt,
+                        [&](int tile) { painter.paint_tile(tile); })) {
+      return std::nullopt;
+    }
     RenderStatistics statistics = painter.statistics();
     statistics.bricks = predicates.bricks();
     statistics.bricks_occupied = predicates.bricks_occupied();
@@ -248,7 +283,8 @@ class CpuEngine final : public Engine {
                                              ///< volume.
   std::optional<VisibleSpans> spans_;        ///< Spans of the last scene whose view changed.
   CpuImage image_;
-  std::optional<Scene> last_;  ///< Scene that image_ shows.
+  std::optional<Scene> last_;  ///< Scene that image_ shows, or, unless whole_, parts of it.
+  bool whole_ = false;         ///< False: the last image was interrupted.
   Image2d<RgbaF> pixels_;      ///< The last returned image.
 };
 

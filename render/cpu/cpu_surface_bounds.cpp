@@ -10,7 +10,7 @@ namespace nav::render {
 
 SurfaceBounds::SurfaceBounds(const Scene& scene) : origin_(scene.ct->grid().origin_mm) {
   if (scene.plane && scene.plane->safety.state != SafetyState::kLost) {
-    const UltrasoundFrame& frame = scene.plane->frame;
+    const UltrasoundImage& frame = scene.plane->frame;
     std::vector<Eigen::Vector3d> corners;
     for (const double x : {-0.5, frame.pixels.width() - 0.5}) {
       for (const double y : {-0.5, frame.pixels.height() - 0.5}) {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "nav/ultrasound_frame.hpp"
+#include "nav/ultrasound_image.hpp"
 #include "nav/volume.hpp"
 #include "render/features/run.hpp"
 #include "render/features/volume.hpp"

@@ -39,19 +39,20 @@ class GlEngine final : public Engine {
   [[nodiscard]] std::string name() const override { return "gl"; }
   [[nodiscard]] std::string device() const override { return device_; }
 
-  Result<RenderedImage> render(const Scene& scene) override {
+  Result<RenderedImage> render_image(const Scene& scene, const Interrupt& interrupt) override {
     if (auto ok = validate(scene); !ok) return ok.error();
     const bool kept = window_ != nullptr;
     if (auto ok = open(); !ok) return ok.error();
-    auto image = draw(scene);
+    auto image = draw(scene, interrupt);
+    if (!image && image.error().code == ErrorCode::kCancelled) return image;
     // A context that is lost, or that failed midway, is not worth keeping.
     if (!image) close();
     // A context lost since the last image is opened again, and its data sent again, once. A second
     // loss is reported.
     if (image || !kept || image.error().code != ErrorCode::kUnavailable) return image;
     if (auto ok = open(); !ok) return ok.error();
-    image = draw(scene);
-    if (!image) close();
+    image = draw(scene, interrupt);
+    if (!image && image.error().code != ErrorCode::kCancelled) close();
     return image;
   }
 
@@ -78,16 +79,17 @@ class GlEngine final : public Engine {
     window_.reset();
   }
 
-  Result<RenderedImage> draw(const Scene& scene) {
+  Result<RenderedImage> draw(const Scene& scene, const Interrupt& interrupt) {
     const CurrentContext current(*window_);
     if (!window_->window().IsCurrent()) {
       return Error{ErrorCode::kUnavailable, "OpenGL: the context of " + device_ + " is lost"};
     }
     window_->window().SetSize(scene.width, scene.height);
-    // The view does not keep the scene beyond this call.
-    if (auto ok = view_->draw(std::shared_ptr<const Scene>(std::shared_ptr<void>(), &scene)); !ok) {
-      return ok.error();
-    }
+    // The view keeps neither beyond this call.
+    view_->raycaster().set_interrupt(&interrupt);
+    const auto drawn = view_->draw(std::shared_ptr<const Scene>(std::shared_ptr<void>(), &scene));
+    view_->raycaster().set_interrupt(nullptr);
+    if (!drawn) return drawn.error();
     std::vector<RgbaF> pixels = view_->raycaster().read();
     const Eigen::Vector3f background = scene.background_rgb.cast<float>();
     for (RgbaF& p : pixels) {

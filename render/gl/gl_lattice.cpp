@@ -59,8 +59,7 @@ void GlLattice::bind(Level& level) {
   }
 }
 
-void GlLattice::draw(GlProgram& rays, GlProgram& means,
-                     const std::function<void()>& draw_triangle) {
+void GlLattice::draw(GlProgram& rays, GlProgram& means, const std::function<void(int)>& draw_rows) {
   const PixelLattice lattice(last_.width, last_.height, sparse_.stride);
   means.use();
   means.set("pixel_error", static_cast<double>(sparse_.error));
@@ -76,12 +75,12 @@ void GlLattice::draw(GlProgram& rays, GlProgram& means,
       means.set("pixel_step", step);
       means.set("coarse_step", 2 * step);
       write_depth();
-      draw_triangle();
+      draw_rows(level.height);
       keep_nearer();
     }
     rays.use();
     rays.set("pixel_step", step);
-    draw_triangle();
+    draw_rows(level.height);
     before = &level;
   }
   write_everything();

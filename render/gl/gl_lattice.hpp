@@ -27,8 +27,8 @@ class GlLattice {
   Result<void> prepare(int width, int height, bool layers, unsigned framebuffer,
                        const SparseRays& sparse);
   /// Draws the image. rays: program of raycast.frag; means: program of sparse_means.frag; both with
-  /// their uniforms set.
-  void draw(GlProgram& rays, GlProgram& means, const std::function<void()>& draw_triangle);
+  /// their uniforms set. \p draw_rows fills the viewport, which has this many rows.
+  void draw(GlProgram& rays, GlProgram& means, const std::function<void(int)>& draw_rows);
   void release();
 
  private:

@@ -13,6 +13,7 @@
 #include "render/gl/gl_speed_probe.hpp"
 #include "render/gl/gl_uniforms.hpp"
 #include "render/gl/gl_upload.hpp"
+#include "render/interruptible.hpp"
 #include "render/scene_compare.hpp"
 #include "render/two_volumes.hpp"
 
@@ -163,14 +164,17 @@ Result<void> GlRaycaster::cast(const Scene& scene, const std::optional<SharedDep
     means->use();
     set_means_uniforms(*means, of_means, scene, textures, depth);
   }
+  if (interrupted()) return interrupted_error("gl");
+  given_up_ = false;
   timer_.begin(*in_software_);
   write_everything();
   if (sparse) {
-    lattice_.draw(**program, *means, [this] { draw_triangle(); });
+    lattice_.draw(**program, *means, [this](int rows) { draw_in_bands(rows); });
   } else {
     cast_every_pixel(features);
   }
   statistics_.cast_s = timer_.end_s();
+  if (given_up_) return interrupted_error("gl");
   statistics_.prepare_s = std::max(seconds_since(start) - statistics_.cast_s, 0.0);
   drawn_with_ = std::move(features);
   count_bricks(*drawn_with_);
@@ -197,7 +201,23 @@ void GlRaycaster::cast_every_pixel(const GlFeatures& features) {
   if (features.compute) return dispatch(width_, height_);
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_);
   glViewport(0, 0, width_, height_);
-  draw_triangle();
+  draw_in_bands(height_);
+}
+
+/// Fills a viewport with this many rows. A software rasteriser draws some rows at a time, so that
+/// it can be interrupted in between; the pixels do not depend on it.
+void GlRaycaster::draw_in_bands(int height) {
+  constexpr int kRows = 64;  // A multiple of the rasteriser's tiles.
+  if (!*in_software_ || interrupt_ == nullptr || !interrupt_->possible()) return draw_triangle();
+  glEnable(GL_SCISSOR_TEST);
+  for (int y = 0; y < height && !given_up_; y += kRows) {
+    given_up_ = interrupted();
+    if (given_up_) break;
+    glScissor(0, y, width_, kRows);
+    draw_triangle();
+    glFinish();  // Otherwise nothing is drawn before the image is read.
+  }
+  glDisable(GL_SCISSOR_TEST);
 }
 
 void GlRaycaster::count_bricks(const GlFeatures& features) {

@@ -42,6 +42,9 @@ class GlRaycaster {
   /// met it before. With depth, which is the geometry of others, it casts all rays, because that
   /// geometry may always have changed.
   Result<void> draw(const Scene& scene, const std::optional<SharedDepth>& depth = {});
+  /// Makes draw() end with kCancelled when it is asked to; null: never. A software rasteriser is
+  /// asked between rows of pixels, a graphics card before its rays only. It must outlive draw().
+  void set_interrupt(const Interrupt* interrupt) { interrupt_ = interrupt; }
   /// Blends the last image over a part of the framebuffer that is bound: x, y of its lower left
   /// corner, width, height. An image with fewer pixels is enlarged, bilinear between its rays.
   Result<void> composite(const std::array<int, 4>& at);
@@ -171,6 +174,10 @@ class GlRaycaster {
   void draw_one_pixel(const GlFeatures& features);
   void dispatch(int width, int height);
   void draw_triangle();
+  void draw_in_bands(int height);
+  [[nodiscard]] bool interrupted() const {
+    return interrupt_ != nullptr && interrupt_->requested();
+  }
 
   GlProgramCache programs_;
   std::unique_ptr<GlProgram> resolve_program_;
@@ -213,7 +220,9 @@ class GlRaycaster {
   GlTimer timer_;
   GlReadBuffer read_buffer_;
   GlCostSums cost_sums_;
-  bool cast_ = false;  ///< true: the last image cast rays.
+  bool cast_ = false;                     ///< true: the last image cast rays.
+  const Interrupt* interrupt_ = nullptr;  ///< Null: no image is interrupted.
+  bool given_up_ = false;                 ///< true: rays of this image were left out.
 };
 
 }  // namespace nav::render

@@ -15,6 +15,7 @@ class GlStateGuard {
     glGetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &draw_framebuffer_);
     glGetIntegerv(GL_READ_FRAMEBUFFER_BINDING, &read_framebuffer_);
     glGetIntegerv(GL_VIEWPORT, viewport_.data());
+    glGetIntegerv(GL_SCISSOR_BOX, scissor_.data());
     glGetIntegerv(GL_ACTIVE_TEXTURE, &active_texture_);
     glGetIntegerv(GL_VERTEX_ARRAY_BINDING, &vertex_array_);
     glGetIntegerv(GL_CURRENT_PROGRAM, &program_);
@@ -31,6 +32,7 @@ class GlStateGuard {
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, static_cast<GLuint>(draw_framebuffer_));
     glBindFramebuffer(GL_READ_FRAMEBUFFER, static_cast<GLuint>(read_framebuffer_));
     glViewport(viewport_[0], viewport_[1], viewport_[2], viewport_[3]);
+    glScissor(scissor_[0], scissor_[1], scissor_[2], scissor_[3]);
     glActiveTexture(static_cast<GLenum>(active_texture_));
     glBindVertexArray(static_cast<GLuint>(vertex_array_));
     glUseProgram(static_cast<GLuint>(program_));
@@ -55,7 +57,7 @@ class GlStateGuard {
                                                    GL_SCISSOR_TEST, GL_MULTISAMPLE};
   GLint draw_framebuffer_ = 0, read_framebuffer_ = 0, active_texture_ = 0, vertex_array_ = 0;
   GLint program_ = 0, depth_function_ = GL_LESS;
-  std::array<GLint, 4> viewport_{}, blend_{};
+  std::array<GLint, 4> viewport_{}, scissor_{}, blend_{};
   std::array<GLboolean, 4> colour_mask_{};
   GLboolean depth_mask_ = GL_TRUE;
   std::array<GLboolean, 5> switches_{};

@@ -7,6 +7,7 @@
 
 #include "nav/time.hpp"
 #include "render/scene.hpp"
+#include "render/scene_compare.hpp"
 
 namespace nav::render {
 
@@ -21,6 +22,11 @@ struct ProgressiveOptions {
   /// If that takes longer than the budget, it has down to 1 / largest_factor, [coarse_factor, 8].
   int largest_factor = 8;
   double refine_after_s = 0.1;  ///< Time without changes other than ultrasound pixels; >= 0.
+  /// Time after which coarse images of a resting view, in which only plane, needle and other
+  /// objects move, get as many pixels as the budget allows for the rays that these affect; >= 0.
+  double finer_after_s = 0.25;
+  /// Greatest expected time of the first image with more pixels, which casts all its rays; >= 0.
+  double finer_step_s = 0.2;
 };
 
 /// The scene with 1 / factor of its pixels per side.
@@ -44,6 +50,10 @@ class Refinement {
     Scene scene;   ///< The scene to draw, in the requested size.
     int factor;    ///< Draw 1 / factor of the pixels per side; 1: all.
     bool refined;  ///< true: the requested quality, unless provisional.
+    /// The least change to a newer scene that makes it worth giving this image up; absent: none,
+    /// because a coarse image is soon there and shows that something moves. The first coarse image
+    /// of its kind, of which nothing is known, may be given up.
+    std::optional<SceneChange> yields_to;
   };
 
   /// An invalid option is a Bug.
@@ -55,6 +65,12 @@ class Refinement {
   /// that was really used. provisional: the image was provisional, so it does not have the
   /// requested quality.
   void drawn(double took_s, int factor, bool provisional = false);
+  /// Reports that the last plan was given up for a newer scene after a time. The next image is
+  /// coarse if it shows another scene, so that images are shown however often the scene changes.
+  void interrupted(double after_s);
+  /// Changes options.budget_s, >= 0.
+  void set_budget(double budget_s);
+  [[nodiscard]] double budget_s() const { return options_.budget_s; }
   /// True if the last image had the requested quality.
   [[nodiscard]] bool is_refined() const { return drawn_ && drawn_->plan.refined; }
   /// True if the last image was coarse and no other event makes the next one be drawn.
@@ -68,28 +84,35 @@ class Refinement {
   struct Asked {
     Scene scene;  ///< The requested scene.
     Plan plan;
-    std::size_t cost;  ///< Index into cost_s_.
-    bool anew;         ///< true: no part of the last image can have been kept.
-    bool sparse;       ///< true: fewer rays than requested.
+    std::size_t cost;   ///< Index into cost_s_.
+    SceneChange since;  ///< From the last image as it was drawn: kView if no part can be kept.
+    bool sparse;        ///< true: fewer rays than requested.
   };
 
   [[nodiscard]] bool is_still(Timestamp now) const {
     return to_seconds(now - changed_) >= options_.refine_after_s;
   }
   [[nodiscard]] int small_factor(double all_pixels_s) const;
-  void give_up(Asked& asked, double whole_s, double dearer, bool changed) const;
+  [[nodiscard]] int factor_at_rest(int for_view, Timestamp now) const;
+  void give_up(Asked& asked, double whole_s, double dearer, SceneChange change,
+               Timestamp now) const;
   void learn_whole(double took_s, bool after_coarse);
+  void learn_kept(double all_pixels_s);
 
   ProgressiveOptions options_;
   std::optional<Asked> planned_;
   std::optional<Asked> drawn_;
+  bool interrupted_ = false;  ///< The last image was given up.
   Timestamp changed_{};
+  Timestamp view_changed_{};
   /// Time of the last whole image, by its SceneChange from the image before.
   std::array<double, 4> cost_s_{};
   double sparse_share_ = 0;  ///< Share of that time that fewer rays took; 0: unknown.
   /// Time that the last image with fewer pixels would have taken with all of them, by their number;
   /// 0: unknown.
   double all_pixels_s_ = 0;
+  double kept_pixels_s_ =
+      0;  ///< all_pixels_s_ if it could keep the rays that nothing moving affects.
 };
 
 }  // namespace nav::render

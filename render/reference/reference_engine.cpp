@@ -9,7 +9,7 @@
 
 #include "nav/stopwatch.hpp"
 #include "render/engine.hpp"
-#include "render/parallel.hpp"
+#include "render/interruptible.hpp"
 #include "render/reference/reference_gradient.hpp"
 #include "render/reference/reference_predicates.hpp"
 #include "render/spec/ray_spec.hpp"
@@ -368,7 +368,7 @@ class ReferenceEngine final : public Engine {
   [[nodiscard]] std::string name() const override { return "reference"; }
   [[nodiscard]] std::string device() const override { return "double precision, brute force"; }
 
-  Result<RenderedImage> render(const Scene& scene) override {
+  Result<RenderedImage> render_image(const Scene& scene, const Interrupt& interrupt) override {
     if (const auto ok = validate(scene); !ok) return ok.error();
     const auto start = std::chrono::steady_clock::now();
     const Prepared prepared(scene);
@@ -376,7 +376,7 @@ class ReferenceEngine final : public Engine {
     std::vector<RgbaF> pixels(width * static_cast<std::size_t>(scene.height));
     std::atomic<std::uint64_t> samples{0};
     std::atomic<std::uint64_t> gradients{0};
-    for_each_index(scene.height, options_.threads, [&](int y) {
+    const bool whole = for_each_index(scene.height, options_.threads, interrupt, [&](int y) {
       Caster caster(prepared);
       for (int x = 0; x < scene.width; ++x) {
         pixels[static_cast<std::size_t>(y) * width + static_cast<std::size_t>(x)] =
@@ -385,6 +385,7 @@ class ReferenceEngine final : public Engine {
       samples += caster.counts().samples;
       gradients += caster.counts().gradients;
     });
+    if (!whole) return interrupted_error(name());
     RenderedImage image{{scene.width, scene.height, std::move(pixels)}, {}};
     image.statistics.rays = image.pixels.pixels().size();
     image.statistics.volume_samples = samples;

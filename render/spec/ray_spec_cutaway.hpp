@@ -265,6 +265,6 @@ CutawayPolygon<double> make_polygon(std::vector<Vec3<double>> vertices);
 
 /// The outline of an ultrasound image, image mm: the rectangle of its pixels, or its sector, which
 /// is expected to lie inside that rectangle.
-std::vector<Vec2<double>> outline_of(const UltrasoundFrame& frame);
+std::vector<Vec2<double>> outline_of(const UltrasoundImage& frame);
 
 }  // namespace nav::render::spec

@@ -10,7 +10,7 @@
 #include <limits>
 #include <optional>
 
-#include "nav/ultrasound_frame.hpp"
+#include "nav/ultrasound_image.hpp"
 #include "render/spec/ray_spec_volume.hpp"
 
 /// The surfaces of ray_spec.hpp: ultrasound plane, needle, spheres, lines.
@@ -58,7 +58,7 @@ template <class S>
 std::optional<PlaneSurface<S>> make_plane(const UltrasoundPlane& plane, const VoxelGrid& grid) {
   const SafetyState state = plane.safety.state;
   if (state == SafetyState::kLost) return {};
-  const UltrasoundFrame& frame = plane.frame;
+  const UltrasoundImage& frame = plane.frame;
   const Eigen::Matrix2d& m = frame.grid.mm_per_pixel;
   const double area = std::abs(m(0, 0) * m(1, 1) - m(0, 1) * m(1, 0));
   Eigen::Matrix2d inverse;

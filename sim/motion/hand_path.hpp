@@ -3,12 +3,15 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include "nav/result.hpp"
 #include "nav/time.hpp"
 #include "nav/transform.hpp"
+#include "sim/motion/recorded_hand.hpp"
 #include "sim/motion/skin_track.hpp"
 
 namespace nav::sim {
@@ -42,6 +45,12 @@ struct HandPathOptions {
   Timestamp begin{};       ///< Start of the motion.
   Timestamp end = Timestamp(std::chrono::seconds(4));  ///< End of the motion, > begin.
   HandTremor tremor;
+  /// How uneven the pace is, [0, 0.9]: 0 starts and stops smoothly and is even between; 0.6 goes at
+  /// 0.4 to 1.6 times that pace, and slides as much as 4 mm beside the straight way.
+  double unevenness = 0;
+  /// A hand that was recorded moves in place of the kinds above, at its own pace and with its own
+  /// tremor: kind, length_mm, angle_rad, tremor and unevenness do nothing. Null: none.
+  std::shared_ptr<const RecordedHand> recorded;
 };
 
 /// Rejects invalid options; the message names the first one out of range.
@@ -54,8 +63,13 @@ struct HandWobble {
 };
 HandWobble wobble_at(const HandTremor& tremor, Timestamp time);
 
-/// Freehand path about a pose that it passes half way. Closed form in time, except for the skin;
-/// thread-safe.
+/// Share of the way of an uneven pace after a share of the time, both from 0 to 1: its slope is
+/// between 1 - unevenness and 1 + unevenness.
+double uneven_share(double share, double unevenness, std::uint64_t seed);
+
+/// Freehand path about a pose that it passes half way. Closed form in time, except for the skin and
+/// a recorded hand. A recorded hand keeps its angle to the skin and its place along it, as if it
+/// had been recorded on a plane, and stays as deep in the skin as at the middle pose. Thread-safe.
 class HandPath {
  public:
   using Pose = Transform<frames::Ct, frames::Image>;
@@ -75,6 +89,8 @@ class HandPath {
   Pose middle_;
   HandPathOptions options_;
   std::optional<SkinTrack> skin_;  ///< Absent: slides are straight.
+  std::vector<Pose> recorded_;     ///< One for each sample of a recorded hand.
+  [[nodiscard]] Pose recorded_at(Timestamp time) const;
   struct Held {
     Pose pose;
     Timestamp arrival;

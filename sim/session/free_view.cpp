@@ -92,7 +92,10 @@ class BestView {
 
 }  // namespace
 
-double press_mm(ProbeKind probe) { return probe == ProbeKind::kConvex ? 8 : 2; }
+double press_mm(const ProbeModel& probe) {
+  if (probe.stand_off_mm > 0) return -probe.stand_off_mm;
+  return probe.kind == ProbeKind::kConvex ? 8 : 2;
+}
 
 std::optional<Transform<frames::Ct, frames::Image>> settled(
     const Anatomy& patient, const Transform<frames::Ct, frames::Image>& view, double press_mm) {
@@ -134,7 +137,7 @@ Result<Transform<frames::Ct, frames::Image>> approach_view(const Anatomy& patien
   const Vec target = plan.target_ct.mm;
   const Vec back = (entry - target).normalized();
   const Vec across = back.unitOrthogonal();
-  const double press = press_mm(probe.kind);
+  const double press = press_mm(probe);
   const double beside = beside_probe_mm(probe);
   BestView best(patient, target, {0.3 * beside, 0.5 * beside}, press);
   // Angles between needle and beam.

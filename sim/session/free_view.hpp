@@ -15,8 +15,9 @@ namespace nav::sim {
 /// Largest angle between beam and skin normal; beyond it the face loses contact at one side.
 inline constexpr double kMostLeanRad = 0.35;
 
-/// Depth by which a face is pressed into the skin, mm; a curved one deeper.
-double press_mm(ProbeKind probe);
+/// Depth by which a face is pressed into the skin, mm; a curved one deeper. Negative: distance of
+/// the face from the skin, with a gel pad between them.
+double press_mm(const ProbeModel& probe);
 
 /// View with its face pressed press_mm into the skin along the beam. Nothing when it leans more
 /// than kMostLeanRad off the skin, or when no skin is near it.

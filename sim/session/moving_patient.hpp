@@ -3,7 +3,7 @@
 #pragma once
 
 #include "nav/transform.hpp"
-#include "nav/ultrasound_frame.hpp"
+#include "nav/ultrasound_image.hpp"
 #include "sim/motion/breathing.hpp"
 
 namespace nav::sim {

@@ -10,7 +10,7 @@ Result<Patient> make_patient_of_ct(const Volume& ct, const CtPatientOptions& opt
   auto anatomy = make_ct_patient(ct, options);
   if (!anatomy) return anatomy.error();
   const ProbeModel probe = convex_abdominal();
-  const auto view = free_view(**anatomy, press_mm(probe.kind));
+  const auto view = free_view(**anatomy, press_mm(probe));
   if (!view) return view.error();
   return Patient{"ct", *std::move(anatomy), {{"free view", probe, *view}}};
 }

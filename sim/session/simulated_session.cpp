@@ -6,6 +6,7 @@
 
 #include "nav/check.hpp"
 #include "sim/mount.hpp"
+#include "sim/persistence.hpp"
 #include "sim/random.hpp"
 #include "sim/session/free_view.hpp"
 #include "sim/session/needle_path.hpp"
@@ -98,16 +99,16 @@ Result<std::shared_ptr<const SmoothWarp>> deformation_of(const SimulatedSessionO
 class SessionFrames final : public ImageStream {
  public:
   SessionFrames(const SimulatedSession& session, const UltrasoundSimulator& simulator)
-      : session_(session), simulator_(simulator) {}
+      : session_(session), simulator_(simulator), persistence_(simulator.probe().persistence) {}
 
-  Result<UltrasoundFrame> next(Deadline deadline) override {
+  Result<UltrasoundImage> next(Deadline deadline) override {
     constexpr const char* kName = "simulated probe: ";
     if (stopped_) return Error{ErrorCode::kCancelled, std::string(kName) + "stopped"};
     if (index_ >= session_.frame_count()) {
       return Error{ErrorCode::kEndOfStream, std::string(kName) + "the recording time has ended"};
     }
     const ImageTiming& timing = session_.options().image_timing;
-    const FrameTruth truth = session_.truth(index_);
+    const ImageTruth truth = session_.truth(index_);
     const Timestamp received = truth.physical + timing.latency;
     if (received > deadline) {
       return Error{ErrorCode::kTimeout, std::string(kName) + "no image before the deadline"};
@@ -115,11 +116,12 @@ class SessionFrames final : public ImageStream {
     const bool shows_needle = session_.needle() && truth.physical >= session_.phases().back().begin;
     const NeedleShaft needle =
         shows_needle ? NeedleShaft(session_.needle()->shaft_ct(truth.physical)) : NeedleShaft();
-    UltrasoundFrame frame =
+    UltrasoundImage frame =
         simulator_.simulate(truth.ct_from_image, truth.physical + timing.stamp_offset,
                             static_cast<std::uint64_t>(index_), needle,
                             session_.undeformed() ? nullptr : truth.warp.get());
     frame.received = received;
+    persistence_.apply(frame);
     ++index_;
     return frame;
   }
@@ -128,6 +130,7 @@ class SessionFrames final : public ImageStream {
  private:
   const SimulatedSession& session_;
   const UltrasoundSimulator& simulator_;
+  Persistence persistence_;
   int index_ = 0;
   bool stopped_ = false;
 };
@@ -144,6 +147,20 @@ SimulatedSessionOptions demonstrated_procedure(std::uint64_t seed) {
   session.path.tremor.drift_rad = 0.002;
   session.approach.emplace();
   return session;
+}
+
+void set_errors(ErrorLevel level, SimulatedSessionOptions& options) {
+  const LevelErrors errors = errors_of(level);
+  set_image_errors(errors, options.probe);
+  options.path.unevenness = errors.unevenness;
+  options.pressure_mm = options.probe.stand_off_mm > 0 ? 0 : errors.pressure_mm;
+  options.tracker = TrackerKind::kIdeal;
+  options.tracker_noise_mm = errors.tracker_mm;
+  options.calibration_mm = errors.calibration_mm;
+  options.calibration_rad = errors.calibration_rad;
+  options.image_timing.stamp_offset = from_seconds(1e-3 * errors.delay_ms);
+  options.image_timing.latency =
+      std::max(options.image_timing.latency, options.image_timing.stamp_offset);
 }
 
 Result<void> validate(const SimulatedSessionOptions& o) {
@@ -164,6 +181,16 @@ Result<void> validate(const SimulatedSessionOptions& o) {
     if (!(o.approach->duration_s * o.frame_rate_hz >= 1)) {
       return reject("at least two images of the approach");
     }
+  }
+  if (!(o.pressure_mm >= 0 && o.pressure_mm <= kMostPressureMm)) {
+    return reject("a pressure of 0 to 12 mm");
+  }
+  if (!(o.tracker_noise_mm >= 0 && o.tracker_noise_mm <= 5)) {
+    return reject("a tracker noise of 0 to 5 mm");
+  }
+  if (!(o.calibration_mm >= 0 && o.calibration_mm <= 20 && o.calibration_rad >= 0 &&
+        o.calibration_rad <= 0.2)) {
+    return reject("a calibration error of 0 to 20 mm and 0 to 0.2 rad");
   }
   // An image cannot arrive before its time stamp.
   if (o.image_timing.latency < std::max(o.image_timing.stamp_offset, Duration(0))) {
@@ -192,10 +219,10 @@ Result<SimulatedSession> SimulatedSession::create(const SimulatedSessionOptions&
   if (const auto ok = validate(options); !ok) return ok.error();
   if (options.standard_view) {
     const auto& standard = patient.views.front().ct_from_image;
-    const auto view = settled(*patient.anatomy, standard, press_mm(options.probe.kind));
+    const auto view = settled(*patient.anatomy, standard, press_mm(options.probe));
     if (view) return about(options, patient, *view);
   }
-  const auto middle = free_view(*patient.anatomy, press_mm(options.probe.kind));
+  const auto middle = free_view(*patient.anatomy, press_mm(options.probe));
   if (!middle) return middle.error();
   return about(options, patient, *middle);
 }
@@ -239,7 +266,8 @@ SimulatedSession::SimulatedSession(const SimulatedSessionOptions& options,
       deformation_(std::move(deformation)),
       path_(*patient_, middle, path_options(options)),
       ultrasound_(patient_, options.probe, options.seed),
-      sensor_(make_sensor(options.tracker, hash_bits(options.seed, 0x74726b, 0))),
+      sensor_(with_noise(make_sensor(options.tracker, hash_bits(options.seed, 0x74726b, 0)),
+                         options.tracker_noise_mm, hash_bits(options.seed, 0x6e6f697365, 0))),
       ct_from_reference_(placed_reference(middle, Random(options.seed, 0x726566))),
       probe_from_image_(mount_probe(Random(options.seed, 0x6d6f756e74))),
       tracker_from_ct_(place_tracker(
@@ -247,6 +275,14 @@ SimulatedSession::SimulatedSession(const SimulatedSessionOptions& options,
           Random(options.seed, 0x63616d))),
       needle_(needle) {
   if (approach) path_.hold(*approach, phases_.back().begin);
+}
+
+Transform<Probe, Image> SimulatedSession::calibration() const {
+  if (!(options_.calibration_mm > 0) && !(options_.calibration_rad > 0)) return probe_from_image_;
+  Random random(options_.seed, 0x63616c69);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(options_.calibration_rad, random.direction()));
+  return probe_from_image_ *
+         Transform<Image, Image>(turn, options_.calibration_mm * random.direction());
 }
 
 Transform<Tracker, Probe> SimulatedSession::tracker_from_probe(Timestamp time) const {
@@ -274,22 +310,30 @@ Timestamp SimulatedSession::frame_time(int index) const {
 }
 
 bool SimulatedSession::undeformed() const {
-  return deformation_ == nullptr && breathing_.options().kind == BreathingKind::kNone;
+  return deformation_ == nullptr && breathing_.options().kind == BreathingKind::kNone &&
+         !(options_.pressure_mm > 0);
 }
 
 std::shared_ptr<const Warp> SimulatedSession::warp(Timestamp time) const {
-  if (deformation_ == nullptr) return breathing_.warp(time);
-  if (breathing_.options().kind == BreathingKind::kNone) return deformation_;
-  return std::make_shared<ComposedWarp>(deformation_, breathing_.warp(time));
+  const bool breathes = breathing_.options().kind != BreathingKind::kNone;
+  std::shared_ptr<const Warp> moved = breathes || deformation_ == nullptr
+                                          ? breathing_.warp(time)
+                                          : std::shared_ptr<const Warp>(deformation_);
+  if (breathes && deformation_ != nullptr) {
+    moved = std::make_shared<ComposedWarp>(deformation_, std::move(moved));
+  }
+  if (!(options_.pressure_mm > 0)) return moved;
+  return std::make_shared<ComposedWarp>(
+      std::move(moved), pressed_by(path_.at(time), options_.probe, options_.pressure_mm));
 }
 
-FrameTruth SimulatedSession::truth(int index) const {
+ImageTruth SimulatedSession::truth(int index) const {
   const Timestamp time = frame_time(index);
   const auto pose = path_.at(time);
   std::shared_ptr<const Warp> moved = warp(time);
   const RestView rest =
       rest_view(*moved, pose, ultrasound_.grid(), options_.probe.columns, options_.probe.rows);
-  FrameTruth truth{.physical = time,
+  ImageTruth truth{.physical = time,
                    .ct_from_image = pose,
                    .rest = rest,
                    .breathing = breathing_.state(time),
@@ -328,7 +372,9 @@ std::unique_ptr<PoseStream> SimulatedSession::needle_poses() const {
   SensorStream needle = stream(kNeedleBody);
   needle.truth = [this](Timestamp time) { return tracker_from_hub(time).matrix(); };
   if (options_.tracker == TrackerKind::kArm) {
-    needle.sensor = make_sensor(options_.tracker, hash_bits(options_.seed, 0x74726b, kNeedleBody));
+    needle.sensor =
+        with_noise(make_sensor(options_.tracker, hash_bits(options_.seed, 0x74726b, kNeedleBody)),
+                   options_.tracker_noise_mm, hash_bits(options_.seed, 0x6e6f697365, kNeedleBody));
   }
   return std::make_unique<SensorPoseSource>(needle);
 }

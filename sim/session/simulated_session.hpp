@@ -8,11 +8,13 @@
 #include <vector>
 
 #include "sim/anatomy/patient.hpp"
+#include "sim/error_level.hpp"
 #include "sim/fault_plan.hpp"
 #include "sim/motion/breathing.hpp"
 #include "sim/motion/deformation.hpp"
 #include "sim/motion/hand_path.hpp"
 #include "sim/motion/needle_insertion.hpp"
+#include "sim/motion/pressure.hpp"
 #include "sim/session/moving_patient.hpp"
 #include "sim/streams.hpp"
 #include "sim/trackers/sensor_pose_source.hpp"
@@ -48,11 +50,20 @@ struct SimulatedSessionOptions {
   /// skin at one side (kMostLeanRad). False: where the path to the targets is free.
   bool standard_view = false;
   TrackerKind tracker = TrackerKind::kOptical;
+  /// Noise that is added to the tracker's own errors: standard deviation per axis, mm, and 0.01 rad
+  /// for each mm about each axis, [0, 5].
+  double tracker_noise_mm = 0;
+  /// Error of the calibration: length of a shift of the images on the probe, mm, [0, 20], and of a
+  /// rotation about the middle of the face, rad, [0, 0.2], each in a seeded direction.
+  double calibration_mm = 0, calibration_rad = 0;
   TrackerTiming timing;
   ImageTiming image_timing;
   BreathingOptions breathing;
   /// Deformation of the tissue relative to the CT, before it breathes. The session sets its seed.
   DeformationOptions deformation;
+  /// Displacement of the tissue under the face by the pressure of the probe, mm, [0,
+  /// kMostPressureMm]; 0: tissue does not give way.
+  double pressure_mm = 0;
   /// Tracked needle. It starts with the hand, or with the approach, and, without a speed, arrives
   /// with the last image.
   std::optional<NeedleInsertionOptions> needle;
@@ -65,6 +76,10 @@ struct SimulatedSessionOptions {
 
 /// Rejects invalid options; the message names the first one out of range.
 Result<void> validate(const SimulatedSessionOptions& options);
+
+/// Gives a session the errors of a whole system: its images, hand, tracker (an ideal one with
+/// noise), calibration, and the delay of its images.
+void set_errors(ErrorLevel level, SimulatedSessionOptions& options);
 
 /// The procedure that Sonde demonstrates: the probe tilts over the liver, then a needle approaches
 /// its target, with a hand so steady that the needle stays in the image.
@@ -81,7 +96,7 @@ struct PhaseInterval {
 };
 
 /// Truth at the time of an image.
-struct FrameTruth {
+struct ImageTruth {
   Timestamp physical;
   /// Pose of the image held by the probe, patient axes, relative to the reference body.
   Transform<frames::Ct, frames::Image> ct_from_image;
@@ -123,6 +138,8 @@ class SimulatedSession {
   [[nodiscard]] const Transform<frames::Probe, frames::Image>& probe_from_image() const {
     return probe_from_image_;
   }
+  /// The calibration as the system knows it: probe_from_image() with the error of the options.
+  [[nodiscard]] Transform<frames::Probe, frames::Image> calibration() const;
   [[nodiscard]] Transform<frames::Tracker, frames::Probe> tracker_from_probe(Timestamp time) const;
   [[nodiscard]] Transform<frames::Tracker, frames::Reference> tracker_from_reference() const;
   /// Present if and only if options().needle or options().approach is.
@@ -135,7 +152,7 @@ class SimulatedSession {
   [[nodiscard]] int frame_count() const;
   /// Physical time of an image, 0 <= index < frame_count().
   [[nodiscard]] Timestamp frame_time(int index) const;
-  [[nodiscard]] FrameTruth truth(int index) const;
+  [[nodiscard]] ImageTruth truth(int index) const;
 
   /// Poses of the probe as the tracker measures them, without faults; they begin 0.5 s before the
   /// first image.

@@ -73,5 +73,17 @@ TEST(ConsoleTest, ShowsControlCharactersOfFilesEscaped) {
   EXPECT_EQ(without_controls("L\xc3\xa4sion \xe2\x82\xac"), "L\xc3\xa4sion \xe2\x82\xac");
 }
 
+TEST(ConsoleTest, ShortensContentsOfFiles) {
+  const std::string path(200, 'p');
+  EXPECT_EQ(for_terminal(path + ": found x\n"), path + ": found x\\n");
+  const std::string shown = for_terminal("a.json: found " + std::string(100000, 'A') + "end more");
+  EXPECT_EQ(shown,
+            "a.json: found " + std::string(100, 'A') + "…" + std::string(36, 'A') + "end more");
+  // A character that is cut in two is shown as its bytes.
+  const std::string cut = for_terminal("x" + std::string(400, '\xc3') + "end");
+  EXPECT_LT(cut.size(), 700U);
+  EXPECT_EQ(for_terminal(""), "");
+}
+
 }  // namespace
 }  // namespace nav::app

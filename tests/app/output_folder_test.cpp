@@ -64,20 +64,39 @@ TEST_F(OutputFolderTest, TakesOverTheLockOfARunThatWasKilled) {
   EXPECT_NE(text_in(folder_ / ".sonde-lock").find(std::to_string(::getpid())), std::string::npos);
 }
 
-TEST_F(OutputFolderTest, RemovesUnfinishedFilesOfEndedProcessesOnly) {
-  const std::string dead = "sonde-" + std::to_string(ended_process()) + "-0.partial";
-  const std::string alive = "sonde-" + std::to_string(::getppid()) + "-0.partial";
-  for (const std::string& name :
-       {dead, alive, std::string("sonde-x-0.partial"), std::string("mine.partial")}) {
-    put_text(folder_ / name, "half");
+TEST_F(OutputFolderTest, AFileOfTheUserWithTheNameOfALockStays) {
+  const std::string ended = std::to_string(ended_process());
+  for (const std::string& text :
+       {std::string("my notes\n"), "process " + ended + "\nhost here\nand more\n",
+        std::string("process x\nhost here\n"), std::string(2000, 'x')}) {
+    put_text(folder_ / ".sonde-lock", text);
+    EXPECT_TRUE(rejects(OutputFolder::create(folder_.path()), ErrorCode::kIo,
+                        {".sonde-lock", "that it did not write"}));
+    EXPECT_EQ(text_in(folder_ / ".sonde-lock"), text);
   }
+  put_text(folder_ / ".sonde-lock", "");
+  EXPECT_TRUE(test::has_value(OutputFolder::create(folder_.path()))) << "killed before it wrote";
+}
+
+TEST_F(OutputFolderTest, RemovesUnfinishedFilesOfEndedProcessesOnly) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    const auto killed = io::AtomicFile::create(folder_ / "killed.txt");
+    ::_exit(killed ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  const std::string dead = std::filesystem::directory_iterator(folder_.path())->path().filename();
+  EXPECT_TRUE(dead.starts_with("sonde-" + std::to_string(child) + "-")) << dead;
+  const std::vector<std::string> mine{"sonde-" + std::to_string(child) + "-0.partial",
+                                      "sonde-" + std::to_string(child) + "-7-00000000.partial",
+                                      "sonde-x-0.partial", "mine.partial"};
+  for (const std::string& name : mine) put_text(folder_ / name, "half");
   auto own = io::AtomicFile::create(folder_ / "own.txt");
   ASSERT_TRUE(test::has_value(own));
   ASSERT_TRUE(test::has_value(OutputFolder::create(folder_.path())));
   EXPECT_FALSE(std::filesystem::exists(folder_ / dead));
-  EXPECT_TRUE(std::filesystem::exists(folder_ / alive));
-  EXPECT_TRUE(std::filesystem::exists(folder_ / "sonde-x-0.partial"));
-  EXPECT_TRUE(std::filesystem::exists(folder_ / "mine.partial"));
+  for (const std::string& name : mine) EXPECT_EQ(text_in(folder_ / name), "half") << name;
   ASSERT_TRUE(test::has_value(own->write("whole")));
   ASSERT_TRUE(test::has_value(own->commit()));
   EXPECT_EQ(text_in(folder_ / "own.txt"), "whole");

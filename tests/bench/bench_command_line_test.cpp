@@ -73,29 +73,29 @@ TEST_F(BenchCommandLineTest, WhatCannotBeParsedIsToldAsEverythingElse) {
   }
 }
 
-TEST_F(BenchCommandLineTest, OptionsThatWouldDoNothingAreRefused) {
+TEST_F(BenchCommandLineTest, OptionsThatWouldDoNothingAreRejected) {
   for (const auto& [arguments, rejection] : std::vector<std::pair<std::string, std::string>>{
            {"render --part live --scene x",
-            "--scene: expected --part compare, skipping or costs beside it, found live"},
-           {"render --part live --ct x", "--ct: expected --part compare, skipping or costs"},
-           {"render --part skipping --costs", "--costs: expected --part live"},
-           {"render --part skipping --width 64", "--width: expected --part compare, live or costs"},
-           {"render --quick --height 64", "--height: expected no --quick"},
-           {"predicates --quick --side 64", "--side: expected no --quick"},
+            "--scene requires --part compare, skipping or costs, found live"},
+           {"render --part live --ct x", "--ct requires --part compare, skipping or costs"},
+           {"render --part skipping --costs", "--costs requires --part live"},
+           {"render --part skipping --width 64", "--width requires --part compare, live or costs"},
+           {"render --quick --height 64", "--height requires no --quick"},
+           {"predicates --quick --side 64", "--side requires no --quick"},
            {"predicates --volume prostate --side 64",
-            "--side: expected a simulated --volume beside it, found prostate"},
-           {"predicates --engine gl --threads 1", "--threads: expected --engine cpu or both"},
-           {"predicates --volume two --threads 1", "--threads: expected a --volume"},
-           {"predicates --volume features --width 300", "--width: expected a --volume that"},
-           {"predicates --volume features --look vessel", "--look: expected a --volume that"},
-           {"predicates --look vessel", "--look: expected a --volume that has some beside it"},
-           {"predicates --volume features --engine gl", "--engine: expected --volume of"},
-           {"registration --part skin --trials t.csv", "--trials: expected --part cohort"},
-           {"registration --part skin --effort quick", "--effort: expected --part cohort, faults"},
-           {"registration --part skin --no-evaluation", "--no-evaluation: expected --part"},
-           {"registration --part curve --patients 2", "--patients: expected a --part other"},
+            "--side requires a simulated --volume, found prostate"},
+           {"predicates --engine gl --threads 1", "--threads requires --engine cpu or both"},
+           {"predicates --volume two --threads 1", "--threads requires a --volume"},
+           {"predicates --volume features --width 300", "--width requires a --volume that"},
+           {"predicates --volume features --look vessel", "--look requires a --volume that"},
+           {"predicates --look vessel", "--look requires a --volume that has some"},
+           {"predicates --volume features --engine gl", "--engine requires --volume of"},
+           {"registration --part skin --trials t.csv", "--trials requires --part cohort"},
+           {"registration --part skin --effort quick", "--effort requires --part cohort, faults"},
+           {"registration --part skin --no-evaluation", "--no-evaluation requires --part"},
+           {"registration --part curve --patients 2", "--patients requires a --part other"},
            {"derived --quick --side 64",
-            "--side: expected no --quick, which has a side of its own, beside it, found both"}}) {
+            "--side requires no --quick, which has a side of its own, found both"}}) {
     expect_rejection(arguments, 2, {rejection});
   }
 }

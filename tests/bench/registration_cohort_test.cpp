@@ -152,8 +152,8 @@ TEST(CohortSummaryTest, QuantilesAreNearestRanks) {
 TEST(CohortTest, StartsHaveTheStatedError) {
   const CtPose truth(Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitX())),
                      {10, -20, 30});
-  std::vector<TrackedFrame> frames(
-      1, TrackedFrame{{}, {Eigen::Quaterniond::Identity(), {0, 0, 0}}, Duration{0}});
+  std::vector<TrackedImage> frames(
+      1, TrackedImage{{}, {Eigen::Quaterniond::Identity(), {0, 0, 0}}, Duration{0}});
   frames[0].frame.pixels = Image2d<std::uint8_t>(2, 2, {1, 2, 3, 4});
   frames[0].frame.grid = PixelGrid::centred(2, 1, 1);
   RecordedSweep recorded{SweepPath::kFan, *Sweep::create(std::move(frames), "one"), {}};

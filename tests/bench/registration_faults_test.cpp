@@ -39,9 +39,9 @@ ReferenceFromImage hand_at(double seconds) {
 /// Images whose grey values depend on the depth and angle from the face of a convex probe.
 Sweep sweep_of(const std::function<double(double depth_mm, double angle_rad)>& grey, bool convex) {
   const SectorOutline outline{{0, -40}, 40, 130, 0.6};
-  std::vector<TrackedFrame> frames;
+  std::vector<TrackedImage> frames;
   for (int i = 0; i < kImages; ++i) {
-    TrackedFrame tracked{{}, hand_at(kStepS * i), Duration{0}};
+    TrackedImage tracked{{}, hand_at(kStepS * i), Duration{0}};
     tracked.frame.acquired = Timestamp(from_seconds(kStepS * i));
     tracked.frame.grid = PixelGrid::centred(kWidth, kPixelMm, kPixelMm);
     if (convex) tracked.frame.outline = outline;
@@ -71,12 +71,12 @@ TEST(AlteredSweepTest, ADelayedSweepHasThePosesOfOtherTimes) {
   for (const double delay_s : {-0.2, -0.05, -0.015, 0.0, 0.015, 0.05, 0.2}) {
     const Sweep late = delayed(sweep, from_seconds(delay_s));
     int expected = 0;
-    for (const TrackedFrame& tracked : sweep.frames()) {
+    for (const TrackedImage& tracked : sweep.frames()) {
       const double pose_s = to_seconds(tracked.frame.acquired) - delay_s;
       expected += pose_s > -1e-9 && pose_s < last_s + 1e-9 ? 1 : 0;
     }
     ASSERT_EQ(late.frames().size(), static_cast<std::size_t>(expected)) << delay_s;
-    for (const TrackedFrame& tracked : late.frames()) {
+    for (const TrackedImage& tracked : late.frames()) {
       const double seconds = to_seconds(tracked.frame.acquired);
       EXPECT_TRUE(test::is_near(tracked.reference_from_image, hand_at(seconds - delay_s), kPoseMm,
                                 kPoseRad))
@@ -93,8 +93,8 @@ TEST(AlteredSweepTest, ADelayedSweepHasThePosesOfOtherTimes) {
 TEST(AlteredSweepTest, EnlargedPixelsEnlargeTheOutline) {
   const Sweep sweep = flat_sweep();
   const Sweep large = enlarged(sweep, 1.03);
-  const UltrasoundFrame& before = sweep.frames()[3].frame;
-  const UltrasoundFrame& after = large.frames()[3].frame;
+  const UltrasoundImage& before = sweep.frames()[3].frame;
+  const UltrasoundImage& after = large.frames()[3].frame;
   for (const auto& [column, row] : {std::pair{0, 0}, {80, 0}, {13, 100}}) {
     EXPECT_LT((after.grid.at(column, row).mm - 1.03 * before.grid.at(column, row).mm).norm(),
               kOutlineMm);
@@ -117,7 +117,7 @@ void expect_deepened(double factor, bool convex) {
       [&](double depth_mm, double angle_rad) { return grey(depth_mm / factor, angle_rad); },
       convex);
   const auto& outline = sweep.frames()[0].frame.outline;
-  const UltrasoundFrame& shown = deep.frames()[0].frame;
+  const UltrasoundImage& shown = deep.frames()[0].frame;
   EXPECT_EQ(shown.grid.mm_per_pixel, sweep.frames()[0].frame.grid.mm_per_pixel);
   int compared = 0;
   for (int row = 2; row < 85; ++row) {
@@ -145,7 +145,7 @@ TEST(AlteredSweepTest, DeeperEchoesStayOnTheirBeam) {
 
 TEST(AlteredSweepTest, ShallowerEchoesLeaveBlackPixelsAtTheBottom) {
   const Sweep shallow = deepened(flat_sweep(), 0.9);
-  const UltrasoundFrame& shown = shallow.frames()[0].frame;
+  const UltrasoundImage& shown = shallow.frames()[0].frame;
   EXPECT_NEAR(shown.outline->radius_max_mm, 40 + 0.9 * 90, kOutlineMm);
   EXPECT_EQ(shown.pixels.at(40, 80), 100);
   EXPECT_EQ(shown.pixels.at(40, 83), 0);  // The echo would come from 92 mm, but the images end at
@@ -175,7 +175,7 @@ TEST(FaultCaseTest, AFaultChangesTheSweepByItsKindAndSize) {
   const Sweep sweep = flat_sweep();
   const auto made = [&](FaultKind kind, double size) { return with_fault(sweep, {kind, size}, 3); };
   EXPECT_EQ(made(FaultKind::kNone, 0).frames().size(), sweep.frames().size());
-  const TrackedFrame late = made(FaultKind::kDelay, 200).frames().front();
+  const TrackedImage late = made(FaultKind::kDelay, 200).frames().front();
   EXPECT_TRUE(test::is_near(late.reference_from_image, hand_at(0), kPoseMm, kPoseRad));
   EXPECT_EQ(late.frame.acquired, Timestamp(from_seconds(0.2)));
   EXPECT_NEAR(made(FaultKind::kPixelSize, 0.97).frames()[0].frame.grid.mm_per_pixel(0, 0), 0.97,

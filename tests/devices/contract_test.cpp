@@ -15,13 +15,16 @@
 #include "devices/ndi/ndi_source.hpp"
 #include "devices/openigtlink/openigtlink_server.hpp"
 #include "devices/openigtlink/openigtlink_source.hpp"
+#include "tests/devices/button_rigs.hpp"
+#include "tests/devices/camera_rigs.hpp"
 #include "tests/devices/can_arm_models.hpp"
 #include "tests/devices/igtl_wire.hpp"
 #include "tests/devices/toy_source.hpp"
+#include "tests/devices/usb_rigs.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
 
-/// The rules that hold for every device (docs/devices/new-device.md). A rig is a device with its
+/// The rules that hold for every device (docs/how-to-add.md). A rig is a device with its
 /// other side: appear() makes it deliver, vanish() takes the other side away, hush() lets it stay
 /// connected but say nothing.
 namespace nav::devices {
@@ -152,7 +155,105 @@ struct CanArmRig : Rig {
   std::unique_ptr<CanArmEmulator> emulator;
 };
 
-/// The device of docs/devices/new-device.md.
+/// A foot that taps all the time: on a foot switch, or on buttons of a CAN bus.
+template <class SourceKind>
+struct ButtonRig : Rig {
+  static constexpr bool kFoot = std::is_same_v<SourceKind, FootSwitchSource>;
+  ButtonRig() : line(kFoot ? SOCK_STREAM : SOCK_SEQPACKET) {
+    const ButtonTimes times{.streaming = milliseconds(300),
+                            .first_retry = milliseconds(20),
+                            .longest_retry = milliseconds(50)};
+    line.unplug();
+    if constexpr (kFoot) {
+      keep(*this, FootSwitchSource::create({.buttons = {{"left", BTN_0}}, .times = times}, "pedal",
+                                           line.opener(), clock, diagnostics));
+    } else {
+      keep(*this,
+           CanButtonSource::create({.buttons = {{.name = "left", .frame = 0x18A}}, .times = times},
+                                   "can0", line.opener(), clock, diagnostics));
+    }
+    foot = std::jthread([this](const std::stop_token& stop) {
+      for (bool down = true; !stop.stop_requested(); down = !down) {
+        if (taps) tap(down);
+        // Presses that follow more quickly count once.
+        std::this_thread::sleep_for(milliseconds(80));
+      }
+    });
+  }
+  void tap(bool down) {
+    if constexpr (kFoot) {
+      line.key(BTN_0, down ? 1 : 0, kernel_now());
+    } else {
+      line.frame({.id = 0x18A, .size = 1, .data = {static_cast<std::uint8_t>(down ? 1 : 0)}});
+    }
+  }
+  void appear() {
+    line.plug();
+    taps = true;
+  }
+  void vanish() { line.unplug(); }
+  void hush() { taps = false; }
+
+  ButtonLine line;
+  std::atomic<bool> taps{false};
+  std::jthread foot;
+};
+
+/// A camera that tracks markers, or grabs the screen of a scanner.
+template <class SourceKind>
+struct CameraRig : Rig {
+  CameraRig() {
+    const ImageTimes times{.silence = milliseconds(100),
+                           .lost = milliseconds(400),
+                           .first_retry = milliseconds(20),
+                           .longest_retry = milliseconds(50)};
+    camera.unplug();
+    if constexpr (std::is_same_v<SourceKind, MarkerSource>) {
+      keep(*this,
+           MarkerSource::create({.streams = {{"Probe"}}, .times = times}, "camera", camera.opener(),
+                                std::make_unique<FixedFinder>(1), clock, diagnostics));
+    } else {
+      keep(*this, FrameGrabberSource::create({.times = times}, "grabber", camera.opener(), clock,
+                                             diagnostics));
+    }
+  }
+  void appear() { camera.plug(); }
+  void vanish() { camera.unplug(); }
+  void hush() { camera.hush(); }
+
+  FakeCamera camera;
+};
+
+/// A tracker on USB, by a USB/IP server.
+struct PolhemusRig : Rig {
+  PolhemusRig() : emulator(emulated_liberty(1)) {
+    emulator->server().unplug();
+    keep(*this, PolhemusSource::create({.bodies = {{}}, .times = quick_usb_times()}, "liberty",
+                                       usbip_opener(emulator->server()), clock, diagnostics));
+  }
+  void appear() { emulator->server().replug(); }
+  void vanish() { emulator->server().unplug(); }
+  void hush() { emulator->tracker().hush(true); }
+
+  std::unique_ptr<PolhemusEmulator> emulator;
+};
+
+/// A probe on USB, by a USB/IP server.
+struct IntersonRig : Rig {
+  IntersonRig() : emulator(emulated_see_more()) {
+    emulator->server().unplug();
+    keep(*this,
+         IntersonSource::create(see_more_options(), "probe",
+                                usbip_opener(emulator->server(), kSeeMoreId), clock, diagnostics));
+  }
+  void appear() { emulator->server().replug(); }
+  void vanish() { emulator->server().unplug(); }
+  void hush() { emulator->probe().hush(true); }
+
+  std::unique_ptr<IntersonEmulator> emulator;
+};
+
+/// The device of docs/how-to-add.md.
 struct ToyRig : Rig {
   ToyRig() {
     source = std::make_unique<ToySource>([this] { return toy.open(); }, clock, diagnostics);
@@ -190,7 +291,10 @@ class DeviceContractTest : public ::testing::Test {
   }
   T rig_;
 };
-using Rigs = ::testing::Types<OpenIgtLinkRig, NdiRig<true>, NdiRig<false>, CanArmRig, ToyRig>;
+using Rigs = ::testing::Types<OpenIgtLinkRig, NdiRig<true>, NdiRig<false>, CanArmRig,
+                              ButtonRig<FootSwitchSource>, ButtonRig<CanButtonSource>,
+                              CameraRig<MarkerSource>, CameraRig<FrameGrabberSource>, PolhemusRig,
+                              IntersonRig, ToyRig>;
 TYPED_TEST_SUITE(DeviceContractTest, Rigs);
 
 double processor_time_s() {
@@ -302,7 +406,8 @@ TYPED_TEST(DeviceContractTest, SilenceIsNotStreamingAndCostsNoProcessor) {
   ASSERT_TRUE(this->sample().has_value()) << this->reports();
   this->rig_.hush();
   ASSERT_TRUE(this->until_health([](const auto& h) {
-    return h.state == SourceState::kSilent || h.state == SourceState::kWaiting;
+    return h.state == SourceState::kSilent || h.state == SourceState::kWaiting ||
+           h.state == SourceState::kReady;
   })) << this->reports();
   const double begin = processor_time_s();
   const Timestamp end = this->rig_.clock.now() + milliseconds(300);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "devices/openigtlink/openigtlink_source.hpp"
 
+#include <algorithm>
 #include <ctime>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
@@ -9,6 +10,7 @@
 #include <sys/socket.h>
 #include <thread>
 
+#include "devices/openigtlink/openigtlink_sender.hpp"
 #include "devices/openigtlink/openigtlink_server.hpp"
 #include "session/session.hpp"
 #include "tests/devices/igtl_wire.hpp"
@@ -163,7 +165,7 @@ TEST(OpenIgtLinkSourceTest, GivesGreyImagesAndNamesTheOthers) {
   const auto sample = client.next();
   ASSERT_TRUE(test::has_value(sample));
   EXPECT_EQ(sample->stream, 2u);
-  const auto& image = std::get<UltrasoundFrame>(sample->what);
+  const auto& image = std::get<UltrasoundImage>(sample->what);
   EXPECT_EQ(image.pixels.width(), 31);
   EXPECT_EQ(image.pixels.height(), 17);
   EXPECT_EQ(image.pixels.at(30, 16), std::to_integer<std::uint8_t>(grey.pixels.back()));
@@ -191,6 +193,33 @@ TEST(OpenIgtLinkSourceTest, GivesGreyImagesAndNamesTheOthers) {
   peer.server->send({.type = "IMAGE", .device = "Image"}, grey.content());
   expect_missing("unsupported_image_type");
   EXPECT_TRUE(client.reported("spacing of columns"));
+}
+
+TEST(OpenIgtLinkSourceTest, GivesRgbImagesInTheirColours) {
+  const Peer peer;
+  Client client(peer.server->port());
+  client.connect(peer);
+  // Red, green, blue / cyan, magenta, grey: no flip and no other order of the channels is the same.
+  const std::vector<Rgb8> colours{{255, 0, 0},   {0, 255, 0},   {0, 0, 255},
+                                  {0, 200, 200}, {200, 0, 200}, {50, 50, 50}};
+  test::GreyImage sent(3, 2);
+  sent.image.components = 3;
+  sent.image.pixels = std::as_bytes(std::span(colours));
+  peer.server->send({.type = "IMAGE", .device = "Image"}, sent.content());
+  const auto sample = client.next();
+  ASSERT_TRUE(test::has_value(sample));
+  const auto& image = std::get<UltrasoundImage>(sample->what);
+  ASSERT_EQ(image.colours.width(), 3);
+  ASSERT_EQ(image.colours.height(), 2);
+  EXPECT_TRUE(std::ranges::equal(image.colours.pixels(), colours));
+  EXPECT_TRUE(std::ranges::equal(image.pixels.pixels(), luma(image.colours).pixels()));
+
+  const OpenIgtLinkSender sender(*peer.server, "Tracker", DeviceTime());
+  sender.send({"Image", StreamKind::kImages}, *sample);
+  const auto again = client.next();
+  ASSERT_TRUE(test::has_value(again));
+  EXPECT_TRUE(std::ranges::equal(std::get<UltrasoundImage>(again->what).colours.pixels(), colours))
+      << "as Sonde sends it";
 }
 
 TEST(OpenIgtLinkSourceTest, NamesWhatNoStreamDeclares) {
@@ -409,7 +438,7 @@ TEST(OpenIgtLinkSourceTest, FeedsALiveSessionWithPairedImages) {
   const test::GreyImage grey(31, 17);
   const Bytes content = grey.content();
   const Timestamp begin = clock.now();
-  const auto listener = [&](const tracking::PairedFrame& frame) {
+  const auto listener = [&](const tracking::PairedImage& frame) {
     if (!frame.tracked) return;
     ++paired;
     depth_mm = frame.tracked->frame.grid.at(0, 16).mm.y();

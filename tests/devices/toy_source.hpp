@@ -14,7 +14,7 @@
 
 namespace nav::devices {
 
-/// The example of docs/devices/new-device.md: a tracker that sends lines "x y z" in mm, one for
+/// The example of docs/how-to-add.md: a tracker that sends lines "x y z" in mm, one for
 /// each pose of its only body.
 class ToySource final : public PolledSource {
  public:

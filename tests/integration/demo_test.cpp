@@ -63,6 +63,26 @@ TEST(DemoTest, RegistersGuidesAndCountsEveryImage) {
   EXPECT_EQ(again["target_error_mm"], report["target_error_mm"]);
 }
 
+TEST(DemoTest, FewImagesShowAnApproachThatAHandCanMake) {
+  for (const int images : {1, 3}) {
+    const test::TemporaryFolder folder;
+    Console console(false);
+    DemoOptions few = small_demo(folder / "out");
+    few.output.frames = images;
+    ASSERT_TRUE(test::has_value(run_demo(few, console)));
+    const io::Json report = report_of(folder / "out");
+    int shown = 0;
+    for (const auto& file : report["frames"]) {
+      shown += file.get<std::string>().starts_with("approach_") ? 1 : 0;
+    }
+    EXPECT_EQ(shown, images);
+    EXPECT_LT(report["final_tip_to_target_mm"].get<double>(), kFinalTipMm);
+    EXPECT_FALSE(report["rejected_poses"].contains("Needle.too_fast")) << report["rejected_poses"];
+    EXPECT_FALSE(report["rejected_poses"].contains("Needle.off_path")) << report["rejected_poses"];
+    EXPECT_TRUE(report["ledger"]["balanced"]);
+  }
+}
+
 TEST(DemoTest, ARejectedRegistrationNeverShowsTheUltrasoundPlane) {
   const test::TemporaryFolder folder;
   Console console(false);

@@ -98,7 +98,7 @@ TEST(DeviceReplayTest, IsTheSessionThatWasRecordedToTheLastBit) {
   source.recording = path;
   auto recorded = RecordedSession::open(source, diagnostics);
   ASSERT_TRUE(test::has_value(recorded));
-  EXPECT_EQ(recorded->total_frames(), simulation->frame_count());
+  EXPECT_EQ(recorded->total_images(), simulation->frame_count());
   for (int run = 0; run < 3; ++run) {
     ASSERT_TRUE(test::has_value(recorded->play({})));
     EXPECT_TRUE(recorded->log().text() == log) << run;

@@ -59,12 +59,12 @@ class ImageSource final : public sim::ImageStream {
   static Timestamp physical(std::uint64_t sequence) {
     return Timestamp(milliseconds(200) + static_cast<std::int64_t>(sequence) * kFramePeriod);
   }
-  Result<UltrasoundFrame> next(Deadline deadline) override {
+  Result<UltrasoundImage> next(Deadline deadline) override {
     const Timestamp acquired = physical(sequence_);
     if (acquired > Timestamp(kLength)) return Error{ErrorCode::kEndOfStream, "end"};
     if (acquired + milliseconds(30) > deadline) return Error{ErrorCode::kTimeout, "later"};
     const auto grey = static_cast<std::uint8_t>(sequence_ % 251);  // No image repeats.
-    return UltrasoundFrame{.acquired = acquired,
+    return UltrasoundImage{.acquired = acquired,
                            .received = acquired + milliseconds(30),
                            .sequence = sequence_++,
                            .pixels = Image2d<std::uint8_t>(2, 2, {1, 2, 3, grey}),
@@ -100,7 +100,7 @@ class Session {
                    diagnostics_) {}
 
   Outcome run() {
-    const auto ignore = [](const tracking::PairedFrame&) {};
+    const auto ignore = [](const tracking::PairedImage&) {};
     Outcome outcome;
     for (int ms = 0; ms <= 21000; ms += 5) {
       const Timestamp now{milliseconds(ms)};
@@ -145,7 +145,7 @@ class Session {
   CollectingDiagnostics diagnostics_;
   sim::FaultyPoseSource probe_;
   sim::FaultyPoseSource reference_;
-  sim::FaultyFrameSource frames_;
+  sim::FaultyImageSource frames_;
   session::Navigator navigator_;
 };
 

@@ -24,9 +24,9 @@ namespace {
 constexpr std::uint64_t kSeed = 3;
 
 /// Runs a session to its end, or until so many images have come. Returns them.
-std::vector<TrackedFrame> play_live(LiveSession& live, std::size_t most) {
-  std::vector<TrackedFrame> images;
-  Driver driver(live.session(), {}, [&](const tracking::PairedFrame& paired) {
+std::vector<TrackedImage> play_live(LiveSession& live, std::size_t most) {
+  std::vector<TrackedImage> images;
+  Driver driver(live.session(), {}, [&](const tracking::PairedImage& paired) {
     if (paired.tracked) images.push_back(*paired.tracked);
   });
   live.start();
@@ -132,11 +132,11 @@ TEST(LiveTest, ImagesByOpenIgtLinkLieWhereTheSimulatedProbeHeldThem) {
 
   // The simulated image with the same pixels gives the truth. The hand moves by 40 mm/s: a mistake
   // of 25 ms in time would be 1 mm.
-  std::vector<UltrasoundFrame> simulated_images;
+  std::vector<UltrasoundImage> simulated_images;
   const auto stream = session.frames();
   while (auto frame = stream->next(Timestamp::max())) simulated_images.push_back(*frame);
-  for (const TrackedFrame& image : images) {
-    const auto same = std::ranges::find_if(simulated_images, [&](const UltrasoundFrame& one) {
+  for (const TrackedImage& image : images) {
+    const auto same = std::ranges::find_if(simulated_images, [&](const UltrasoundImage& one) {
       return std::ranges::equal(one.pixels.pixels(), image.frame.pixels.pixels());
     });
     ASSERT_NE(same, simulated_images.end());

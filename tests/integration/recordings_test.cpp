@@ -95,7 +95,7 @@ TEST(RecordingTest, ImagesAgreeWithTheReconstructionOfPlus) {
   std::size_t count = 0;
   const VoxelGrid& grid = volume->grid();
   for (;;) {
-    const auto more = session->step([&](const tracking::PairedFrame& paired) {
+    const auto more = session->step([&](const tracking::PairedImage& paired) {
       ASSERT_TRUE(paired.tracked) << paired.cause;
       const auto& frame = paired.tracked->frame;
       for (int row = 40; row < 560; row += 7) {

@@ -71,7 +71,7 @@ struct Patient {
   static Sweep record(const sim::SimulatedSession& session) {
     const auto images = session.frames();
     Random random(77);
-    std::vector<TrackedFrame> frames;
+    std::vector<TrackedImage> frames;
     for (int i = 0; i < kFrames; ++i) {
       const auto exact = session.ct_from_reference().inverse() * session.truth(i).ct_from_image;
       const auto wobble = exp_rotation(kPoseNoiseRad * random.normal_vector());

@@ -40,17 +40,21 @@ SimulateOptions small(const test::TemporaryFolder& folder) {
   return options;
 }
 
+io::Json truth_file(const SimulateOptions& options) {
+  return read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+}
+
 SessionConfig config_of(const SimulateOptions& options) {
   SessionConfig config;
   config.source.recording = options.out;
   return config;
 }
 
-std::vector<TrackedFrame> replayed(const SimulateOptions& options, Console& console) {
-  std::vector<TrackedFrame> frames;
+std::vector<TrackedImage> replayed(const SimulateOptions& options, Console& console) {
+  std::vector<TrackedImage> frames;
   auto session = session::RecordedSession::open(config_of(options).source, console);
   EXPECT_TRUE(session.has_value()) << session.error().message;
-  const auto played = session->play([&](const tracking::PairedFrame& paired) {
+  const auto played = session->play([&](const tracking::PairedImage& paired) {
     if (paired.tracked) frames.push_back(*paired.tracked);
   });
   EXPECT_TRUE(played.has_value());
@@ -70,8 +74,7 @@ TEST(SimulateTest, AReplayedRecordingAgreesWithTheTruth) {
     options.compress = true;
     const auto written = run_simulate(options, console);
     ASSERT_TRUE(written) << written.error().message;
-    const io::Json truth =
-        read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+    const io::Json truth = truth_file(options);
     const auto frames = replayed(options, console);
     ASSERT_EQ(frames.size(), truth.at("frames").size());
     ASSERT_EQ(frames.size(), 13u);
@@ -118,11 +121,14 @@ struct Recorded {
     options.ct_spacing_mm = 2;
     options.image_offset_ms = image_offset_ms;
     options.needle = needle;
+    options.layered_speed = true;
     Console console(false);
     const auto written = run_simulate(options, console);
     EXPECT_TRUE(written) << written.error().message;
-    truth = read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+    truth = truth_file(options);
   }
+  /// \p made: options of a recording that exists.
+  explicit Recorded(const SimulateOptions& made) : options(made), truth(truth_file(made)) {}
   [[nodiscard]] Pose ct_from_reference() const {
     return transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
   }
@@ -206,6 +212,58 @@ TEST(SimulateTest, ARecordingIsRegisteredOnlyToItsOwnCt) {
   EXPECT_LT(target_error_mm(sweep, found), 1);
   EXPECT_EQ(found.at("start").at("kind"), "skin");
   EXPECT_TRUE(found.at("start").at("ct_from_reference_mm").is_null());
+}
+
+/// A patient of layered speed of sound whose sweep has no error of the tracker; the rest by the
+/// test.
+SimulateOptions of_exact_poses(const test::TemporaryFolder& folder, const std::string& path) {
+  SimulateOptions options = small(folder);
+  options.columns = options.rows = 0;
+  options.duration_s = 4;
+  options.frame_rate_hz = 15;
+  options.path = path;
+  options.tracker = "ideal";
+  options.layered_speed = true;
+  options.ct = folder / "ct.mha";
+  return options;
+}
+
+/// Report of a registration that starts 5 mm from the truth.
+io::Json registered_from_5_mm(const Recorded& sweep, const test::TemporaryFolder& folder) {
+  const auto truth = sweep.ct_from_reference();
+  const Recorded::Pose start(truth.rotation(), truth.translation_mm() + Eigen::Vector3d(3, -3, 3));
+  return registered(sweep, sweep.options.ct, start, folder / "report.json");
+}
+
+TEST(RegisterTest, PressureAndSpeedsOfSoundAreFoundWithThePose) {
+  const test::TemporaryFolder folder;
+  SimulateOptions options = of_exact_poses(folder, "tilt");
+  options.pressure_mm = 6;
+  Console console(false);
+  ASSERT_TRUE(run_simulate(options, console).has_value());
+  const Recorded sweep(options);
+  const io::Json report = registered_from_5_mm(sweep, folder);
+  const io::Json& found = report.at("registration");
+  EXPECT_LT(target_error_mm(sweep, report), 1.2);
+  EXPECT_LT(found.at("error_probability"), 0.1);
+  EXPECT_GT(found.at("pressed").at("mm"), 3);
+  EXPECT_GT(found.at("pressed").at("deviation_mm"), 0);
+}
+
+TEST(RegisterTest, ADelayAlongAnAlmostEvenFanIsNotLeftInThePose) {
+  const test::TemporaryFolder folder;
+  SimulateOptions options = of_exact_poses(folder, "fan");
+  options.seed = 2;
+  options.image_offset_ms = 40;
+  Console console(false);
+  ASSERT_TRUE(run_simulate(options, console).has_value());
+  const Recorded sweep(options);
+  const io::Json report = registered_from_5_mm(sweep, folder);
+  // The probe moves at 10 to 20 mm/s: a delay that is left in the pose moves it by 0.4 to 0.8 mm.
+  EXPECT_LT(target_error_mm(sweep, report), 0.75);
+  const io::Json& delay = report.at("registration").at("misfits").at(0);
+  ASSERT_EQ(delay.at("cause"), "delay");
+  EXPECT_NEAR(delay.at("values").at(0).get<double>(), -0.04, 0.015);
 }
 
 TEST(RegisterTest, PointsWithoutLandmarksCauseAWarning) {
@@ -379,8 +437,8 @@ TEST(SimulateTest, ARecordingIsDrawnWithinItsSector) {
     if (!sector) continue;
     session->set_outline(*sector);
     int lit = 0, lit_inside = 0, dark_outside = 0;
-    ASSERT_TRUE(session->play([&](const tracking::PairedFrame& paired) {
-      const UltrasoundFrame& frame = paired.tracked->frame;
+    ASSERT_TRUE(session->play([&](const tracking::PairedImage& paired) {
+      const UltrasoundImage& frame = paired.tracked->frame;
       ASSERT_TRUE(frame.outline);
       for (int row = 0; row < frame.pixels.height(); ++row) {
         for (int column = 0; column < frame.pixels.width(); ++column) {
@@ -405,8 +463,7 @@ TEST(SimulateTest, AFaultyRecordingIsReplayedWithoutItsFaults) {
   options.duration_s = 6;
   options.faults = "0.02";
   ASSERT_TRUE(run_simulate(options, console));
-  const io::Json truth =
-      read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  const io::Json truth = truth_file(options);
   ASSERT_FALSE(truth.at("faults").empty());
   SessionConfig config = config_of(options);
   config.source.skip_bad_frames = true;
@@ -429,8 +486,7 @@ TEST(SimulateTest, EachFaultCanBeSelectedByNameAndReplayed) {
     options.duration_s = 1.5;
     options.faults = name + "=0.1";
     ASSERT_TRUE(run_simulate(options, console)) << name;
-    const io::Json truth =
-        read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+    const io::Json truth = truth_file(options);
     ASSERT_FALSE(truth.at("faults").empty()) << name;
     for (const io::Json& fault : truth.at("faults")) EXPECT_EQ(fault.at("kind"), name);
     SessionConfig config = config_of(options);
@@ -452,8 +508,7 @@ TEST(SimulateTest, ANeedleIsRecordedLikePlusAndReplayedAtItsTruePose) {
   options.needle_bending_mm = 5;
   const auto written = run_simulate(options, console);
   ASSERT_TRUE(written) << written.error().message;
-  const io::Json truth =
-      read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  const io::Json truth = truth_file(options);
   const auto ct_from_reference =
       transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
   SessionConfig config = config_of(options);
@@ -494,6 +549,69 @@ TEST(SimulateTest, ANeedleIsRecordedLikePlusAndReplayedAtItsTruePose) {
   EXPECT_GT(last.at("tip_error_mm").get<double>(), 5) << "sideways, and a little short";
 }
 
+TEST(SimulateTest, TheHandOfARecordingMovesTheProbe) {
+  const test::TemporaryFolder folder;
+  Console console(false);
+  SimulateOptions first = small(folder);
+  first.tracker = "ideal";
+  first.unevenness = 0.9;
+  ASSERT_TRUE(run_simulate(first, console).has_value());
+  SimulateOptions again = small(folder);
+  again.out = folder / "again.igs.mha";
+  again.tracker = "ideal";
+  again.seed = 5;
+  again.path_from = first.out;
+  again.duration_s = {};
+  const auto ran = run_simulate(again, console);
+  ASSERT_TRUE(ran.has_value()) << ran.error().message;
+  const auto recorded = replayed(first, console);
+  const auto moved = replayed(again, console);
+  ASSERT_EQ(moved.size(), recorded.size());
+  // The skin of another patient is curved otherwise, so ways are compared, not poses.
+  const auto way = [](const std::vector<TrackedImage>& sweep, std::size_t i) {
+    return (sweep[i].reference_from_image.translation_mm() -
+            sweep[i - 1].reference_from_image.translation_mm())
+        .norm();
+  };
+  for (std::size_t i = 1; i < moved.size(); ++i) {
+    EXPECT_NEAR(way(moved, i), way(recorded, i), 0.25 * way(recorded, i) + 0.6) << i;
+  }
+  const auto truth = truth_file(again);
+  EXPECT_EQ(truth["path"]["kind"], "recorded");
+
+  again.duration_s = 60;
+  const auto longer = run_simulate(again, console);
+  ASSERT_FALSE(longer.has_value());
+  EXPECT_NE(longer.error().message.find("--duration-s: expected at most 1.5 s"), std::string::npos)
+      << longer.error().message;
+}
+
+TEST(SimulateTest, ALevelGivesTheRecordingItsStatedErrors) {
+  const test::TemporaryFolder folder;
+  Console console(false);
+  SimulateOptions options = small(folder);
+  options.level = "usual";
+  options.duration_s = 4;
+  ASSERT_TRUE(run_simulate(options, console).has_value());
+  const auto truth = truth_file(options);
+  const auto calibration = transform_of<frames::Probe, frames::Image>(truth["calibration_mm"]);
+  const auto exact = transform_of<frames::Probe, frames::Image>(truth["probe_from_image_mm"]);
+  const auto error = exact.inverse() * calibration;
+  EXPECT_NEAR(error.translation_mm().norm(), 0.6, 1e-9);
+  EXPECT_NEAR(Eigen::AngleAxisd(error.rotation()).angle(), 0.006, 1e-6);
+  EXPECT_NEAR(truth["errors"]["image_delay_ms"].get<double>(), 40, 1e-9);
+  const auto& frame = truth["frames"][0];
+  EXPECT_NEAR(frame["stamped_s"].get<double>() - frame["physical_s"].get<double>(), 0.04, 1e-9);
+  // The recording has the calibration as it is known, the poses with noise.
+  for (const TrackedImage& tracked : replayed(options, console)) {
+    EXPECT_FALSE(tracked.frame.pixels.empty());
+  }
+  auto session = session::RecordedSession::open(config_of(options).source, console);
+  ASSERT_TRUE(session.has_value());
+  ASSERT_TRUE(session->play([](const tracking::PairedImage&) {}).has_value());
+  EXPECT_LE((session->probe_from_image().rotation().angularDistance(calibration.rotation())), 1e-5);
+}
+
 TEST(SimulateTest, AnotherTrackedToolDoesNotChangeTheReplay) {
   const test::TemporaryFolder folder;
   Console console(false);
@@ -530,7 +648,7 @@ TEST(SimulateTest, RejectsUnknownOptions) {
 TEST(SimulateTest, OutputFilesNeverOverwriteEachOther) {
   const test::TemporaryFolder folder;
   Console console(false);
-  const auto rejects = [&](SimulateOptions options, const std::string& option) {
+  const auto rejects = [&](const SimulateOptions& options, const std::string& option) {
     const auto refused = run_simulate(options, console);
     ASSERT_FALSE(refused) << option;
     EXPECT_EQ(refused.error().code, ErrorCode::kUsage);
@@ -563,7 +681,7 @@ SimulateOptions with_ct(const test::TemporaryFolder& folder, double spacing_mm) 
 io::Json simulated(const SimulateOptions& options, Console& console) {
   const auto written = run_simulate(options, console);
   EXPECT_TRUE(written) << written.error().message;
-  return read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  return truth_file(options);
 }
 
 /// Mean HU of the written CT at the targets of the patient, which lie in the liver.
@@ -723,6 +841,7 @@ io::Json run_verb(const std::filesystem::path& sweep, const std::filesystem::pat
       start.str(), "--deformable", "--json",       json};
   words.insert(words.end(), more.begin(), more.end());
   std::vector<char*> arguments;
+  arguments.reserve(words.size());
   for (std::string& word : words) arguments.push_back(word.data());
   run_command_line(static_cast<int>(arguments.size()), arguments.data());
   return read_json(json);
@@ -740,8 +859,7 @@ Registered register_breathing(const std::string& breathing) {
   options.duration_s = 12;
   options.frame_rate_hz = 5;
   EXPECT_TRUE(run_simulate(options, console));
-  const io::Json truth =
-      read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  const io::Json truth = truth_file(options);
   const auto true_pose =
       transform_of<frames::Ct, frames::Reference>(truth.at("ct_from_reference_mm"));
   Registered out{run_verb(options.out, options.ct, true_pose, {"--breath-period", "4"},
@@ -811,7 +929,7 @@ Eigen::Vector3d displacement(const io::Json& field, const Eigen::Vector3d& p) {
 }
 
 /// A patient with seed 1, and the CT of seed 1 or of seed 2.
-struct Deformed {
+struct Deformed {  // NOLINT: the JSON value checks its invariant when it is moved.
   io::Json report;
   double rigid_mm = 0, deformed_mm = 0;  ///< Mean errors over the targets. rigid_mm uses the common
                                          ///< pose.
@@ -824,8 +942,7 @@ Deformed register_deformed_patient(double deform_mm, std::uint64_t ct_seed) {
   options.out = folder / "sweep.igs.mha";
   options.deform_mm = deform_mm;
   EXPECT_TRUE(run_simulate(options, console));
-  const io::Json truth =
-      read_json(std::filesystem::path(options.out).replace_extension(".truth.json"));
+  const io::Json truth = truth_file(options);
   SimulateOptions other = options;
   other.seed = ct_seed;
   other.out = folder / "other.igs.mha";

@@ -98,7 +98,8 @@ TEST_F(CtDicomTest, AppliesTheRescaleOfEachSlice) {
   ASSERT_TRUE(test::has_value(volume));
   EXPECT_EQ(volume->at(3, 2, 1), 10 * stored(3, 2, 1) - 10240);
   EXPECT_EQ(volume->at(3, 2, 0), -1024);  // -9728.5 HU is no tissue.
-  EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"40 voxels", "below -1024"}));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning,
+                   {"values below -1024 HU: 40 voxels, down to -97", "used: -1024 HU"}));
 }
 
 TEST_F(CtDicomTest, ReadsPaddingAndUnsignedPixels) {
@@ -558,6 +559,41 @@ TEST_F(CtDicomTest, RejectsTwoFramesOfReference) {
   EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"FrameOfReferenceUID", "2"}));
 }
 
+TEST_F(CtDicomTest, RejectsASeriesThatMixesPatientsStudiesModalitiesOrPositions) {
+  const auto mixed = [&](std::uint32_t tag, const char* vr, const char* first, const char* second) {
+    put_stack(4, [&](int k, DicomFile& d) { d.text(tag, vr, k < 2 ? first : second); });
+    return read();
+  };
+  const auto patients = mixed(0x00100020, "LO", "Ada", "Grace");
+  EXPECT_TRUE(rejects(patients, Code::kMalformedData, {"expected one PatientID", "found 2"}));
+  EXPECT_EQ(patients.error().message.find("Ada"), std::string::npos) << "a patient is named";
+  EXPECT_TRUE(rejects(mixed(0x0020000d, "UI", "1.5", "1.6"), Code::kMalformedData,
+                      {"expected one StudyInstanceUID", "found 2"}));
+  EXPECT_TRUE(rejects(mixed(0x00080060, "CS", "CT", "MR"), Code::kMalformedData,
+                      {"expected one Modality", "found 2 (CT, MR)"}));
+  EXPECT_TRUE(rejects(mixed(0x00185100, "CS", "HFP", "HFS"), Code::kMalformedData,
+                      {"expected one PatientPosition", "found 2 (HFP, HFS)"}));
+  EXPECT_TRUE(test::has_value(mixed(0x00185100, "CS", "HFP", "HFP")));
+}
+
+TEST_F(CtDicomTest, NamesAFolderOfSeveralPatients) {
+  put_stack(3, [](int, DicomFile& d) { d.text(0x00100020, "LO", "Ada"); });
+  for (int k = 0; k < 2; ++k) {
+    auto slice = ct_slice("10\\20\\" + std::to_string(30 + 2 * k),
+                          [k](int i, int j) { return stored(i, j, k); });
+    put("other" + std::to_string(k),
+        slice.text(0x0020000e, "UI", "1.2.3.9").text(0x00100020, "LO", "Grace"));
+  }
+  const auto v = read();
+  ASSERT_TRUE(test::has_value(v));
+  expect_stack(*v, 3);
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning,
+                   {"PatientID: 2 different ones among 2 series", "which 1 of the series have"}));
+  for (const auto& entry : diagnostics_.entries()) {
+    EXPECT_EQ(entry.message.find("Grace"), std::string::npos) << "a patient is named";
+  }
+}
+
 TEST_F(CtDicomTest, NamesGapsAndNumbersThatContradictThePositions) {
   const auto numbered = [&](int step, const char* gap) {
     put_stack(4, [&](int k, DicomFile& d) {
@@ -605,6 +641,53 @@ TEST_F(CtDicomTest, RejectsMoreSamplesThanRunLengthsCanHold) {
     if (k == 1) d.us(0x00280010, 30000).us(0x00280011, 30000);
   });
   EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"s8.dcm", "cut short", "compressed"}));
+}
+
+/// Big-endian bytes of an integer.
+std::string be(std::uint64_t value, int bytes) {
+  std::string out;
+  for (int i = bytes - 1; i >= 0; --i) out += static_cast<char>((value >> (8 * i)) & 255);
+  return out;
+}
+
+std::string jpeg_2000(int columns, int rows) {
+  return be(0xff4fff51, 4) + be(41, 2) + be(0, 2) + be(static_cast<unsigned>(columns), 4) +
+         be(static_cast<unsigned>(rows), 4) + std::string(30, '\0');
+}
+
+std::string jpeg_ls(int columns, int rows) {
+  return be(0xffd8, 2) + be(0xffe0, 2) + be(4, 2) + "ab" + be(0xfff7, 2) + be(11, 2) + be(16, 1) +
+         be(static_cast<unsigned>(rows), 2) + be(static_cast<unsigned>(columns), 2) +
+         std::string(30, '\0');
+}
+
+TEST_F(CtDicomTest, ComparesTheSizeOfCodestreamsBeforeTheyAreDecoded) {
+  const auto read_coded = [&](const std::string& stream, const char* syntax, int rows,
+                              int columns) {
+    put_stack(3, [&](int, DicomFile& d) {
+      d.encapsulated({stream}, syntax);
+      d.us(0x00280010, static_cast<unsigned>(rows)).us(0x00280011, static_cast<unsigned>(columns));
+    });
+    return read();
+  };
+  const char* const k2000 = "1.2.840.10008.1.2.4.90";
+  const char* const kLs = "1.2.840.10008.1.2.4.80";
+  for (const auto& [syntax, other] : {std::pair(k2000, jpeg_2000(7, 4)), {kLs, jpeg_ls(7, 4)}}) {
+    EXPECT_TRUE(rejects(read_coded(other, syntax, 4, 5), Code::kMalformedData,
+                        {"expected 5 x 4 pixels (Columns, Rows), found 7 x 4"}));
+    EXPECT_TRUE(rejects(read_coded("no codestream at all, only text", syntax, 4, 5),
+                        Code::kMalformedData, {"expected the size of the image"}));
+  }
+  // The decoder would fill what is missing with zeros.
+  for (const auto& [syntax, same] : {std::pair(k2000, jpeg_2000(5, 4)), {kLs, jpeg_ls(5, 4)}}) {
+    EXPECT_TRUE(rejects(read_coded(same, syntax, 4, 5), Code::kMalformedData,
+                        {"cut short", "the marker of their end"}));
+  }
+  // 1.8 GB out of a hundred bytes.
+  EXPECT_TRUE(rejects(read_coded(jpeg_2000(30000, 30000) + be(0xffd9, 2), k2000, 30000, 30000),
+                      Code::kMalformedData, {"cut short"}));
+  EXPECT_TRUE(rejects(read_coded(jpeg_ls(300, 60000) + be(0xffd9, 2), kLs, 60000, 300),
+                      Code::kMalformedData, {"cut short"}));
 }
 
 TEST_F(CtDicomTest, NamesFilesThatAreNotDicom) {

@@ -123,7 +123,8 @@ TEST_F(CtFileTest, RoundsAndClampsAndReportsTheCounts) {
   EXPECT_EQ(v->at(1, 1, 0), -1024);
   EXPECT_TRUE(
       says(diagnostics_, Severity::kWarning, {"a.mha", "1 voxels above 32767 HU set to 32767 HU"}));
-  EXPECT_TRUE(says(diagnostics_, Severity::kInfo, {"a.mha", "1 voxels below -1024 HU"}));
+  EXPECT_TRUE(says(diagnostics_, Severity::kInfo,
+                   {"a.mha", "values below -1024 HU: 1 voxels, down to -3024 HU; used: -1024 HU"}));
 }
 
 TEST_F(CtFileTest, ReadsStoredValuesWithoutAUnitAndWithoutTheLimitOfAir) {
@@ -138,7 +139,8 @@ TEST_F(CtFileTest, ReadsStoredValuesWithoutAUnitAndWithoutTheLimitOfAir) {
   EXPECT_EQ(v->at(0, 1, 0), -3024);
   EXPECT_EQ(v->at(1, 1, 0), -32768);
   EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"b.mha", "above 32767 set to 32767"}));
-  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"b.mha", "below -32768 set to -32768"}));
+  EXPECT_TRUE(
+      says(diagnostics_, Severity::kWarning, {"b.mha", "values below -32768: ", "used: -32768"}));
 }
 
 TEST_F(CtFileTest, RejectsNanVoxelsAndReportsTheirCountAndIndex) {
@@ -483,10 +485,10 @@ TEST_F(CtFileTest, MatchesNrrdDirectionsToTheirAxes) {
   expect_voxels(*v);
   // This file holds a list of three images of 2 x 4 pixels, not a volume of 3 x 2 x 4 voxels.
   EXPECT_TRUE(rejects(of_four("3 2 4 1", "list domain domain domain", "none " + three),
-                      Code::kMalformedData, {"space directions", "none (1,0,0)"}));
+                      Code::kMalformedData, {"kinds", "'list domain domain domain'"}));
   EXPECT_TRUE(
       rejects(of_four("3 2 4 1", "domain list domain domain", "(1,0,0) none (0,1,0) (0,0,1)"),
-              Code::kMalformedData, {"space directions"}));
+              Code::kMalformedData, {"kinds"}));
   const auto one = of_four("1 3 2 4", "vector domain domain domain", "none " + three);
   ASSERT_TRUE(test::has_value(one));
   expect_voxels(*one);
@@ -645,6 +647,106 @@ TEST_F(CtFileTest, ComparesBitsAndQuaternionOfANifti) {
   set<float>(q, 256, 0.9F);
   set<float>(q, 260, 0.9F);
   EXPECT_TRUE(rejects(read("q.nii", q + data), Code::kMalformedData, {"q.nii", "q-form", "1.62"}));
+}
+
+TEST_F(CtFileTest, NamesVoxelsOfAnotherUnit) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  for (const auto& [spacing, guess] : {std::pair("0.002 0.002 0.002", "metres?"),
+                                       {"1000 1000 1000", "micrometres?"},
+                                       {"0.7 0.7 0.009", "metres?"}}) {
+    CollectingDiagnostics heard;
+    test::put(folder_ / "a.mha", meta(kTurn, "MET_SHORT", spacing) + data);
+    ASSERT_TRUE(test::has_value(read_ct(folder_ / "a.mha", heard, of_any_unit())));
+    const Finding found = finding_of(heard, "size of the voxels");
+    ASSERT_EQ(found.values.size(), 1u) << spacing;
+    EXPECT_NE(found.values[0].find(guess), std::string::npos) << found.values[0];
+    EXPECT_EQ(found.used, "millimetres");
+  }
+  ASSERT_TRUE(test::has_value(read("b.mha", meta(kTurn, "MET_SHORT", "0.05 0.05 10") + data)));
+  EXPECT_EQ(finding_of(diagnostics_, "size of the voxels").values.size(), 0u);
+}
+
+TEST_F(CtFileTest, RejectsKeysOfAMetaImageInAnotherCase) {
+  const std::string data = test::swapped_bytes_of(voxels<std::int16_t>());
+  const auto v =
+      read("a.mha", meta(kTurn, "MET_SHORT", "2 3 4", "BinaryDataByteOrderMSB = true\n") + data);
+  ASSERT_TRUE(test::has_value(v)) << "the value, not the key";
+  expect_voxels(*v);
+  for (const std::string key :
+       {"binarydatabyteordermsb", "compresseddata", "Anatomicalorientation"}) {
+    EXPECT_TRUE(rejects(read("a.mha", meta(kTurn, "MET_SHORT", "2 3 4", key + " = True\n") + data),
+                        Code::kMalformedData, {"a.mha", "expected the key", key}));
+  }
+  EXPECT_TRUE(rejects(read("a.mha", meta("TransformMatrix = 1 0 0 0 1 0 0 0\n") + data),
+                      Code::kMalformedData, {"TransformMatrix: expected 9 finite numbers"}));
+}
+
+TEST_F(CtFileTest, NamesKeysThatAreOneLetterOff) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  for (const std::string key : {"CompressedDat", "DistanceUnit", "AnatomicalOrientatiom"}) {
+    CollectingDiagnostics heard;
+    test::put(folder_ / "a.mha", meta(kTurn, "MET_SHORT", "2 3 4", key + " = x\n") + data);
+    ASSERT_TRUE(test::has_value(read_ct(folder_ / "a.mha", heard, of_any_unit())));
+    EXPECT_TRUE(says(heard, Severity::kWarning, {key + ": unknown (is it "})) << key;
+  }
+  ASSERT_TRUE(test::has_value(read("b.nrrd", nrrd("LPS", "old mim: 0\nencoding: raw\n\n") + data)));
+  EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"old mim: unknown (is it old min?)"}));
+  CollectingDiagnostics quiet;
+  test::put(folder_ / "c.mha", meta(kTurn, "MET_SHORT", "2 3 4", "Comment = x\n") + data);
+  ASSERT_TRUE(test::has_value(read_ct(folder_ / "c.mha", quiet, of_any_unit())));
+  EXPECT_TRUE(quiet.entries().empty());
+}
+
+TEST_F(CtFileTest, ReadsKeysOfAnNrrdInAnyCase) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  std::string header = nrrd("LPS", "encoding: raw\n\n");
+  for (const auto& [usual, other] : {std::pair("space directions", "Space Directions"),
+                                     {"space:", "SPACE:"},
+                                     {"sizes", "Sizes"}}) {
+    header.replace(header.find(usual), std::string(usual).size(), other);
+  }
+  const auto v = read("a.nrrd", header + data);
+  ASSERT_TRUE(test::has_value(v));
+  expect_voxels(*v);
+  EXPECT_LT((v->grid().at({2, 1, 3}).mm - kLastVoxel).norm(), kMm);
+}
+
+TEST_F(CtFileTest, NamesStatementsOfAnNrrdThatAreNotUsed) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  const auto v = read("a.nrrd", nrrd("LPS",
+                                     "thicknesses: NaN NaN 8\nsample units: Gy\naxis mins: 0 0 0\n"
+                                     "measurement frame: (1,0,0) (0,1,0) (0,0,1)\n"
+                                     "space dimension: 2\nencoding: raw\n\n") +
+                                    data);
+  ASSERT_TRUE(test::has_value(v));
+  EXPECT_EQ(finding_of(diagnostics_, "thicknesses").values,
+            (std::vector<std::string>{"slices 8 mm thick", "4 mm apart"}));
+  EXPECT_EQ(finding_of(diagnostics_, "sample units").values, std::vector<std::string>{"Gy"});
+  EXPECT_EQ(finding_of(diagnostics_, "axis mins").used, "space directions and space origin");
+  EXPECT_EQ(finding_of(diagnostics_, "space dimension").used, "3");
+  EXPECT_EQ(finding_of(diagnostics_, "measurement frame").severity, Severity::kInfo);
+  std::string header = nrrd("LPS", "encoding: raw\n\n");
+  const std::string kinds = "domain domain domain";
+  header.replace(header.find(kinds), kinds.size(), "domain domain time");
+  EXPECT_TRUE(rejects(read("t.nrrd", header + data), Code::kMalformedData,
+                      {"kinds: expected three axes in space, found 'domain domain time'"}));
+}
+
+TEST_F(CtFileTest, NamesStatementsOfANiftiThatAreNotUsed) {
+  const std::string data = test::bytes_of(voxels<std::int16_t>());
+  std::string h = nifti();
+  set_sform(h);
+  ASSERT_TRUE(test::has_value(read("a.nii", h + data)));
+  EXPECT_TRUE(diagnostics_.entries().empty());
+  set<std::int16_t>(h, 68, 1002);
+  set<float>(h, 116, -1024);
+  h[123] = 0;
+  ASSERT_TRUE(test::has_value(read("b.nii", h + data)));
+  EXPECT_EQ(finding_of(diagnostics_, "intent_code").values,
+            std::vector<std::string>{"1002, labels (expected 0, none)"});
+  EXPECT_EQ(finding_of(diagnostics_, "scl_slope, scl_inter").values,
+            (std::vector<std::string>{"a slope of 0, no scaling", "scl_inter -1024"}));
+  EXPECT_EQ(finding_of(diagnostics_, "xyzt_units").used, "millimetres");
 }
 
 TEST_F(CtFileTest, WarnsOfQuantisedNrrd) {
@@ -863,7 +965,9 @@ TEST(HuBuilderTest, WarnsAboutValuesBelowAirThatAreNoPadding) {
   EXPECT_EQ(lost.front(), kAirHu);
   ASSERT_EQ(loud.size(), 1u);
   EXPECT_EQ(loud[0].first, Severity::kWarning);
-  EXPECT_NE(loud[0].second.find("244 voxels below -1024 HU"), std::string::npos) << loud[0].second;
+  EXPECT_NE(loud[0].second.find("values below -1024 HU: 244 voxels, down to -2000 HU"),
+            std::string::npos)
+      << loud[0].second;
   const auto [kept, nothing] = said(magnetic, -32768);
   EXPECT_EQ(kept, magnetic) << "ultrasound keeps them";
   EXPECT_TRUE(nothing.empty());

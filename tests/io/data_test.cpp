@@ -81,6 +81,23 @@ TEST(RecordedSequenceTest, ReadsEveryRecordingToItsEnd) {
   EXPECT_EQ(found, kRecordings.size());
 }
 
+TEST(RecordedSequenceTest, KeepsTheColoursOfAScreen) {
+  SONDE_REQUIRE_DATA(folder, "plus-sequences/sequences");
+  auto reader = SequenceReader::open(folder / "ColorNrrdSample.igs.nrrd");
+  ASSERT_TRUE(test::has_value(reader));
+  const auto frame = reader->read(0);
+  ASSERT_TRUE(test::has_value(frame));
+  GreyScale scale;
+  const auto image = sequence_image(reader->header(), *frame, scale);
+  ASSERT_TRUE(test::has_value(image));
+  ASSERT_EQ(image->colours.width(), 1152);
+  ASSERT_EQ(image->colours.height(), 648);
+  // Counted in the decompressed file: three bytes that are not equal.
+  EXPECT_EQ(std::ranges::count_if(image->colours.pixels(),
+                                  [](const Rgb8& p) { return p.r != p.g || p.g != p.b; }),
+            181'628);
+}
+
 TEST(RecordedSequenceTest, BothFormatsOfOneRecordingAgree) {
   SONDE_REQUIRE_DATA(folder, "plus-sequences/sequences");
   auto mha = SequenceReader::open(folder / "NwirePhantomFreehand.igs.mha");

@@ -7,6 +7,7 @@
 #include <webp/decode.h>
 
 #include "io/atomic_file.hpp"
+#include "io/detail/scratch_file.hpp"
 #include "io/digest.hpp"
 #include "io/image_output.hpp"
 #include "io/sequence_writer.hpp"
@@ -98,9 +99,7 @@ TEST(AtomicFileTest, PartialFilesOfAKilledProcessDoNotStopIt) {
   const test::TemporaryFolder folder;
   constexpr int kMore = 1000;  // More files than this process has written before.
   for (int i = 0; i < kMore; ++i) {
-    test::put(
-        folder / ("sonde-" + std::to_string(::getpid()) + "-" + std::to_string(i) + ".partial"),
-        "left");
+    test::put(folder / detail::partial_name(::getpid(), i), "left");
   }
   ASSERT_TRUE(test::has_value(write_file(folder / "a", "x")));
   EXPECT_EQ(test::get(folder / "a"), "x");

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "io/config_findings.hpp"
 #include "tests/io/support.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
@@ -142,6 +143,47 @@ TEST_F(PlusConfigTest, SurvivesDeepNesting) {
   for (int i = 0; i < kDepth; ++i) text += "<a>";
   for (int i = 0; i < kDepth; ++i) text += "</a>";
   EXPECT_TRUE(test::has_value(read(text + "</PlusConfiguration>")));
+}
+
+TEST_F(PlusConfigTest, FindsWhatAConfigurationContradicts) {
+  const auto found = [&](const std::string& transforms) {
+    const auto config = read("<PlusConfiguration><CoordinateDefinitions>" + transforms +
+                             "</CoordinateDefinitions></PlusConfiguration>");
+    EXPECT_TRUE(test::has_value(config));
+    std::string all;
+    for (const Finding& finding : findings_of(*config)) {
+      EXPECT_EQ(finding.subject, (folder_ / "c.xml").string());
+      all += finding.key + ": " + sentence_of(finding) + "\n";
+    }
+    return all;
+  };
+  const auto transform = [](const char* from, const char* to, const char* matrix) {
+    return std::string("<Transform From=\"") + from + "\" To=\"" + to + "\" Matrix=\"" + matrix +
+           "\"/>";
+  };
+  const char* const good = "0.2 0 0 1  0 0.2 0 2  0 0 0.2 3  0 0 0 1";
+  const char* const tip = "1 0 0 0  0 1 0 0  0 0 1 150  0 0 0 1";
+  EXPECT_EQ(found(transform("Image", "Probe", good) + transform("StylusTip", "Stylus", tip)), "");
+  EXPECT_NE(found(transform("Image", "Probe", "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1"))
+                .find("ImageToProbe: the identity"),
+            std::string::npos);
+  EXPECT_NE(found(transform("Image", "Probe", "1e-5 0 0 1  0 0.2 0 2  0 0 0.2 3  0 0 0 1"))
+                .find("pixels of at least 1e-4 mm"),
+            std::string::npos);
+  EXPECT_NE(found(transform("StylusTip", "Stylus", "1 0 0 0  0 1 0 0  0 0 1 0.15  0 0 0 1"))
+                .find("unit of StylusTip on Stylus"),
+            std::string::npos);
+  EXPECT_NE(found(transform("Stylus", "Phantom", "2 0 0 0  0 1 0 0  0 0 1 0  0 0 0 1"))
+                .find("StylusToPhantom"),
+            std::string::npos);
+  const std::string loop =
+      found(transform("A", "B", tip) + transform("B", "C", tip) + transform("A", "C", tip));
+  EXPECT_NE(loop.find("position of A in C: "), std::string::npos) << loop;
+  EXPECT_NE(loop.find("AToC, which places it 150 mm away"), std::string::npos) << loop;
+  EXPECT_NE(found(transform("A", "B", tip) + transform("B", "A", tip))
+                .find("expected each other's inverse"),
+            std::string::npos);
+  EXPECT_TRUE(test::has_value(read(kConfig)));
 }
 
 }  // namespace

@@ -2,12 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/recording_reader.hpp"
 
+#include <array>
+#include <cstring>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <iomanip>
 #include <limits>
 #include <map>
 
+#include "io/sequence_writer.hpp"
 #include "tests/support/matchers.hpp"
 #include "tests/support/test_data.hpp"
 
@@ -103,8 +106,8 @@ io::PlusConfig calibration_config() {
   return config;
 }
 
-std::vector<RecordingFrame> drain(RecordingReader& session) {
-  std::vector<RecordingFrame> events;
+std::vector<RecordingImage> drain(RecordingReader& session) {
+  std::vector<RecordingImage> events;
   while (auto event = session.next()) events.push_back(std::move(*event));
   return events;
 }
@@ -116,13 +119,13 @@ TEST(RecordingReaderTest, StreamsImagesAndPosesAsRecorded) {
   auto session = RecordingReader::open(write(folder, tracked_frames(3)), &config, {}, said);
   ASSERT_TRUE(test::has_value(session));
   EXPECT_EQ(session->form(), RecordingForm::kTracked);
-  EXPECT_EQ(session->total_frames(), 3);
+  EXPECT_EQ(session->total_images(), 3);
   ASSERT_TRUE(session->calibration().has_value());
   for (int round = 0; round < 2; ++round) {
     const auto events = drain(*session);
     ASSERT_EQ(events.size(), 3U);
     for (int i = 0; i < 3; ++i) {
-      const RecordingFrame& e = events[static_cast<std::size_t>(i)];
+      const RecordingImage& e = events[static_cast<std::size_t>(i)];
       ASSERT_TRUE(test::has_value(e.image));
       EXPECT_EQ(e.acquired, Timestamp(from_seconds(100.25 + i)));
       EXPECT_EQ(e.image->acquired, *e.acquired);
@@ -140,7 +143,7 @@ TEST(RecordingReaderTest, StreamsImagesAndPosesAsRecorded) {
 }
 
 /// Returns the position of a pixel of an event, in the target frame of the pose.
-Eigen::Vector3d place(const RecordingReader& session, const RecordingFrame& event, double column,
+Eigen::Vector3d place(const RecordingReader& session, const RecordingImage& event, double column,
                       double row) {
   const auto pose = rigid_from_matrix<Tracker, Probe>(event.probe.tracker_from_body);
   EXPECT_TRUE(test::has_value(pose));
@@ -294,7 +297,7 @@ TEST(RecordingReaderTest, AFrameWithAnotherCalibrationHasNoImageAndNamesBoth) {
     for (const std::size_t i : {2U, 3U}) put(frames[i], "ImageToProbe", other);
     auto session = RecordingReader::open(write(folder, frames), nullptr, {}, said);
     EXPECT_TRUE(test::has_value(session));
-    return session ? drain(*session) : std::vector<RecordingFrame>();
+    return session ? drain(*session) : std::vector<RecordingImage>();
   };
   Eigen::Matrix4d larger = image_to_probe();
   larger.leftCols<2>() *= 1.5;
@@ -315,7 +318,7 @@ TEST(RecordingReaderTest, AFrameWithAnotherCalibrationHasNoImageAndNamesBoth) {
                             ErrorCode::kMalformedData,
                             {"at (8 -29.9 80)", "0.1 mm away at a corner"}));
   // A calibration that is rounded like decimal text counts as equal.
-  for (const RecordingFrame& event :
+  for (const RecordingImage& event :
        read((image_to_probe() * 1e5).array().round().matrix() / 1e5)) {
     EXPECT_TRUE(test::has_value(event.image)) << event.index;
   }
@@ -371,10 +374,10 @@ TEST(RecordingReaderTest, ReplaysARealRecording) {
   CollectingDiagnostics said;
   auto session = RecordingReader::open(path, &*config, {}, said);
   ASSERT_TRUE(test::has_value(session));
-  EXPECT_EQ(session->total_frames(), 97);
+  EXPECT_EQ(session->total_images(), 97);
   const auto events = drain(*session);
   ASSERT_EQ(events.size(), 97U);
-  for (const RecordingFrame& e : events) {
+  for (const RecordingImage& e : events) {
     ASSERT_TRUE(test::has_value(e.image));
     EXPECT_EQ(e.image->pixels.width(), 820);
     ASSERT_TRUE(e.acquired.has_value());
@@ -437,10 +440,10 @@ TEST(RecordingReaderTest, ReportsFramesThatContradictThemselves) {
   ASSERT_EQ(said.entries().size(), 1U);
   ASSERT_TRUE(said.entries()[0].finding.has_value());
   const Finding finding = *said.entries()[0].finding;
-  EXPECT_EQ(finding.key, "position of the probe");
-  EXPECT_EQ(finding.values, (std::vector<std::string>{
-                                "ProbeToTracker and ReferenceToTracker",
-                                "ProbeToReference, which places the probe 20 mm away in frame 1"}));
+  EXPECT_EQ(finding.key, "position of Probe in Reference");
+  EXPECT_EQ(finding.values,
+            (std::vector<std::string>{"ProbeToTracker and ReferenceToTracker",
+                                      "ProbeToReference, which places it 20 mm away in frame 1"}));
   EXPECT_EQ(finding.used, "ProbeToTracker and ReferenceToTracker");
 }
 
@@ -459,6 +462,121 @@ TEST(RecordingReaderTest, WarnsOfANeedleThatPointsBackwards) {
   const Eigen::Matrix4d forwards = rigid(0.1, {0, 0, 1}, {0, 0, 150});
   EXPECT_EQ(warnings(forwards), 0U);
   EXPECT_EQ(warnings(forwards * rigid(M_PI, {1, 0, 0}, {0, 0, 0})), 1U);
+}
+
+TEST(RecordingReaderTest, ReportsEveryLoopOfTransformsThatDoesNotClose) {
+  const test::TemporaryFolder folder;
+  auto frames = tracked_frames(3);
+  for (int i = 0; i < 3; ++i) {
+    Frame& frame = frames[static_cast<std::size_t>(i)];
+    Eigen::Matrix4d image = reference_pose(i).inverse() * probe_pose(i) * image_to_probe();
+    // Half a pixel is no contradiction; pixels of another size are, far from the first one.
+    image(0, 3) += 0.1;
+    if (i == 2) image.leftCols<2>() *= 3;
+    put(frame, "ImageToReference", image);
+    put(frame, "StylusToTracker", rigid(0.1, {0, 0, 1}, {1, 2, 3}));
+    put(frame, "StylusToReference", rigid(0.1, {0, 0, 1}, {1, 2, 3}));
+  }
+  CollectingDiagnostics said;
+  const auto config = calibration_config();
+  auto session = RecordingReader::open(write(folder, frames), &config, {}, said);
+  ASSERT_TRUE(test::has_value(session));
+  drain(*session);
+  ASSERT_EQ(said.entries().size(), 2U);
+  for (const auto& entry : said.entries()) {
+    ASSERT_TRUE(entry.finding.has_value());
+    if (entry.finding->key == "position of Stylus in Reference" ||
+        entry.finding->key == "position of Stylus in Tracker") {
+      EXPECT_EQ(entry.severity, Severity::kWarning) << "the reference is used";
+      EXPECT_EQ(entry.count, 3U);
+      continue;
+    }
+    EXPECT_EQ(entry.finding->key, "position of Image in Reference");
+    EXPECT_EQ(entry.count, 1U);
+    EXPECT_NE(entry.finding->values.at(1).find("ImageToReference, which places it "),
+              std::string::npos);
+    EXPECT_EQ(entry.finding->used, "ImageToProbe, ProbeToTracker and ReferenceToTracker");
+    EXPECT_NE(entry.finding->values.at(1).find("in frame 2"), std::string::npos);
+  }
+}
+
+TEST(RecordingReaderTest, ReportsATipThatMovesOnItsNeedleOrIsInMetres) {
+  const test::TemporaryFolder folder;
+  const auto said_of = [&](double tip_mm, double later_mm) {
+    auto frames = tracked_frames(4);
+    for (int i = 0; i < 4; ++i) {
+      put(frames[static_cast<std::size_t>(i)], "NeedleToTracker", probe_pose(i + 3));
+      put(frames[static_cast<std::size_t>(i)], "NeedleTipToNeedle",
+          rigid(0, {0, 0, 1}, {0, 0, i < 2 ? tip_mm : later_mm}));
+    }
+    CollectingDiagnostics said;
+    const auto config = calibration_config();
+    RecordingOptions options;
+    options.needle_frame = "NeedleTip";
+    auto session = RecordingReader::open(write(folder, frames), &config, options, said);
+    EXPECT_TRUE(test::has_value(session));
+    if (session) drain(*session);
+    return said.entries();
+  };
+  EXPECT_TRUE(said_of(150, 150.05).empty());
+  const auto moved = said_of(150, 153);
+  ASSERT_EQ(moved.size(), 1U);
+  EXPECT_EQ(moved[0].finding->key, "position of NeedleTip on Needle");
+  EXPECT_EQ(moved[0].finding->values,
+            (std::vector<std::string>{"that of frame 0", "another in frame 2, 3 mm away"}));
+  EXPECT_EQ(moved[0].count, 2U);
+  const auto metres = said_of(0.15, 0.15);
+  ASSERT_EQ(metres.size(), 1U);
+  EXPECT_EQ(metres[0].finding->key, "unit of NeedleTip on Needle");
+  EXPECT_NE(metres[0].finding->values.at(0).find("in metres?"), std::string::npos);
+}
+
+TEST(RecordingReaderTest, SaysOnceHowSixteenBitsBecomeEightAndDoesNotFlicker) {
+  const test::TemporaryFolder folder;
+  const auto path = folder / "deep.igs.mha";
+  SequenceHeader header;
+  header.width = 2;
+  header.height = 1;
+  header.pixel_type = PixelType::kUint16;
+  auto writer = SequenceWriter::create(path, header);
+  ASSERT_TRUE(test::has_value(writer));
+  const std::vector<std::array<std::uint16_t, 2>> images = {
+      {0, 0}, {2000, 1000}, {100, 1000}, {4000, 1000}, {2047, 1000}};
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    SequenceImage frame;
+    frame.timestamp_s = 0.1 * static_cast<double>(i);
+    frame.image_valid = true;
+    frame.pixels.resize(sizeof images[i]);
+    std::memcpy(frame.pixels.data(), images[i].data(), sizeof images[i]);
+    set_transform(frame, {"ImageToProbe", image_to_probe(), TrackingStatus::kOk});
+    set_transform(frame, {"ProbeToTracker", probe_pose(0), TrackingStatus::kOk});
+    ASSERT_TRUE(test::has_value(writer->append(frame)));
+  }
+  ASSERT_TRUE(test::has_value(writer->finish()));
+  CollectingDiagnostics said;
+  RecordingOptions options;
+  options.reference_frame.clear();
+  auto reader = RecordingReader::open(path, nullptr, options, said);
+  ASSERT_TRUE(test::has_value(reader));
+  for (int pass = 0; pass < 2; ++pass) {
+    std::vector<int> second;
+    for (std::size_t i = 0; i < images.size(); ++i) {
+      const auto next = reader->next();
+      ASSERT_TRUE(test::has_value(next));
+      ASSERT_TRUE(test::has_value(next->image));
+      second.push_back(next->image->pixels.at(1, 0));
+    }
+    EXPECT_EQ(second, (std::vector<int>{0, 125, 125, 125, 125})) << pass;
+    reader->rewind();
+  }
+  const auto entries = said.entries();
+  ASSERT_EQ(entries.size(), 2U);
+  ASSERT_TRUE(entries[0].finding);
+  EXPECT_EQ(entries[0].finding->values, std::vector<std::string>{"up to 2000 in frame 1"});
+  EXPECT_EQ(entries[0].finding->used, "0 to 2047 as 0 to 255, in all images");
+  EXPECT_NE(entries[1].message.find("up to 2047, found 4000"), std::string::npos)
+      << entries[1].message;
+  EXPECT_EQ(entries[0].count + entries[1].count, 2U);
 }
 
 }  // namespace

@@ -48,8 +48,23 @@ TEST_F(SequenceReaderTest, AFileThatBecomesShorterIsAnErrorOfReadingNotOfTheFram
   ASSERT_TRUE(test::has_value(reader->read(1)));
   const auto file = folder_ / "a.igs.mha";
   std::filesystem::resize_file(file, std::filesystem::file_size(file) - 3);
-  EXPECT_TRUE(test::has_value(reader->read(0)));
-  EXPECT_TRUE(rejects(reader->read(1), Code::kIo, {"frame 1", "became shorter", "a.igs.mha"}));
+  for (const std::int64_t frame : {0, 1}) {
+    EXPECT_TRUE(rejects(reader->read(frame), Code::kIo, {"became shorter", "a.igs.mha"}));
+  }
+}
+
+TEST_F(SequenceReaderTest, AFileThatIsOverwrittenInPlaceIsAnErrorOfReading) {
+  for (const bool compressed : {false, true}) {
+    const std::string header = meta(kFrames + (compressed ? "CompressedData = True\n" : ""));
+    auto reader = open(header + (compressed ? test::deflated(kPixels) : kPixels));
+    ASSERT_TRUE(test::has_value(reader));
+    const auto file = folder_ / "a.igs.mha";
+    // The length stays; the clock of the file system may not tell the times apart.
+    const auto before = std::filesystem::last_write_time(file);
+    std::fstream(file, std::ios::in | std::ios::out | std::ios::binary) << "O";
+    std::filesystem::last_write_time(file, before + std::chrono::milliseconds(20));
+    EXPECT_TRUE(rejects(reader->read(1), Code::kIo, {"a.igs.mha", "was written to while"}));
+  }
 }
 
 TEST_F(SequenceReaderTest, RejectsALineWithoutAnEndBeforeReadingAllOfIt) {

@@ -29,8 +29,8 @@ SequenceHeader header(int width, int height, PixelType type, bool compressed) {
   return h;
 }
 
-SequenceFrame frame(std::int64_t index, std::size_t bytes) {
-  SequenceFrame f;
+SequenceImage frame(std::int64_t index, std::size_t bytes) {
+  SequenceImage f;
   f.timestamp_s = 0.1 * static_cast<double>(index);
   f.unfiltered_timestamp_s = 0.1 * static_cast<double>(index) + 0.001;
   f.image_valid = index != 1;
@@ -81,7 +81,7 @@ TEST_F(SequenceWriterTest, RoundTripsEveryFormat) {
     for (std::int64_t i = 0; i < 4; ++i) {
       const auto back = reader->read(i);
       ASSERT_TRUE(test::has_value(back)) << c.name;
-      const SequenceFrame sent = frame(i, 30);
+      const SequenceImage sent = frame(i, 30);
       EXPECT_EQ(back->pixels, sent.pixels);
       EXPECT_EQ(back->timestamp_s, sent.timestamp_s);  // The numbers are equal bit for bit.
       EXPECT_EQ(back->unfiltered_timestamp_s, sent.unfiltered_timestamp_s);
@@ -100,7 +100,7 @@ TEST_F(SequenceWriterTest, WritesTheHeaderThatPlusWrites) {
   h.height = 1;
   auto writer = SequenceWriter::create(folder_ / "p.igs.mha", h);
   ASSERT_TRUE(test::has_value(writer));
-  SequenceFrame f;
+  SequenceImage f;
   f.image_valid = true;
   f.timestamp_s = 215.102186;
   f.pixels = {std::byte{'x'}, std::byte{'y'}};
@@ -136,7 +136,7 @@ TEST_F(SequenceWriterTest, PadsTheCompressedSizeAndWritesFiveDigitFrameNumbers) 
   auto writer = SequenceWriter::create(folder_ / "t.mha", header(0, 0, PixelType::kUint8, true));
   ASSERT_TRUE(test::has_value(writer));
   for (std::int64_t i = 0; i <= 10000; ++i) {
-    SequenceFrame f;
+    SequenceImage f;
     f.timestamp_s = static_cast<double>(i);
     ASSERT_TRUE(test::has_value(writer->append(f)));
   }

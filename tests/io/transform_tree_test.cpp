@@ -33,8 +33,8 @@ Eigen::Matrix4d probe_from_image() {
   return m;
 }
 
-SequenceFrame frame(TrackingStatus probe = TrackingStatus::kOk) {
-  SequenceFrame f;
+SequenceImage frame(TrackingStatus probe = TrackingStatus::kOk) {
+  SequenceImage f;
   f.index = 3;
   set_transform(f, {"ProbeToTracker", kTrackerFromProbe, probe});
   set_transform(f, {"ReferenceToTracker", kTrackerFromReference, TrackingStatus::kOk});
@@ -93,7 +93,7 @@ TEST(TransformTreeTest, TheWorstStatusWins) {
   EXPECT_EQ(chain->evaluate(frame(TrackingStatus::kUnknown))->status, TrackingStatus::kUnknown);
   EXPECT_EQ(chain->evaluate(frame(TrackingStatus::kOccluded))->status, TrackingStatus::kOccluded);
   // A NaN pose whose status is not OK keeps its status and does not fail.
-  SequenceFrame lost = frame();
+  SequenceImage lost = frame();
   lost.fields["ReferenceToTrackerTransform"] = "nan 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1";
   lost.fields["ReferenceToTrackerTransformStatus"] = "MISSING";
   const auto t = chain->evaluate(lost);
@@ -126,11 +126,11 @@ TEST(TransformTreeTest, NamesTheMissingLinkAndTheKnownTransforms) {
   EXPECT_TRUE(rejects(tree().find("Image", "Ct"), Code::kNotFound, {"from Image to Ct"}));
   EXPECT_TRUE(
       rejects(TransformTree::create({}, {})->find("A", "B"), Code::kNotFound, {"known: nothing"}));
-  SequenceFrame bare;
+  SequenceImage bare;
   bare.index = 9;
   const auto chain = tree().find("Image", "Reference");
   EXPECT_TRUE(rejects(chain->evaluate(bare), Code::kNotFound, {"frame 9", "ProbeToTracker"}));
-  SequenceFrame flat = frame();
+  SequenceImage flat = frame();
   set_transform(flat, {"ReferenceToTracker", Eigen::Matrix4d::Zero(), TrackingStatus::kOk});
   EXPECT_TRUE(rejects(chain->evaluate(flat), Code::kMalformedData,
                       {"frame 3", "ReferenceToTrackerTransform", "inverted"}));
@@ -152,7 +152,7 @@ TEST(TransformTreeTest, RejectsAPoseThatContradictsItsInverse) {
   const Eigen::Matrix4d expected = kTrackerFromReference.inverse() * kTrackerFromProbe;
   const auto with = [](const Eigen::Matrix4d& probe_from_tracker,
                        TrackingStatus status = TrackingStatus::kOk) {
-    SequenceFrame f = frame();
+    SequenceImage f = frame();
     set_transform(f, {"TrackerToProbe", probe_from_tracker, status});
     return f;
   };

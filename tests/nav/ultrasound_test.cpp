@@ -28,6 +28,40 @@ TEST(PixelGridTest, KeepsTheShearOfARealCalibration) {
   EXPECT_LT((grid.pixel_of(grid.at(pixel.x(), pixel.y())) - pixel).norm(), 1e-9);
 }
 
+TEST(UltrasoundColoursTest, AGreyImageHasNone) {
+  UltrasoundImage frame;
+  EXPECT_EQ(frame.colours.pixels().data(), nullptr);
+  set_colours(frame, {2, 2, {{0, 0, 0}, {255, 255, 255}, {7, 7, 7}, {8, 8, 8}}});
+  EXPECT_EQ(frame.colours.pixels().data(), nullptr) << "nothing is allocated";
+  EXPECT_EQ(frame.pixels.at(1, 0), 255);
+  EXPECT_EQ(frame.pixels.at(0, 1), 7);
+}
+
+TEST(UltrasoundColoursTest, PixelsAreTheLuma) {
+  UltrasoundImage frame;
+  set_colours(frame, {3, 1, {{255, 0, 0}, {0, 255, 0}, {0, 0, 255}}});
+  EXPECT_EQ(frame.colours.at(2, 0), (Rgb8{0, 0, 255}));
+  // ITU-R BT.601: 0.299, 0.587 and 0.114 of 255.
+  EXPECT_EQ(frame.pixels.at(0, 0), 76);
+  EXPECT_EQ(frame.pixels.at(1, 0), 150);
+  EXPECT_EQ(frame.pixels.at(2, 0), 29);
+  for (int grey = 0; grey < 256; ++grey) {
+    const auto value = static_cast<std::uint8_t>(grey);
+    EXPECT_EQ(luma(Rgb8{value, value, value}), value);
+  }
+}
+
+TEST(UltrasoundColoursTest, ASweepKeepsOnlyTheBrightness) {
+  UltrasoundImage frame;
+  set_colours(frame, {2, 1, {{255, 0, 0}, {0, 255, 0}}});
+  const Transform<frames::Reference, frames::Image> still(Eigen::Quaterniond::Identity(),
+                                                          Eigen::Vector3d::Zero());
+  const auto sweep = Sweep::create({{frame, still, Duration(0)}}, "none");
+  ASSERT_TRUE(test::has_value(sweep));
+  EXPECT_TRUE(sweep->frames()[0].frame.colours.empty());
+  EXPECT_EQ(sweep->frames()[0].frame.pixels.at(1, 0), 150);
+}
+
 TEST(PixelGridTest, RejectsGridsThatNoProbeHas) {
   PixelGrid grid = PixelGrid::centred(10, 0.1, 0.1);
   EXPECT_TRUE(test::has_value(validate(grid)));
@@ -50,8 +84,8 @@ TEST(SectorOutlineTest, ContainsOnlyTheRingSegment) {
   EXPECT_FALSE(sector.contains({0, -130})) << "behind the apex";
 }
 
-TrackedFrame tracked(int ms, int width = 2) {
-  UltrasoundFrame frame{.acquired = Timestamp(std::chrono::milliseconds(ms)),
+TrackedImage tracked(int ms, int width = 2) {
+  UltrasoundImage frame{.acquired = Timestamp(std::chrono::milliseconds(ms)),
                         .received = Timestamp(std::chrono::milliseconds(ms)),
                         .pixels = Image2d<std::uint8_t>(width, 1, std::vector<std::uint8_t>(width)),
                         .grid = PixelGrid::centred(width, 1, 1)};

@@ -27,7 +27,7 @@ struct AssessedScene {
     CollectingDiagnostics diagnostics;
     return *PreparedSweep::create(sweep, test::small_options(), diagnostics);
   }
-  [[nodiscard]] Lc2Cost finest() const {
+  [[nodiscard]] SimilarityCost finest() const {
     return {*prepared_ct.levels().back(), prepared_sweep.levels().back().patches, 0.005, 1};
   }
 };
@@ -44,7 +44,7 @@ Result<ImageRegistrationResult> registered(const Sweep& sweep) {
 
 BasinCheck basin_at(const Pose& pose) {
   const auto& points = assessed_scene().prepared_sweep.points();
-  const Lc2Cost cost = assessed_scene().finest();
+  const SimilarityCost cost = assessed_scene().finest();
   return check_basin(costs_around(cost, points, pose), cost, points);
 }
 
@@ -73,7 +73,7 @@ TEST(BasinTest, TheResultContainsTheBasinCheck) {
 
 TEST(CostsAroundTest, PartsAddUpAndGradientsDoNotChangeTheCost) {
   const auto& points = assessed_scene().prepared_sweep.points();
-  const Lc2Cost cost = assessed_scene().finest().robust({PatchLoss::kCauchy, 0.3});
+  const SimilarityCost cost = assessed_scene().finest().robust({PatchLoss::kCauchy, 0.3});
   const Pose pose = test::true_pose();
   const CostsAround plain = costs_around(cost, points, pose);
   const CostsAround both = costs_around(cost, points, pose, true);
@@ -93,7 +93,7 @@ TEST(CostsAroundTest, PartsAddUpAndGradientsDoNotChangeTheCost) {
 
 TEST(CostsAroundTest, CostsAroundThePoseGiveTheCurvature) {
   const auto& points = assessed_scene().prepared_sweep.points();
-  const Lc2Cost cost = assessed_scene().finest();
+  const SimilarityCost cost = assessed_scene().finest();
   const Pose pose = test::true_pose();
   const Point<frames::Ct> centre = pose * points.centroid;
   const LocalShape fine = local_shape(cost, pose, centre, 0.25);
@@ -116,15 +116,15 @@ TEST(LocalShapeTest, HardlyDependsOnThePatchesThatAreDifferentiated) {
   CollectingDiagnostics diagnostics;
   const auto sweep = PreparedSweep::create(assessed_scene().sweep, dense, diagnostics);
   ASSERT_TRUE(test::has_value(sweep));
-  const Lc2Cost cost(*assessed_scene().prepared_ct.levels().back(), sweep->levels().back().patches,
-                     0.005, 1);
+  const SimilarityCost cost(*assessed_scene().prepared_ct.levels().back(),
+                            sweep->levels().back().patches, 0.005, 1);
   const Pose pose = test::true_pose();
   const Point<frames::Ct> centre = pose * sweep->points().centroid;
   ASSERT_GT(cost.patches().patches.size(), 1200U);
   const Matrix6d one = local_shape(cost, pose, centre, 0.5).hessian;
   std::size_t index = 0;
   const PatchSet rest = subset(cost.patches(), [&](const Patch&) { return index++ > 0; });
-  const Lc2Cost others = cost.on(rest);
+  const SimilarityCost others = cost.on(rest);
   const Matrix6d other = local_shape(others, pose, centre, 0.5).hessian;
   const Eigen::LLT<Matrix6d> llt(one);
   ASSERT_EQ(llt.info(), Eigen::Success);
@@ -160,7 +160,7 @@ TEST(RegionTest, RegionsCoverTheSweepAndAgreeIfAllImagesAreRight) {
 
 TEST(RegionTest, ADisplacedThirdOfTheSweepPullsAndIsNamed) {
   // The last third of the images is displaced by 4 mm.
-  std::vector<TrackedFrame> frames = assessed_scene().sweep.frames();
+  std::vector<TrackedImage> frames = assessed_scene().sweep.frames();
   for (std::size_t i = 2 * frames.size() / 3; i < frames.size(); ++i) {
     const auto& pose = frames[i].reference_from_image;
     frames[i].reference_from_image = Transform<frames::Reference, frames::Image>(
@@ -241,7 +241,7 @@ TEST(TimeLimitTest, AnInterruptedSolveKeepsItsSteps) {
   int asked = 0;
   const SolveLimits limits{30, 3e-6, [&] { return ++asked > 2; }};
   const Pose start = test::off_by(test::true_pose(), 3, 0.03, 2);
-  const Lc2Cost cost = assessed_scene().finest();
+  const SimilarityCost cost = assessed_scene().finest();
   const PoseSolution cut =
       solve_pose(cost, start, assessed_scene().prepared_sweep.points().centroid, limits, {});
   EXPECT_EQ(cut.termination, Termination::kTimeLimit);

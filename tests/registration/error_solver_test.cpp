@@ -33,6 +33,7 @@ ImageErrors some_errors() {
   return {.delay_s = 0.07,
           .depth_scale = 1.02,
           .width_scale = 0.99,
+          .pressed_mm = 3,
           .turn_rad = {0.01, -0.02, 0.015},
           .shift_mm = {0.6, -0.4, 0.8}};
 }
@@ -105,8 +106,8 @@ TEST(ErrorSolverTest, ADelayMovesTheImagesAlongThePathOfTheProbe) {
 
 TEST(ErrorSolverTest, FindsADelayAWrongScaleAndThePoseTogether) {
   for (const double late_s : {-0.18, 0.06, 0.3}) {
-    std::vector<TrackedFrame> frames = uneven_sweep_late_by(late_s).frames();
-    for (TrackedFrame& tracked : frames) {
+    std::vector<TrackedImage> frames = uneven_sweep_late_by(late_s).frames();
+    for (TrackedImage& tracked : frames) {
       tracked.frame.grid.mm_per_pixel *= 1.02;
       tracked.frame.grid.origin_mm *= 1.02;
     }
@@ -141,7 +142,7 @@ TEST(ErrorSolverTest, ADelayThatTheSweepDoesNotShowIsInThePredictedError) {
   // pose.
   ImageRegistrationOptions solver = test::small_options(0);
   solver.calibration_sigma_mm = 0;
-  solver.scale_sigma = 0;
+  solver.scale_sigma = solver.pressed_sigma_mm = 0;
   const auto predicted_mm = [&](double sigma_s) {
     solver.delay_sigma_s = sigma_s;
     CollectingDiagnostics diagnostics;

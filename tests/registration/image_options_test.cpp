@@ -83,7 +83,7 @@ struct PreparedScene {
 
 TEST(LossTest, ALossReducesTheEffectOfImagesWithAWrongPose) {
   // Every fourth image is displaced by 6 mm.
-  std::vector<TrackedFrame> frames = scene().sweep.frames();
+  std::vector<TrackedImage> frames = scene().sweep.frames();
   for (std::size_t i = 0; i < frames.size(); i += 4) {
     const auto& pose = frames[i].reference_from_image;
     frames[i].reference_from_image = Transform<frames::Reference, frames::Image>(
@@ -113,8 +113,8 @@ TEST(SimilarityTest, GradientsAreTheDerivativesOfTheCost) {
   const auto pose = test::off_by(test::true_pose(), 2, 0.02, 3);
   const Eigen::Vector3d centre(5, -3, 8);
   for (const Similarity similarity : {Similarity::kNcc, Similarity::kMutualInformation}) {
-    const Lc2Cost cost(*prepared.ct.levels()[1], prepared.sweep.levels()[1].patches, 0.005, 1,
-                       similarity);
+    const SimilarityCost cost(*prepared.ct.levels()[1], prepared.sweep.levels()[1].patches, 0.005,
+                              1, measure_of(similarity));
     const CostTerms terms = cost.terms(pose, centre, true);
     EXPECT_NEAR(terms.cost, cost.cost(pose).cost, 1e-9);
     Vector6d sum = Vector6d::Zero();
@@ -136,8 +136,8 @@ TEST(SimilarityTest, GradientsAreTheDerivativesOfTheCost) {
 TEST(SimilarityTest, MutualInformationIgnoresAMonotoneChangeOfGreys) {
   // A gamma of 0.5 keeps the order of the bins. The mutual information hardly changes, while an
   // affine model loses some of the match.
-  std::vector<TrackedFrame> frames = scene().sweep.frames();
-  for (TrackedFrame& tracked : frames) {
+  std::vector<TrackedImage> frames = scene().sweep.frames();
+  for (TrackedImage& tracked : frames) {
     std::vector<std::uint8_t> pixels(tracked.frame.pixels.pixels().begin(),
                                      tracked.frame.pixels.pixels().end());
     for (auto& p : pixels)
@@ -159,17 +159,17 @@ TEST(SimilarityTest, FlatImagesHaveNoInformation) {
   const PreparedScene prepared;
   PatchSet flat = prepared.sweep.levels()[0].patches;
   for (Patch& patch : flat.patches) patch.norm_grey = patch.mean_grey = 0;
-  const CostTerms terms =
-      Lc2Cost(*prepared.ct.levels()[0], flat, 0.005, 1, Similarity::kMutualInformation)
-          .terms(test::true_pose(), {0, 0, 0});
+  const CostTerms terms = SimilarityCost(*prepared.ct.levels()[0], flat, 0.005, 1,
+                                         measure_of(Similarity::kMutualInformation))
+                              .terms(test::true_pose(), {0, 0, 0});
   EXPECT_EQ(terms.cost, 1.0);
   EXPECT_EQ(terms.gradient.norm(), 0);
 }
 
 /// Sweep of a scanner that assumes another speed of sound: depths are divided by \p scale.
 Sweep misread(double scale) {
-  std::vector<TrackedFrame> frames = scene().sweep.frames();
-  for (TrackedFrame& tracked : frames) tracked.frame.grid.mm_per_pixel.col(1) /= scale;
+  std::vector<TrackedImage> frames = scene().sweep.frames();
+  for (TrackedImage& tracked : frames) tracked.frame.grid.mm_per_pixel.col(1) /= scale;
   return *Sweep::create(std::move(frames), "misread");
 }
 
@@ -217,6 +217,7 @@ TEST(ImageScaleTest, KeepsTheTimeLimit) {
   auto options = test::small_options();
   options.stretch = ScaleModel::kAffine;
   options.delay_sigma_s = options.scale_sigma = options.calibration_sigma_mm = 0;
+  options.pressed_sigma_mm = 0;
   CollectingDiagnostics diagnostics;
   int asked = 0;
   const auto result =
@@ -236,7 +237,8 @@ TEST(ImageScaleTest, RejectsMutualInformation) {
   auto options = test::small_options();
   options.stretch = ScaleModel::kAffine;
   options.similarity = Similarity::kMutualInformation;
-  EXPECT_TRUE(test::rejects(solve(scene().sweep, options), ErrorCode::kUsage, {"stretch"}));
+  EXPECT_TRUE(
+      test::rejects(solve(scene().sweep, options), ErrorCode::kUsage, {"scale", "patches"}));
 }
 
 /// Ultrasound volume of the patient with the axes (slice, lateral, depth) and voxels of 2 x 1.5 x
@@ -272,7 +274,7 @@ TEST(VolumeSweepTest, AVolumeRegistersLikeItsSlices) {
   ASSERT_TRUE(test::has_value(sweep));
   ASSERT_EQ(sweep->frames().size(), 40u);
   // The position of a voxel is the position of its pixel.
-  const TrackedFrame& tracked = sweep->frames()[7];
+  const TrackedImage& tracked = sweep->frames()[7];
   EXPECT_EQ(tracked.frame.pixels.at(20, 30), volume.grey[(30 * 60 + 20) * 40 + 7]);
   EXPECT_LT(((tracked.reference_from_image * tracked.frame.grid.at(20, 30)).mm -
              volume.grid.at({7, 20, 30}).mm)

@@ -34,9 +34,16 @@ const Scene& scene() {
   return instance;
 }
 
+/// With a well-known calibration: these few parallel images do not show it.
+ImageRegistrationOptions calibrated_options() {
+  ImageRegistrationOptions options = test::small_options(60);
+  options.calibration_sigma_mm = 0.2;
+  return options;
+}
+
 Result<ImageRegistrationResult> solve(
     const Transform<frames::Ct, frames::Reference>& start,
-    const ImageRegistrationOptions& options = test::small_options(60)) {
+    const ImageRegistrationOptions& options = calibrated_options()) {
   CollectingDiagnostics diagnostics;
   return register_sweep(scene().ct, scene().sweep, start, options, diagnostics);
 }
@@ -224,8 +231,8 @@ TEST(ImageRegistrationTest, RejectsImagesWithoutEchoes) {
 }
 
 TEST(ImageRegistrationTest, ReportsThatAPatchDoesNotFitIntoTheImages) {
-  std::vector<TrackedFrame> frames = scene().sweep.frames();
-  for (TrackedFrame& tracked : frames) tracked.frame.grid = PixelGrid::centred(110, 0.01, 0.02);
+  std::vector<TrackedImage> frames = scene().sweep.frames();
+  for (TrackedImage& tracked : frames) tracked.frame.grid = PixelGrid::centred(110, 0.01, 0.02);
   const auto tiny = Sweep::create(std::move(frames), "wrong pixels");
   ASSERT_TRUE(test::has_value(tiny));
   CollectingDiagnostics diagnostics;

@@ -49,14 +49,14 @@ void expect_right_or_refused(const Outcome& outcome, double right_mm) {
 Pose near() { return test::off_by(test::true_pose(), 5, 0.05, 1); }
 
 /// Sweep with a change applied to each image.
-Sweep altered(const std::function<void(TrackedFrame&)>& change) {
-  std::vector<TrackedFrame> frames = test::blob_scene().sweep.frames();
-  for (TrackedFrame& tracked : frames) change(tracked);
+Sweep altered(const std::function<void(TrackedImage&)>& change) {
+  std::vector<TrackedImage> frames = test::blob_scene().sweep.frames();
+  for (TrackedImage& tracked : frames) change(tracked);
   return *Sweep::create(std::move(frames), "altered");
 }
 
 Sweep with_greys(const std::function<double(int column, int row, double grey)>& grey) {
-  return altered([&](TrackedFrame& tracked) {
+  return altered([&](TrackedImage& tracked) {
     const auto& old = tracked.frame.pixels;
     std::vector<std::uint8_t> pixels;
     for (int row = 0; row < old.height(); ++row) {
@@ -113,7 +113,7 @@ TEST(ImageStressTest, SaturatedEchoesGiveACorrectPose) {
 
 TEST(ImageStressTest, AWrongPixelSizeIsCorrectOrRejected) {
   for (const double scale : {0.8, 1.25}) {
-    const Sweep sweep = altered([&](TrackedFrame& t) { t.frame.grid.mm_per_pixel *= scale; });
+    const Sweep sweep = altered([&](TrackedImage& t) { t.frame.grid.mm_per_pixel *= scale; });
     expect_right_or_refused(judge(test::blob_scene().ct, sweep, near()), 2.0);
   }
 }
@@ -121,7 +121,7 @@ TEST(ImageStressTest, AWrongPixelSizeIsCorrectOrRejected) {
 TEST(ImageStressTest, AWrongSpeedOfSoundIsCorrectOrRejected) {
   for (const double scale : {0.94, 1.03}) {
     const Sweep sweep =
-        altered([&](TrackedFrame& t) { t.frame.grid.mm_per_pixel.col(1) *= scale; });
+        altered([&](TrackedImage& t) { t.frame.grid.mm_per_pixel.col(1) *= scale; });
     expect_right_or_refused(judge(test::blob_scene().ct, sweep, near()), 3.0);
   }
 }
@@ -171,7 +171,7 @@ TEST(ImageStressTest, TinyOverlapIsRejected) {
 
 TEST(ImageStressTest, ShuffledPosesAreRejected) {
   // Each image gets the pose of another image, so tracking and images do not belong together.
-  std::vector<TrackedFrame> frames = test::blob_scene().sweep.frames();
+  std::vector<TrackedImage> frames = test::blob_scene().sweep.frames();
   for (std::size_t i = 0; i < frames.size(); ++i) {
     frames[i].reference_from_image =
         test::blob_scene().sweep.frames()[(i * 7 + 5) % frames.size()].reference_from_image;

@@ -44,14 +44,14 @@ StressOutcome run(const Volume& ct, const Sweep& sweep,
   return out;
 }
 
-Sweep with_frames(const std::function<void(std::size_t, TrackedFrame&)>& change) {
-  std::vector<TrackedFrame> frames = test::blob_scene().sweep.frames();
+Sweep with_frames(const std::function<void(std::size_t, TrackedImage&)>& change) {
+  std::vector<TrackedImage> frames = test::blob_scene().sweep.frames();
   for (std::size_t i = 0; i < frames.size(); ++i) change(i, frames[i]);
   return *Sweep::create(std::move(frames), "altered");
 }
 
 Sweep with_pixels(const std::function<double(int column, int row, double grey)>& grey) {
-  return with_frames([&](std::size_t, TrackedFrame& tracked) {
+  return with_frames([&](std::size_t, TrackedImage& tracked) {
     const auto& old = tracked.frame.pixels;
     std::vector<std::uint8_t> pixels;
     for (int row = 0; row < old.height(); ++row) {
@@ -67,7 +67,7 @@ Sweep with_pixels(const std::function<double(int column, int row, double grey)>&
 /// Sweep of a tracker that reports the pose of another time for each image.
 Sweep late_by(double images) {
   const auto& frames = test::blob_scene().sweep.frames();
-  return with_frames([&](std::size_t i, TrackedFrame& tracked) {
+  return with_frames([&](std::size_t i, TrackedImage& tracked) {
     const double at =
         std::clamp(static_cast<double>(i) + images, 0.0, static_cast<double>(frames.size() - 1));
     const auto before = static_cast<std::size_t>(at);
@@ -89,7 +89,7 @@ void expect_right_or_refused(const StressOutcome& outcome, double right_mm) {
 TEST(SweepStressTest, OneToTenImagesAreCorrectOrRejected) {
   for (const std::size_t count : {1, 2, 3, 5, 10}) {
     // The images are spread evenly over the sweep.
-    std::vector<TrackedFrame> frames;
+    std::vector<TrackedImage> frames;
     const auto& all = test::blob_scene().sweep.frames();
     for (std::size_t i = 0; i < count; ++i)
       frames.push_back(all[(2 * i + 1) * all.size() / (2 * count)]);
@@ -124,7 +124,7 @@ TEST(SweepStressTest, GainGammaNoiseAndDepthGainAreCorrectOrRejected) {
 }
 
 TEST(SweepStressTest, SomeBlackAndWhiteImagesDoNoHarm) {
-  const Sweep sweep = with_frames([](std::size_t i, TrackedFrame& tracked) {
+  const Sweep sweep = with_frames([](std::size_t i, TrackedImage& tracked) {
     if (i % 5 != 2) return;
     const auto& old = tracked.frame.pixels;
     const std::uint8_t grey = i % 2 == 0 ? 0 : 255;
@@ -147,7 +147,7 @@ TEST(SweepStressTest, ADelayOfTwoImagesIsCorrectOrRejected) {
 
 TEST(SweepStressTest, AScaleErrorOfThreePercentIsCorrectOrRejected) {
   for (const double scale : {0.97, 1.03}) {
-    const Sweep sweep = with_frames([&](std::size_t, TrackedFrame& tracked) {
+    const Sweep sweep = with_frames([&](std::size_t, TrackedImage& tracked) {
       tracked.frame.grid.mm_per_pixel *= scale;
       tracked.frame.grid.origin_mm *= scale;
     });
@@ -157,7 +157,7 @@ TEST(SweepStressTest, AScaleErrorOfThreePercentIsCorrectOrRejected) {
 }
 
 TEST(SweepStressTest, TheOrderOfImagesHardlyMatters) {
-  std::vector<TrackedFrame> frames = test::blob_scene().sweep.frames();
+  std::vector<TrackedImage> frames = test::blob_scene().sweep.frames();
   std::vector<Timestamp> times;
   for (const auto& tracked : frames) times.push_back(tracked.frame.acquired);
   std::reverse(frames.begin(), frames.end());
@@ -183,7 +183,7 @@ TEST(SweepStressTest, GimbalLockAndNegativeQuaternionsDoNotMatter) {
     CollectingDiagnostics diagnostics;
     std::vector<CtPose> found;
     for (const auto& to : {turned, negated}) {
-      const Sweep sweep = with_frames([&](std::size_t, TrackedFrame& tracked) {
+      const Sweep sweep = with_frames([&](std::size_t, TrackedImage& tracked) {
         tracked.reference_from_image = to * tracked.reference_from_image;
       });
       const auto start = test::off_by(test::true_pose(), 5, 0.05, 1) * to.inverse();

@@ -47,7 +47,7 @@ inline Sweep uneven_sweep_late_by(double late_s) {
       uneven_sweep([](int, const Eigen::Vector3d& now, const Eigen::Vector3d& beam) -> AtRest {
         return {now, beam};
       });
-  std::vector<TrackedFrame> frames = right.frames();
+  std::vector<TrackedImage> frames = right.frames();
   for (int f = 0; f < kHandImages; ++f) {
     frames[static_cast<std::size_t>(f)].reference_from_image =
         true_pose().inverse() * uneven_hand_at(kHandStepS * f - late_s);

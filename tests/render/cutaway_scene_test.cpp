@@ -122,7 +122,7 @@ TEST(OutlineOfTest, TheRectangleCoversThePixelsWithTheirEdges) {
 }
 
 TEST(OutlineOfTest, TheSectorIsItsArcWithinTheStatedDistance) {
-  UltrasoundFrame frame = test::upright_plane(test::grey_image(80, 60, 100), 1, {0, 0, 0}).frame;
+  UltrasoundImage frame = test::upright_plane(test::grey_image(80, 60, 100), 1, {0, 0, 0}).frame;
   for (const double radius_min : {0.0, 15.0}) {
     frame.outline = SectorOutline{{0, -15}, radius_min, 120, 0.52};
     const double sagitta = 120 * (1 - std::cos(0.52 / kSectorChords));

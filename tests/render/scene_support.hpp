@@ -162,7 +162,7 @@ inline render::UltrasoundPlane upright_plane(Image2d<std::uint8_t> pixels, doubl
                                              const Eigen::Vector3d& top_middle_ct) {
   Eigen::Matrix3d turn;
   turn << 1, 0, 0, 0, 0, 1, 0, -1, 0;
-  UltrasoundFrame frame;
+  UltrasoundImage frame;
   frame.grid = PixelGrid::centred(pixels.width(), spacing_mm, spacing_mm);
   frame.pixels = std::move(pixels);
   return {frame, {Eigen::Quaterniond(turn), top_middle_ct}, 1.0, {SafetyState::kValid, ""}};

@@ -35,8 +35,8 @@ TEST(LiveDevicesTest, NamesTheKeyThatCannotBeUsed) {
   EXPECT_EQ(changed([](auto& d) { d.id = "a b"; }),
             "devices[0].id: expected 1 to 64 letters, digits and _ - ., found 'a b'");
   EXPECT_EQ(changed([](auto& d) { d.kind = "ndj"; }),
-            "devices[0].kind: expected one of openigtlink, ndi, can-arm, simulated, recording, "
-            "found 'ndj'");
+            "devices[0].kind: expected one of openigtlink, ndi, can-arm, footswitch, can-buttons, "
+            "camera-markers, frame-grabber, polhemus, interson, simulated, recording, found 'ndj'");
   for (const char* address : {"127.0.0.1:18944", "tcp:18944", "tcp::18944", "tcp:host:0",
                               "tcp:host:65536", "tcp:host:12x", "tcp:host:", ""}) {
     EXPECT_NE(changed([&](auto& d) { d.address = address; }), "") << address;
@@ -46,10 +46,97 @@ TEST(LiveDevicesTest, NamesTheKeyThatCannotBeUsed) {
   }
   EXPECT_NE(changed([](auto& d) { d.bodies.clear(), d.image.clear(); }), "");
   EXPECT_NE(changed([](auto& d) { d.bodies.push_back({"", "Tool"}); }), "");
+  EXPECT_EQ(changed([](auto& d) {
+              d.bodies.push_back({"Probe", "Other"});
+            }),
+            "devices[0].bodies: expected a name of its own for each, found 'Probe'");
+  EXPECT_EQ(changed([](auto& d) {
+              d.bodies = {{"Probe", "Tool"}, {"Reference", "Tool"}};
+            }),
+            "devices[0].bodies: expected a tool of its own for each (Probe, Reference), found "
+            "'Tool'");
   const auto twice = validate({a_server(), a_server()});
   ASSERT_FALSE(twice);
   EXPECT_EQ(twice.error().message,
             "devices[1].id: expected an id of its own, found 'plus' as in devices[0]");
+}
+
+TEST(LiveDevicesTest, NamesTheKeyOfButtonsThatCannotBeUsed) {
+  const DeviceOptions pedal{.id = "pedal",
+                            .kind = "footswitch",
+                            .address = "hid:05f3:00ff",
+                            .buttons = {{.name = "left", .action = "mark", .key = "BTN_0"}}};
+  const DeviceOptions box{.id = "box",
+                          .kind = "can-buttons",
+                          .address = "can:can0",
+                          .buttons = {{.name = "left", .action = "freeze", .frame = 0x18A}}};
+  EXPECT_EQ(rejection(pedal), "");
+  EXPECT_EQ(rejection(box), "");
+  const auto changed = [](DeviceOptions device, auto change) {
+    change(device);
+    return rejection(device);
+  };
+  EXPECT_EQ(changed(pedal, [](auto& d) { d.address = "input:/dev/input/event3"; }), "");
+  for (const char* address :
+       {"hid:05f3", "hid:5f3:00ff", "hid:05f3:00fg", "input:", "/dev/x", ""}) {
+    EXPECT_NE(changed(pedal, [&](auto& d) { d.address = address; }), "") << address;
+  }
+  EXPECT_EQ(changed(pedal, [](auto& d) { d.buttons[0].action = "delete"; }),
+            "devices[0].buttons[0].action: expected capture, freeze, mark or none, found 'delete'");
+  EXPECT_EQ(changed(pedal, [](auto& d) { d.buttons[0].key = "BTN_X"; }),
+            "devices[0].buttons[0].key: expected the name of a key (BTN_0, KEY_A, …) or its number "
+            "up to 767, found 'BTN_X'");
+  EXPECT_EQ(changed(pedal, [](auto& d) { d.buttons.clear(); }),
+            "devices[0].buttons: foot switch: expected at least one button, found none");
+  EXPECT_NE(changed(box, [](auto& d) { d.address = "can0"; }), "");
+  EXPECT_NE(changed(box, [](auto& d) { d.buttons[0].byte = 8; }), "");
+  EXPECT_NE(changed(box, [](auto& d) { d.silence_ms = -1; }), "");
+  const DeviceOptions simulated{.id = "bench", .kind = "simulated"};
+  const auto pressed = [&](std::vector<double> times) {
+    return changed(simulated, [&](auto& d) {
+      d.buttons = {{.name = "left", .action = "mark", .pressed_at_s = std::move(times)}};
+    });
+  };
+  EXPECT_EQ(pressed({0, 1, 1.5}), "");
+  EXPECT_NE(pressed({1, 1.1}), "");
+  EXPECT_NE(pressed({2, 1}), "");
+}
+
+TEST(LiveDevicesTest, NamesTheKeyOfACameraThatCannotBeUsed) {
+  const DeviceOptions camera{.id = "camera",
+                             .kind = "camera-markers",
+                             .address = "v4l2:/dev/video0",
+                             .bodies = {{"Probe", "charuco:5x7:20:15"}, {"Needle", "marker:40:20"}},
+                             .camera = "camera.yml"};
+  const DeviceOptions grabber{.id = "screen",
+                              .kind = "frame-grabber",
+                              .address = "film:screen.avi",
+                              .image = "Image",
+                              .crop = {10, 20, 300, 200}};
+  EXPECT_EQ(rejection(camera), "");
+  EXPECT_EQ(rejection(grabber), "");
+  const auto changed = [](DeviceOptions device, auto change) {
+    change(device);
+    return rejection(device);
+  };
+  EXPECT_EQ(changed(camera, [](auto& d) { d.address = "/dev/video0"; }),
+            "devices[0].address: expected v4l2:/dev/video… or film:FILE, found '/dev/video0'");
+  EXPECT_NE(changed(camera, [](auto& d) { d.camera.clear(); }).find("devices[0].camera"),
+            std::string::npos);
+  EXPECT_NE(changed(camera, [](auto& d) { d.bodies[1].tool = "marker:40"; })
+                .find("devices[0].bodies[1].tool: expected marker:NUMBER:SIDE_MM"),
+            std::string::npos);
+  EXPECT_EQ(changed(camera, [](auto& d) { d.bodies[1].tool = "marker:3:20"; }),
+            "devices[0].bodies[1].tool: expected markers of its own, found 3 as in bodies[0]");
+  EXPECT_NE(changed(camera, [](auto& d) { d.dictionary = "4x5"; }), "");
+  EXPECT_NE(changed(camera, [](auto& d) { d.width = -1; }), "");
+  EXPECT_NE(changed(grabber, [](auto& d) { d.image.clear(); }), "");
+  EXPECT_EQ(changed(grabber,
+                    [](auto& d) {
+                      d.depth_display = {1, 2, 3, 0};
+                    }),
+            "devices[0].depth_display: expected [left, top, width, height] in whole pixels, found "
+            "'other numbers'");
 }
 
 TEST(LiveDevicesTest, NamesTheKeyOfAnNdiTrackerThatCannotBeUsed) {
@@ -81,6 +168,47 @@ TEST(LiveDevicesTest, NamesTheKeyOfAnNdiTrackerThatCannotBeUsed) {
   EXPECT_NE(changed([](auto& d) { d.bodies[2].name = "Probe"; }), "");
   EXPECT_NE(changed([](auto& d) { d.bodies.clear(); }), "");
   EXPECT_NE(changed([](auto& d) { d.baud = 300; }), "");
+}
+
+TEST(LiveDevicesTest, NamesTheKeyOfAUsbDeviceThatCannotBeUsed) {
+  const DeviceOptions tracker{
+      .id = "tracker",
+      .kind = "polhemus",
+      .address = "usb:0f44:ff20",
+      .bodies = {{.name = "Probe", .station = 1}, {.name = "Reference", .station = 2}}};
+  const DeviceOptions probe{.id = "probe",
+                            .kind = "interson",
+                            .address = "usb:1921:0090:A7",
+                            .image = "Image",
+                            .high_voltage = 100,
+                            .radius_mm = 20,
+                            .depth_mm = 100,
+                            .angle_deg = 60};
+  EXPECT_EQ(rejection(tracker), "");
+  EXPECT_EQ(rejection(probe), "");
+  const auto changed = [](DeviceOptions device, auto change) {
+    change(device);
+    return rejection(device);
+  };
+  for (const char* address : {"usbip:127.0.0.1:3240", "usbip:[::1]:3240", "usb:0f44:ff20:A B"}) {
+    EXPECT_EQ(changed(tracker, [&](auto& d) { d.address = address; }), "") << address;
+  }
+  for (const char* address : {"", "usb:", "usb:0f44", "usb:0f44:ff2", "usb:0f44:ff20:",
+                              "usb:0f44:ff20x", "usb:0f44:fg20", "usbip:host", "hid:0f44:ff20"}) {
+    EXPECT_NE(changed(tracker, [&](auto& d) { d.address = address; })
+                  .find("devices[0].address: expected usb:VENDOR:PRODUCT (usb:0f44:ff20)"),
+              std::string::npos)
+        << address;
+  }
+  EXPECT_EQ(changed(tracker, [](auto& d) { d.bodies[1].station = 0; }),
+            "devices[0]: Polhemus tracker: expected a station of 1 to 16, found 0");
+  EXPECT_NE(changed(tracker, [](auto& d) { d.bodies[1].station = 1; }), "");
+  EXPECT_NE(changed(tracker, [](auto& d) { d.bodies.clear(); }), "");
+  EXPECT_NE(changed(tracker, [](auto& d) { d.hemisphere = {0, 0, 0}; }), "");
+  EXPECT_EQ(changed(probe, [](auto& d) { d.high_voltage = 0; }),
+            "devices[0]: Interson probe: expected 1 to 178 for high_voltage, found 0");
+  EXPECT_NE(changed(probe, [](auto& d) { d.angle_deg = 0; }).find("angle_deg"), std::string::npos);
+  EXPECT_NE(changed(probe, [](auto& d) { d.image.clear(); }), "");
 }
 
 class LiveSessionFileTest : public ::testing::Test {
@@ -164,6 +292,45 @@ TEST_F(LiveSessionFileTest, FindsTheBodyThatCarriesTheNeedle) {
   EXPECT_EQ(role_of_stylus(*opened), ToolRole::kNeedle);
   options_.needle_frame = "CauteryTip";
   EXPECT_NE(error().find("CauteryTip"), std::string::npos) << error();
+}
+
+TEST_F(LiveSessionFileTest, NamesABodyAndImagesThatSeveralDevicesGive) {
+  write_calibration();
+  DeviceOptions other = a_server();
+  other.id = "other";
+  other.bodies = {{"Probe", ""}};
+  options_.devices.push_back(other);
+  ASSERT_TRUE(test::has_value(open()));
+  ASSERT_EQ(diagnostics_.entries().size(), 2U);
+  const Finding poses = *diagnostics_.entries()[0].finding;
+  EXPECT_EQ(poses.key, "source of the poses of Probe");
+  EXPECT_EQ(poses.values, (std::vector<std::string>{"plus", "other"}));
+  EXPECT_TRUE(poses.used.starts_with("plus; ")) << poses.used;
+  EXPECT_EQ(diagnostics_.entries()[1].finding->key, "source of the images");
+}
+
+TEST_F(LiveSessionFileTest, ARecordingAsADeviceTakesItsCalibrationFromASequence) {
+  const auto write = [&](const char* name, const char* transforms) {
+    const auto path = folder_ / name;
+    std::ofstream(path) << "ObjectType = Image\nNDims = 3\nBinaryData = True\n"
+                           "DimSize = 3 2 1\nElementType = MET_UCHAR\n"
+                           "UltrasoundImageOrientation = MF\nUltrasoundImageType = BRIGHTNESS\n"
+                           "Seq_Frame0000_Timestamp = 1\nSeq_Frame0000_ImageStatus = OK\n"
+                        << transforms << "ElementDataFile = LOCAL\nabcdef";
+    return path;
+  };
+  const auto sweep =
+      write("sweep.igs.mha",
+            "Seq_Frame0000_ProbeToTrackerTransform = 1 0 0 9 0 1 0 0 0 0 1 0 0 0 0 1\n"
+            "Seq_Frame0000_ProbeToTrackerTransformStatus = OK\n");
+  options_.devices = {{.id = "file", .kind = "recording", .address = sweep.string()}};
+  EXPECT_NE(error(), "") << "it has no calibration";
+  options_.plus_config =
+      write("calibration.mha",
+            "Seq_Frame0000_ImageToProbeTransform = 0.2 0 0 1 0 0.2 0 2 0 0 0.2 3 0 0 0 1\n"
+            "Seq_Frame0000_ImageToProbeTransformStatus = OK\n"
+            "Seq_Frame0000_ProbeToTrackerTransform = 1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 1\n");
+  EXPECT_EQ(error(), "");
 }
 
 TEST_F(LiveSessionFileTest, NamesTheDeviceThatCannotBeOpened) {

@@ -20,7 +20,7 @@ RawPose pose(int acquired_ms, const Eigen::Vector3d& position_mm,
   return raw;
 }
 
-UltrasoundFrame image(std::uint64_t sequence, int acquired_ms) {
+UltrasoundImage image(std::uint64_t sequence, int acquired_ms) {
   return {.acquired = ms(acquired_ms),
           .received = ms(acquired_ms),
           .sequence = sequence,
@@ -175,6 +175,45 @@ TEST_F(NavigatorTest, AnOldImageIsStaleThenLost) {
   EXPECT_EQ(refresh(700).plane.state, SafetyState::kLost);
 }
 
+TEST_F(NavigatorTest, AnImageThatRepeatsIsAsOldAsWhatItShows) {
+  place(SafetyState::kValid, "");
+  for (int t = 0; t <= 400; t += 10) {
+    navigator_.add_pose(ToolRole::kProbe, pose(t, {0.1 * t, 0, 0}));
+    navigator_.add_pose(ToolRole::kReference, pose(t, {0, 0, 0}));
+  }
+  // Equal pixels while the probe moves by 100 mm/s; an image of 20 Hz is stale after 100 ms.
+  std::vector<SafetyState> states;
+  for (int i = 0; i < 6; ++i) {
+    navigator_.add_image(image(static_cast<std::uint64_t>(i), 50 + 50 * i));
+    const Epoch epoch = refresh(50 + 50 * i);
+    ASSERT_TRUE(epoch.frame);
+    states.push_back(epoch.ultrasound.state);
+    if (i > 2) {
+      EXPECT_NE(epoch.ultrasound.cause.find("the scanner is frozen"), std::string::npos);
+      EXPECT_EQ(epoch.plane.state, SafetyState::kStale);
+    }
+  }
+  using enum SafetyState;
+  EXPECT_EQ(states, (std::vector{kValid, kDegraded, kDegraded, kStale, kStale, kStale}));
+}
+
+TEST_F(NavigatorTest, ADoubtfulCalibrationDegradesItsImages) {
+  const ProbeCalibration calibration{
+      .probe_from_image =
+          Transform<frames::Probe, frames::Image>(Eigen::Quaterniond::Identity(), {0, 0, 0}),
+      .doubt = "ImageToProbe: the identity (is the probe calibrated?)"};
+  Navigator navigator(calibration, std::nullopt, {}, diagnostics_);
+  for (int t = 0; t <= 100; t += 10) {
+    navigator.add_pose(ToolRole::kProbe, pose(t, {0, 0, 0}));
+    navigator.add_pose(ToolRole::kReference, pose(t, {0, 0, 0}));
+  }
+  navigator.add_image(image(0, 50));
+  navigator.settle(ms(60), false, [](const auto&) {});
+  const Epoch epoch = navigator.refresh(ms(60));
+  EXPECT_EQ(epoch.ultrasound.state, SafetyState::kDegraded);
+  EXPECT_EQ(epoch.ultrasound.cause, calibration.doubt);
+}
+
 TEST_F(NavigatorTest, AccountsForEveryImage) {
   feed(0, 100);
   for (int i = 0; i < 5; ++i) {
@@ -201,7 +240,7 @@ TEST_F(NavigatorTest, SaysWhatIsWrongWithTheDevice) {
       {{Eigen::Quaterniond::Identity(), {0, 0, 0}}, {SafetyState::kValid, ""}});
   feed(0, 100);
   navigator_.add_image(image(1, 100));
-  navigator_.settle(ms(100), false, [](const tracking::PairedFrame&) {});
+  navigator_.settle(ms(100), false, [](const tracking::PairedImage&) {});
   navigator_.set_trouble(true, ToolRole::kOther, "the device is not there (no_listener)");
   EXPECT_EQ(navigator_.refresh(ms(110)).ultrasound.state, SafetyState::kValid);
   const Safety stale = navigator_.refresh(ms(2000)).ultrasound;
@@ -210,7 +249,7 @@ TEST_F(NavigatorTest, SaysWhatIsWrongWithTheDevice) {
       << stale.cause;
   navigator_.set_trouble(true, ToolRole::kOther, "");
   navigator_.add_missing({"late", "an image was late"});
-  EXPECT_NE(navigator_.refresh(ms(2010)).ultrasound.cause.find("rejected: late"),
+  EXPECT_NE(navigator_.refresh(ms(2010)).ultrasound.cause.find("rejected: data came late"),
             std::string::npos);
 }
 

@@ -12,7 +12,7 @@ constexpr int kSide = 200;
 SectorOutline sector() { return {{0, -20}, 20, 95, 0.5}; }
 
 /// Bright inside the sector, or everywhere.
-UltrasoundFrame image(bool convex) {
+UltrasoundImage image(bool convex) {
   const PixelGrid grid = PixelGrid::centred(kSide, 0.5, 0.5);
   std::vector<std::uint8_t> pixels(kSide * kSide, 0);
   for (int y = 0; y < kSide; ++y) {
@@ -26,7 +26,7 @@ UltrasoundFrame image(bool convex) {
 
 TEST(OutlineEstimatorTest, DecidesOnceAfterTwoEstimatesAgree) {
   OutlineEstimator estimator;
-  const UltrasoundFrame convex = image(true);
+  const UltrasoundImage convex = image(true);
   for (int i = 0; i < 9; ++i) {
     estimator.add(convex);
     EXPECT_FALSE(estimator.outline()) << i;

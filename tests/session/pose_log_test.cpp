@@ -7,14 +7,14 @@
 namespace nav::session {
 namespace {
 
-tracking::PairedFrame paired() {
-  UltrasoundFrame frame{.acquired = Timestamp(Duration(1500)),
+tracking::PairedImage paired() {
+  UltrasoundImage frame{.acquired = Timestamp(Duration(1500)),
                         .received = Timestamp(Duration(2500)),
                         .sequence = 7,
                         .pixels = Image2d<std::uint8_t>(1, 1, {0}),
                         .grid = PixelGrid::centred(1, 1, 1)};
   return {7,
-          TrackedFrame{frame,
+          TrackedImage{frame,
                        Transform<frames::Reference, frames::Image>(Eigen::Quaterniond(-1, 0, 0, 0),
                                                                    {0.1, -2, -0.0}),
                        Duration(33)},

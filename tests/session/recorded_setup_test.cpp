@@ -34,6 +34,22 @@ TEST(RecordedSetupTest, KeepsEveryBitOfItsMatrices) {
   EXPECT_FALSE(nothing->calibration || nothing->probe_from_pixels || nothing->fixed_reference);
 }
 
+TEST(RecordedSetupTest, KeepsTheWatchOverAScreen) {
+  SessionSetup setup;
+  EXPECT_FALSE(setup_from(facts_of(setup), "test")->image_watch);
+  setup.image_watch.emplace();
+  const auto sector = setup_from(facts_of(setup), "test");
+  ASSERT_TRUE(test::has_value(sector));
+  ASSERT_TRUE(sector->image_watch);
+  EXPECT_FALSE(sector->image_watch->depth_display);
+  setup.image_watch->depth_display = ScreenArea{600, 10, 30, 20};
+  const auto display = setup_from(facts_of(setup), "test");
+  ASSERT_TRUE(test::has_value(display));
+  ASSERT_TRUE(display->image_watch && display->image_watch->depth_display);
+  EXPECT_EQ(display->image_watch->depth_display->left, 600);
+  EXPECT_EQ(display->image_watch->depth_display->height, 20);
+}
+
 TEST(RecordedSetupTest, NamesTheFactThatIsNoTransform) {
   const auto error = [](const char* key, const char* value) {
     const auto made = setup_from({{key, value}}, "r.mcap");
@@ -48,6 +64,8 @@ TEST(RecordedSetupTest, NamesTheFactThatIsNoTransform) {
   EXPECT_NE(error("needle_body_from_tip_mm", "1 0 0 nan 0 1 0 0 0 0 1 0 0 0 0 1"), "");
   EXPECT_NE(error("temporal_offset_ns", "soon"), "");
   EXPECT_NE(error("temporal_offset_ns", "99000000000"), "") << "99 s";
+  EXPECT_NE(error("screen_watch", "1 2 3"), "");
+  EXPECT_NE(error("screen_watch", "1 2 0 4"), "");
   EXPECT_EQ(error("something_new", "of a later version"), "");
 }
 

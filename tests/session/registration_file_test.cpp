@@ -113,13 +113,13 @@ TEST_F(RegistrationFileTest, BelongsToItsCt) {
   EXPECT_NE(ct_digest(volume(40)), ct_digest(volume(41)));
 }
 
-TEST_F(RegistrationFileTest, RefusesWhatWasNotAccepted) {
+TEST_F(RegistrationFileTest, RejectsWhatWasNotAccepted) {
   io::Json json = good();
   json["registration"]["accepted"] = false;
   EXPECT_TRUE(test::rejects(read(json), Code::kRefused, {"not accepted"}));
 }
 
-TEST_F(RegistrationFileTest, RefusesPosesThatAloneSayNothing) {
+TEST_F(RegistrationFileTest, RejectsPosesThatAloneSayNothing) {
   io::Json json = good();
   json["breath"] = {{"accepted", true}};
   EXPECT_TRUE(test::rejects(read(json), Code::kRefused, {"with the breath", "--follow"}));
@@ -132,7 +132,7 @@ TEST_F(RegistrationFileTest, RefusesPosesThatAloneSayNothing) {
   EXPECT_TRUE(test::has_value(read(json)));
 }
 
-TEST_F(RegistrationFileTest, RefusesDamage) {
+TEST_F(RegistrationFileTest, RejectsDamage) {
   io::Json json = good();
   json["registration"]["ct_from_reference_mm"][0] = 2;
   EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData, {"scaled"}));
@@ -146,7 +146,7 @@ TEST_F(RegistrationFileTest, RefusesDamage) {
   json["registration"].erase("accepted");
   EXPECT_FALSE(read(json));
   EXPECT_TRUE(test::rejects(read(io::Json(3)), Code::kMalformedData,
-                            {"the JSON of 'sonde register', found a number"}));
+                            {"the JSON object of 'sonde register', found 3"}));
 }
 
 TEST_F(RegistrationFileTest, TakesNoTextThatCanBeReadInTwoWays) {
@@ -213,18 +213,59 @@ TEST_F(RegistrationFileTest, BelongsToOneReadingOfItsRecording) {
   EXPECT_TRUE(test::rejects(read(json, false, recording), Code::kMalformedData, {"\"deep\""}));
 }
 
-TEST_F(RegistrationFileTest, RefusesWhatContradictsItself) {
+TEST_F(RegistrationFileTest, RejectsWhatContradictsItself) {
   io::Json json = good();
   json["registration"]["reasons"] = io::Json::array();
   json["verb"] = "register";
   EXPECT_TRUE(test::has_value(read(json)));
   json["verb"] = "demo";
   EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData,
-                            {"the JSON of 'sonde register', found that of \"demo\""}));
+                            {"the JSON of 'sonde register' in verb, found \"demo\""}));
   json = good();
   json["registration"]["reasons"] = {"cost of the match: 0.6"};
   EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData,
                             {"with empty registration.reasons", "cost of the match"}));
+}
+
+TEST_F(RegistrationFileTest, RejectsAnotherVerdictBesideTheRegistration) {
+  io::Json json = good();
+  json["accepted"] = true;
+  json["verdict"] = "accept";
+  EXPECT_TRUE(test::has_value(read(json)));
+  json["accepted"] = false;
+  EXPECT_TRUE(test::rejects(
+      read(json), Code::kMalformedData,
+      {"expected accepted and registration.accepted to agree, found false and true"}));
+  json = good();
+  json["registration"]["verdict"] = "accept";
+  for (const char* other : {"refuse", "rejected", "warn"}) {
+    json["verdict"] = other;
+    EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData,
+                              {"expected verdict and registration.verdict to agree", other}));
+  }
+}
+
+TEST_F(RegistrationFileTest, RejectsErrorsBeyondTheLimitsOfAcceptance) {
+  const std::vector<std::pair<const char*, double>> limits{{"predicted_target_error_rms_mm", 2},
+                                                           {"target_error_rms_mm", 2},
+                                                           {"fre_rms_mm", 5},
+                                                           {"error_probability", 0.03}};
+  for (const auto& [key, limit] : limits) {
+    io::Json json = good();
+    json["effort"] = "usual";
+    json["registration"][key] = limit;
+    EXPECT_TRUE(test::has_value(read(json))) << key;
+    for (const io::Json& beyond : {io::Json(1.01 * limit), io::Json(), io::Json("small")}) {
+      json["registration"][key] = beyond;
+      EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData, {key, "of at most"})) << key;
+    }
+  }
+  io::Json json = good();
+  json["registration"]["landmarks"] = {{"apart_mm", 3.5}, {"limit_mm", 4}};
+  EXPECT_TRUE(test::has_value(read(json)));
+  json["registration"]["landmarks"]["apart_mm"] = 12;
+  EXPECT_TRUE(test::rejects(read(json), Code::kMalformedData,
+                            {"registration.landmarks.apart_mm of at most 4, found 12"}));
 }
 
 TEST_F(RegistrationFileTest, OneMadeWithoutACtIsOfNone) {

@@ -2,8 +2,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "session/session.hpp"
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <set>
+#include <thread>
 
 #include "session/driver.hpp"
 #include "tests/support/matchers.hpp"
@@ -99,6 +103,67 @@ TEST(SessionTest, DropsStreamsThatNothingUsesAndCountsThem) {
   EXPECT_EQ(accounts[2].ledger.dropped().at("not_used"), 2u);
 }
 
+TEST(SessionTest, ImagesOfAScreenThatChangesAreWithdrawnUntilItIsAsBefore) {
+  auto setup = usual_setup();
+  setup.image_watch = ImageWatchOptions{.depth_display = ScreenArea{0, 0, 2, 1}};
+  auto source = ScriptedSource::usual();
+  constexpr int kImages = 60, kFirstOther = 40, kLastOther = 49;
+  for (int i = 0; i < kImages; ++i) {
+    const int ms = 20 * i;
+    source.add(kProbeStream, ms, PoseSample{pose_at(ms)});
+    source.add(kReferenceStream, ms, PoseSample{pose_at(ms)});
+    const bool other = i >= kFirstOther && i <= kLastOther;
+    UltrasoundImage image = image_at(static_cast<std::uint64_t>(i), ms);
+    const auto varied = static_cast<std::uint8_t>(i);
+    image.pixels =
+        Image2d<std::uint8_t>(2, 2, {static_cast<std::uint8_t>(other ? 200 : 20), 20, varied, 4});
+    source.add(kImageStream, ms, std::move(image));
+  }
+  CollectingDiagnostics diagnostics;
+  Session session(setup, diagnostics);
+  session.add(std::make_shared<ScriptedSource>(std::move(source)));
+  ASSERT_TRUE(test::has_value(session.advance_to(at_ms(20 * kImages))));
+  session.finish();
+  session.navigator().finish();
+  const auto accounts = session.accounts();
+  const auto& images = accounts[kImageStream].ledger;
+  // The first two of ten are not believed yet; the first two after them, not either.
+  EXPECT_EQ(images.rejected().at("screen_changed"), 10U);
+  EXPECT_TRUE(images.balanced());
+  std::string reports;
+  for (const auto& entry : diagnostics.entries()) reports += entry.message + "\n";
+  EXPECT_NE(reports.find("shows another depth than at first: its images are withdrawn"),
+            std::string::npos)
+      << reports;
+  EXPECT_NE(reports.find("is as at first"), std::string::npos) << reports;
+}
+
+TEST(SessionTest, HearsOfPressedButtonsInOrderAndAccountsForThem) {
+  ScriptedSource source({{"left", StreamKind::kButtons, ToolRole::kOther, ButtonAction::kMark},
+                         {"right", StreamKind::kButtons, ToolRole::kOther, ButtonAction::kFreeze}});
+  source.add(0, 5, ButtonSample{at_ms(4), true});
+  source.add(1, 6, ButtonSample{at_ms(6), true});
+  source.add(0, 8, ButtonSample{at_ms(8), false});
+  source.add(0, 9, ButtonSample{at_ms(9), true});
+  CollectingDiagnostics diagnostics;
+  Session session(usual_setup(), diagnostics);
+  session.add(std::make_shared<ScriptedSource>(steady(20)));
+  session.add(std::make_shared<ScriptedSource>(std::move(source)));
+  std::vector<ButtonAction> heard;
+  Session::Listener listener;
+  listener.pressed = [&](const PressedButton& press) { heard.push_back(press.action); };
+  ASSERT_TRUE(test::has_value(session.advance_to(at_ms(30), listener)));
+  EXPECT_EQ(heard, (std::vector{ButtonAction::kMark, ButtonAction::kFreeze, ButtonAction::kMark}));
+  ASSERT_EQ(session.presses().size(), 3U);
+  EXPECT_EQ(session.presses()[0].source, 1U);
+  EXPECT_EQ(session.presses()[0].button, "left");
+  EXPECT_EQ(session.presses()[0].acquired, at_ms(4));
+  const auto left = session.accounts()[3].ledger;
+  EXPECT_EQ(left.received(), 3U);
+  EXPECT_EQ(left.delivered(), 3U);
+  EXPECT_TRUE(left.balanced());
+}
+
 TEST(SessionTest, MapsTheTimesOfDevicesWhoseClocksDrift) {
   // The tracker's clock is 150 ppm fast, the scanner's 150 ppm slow; both begin anywhere. A minute
   // later the stamps differ by 18 ms, in which the probe moves by 2 mm.
@@ -125,7 +190,7 @@ TEST(SessionTest, MapsTheTimesOfDevicesWhoseClocksDrift) {
   Session session(usual_setup(), diagnostics);
   session.add(std::make_shared<ScriptedSource>(std::move(source)));
   int sure = 0;
-  const auto hear = [&](const tracking::PairedFrame& paired) {
+  const auto hear = [&](const tracking::PairedImage& paired) {
     if (!paired.tracked) return;
     const double s = 0.05 * static_cast<double>(paired.sequence);
     EXPECT_NEAR(paired.tracked->reference_from_image.translation_mm().x(), x_mm(s), 0.05) << s;
@@ -157,7 +222,7 @@ TEST(SessionTest, MergesSourcesInOrderOfArrival) {
   session.add(std::make_shared<ScriptedSource>(std::move(tracker)));
   int paired = 0;
   ASSERT_TRUE(test::has_value(session.advance_to(
-      at_ms(100), [&](const tracking::PairedFrame& one) { paired += one.tracked ? 1 : 0; })));
+      at_ms(100), [&](const tracking::PairedImage& one) { paired += one.tracked ? 1 : 0; })));
   EXPECT_EQ(paired, 11);
   const auto next = session.next_arrival();
   ASSERT_TRUE(test::has_value(next));
@@ -170,7 +235,7 @@ TEST(SessionTest, AChangedGeometryIsLostUntilACalibrationFits) {
   setup.calibration->geometry = geometry_of(image_at(0, 0));
   auto source = ScriptedSource::usual();
   const auto deeper = [](std::uint64_t sequence, int ms) {
-    UltrasoundFrame image = image_at(sequence, ms);
+    UltrasoundImage image = image_at(sequence, ms);
     image.grid = PixelGrid::centred(2, 1, 2);  // The user has doubled the depth.
     return image;
   };
@@ -194,12 +259,91 @@ TEST(SessionTest, AChangedGeometryIsLostUntilACalibrationFits) {
   EXPECT_EQ(lost.ultrasound.state, SafetyState::kLost);
   EXPECT_NE(lost.ultrasound.cause.find("calibration"), std::string::npos);
   EXPECT_NE(lost.ultrasound.cause.find("2.000 mm"), std::string::npos) << lost.ultrasound.cause;
+  const auto said = diagnostics.entries();
+  EXPECT_TRUE(std::ranges::any_of(said, [](const DiagnosticEntry& entry) {
+    return entry.finding && entry.finding->subject == "Image" &&
+           entry.finding->key == "size of the images" && entry.finding->values.size() == 2;
+  }));
   ProbeCalibration other = *setup.calibration;
   other.geometry = geometry_of(deeper(0, 0));
   session.navigator().add_calibration(other);
   ASSERT_TRUE(test::has_value(session.advance_to(at_ms(90))));
   EXPECT_EQ(session.refresh().ultrasound.state, SafetyState::kValid);
   expect_identity(session);
+}
+
+/// Time that the test sets, read by the threads of a session.
+class SetClock final : public Clock {
+ public:
+  [[nodiscard]] Timestamp now() const override { return at_ms(ms_); }
+  void set(int ms) { ms_ = ms; }
+
+ private:
+  std::atomic<int> ms_{0};
+};
+
+TEST(SessionTest, NamesAStreamThatVanishesAndNoneThatEnds) {
+  constexpr std::uint64_t kPoses = 11;
+  const auto findings = [&](bool ends) {
+    SetClock clock;
+    auto source = steady(100);
+    if (!ends) source.then([] { return Error{ErrorCode::kTimeout, "nothing more yet"}; });
+    CollectingDiagnostics diagnostics;
+    Session session(usual_setup(), diagnostics);
+    session.add(std::make_shared<ScriptedSource>(std::move(source)));
+    session.start(clock);
+    clock.set(200);
+    while (session.accounts()[kReferenceStream].ledger.received() < kPoses ||
+           session.ended() != ends) {
+      std::this_thread::yield();
+    }
+    for (const int ms : {300, 2200, 2500, 2700}) {
+      clock.set(ms);
+      session.take_in();
+    }
+    session.stop();
+    std::multiset<std::string> streams;
+    for (const auto& entry : diagnostics.entries()) {
+      if (entry.finding && entry.finding->key == "stream") streams.insert(entry.finding->subject);
+    }
+    return streams;
+  };
+  EXPECT_EQ(findings(false), (std::multiset<std::string>{"Probe", "Reference", "Image"}));
+  EXPECT_EQ(findings(true), std::multiset<std::string>());
+}
+
+TEST(SessionTest, SaysOnceWhatBecomesOfColours) {
+  auto source = ScriptedSource::usual();
+  for (int t = 0; t <= 100; t += 10) {
+    source.add(kProbeStream, t, PoseSample{pose_at(t)});
+    source.add(kReferenceStream, t, PoseSample{pose_at(t)});
+    UltrasoundImage image = image_at(static_cast<std::uint64_t>(t), t);
+    if (t >= 30) set_colours(image, {2, 2, {{255, 0, 0}, {0, 255, 0}, {0, 0, 255}, {1, 1, 1}}});
+    source.add(kImageStream, t, image);
+  }
+  CollectingDiagnostics diagnostics;
+  Session session(usual_setup(), diagnostics);
+  session.add(std::make_shared<ScriptedSource>(std::move(source)));
+  std::size_t shown = 0;
+  Session::Listener listener;
+  listener.settled = [&](const tracking::PairedImage& paired) {
+    if (!paired.tracked) return;
+    const UltrasoundImage& frame = paired.tracked->frame;
+    EXPECT_EQ(frame.colours.empty(), frame.acquired < at_ms(30));
+    if (frame.colours.empty()) return;
+    ++shown;
+    EXPECT_EQ(frame.colours.at(0, 1), (Rgb8{0, 0, 255}));
+  };
+  ASSERT_TRUE(test::has_value(session.advance_to(at_ms(100), listener)));
+  session.finish(listener);
+  EXPECT_EQ(shown, 8u);
+  std::size_t said = 0;
+  for (const auto& entry : diagnostics.entries()) {
+    if (!entry.finding || entry.finding->key != "colours") continue;
+    said += entry.count;
+    EXPECT_NE(entry.message.find("image 30"), std::string::npos) << entry.message;
+  }
+  EXPECT_EQ(said, 1u);
 }
 
 TEST(SessionTest, PixelsToProbeHoldForImagesLikeTheFirst) {
@@ -211,7 +355,7 @@ TEST(SessionTest, PixelsToProbeHoldForImagesLikeTheFirst) {
   for (int t = 0; t <= 200; t += 10) {
     source.add(kProbeStream, t, PoseSample{pose_at(t)});
     source.add(kReferenceStream, t, PoseSample{pose_at(t)});
-    UltrasoundFrame image = image_at(static_cast<std::uint64_t>(t), t);
+    UltrasoundImage image = image_at(static_cast<std::uint64_t>(t), t);
     // A spacing of 1 mm says nothing; the user changes the depth at 100 ms.
     if (t >= 100) image.grid = PixelGrid::centred(2, 0.7, 0.7);
     source.add(kImageStream, t, image);
@@ -244,7 +388,7 @@ TEST(SessionTest, AnImageOfAnotherSpacingThanItsCalibrationIsNotDrawn) {
   for (int t = 0; t <= 100; t += 10) {
     source.add(kProbeStream, t, PoseSample{pose_at(t)});
     source.add(kReferenceStream, t, PoseSample{pose_at(t)});
-    UltrasoundFrame image = image_at(static_cast<std::uint64_t>(t), t);
+    UltrasoundImage image = image_at(static_cast<std::uint64_t>(t), t);
     image.grid = PixelGrid::centred(2, 0.4, 0.4);
     source.add(kImageStream, t, image);
   }
@@ -306,6 +450,21 @@ TEST(StreamQueueTest, NewestOnlySupersedesAndLosslessDropsWhatDoesNotFit) {
   EXPECT_EQ(taken[1].sequence, 0u);
   EXPECT_TRUE(newest.ledger().balanced());
   EXPECT_TRUE(lossless.ledger().balanced());
+}
+
+TEST(DriverTest, TellsItsListenerOfPressedButtons) {
+  ScriptedSource source({{"left", StreamKind::kButtons, ToolRole::kOther, ButtonAction::kMark}});
+  source.add(0, 5, ButtonSample{at_ms(5), true});
+  CollectingDiagnostics diagnostics;
+  Session session(usual_setup(), diagnostics);
+  session.add(std::make_shared<ScriptedSource>(steady(60)));
+  session.add(std::make_shared<ScriptedSource>(std::move(source)));
+  std::vector<std::string> pressed;
+  Session::Listener listener;
+  listener.pressed = [&](const PressedButton& press) { pressed.push_back(press.button); };
+  Driver driver(session, {}, listener);
+  ASSERT_TRUE(test::has_value(driver.pass(at_ms(50))));
+  EXPECT_EQ(pressed, std::vector<std::string>{"left"});
 }
 
 TEST(DriverTest, RefreshesWithEveryNthPairedImage) {

@@ -188,7 +188,7 @@ TEST(UltrasoundTest, VesselsAreDarkerThanLiver) {
   int vessels = 0, livers = 0;
   for (const int frame : {5, 15, 25, 35, 45, 55}) {
     const auto pose = frame_pose(frame);
-    const UltrasoundFrame image = simulator.simulate(pose, Timestamp{}, 0);
+    const UltrasoundImage image = simulator.simulate(pose, Timestamp{}, 0);
     for (int row = 60; row < image.pixels.height(); row += 2) {
       for (int column = 0; column < image.pixels.width(); column += 2) {
         const auto p = image.grid.at(column, row);
@@ -244,7 +244,7 @@ TEST(UltrasoundTest, ARibCastsAShadow) {
 
 TEST(UltrasoundTest, PixelsOutsideTheSectorAreBlack) {
   const UltrasoundSimulator simulator(imaged(), convex_abdominal(), 3);
-  const UltrasoundFrame image = simulator.simulate(frame_pose(10), Timestamp{}, 0);
+  const UltrasoundImage image = simulator.simulate(frame_pose(10), Timestamp{}, 0);
   ASSERT_TRUE(image.outline.has_value());
   int inside = 0;
   for (int row = 0; row < image.pixels.height(); ++row) {

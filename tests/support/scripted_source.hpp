@@ -22,7 +22,7 @@ inline RawPose pose_at(int ms, const Eigen::Vector3d& position_mm = Eigen::Vecto
 }
 
 /// Image of 2 x 2 pixels, acquired and received at one time.
-inline UltrasoundFrame image_at(std::uint64_t sequence, int ms) {
+inline UltrasoundImage image_at(std::uint64_t sequence, int ms) {
   return {.acquired = at_ms(ms),
           .received = at_ms(ms),
           .sequence = sequence,

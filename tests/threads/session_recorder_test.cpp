@@ -34,7 +34,7 @@ Sample pose_sample(std::uint64_t number) {
 }
 
 Sample image_sample(std::uint64_t number, int side) {
-  UltrasoundFrame image = test::image_at(number, static_cast<int>(number));
+  UltrasoundImage image = test::image_at(number, static_cast<int>(number));
   image.pixels = Image2d<std::uint8_t>(
       side, side, std::vector<std::uint8_t>(static_cast<std::size_t>(side * side), 7));
   return {.stream = 2, .sequence = number, .received = image.received, .what = std::move(image)};

@@ -92,7 +92,7 @@ TEST(ThreadsTest, ManyThreadsCanUseOneSimulator) {
   const sim::UltrasoundSimulator simulator(phantom, probe, 1);
   const Transform<frames::Ct, frames::Image> view(
       Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitZ())), {-60, -95, 0});
-  std::vector<UltrasoundFrame> frames(kThreads);
+  std::vector<UltrasoundImage> frames(kThreads);
   std::vector<std::thread> threads;
   for (int t = 0; t < kThreads; ++t) {
     threads.emplace_back(

@@ -160,6 +160,20 @@ TEST(PoseGateTest, APoseThatDoesNotChangeIsDegradedForAToolOnly) {
   EXPECT_EQ(probe.admit(seen_at(1050, 7.1)).pose.doubt, PoseDoubt::kNone);
 }
 
+TEST(PoseGateTest, APoseWhoseLastDigitsJitterIsStuckAndASlowMovementIsNot) {
+  PoseGate<frames::Probe> jittering;
+  PoseGate<frames::Probe> slow;
+  std::string said;
+  for (int t = 0; t <= 1000; t += 20) {
+    const auto stuck = jittering.admit(seen_at(t, 7 + 1e-3 * (t / 20 % 2)));
+    EXPECT_EQ(stuck.pose.doubt, t <= 250 ? PoseDoubt::kNone : PoseDoubt::kStuck) << t;
+    if (stuck.finding) said += stuck.finding->values.at(0);
+    // 0.1 mm in a second.
+    EXPECT_EQ(slow.admit(seen_at(t, 1e-4 * t)).pose.doubt, PoseDoubt::kNone) << t;
+  }
+  EXPECT_THAT(said, HasSubstr("unchanged but for the last digits"));
+}
+
 TEST(PoseGateTest, APoseThatStopsInTheMiddleOfAMovementIsDegradedAtOnce) {
   PoseGate<frames::Probe> gate;
   // 100 mm/s, which is 2 mm in each sample.

@@ -12,15 +12,15 @@ namespace {
 using test::flat_of;
 using test::kMs;
 using test::kStart;
-using test::picture_of;
 using test::valid_moment;
+using test::view_image_of;
 
 TEST(RefreshAssemblerTest, ShowsTheViewsOfOneMomentTogether) {
   RefreshAssembler assembler;
   const auto moment = valid_moment(1, kStart);
   assembler.add(flat_of(moment), kStart);
   EXPECT_FALSE(assembler.next(kStart + 10 * kMs).flat) << "the 3D view is being drawn";
-  assembler.add(picture_of(moment), kStart + 20 * kMs);
+  assembler.add(view_image_of(moment), kStart + 20 * kMs);
   const Assembled shown = assembler.next(kStart + 20 * kMs);
   ASSERT_TRUE(shown.flat && shown.scene);
   EXPECT_EQ(shown.flat->views[ViewId::kCt]->moment->number, 1U);
@@ -31,7 +31,7 @@ TEST(RefreshAssemblerTest, ShowsTheViewsOfOneMomentTogether) {
 TEST(RefreshAssemblerTest, TheThreeDViewWaitsForTheFlatViewsOfItsMoment) {
   RefreshAssembler assembler;
   const auto moment = valid_moment(1, kStart);
-  assembler.add(picture_of(moment), kStart);
+  assembler.add(view_image_of(moment), kStart);
   EXPECT_FALSE(assembler.next(kStart + 5 * kMs).scene);
   assembler.add(flat_of(moment), kStart + 6 * kMs);
   const Assembled shown = assembler.next(kStart + 6 * kMs);
@@ -41,7 +41,7 @@ TEST(RefreshAssemblerTest, TheThreeDViewWaitsForTheFlatViewsOfItsMoment) {
 TEST(RefreshAssemblerTest, FlatViewsGoOnWithoutALateThreeDView) {
   RefreshAssembler assembler;
   assembler.add(flat_of(valid_moment(1, kStart)), kStart);
-  assembler.add(picture_of(valid_moment(1, kStart)), kStart);
+  assembler.add(view_image_of(valid_moment(1, kStart)), kStart);
   ASSERT_TRUE(assembler.next(kStart).scene);
   assembler.add(flat_of(valid_moment(2, kStart)), kStart);
   assembler.add(flat_of(valid_moment(3, kStart)), kStart + 30 * kMs);
@@ -57,10 +57,10 @@ TEST(RefreshAssemblerTest, AnImageOfTheShownMomentIsShownAtOnce) {
   RefreshAssembler assembler;
   const auto moment = valid_moment(1, kStart);
   assembler.add(flat_of(moment), kStart);
-  assembler.add(picture_of(moment), kStart);
+  assembler.add(view_image_of(moment), kStart);
   ASSERT_TRUE(assembler.next(kStart).scene);
   // The camera moved, or the image is drawn in full.
-  assembler.add(picture_of(moment), kStart + 5 * kMs);
+  assembler.add(view_image_of(moment), kStart + 5 * kMs);
   EXPECT_TRUE(assembler.next(kStart + 5 * kMs).scene);
   EXPECT_FALSE(assembler.scene_is_late());
 }
@@ -68,11 +68,11 @@ TEST(RefreshAssemblerTest, AnImageOfTheShownMomentIsShownAtOnce) {
 TEST(RefreshAssemblerTest, TheNewestFlatViewsOfAMomentAreShown) {
   RefreshAssembler assembler;
   const auto moment = valid_moment(1, kStart);
-  FlatPictures moved = flat_of(moment);
+  FlatImages moved = flat_of(moment);
   moved.views[ViewId::kCt]->asked = 7;
   assembler.add(flat_of(moment), kStart);
   assembler.add(std::move(moved), kStart + 1 * kMs);
-  assembler.add(picture_of(moment), kStart + 2 * kMs);
+  assembler.add(view_image_of(moment), kStart + 2 * kMs);
   const Assembled shown = assembler.next(kStart + 2 * kMs);
   ASSERT_TRUE(shown.flat && shown.scene);
   EXPECT_EQ(shown.flat->views[ViewId::kCt]->asked, 7U);
@@ -81,7 +81,7 @@ TEST(RefreshAssemblerTest, TheNewestFlatViewsOfAMomentAreShown) {
 TEST(RefreshAssemblerTest, FlatViewsDoNotWaitForAHiddenThreeDView) {
   RefreshAssembler assembler;
   assembler.expect_scene(false);
-  assembler.add(picture_of(valid_moment(1, kStart)), kStart);
+  assembler.add(view_image_of(valid_moment(1, kStart)), kStart);
   assembler.add(flat_of(valid_moment(1, kStart)), kStart);
   const Assembled shown = assembler.next(kStart);
   EXPECT_TRUE(shown.flat);

@@ -125,5 +125,22 @@ TEST(JudgementTest, WithoutASessionEverythingIsCovered) {
   EXPECT_FALSE(now.guidance);
 }
 
+TEST(JudgementTest, DistancesFromStructuresOfAnOlderPlanAreWithdrawn) {
+  using State = session::NearestStructure::State;
+  const auto moment = valid_moment(1, kStart);
+  moment->structures = 3;
+  moment->nearest = session::NearestStructure{State::kKnown, 4, "vessel", ""};
+  const Judgement now = judge(moment, moment, moment, {}, kStart + 30 * kMs, 3);
+  ASSERT_TRUE(now.nearest);
+  EXPECT_EQ(now.nearest->state, State::kKnown);
+  const Judgement edited = judge(moment, moment, moment, {}, kStart + 30 * kMs, 4);
+  ASSERT_TRUE(edited.nearest);
+  EXPECT_EQ(edited.nearest->state, State::kPending);
+  const auto lost = valid_moment(2, kStart);
+  lost->epoch.guidance.reset();
+  lost->epoch.needle = {SafetyState::kLost, "the needle is not tracked"};
+  EXPECT_FALSE(judge(lost, moment, moment, {}, kStart + 30 * kMs, 3).nearest);
+}
+
 }  // namespace
 }  // namespace nav::app

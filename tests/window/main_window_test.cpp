@@ -4,13 +4,18 @@
 #include "app/window/main_window.hpp"
 
 #include <QMouseEvent>
+#include <QPushButton>
 #include <QWheelEvent>
+#include <cstdlib>
 #include <gtest/gtest.h>
 #include <random>
 
 #include "app/options/settings.hpp"
 #include "app/window/key_filter.hpp"
+#include "app/window/theme.hpp"
 #include "app/window/window_controls.hpp"
+#include "tests/support/matchers.hpp"
+#include "tests/support/test_data.hpp"
 #include "tests/window/application.hpp"
 
 namespace nav::app {
@@ -151,7 +156,8 @@ TEST_F(MainWindowTest, SlicesFollowTheMouse) {
   EXPECT_EQ(window_->value("slice.zoom-axial"), QLatin1String("1.15"));
   // The image on the screen obeys.
   const Eigen::Vector3d wanted = cursor_of(window_->loop().slices(), *window_->loop().newest()).mm;
-  EXPECT_TRUE(until([&] { return axial->picture() && axial->picture()->cursor.mm == wanted; }));
+  EXPECT_TRUE(
+      until([&] { return axial->view_image() && axial->view_image()->cursor.mm == wanted; }));
   ASSERT_TRUE(window_->loop().fault("hang-views", std::chrono::seconds(3)));
   EXPECT_TRUE(reaches("view.axial", "covered")) << "the line of the plane in it is old";
   EXPECT_TRUE(reaches("view.axial", "shown"));
@@ -163,6 +169,123 @@ TEST_F(MainWindowTest, SlicesFollowTheMouse) {
     QApplication::sendEvent(axial, &twice);
     EXPECT_EQ(window_->value("layout"), QLatin1String(layout));
   }
+}
+
+TEST_F(MainWindowTest, SimulatedStandsInTheTitleAndInEveryView) {
+  SessionConfig simulated;
+  simulated.source.kind = SessionConfig::SourceKind::kSimulated;
+  EXPECT_TRUE(session_title(simulated).contains(QLatin1String("SIMULATED")));
+  ASSERT_TRUE(reaches("view.ultrasound", "shown"));
+  for (const char* layout : {"1", "2", "3"}) {
+    QKeyEvent key(QEvent::KeyPress, Qt::Key_0 + (layout[0] - '0'), Qt::NoModifier);
+    QApplication::sendEvent(window_.get(), &key);
+    QCoreApplication::processEvents();
+    for (auto* view : window_->findChildren<QWidget*>()) {
+      auto* shown = dynamic_cast<ViewWidget*>(view);
+      if (shown == nullptr || !shown->isVisible()) continue;
+      EXPECT_TRUE(until([&] { return shown->kind() == QLatin1String("SIMULATED"); }))
+          << shown->objectName().toStdString();
+      // The word is painted: pixels of its colour in the line of the title or below it.
+      const QImage line = shown->grab(QRect(0, 0, shown->width(), 50)).toImage();
+      int painted = 0;
+      for (int y = 0; y < line.height(); ++y) {
+        for (int x = 0; x < line.width(); ++x) {
+          if (line.pixel(x, y) == theme::kWindowAccent) ++painted;
+        }
+      }
+      EXPECT_GT(painted, 20) << shown->objectName().toStdString();
+    }
+  }
+}
+
+TEST_F(MainWindowTest, TheSecondScreenShowsTheViewsAndHasNoControls) {
+  ASSERT_TRUE(reaches("view.ultrasound", "shown"));
+  QKeyEvent key(QEvent::KeyPress, Qt::Key_D, Qt::ControlModifier);
+  QApplication::sendEvent(window_.get(), &key);
+  ASSERT_TRUE(reaches("second-screen", "shown"));
+  auto* second = window_->findChild<QWidget*>(QStringLiteral("second-screen"));
+  EXPECT_TRUE(second->findChildren<QWidget*>().isEmpty());
+  const QImage image = second->grab().toImage();
+  qint64 painted = 0;
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      if (image.pixel(x, y) != theme::kWindowBackground) ++painted;
+    }
+  }
+  constexpr double kLeastShare = 0.3;  // Borders beside the views, and dark parts of them.
+  EXPECT_GT(static_cast<double>(painted), kLeastShare * image.width() * image.height());
+  if (const char* folder = std::getenv("SONDE_SHOTS")) {
+    image.save(QString::fromUtf8(folder) + QStringLiteral("/second-screen.png"));
+  }
+}
+
+TEST_F(MainWindowTest, TheSecondScreenShowsChosenViewsThatAreHiddenHere) {
+  ASSERT_TRUE(reaches("view.ultrasound", "shown"));
+  const auto press = [&](int code, Qt::KeyboardModifiers with) {
+    QKeyEvent key(QEvent::KeyPress, code, with);
+    QApplication::sendEvent(window_.get(), &key);
+  };
+  press(Qt::Key_D, Qt::ControlModifier);
+  ASSERT_TRUE(reaches("second-screen", "shown"));
+  const Timestamp opened = clock_.now();
+  for (const char* name : {"second-view3d", "second-slices"}) {
+    window_->findChild<QPushButton*>(QLatin1String(name))->click();
+  }
+  EXPECT_EQ(window_->value("second-views"), QLatin1String("view3d,slices"));
+  const auto* axial = window_->findChild<FlatWidget*>(QStringLiteral("axial"));
+  EXPECT_TRUE(until([&] { return axial->view_image().has_value(); }));
+  EXPECT_EQ(window_->value("view.axial"), QLatin1String("hidden"));
+  ASSERT_TRUE(window_->loop().fault("cover-marker", std::chrono::seconds(2)));
+  EXPECT_TRUE(until([&] { return axial->judgement().about == "plane"; }));
+  auto* second = window_->findChild<QWidget*>(QStringLiteral("second-screen"));
+  const QImage image = second->grab().toImage();
+  bool found = false;  // The frame of the axial slice is red, and no other view has its colour.
+  for (int y = 0; y < image.height() && !found; ++y) {
+    for (int x = 0; x < image.width() && !found; ++x) {
+      found = image.pixel(x, y) == *slice_colour(ViewId::kAxial);
+    }
+  }
+  EXPECT_TRUE(found);
+  if (const char* folder = std::getenv("SONDE_SHOTS")) {
+    image.save(QString::fromUtf8(folder) + QStringLiteral("/second-screen-chosen.png"));
+  }
+  // Two presses within 150 ms count once.
+  ASSERT_TRUE(until([&] { return clock_.now() - opened > std::chrono::milliseconds(300); }));
+  press(Qt::Key_D, Qt::ControlModifier);
+  ASSERT_TRUE(reaches("second-screen", "hidden"));
+  EXPECT_FALSE(axial->view_image()) << "nobody sees it";
+  EXPECT_EQ(window_->session_now().window.second_views,
+            (std::vector<std::string>{"view3d", "slices"}));
+  EXPECT_EQ(report_.epochs_disagree(), 0U);
+}
+
+TEST_F(MainWindowTest, TheSizeOfTextsIsKeptForTheUser) {
+  const test::TemporaryFolder folder;
+  const auto with = [&](const UserSettings& user) {
+    return std::make_unique<MainWindow>(
+        MainWindow::Options{.loop = {.config = {}, .engine = "cpu", .has_session = false},
+                            .user = user,
+                            .settings_folder = folder.path()},
+        clock_, console_, report_);
+  };
+  const auto press = [](MainWindow& window, int code) {
+    QKeyEvent key(QEvent::KeyPress, code, Qt::ControlModifier);
+    window.press(key);
+  };
+  auto first = with({});
+  EXPECT_EQ(first->value("text-scale"), QLatin1String("1.00"));
+  press(*first, Qt::Key_Plus);
+  EXPECT_EQ(first->value("text-scale"), QLatin1String("1.25"));
+  first.reset();  // Ends its orders.
+  const auto kept = read_user_settings(folder.path());
+  ASSERT_TRUE(test::has_value(kept));
+  EXPECT_EQ(kept->text_scale, 1.25);
+  auto second = with(*kept);
+  EXPECT_EQ(second->value("text-scale"), QLatin1String("1.25"));
+  EXPECT_NEAR(theme::text_scale(), 1.25, 0.51 / theme::kTextPixels);  // Whole pixels.
+  press(*second, Qt::Key_Minus);
+  second.reset();
+  EXPECT_EQ(read_user_settings(folder.path())->text_scale, 1);
 }
 
 TEST_F(MainWindowTest, TheListOfKeysHasEveryAction) {

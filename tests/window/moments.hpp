@@ -29,17 +29,17 @@ inline std::shared_ptr<app::Moment> valid_moment(std::uint64_t number, Timestamp
   return moment;
 }
 
-inline app::Picture picture_of(app::SharedMoment moment) {
-  app::Picture picture;
-  picture.moment = std::move(moment);
-  return picture;
+inline app::ViewImage view_image_of(app::SharedMoment moment) {
+  app::ViewImage view_image;
+  view_image.moment = std::move(moment);
+  return view_image;
 }
 
-inline app::FlatPictures flat_of(const app::SharedMoment& moment) {
-  app::FlatPictures flat;
+inline app::FlatImages flat_of(const app::SharedMoment& moment) {
+  app::FlatImages flat;
   flat.moment = moment;
-  flat.views[app::ViewId::kUltrasound] = picture_of(moment);
-  flat.views[app::ViewId::kCt] = picture_of(moment);
+  flat.views[app::ViewId::kUltrasound] = view_image_of(moment);
+  flat.views[app::ViewId::kCt] = view_image_of(moment);
   return flat;
 }
 

@@ -55,5 +55,33 @@ TEST_F(NumeralsTest, WithdrawnNumbersLeaveNothing) {
   EXPECT_EQ(numerals->value("speed"), QString());
 }
 
+TEST_F(NumeralsTest, TheDistanceToAStructureIsShownOnlyWhileItIsKnown) {
+  using State = session::NearestStructure::State;
+  const auto numerals = made();
+  EXPECT_EQ(numerals->value("structure"), QLatin1String("none"));
+  numerals->expect_structures(true);
+  session::GuidanceError error = some_error();
+  error.tip_mm = 2.01;
+  numerals->show_numbers(kGuidance, error, "",
+                         session::NearestStructure{State::kKnown, 7.26, "vessel", ""});
+  EXPECT_EQ(numerals->value("structure"), QLatin1String("7.3"));
+  EXPECT_EQ(numerals->value("structure-error"), QLatin1String("2.1"));
+  EXPECT_EQ(numerals->value("structure-state"), QLatin1String("clear"));
+  numerals->show_numbers(kGuidance, error, "",
+                         session::NearestStructure{State::kKnown, 2, "vessel", "vessel"});
+  EXPECT_EQ(numerals->value("structure-state"), QLatin1String("too-near"));
+  for (const State state : {State::kPending, State::kUnknown}) {
+    numerals->show_numbers(kGuidance, error, "", session::NearestStructure{.state = state});
+    EXPECT_EQ(numerals->value("structure"), QLatin1String("withdrawn"));
+    EXPECT_EQ(numerals->value("structure-error"), QLatin1String("withdrawn"));
+    EXPECT_EQ(numerals->value("tip"), QLatin1String("12.3")) << "the others stay";
+  }
+  numerals->show_numbers(kGuidance, error, "", session::NearestStructure{.state = State::kFar});
+  EXPECT_EQ(numerals->value("structure"), QLatin1String("far"));
+  numerals->show_numbers(std::nullopt, error, "the needle is lost",
+                         session::NearestStructure{State::kKnown, 7, "vessel", ""});
+  EXPECT_EQ(numerals->value("structure"), QLatin1String("withdrawn"));
+}
+
 }  // namespace
 }  // namespace nav::app

@@ -25,15 +25,15 @@ class SliceControlTest : public ::testing::Test {
         *Volume::create(grid, std::vector<std::int16_t>(grid.voxel_count(), 0), "empty"));
   }
   /// The image that the user sees after the inputs so far.
-  [[nodiscard]] Picture seen(ViewId id) const {
-    Picture picture = test::picture_of(moment_);
+  [[nodiscard]] ViewImage seen(ViewId id) const {
+    ViewImage view_image = test::view_image_of(moment_);
     const PanelContext context = context_of(*moment_);
-    picture.cursor = cursor_of(control_.settings(), *moment_);
-    picture.slice = slice_geometry(context, {.kind = *slice_of(id),
-                                             .size = {300, 200},
-                                             .cursor = picture.cursor,
-                                             .zoom = control_.settings().zoom[id]});
-    return picture;
+    view_image.cursor = cursor_of(control_.settings(), *moment_);
+    view_image.slice = slice_geometry(context, {.kind = *slice_of(id),
+                                                .size = {300, 200},
+                                                .cursor = view_image.cursor,
+                                                .zoom = control_.settings().zoom[id]});
+    return view_image;
   }
   bool apply(ViewId id, const SliceInput& input) { return control_.apply(id, input, seen(id)); }
 
@@ -67,7 +67,7 @@ TEST_F(SliceControlTest, ZoomKeepsThePointUnderTheMouse) {
   const Eigen::Vector2d at(220, 50);
   const Eigen::Vector3d before = seen(ViewId::kCoronal).slice->point_at(at).mm;
   ASSERT_TRUE(apply(ViewId::kCoronal, {.kind = Kind::kZoom, .at = at, .amount = 3}));
-  const Picture after = seen(ViewId::kCoronal);
+  const ViewImage after = seen(ViewId::kCoronal);
   EXPECT_NEAR((after.slice->point_at(at).mm - before).norm(), 0, 1e-6);
   EXPECT_EQ(control_.settings().zoom[ViewId::kCoronal].factor, 3);
   EXPECT_EQ(control_.settings().zoom[ViewId::kAxial].factor, 1) << "each view has its own";
@@ -90,10 +90,10 @@ TEST_F(SliceControlTest, WindowAndResetAreTheSameForAllSlices) {
 }
 
 TEST_F(SliceControlTest, AViewWithoutAPositionInTheCtSetsNoCursor) {
-  Picture picture = test::picture_of(moment_);
-  EXPECT_FALSE(control_.apply(ViewId::kUltrasound, {.kind = Kind::kCursor}, picture));
-  EXPECT_FALSE(control_.apply(ViewId::kBullsEye, {.kind = Kind::kCursor}, picture));
-  EXPECT_FALSE(control_.apply(ViewId::kAxial, {.kind = Kind::kCursor}, picture)) << "not drawn";
+  ViewImage view_image = test::view_image_of(moment_);
+  EXPECT_FALSE(control_.apply(ViewId::kUltrasound, {.kind = Kind::kCursor}, view_image));
+  EXPECT_FALSE(control_.apply(ViewId::kBullsEye, {.kind = Kind::kCursor}, view_image));
+  EXPECT_FALSE(control_.apply(ViewId::kAxial, {.kind = Kind::kCursor}, view_image)) << "not drawn";
   EXPECT_EQ(control_.number(), 0U);
 }
 
@@ -105,6 +105,26 @@ TEST(SliceColourTest, NoStateHasTheColourOfASlice) {
     }
   }
   EXPECT_FALSE(slice_colour(ViewId::kUltrasound));
+}
+
+TEST_F(SliceControlTest, ByEyeThePlaneFollowsTheMouseInSlices) {
+  ViewImage view_image = seen(ViewId::kAxial);
+  view_image.image = QImage(300, 200, QImage::Format_RGB32);
+  const double mm_per_px = view_image.slice->mm_per_px;
+  const auto shift = eye_movement(ViewId::kAxial, view_image, {100, 100}, {110, 95}, false);
+  ASSERT_TRUE(shift);
+  // Axial: right on the screen is the patient's left (+x), down is posterior (+y). The CT goes the
+  // other way.
+  EXPECT_NEAR(shift->shift_mm.x(), -10 * mm_per_px, kMm);
+  EXPECT_NEAR(shift->shift_mm.y(), 5 * mm_per_px, kMm);
+  EXPECT_EQ(shift->turn_rad.norm(), 0);
+  const auto turn = eye_movement(ViewId::kAxial, view_image, {250, 100}, {150, 200}, true);
+  ASSERT_TRUE(turn);
+  EXPECT_NEAR(turn->turn_rad.norm(), M_PI / 2, 1e-9) << "a quarter about the middle";
+  EXPECT_EQ(turn->shift_mm.norm(), 0);
+  EXPECT_FALSE(
+      eye_movement(ViewId::kUltrasound, test::view_image_of(moment_), {0, 0}, {1, 1}, false))
+      << "no placed image is shown";
 }
 
 }  // namespace

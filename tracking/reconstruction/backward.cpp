@@ -13,7 +13,7 @@ namespace {
 /// An image that voxels are sampled in.
 class SampledImage {
  public:
-  SampledImage(const TrackedFrame& image, std::shared_ptr<const ImageArea> area,
+  SampledImage(const TrackedImage& image, std::shared_ptr<const ImageArea> area,
                const Image2d<std::uint8_t>& confidence, const VoxelGridIn<frames::Reference>& grid,
                double reach_mm)
       : pixels_(image.frame.pixels),
@@ -214,7 +214,7 @@ class BackwardEngine final : public Reconstruction::Engine {
         lines_(grid.voxel_count()),
         changed_(as_size(grid.size[2]), 0) {}
 
-  void add(const TrackedFrame& image, const std::shared_ptr<const ImageArea>& area,
+  void add(const TrackedImage& image, const std::shared_ptr<const ImageArea>& area,
            const Image2d<std::uint8_t>& confidence) override {
     images_.emplace_back(image, area, confidence, grid_, options_.reach_mm);
     for (int k = 0; k < grid_.size[2]; ++k) {

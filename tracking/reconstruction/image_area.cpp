@@ -53,7 +53,7 @@ Result<void> validate(const PlusClip& clip) {
   return {};
 }
 
-ImageArea::ImageArea(const UltrasoundFrame& image, const PlusClip& clip)
+ImageArea::ImageArea(const UltrasoundImage& image, const PlusClip& clip)
     : width_(image.pixels.width()),
       height_(image.pixels.height()),
       grid_(image.grid),
@@ -100,7 +100,7 @@ ImageArea::ImageArea(const UltrasoundFrame& image, const PlusClip& clip)
   }
 }
 
-bool ImageArea::fits(const UltrasoundFrame& image) const {
+bool ImageArea::fits(const UltrasoundImage& image) const {
   const auto& other = image.outline;
   const bool same_outline = outline_.has_value() == other.has_value() &&
                             (!outline_ || (outline_->apex_mm == other->apex_mm &&

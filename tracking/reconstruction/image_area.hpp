@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "nav/ultrasound_frame.hpp"
+#include "nav/ultrasound_image.hpp"
 
 namespace nav::tracking {
 
@@ -40,10 +40,10 @@ class ImageArea {
     int row, first, past;
   };
   /// Takes the outline of the image as the sector.
-  ImageArea(const UltrasoundFrame& image, const PlusClip& clip);
+  ImageArea(const UltrasoundImage& image, const PlusClip& clip);
 
   /// True for images of the size, pixel grid and outline that it was built for.
-  [[nodiscard]] bool fits(const UltrasoundFrame& image) const;
+  [[nodiscard]] bool fits(const UltrasoundImage& image) const;
   /// Row by row, in order.
   [[nodiscard]] const std::vector<Run>& runs() const { return runs_; }
   /// Pixel inside the image. Thread-safe.

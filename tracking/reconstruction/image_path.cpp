@@ -16,7 +16,7 @@ std::int64_t ceil_div(std::int64_t a, std::int64_t b) { return a / b + (a % b > 
 
 }  // namespace
 
-std::optional<ImagePath> ImagePath::of(const TrackedFrame& image,
+std::optional<ImagePath> ImagePath::of(const TrackedImage& image,
                                        const VoxelGridIn<frames::Reference>& grid, double shift) {
   const auto index = [&](double column, double row) -> Eigen::Vector3d {
     return grid.index_of(image.reference_from_image * image.frame.grid.at(column, row)) +

@@ -24,7 +24,7 @@ class ImagePath {
  public:
   /// \p shift: added to every coordinate, voxels. Absent when the image lies more than 2^29 voxels
   /// away.
-  static std::optional<ImagePath> of(const TrackedFrame& image,
+  static std::optional<ImagePath> of(const TrackedImage& image,
                                      const VoxelGridIn<frames::Reference>& grid, double shift);
 
   /// Position of the first pixel of a row.

@@ -77,7 +77,7 @@ Result<Reconstruction> Reconstruction::create(const VoxelGridIn<frames::Referenc
                             : make_splatting_engine(grid, options));
 }
 
-void Reconstruction::add(const TrackedFrame& image, const std::shared_ptr<const ImageArea>& area,
+void Reconstruction::add(const TrackedImage& image, const std::shared_ptr<const ImageArea>& area,
                          const Image2d<std::uint8_t>& confidence) {
   NAV_CHECK(area->fits(image.frame), image.frame.sequence);
   const auto& pixels = image.frame.pixels;

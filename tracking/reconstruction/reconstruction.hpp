@@ -78,7 +78,7 @@ class Reconstruction {
   /// Precondition: area.fits(image.frame), otherwise a Bug.
   /// \p confidence: of every pixel, 0 to 255; a pixel counts (confidence + 1) / 256. Of the image's
   /// size exactly where the options ask for it, otherwise empty; anything else is a Bug.
-  void add(const TrackedFrame& image, const std::shared_ptr<const ImageArea>& area,
+  void add(const TrackedImage& image, const std::shared_ptr<const ImageArea>& area,
            const Image2d<std::uint8_t>& confidence = {});
 
   [[nodiscard]] const VoxelGridIn<frames::Reference>& grid() const;

@@ -12,7 +12,7 @@ class Reconstruction::Engine {
   Engine(const VoxelGridIn<frames::Reference>& grid, const ReconstructionOptions& options)
       : grid_(grid), options_(options), workers_(options.threads) {}
   virtual ~Engine() = default;
-  virtual void add(const TrackedFrame& image, const std::shared_ptr<const ImageArea>& area,
+  virtual void add(const TrackedImage& image, const std::shared_ptr<const ImageArea>& area,
                    const Image2d<std::uint8_t>& confidence) = 0;
   virtual Result<std::vector<std::int16_t>> values(const ReconstructionRun& run) = 0;
   [[nodiscard]] virtual std::span<const ScanLineAtVoxel> scan_lines() const { return {}; }

@@ -265,7 +265,7 @@ class SplattingEngine final : public Reconstruction::Engine {
   SplattingEngine(const VoxelGridIn<frames::Reference>& grid, const ReconstructionOptions& options)
       : Engine(grid, options), kernel_(options), store_(grid.size) {}
 
-  void add(const TrackedFrame& image, const std::shared_ptr<const ImageArea>& area,
+  void add(const TrackedImage& image, const std::shared_ptr<const ImageArea>& area,
            const Image2d<std::uint8_t>& confidence) override {
     const auto path = ImagePath::of(image, grid_, kernel_.shift());
     if (!path) return;
@@ -332,7 +332,7 @@ class SplattingEngine final : public Reconstruction::Engine {
     return {std::max(all.low, static_cast<int>(std::floor(least)) - 1),
             std::min(all.high, static_cast<int>(std::floor(most)) + 2)};
   }
-  void add_slab(const TrackedFrame& image, const ImageArea& area,
+  void add_slab(const TrackedImage& image, const ImageArea& area,
                 const Image2d<std::uint8_t>& confidence, const ImagePath& path, std::size_t axis,
                 Range slab) {
     std::array<Range, 3> cells{allowed(0), allowed(1), allowed(2)};

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "io/atomic_file.hpp"
+#include "io/markups.hpp"
 
 namespace nav::app {
 namespace {
@@ -135,7 +136,101 @@ std::optional<std::string> wrong_column(const std::vector<std::string>& cells,
   return std::nullopt;
 }
 
+using MarkupList = std::vector<io::MarkupPoint>;
+
+/// All points of a Markups file in one list; findings go to the diagnostics.
+Result<MarkupList> all_markups(const std::filesystem::path& path, Diagnostics& diagnostics) {
+  auto markups = io::read_markups(path);
+  if (!markups) return markups.error();
+  for (const Finding& finding : markups->findings) diagnostics.report("landmarks", finding);
+  MarkupList all;
+  for (const MarkupList& list : markups->lists) all.insert(all.end(), list.begin(), list.end());
+  return all;
+}
+
+std::vector<std::string> names_of(const MarkupList& points) {
+  std::vector<std::string> names;
+  for (const io::MarkupPoint& point : points) names.push_back(point.name);
+  return names;
+}
+
+/// The first name that one list has and another has not; absent if there is none.
+std::optional<std::string> unpaired_label(const std::vector<std::string>& names,
+                                          const std::vector<std::string>& others) {
+  const auto found = std::ranges::find_if(names, [&](const std::string& name) {
+    return name.empty() || std::ranges::count(others, name) != 1;
+  });
+  return found == names.end() ? std::nullopt : std::optional(*found);
+}
+
+/// The points of \p ct in the order of their partners in \p reference.
+Result<MarkupList> partners(const MarkupList& reference, const MarkupList& ct,
+                            const std::filesystem::path& reference_file,
+                            const std::filesystem::path& ct_file, Diagnostics& diagnostics) {
+  const auto reject = [&](const std::string& expected, const std::string& found) {
+    return Error{ErrorCode::kMalformedData,
+                 ct_file.string() + ": expected " + expected + ", found " + found};
+  };
+  if (reference.size() != ct.size()) {
+    return reject(std::to_string(reference.size()) + " points, as in " + reference_file.string(),
+                  std::to_string(ct.size()));
+  }
+  const auto names = names_of(reference);
+  const auto others = names_of(ct);
+  const auto finding = [&](const std::string& value, const std::string& used) {
+    diagnostics.report("landmarks", {.subject = ct_file.string(),
+                                     .key = "pairs of landmarks",
+                                     .values = {value},
+                                     .used = used,
+                                     .severity = Severity::kInfo});
+  };
+  const auto lacks = unpaired_label(names, others);
+  if (!lacks && !unpaired_label(others, names)) {
+    if (names != others) {
+      finding("another order than in " + reference_file.string(), "points of the same label");
+    }
+    MarkupList sorted;
+    for (const std::string& name : names) {
+      sorted.push_back(*std::ranges::find(ct, name, &io::MarkupPoint::name));
+    }
+    return sorted;
+  }
+  const bool shared = std::ranges::any_of(names, [&](const std::string& name) {
+    return !name.empty() && std::ranges::count(others, name) > 0;
+  });
+  if (shared) {
+    const auto unpaired = lacks ? lacks : unpaired_label(others, names);
+    return reject("the labels of " + reference_file.string() + ", each once, or none of them",
+                  "some of them, not '" + shown(unpaired.value_or("")) + "'");
+  }
+  finding("no label of " + reference_file.string(), "points of equal positions in the lists");
+  return ct;
+}
+
 }  // namespace
+
+Result<LandmarkList> read_landmark_markups(const std::filesystem::path& reference,
+                                           const std::filesystem::path& ct,
+                                           Diagnostics& diagnostics) {
+  const auto touched = all_markups(reference, diagnostics);
+  if (!touched) return touched.error();
+  const auto seen = all_markups(ct, diagnostics);
+  if (!seen) return seen.error();
+  const auto sorted = partners(*touched, *seen, reference, ct, diagnostics);
+  if (!sorted) return sorted.error();
+  LandmarkList list;
+  for (std::size_t i = 0; i < touched->size(); ++i) {
+    const io::MarkupPoint& from = (*touched)[i];
+    const io::MarkupPoint& to = (*sorted)[i];
+    if (!from.placed || !to.placed) continue;
+    const std::string name = !from.name.empty() ? from.name : "point " + std::to_string(i + 1);
+    list.pairs.push_back({name, {from.ras_mm()}, {to.lps_mm}, 1.0});
+  }
+  if (!list.pairs.empty()) return list;
+  return Error{ErrorCode::kMalformedData, ct.string() + ": expected pairs with " +
+                                              reference.string() +
+                                              " of which both points have a position, found none"};
+}
 
 Result<LandmarkList> read_landmarks(const std::filesystem::path& path) {
   constexpr std::uint64_t kMaxBytes = 16 << 20;
@@ -187,6 +282,26 @@ Result<LandmarkList> read_landmarks(const std::filesystem::path& path) {
                  path.string() + ": expected landmark pairs, found none"};
   }
   return list;
+}
+
+Result<void> check_unit(const std::vector<Eigen::Vector3d>& points, const std::string& what) {
+  constexpr std::size_t kEnough = 3;
+  constexpr double kLeastMm = 1;
+  constexpr double kMostMm = 2000;
+  if (points.size() < kEnough) return {};
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& point : points) centre += point / static_cast<double>(points.size());
+  double farthest_mm = 0;
+  for (const Eigen::Vector3d& point : points) {
+    farthest_mm = std::max(farthest_mm, (point - centre).norm());
+  }
+  // Points in one place have no unit.
+  if (farthest_mm == 0 || (farthest_mm >= kLeastMm && farthest_mm <= kMostMm)) return {};
+  std::ostringstream text;
+  text << what << ": expected points in millimetres, " << kLeastMm << " to " << kMostMm
+       << " mm about their centre, found them within " << farthest_mm << " mm (are they in "
+       << (farthest_mm < kLeastMm ? "metres" : "micrometres") << "?)";
+  return Error{ErrorCode::kMalformedData, text.str()};
 }
 
 }  // namespace nav::app

@@ -10,8 +10,10 @@
 #include <utility>
 
 #include "app/verbs/register/landmark_file.hpp"
+#include "io/markups.hpp"
 #include "registration/landmarks/robust_landmarks.hpp"
 #include "registration/landmarks/tre_map.hpp"
+#include "session/registration_file.hpp"
 
 namespace nav::app {
 namespace {
@@ -53,23 +55,43 @@ std::optional<double> mirrored(std::vector<registration::LandmarkPair> pairs) {
   return fit->fre_rms_mm;
 }
 
+/// True for a point that lies outside the CT by no more than a marker does.
+bool is_near_ct(const VoxelGrid& grid, const Eigen::Vector3d& mm) {
+  constexpr double kMarkerMm = 5;
+  const Eigen::Vector3d from_centre = grid.directions.transpose() * (mm - grid.centre().mm);
+  const Eigen::Vector3d half = 0.5 * grid.extent_mm();
+  return (from_centre.cwiseAbs().array() <= half.array() + kMarkerMm).all();
+}
+
 /// An error for the first point that lies outside the CT by more than a marker does.
 Result<void> check_inside(const LandmarkList& list, const Volume& ct) {
-  constexpr double kMarkerMm = 5;
   const VoxelGrid& grid = ct.grid();
   const Eigen::Vector3d half = 0.5 * grid.extent_mm();
+  const bool inside_as_ras = std::ranges::all_of(list.pairs, [&](const auto& pair) {
+    return is_near_ct(grid, {-pair.ct.mm.x(), -pair.ct.mm.y(), pair.ct.mm.z()});
+  });
   for (const auto& pair : list.pairs) {
-    const Eigen::Vector3d from_centre =
-        grid.directions.transpose() * (pair.ct.mm - grid.centre().mm);
-    if ((from_centre.cwiseAbs().array() <= half.array() + kMarkerMm).all()) continue;
+    if (is_near_ct(grid, pair.ct.mm)) continue;
     const Eigen::Vector3d reach = grid.directions.cwiseAbs() * half;
     std::ostringstream text;
     text << "landmark '" << pair.name << "': expected its Ct point inside the CT, "
          << (grid.centre().mm - reach).transpose() << " to "
          << (grid.centre().mm + reach).transpose() << " mm, found " << pair.ct.mm.transpose();
+    if (inside_as_ras) text << " (all are inside with x and y negated: RAS instead of LPS?)";
     return Error{ErrorCode::kMalformedData, text.str()};
   }
   return {};
+}
+
+/// Rejects points of another unit.
+Result<void> check_units(const LandmarkList& list) {
+  std::vector<Eigen::Vector3d> reference, ct;
+  for (const auto& pair : list.pairs) {
+    reference.push_back(pair.reference.mm);
+    ct.push_back(pair.ct.mm);
+  }
+  if (auto ok = check_unit(reference, "Reference points"); !ok) return ok;
+  return check_unit(ct, "Ct points");
 }
 
 /// A wrong scale, if all pairs agree with it and not without it.
@@ -125,14 +147,27 @@ Result<LandmarkOutcome> fit_list(const LandmarkList& list) {
 
 }  // namespace
 
-Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path, const Volume* ct,
-                                               Diagnostics& diagnostics) {
-  const auto list = read_landmarks(path);
+Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path,
+                                               const std::filesystem::path& ct_points,
+                                               const Volume* ct, Diagnostics& diagnostics) {
+  if (io::is_markups_file(path) == ct_points.empty()) {
+    return Error{
+        ErrorCode::kUsage,
+        ct_points.empty()
+            ? "--landmarks with a Markups file requires --ct-landmarks, its points in the CT"
+            : "--ct-landmarks requires --landmarks with a Markups file (.fcsv, .mrk.json)"};
+  }
+  const auto list = ct_points.empty() ? read_landmarks(path)
+                                      : read_landmark_markups(path, ct_points, diagnostics);
   if (!list) return list.error();
   if (ct != nullptr) {
     if (const auto ok = check_inside(*list, *ct); !ok) {
-      return Error{ok.error().code, path.string() + ": " + ok.error().message};
+      const auto& named = ct_points.empty() ? path : ct_points;
+      return Error{ok.error().code, named.string() + ": " + ok.error().message};
     }
+  }
+  if (const auto ok = check_units(*list); !ok) {
+    return Error{ok.error().code, path.string() + ": " + ok.error().message};
   }
   auto outcome = fit_list(*list);
   if (!outcome) {
@@ -231,6 +266,21 @@ io::Json json_of(const LandmarkOutcome& outcome, const registration::Decision& d
                          {"fraction_within_limit", map.fraction_within(limit)}};
   }
   json[pose_key(decision)] = app::json_of(fit.ct_from_reference.matrix());
+  return json;
+}
+
+io::Json landmark_report(const LandmarkOutcome& outcome, const registration::Decision& decision,
+                         const Point<frames::Ct>& target, const ReportedCt& ct,
+                         const std::string& reference_frame) {
+  io::Json json;
+  json["verb"] = "register";
+  json["version"] = SONDE_VERSION;
+  json["method"] = "landmarks";
+  json["ct"] = ct.name;
+  json["ct_sha256"] = ct.ct != nullptr ? io::Json(session::ct_digest(*ct.ct)) : io::Json(nullptr);
+  json["target_ct_mm"] = {target.mm.x(), target.mm.y(), target.mm.z()};
+  json["reference_frame"] = reference_frame.empty() ? io::Json(nullptr) : io::Json(reference_frame);
+  json["registration"] = json_of(outcome, decision, target, ct.ct);
   return json;
 }
 

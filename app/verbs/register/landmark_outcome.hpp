@@ -51,12 +51,14 @@ struct LandmarkOutcome {
 /// that are swapped.
 inline constexpr std::size_t kMostSwapped = 60;
 
-/// Fits the pairs of a file that agree with each other (robust_landmarks.hpp). If the file has the
-/// axes of the errors, the fit is refined with them. Warns of every rejected pair. If the file has
-/// no sigmas, a pair may be off by 5 mm, the limit of the residual. ct: rejects files with a point
-/// more than 5 mm outside it, which the message names; may be null. Errors name the file.
-Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path, const Volume* ct,
-                                               Diagnostics& diagnostics);
+/// Fits the pairs of a file, or of two Markups files (\p ct_points: that of the CT; else empty),
+/// that agree with each other (robust_landmarks.hpp). If the file has the axes of the errors, the
+/// fit is refined with them. Warns of every rejected pair. If the file has no sigmas, a pair may be
+/// off by 5 mm, the limit of the residual. ct: rejects files with a point more than 5 mm outside
+/// it, which the message names; may be null. Errors name the file.
+Result<LandmarkOutcome> register_landmark_file(const std::filesystem::path& path,
+                                               const std::filesystem::path& ct_points,
+                                               const Volume* ct, Diagnostics& diagnostics);
 
 /// Decides if the outcome may be used at a target. Warns when only three pairs are used, because
 /// three pairs fit even a wrong point; when the pairs also fit mirrored; and when a swap of two
@@ -67,5 +69,16 @@ registration::Decision decide(const LandmarkOutcome& outcome, const Point<frames
 /// may be null.
 io::Json json_of(const LandmarkOutcome& outcome, const registration::Decision& decision,
                  const Point<frames::Ct>& target, const Volume* ct);
+
+/// CT of a registration, by its name in the report; null: there was none.
+struct ReportedCt {
+  const Volume* ct;
+  std::string name;
+};
+/// Contents of report.json of a registration by landmarks, which session::read_registration()
+/// reads. reference_frame: empty where it is not known. Computes the digest of the CT.
+io::Json landmark_report(const LandmarkOutcome& outcome, const registration::Decision& decision,
+                         const Point<frames::Ct>& target, const ReportedCt& ct,
+                         const std::string& reference_frame);
 
 }  // namespace nav::app

@@ -13,6 +13,8 @@
 #include "app/verbs/replay.hpp"
 #include "app/views/ct_window.hpp"
 #include "io/own_mark.hpp"
+#include "io/transform_file.hpp"
+#include "nav/hounsfield.hpp"
 #include "nav/stopwatch.hpp"
 #include "nav/threads.hpp"
 #include "registration/acceptance.hpp"
@@ -49,9 +51,15 @@ io::Json as_json(const registration::ImageScale& stretch, const std::string& mod
 class Results {
  public:
   /// Takes the folder, if there is one. Removes nothing: the inputs have yet to be read.
-  static Result<Results> open(const SessionConfig& config,
+  static Result<Results> open(const SessionConfig& config, const RegisterOptions& options,
                               const std::optional<std::string>& json_file) {
-    Results results(config.output.folder, json_file);
+    const std::filesystem::path& transform = options.save_transform;
+    if (!transform.empty() && !io::is_transform_file(transform)) {
+      return Error{
+          ErrorCode::kUsage,
+          "--save-transform: expected a name that ends with .tfm, found " + transform.string()};
+    }
+    Results results(config.output.folder, json_file, transform);
     auto folder = OutputFolder::open(config.output.folder, files());
     if (!folder) return folder.error();
     results.out_ = *std::move(folder);
@@ -63,6 +71,17 @@ class Results {
     if (json_file_ && std::filesystem::is_regular_file(*json_file_, ignored)) {
       const auto own = io::is_own_file(*json_file_);
       if (own && *own) std::filesystem::remove(*json_file_, ignored);
+    }
+    // A transform says nothing of its origin: an earlier one must not seem to be of this run.
+    if (!transform_.empty() && std::filesystem::is_regular_file(transform_, ignored)) {
+      const auto earlier = io::read_ct_from_reference(transform_);
+      if (!earlier) {
+        return Error{ErrorCode::kUsage,
+                     "--save-transform: expected no file, or a transform that "
+                     "this run may replace, found another file: " +
+                         transform_.string()};
+      }
+      std::filesystem::remove(transform_, ignored);
     }
     if (folder_.empty()) return {};
     if (!out_) {
@@ -78,20 +97,35 @@ class Results {
         return written;
       }
     }
+    if (auto written = write_transform(json); !written) return written;
     return write_json(json, json_file_.value_or("-"));
   }
   /// Null: images are not wanted.
   OutputFolder* folder() { return out_ ? &*out_ : nullptr; }
 
  private:
-  Results(std::filesystem::path folder, std::optional<std::string> json_file)
-      : folder_(std::move(folder)), json_file_(std::move(json_file)) {}
+  Results(std::filesystem::path folder, std::optional<std::string> json_file,
+          std::filesystem::path transform)
+      : folder_(std::move(folder)),
+        json_file_(std::move(json_file)),
+        transform_(std::move(transform)) {}
+  /// Writes the pose of an accepted registration.
+  Result<void> write_transform(const io::Json& json) const {
+    const io::Json& registration = json.at("registration");
+    if (transform_.empty() || registration.at("accepted") != true) return {};
+    const auto numbers = registration.at("ct_from_reference_mm").get<std::vector<double>>();
+    NAV_CHECK(numbers.size() == 16);
+    const Eigen::Matrix4d matrix =
+        Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
+    return io::write_ct_from_reference(matrix, transform_);
+  }
   static RunFiles files() {
     const auto names = register_outputs();
     return {{names.begin(), names.end()}, {}};
   }
   std::filesystem::path folder_;
   std::optional<std::string> json_file_;
+  std::filesystem::path transform_;  ///< Empty: not wanted.
   std::optional<OutputFolder> out_;
 };
 
@@ -109,7 +143,8 @@ Result<Ground> read_ground(const SessionConfig& config, const RegisterOptions& o
     ground.ct = std::move(*ct);
   }
   if (!options.landmarks.empty()) {
-    auto outcome = register_landmark_file(options.landmarks, ground.ct.get(), console);
+    auto outcome =
+        register_landmark_file(options.landmarks, options.ct_landmarks, ground.ct.get(), console);
     if (!outcome) return outcome.error();
     ground.landmarks = std::move(*outcome);
   }
@@ -122,19 +157,11 @@ Result<void> register_by_landmarks(const SessionConfig& config, const RegisterOp
   const auto& fit = ground.landmarks->fit;
   const Point<frames::Ct> target =
       options.target_ct ? Point<frames::Ct>{*options.target_ct} : fit.uncertainty.centre_ct;
-  io::Json json;
-  json["verb"] = "register";
-  json["version"] = SONDE_VERSION;
-  json["method"] = "landmarks";
-  json["ct"] = config.ct.path.string();
-  json["ct_sha256"] = ground.ct ? io::Json(session::ct_digest(*ground.ct)) : io::Json(nullptr);
-  json["target_ct_mm"] = as_json(target);
   const auto decision = decide(*ground.landmarks, target);
   report_warnings(decision.warnings, console);
-  json["reference_frame"] = config.source.reference_frame.empty()
-                                ? io::Json(nullptr)
-                                : io::Json(config.source.reference_frame);
-  json["registration"] = json_of(*ground.landmarks, decision, target, ground.ct.get());
+  io::Json json =
+      landmark_report(*ground.landmarks, decision, target,
+                      {ground.ct.get(), config.ct.path.string()}, config.source.reference_frame);
   add_messages(json, console.entries());
   if (auto written = results.deliver(json); !written) return written;
   if (!decision.accepted) {
@@ -210,7 +237,7 @@ Result<void> register_by_shape(const SessionConfig& config, const RegisterOption
                                const Ground& ground, Results& results, Console& console) {
   const auto start = shape_start(config, ground);
   if (!start) return start.error();
-  const auto result = register_shape_files(options.shape, *start);
+  const auto result = register_shape_files(options.shape, *start, console);
   if (!result) return result.error();
   if (auto ok = results.begin(); !ok) return ok;
   const Point<frames::Ct> target =
@@ -275,7 +302,7 @@ Result<Solver> choose_solver(const RegisterOptions& options) {
   const auto loss = one_of("--loss", options.loss,
                            {PatchLoss::kNone, PatchLoss::kCauchy, PatchLoss::kGemanMcClure});
   if (!loss) return loss.error();
-  const auto stretch = one_of("--stretch", options.stretch,
+  const auto stretch = one_of("--scale", options.stretch,
                               {ScaleModel::kNone, ScaleModel::kSoundSpeed, ScaleModel::kAffine});
   if (!stretch) return stretch.error();
   registration::ImageRegistrationOptions solver = registration::with_effort(*effort);
@@ -307,9 +334,11 @@ std::string hidden_from_needle(const SessionConfig& config, const RegisterOption
 }
 
 Result<Sweep> read_sweep(session::RecordedSession& session, const std::string& calibration_id) {
-  std::vector<TrackedFrame> frames;
-  const auto played = session.play([&](const tracking::PairedFrame& paired) {
-    if (paired.tracked) frames.push_back(*paired.tracked);
+  std::vector<TrackedImage> frames;
+  const auto played = session.play([&](const tracking::PairedImage& paired) {
+    if (!paired.tracked) return;
+    frames.push_back(*paired.tracked);
+    frames.back().frame.colours = {};  // Not needed, and thrice the memory.
   });
   if (!played) return played.error();
   return Sweep::create(std::move(frames), calibration_id);
@@ -558,6 +587,7 @@ Result<void> register_by_images(const SessionConfig& config, const RegisterOptio
   auto chosen = choose_solver(options);
   if (!chosen) return chosen.error();
   registration::ImageRegistrationOptions& solver = chosen->options;
+  solver.speed_from_ct = is_hounsfield(ct);
   if (config.output.threads > 0) solver.threads = usable_threads(config.output.threads);
   const auto search = choose_search(config, options);
   if (!search) return search.error();
@@ -683,7 +713,7 @@ std::vector<std::string> register_outputs() {
 
 Result<void> run_register(const SessionConfig& config, const RegisterOptions& options,
                           const std::optional<std::string>& json_file, Console& console) {
-  auto results = Results::open(config, json_file);
+  auto results = Results::open(config, options, json_file);
   if (!results) return results.error();
   const auto ground = read_ground(config, options, console);
   if (!ground) return ground.error();

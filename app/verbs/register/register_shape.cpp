@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/verbs/register/register_shape.hpp"
 
+#include "app/verbs/register/landmark_file.hpp"
+#include "io/markups.hpp"
 #include "io/surface_file.hpp"
 
 namespace nav::app {
@@ -22,22 +24,50 @@ std::vector<registration::CentreLine<Frame>> lines_of(
   return lines;
 }
 
-Result<registration::Shape> read_shape(const ShapeFiles& files) {
+/// Groups of points of a text or of a Markups file. \p of_tracker: they are of the patient's frame,
+/// whose coordinates 3D Slicer takes as RAS.
+Result<std::vector<std::vector<Eigen::Vector3d>>> read_groups(const std::filesystem::path& path,
+                                                              bool of_tracker,
+                                                              Diagnostics& diagnostics) {
+  if (!io::is_markups_file(path)) return io::read_point_groups(path);
+  const auto markups = io::read_markups(path);
+  if (!markups) return markups.error();
+  for (const Finding& finding : markups->findings) diagnostics.report("points", finding);
+  std::vector<std::vector<Eigen::Vector3d>> groups;
+  for (const auto& list : markups->lists) {
+    std::vector<Eigen::Vector3d> group;
+    for (const io::MarkupPoint& point : list) {
+      if (point.placed) group.push_back(of_tracker ? point.ras_mm() : point.lps_mm);
+    }
+    if (!group.empty()) groups.push_back(std::move(group));
+  }
+  return groups;
+}
+
+Result<registration::Shape> read_shape(const ShapeFiles& files, Diagnostics& diagnostics) {
   if (!files.surface.empty()) {
     const auto mesh = io::read_surface(files.surface);
     if (!mesh) return mesh.error();
     return registration::surface_shape(*mesh, kPieceMm);
   }
-  const auto groups = io::read_point_groups(files.centre_lines);
+  const auto groups = read_groups(files.centre_lines, false, diagnostics);
   if (!groups) return groups.error();
   return registration::curve_shape(lines_of<frames::Ct>(*groups), kVesselPieceMm,
                                    files.centre_lines.string());
 }
 
-Result<std::vector<Point<frames::Reference>>> read_points(const ShapeFiles& files) {
-  const auto groups = io::read_point_groups(files.points);
+Result<std::vector<Point<frames::Reference>>> read_points(const ShapeFiles& files,
+                                                          Diagnostics& diagnostics) {
+  const auto groups = read_groups(files.points, true, diagnostics);
   if (!groups) return groups.error();
   const auto lines = lines_of<frames::Reference>(*groups);
+  std::vector<Eigen::Vector3d> all;
+  for (const auto& line : lines) {
+    for (const auto& point : line) all.push_back(point.mm);
+  }
+  if (const auto ok = check_unit(all, "points"); !ok) {
+    return Error{ok.error().code, files.points.string() + ": " + ok.error().message};
+  }
   if (files.surface.empty()) return registration::points_along(lines, kVesselPointsMm);
   std::vector<Point<frames::Reference>> points;
   for (const auto& line : lines) points.insert(points.end(), line.begin(), line.end());
@@ -82,15 +112,16 @@ io::Json as_json(const std::optional<registration::ShapeEvidence>& evidence) {
 }  // namespace
 
 Result<registration::ShapeRegistration> register_shape_files(
-    const ShapeFiles& files, const Transform<frames::Ct, frames::Reference>& start) {
+    const ShapeFiles& files, const Transform<frames::Ct, frames::Reference>& start,
+    Diagnostics& diagnostics) {
   if (files.surface.empty() == files.centre_lines.empty()) {
     return Error{ErrorCode::kUsage,
                  std::string("--points: expected one of --surface and --centre-lines, found ") +
                      (files.surface.empty() ? "neither" : "both")};
   }
-  const auto shape = read_shape(files);
+  const auto shape = read_shape(files, diagnostics);
   if (!shape) return shape.error();
-  const auto points = read_points(files);
+  const auto points = read_points(files, diagnostics);
   if (!points) return points.error();
   const auto field = registration::ShapeField::create(*shape);
   if (!field) return field.error();

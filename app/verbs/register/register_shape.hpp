@@ -23,9 +23,10 @@ struct ShapeFiles {
 };
 
 /// Registers tracked points to a surface, or tracked vessels to centre lines, from a start pose.
-/// Errors name the file.
+/// Points that are left out go to the diagnostics. Errors name the file.
 Result<registration::ShapeRegistration> register_shape_files(
-    const ShapeFiles& files, const Transform<frames::Ct, frames::Reference>& start);
+    const ShapeFiles& files, const Transform<frames::Ct, frames::Reference>& start,
+    Diagnostics& diagnostics);
 
 /// JSON of a registration by surface or vessels (docs/json.md).
 io::Json json_of(const registration::ShapeRegistration& result,

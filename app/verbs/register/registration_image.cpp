@@ -13,7 +13,7 @@ constexpr int kImagePanel = 400;
 constexpr int kSquareMm = 12;
 
 void draw_checkerboard(render::Canvas& canvas, const PlaneView& view, const Volume& ct,
-                       const TrackedFrame& frame,
+                       const TrackedImage& frame,
                        const Transform<frames::Ct, frames::Reference>& ct_from_reference,
                        const render::HuWindow& window) {
   const auto slice =
@@ -35,7 +35,7 @@ void draw_checkerboard(render::Canvas& canvas, const PlaneView& view, const Volu
 
 }  // namespace
 
-Image2d<Rgba8> registration_image(const Volume& ct, const TrackedFrame& frame,
+Image2d<Rgba8> registration_image(const Volume& ct, const TrackedImage& frame,
                                   const Transform<frames::Ct, frames::Reference>& before,
                                   const Transform<frames::Ct, frames::Reference>& after,
                                   bool accepted, const render::HuWindow& window) {

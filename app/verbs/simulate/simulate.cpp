@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <filesystem>
 #include <numbers>
+#include <sstream>
 #include <string>
 
+#include "app/options/overwriting.hpp"
+#include "app/verbs/simulate/hand_of_recording.hpp"
 #include "app/verbs/simulate/simulated_truth.hpp"
 #include "io/ct.hpp"
 #include "sim/anatomy/patient.hpp"
@@ -30,6 +33,8 @@ Result<sim::ProbeModel> probe_of(const SimulateOptions& options, const sim::Pati
   probe->marker_on_other_side = options.mirrored;
   if (options.columns != 0) probe->columns = options.columns;
   if (options.rows != 0) probe->rows = options.rows;
+  probe->stand_off_mm = options.stand_off_mm;
+  probe->layered_speed = options.layered_speed;
   return probe;
 }
 
@@ -97,8 +102,23 @@ Result<std::optional<sim::NeedleInsertionOptions>> needle_of(const SimulateOptio
   return std::optional(needle);
 }
 
+/// Duration of the recording: what is asked for, or all of a recorded hand, or 4 s.
+Result<double> duration_of(const SimulateOptions& options, const sim::RecordedHand* hand) {
+  constexpr double kUsualDurationS = 4;
+  if (hand == nullptr) return options.duration_s.value_or(kUsualDurationS);
+  const double longest = to_seconds(hand->duration());
+  if (options.duration_s && *options.duration_s > longest) {
+    std::ostringstream text;
+    text << "--duration-s: expected at most " << longest << " s, the length of "
+         << options.path_from.string() << ", found " << *options.duration_s;
+    return Error{ErrorCode::kUsage, text.str()};
+  }
+  return options.duration_s.value_or(longest);
+}
+
 Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& options,
-                                                     const sim::Patient& patient) {
+                                                     const sim::Patient& patient,
+                                                     Console& console) {
   sim::SimulatedSessionOptions out;
   const auto probe = probe_of(options, patient);
   if (!probe) return probe.error();
@@ -114,7 +134,8 @@ Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& opti
   out.path.kind = *path;
   out.path.length_mm = options.length_mm > 0 ? options.length_mm : usual_length_mm(probe->kind);
   out.path.angle_rad = options.angle_deg * kRadPerDegree;
-  out.duration_s = options.duration_s;
+  out.path.unevenness = options.unevenness;
+  out.pressure_mm = options.pressure_mm;
   out.frame_rate_hz = options.frame_rate_hz;
   out.probe = *probe;
   out.standard_view = options.probe == "standard";
@@ -125,6 +146,19 @@ Result<sim::SimulatedSessionOptions> session_options(const SimulateOptions& opti
   if (!needle) return needle.error();
   out.needle = *needle;
   set_timing(options, out);
+  if (options.level != "none") {
+    const auto level = sim::error_level_from(options.level);
+    if (!level) return level.error();
+    sim::set_errors(*level, out);
+  }
+  if (!options.path_from.empty()) {
+    const auto hand = hand_of_recording(options.path_from, options.path_config, console);
+    if (!hand) return hand.error();
+    out.path.recorded = *hand;
+  }
+  const auto duration = duration_of(options, out.path.recorded.get());
+  if (!duration) return duration.error();
+  out.duration_s = *duration;
   const auto faults = sim::FaultPlan::from(options.faults, options.seed);
   if (!faults) return Error{faults.error().code, "--" + faults.error().message};
   out.pose_faults = out.frame_faults = *faults;
@@ -187,10 +221,13 @@ Result<void> write_ct(const sim::SimulatedSession& session, const SimulateOption
 Result<void> run_simulate(const SimulateOptions& options, Console& console) {
   if (auto ok = validate(options); !ok) return ok;
   if (auto ok = check_files(options); !ok) return ok;
+  if (options.truth.empty()) {
+    if (auto ok = reject_foreign({{"truth beside --out", truth_file(options)}}); !ok) return ok;
+  }
   console.begin("simulated patient");
   const auto patient = patient_of(options, console);
   if (!patient) return patient.error();
-  const auto session_settings = session_options(options, *patient);
+  const auto session_settings = session_options(options, *patient, console);
   if (!session_settings) return session_settings.error();
   const auto session = sim::SimulatedSession::create(*session_settings, *patient);
   if (!session) return session.error();

@@ -74,8 +74,8 @@ io::SequenceHeader header_of(const sim::ProbeModel& probe, bool compress) {
   return header;
 }
 
-io::SequenceFrame file_frame(const UltrasoundFrame& frame) {
-  io::SequenceFrame out;
+io::SequenceImage file_frame(const UltrasoundImage& frame) {
+  io::SequenceImage out;
   out.timestamp_s = to_seconds(frame.acquired);
   out.unfiltered_timestamp_s = out.timestamp_s;
   out.image_valid = !frame.pixels.empty();
@@ -107,7 +107,7 @@ Result<SimulatedRecording> record(const sim::SimulatedSession& session,
   const bool with_needle = session.needle().has_value();
   const PoseTrack needle =
       with_needle ? collect(session.needle_poses(), options.pose_faults, 2) : PoseTrack();
-  sim::FaultyFrameSource frames(session.frames(), options.frame_faults);
+  sim::FaultyImageSource frames(session.frames(), options.frame_faults);
   SimulatedRecording recording{.probe_faults = probe.faults,
                                .reference_faults = reference.faults,
                                .needle_faults = needle.faults};
@@ -117,12 +117,12 @@ Result<SimulatedRecording> record(const sim::SimulatedSession& session,
       if (frame.error().code == ErrorCode::kEndOfStream) break;
       return frame.error();
     }
-    io::SequenceFrame out = file_frame(*frame);
+    io::SequenceImage out = file_frame(*frame);
     io::set_transform(out, pose_at<frames::Probe>(probe, frame->acquired, "ProbeToTracker"));
     io::set_transform(out,
                       pose_at<frames::Reference>(reference, frame->acquired, "ReferenceToTracker"));
     io::set_transform(
-        out, {"ImageToProbe", session.probe_from_image().matrix() * image_from_pixels(frame->grid),
+        out, {"ImageToProbe", session.calibration().matrix() * image_from_pixels(frame->grid),
               TrackingStatus::kOk});
     if (with_needle) {
       io::set_transform(out, pose_at<sim::NeedleHub>(needle, frame->acquired, "NeedleToTracker"));

@@ -11,14 +11,14 @@
 namespace nav::app {
 
 /// Record of one image as the recorder wrote it.
-struct RecordedFrame {
+struct RecordedImage {
   std::uint64_t sequence;  ///< Index of the image in the session.
   Timestamp stamped;       ///< Time stamp from the device.
 };
 
 /// Recording and the faults of its streams.
 struct SimulatedRecording {
-  std::vector<RecordedFrame> frames{};  ///< Images in the order of the file.
+  std::vector<RecordedImage> frames{};  ///< Images in the order of the file.
   std::vector<sim::FaultRecord> probe_faults{}, reference_faults{}, needle_faults{}, frame_faults{};
 };
 

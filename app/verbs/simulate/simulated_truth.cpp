@@ -61,6 +61,24 @@ void add_faults(io::Json& list, const char* stream, const std::vector<sim::Fault
   }
 }
 
+/// Errors of tracker, calibration, scanner and probe that the patient does not have.
+io::Json json_of_errors(const sim::SimulatedSessionOptions& o) {
+  return {{"tracker_noise_mm", o.tracker_noise_mm},
+          {"calibration_mm", o.calibration_mm},
+          {"calibration_rad", o.calibration_rad},
+          {"image_delay_ms", 1e3 * to_seconds(o.image_timing.stamp_offset)},
+          {"sound_speed", o.probe.sound_speed},
+          {"layered_speed", o.probe.layered_speed},
+          {"noise_level_db", o.probe.noise_level_db},
+          {"tgc_error_db", o.probe.tgc_error_db},
+          {"clutter_level_db", o.probe.clutter_level_db},
+          {"reverberation", o.probe.reverberation},
+          {"gas_haze_db", o.probe.gas_haze_db},
+          {"persistence", o.probe.persistence},
+          {"pressure_mm", o.pressure_mm},
+          {"stand_off_mm", o.probe.stand_off_mm}};
+}
+
 io::Json json_of_needle(const sim::NeedleInsertion& needle) {
   const auto& o = needle.options();
   return {{"kind", to_string(o.bending.kind)},
@@ -88,8 +106,8 @@ io::Json json_of_needle(const sim::NeedleTruth& needle, const sim::Warp& warp) {
           {"tip_error_mm", needle.tip_error_mm}};
 }
 
-io::Json json_of_frame(const sim::SimulatedSession& session, const RecordedFrame& frame) {
-  const sim::FrameTruth truth = session.truth(static_cast<int>(frame.sequence));
+io::Json json_of_frame(const sim::SimulatedSession& session, const RecordedImage& frame) {
+  const sim::ImageTruth truth = session.truth(static_cast<int>(frame.sequence));
   io::Json json = {{"sequence", frame.sequence},
                    {"physical_s", to_seconds(truth.physical)},
                    {"stamped_s", to_seconds(frame.stamped)},
@@ -109,17 +127,21 @@ io::Json json_of_frame(const sim::SimulatedSession& session, const RecordedFrame
 io::Json truth_of(const sim::SimulatedSession& session, const SimulatedRecording& recording) {
   const auto& o = session.options();
   io::Json json;
+  json["verb"] = "simulate";
   json["truth"] = 1;
   json["simulated"] = true;
   json["version"] = SONDE_VERSION;
   json["family"] = o.family;
   json["contrast"] = o.contrast ? io::Json(sim::to_string(*o.contrast)) : io::Json(nullptr);
   json["seed"] = o.seed;
-  json["path"] = {{"kind", to_string(o.path.kind)},
+  json["path"] = {{"kind", o.path.recorded ? "recorded" : to_string(o.path.kind)},
                   {"length_mm", o.path.length_mm},
-                  {"angle_rad", o.path.angle_rad}};
+                  {"angle_rad", o.path.angle_rad},
+                  {"unevenness", o.path.unevenness}};
+  json["errors"] = json_of_errors(o);
   json["ct_from_reference_mm"] = json_of(session.ct_from_reference().matrix());
   json["probe_from_image_mm"] = json_of(session.probe_from_image().matrix());
+  json["calibration_mm"] = json_of(session.calibration().matrix());
   json["image_from_pixels_mm"] = json_of(image_from_pixels(session.grid()));
   json["tracker"] = json_of_timing(o);
   json["breathing"] = json_of_breathing(session.breathing().options());

@@ -7,7 +7,7 @@
 
 namespace nav::app {
 
-/// JSON with the truth of a simulated recording; docs/simulate.md documents the keys.
+/// JSON with the truth of a simulated recording; docs/simulator.md documents the keys.
 io::Json truth_of(const sim::SimulatedSession& session, const SimulatedRecording& recording);
 
 }  // namespace nav::app

@@ -134,7 +134,7 @@ class ContextualPresetTest : public ::testing::Test {
     scene.camera.vertical_fov_rad = 0.5;
     if (with_plane) {
       // A white image of 60 mm by 60 mm across the line of sight.
-      UltrasoundFrame frame;
+      UltrasoundImage frame;
       frame.grid = PixelGrid::centred(61, 1, 1);
       frame.pixels = {61, 61, std::vector<std::uint8_t>(61 * 61, 255)};
       Eigen::Matrix3d axes;

@@ -20,12 +20,12 @@ namespace {
 TEST_F(CommandLineTest, OptionsOfTheCutawayOverrideAnAppearanceWithoutOne) {
   const std::string arguments = replay_arguments(write_sweep());
   const auto appearance = (folder_ / "look.json").string();
-  ASSERT_EQ(sonde(arguments + " --no-cutaway --save-look " + appearance).code, 0);
+  ASSERT_EQ(sonde(arguments + " --no-cutaway --save-appearance " + appearance).code, 0);
   for (const char* option : {"--cutaway-around plane", "--cutaway-inner 20", "--cutaway-outer 60",
                              "--cutaway-overlay 5"}) {
     const auto saved = (folder_ / "cut.json").string();
-    const Outcome outcome =
-        sonde(arguments + " --look " + appearance + " " + option + " --save-look " + saved);
+    const Outcome outcome = sonde(arguments + " --appearance " + appearance + " " + option +
+                                  " --save-appearance " + saved);
     EXPECT_EQ(outcome.code, 0) << option << ": " << outcome.errors;
     EXPECT_TRUE(read_json("cut.json")["cutaway"].is_object()) << option;
   }
@@ -49,7 +49,7 @@ TEST_F(CommandLineTest, AppearanceOptionsEnterTheSession) {
   std::ofstream(session) << "[plan]\nentry_mm = [0,-9,0]\ntarget_mm = [0,0,0]\n"
                             "target_radius_mm = 4\n";
   const Outcome outcome = sonde(
-      "replay x.mha --print-session --look a.vp --shading gooch --emphasis 0.5 "
+      "replay x.mha --print-session --appearance a.vp --shading gooch --emphasis 0.5 "
       "--importance 150:300=1 --importance bone:400:2000=0.99 --cutaway-inner 20 "
       "--cutaway-overlay inf --cutaway-around needle,targets --needle-frame N --session " +
       session.string());
@@ -177,16 +177,16 @@ TEST_F(CommandLineTest, ASavedAppearanceGivesTheSameImage) {
   const std::string arguments = replay_arguments(write_sweep()) + " --frames 1 ";
   const std::string saved = (folder_ / "mine.json").string();
   const Outcome first =
-      sonde(arguments + "--shading gooch --importance 500:900=0.9 --save-look " + saved);
+      sonde(arguments + "--shading gooch --importance 500:900=0.9 --save-appearance " + saved);
   ASSERT_EQ(first.code, 0) << first.errors;
   const auto digest = read_json("replay.json")["image_sha256"];
-  const Outcome again = sonde(arguments + "--look " + saved);
+  const Outcome again = sonde(arguments + "--appearance " + saved);
   ASSERT_EQ(again.code, 0) << again.errors;
   EXPECT_EQ(read_json("replay.json")["image_sha256"], digest);
-  expect_rejection(arguments + "--save-look " + (folder_ / "no" / "look.json").string(), 3,
+  expect_rejection(arguments + "--save-appearance " + (folder_ / "no" / "look.json").string(), 3,
                    {"look.json"});
-  expect_rejection(arguments + "--projection mean --save-look " + saved, 2,
-                   {"--save-look requires --projection composite"});
+  expect_rejection(arguments + "--projection mean --save-appearance " + saved, 2,
+                   {"--save-appearance requires --projection composite"});
 }
 
 TEST_F(CommandLineTest, SamplingAndObjectsOfInterestChangeTheImage) {
@@ -214,6 +214,23 @@ TEST_F(CommandLineTest, SamplingAndObjectsOfInterestChangeTheImage) {
                    {"--cutaway-mesh has no effect with --no-cutaway"});
   expect_rejection(arguments + "--classification none", 2, {"--classification", "none"});
   expect_rejection(arguments + "--jitter --pixel-error 0.1", 2, {"--pixel-error", "jitter"});
+}
+
+TEST_F(CommandLineTest, APresetThatIsNamedAndMissingIsAnError) {
+  const std::string replay =
+      replay_arguments(write_sweep()) + " --frames 1 --transfer-function contextual";
+  const char* const before = std::getenv("SONDE_APPEARANCES");
+  const std::string kept = before == nullptr ? "" : before;
+  setenv("SONDE_APPEARANCES", "/nowhere/appearances", 1);
+  expect_rejection(replay, 3, {"--transfer-function contextual", "/nowhere/appearances"});
+  const Outcome unnamed = sonde(replay_arguments(write_sweep()) + " --frames 1");
+  EXPECT_EQ(unnamed.code, 0) << unnamed.errors;
+  EXPECT_NE(unnamed.errors.find("is drawn in place of contextual"), std::string::npos);
+  if (before == nullptr) {
+    unsetenv("SONDE_APPEARANCES");
+  } else {
+    setenv("SONDE_APPEARANCES", kept.c_str(), 1);
+  }
 }
 
 }  // namespace

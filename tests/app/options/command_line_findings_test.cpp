@@ -19,10 +19,10 @@ constexpr int kFrames = 30;
 class FindingsTest : public CommandLineTest {
  protected:
   /// A sweep of changing images with a calibration in its frames; \p change adds the fault.
-  std::string write_faulty(const std::function<void(io::SequenceFrame&)>& change) {
+  std::string write_faulty(const std::function<void(io::SequenceImage&)>& change) {
     return write_sweep(
         {},
-        [&](io::SequenceFrame& frame) {
+        [&](io::SequenceImage& frame) {
           for (std::size_t i = 0; i < frame.pixels.size(); ++i) {
             frame.pixels[i] = static_cast<std::byte>(i + 7 * static_cast<std::size_t>(frame.index));
           }
@@ -67,18 +67,18 @@ class FindingsTest : public CommandLineTest {
 };
 
 TEST_F(FindingsTest, AWellFormedSweepHasNoFindings) {
-  const std::string sweep = write_faulty([](io::SequenceFrame&) {});
+  const std::string sweep = write_faulty([](io::SequenceImage&) {});
   ASSERT_EQ(sonde("info " + sweep + " --json " + (folder_ / "info.json").string()).code, 0);
   EXPECT_EQ(read_json("info.json")["findings"], io::Json::array());
 }
 
 TEST_F(FindingsTest, InfoSaysWhatAReplaySaysOfCalibrations) {
-  expect_both_say(write_faulty([](io::SequenceFrame& frame) {
+  expect_both_say(write_faulty([](io::SequenceImage& frame) {
                     io::set_transform(
                         frame, {"ImageToProbe", Eigen::Matrix4d::Identity(), TrackingStatus::kOk});
                   }),
                   "ImageToProbe", "the identity");
-  expect_both_say(write_faulty([](io::SequenceFrame& frame) {
+  expect_both_say(write_faulty([](io::SequenceImage& frame) {
                     Eigen::Matrix4d metres = Eigen::Matrix4d::Identity();
                     metres.diagonal() << 5e-4, 5e-4, 5e-4, 1;
                     io::set_transform(frame, {"ImageToProbe", metres, TrackingStatus::kOk});
@@ -87,40 +87,118 @@ TEST_F(FindingsTest, InfoSaysWhatAReplaySaysOfCalibrations) {
 }
 
 TEST_F(FindingsTest, InfoSaysWhatAReplaySaysOfTimesAndPoses) {
-  expect_both_say(write_faulty([](io::SequenceFrame& frame) { *frame.timestamp_s *= 1e3; }),
+  expect_both_say(write_faulty([](io::SequenceImage& frame) { *frame.timestamp_s *= 1e3; }),
                   "Timestamp", "milliseconds?");
-  expect_both_say(write_faulty([](io::SequenceFrame& frame) {
+  expect_both_say(write_faulty([](io::SequenceImage& frame) {
                     Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();
                     pose(2, 3) = 2.0 * static_cast<double>(std::min<std::int64_t>(frame.index, 7));
                     io::set_transform(frame, {"ProbeToTracker", pose, TrackingStatus::kOk});
                   }),
                   "pose", "unchanged to the last digit");
-  expect_both_say(write_faulty([](io::SequenceFrame& frame) {
+  expect_both_say(write_faulty([](io::SequenceImage& frame) {
                     const Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();
                     io::set_transform(frame, {"ReferenceToTracker", pose, TrackingStatus::kOk});
                     Eigen::Matrix4d away = pose;
                     away(0, 3) = 20;
                     io::set_transform(frame, {"ProbeToReference", away, TrackingStatus::kOk});
                   }),
-                  "position of the probe", "ProbeToReference");
+                  "position of Probe in Reference", "ProbeToReference");
 }
 
 TEST_F(FindingsTest, InfoSaysWhatAReplaySaysOfImagesAndLengths) {
-  expect_both_say(write_faulty([](io::SequenceFrame& frame) {
+  expect_both_say(write_faulty([](io::SequenceImage& frame) {
                     if (frame.index < 7) return;
                     for (std::size_t i = 0; i < frame.pixels.size(); ++i) {
                       frame.pixels[i] = static_cast<std::byte>(i);
                     }
                   }),
                   "pixels", "the scanner is frozen or repeats images");
-  const std::string longer = write_faulty([](io::SequenceFrame&) {});
+  const std::string longer = write_faulty([](io::SequenceImage&) {});
   std::ofstream(longer, std::ios::app | std::ios::binary) << "tail";
   const std::string stated = std::to_string(32 * 24 * kFrames);
   expect_both_say(longer, "length of the samples", stated + " bytes stated");
 }
 
+TEST_F(FindingsTest, ACutRecordingIsNamedWithoutASurvey) {
+  const std::string sweep = write_faulty([](io::SequenceImage&) {});
+  std::filesystem::resize_file(sweep, std::filesystem::file_size(sweep) - 32 * 24 * 10 - 1);
+  const Outcome surveyed = sonde(replay_of(sweep));
+  EXPECT_EQ(surveyed.code, 3) << surveyed.errors;
+  const Outcome replay = sonde(replay_of(sweep, "--no-survey"));
+  ASSERT_EQ(replay.code, 0) << replay.errors;
+  const io::Json report = read_json("replay.json");
+  const io::Json length = with_key(report, "length of the samples");
+  ASSERT_FALSE(length.is_null()) << report["findings"];
+  EXPECT_EQ(length["values"],
+            io::Json({std::to_string(kFrames) + " frames stated", "19 with all their pixels"}));
+}
+
+TEST_F(FindingsTest, BadFramesAreNamedWithoutASurvey) {
+  const std::string sweep = write_faulty([](io::SequenceImage& frame) {
+    if (frame.index != 4) return;
+    Eigen::Matrix4d bent = Eigen::Matrix4d::Identity();
+    bent(0, 0) = 2;
+    io::set_transform(frame, {"ProbeToTracker", bent, TrackingStatus::kOk});
+  });
+  std::string all = replay_of(sweep, "--no-survey");
+  all.replace(all.find(" --frames 3"), 11, "");
+  const Outcome replay = sonde(all);
+  ASSERT_EQ(replay.code, 0) << replay.errors;
+  const io::Json bad = with_key(read_json("replay.json"), "frames");
+  ASSERT_FALSE(bad.is_null());
+  EXPECT_NE(bad["values"].dump().find("1 of 30 that are bad, the first: frame 4"),
+            std::string::npos)
+      << bad;
+}
+
+TEST_F(FindingsTest, VolumesThatAreNoCtAreCalledSo) {
+  VoxelGrid grid;
+  grid.size = {8, 8, 8};
+  grid.spacing_mm = {2, 2, 2};
+  for (const bool ct : {true, false}) {
+    std::vector<std::int16_t> values(grid.voxel_count(), ct ? -900 : 200);
+    values[3] = 700;
+    const auto path = (folder_ / "volume.mha").string();
+    ASSERT_TRUE(test::has_value(
+        io::write_ct_mha(*StoredVolume::create(grid, std::move(values), "v"), path)));
+    ASSERT_EQ(sonde("info " + path + " --json " + (folder_ / "info.json").string()).code, 0);
+    const io::Json info = read_json("info.json");
+    EXPECT_EQ(info["kind"], ct ? "ct" : "volume");
+    EXPECT_EQ(info["hu_max"], ct ? io::Json(700) : io::Json());
+    EXPECT_EQ(info["value_max"], 700);
+  }
+}
+
+TEST_F(FindingsTest, APartOfACtWithLittleAirIsACt) {
+  VoxelGrid grid;
+  grid.size = {8, 8, 8};
+  grid.spacing_mm = {2, 2, 2};
+  std::vector<std::int16_t> values(grid.voxel_count(), 40);
+  values[3] = 900;
+  values[4] = -500;
+  const auto path = (folder_ / "part.mha").string();
+  ASSERT_TRUE(
+      test::has_value(io::write_ct_mha(*StoredVolume::create(grid, std::move(values), "v"), path)));
+  const Outcome outcome = sonde("info " + path);
+  ASSERT_EQ(outcome.code, 0) << outcome.errors;
+  EXPECT_EQ(outcome.errors, "");
+  for (const char* line : {"kind: \"ct\"\n", "hu_min: -500\n", "hu_max: 900\n"}) {
+    EXPECT_NE(outcome.output.find(line), std::string::npos) << line << outcome.output;
+  }
+}
+
+TEST_F(FindingsTest, InfoJudgesPlusConfigurations) {
+  const std::string config = write_config();  // Its ImageToProbe is the identity.
+  const Outcome info = sonde("info " + config + " --json " + (folder_ / "info.json").string());
+  ASSERT_EQ(info.code, 0) << info.errors;
+  const io::Json finding = with_key(read_json("info.json"), "ImageToProbe");
+  ASSERT_FALSE(finding.is_null());
+  EXPECT_EQ(finding["subject"], config);
+  EXPECT_NE(info.errors.find("the identity (is the probe calibrated?)"), std::string::npos);
+}
+
 TEST_F(FindingsTest, InfoSaysWhatAReplaySaysOfANeedleThatPointsBackwards) {
-  expect_both_say(write_faulty([](io::SequenceFrame& frame) {
+  expect_both_say(write_faulty([](io::SequenceImage& frame) {
                     Eigen::Matrix4d hub = Eigen::Matrix4d::Identity();
                     hub(0, 3) = static_cast<double>(frame.index);
                     io::set_transform(frame, {"NeedleToTracker", hub, TrackingStatus::kOk});
@@ -147,7 +225,7 @@ TEST_F(FindingsTest, ARegistrationWithoutAFrameIsNamedByInfoAndReplay) {
   EXPECT_EQ(described["kind"], "registration");
   EXPECT_EQ(described["method"], "landmarks");
   const Outcome replay =
-      sonde(replay_of(write_faulty([](io::SequenceFrame&) {}), "--registration " + file));
+      sonde(replay_of(write_faulty([](io::SequenceImage&) {}), "--registration " + file));
   ASSERT_EQ(replay.code, 0) << replay.errors;
   const io::Json by_info = with_key(described, "reference_frame");
   const io::Json by_replay = with_key(read_json("replay.json"), "reference_frame");
@@ -171,7 +249,7 @@ TEST_F(FindingsTest, EveryVerbSaysThatACtIsNotInHounsfieldUnits) {
     }
     ASSERT_TRUE(test::has_value(
         io::write_ct_mha(*StoredVolume::create(grid, std::move(values), "ct"), path)));
-    const std::string sweep = write_faulty([](io::SequenceFrame&) {});
+    const std::string sweep = write_faulty([](io::SequenceImage&) {});
     const std::string sentence = path + ": unit of the values: 0 to " + std::to_string(most) +
                                  ", none below -200 HU, air (is it ";
     for (const std::string& command :
@@ -188,7 +266,7 @@ TEST_F(FindingsTest, EveryVerbSaysThatACtIsNotInHounsfieldUnits) {
     EXPECT_FALSE(with_key(read_json("r.json"), "unit of the values").is_null());
   }
   const Outcome as_mr =
-      sonde("replay " + write_faulty([](io::SequenceFrame&) {}) + " --ct " + path + " --out " +
+      sonde("replay " + write_faulty([](io::SequenceImage&) {}) + " --ct " + path + " --out " +
             (folder_ / "out").string() +
             " --width 96 --height 64 --step 2 --frames 2 --transfer-function mr-default");
   EXPECT_EQ(as_mr.code, 0) << as_mr.errors;

@@ -20,8 +20,8 @@ struct Idle {
 };
 
 TEST_F(CommandLineTest, EmptyValuesAreRejected) {
-  for (const char* option : {"--look", "--session", "--json", "--save-look", "--us-volume",
-                             "--config", "--registration", "--series"}) {
+  for (const char* option : {"--appearance", "--session", "--json", "--save-appearance",
+                             "--us-volume", "--config", "--registration", "--series"}) {
     expect_rejection("replay x.mha --print-session " + std::string(option) + " ''", 2,
                      {std::string(option) + ": expected a value, found ''"});
   }
@@ -89,12 +89,13 @@ TEST_F(CommandLineTest, AppearanceOptionsWithoutEffectAreRejected) {
   for (const auto& [arguments, rejection] : std::vector<Idle>{
            {"--grey-width 400",
             "--grey-width requires --projection maximum, minimum or mean (found composite)"},
-           {"--projection mean --look a.vp", "--look requires --projection composite (found mean)"},
+           {"--projection mean --appearance a.vp",
+            "--appearance requires --projection composite (found mean)"},
            {"--projection mean --importance 1:2=1", "--importance requires --projection"},
            {"--projection mean --emphasis 1", "--emphasis requires --projection"},
            {"--projection mean --cutaway-outer 40", "--cutaway-outer requires --projection"},
-           {"--look a.vp --transfer-function ct-bone",
-            "--transfer-function cannot be combined with --look"},
+           {"--appearance a.vp --transfer-function ct-bone",
+            "--transfer-function cannot be combined with --appearance"},
            {"--projection mean --no-shading", "--no-shading requires --projection composite"},
            {"--projection mean --no-cutaway", "--no-cutaway requires --projection composite"},
            {"--rms-error 0.01 --pixel-error 0.1",
@@ -125,7 +126,7 @@ TEST_F(CommandLineTest, RetiredOptionsAreIgnoredWithAWarning) {
   EXPECT_EQ(sonde("replay --help").output.find("--adaptive-error"), std::string::npos);
 }
 
-TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRefused) {
+TEST_F(CommandLineTest, OptionsOfAReplayThatWouldDoNothingAreRejected) {
   const std::string ct = write_ct();
   for (const auto& [arguments, rejection] : std::vector<Idle>{
            {"--ct " + ct + " --series 1.2.3", "--series requires a DICOM folder (found "},
@@ -227,7 +228,7 @@ TEST_F(CommandLineTest, AValueOutOfRangeInASessionFileIsNamedByItsKey) {
       {"session.toml: output.width_px: expected a whole number of 16 to 8192 pixels, found 0"});
 }
 
-TEST_F(CommandLineTest, OptionsOfPredicatesThatWouldDoNothingAreRefused) {
+TEST_F(CommandLineTest, OptionsOfPredicatesThatWouldDoNothingAreRejected) {
   for (const auto& [arguments, rejection] : std::vector<Idle>{
            {"predicates u.mha --print-session --phantom neck",
             "--phantom has no effect with volume"},

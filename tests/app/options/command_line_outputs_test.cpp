@@ -95,16 +95,18 @@ TEST_F(CommandLineTest, NoOutputReplacesAnInputOfAnAppearanceOrSession) {
   const std::string replay = "replay s.mha --ct ct.mha --out o ";
   const std::string ultrasound = replay + "--us-volume us.mha ";
   for (const std::string& verb : {replay, std::string("demo --out o ")}) {
-    expect_rejection(verb + "--look " + appearance + " --json " + appearance, 2,
-                     {"--json: expected a file of its own", appearance, "that of --look"});
-    expect_rejection(verb + "--look " + appearance + " --save-look " + appearance, 2,
-                     {"--save-look: expected a file of its own", appearance, "that of --look"});
+    expect_rejection(verb + "--appearance " + appearance + " --json " + appearance, 2,
+                     {"--json: expected a file of its own", appearance, "that of --appearance"});
+    expect_rejection(
+        verb + "--appearance " + appearance + " --save-appearance " + appearance, 2,
+        {"--save-appearance: expected a file of its own", appearance, "that of --appearance"});
     expect_rejection(verb + "--cutaway-mesh " + mesh + " --json " + mesh, 2,
                      {"--json: expected a file of its own", mesh, "that of --cutaway-mesh"});
-    expect_rejection(verb + "--save-look x.json --json x.json", 2,
-                     {"--save-look: expected a file of its own", "that of --json"});
-    expect_rejection(verb + "--save-look o/report.json", 2, {"--save-look", "that of --out"});
-    expect_rejection(verb + "--look o/report.json", 2, {"--out", "that of --look"});
+    expect_rejection(verb + "--save-appearance x.json --json x.json", 2,
+                     {"--save-appearance: expected a file of its own", "that of --json"});
+    expect_rejection(verb + "--save-appearance o/report.json", 2,
+                     {"--save-appearance", "that of --out"});
+    expect_rejection(verb + "--appearance o/report.json", 2, {"--out", "that of --appearance"});
   }
   expect_rejection(ultrasound + "--predicates layers --labels " + other + " --json " + other, 2,
                    {"--json", other, "that of --labels"});
@@ -118,12 +120,64 @@ TEST_F(CommandLineTest, NoOutputReplacesAnInputOfAnAppearanceOrSession) {
                    {"--json", other, "that of --scan-lines"});
   std::ofstream(session) << "[source]\nkind = \"simulated\"\n[output]\nfolder = \"o\"\n";
   expect_rejection(
-      "replay --session " + session + " --look " + appearance + " --json " + appearance, 2,
-      {"--json", "that of --look"});
+      "replay --session " + session + " --appearance " + appearance + " --json " + appearance, 2,
+      {"--json", "that of --appearance"});
   expect_rejection("register --landmarks o/report.json --out o", 2,
                    {"--out", "that of --landmarks"});
   for (const std::string& file : {appearance, mesh, other})
     EXPECT_EQ(text_of(file), "mine") << file;
+}
+
+TEST_F(CommandLineTest, AReportReplacesNoOtherOutputOfItsRun) {
+  const std::string sweep = write_sweep();
+  const std::string ct = write_ct();
+  const std::string out = (folder_ / "o").string();
+  std::filesystem::create_directory(out);
+  for (const char* name : {"pose_log.csv", "report.html", "session.toml", "replay.webp"}) {
+    expect_rejection(
+        "replay " + sweep + " --ct " + ct + " --out " + out + " --json " + out + "/" + name, 2,
+        {"--json: expected a file of its own", name, "that of --out"});
+  }
+  expect_rejection(
+      "replay " + sweep + " --ct " + ct + " --out " + out + " --json " + out + "/replay_00001.png",
+      2, {"--json: expected a file of its own", "the name of an image"});
+  expect_rejection(
+      "register " + sweep + " --ct " + ct + " --out " + out + " --json " + out + "/report.html", 2,
+      {"--json: expected a file of its own", "that of --out"});
+  const std::string volume = (folder_ / "v.mha").string();
+  expect_rejection("reconstruct " + sweep + " --out " + volume + " --json " + volume, 2,
+                   {"--json: expected a file of its own", "that of --out"});
+  expect_rejection("reconstruct " + sweep + " --out " + volume + " --json " + sweep, 2,
+                   {"--json: expected a file of its own", "that of sweep"});
+  EXPECT_TRUE(std::filesystem::is_empty(out));
+}
+
+TEST_F(CommandLineTest, FilesBesideAnOutputReplaceNoneOfTheUser) {
+  const std::string truth = (folder_ / "s.truth.json").string();
+  std::ofstream(truth) << "{\"notes\": 1}";
+  const std::string simulate = "simulate --duration-s 0.5 --out " + (folder_ / "s.mha").string();
+  expect_rejection(simulate, 3, {"truth beside --out", truth, "which Sonde did not write"});
+  EXPECT_EQ(text_of(truth), "{\"notes\": 1}");
+  std::filesystem::remove(truth);
+  EXPECT_EQ(sonde(simulate).code, 0);
+  EXPECT_EQ(sonde(simulate).code, 0) << "its own truth is replaced";
+
+  const std::string sweep = write_sweep({}, {}, 30);
+  const std::string reconstruct = "reconstruct " + sweep + " --config " +
+                                  write_config("0.5 0 0 0 0 0.5 0 0 0 0 0.5 0 0 0 0 1") +
+                                  " --method backward --fill 3 --out " +
+                                  (folder_ / "v.mha").string();
+  for (const char* name : {"v.origin.mha", "v.scan-lines.mha"}) {
+    const std::string mine = (folder_ / name).string();
+    std::ofstream(mine) << "ObjectType = Image\nNDims = 3\n";
+    expect_rejection(reconstruct, 3, {"beside --out", mine, "which Sonde did not write"});
+    EXPECT_EQ(text_of(mine), "ObjectType = Image\nNDims = 3\n");
+    std::filesystem::remove(mine);
+  }
+  const Outcome first = sonde(reconstruct);
+  EXPECT_EQ(first.code, 0) << first.errors;
+  const Outcome second = sonde(reconstruct);
+  EXPECT_EQ(second.code, 0) << "its own files are replaced: " << second.errors;
 }
 
 TEST_F(CommandLineTest, NoOutputReplacesAnImageInAFolder) {
@@ -177,7 +231,7 @@ TEST_F(CommandLineTest, NoOutputReplacesThePixelsOfAHeader) {
   };
   expect("info " + mhd + " --json ", mhd, "ct.raw", "file");
   expect("info " + nhdr + " --json ", nhdr, "2.raw", "file");
-  expect("replay " + mhd + " --out o --ct " + nhdr + " --save-look ", nhdr, "1.raw", "--ct");
+  expect("replay " + mhd + " --out o --ct " + nhdr + " --save-appearance ", nhdr, "1.raw", "--ct");
   expect("replay " + mhd + " --out o --ct " + nhdr + " --json ", mhd, "ct.raw", "sweep");
   EXPECT_EQ(sonde("info " + mhd + " --accept-unknown-orientation --json " +
                   (folder_ / "other.raw").string())
@@ -194,6 +248,34 @@ TEST_F(CommandLineTest, AnUnwritableOutputLeavesNoFile) {
                    3, {"file", "folder"});
   expect_rejection("info " + sweep + " --json /dev/full", 3, {"/dev/full"});
   expect_rejection("info " + sweep + " --json /nonexistent/x.json", 3, {"/nonexistent"});
+}
+
+TEST_F(CommandLineTest, UnfinishedFilesOfKilledRunsAreRemovedBesideEveryOutput) {
+  const std::string sweep = write_sweep();
+  const auto leave_one = [&](const std::string& folder) {
+    std::filesystem::create_directories(folder_ / folder);
+    const pid_t child = ::fork();
+    if (child == 0) {
+      const auto killed = io::AtomicFile::create(folder_ / folder / "killed.txt");
+      ::_exit(killed ? 0 : 1);
+    }
+    int status = 0;
+    EXPECT_EQ(::waitpid(child, &status, 0), child);
+    return folder_ / folder;
+  };
+  const auto unfinished = [](const std::filesystem::path& folder) {
+    return std::ranges::count_if(std::filesystem::directory_iterator(folder), [](const auto& file) {
+      return file.path().extension() == ".partial";
+    });
+  };
+  const auto a = leave_one("a");
+  ASSERT_EQ(unfinished(a), 1);
+  EXPECT_EQ(sonde("info " + sweep + " --json " + (a / "i.json").string()).code, 0);
+  EXPECT_EQ(unfinished(a), 0);
+  const auto b = leave_one("b");
+  const Outcome simulated = sonde("simulate --patient-ct none.mha --out " + (b / "s.mha").string());
+  EXPECT_EQ(simulated.code, 3) << simulated.errors;
+  EXPECT_EQ(unfinished(b), 0);
 }
 
 TEST_F(CommandLineTest, NoColourOutsideATerminal) {

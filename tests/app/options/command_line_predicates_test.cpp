@@ -182,9 +182,9 @@ TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRejectedByName) {
     const Outcome drawn = sonde(deep + " --into " + into + " --from 1e300 1e300 1e300");
     EXPECT_EQ(drawn.code, 0) << into << ": " << drawn.errors;
   }
-  expect_rejection(deep + " --apex 1e300 0 0", 2, {"--apex", "1e7 mm", "1e+300"});
-  expect_rejection(deep + " --into 0 1 0 --needle 1e300 0 0 0 0 0", 2, {"--needle", "1e7 mm"});
-  expect_rejection(deep + " --into 0 1 0 --target 1e300 0 0 1", 2, {"--target", "1e7 mm"});
+  expect_rejection(deep + " --apex 1e300 0 0", 2, {"--apex", "10000000 mm", "1e300"});
+  expect_rejection(deep + " --into 0 1 0 --needle 1e300 0 0 0 0 0", 2, {"--needle", "10000000 mm"});
+  expect_rejection(deep + " --into 0 1 0 --target 1e300 0 0 1", 2, {"--target", "10000000 mm"});
   const Outcome stroke = sonde(deep + " --into 0 1 0 --show '10,10,10 normal=1e300,0,0'");
   EXPECT_EQ(stroke.code, 0) << stroke.errors;
   expect_rejection(deep + " --into 0 1 0 --show '1e300,10,10 20,10,25'", 2, {"--show", "1e6 mm"});
@@ -233,7 +233,7 @@ TEST_F(CommandLineTest, HugeNumbersAreDrawnOrRejectedByName) {
       "derive " + volume + " --out " + (folder_ / "derived").string() + " --feature depth ";
   EXPECT_EQ(sonde(derive + "--into 1e300 0 0").code, 0);
   expect_rejection(derive + "--apex 1e300 0 0", 2,
-                   {"--apex: expected 3 numbers within 1e7 mm", "1e+300"});
+                   {"--apex: expected 3 numbers of -10000000 to 10000000 mm", "1e300"});
   for (const char* threads : {"100000", "-3"}) {
     expect_rejection(derive + "--threads " + threads, 2, {"--threads", "0 to 1024", threads});
     expect_rejection(deep + " --into 0 1 0 --threads " + threads, 2, {"--threads", "1024"});
@@ -406,8 +406,12 @@ TEST_F(CommandLineTest, StrokesChangeTheHistogram) {
                    {"stroke 1", "point 2", "3 mm away"});
   std::ofstream(folder_ / "strokes.json") << R"({"sonde_scribbles": 1, "strokes": [
       {"points_mm": [[4, 2, 9], [4, 20, 9], [9, 20, 9], [9, 2, 14]]}]})";
-  expect_rejection(arguments + " --scribbles " + (folder_ / "strokes.json").string(), 2,
-                   {"stroke 1", "point 2", "mm away"});
+  // Strokes of a file are input, and the file is named.
+  const std::string by_file = arguments + " --scribbles " + (folder_ / "strokes.json").string();
+  expect_rejection(by_file, 3, {"strokes.json: stroke 1", "point 2", "mm away"});
+  std::ofstream(folder_ / "strokes.json")
+      << R"({"sonde_scribbles": 1, "strokes": [{"points_mm": [[900, 0, 0]]}]})";
+  expect_rejection(by_file, 3, {"strokes.json: stroke 1", "found none"});
   // Twice the same voxels is no mistake.
   EXPECT_NE(sonde(arguments + " --show '9,9,9 radius=3' --show '9,9,9 radius=2'")
                 .errors.find("123 voxels to show, 0 to hide"),

@@ -107,7 +107,7 @@ TEST_F(ReconstructCommandTest, TakesClipAndFanOfTheConfigurationAndOfOptions) {
 
 TEST_F(ReconstructCommandTest, CountsImagesWithoutPoseByCause) {
   int n = 0;
-  const std::string sweep = write_sweep({}, [&](io::SequenceFrame& frame) {
+  const std::string sweep = write_sweep({}, [&](io::SequenceImage& frame) {
     if (n++ % 3 != 1) return;
     const Eigen::Matrix4d none = Eigen::Matrix4d::Identity();
     io::set_transform(frame, {"ProbeToTracker", none, TrackingStatus::kInvalid});
@@ -125,7 +125,7 @@ TEST_F(ReconstructCommandTest, CountsImagesWithoutPoseByCause) {
 }
 
 TEST_F(ReconstructCommandTest, WarnsOfASweepThatNeverMoves) {
-  const std::string sweep = write_sweep({}, [](io::SequenceFrame& frame) {
+  const std::string sweep = write_sweep({}, [](io::SequenceImage& frame) {
     io::set_transform(frame, {"ProbeToTracker", Eigen::Matrix4d::Identity(), TrackingStatus::kOk});
   });
   const Outcome outcome = sonde(arguments_for(sweep, "--spacing-mm 1"));
@@ -159,7 +159,7 @@ TEST_F(ReconstructCommandTest, RejectsBadInput) {
 
 TEST_F(ReconstructCommandTest, RejectsTwoCalibrationsInOneSweep) {
   int n = 0;
-  const std::string sweep = write_sweep({}, [&](io::SequenceFrame& frame) {
+  const std::string sweep = write_sweep({}, [&](io::SequenceImage& frame) {
     Eigen::Matrix4d calibration = Eigen::Matrix4d::Identity();
     if (n++ == 3) calibration(0, 3) = 5;
     io::set_transform(frame, {"ImageToProbe", calibration, TrackingStatus::kOk});

@@ -14,7 +14,7 @@ namespace nav::app {
 namespace {
 
 TEST_F(CommandLineTest, AReplayMeasuresDistancesFromItsNeedleAndItsTarget) {
-  const std::string sweep = write_sweep({}, [](io::SequenceFrame& frame) {
+  const std::string sweep = write_sweep({}, [](io::SequenceImage& frame) {
     Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();
     pose(0, 3) = 3.0 * static_cast<double>(frame.index);
     const auto status = frame.index < 4 ? TrackingStatus::kOk : TrackingStatus::kOccluded;
@@ -147,7 +147,7 @@ TEST_F(CommandLineTest, ReplayIsTheSameForOneAndTwoThreadsAndFromItsSessionFile)
 }
 
 TEST_F(CommandLineTest, AccountsForBadPosesAndTimes) {
-  const std::string sweep = write_sweep({}, [](io::SequenceFrame& frame) {
+  const std::string sweep = write_sweep({}, [](io::SequenceImage& frame) {
     Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();
     if (frame.index == 1) {
       pose(0, 0) = -1;  // A reflection.
@@ -174,7 +174,7 @@ TEST_F(CommandLineTest, AccountsForBadPosesAndTimes) {
 
 TEST_F(CommandLineTest, AnImageWithAnInvalidCalibrationIsNotShown) {
   const auto sweep_with = [&](const Eigen::Matrix4d& second, TrackingStatus status) {
-    return write_sweep({}, [&](io::SequenceFrame& frame) {
+    return write_sweep({}, [&](io::SequenceImage& frame) {
       const Eigen::Matrix4d usual = Eigen::Matrix4d::Identity();
       const bool odd = frame.index == 2;
       io::set_transform(frame,
@@ -204,7 +204,7 @@ TEST_F(CommandLineTest, AnImageWithAnInvalidCalibrationIsNotShown) {
 
 TEST_F(CommandLineTest, NamesTimesThatDoNotIncrease) {
   expect_rejection(replay_arguments(write_sweep({},
-                                                [](io::SequenceFrame& frame) {
+                                                [](io::SequenceImage& frame) {
                                                   if (frame.index == 4)
                                                     frame.timestamp_s = 10.3;  // That of frame 3.
                                                 })),
@@ -212,7 +212,7 @@ TEST_F(CommandLineTest, NamesTimesThatDoNotIncrease) {
 }
 
 TEST_F(CommandLineTest, SaysThatAMissingStatusDegrades) {
-  const Outcome outcome = sonde(replay_arguments(write_sweep({}, [](io::SequenceFrame& frame) {
+  const Outcome outcome = sonde(replay_arguments(write_sweep({}, [](io::SequenceImage& frame) {
     io::set_transform(frame,
                       {"ProbeToTracker", Eigen::Matrix4d::Identity(), TrackingStatus::kUnknown});
   })));
@@ -229,7 +229,7 @@ TEST_F(CommandLineTest, RejectsRecordingsWithoutAUsableImage) {
   reject(write_sweep([](auto& h) { h.image_type = "RGB_COLOR"; }), {"frame 0", "1 of RGB_COLOR"});
   reject(write_sweep([](auto& h) { h.pixel_type = io::PixelType::kFloat32; }),
          {"frame 0", "8 or 16 bits", "float32"});
-  reject(write_sweep([](auto& h) { h.orientation = "XX"; }), {"orientation", "XX"});
+  reject(write_sweep([](auto& h) { h.orientation = "XX"; }), {"UltrasoundImageOrientation", "XX"});
   reject(write_sweep({},
                      [](auto& f) {
                        io::set_transform(f,
@@ -295,7 +295,7 @@ TEST_F(CommandLineTest, ThePlacementOnTheCommandLineOverridesTheFile) {
 TEST_F(CommandLineTest, TimeStampsMayBeginBeforeTheOriginOfTheClock) {
   const auto played = [&](double shift_s) {
     const std::string sweep =
-        write_sweep({}, [&](io::SequenceFrame& frame) { *frame.timestamp_s += shift_s; });
+        write_sweep({}, [&](io::SequenceImage& frame) { *frame.timestamp_s += shift_s; });
     const Outcome outcome = sonde(replay_arguments(sweep));
     EXPECT_EQ(outcome.code, 0) << outcome.errors;
     return read_json("replay.json");
@@ -317,8 +317,8 @@ TEST_F(CommandLineTest, ASessionNeverNamesAnotherFileThanTheGivenOne) {
   std::filesystem::create_directory(folder_ / "out");
   std::ofstream(folder_ / "out/report.html") << "earlier";
   const std::string appearance = (folder_ / "\xff.json").string();
-  expect_rejection(replay_arguments(sweep) + " --save-look " + appearance, 2,
-                   {"--save-look", "UTF-8", "\\xff.json"});
+  expect_rejection(replay_arguments(sweep) + " --save-appearance " + appearance, 2,
+                   {"--save-appearance", "UTF-8", "\\xff.json"});
   EXPECT_TRUE(std::filesystem::exists(folder_ / "out/report.html"));
   EXPECT_EQ(sonde("replay c\xc3\xa9t.mha --print-session").code, 0);
 }

@@ -124,7 +124,7 @@ class CommandLineTest : public ::testing::Test {
 
   /// Writes a small tracked sweep; the change functions may add errors.
   std::string write_sweep(const std::function<void(io::SequenceHeader&)>& change_header = {},
-                          const std::function<void(io::SequenceFrame&)>& change_frame = {},
+                          const std::function<void(io::SequenceImage&)>& change_frame = {},
                           int frames = 6) {
     io::SequenceHeader header;
     header.width = 32;
@@ -136,7 +136,7 @@ class CommandLineTest : public ::testing::Test {
     auto writer = io::SequenceWriter::create(path, header);
     EXPECT_TRUE(test::has_value(writer));
     for (int i = 0; i < frames; ++i) {
-      io::SequenceFrame frame;
+      io::SequenceImage frame;
       frame.index = i;
       frame.timestamp_s = 10 + 0.1 * i;
       frame.image_valid = true;

@@ -68,6 +68,12 @@ TEST_F(CommandLineTest, HelpOfAVerbHasExamplesAndItsUsualOptionsAndHelpAllHasAll
   const std::string all = sonde("replay --help-all").output;
   EXPECT_NE(all.find("--skip-bad-frames"), std::string::npos) << all;
   EXPECT_EQ(all.find("--adaptive-error"), std::string::npos) << "retired";
+  EXPECT_EQ(sonde("help replay --help-all").output, all);
+  for (const char* verb : {"help", "completion"}) {
+    const std::string text = sonde(std::string("help ") + verb).output;
+    EXPECT_NE(text.find("Examples:\n  sonde " + std::string(verb)), std::string::npos) << text;
+    EXPECT_EQ(sonde(std::string(verb) + " --help-all").output, text);
+  }
   EXPECT_NE(sonde("--help").output.find("  slices"), std::string::npos);
 }
 
@@ -131,7 +137,8 @@ TEST_F(CommandLineTest, ParseErrorsHaveTheFormOfOtherErrors) {
             "--width: expected a whole number of 16 to 8192 pixels, found 99999999999"},
            {"demo --out x --step fine", "--step: expected 0.015625 to 16 voxels, found fine"},
            {"demo --out x --rms-error 7", "--rms-error: expected 1e-05 to 1, found 7"},
-           {"register --target 1 2 x", "--target: expected 3 finite numbers, found 1 2 x"},
+           {"register --target 1 2 x",
+            "--target: expected 3 numbers of -10000000 to 10000000 mm, found 1 2 x"},
            {"simulate --out x.mha --rows many",
             "--rows: expected 0 (the probe's own) or 16 to 4096 pixels, found many"},
            {"simulate --out x.mha --frame-rate-hz fast",
@@ -142,13 +149,13 @@ TEST_F(CommandLineTest, ParseErrorsHaveTheFormOfOtherErrors) {
            {"simulate --out x.mha --look-at 1 2",
             "--look-at: expected 3 numbers (point that the probe looks at in that CT, LPS), found "
             "2"},
-           {"replay --json", "--json: expected a value (write the report as JSON"},
+           {"replay --json", "--json: expected a value (also write the report as JSON"},
            {"demo --out x --out y", "--out: expected it once, with a value, found 2 values"},
            {"demo", "--out: expected a value (folder to write to), found none"},
            {"info",
-            "file: expected a value (sequence, CT (file or DICOM folder), registration or PLUS "
-            "configuration), "
-            "found "},
+            "file: expected a value (sequence, recording, volume (file or DICOM folder), "
+            "registration, "
+            "transform, points, surface or PLUS configuration), found "},
            // Names.
            {"demo --out x --cutaway-around liver",
             "--cutaway-around: expected plane, needle or targets, found liver"},
@@ -219,7 +226,7 @@ TEST_F(CommandLineTest, NamesAVolumeThatLiesTooFarAway) {
     expect_rejection(arguments, 3, {"far.mha: expected voxels within 1e7 mm", "1e+09"});
   }
   expect_rejection("slices " + write_ct() + " --out x --needle 0 0 0 1e300 0 0", 2,
-                   {"--needle", "1e7 mm"});
+                   {"--needle", "10000000 mm"});
   expect_rejection(
       "replay x.mha --print-session --ct-from-reference \"1 0 0 1e9 0 1 0 0 0 0 1 0 0 0 0 1\"", 2,
       {"--ct-from-reference (placement.ct_from_reference_mm)", "1e7 mm", "1e+09"});
@@ -291,12 +298,12 @@ TEST_F(CommandLineTest, NamesTheWrongField) {
   const std::string sweep = change("_Timestamp = 10", "_Timestamp = noon");
   expect_rejection(replay_arguments(sweep), 3, {"frame 0", "Timestamp", "noon"});
   // If no image gives a pose, the error has the file and the gate's reason.
-  const std::string scaled = write_sweep({}, [](io::SequenceFrame& frame) {
+  const std::string scaled = write_sweep({}, [](io::SequenceImage& frame) {
     io::set_transform(
         frame, {"ProbeToTracker", 2 * Eigen::Matrix4d::Identity().eval(), TrackingStatus::kOk});
   });
   expect_rejection(replay_arguments(scaled), 3,
-                   {"sweep.igs.mha", "Probe.not_tracked", "expected a rigid"});
+                   {"sweep.igs.mha", "the probe is not tracked", "expected a rigid"});
 }
 
 }  // namespace

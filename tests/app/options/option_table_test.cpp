@@ -83,6 +83,36 @@ TEST(OptionTableTest, EveryDefaultIsInItsRange) {
   }
 }
 
+TEST(OptionTableTest, EveryNumberHasARangeOrSaysWhyNot) {
+  const std::set<std::string> units{"X", "N",  "MM", "DEG", "HU",  "MS",
+                                    "S", "HZ", "ML", "PPM", "MM/S"};
+  int checked = 0;
+  for (const Option& option : option_table()) {
+    if (!units.contains(option.type) || !option.retired.empty()) continue;
+    ++checked;
+    EXPECT_FALSE(range_text(option).empty()) << name_of(option);
+    EXPECT_TRUE(option.range.has_value() + !option.unbounded.empty() <= 1) << name_of(option);
+    EXPECT_FALSE(option.unit == "mm" && option.type == "X") << name_of(option);
+  }
+  EXPECT_GT(checked, 90);
+  EXPECT_EQ(range_text(*find_option_of("demo", "--seed")), "0 to 18446744073709551615");
+  EXPECT_EQ(range_text(*find_option_of("slices", "--at")), "-10000000 to 10000000 mm");
+}
+
+TEST(OptionTableTest, ARangeHoldsForEachOfSeveralNumbers) {
+  Settings settings;
+  const Option& at = *find_option_of("slices", "--at");
+  const auto far = take(at, {"0", "1e8", "0"}, settings);
+  ASSERT_FALSE(far);
+  EXPECT_EQ(far.error().message,
+            "--at: expected 3 numbers of -10000000 to 10000000 mm, found 0 1e8 0");
+  settings.config.predicates.apex_ct = Eigen::Vector3d(0, -2e7, 0);
+  const auto from_a_file = check_value(*find_option_of("replay", "--apex"), settings);
+  ASSERT_FALSE(from_a_file);
+  EXPECT_EQ(from_a_file.error().message,
+            "expected 3 numbers of -10000000 to 10000000 mm, found 0 -20000000 0");
+}
+
 TEST(OptionTableTest, ConditionsAndExclusionsNameOptionsOfSomeCommonVerb) {
   for (const Option& option : option_table()) {
     std::vector<std::string> named = option.excludes;
@@ -124,6 +154,19 @@ TEST(OptionTableTest, EveryVerbHasTwoExamplesThatItTakes) {
       EXPECT_NO_THROW(parser.parse(reversed)) << example;
       EXPECT_TRUE(test::has_value(reject_idle(parser, verb.name, settings))) << example;
       EXPECT_TRUE(test::has_value(validate(settings.config))) << example;
+    }
+  }
+}
+
+TEST(OptionTableTest, OtherVerbsHaveTwoExamplesToo) {
+  for (const Verb& verb : other_verbs()) {
+    EXPECT_EQ(verb.examples.size(), 2U) << verb.name;
+    EXPECT_TRUE(options_of(verb.name).empty()) << verb.name;
+    EXPECT_EQ(find_verb(verb.name), &verb);
+    const std::string help = verb_help(verb, false);
+    for (const std::string& example : verb.examples) {
+      EXPECT_TRUE(example.starts_with("sonde " + verb.name + " ")) << example;
+      EXPECT_NE(help.find("  " + example + "\n"), std::string::npos) << help;
     }
   }
 }

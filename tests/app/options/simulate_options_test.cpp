@@ -45,10 +45,10 @@ TEST(SimulateOptionsTest, ErrorsOfNumbersGiveNameRangeAndFoundValue) {
       {"--clock-drift-ppm", &O::clock_drift_ppm, 10000, 1e9,
        "-10000 to 10000 ppm, found 1000000000"},
       {"--loss", &O::loss, 1, 1.5, "0 to 1, found 1.5"},
-      {"--picture-offset-ms", &O::image_offset_ms, -10000, 1e6,
-       "-10000 to 10000 ms, found 1000000"},
-      {"--duration-s", &O::duration_s, 3600, 1e9,
-       "more than 0 and at most 3600 s, found 1000000000"},
+      {"--image-offset-ms", &O::image_offset_ms, -10000, 1e6, "-10000 to 10000 ms, found 1000000"},
+      {"--unevenness", &O::unevenness, 0.9, 1, "0 to 0.9, found 1"},
+      {"--pressure-mm", &O::pressure_mm, 12, 13, "0 to 12 mm, found 13"},
+      {"--stand-off-mm", &O::stand_off_mm, 40, 41, "0 to 40 mm, found 41"},
       {"--frame-rate-hz", &O::frame_rate_hz, 1000, 0, "more than 0 and at most 1000 Hz, found 0"},
   };
   for (const Case& c : cases) {
@@ -111,7 +111,8 @@ TEST(SimulateOptionsTest, AStraightNeedleDoesNotBend) {
 TEST(SimulateOptionsTest, RejectsAPointThatIsNotFinite) {
   SimulateOptions options;
   options.look_at_mm = {1, 2, std::numeric_limits<double>::infinity()};
-  EXPECT_EQ(rejection(options), "--look-at: expected 3 finite numbers, mm, found inf");
+  EXPECT_EQ(rejection(options),
+            "--look-at: expected 3 numbers of -10000000 to 10000000 mm, found 1 2 inf");
 }
 
 TEST(SimulateOptionsTest, ARecordingHasAtLeastTwoImages) {

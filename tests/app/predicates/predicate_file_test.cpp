@@ -248,6 +248,13 @@ TEST_F(PredicateFileTest, ErrorsNameThePositionInTheFile) {
     many += (n > 0 ? ", " : "") + (R"({"snr": {"low": )" + std::to_string(n) + "}}");
   }
   EXPECT_TRUE(rejects(with(R"({"any": [)" + many + "]}"), {file, "at most 32", "found 33"}));
+  std::string entries;
+  for (int n = 0; n < 64; ++n) {
+    entries += (n > 0 ? ", " : "") + (R"({"name": "p)" + std::to_string(n)) +
+               R"(", "importance": 1, "where": {"snr": {}}})";
+  }
+  EXPECT_TRUE(rejects(R"({"sonde_predicates": 1, "predicates": [)" + entries + "]}",
+                      {file, "at most 32", "found 64"}));
   EXPECT_TRUE(rejects(with("7"), {"where", "an object"}));
   EXPECT_TRUE(test::rejects(read_predicate_file("/nowhere/x.json"), ErrorCode::kNotFound,
                             {"/nowhere/x.json"}));

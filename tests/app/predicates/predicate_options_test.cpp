@@ -83,7 +83,7 @@ TEST(PredicateOptionsTest, RejectsInvalidNumbersByKey) {
   EXPECT_TRUE(refused([](auto& o) { o.target = Eigen::Vector4d::Zero(); }, {"target", "radius"}));
   EXPECT_TRUE(refused([](auto& o) { o.needle.emplace().setZero(); }, {"needle", "apart"}));
   EXPECT_TRUE(refused([](auto& o) { o.apex_ct = Eigen::Vector3d(1e300, 0, 0); },
-                      {"apex_mm", "1e7 mm", "1e+300"}));
+                      {"apex_mm", "10000000 mm", "1e+300"}));
   EXPECT_TRUE(refused([](auto& o) { o.target = Eigen::Vector4d(0, 1e300, 0, 1); }, {"target"}));
   EXPECT_TRUE(refused([](auto& o) { o.needle.emplace().setConstant(1e300); }, {"needle"}));
   EXPECT_TRUE(refused([](auto& o) { o.hue_mean = "square"; }, {"hue_mean", "linear", "square"}));

@@ -137,7 +137,7 @@ TEST_F(LandmarkFileTest, WarnsOfPairsThatNoOtherPairChecks) {
                                const std::vector<Eigen::Vector3d>& ct) {
     const auto path = folder_ / "points.csv";
     std::ofstream(path) << lines_of(reference, ct);
-    const auto outcome = register_landmark_file(path, nullptr, diagnostics);
+    const auto outcome = register_landmark_file(path, "", nullptr, diagnostics);
     EXPECT_TRUE(test::has_value(outcome));
     const auto decision = decide(*outcome, target);
     EXPECT_TRUE(decision.accepted);
@@ -165,6 +165,20 @@ TEST_F(LandmarkFileTest, WarnsOfPairsThatNoOtherPairChecks) {
     ASSERT_EQ(warnings.size(), 1u);
     EXPECT_NE(warnings[0].find("left from right"), std::string::npos);
   }
+}
+
+TEST(LandmarkUnitTest, RejectsPointsInMetresAndMicrometres) {
+  const auto scaled = [](double by) {
+    return std::vector<Eigen::Vector3d>{
+        by * Eigen::Vector3d(0, 0, 0), by * Eigen::Vector3d(40, 0, 0),
+        by * Eigen::Vector3d(0, 60, 0), by * Eigen::Vector3d(0, 0, 90)};
+  };
+  EXPECT_TRUE(test::has_value(check_unit(scaled(1), "Ct points")));
+  EXPECT_TRUE(test::has_value(check_unit(scaled(0.1), "Ct points"))) << "a small bone";
+  EXPECT_TRUE(test::rejects(check_unit(scaled(1e-3), "Ct points"), ErrorCode::kMalformedData,
+                            {"Ct points: expected points in millimetres", "in metres?"}));
+  EXPECT_TRUE(test::rejects(check_unit(scaled(1e3), "points"), ErrorCode::kMalformedData,
+                            {"points: ", "in micrometres?"}));
 }
 
 }  // namespace

@@ -21,10 +21,10 @@ Volume soft_ct() {
 
 Image2d<Rgba8> image(bool accepted) {
   const Transform<frames::Ct, frames::Reference> pose(Eigen::Quaterniond::Identity(), {20, 0, 20});
-  const UltrasoundFrame frame{
+  const UltrasoundImage frame{
       .pixels = Image2d<std::uint8_t>(8, 8, std::vector<std::uint8_t>(64, 90)),
       .grid = PixelGrid::centred(8, 4, 4)};
-  const TrackedFrame tracked{
+  const TrackedImage tracked{
       frame, {Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()}, Duration(0)};
   return registration_image(soft_ct(), tracked, pose, pose, accepted, {});
 }

@@ -56,7 +56,7 @@ TEST(PanelsTest, ShowTheRegistrationWarningBelowTheNote) {
 /// Epoch with a live black image of 40 mm in the plane z = 0 of the CT, and a needle whose +z
 /// points along a direction.
 session::Epoch with_needle(const Eigen::Vector3d& tip, const Eigen::Vector3d& along) {
-  UltrasoundFrame frame;
+  UltrasoundImage frame;
   constexpr int kSide = 80;
   frame.pixels = Image2d<std::uint8_t>(kSide, kSide, std::vector<std::uint8_t>(kSide * kSide, 0));
   frame.grid = PixelGrid::centred(kSide, 0.5, 0.5);
@@ -64,7 +64,7 @@ session::Epoch with_needle(const Eigen::Vector3d& tip, const Eigen::Vector3d& al
   session::Epoch epoch;
   const Eigen::Vector3d zero = Eigen::Vector3d::Zero();
   const auto still = Eigen::Quaterniond::Identity();
-  epoch.frame = TrackedFrame{frame, Transform<frames::Reference, frames::Image>(still, zero),
+  epoch.frame = TrackedImage{frame, Transform<frames::Reference, frames::Image>(still, zero),
                              Duration::zero()};
   epoch.ultrasound = epoch.placement = epoch.plane = epoch.needle = {valid, ""};
   // The image's middle column lies at x = 20 of the CT.
@@ -155,6 +155,21 @@ TEST(PanelsTest, AnExpectedNeedleHasALampEvenWhileLost) {
     for (int x = 0; x < with.width(); ++x) changed += with.at(x, y) == without.at(x, y) ? 0 : 1;
   }
   EXPECT_GT(changed, 200);
+}
+
+TEST(PanelsTest, NumbersHaveTheirIntervalOf95PerCent) {
+  NeedleGuidance guidance{};
+  guidance.tip_to_target_mm = 12.34;
+  guidance.lateral_mm = 1.25;
+  guidance.angle_to_plan_rad = 0;
+  EXPECT_EQ(guidance_words(guidance),
+            "tip to target 12.3 mm    lateral 1.2 mm    angle to plan 0.0 deg");
+  session::GuidanceError error;
+  error.tip_to_target_mm = 0.8;
+  error.angle_to_plan_rad = M_PI / 180;
+  EXPECT_EQ(guidance_words(guidance, error),
+            "tip to target 12.3 +/- 0.8 mm    lateral 1.2 mm    angle to plan 0.0 +/- 1.0 deg    "
+            "(+/-: 95 %)");
 }
 
 TEST(PanelsTest, ALongNoteIsShownToItsEnd) {

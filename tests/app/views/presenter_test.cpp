@@ -38,7 +38,7 @@ std::shared_ptr<const Volume> marbles() {
 
 /// Epoch with a bright ultrasound image in the middle of the cube.
 session::Epoch epoch(SafetyState state, const std::string& cause) {
-  UltrasoundFrame frame{
+  UltrasoundImage frame{
       .acquired = Timestamp{},
       .received = Timestamp{},
       .pixels = Image2d<std::uint8_t>(20, 20, std::vector<std::uint8_t>(400, 250)),
@@ -46,7 +46,7 @@ session::Epoch epoch(SafetyState state, const std::string& cause) {
   session::Epoch made;
   made.ct_from_image =
       Transform<frames::Ct, frames::Image>(Eigen::Quaterniond::Identity(), {0, -20, 0});
-  made.frame = TrackedFrame{frame,
+  made.frame = TrackedImage{frame,
                             Transform<frames::Reference, frames::Image>(
                                 Eigen::Quaterniond::Identity(), Eigen::Vector3d::Zero()),
                             Duration::zero()};
@@ -67,13 +67,23 @@ TEST(MostTellingTest, IsThePredictedErrorThenTheNeedleThenTheFirst) {
 
 class PresenterTest : public ::testing::Test {
  protected:
-  PresenterTest()
-      : presenter_(*Presenter::create({.appearance = {.preset = "ct-bone"},
-                                       .width = kViewWidth,
-                                       .height = kViewHeight,
-                                       .step_voxels = 2.0,
-                                       .rms_error = 0.1},
-                                      cube(), render::make_cpu_engine({.threads = 1}))) {}
+  PresenterTest() : presenter_(made(options())) {}
+  static PresenterOptions options() {
+    return {.appearance = {.preset = "ct-bone"},
+            .width = kViewWidth,
+            .height = kViewHeight,
+            .step_voxels = 2.0,
+            .rms_error = 0.1};
+  }
+  static Presenter made(const PresenterOptions& options) {
+    return *Presenter::create(options, cube(), render::make_cpu_engine({.threads = 1}));
+  }
+  /// Makes the presenter show an ultrasound volume by predicates.
+  void show(PredicateView view) {
+    PresenterOptions with = options();
+    with.predicates = std::move(view);
+    presenter_ = made(with);
+  }
   Image2d<Rgba8> present(const session::Epoch& shown) {
     auto image = presenter_.present(shown);
     EXPECT_TRUE(test::has_value(image));
@@ -150,7 +160,7 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeInsideTheCt) {
   ultrasound.predicates.model = {{{"all", render::PredicateExpression::kind("intensity", {0, 1})}},
                                  *render::PredicateHistogram::create({{1, 120, 1}})};
   ultrasound.ct_importance = 0.25;
-  presenter_.draw_by_predicates(ultrasound, false);
+  show({.ultrasound = ultrasound});
   const render::Scene scene = presenter_.scene(shown);
   EXPECT_NE(scene.ct, ultrasound.volume);
   EXPECT_FALSE(scene.predicates);
@@ -163,8 +173,8 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeInsideTheCt) {
   PresenterOptions options;
   options.width = kViewWidth;
   options.height = kViewHeight;
+  options.predicates = PredicateView{.ultrasound = ultrasound};
   auto both = Presenter::create(options, marbles(), render::make_cpu_engine({.threads = 1}));
-  both->draw_by_predicates(ultrasound, false);
   ASSERT_TRUE(test::has_value(both->choose_step(shown)));
   ASSERT_TRUE(both->step()) << "what the CT alone needs";
   EXPECT_TRUE(std::isnan(both->step()->rms)) << "how much both err was not measured";
@@ -194,7 +204,7 @@ TEST_F(PresenterTest, TheLegendNamesThePredicates) {
   predicates.model = {{{"vessel", render::PredicateExpression::kind("intensity", {0.9, 1})},
                        {"tissue", render::PredicateExpression::kind("intensity", {0.8, 0.9})}},
                       *render::PredicateHistogram::create({{0.75, 0, 1}, {0.25, 120, 1}})};
-  presenter_.draw_by_predicates({cube(), predicates}, false);
+  show({.ultrasound = {cube(), predicates}});
   ASSERT_EQ(presenter_.legend().size(), 2u);
   EXPECT_EQ(presenter_.legend()[0].name, "vessel");
   EXPECT_EQ(presenter_.legend()[0].importance_words(), "0.750");
@@ -214,7 +224,7 @@ TEST_F(PresenterTest, DrawsAnUltrasoundVolumeByPredicatesWithPlaneAndCtSlice) {
   predicates.model = {{{"all", render::PredicateExpression::kind("intensity", {0, 1})}},
                       *render::PredicateHistogram::create({{1, 120, 1}})};
   const auto ultrasound = cube();
-  presenter_.draw_by_predicates({ultrasound, predicates}, true);
+  show({.ultrasound = {ultrasound, predicates}, .alone = true});
   const render::Scene scene = presenter_.scene(shown);
   EXPECT_EQ(scene.ct, ultrasound);
   EXPECT_TRUE(scene.predicates);
@@ -257,7 +267,7 @@ render::PredicateScene near(const std::string& kind) {
 
 TEST_F(PresenterTest, DistancesUseTheLiveNeedleAndNeverItsLastPose) {
   for (const bool alone : {true, false}) {
-    presenter_.draw_by_predicates({cube(), near("needle_distance")}, alone);
+    show({.ultrasound = {cube(), near("needle_distance")}, .alone = alone});
     session::Epoch shown = epoch(SafetyState::kLost, "no image");
     shown.ct_from_needle = Transform<frames::Ct, frames::Needle>(Eigen::Quaterniond::Identity(),
                                                                  Eigen::Vector3d::Zero());
@@ -291,8 +301,9 @@ TEST_F(PresenterTest, DistancesUseTheLiveNeedleAndNeverItsLastPose) {
 
 TEST_F(PresenterTest, DistancesUseTheTargetOfTheSession) {
   session::Epoch shown = epoch(SafetyState::kLost, "no image");
-  presenter_.draw_by_predicates({cube(), near("target_distance")}, true,
-                                render::SphereShape{{{7, -3, 2}}, 4});
+  show({.ultrasound = {cube(), near("target_distance")},
+        .alone = true,
+        .target = render::SphereShape{{{7, -3, 2}}, 4}});
   NeedlePlan plan;
   plan.entry_ct = {{1, -50, 1}};
   plan.target_ct = {{1, 1, 1}};
@@ -326,6 +337,24 @@ TEST_F(PresenterTest, CastsAnUnchangedEmptyViewOnce) {
   EXPECT_EQ(presenter_.views_reused(), 4);
 }
 
+TEST_F(PresenterTest, AnEmptyViewIsCastAgainAfterAChangeOfThePlanButNotOfTheWarning) {
+  const session::Epoch lost = epoch(SafetyState::kLost, "the CT is not registered");
+  const auto before = present(lost);
+  presenter_.set_facts({.warning = "predicted error at the target: 1.8 mm"});
+  EXPECT_FALSE(std::ranges::equal(present(lost).pixels(), before.pixels()))
+      << "the warning is shown";
+  EXPECT_EQ(presenter_.views_cast(), 1);
+  SessionFacts facts = presenter_.facts();
+  EXPECT_EQ(facts.warning, "predicted error at the target: 1.8 mm");
+  facts.plan = NeedlePlan{{{0, -30, 0}}, {{0, 10, 0}}, 6, 5};
+  presenter_.set_facts(facts);
+  present(lost);
+  EXPECT_EQ(presenter_.views_cast(), 2);
+  presenter_.set_facts({});
+  EXPECT_TRUE(std::ranges::equal(present(lost).pixels(), before.pixels()))
+      << "facts are replaced as a whole";
+}
+
 TEST_F(PresenterTest, AnEmptyViewIsCastAgainAfterAChangeOfTheStep) {
   PresenterOptions options;
   options.width = kViewWidth;
@@ -355,8 +384,9 @@ TEST_F(PresenterTest, CutsObjectsFreeIfThereIsACutaway) {
   CutawayShapes shapes;
   shapes.boxes.push_back({{{0, 0, 0}}, 5 * Eigen::Matrix3d::Identity()});
   shapes.polygons.push_back({{{{0, 0, 0}}, {{9, 0, 0}}, {{0, 9, 0}}}});
-  ASSERT_TRUE(test::has_value(presenter_.cut_free(shapes)));
-  const render::Scene scene = presenter_.scene(epoch(SafetyState::kLost, "no pose"));
+  PresenterOptions with = options();
+  with.cut_free = shapes;
+  const render::Scene scene = made(with).scene(epoch(SafetyState::kLost, "no pose"));
   ASSERT_TRUE(scene.cutaway);
   EXPECT_EQ(scene.cutaway->boxes.size(), 1U);
   EXPECT_EQ(scene.cutaway->polygons.size(), 1U);

@@ -45,11 +45,11 @@ class SliceViewTest : public ::testing::Test {
   }
   /// A live image of 20 x 20 mm across the patient, in the plane x = 0.
   void add_plane(SafetyState state) {
-    UltrasoundFrame frame;
+    UltrasoundImage frame;
     frame.pixels = Image2d<std::uint8_t>(21, 21, std::vector<std::uint8_t>(21 * 21, 90));
     frame.grid = PixelGrid::centred(21, 1, 1);
     epoch_.frame =
-        TrackedFrame{.frame = frame,
+        TrackedImage{.frame = frame,
                      .reference_from_image = {Eigen::Quaterniond::Identity(), Vec3::Zero()},
                      .pose_gap = Duration::zero()};
     Eigen::Matrix3d axes;  // Columns of the image to the back, rows to the feet.
@@ -207,6 +207,43 @@ TEST(DraggedWindowTest, RightIsWiderAndUpIsBrighter) {
   EXPECT_EQ(dragged_window(window, {0.1, 0}).level, 40);
   EXPECT_EQ(dragged_window(window, {0, 0.25}).level, -60);
   EXPECT_GE(dragged_window(window, {-1e9, 1e9}).width, 1) << "never zero";
+}
+
+TEST_F(SliceViewTest, ThePlannedPathIsSolidInItsSliceAndDashedElsewhere) {
+  // Pixels that are blue on the grey of the CT, also those at the border of a line.
+  const auto blue = [&] {
+    const SliceRequest request{
+        .kind = SliceKind::kAxial, .size = {300, 200}, .cursor = {{0, 0, 0}}};
+    const auto image = SliceDrawer().draw(context(), request).image;
+    return std::ranges::count_if(image.pixels(), [](Rgba8 p) { return p.b > p.r + 60; });
+  };
+  EXPECT_EQ(blue(), 0);
+  plan_ = NeedlePlan{{{-20, 0, 0}}, {{20, 0, 0}}, 2, 0};
+  const auto solid = blue();
+  EXPECT_GT(solid, 150) << "40 mm at about 4.5 pixels each";
+  plan_ = NeedlePlan{{{-20, 0, 9}}, {{20, 0, 9}}, 2, 0};
+  const auto dashed = blue();
+  EXPECT_GT(dashed, 40);
+  EXPECT_LT(static_cast<double>(dashed), 0.8 * static_cast<double>(solid))
+      << "9 mm beside the slice";
+}
+
+TEST_F(SliceViewTest, TheDotStandsAtTheMarkedSideOnly) {
+  add_plane(SafetyState::kValid);
+  const UltrasoundImage& frame = epoch_.frame->frame;
+  EXPECT_EQ(marked_corner(frame).mm.x(), frame.grid.at(20, 0).mm.x()) << "the last column";
+  EXPECT_EQ(marked_corner(frame).mm.y(), frame.grid.at(20, 0).mm.y()) << "the transducer's face";
+  render::Canvas canvas(200, 200, render::rgb8(0));
+  draw_depth_marks(canvas, fit(frame, 0, 0, 200, 200), frame, 12);
+  int left = 0;
+  int right = 0;
+  for (int y = 0; y < 200; ++y) {
+    for (int x = 0; x < 200; ++x) {
+      if (canvas.image().at(x, y) == kNeedleColour) ++(x < 100 ? left : right);
+    }
+  }
+  EXPECT_EQ(left, 0);
+  EXPECT_GT(right, 10);
 }
 
 }  // namespace

@@ -63,8 +63,8 @@ void expect_same_pose(const Sample& a, const Sample& b) {
 }
 
 void expect_same_image(const Sample& a, const Sample& b) {
-  const auto& x = std::get<UltrasoundFrame>(a.what);
-  const auto& y = std::get<UltrasoundFrame>(b.what);
+  const auto& x = std::get<UltrasoundImage>(a.what);
+  const auto& y = std::get<UltrasoundImage>(b.what);
   EXPECT_EQ(x.acquired, y.acquired);
   EXPECT_EQ(x.received, y.received);
   EXPECT_EQ(x.sequence, y.sequence);
@@ -109,7 +109,8 @@ TEST(SampleLayoutTest, KeepsEveryBitOfEveryKind) {
 TEST(SampleLayoutTest, RejectsEveryOtherLength) {
   std::vector<std::byte> buffer;
   for (const Sample& sample : {test::pose_sample(0, 2, 3), test::image_sample(0, 1, 2, 5, 3),
-                               test::missing_sample(0, 1, 2)}) {
+                               test::colour_sample(0, 1, 2, 5, 3), test::missing_sample(0, 1, 2),
+                               Sample{0, 1, test::at_ns(2), {}, ButtonSample{{}, true}}}) {
     const auto encoded = encode(sample, buffer);
     std::vector<std::byte> bytes(encoded.fields.begin(), encoded.fields.end());
     bytes.insert(bytes.end(), encoded.pixels.begin(), encoded.pixels.end());
@@ -119,6 +120,36 @@ TEST(SampleLayoutTest, RejectsEveryOtherLength) {
     bytes.push_back(std::byte{0});
     EXPECT_FALSE(decode(kind_of(sample), bytes));
   }
+}
+
+TEST(SampleLayoutTest, KeepsColoursAndTheirLuma) {
+  std::vector<std::byte> buffer;
+  const Sample sample = test::colour_sample(0, 1, 2, 5, 3);
+  const auto encoded = encode(sample, buffer);
+  EXPECT_EQ(encoded.pixels.size(), 5u * 3u * 3u);
+  std::vector<std::byte> bytes(encoded.fields.begin(), encoded.fields.end());
+  bytes.insert(bytes.end(), encoded.pixels.begin(), encoded.pixels.end());
+  const auto decoded = decode(kind_of(sample), bytes);
+  ASSERT_TRUE(decoded);
+  expect_same_image(*decoded, sample);
+  const auto& image = std::get<UltrasoundImage>(decoded->what);
+  const auto& colours = std::get<UltrasoundImage>(sample.what).colours;
+  ASSERT_EQ(image.colours.width(), 5);
+  ASSERT_EQ(image.colours.height(), 3);
+  EXPECT_TRUE(std::ranges::equal(image.colours.pixels(), colours.pixels()));
+}
+
+TEST(DeviceRecordingTest, ImagesWithAndWithoutColoursKeepTheirOrder) {
+  const test::TemporaryFolder folder;
+  const auto path = folder / "colours.mcap";
+  std::vector<DeviceSample> samples = small_session(12);
+  std::int64_t ns = 2'000'000'000;
+  for (std::uint64_t i = 0; i < 9; ++i, ns += 10'000'000) {
+    samples.push_back({1, i % 3 == 0 ? test::image_sample(0, i, ns, 12, 8)
+                                     : test::colour_sample(0, i, ns, 12, 8)});
+  }
+  ASSERT_NO_FATAL_FAILURE(test::record_all(path, samples, test::small_chunks(500)));
+  expect_recorded(path, samples);
 }
 
 /// Sizes whose product overflows must not allocate.
@@ -147,6 +178,41 @@ TEST(SampleLayoutTest, RejectsUnknownVersionsStatusesAndFlags) {
     auto bytes = buffer;
     bytes[at] = static_cast<std::byte>(value);
     EXPECT_FALSE(decode(SampleKind::kPose, bytes)) << at;
+  }
+}
+
+TEST(DeviceRecordingTest, ButtonsComeBackWithTheirActions) {
+  const test::TemporaryFolder folder;
+  const auto path = folder / "buttons.mcap";
+  const auto change = [](std::size_t stream, std::uint64_t sequence, std::int64_t ns, bool down) {
+    return Sample{stream, sequence, test::at_ns(ns), {}, ButtonSample{test::at_ns(ns - 5), down}};
+  };
+  const std::vector<Sample> samples{change(0, 0, 1000, true), change(1, 0, 1500, true),
+                                    change(0, 1, 2000, false)};
+  {
+    auto recorder = DeviceRecorder::create(path);
+    ASSERT_TRUE(test::has_value(recorder));
+    const auto device = (*recorder)->add_device(
+        "pedal", {{"left", StreamKind::kButtons, ToolRole::kOther, ButtonAction::kMark},
+                  {"right", StreamKind::kButtons, ToolRole::kOther, ButtonAction::kCapture}});
+    ASSERT_TRUE(test::has_value(device));
+    for (const Sample& sample : samples) {
+      ASSERT_TRUE(test::has_value((*recorder)->record(*device, sample)));
+    }
+  }
+  const auto recording = DeviceRecording::open(path);
+  ASSERT_TRUE(test::has_value(recording));
+  const auto& streams = recording->devices().at(0).streams;
+  EXPECT_EQ(streams[0].kind, StreamKind::kButtons);
+  EXPECT_EQ(streams[0].action, ButtonAction::kMark);
+  EXPECT_EQ(streams[1].action, ButtonAction::kCapture);
+  auto source = recording->source(0);
+  ASSERT_TRUE(test::has_value(source));
+  for (const Sample& sample : samples) {
+    const auto read = (*source)->next(Timestamp::max());
+    ASSERT_TRUE(test::has_value(read));
+    EXPECT_EQ(read->stream, sample.stream);
+    EXPECT_EQ(test::bits_of(*read), test::bits_of(sample));
   }
 }
 

@@ -66,7 +66,7 @@ inline Sample image_sample(std::size_t stream, std::uint64_t sequence, std::int6
     state = state * 1664525u + 1013904223u;
     pixel = static_cast<std::uint8_t>(state >> 24);
   }
-  UltrasoundFrame image;
+  UltrasoundImage image;
   image.acquired = at_ns(ns - 40'000'000);
   image.received = at_ns(ns - 2);
   image.sequence = sequence + 1000;
@@ -77,6 +77,20 @@ inline Sample image_sample(std::size_t stream, std::uint64_t sequence, std::int6
   image.clock_unsure = sequence % 3 == 1;
   Sample sample{stream, sequence, at_ns(ns), {}, std::move(image)};
   if (sequence % 4 == 2) sample.device_time = DeviceTime(DeviceClock::duration(-ns));
+  return sample;
+}
+
+/// image_sample() with colours.
+inline Sample colour_sample(std::size_t stream, std::uint64_t sequence, std::int64_t ns, int width,
+                            int height) {
+  Sample sample = image_sample(stream, sequence, ns, width, height);
+  auto& image = std::get<UltrasoundImage>(sample.what);
+  std::vector<Rgb8> colours;
+  for (const std::uint8_t value : image.pixels.pixels()) {
+    colours.push_back(
+        {value, static_cast<std::uint8_t>(value * 3 + 1), static_cast<std::uint8_t>(200 - value)});
+  }
+  set_colours(image, {width, height, std::move(colours)});
   return sample;
 }
 

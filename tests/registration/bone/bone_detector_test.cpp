@@ -30,9 +30,9 @@ double speckle(int image, const Eigen::Vector2d& p) {
 using Painter = std::function<double(int image, const Eigen::Vector2d& p)>;
 
 Sweep bone_images(const Painter& grey, const std::optional<SectorOutline>& outline = {}) {
-  std::vector<TrackedFrame> frames;
+  std::vector<TrackedImage> frames;
   for (int f = 0; f < 6; ++f) {
-    UltrasoundFrame frame;
+    UltrasoundImage frame;
     frame.acquired = Timestamp(std::chrono::milliseconds(100 * f));
     frame.grid = PixelGrid::centred(kBoneWidth, kBonePixelMm, kBonePixelMm);
     frame.outline = outline;

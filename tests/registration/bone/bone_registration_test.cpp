@@ -73,7 +73,7 @@ struct Scanned {
   BoneOfSweep bone;
 };
 Scanned scan(const MadeBone& bone, double z0, double z1) {
-  std::vector<TrackedFrame> frames;
+  std::vector<TrackedImage> frames;
   BoneOfSweep found{{}, 77};
   for (int f = 0; f < 30; ++f) {
     const double s = f / 29.0;
@@ -81,7 +81,7 @@ Scanned scan(const MadeBone& bone, double z0, double z1) {
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle, Spot::UnitZ()));
     const Transform<frames::Ct, frames::Image> view(
         turn, turn * Spot(0, -35, 0) + Spot(0, 0, z0 + (z1 - z0) * s));
-    UltrasoundFrame frame;
+    UltrasoundImage frame;
     frame.acquired = Timestamp(std::chrono::milliseconds(50 * f));
     frame.grid = PixelGrid::centred(4, 10, 10);
     frame.pixels = Image2d<std::uint8_t>(4, 4, std::vector<std::uint8_t>(16, 0));
@@ -182,7 +182,7 @@ TEST(BoneRegistrationTest, TheShaftAloneSlidesAndSaysWhatToShow) {
   EXPECT_TRUE(told);
 }
 
-TEST(BoneRegistrationTest, TheOtherSideIsRefused) {
+TEST(BoneRegistrationTest, TheOtherSideIsRejected) {
   const Scanned scanned = scan({}, -35, 50);
   const auto result =
       register_bone(scanned.bone, scanned.sweep, surface_of({.joint = true, .mirrored = true}),

@@ -23,7 +23,7 @@ constexpr double kStopMm = 0.05;
 struct Scene {
   test::BlobPatient patient{3, 150};
   std::shared_ptr<const CtChannels> ct;
-  std::vector<TrackedFrame> frames;
+  std::vector<TrackedImage> frames;
   LiveOptions options;
 
   Scene() {
@@ -54,8 +54,8 @@ Pose true_pose(const Transform<Reference, Reference>& tissue) {
   return test::true_pose() * tissue.inverse();
 }
 
-TrackedFrame carried(const TrackedFrame& image, const Transform<Reference, Reference>& tissue) {
-  TrackedFrame moved_image = image;
+TrackedImage carried(const TrackedImage& image, const Transform<Reference, Reference>& tissue) {
+  TrackedImage moved_image = image;
   moved_image.reference_from_image = tissue * image.reference_from_image;
   return moved_image;
 }
@@ -68,7 +68,7 @@ Transform<Reference, Reference> breath(double mm, std::size_t frame) {
           depth * mm * Vec(0.3, 0.2, 0.93)};
 }
 
-double error_mm(const TrackedFrame& image, const Pose& found, const Pose& truth) {
+double error_mm(const TrackedImage& image, const Pose& found, const Pose& truth) {
   double sum = 0;
   for (const double column : {0.0, 79.0}) {
     for (const double row : {0.0, 79.0}) {
@@ -121,7 +121,7 @@ TEST(LiveRegistrationTest, ManyImagesOfAnotherPatientWithdrawTheRegistration) {
   auto right = start(options);
   auto wrong = start(options);
   for (std::size_t i = 0; i < other.frames().size(); ++i) {
-    TrackedFrame image = other.frames()[i];
+    TrackedImage image = other.frames()[i];
     image.frame.acquired = scene().frames[i].frame.acquired;
     const auto own = right.update(scene().frames[i]);
     const auto update = wrong.update(image);
@@ -132,7 +132,7 @@ TEST(LiveRegistrationTest, ManyImagesOfAnotherPatientWithdrawTheRegistration) {
     EXPECT_THAT(update->cause, HasSubstr(i < 38 ? "" : "another patient"));
   }
   wrong.accept(test::true_pose());
-  TrackedFrame next = scene().frames.back();
+  TrackedImage next = scene().frames.back();
   next.frame.acquired += std::chrono::seconds(1);
   EXPECT_EQ(wrong.update(next)->state, LiveState::kFollowing) << "a new registration counts anew";
 }
@@ -190,7 +190,7 @@ TEST(LiveRegistrationTest, BlackImagesHoldThePoseAndThenLoseIt) {
   for (std::size_t i = 0; i < 10; ++i) ASSERT_TRUE(live.update(scene().frames[i]));
   std::vector<LiveState> states;
   for (std::size_t i = 10; i < 20; ++i) {
-    TrackedFrame black = scene().frames[i];
+    TrackedImage black = scene().frames[i];
     black.frame.pixels = Image2d<std::uint8_t>(80, 80, std::vector<std::uint8_t>(6400, 0));
     const auto update = live.update(black);
     ASSERT_TRUE(update) << update.error().message;
@@ -211,7 +211,7 @@ TEST(LiveRegistrationTest, ContinuesIfTheDepthOfTheImagesChanges) {
   constexpr double kSize = 0.8;
   constexpr double kFirst = 8;
   for (std::size_t i = 10; i < 20; ++i) {
-    TrackedFrame zoomed = scene().frames[i];
+    TrackedImage zoomed = scene().frames[i];
     const auto& pixels = scene().frames[i].frame.pixels;
     std::vector<std::uint8_t> larger;
     for (int row = 0; row < 80; ++row) {
@@ -253,7 +253,7 @@ TEST(LiveRegistrationTest, ToleratesSaturationRepeatedImagesAndDistantOrigins) {
   auto live = start({});
   double worst = 0;
   for (std::size_t i = 0; i < scene().frames.size(); ++i) {
-    TrackedFrame image = scene().frames[i];
+    TrackedImage image = scene().frames[i];
     if (i % 3 == 1) {  // A saturated image.
       std::vector<std::uint8_t> grey;
       for (const auto v : image.frame.pixels.pixels()) {

@@ -108,6 +108,8 @@ TEST(PhaseRegistrationTest, FollowsABreathOfEightMillimetres) {
 Result<MovingRegistration> hold_still(const Volume& ct, const Breathing& patient,
                                       std::span<const double> phases) {
   ImageRegistrationOptions solver;
+  solver.speed_from_ct = false;  // Images of blobs have one speed of sound, and no pressure.
+  solver.pressed_sigma_mm = 0;
   solver.starts = 100;
   CollectingDiagnostics diagnostics;
   return register_moving(ct, *patient.sweep, phases, test::true_pose(), {}, solver, diagnostics);

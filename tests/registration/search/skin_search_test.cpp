@@ -84,7 +84,7 @@ TEST(BodySurfaceTest, ACtWithoutAirHasNoSkin) {
 
 /// Sweep over the side of the trunk, with images of a linear probe that begin 3 mm below the skin.
 Sweep side_sweep(const Trunk& patient) {
-  std::vector<TrackedFrame> frames;
+  std::vector<TrackedImage> frames;
   std::mt19937 random(9);
   for (int f = 0; f < 20; ++f) {
     const double angle = 3.9 + 0.012 * (f - 10);
@@ -98,7 +98,7 @@ Sweep side_sweep(const Trunk& patient) {
     const Transform<frames::Ct, frames::Image> pose(
         Eigen::Quaterniond(axes) * Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitY()),
         skin + 3 * axes.col(1));
-    UltrasoundFrame frame;
+    UltrasoundImage frame;
     frame.acquired = frame.received = Timestamp(std::chrono::milliseconds(100 * f));
     frame.grid = PixelGrid::centred(90, 1, 1);
     const Eigen::Vector3d beam = pose.rotation() * Eigen::Vector3d::UnitY();
@@ -203,7 +203,7 @@ TEST(SkinSearchTest, RejectsOptionsOutOfRangeByName) {
 
 /// Direction in Ct in which the left edge of the middle image of the sweep points.
 Eigen::Vector3d left_of(const Sweep& sweep, const Transform<frames::Ct, frames::Reference>& pose) {
-  const TrackedFrame& middle = sweep.frames()[sweep.frames().size() / 2];
+  const TrackedImage& middle = sweep.frames()[sweep.frames().size() / 2];
   return pose.rotation() * (middle.reference_from_image.rotation() * -Eigen::Vector3d::UnitX());
 }
 
@@ -246,7 +246,7 @@ TEST(SkinSearchTest, FindsThePoseWithoutAStart) {
   // last start.
   EXPECT_LE(found->total_s, wall_s);
   EXPECT_GE(found->total_s, 0.6 * wall_s);
-  for (const TrackedFrame& tracked : sweep.frames()) {
+  for (const TrackedImage& tracked : sweep.frames()) {
     const auto p = tracked.reference_from_image * tracked.frame.grid.at(45, 45);
     EXPECT_LE(((found->ct_from_reference * p) - (test::true_pose() * p)).v.norm(), 1);
   }

@@ -11,8 +11,8 @@
 #include "registration/prepared.hpp"
 #include "registration/similarity/ct_structure.hpp"
 #include "registration/similarity/ct_texels.hpp"
-#include "registration/similarity/lc2_cost.hpp"
 #include "registration/similarity/patch_channels.hpp"
+#include "registration/similarity/similarity_cost.hpp"
 #include "tests/registration/synthetic.hpp"
 #include "tests/support/matchers.hpp"
 
@@ -276,8 +276,9 @@ TEST(PatchChannelsTest, CostAndDerivativesEqualThoseOfTheWholeCt) {
   auto near = PatchChannels::create(scene.ct, 1.5, kTexelSigmas, scene.patches.patches.size());
   ASSERT_TRUE(test::has_value(near));
   constexpr double kRidge = 0.02;
-  const Lc2Cost dense(scene.whole, scene.patches, kRidge, 1);
-  const Lc2Cost sparse = Lc2Cost(near->whole(), scene.patches, kRidge, 2).where(&*near);
+  const SimilarityCost dense(scene.whole, scene.patches, kRidge, 1);
+  const SimilarityCost sparse =
+      SimilarityCost(near->whole(), scene.patches, kRidge, 2).where(&*near);
   // Within the margin of the first boxes, beyond it, half outside the CT, and far away.
   for (const double off_mm : {0.0, 0.5, 1.5, 9.0, 60.0, 3000.0}) {
     const Pose pose = test::off_by(test::true_pose(), off_mm, 0.01 * std::min(off_mm, 20.0), 4);
@@ -298,8 +299,8 @@ TEST(PatchChannelsTest, SubsetsOfPatchesUseTheSameBoxes) {
   const PatchSet odd =
       subset(scene.patches, [&](const Patch& patch) { return patch.index % 2 == 1; });
   ASSERT_EQ(odd.patches.size(), scene.patches.patches.size() / 2);
-  const Lc2Cost dense = Lc2Cost(scene.whole, scene.patches, 0.02, 1);
-  const Lc2Cost sparse = Lc2Cost(near->whole(), scene.patches, 0.02, 1).where(&*near);
+  const SimilarityCost dense = SimilarityCost(scene.whole, scene.patches, 0.02, 1);
+  const SimilarityCost sparse = SimilarityCost(near->whole(), scene.patches, 0.02, 1).where(&*near);
   const Pose pose = test::true_pose();
   EXPECT_NEAR(sparse.on(odd).cost(pose).cost, dense.on(odd).cost(pose).cost, 1e-6);
 }
@@ -384,8 +385,8 @@ TEST(PatchChannelsTest, SharedBoxesMatchForAllPoses) {
   const ChannelScene scene;
   auto near = PatchChannels::create(scene.ct, 1.5, kTexelSigmas, scene.patches.patches.size());
   ASSERT_TRUE(test::has_value(near));
-  const Lc2Cost dense(scene.whole, scene.patches, 0.02, 1);
-  const Lc2Cost sparse = Lc2Cost(near->whole(), scene.patches, 0.02, 1).where(&*near);
+  const SimilarityCost dense(scene.whole, scene.patches, 0.02, 1);
+  const SimilarityCost sparse = SimilarityCost(near->whole(), scene.patches, 0.02, 1).where(&*near);
   for (const double off_mm : {0.0, 1.5, 9.0, 60.0, 0.5}) {
     const Pose pose = test::off_by(test::true_pose(), off_mm, 0.01 * std::min(off_mm, 20.0), 4);
     if (off_mm != 1.5) {  // Some poses share boxes again, some do not.
@@ -435,7 +436,7 @@ TEST(PatchChannelsTest, ANonFinitePatchIsNoMatch) {
   scene.patches.patches[4].centre_mm.y() = 1e300;
   auto near = PatchChannels::create(scene.ct, 1.5, kTexelSigmas, scene.patches.patches.size());
   ASSERT_TRUE(test::has_value(near));
-  const Lc2Cost sparse = Lc2Cost(near->whole(), scene.patches, 0.02, 1).where(&*near);
+  const SimilarityCost sparse = SimilarityCost(near->whole(), scene.patches, 0.02, 1).where(&*near);
   const CostTerms found = sparse.terms(test::true_pose(), Eigen::Vector3d::Zero());
   EXPECT_EQ(found.non_finite, 2);
   EXPECT_TRUE(std::isfinite(found.cost));

@@ -22,9 +22,9 @@ constexpr int kFrames = 4;
 /// Images of 1 mm pixels whose values are grey(frame, position in mm).
 Sweep painted(const std::function<int(int, Eigen::Vector2d)>& grey,
               const std::optional<SectorOutline>& outline = {}, int count = kFrames) {
-  std::vector<TrackedFrame> frames;
+  std::vector<TrackedImage> frames;
   for (int f = 0; f < count; ++f) {
-    UltrasoundFrame frame;
+    UltrasoundImage frame;
     frame.acquired = Timestamp(std::chrono::milliseconds(100 * f));
     frame.grid = PixelGrid::centred(kWidth, 1.0, 1.0);
     frame.outline = outline;
@@ -238,8 +238,8 @@ TEST(ShadowMaskTest, RejectsInvalidOptionsAndGeometry) {
         shadow_masks(painted([](int, const Eigen::Vector2d&) { return 100; }, far), {}),
         ErrorCode::kMalformedData, {"image 0", "1000 mm deep", "radii in mm"}));
   }
-  std::vector<TrackedFrame> frames = sweep.frames();
-  for (TrackedFrame& tracked : frames) tracked.frame.grid.mm_per_pixel *= 100;
+  std::vector<TrackedImage> frames = sweep.frames();
+  for (TrackedImage& tracked : frames) tracked.frame.grid.mm_per_pixel *= 100;
   EXPECT_TRUE(test::rejects(shadow_masks(*Sweep::create(std::move(frames), "metres"), {}),
                             ErrorCode::kMalformedData, {"image 0", "at most 1000 mm", "pixels"}));
 }

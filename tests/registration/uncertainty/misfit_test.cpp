@@ -36,8 +36,8 @@ const Sweep& right_sweep() {
   return instance;
 }
 
-Sweep altered(const std::function<void(int, TrackedFrame&)>& change) {
-  std::vector<TrackedFrame> frames = right_sweep().frames();
+Sweep altered(const std::function<void(int, TrackedImage&)>& change) {
+  std::vector<TrackedImage> frames = right_sweep().frames();
   for (int f = 0; f < kImages; ++f) change(f, frames[static_cast<std::size_t>(f)]);
   return *Sweep::create(std::move(frames), "altered");
 }
@@ -94,7 +94,7 @@ TEST(MisfitTest, FindsNoMisfitInCorrectInput) {
 TEST(MisfitTest, FindsADelayWithItsSignAndSize) {
   for (const double late_s : {-0.08, 0.08}) {
     // The poses are those of a time late_s before the images.
-    const Sweep sweep = altered([&](int f, TrackedFrame& tracked) {
+    const Sweep sweep = altered([&](int f, TrackedImage& tracked) {
       tracked.reference_from_image =
           test::true_pose().inverse() * uneven_hand_at(kStepS * f - late_s);
     });
@@ -113,7 +113,7 @@ TEST(MisfitTest, FindsAWrongPixelSizeAlongEachAxis) {
   // The echoes of this scene alone appear 1.5 % too deep.
   const Misfit right = by_cause(fitted(right_sweep()).misfits).at(MisfitCause::kPixelSize);
   for (const int axis : {0, 1}) {
-    const Sweep sweep = altered([&](int, TrackedFrame& tracked) {
+    const Sweep sweep = altered([&](int, TrackedImage& tracked) {
       auto& grid = tracked.frame.grid;
       grid.mm_per_pixel.col(axis) *= 1.04;
       grid.origin_mm[axis] *= 1.04;
@@ -133,7 +133,7 @@ TEST(MisfitTest, FindsAWrongCalibrationOfTheProbe) {
   const ImagePose wrong(Eigen::Quaterniond(Eigen::AngleAxisd(0.03, Vec(1, 1, 1).normalized())),
                         Vec(2, -2, 2));
   const Transform<frames::Image, frames::Image> error(wrong.rotation(), wrong.translation_mm());
-  const Sweep sweep = altered([&](int, TrackedFrame& tracked) {
+  const Sweep sweep = altered([&](int, TrackedImage& tracked) {
     tracked.reference_from_image = tracked.reference_from_image * error;
   });
   const auto result = fitted(sweep);
@@ -180,7 +180,7 @@ TEST(MisfitTest, ReportsTheErrorsThatItWouldNotNotice) {
     EXPECT_LT(right.at(cause).unnoticed, 2 * telling_mm) << to_string(cause);
   }
   const auto found = [](double late_s) {
-    const Sweep sweep = altered([&](int f, TrackedFrame& tracked) {
+    const Sweep sweep = altered([&](int f, TrackedImage& tracked) {
       tracked.reference_from_image =
           test::true_pose().inverse() * uneven_hand_at(kStepS * f - late_s);
     });
@@ -229,9 +229,9 @@ ImagePose fanning_hand_at(int f) {
 Sweep fan_off_by(const Vec& shift_mm, const Vec& turn_rad = Vec::Zero()) {
   static const Sweep fan =
       test::images_along(test::hand_patient(), kImages, fanning_hand_at, at_rest()).sweep;
-  std::vector<TrackedFrame> frames = fan.frames();
-  for (TrackedFrame& tracked : frames) {
-    const UltrasoundFrame& frame = tracked.frame;
+  std::vector<TrackedImage> frames = fan.frames();
+  for (TrackedImage& tracked : frames) {
+    const UltrasoundImage& frame = tracked.frame;
     const Vec middle =
         frame.grid.at(0.5 * (frame.pixels.width() - 1), 0.5 * (frame.pixels.height() - 1)).mm;
     Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
@@ -304,7 +304,7 @@ TEST(MisfitTest, TheUncertaintyOfTheCalibrationIsPartOfThePredictedError) {
 }
 
 TEST(MisfitTest, AProbeThatHardlyMovesShowsNoDelay) {
-  std::vector<TrackedFrame> frames = right_sweep().frames();
+  std::vector<TrackedImage> frames = right_sweep().frames();
   // The timestamps are so far apart that the hand hardly moves around any of them.
   for (std::size_t f = 0; f < frames.size(); ++f) {
     frames[f].frame.acquired = Timestamp(from_seconds(2.0 * static_cast<double>(f)));
@@ -320,7 +320,7 @@ TEST(MisfitTest, AProbeThatHardlyMovesShowsNoDelay) {
 
 TEST(MisfitTest, ADistantReferenceChangesNothing) {
   const Vec far(3e4, -2e4, 5e4);
-  const Sweep sweep = altered([&](int, TrackedFrame& tracked) {
+  const Sweep sweep = altered([&](int, TrackedImage& tracked) {
     const auto& pose = tracked.reference_from_image;
     tracked.reference_from_image = {pose.rotation(), pose.translation_mm() + far};
   });
@@ -387,7 +387,7 @@ TEST(ImageMotionTest, EqualsTheMotionOfTheHand) {
 }
 
 TEST(ImageMotionTest, MotionOfSomeImagesUsesTheWholeSweep) {
-  std::vector<TrackedFrame> some;
+  std::vector<TrackedImage> some;
   for (std::size_t f = 0; f < right_sweep().frames().size(); f += 10) {
     some.push_back(right_sweep().frames()[f]);
   }

@@ -278,5 +278,43 @@ TEST(GlEngineTest, CutsAroundALargeMeshLikeTheReference) {
   }
 }
 
+/// A software rasteriser is asked between rows of pixels, a card before its rays.
+TEST(GlInterruptTest, TheNextImageHasTheBitsOfAnEngineThatWasNeverInterrupted) {
+  constexpr int kMostQuestions = 100;
+  CollectingDiagnostics diagnostics;
+  for (const double pixel_error : {0.0, 0.1}) {
+    Scene first = test::ball_scene(test::cube_grid(48, 1.0), 160, 200);
+    first.quality.pixel_error = pixel_error;
+    first.plane = test::test_plane(first.ct->grid(), SafetyState::kValid);
+    Scene moved = first;
+    moved.plane->frame.grid.origin_mm.x() += 3;
+    Scene turned = moved;
+    turned.camera.eye_ct.mm.x() += 20;
+    auto fresh = make_gl_engine(diagnostics);
+    ASSERT_TRUE(test::has_value(fresh));
+    const RenderedImage expected_moved = test::draw(**fresh, moved);
+    const RenderedImage expected_turned = test::draw(**fresh, turned);
+    auto engine = make_gl_engine(diagnostics);
+    ASSERT_TRUE(test::has_value(engine));
+    int at = 1;
+    for (; at < kMostQuestions; ++at) {
+      test::draw(**engine, first);
+      int questions = 0;
+      const auto given_up = (*engine)->render(moved, Interrupt([&] { return ++questions >= at; }));
+      if (given_up) {
+        EXPECT_TRUE(test::same_bytes(*given_up, expected_moved)) << "asked, and not interrupted";
+        break;
+      }
+      EXPECT_EQ(given_up.error().code, ErrorCode::kCancelled);
+      const bool same_view = at % 2 == 0;
+      EXPECT_TRUE(test::same_bytes(test::draw(**engine, same_view ? moved : turned),
+                                   same_view ? expected_moved : expected_turned))
+          << at;
+    }
+    EXPECT_GT(at, 1);
+    EXPECT_LT(at, kMostQuestions);
+  }
+}
+
 }  // namespace
 }  // namespace nav::render

@@ -109,7 +109,7 @@ inline render::UltrasoundPlane test_plane(const VoxelGrid& grid, SafetyState sta
     }
   }
   const double size_mm = grid.extent_mm().minCoeff();
-  UltrasoundFrame frame{
+  UltrasoundImage frame{
       .acquired = {},
       .received = {},
       .sequence = 1,

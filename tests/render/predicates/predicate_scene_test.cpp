@@ -218,7 +218,7 @@ TEST_P(PredicateSceneTest, ProjectionsIgnorePredicates) {
 
 // ---- Errors ------------------------------------------------------------------------------------
 
-class PredicateRefusalTest : public ::testing::Test {
+class PredicateRejectionTest : public ::testing::Test {
  protected:
   ::testing::AssertionResult refused(std::initializer_list<std::string> pieces,
                                      ErrorCode code = ErrorCode::kMalformedData) const {
@@ -233,12 +233,12 @@ class PredicateRefusalTest : public ::testing::Test {
                                test::model_of({{everything(), 1}}));
 };
 
-TEST_F(PredicateRefusalTest, RejectsAnUnknownPredicate) {
+TEST_F(PredicateRejectionTest, RejectsAnUnknownPredicate) {
   use({{E::kind("elasticity"), 1}});
   EXPECT_TRUE(refused({"entry 0", "elasticity", "vesselness"}, ErrorCode::kNotFound));
 }
 
-TEST_F(PredicateRefusalTest, RejectsRangesThatAreInvertedOrOutOfBounds) {
+TEST_F(PredicateRejectionTest, RejectsRangesThatAreInvertedOrOutOfBounds) {
   use({{E::kind("intensity", {0.7, 0.2}), 1}});
   EXPECT_TRUE(refused({"entry 0", "intensity", "low <= high", "0.7 and 0.2"}));
   use({{E::kind("vesselness", {0, 1.5}), 1}});
@@ -251,7 +251,7 @@ TEST_F(PredicateRefusalTest, RejectsRangesThatAreInvertedOrOutOfBounds) {
   EXPECT_TRUE(refused({"label", "whole number", "1.5"}));
 }
 
-TEST_F(PredicateRefusalTest, RejectsMissingFeaturesAndOtherGrids) {
+TEST_F(PredicateRejectionTest, RejectsMissingFeaturesAndOtherGrids) {
   use({{E::kind("snr"), 1}});
   EXPECT_TRUE(refused({"entry 0: snr", "feature volume snr", "none"}));
   const VoxelGrid other = test::centred_grid({5, 6, 8}, {1, 1, 1});
@@ -265,7 +265,7 @@ TEST_F(PredicateRefusalTest, RejectsMissingFeaturesAndOtherGrids) {
   EXPECT_TRUE(refused({"layers", "5 x 6 x 7", "5 x 6 x 8"}));
 }
 
-TEST_F(PredicateRefusalTest, RejectsAMissingScanNeedleOrTarget) {
+TEST_F(PredicateRejectionTest, RejectsAMissingScanNeedleOrTarget) {
   use({{E::kind("gradient_angle"), 1}});
   EXPECT_TRUE(refused({"gradient_angle", "scan-line directions", "none"}));
   use({{E::kind("needle_distance"), 1}});
@@ -289,7 +289,7 @@ TEST_F(PredicateRefusalTest, RejectsAMissingScanNeedleOrTarget) {
   EXPECT_TRUE(refused({"scan.into_ct", "210 voxels", "found 0"}));
 }
 
-TEST_F(PredicateRefusalTest, AStaleOrLostNeedleHasNoDistances) {
+TEST_F(PredicateRejectionTest, AStaleOrLostNeedleHasNoDistances) {
   use({{E::kind("needle_distance"), 1}});
   scene_.needle = NeedleShape{
       .tip_ct = {{0, 0, 0}}, .hub_ct = {{0, 0, -9}}, .radius_mm = 0.8, .rgb = {1, 1, 1}};
@@ -309,7 +309,7 @@ TEST_F(PredicateRefusalTest, AStaleOrLostNeedleHasNoDistances) {
   EXPECT_FALSE(position_of(scene_).needle->a.allFinite());
 }
 
-TEST_F(PredicateRefusalTest, RejectsCyclesAndUnknownEntries) {
+TEST_F(PredicateRejectionTest, RejectsCyclesAndUnknownEntries) {
   use({{E::entry("entry 1"), 1}, {E::negation(E::entry("entry 0")), 1}});
   EXPECT_TRUE(refused({"cycle", "\"entry 0\" -> \"entry 1\" -> \"entry 0\""}));
   use({{E::entry("entry 0"), 1}});
@@ -318,7 +318,7 @@ TEST_F(PredicateRefusalTest, RejectsCyclesAndUnknownEntries) {
   EXPECT_TRUE(refused({"entry 0", "\"nothing\""}));
 }
 
-TEST_F(PredicateRefusalTest, RejectsCombinationsThatAreEmptyOrTooDeep) {
+TEST_F(PredicateRejectionTest, RejectsCombinationsThatAreEmptyOrTooDeep) {
   use({{E::all({}), 1}});
   EXPECT_TRUE(refused({"AND or OR", "found 0"}));
   E deep = everything();
@@ -327,7 +327,7 @@ TEST_F(PredicateRefusalTest, RejectsCombinationsThatAreEmptyOrTooDeep) {
   EXPECT_TRUE(refused({"at most 16 deep"}));
 }
 
-TEST_F(PredicateRefusalTest, RejectsTooManyPredicates) {
+TEST_F(PredicateRejectionTest, RejectsTooManyPredicates) {
   scene_.predicates->model = {};
   EXPECT_TRUE(refused({"1 to 32", "found 0"}));
   std::vector<std::pair<E, double>> entries(32, {everything(), 1});
@@ -340,7 +340,7 @@ TEST_F(PredicateRefusalTest, RejectsTooManyPredicates) {
   EXPECT_TRUE(refused({"1 to 32", "found 33"}));
 }
 
-TEST_F(PredicateRefusalTest, RejectsInvalidNumbersOfTheScene) {
+TEST_F(PredicateRejectionTest, RejectsInvalidNumbersOfTheScene) {
   scene_.predicates->intensity = {100, 100};
   EXPECT_TRUE(refused({"predicates.intensity.white", "above black"}));
   scene_.predicates->intensity = {};
@@ -351,7 +351,7 @@ TEST_F(PredicateRefusalTest, RejectsInvalidNumbersOfTheScene) {
   EXPECT_TRUE(refused({"termination_error"}));
 }
 
-TEST_F(PredicateRefusalTest, PresetsAreValidAndAnUnknownNameListsThem) {
+TEST_F(PredicateRejectionTest, PresetsAreValidAndAnUnknownNameListsThem) {
   for (const std::string& name : predicate_preset_names()) {
     const auto model = preset_predicates(name);
     ASSERT_TRUE(test::has_value(model)) << name;

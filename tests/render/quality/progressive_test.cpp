@@ -14,9 +14,13 @@ class SlowEngine final : public Engine {
  public:
   [[nodiscard]] std::string name() const override { return "slow"; }
   [[nodiscard]] std::string device() const override { return "test"; }
-  Result<RenderedImage> render(const Scene& scene) override {
+  Result<RenderedImage> render_image(const Scene& scene, const Interrupt& interrupt) override {
     asked = {scene.width, scene.height};
     asked_pixel_error = scene.quality.pixel_error;
+    asked_ct = scene.ct;
+    ++images;
+    may_be_interrupted = interrupt.possible();
+    if (interrupt.requested()) return Error{ErrorCode::kCancelled, "interrupted"};
     std::vector<RgbaF> pixels;
     for (int y = 0; y < scene.height; ++y) {
       for (int x = 0; x < scene.width; ++x) {
@@ -35,6 +39,9 @@ class SlowEngine final : public Engine {
   double asked_pixel_error = 0;
   double takes_s = 0.2;
   double sparse_s = 0.1;
+  std::shared_ptr<const StoredVolume> asked_ct;
+  int images = 0;
+  bool may_be_interrupted = false;
   bool sends = false;  ///< True if the engine sends what images need.
 };
 
@@ -173,6 +180,57 @@ TEST_F(ProgressiveTest, NewUltrasoundPixelsNeitherCoarsenNorDelayRefinement) {
   EXPECT_FALSE(draw(0.1));
   scene_.plane->frame.pixels = test::grey_image(4, 4, 103);
   EXPECT_TRUE(draw(0.145));
+}
+
+TEST_F(ProgressiveTest, AnImageInFullIsGivenUpForAnotherSceneAndACoarseOneIsShown) {
+  ProgressiveRenderer at_once(engine_, {.budget_s = 0});
+  const auto waits = [](SceneChange change) { return [change] { return change; }; };
+  EXPECT_TRUE(test::has_value(at_once.draw(scene_, at(0), waits(SceneChange::kPixels))))
+      << "only the pixels of the ultrasound image differ";
+  EXPECT_TRUE(engine_.may_be_interrupted);
+  turn();
+  EXPECT_FALSE(at_once.draw(scene_, at(0.01), waits(SceneChange::kView)))
+      << "nothing is known about an image with fewer rays";
+  EXPECT_FALSE(at_once.draw(scene_, at(0.01), waits(SceneChange::kView))->refined);
+  EXPECT_FALSE(engine_.may_be_interrupted) << "a coarse image";
+  const auto full = at_once.draw(scene_, at(0.5), waits(SceneChange::kGeometry));
+  ASSERT_FALSE(full);
+  EXPECT_EQ(full.error().code, ErrorCode::kCancelled);
+  for (int i = 0; i < 5; ++i) {
+    turn();
+    const auto coarse = at_once.draw(scene_, at(0.51 + 0.01 * i), waits(SceneChange::kView));
+    ASSERT_TRUE(test::has_value(coarse));
+    EXPECT_FALSE(coarse->refined);
+  }
+  EXPECT_TRUE(at_once.draw(scene_, at(1), waits(SceneChange::kNothing))->refined);
+}
+
+TEST_F(ProgressiveTest, CoarseImagesComeFromAnEngineOfTheirOwn) {
+  SlowEngine second;
+  CoarseEngine coarse{second};
+  ProgressiveRenderer renderer(engine_, {}, &coarse);
+  EXPECT_TRUE(renderer.draw(scene_, at(0))->refined);
+  EXPECT_EQ(engine_.asked_ct, scene_.ct);
+  EXPECT_EQ(second.images, 0);
+  for (int i = 1; i < 4; ++i) {
+    turn();
+    const auto image = renderer.draw(scene_, at(0.03 * i));
+    EXPECT_FALSE(image->refined);
+    EXPECT_EQ(image->image.pixels.width(), scene_.width);
+    EXPECT_EQ(second.images, i);
+    EXPECT_NE(second.asked_ct, scene_.ct);
+  }
+  EXPECT_TRUE(renderer.draw(scene_, at(1))->refined);
+  EXPECT_EQ(engine_.images, 2);
+  scene_.predicates.emplace();
+  turn();
+  (void)renderer.draw(scene_, at(1.03));
+  EXPECT_EQ(engine_.images, 3) << "predicates are always drawn of all voxels";
+}
+
+TEST_F(ProgressiveTest, AnImageWithinTheBudgetIsFinished) {
+  ProgressiveRenderer patient(engine_, {.budget_s = 1000});
+  EXPECT_TRUE(test::has_value(patient.draw(scene_, at(0), [] { return SceneChange::kView; })));
 }
 
 TEST_F(ProgressiveTest, EnlargingKeepsEachPositionOfTheView) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/quality/refinement.hpp"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 #include <limits>
 
@@ -203,6 +204,129 @@ TEST_F(RefinementTest, NoImageIsProvisionalIfNoneMayBeCoarse) {
   expect_whole(0, 0.1);
   turn();
   EXPECT_FALSE(refinement_.plan(scene_, time_at(0.01)).scene.quality.provisional);
+}
+
+TEST_F(RefinementTest, AfterAnInterruptedImageTheNextIsCoarse) {
+  scene_.quality.pixel_error = 0.5;
+  auto plan = refinement_.plan(scene_, time_at(0));
+  EXPECT_TRUE(plan.refined);  // Nothing is known yet.
+  EXPECT_EQ(plan.yields_to, SceneChange::kGeometry);
+  refinement_.interrupted(0.05);
+  turn();
+  plan = refinement_.plan(scene_, time_at(0.05));
+  EXPECT_FALSE(plan.refined);
+  EXPECT_EQ(plan.factor, 2);
+  EXPECT_FALSE(plan.yields_to) << "coarse images are always shown";
+  refinement_.drawn(0.1, plan.factor);
+  turn();
+  EXPECT_EQ(draw(0.1, 0.03).factor, 4);
+  EXPECT_TRUE(refinement_.wants_refinement(time_at(0.3)));
+  EXPECT_TRUE(refinement_.plan(scene_, time_at(0.3)).refined);
+  refinement_.interrupted(0.2);
+  move_plane();
+  EXPECT_FALSE(draw(0.5, 0.03).refined);
+  expect_whole(0.7, 0.4);
+}
+
+TEST_F(RefinementTest, AnInterruptedImageCountsAsSlowHoweverSoonItWasGivenUp) {
+  scene_.quality.pixel_error = 0.5;
+  expect_whole(0, 0.01);
+  for (int i = 0; i < 5; ++i) {
+    turn();
+    EXPECT_TRUE(refinement_.plan(scene_, time_at(1 + i)).refined);
+    refinement_.interrupted(0.001);
+    turn();
+    EXPECT_FALSE(draw(1.01 + i, 0.005).refined) << "an image is shown between two interruptions";
+    expect_whole(1.5 + i, 0.01);
+  }
+}
+
+TEST_F(RefinementTest, AFirstAttemptWithFewerRaysMayBeGivenUp) {
+  scene_.width = 400;  // Rays lie closely, so that some can be spared.
+  scene_.height = 300;
+  expect_whole(0, 1);
+  turn();
+  auto plan = refinement_.plan(scene_, time_at(1));
+  ASSERT_EQ(plan.factor, 1);
+  ASSERT_FALSE(plan.refined);
+  EXPECT_EQ(plan.yields_to, SceneChange::kGeometry);
+  refinement_.interrupted(0.1);
+  for (int i = 0; i < 3; ++i) {
+    turn();
+    plan = refinement_.plan(scene_, time_at(1.1 + 0.1 * i));
+    EXPECT_GE(plan.factor, 2);
+    EXPECT_FALSE(plan.yields_to);
+    refinement_.drawn(0.02, plan.factor);
+  }
+  expect_whole(2, 1);
+  turn();
+  EXPECT_GE(draw(2.1, 0.02).factor, 2) << "it took too long before";
+}
+
+/// Each image takes 0.6 s for all pixels, 0.06 s if the view rests.
+class RestingViewTest : public RefinementTest {
+ protected:
+  RestingViewTest() {
+    scene_.quality.pixel_error = 0.5;
+    refinement_ = Refinement({.budget_s = 0.02, .refine_after_s = 1e9});
+    expect_whole(0, 0.6);
+  }
+  int draw_one(double seconds, double kept_share) {
+    const auto plan = refinement_.plan(scene_, time_at(seconds));
+    const bool kept = plan.factor == last_factor_ && !turned_;
+    turned_ = false;
+    yields_to_ = plan.yields_to;
+    last_factor_ = plan.factor;
+    refinement_.drawn((kept ? kept_share : 1) * 0.6 / (plan.factor * plan.factor), plan.factor);
+    return plan.factor;
+  }
+  int after_turn(double seconds) {
+    turn();
+    turned_ = true;
+    return draw_one(seconds, 0.1);
+  }
+  int after_plane(double seconds, double kept_share = 0.1) {
+    move_plane();
+    return draw_one(seconds, kept_share);
+  }
+  std::optional<SceneChange> yields_to_;
+  int last_factor_ = 0;
+  bool turned_ = false;
+};
+
+TEST_F(RestingViewTest, GetsMorePixelsOnceItsRaysAreKept) {
+  EXPECT_EQ(after_turn(1), 6);  // 0.6 s / 36 is within 0.02 s.
+  EXPECT_EQ(after_plane(1.03), 6);
+  EXPECT_EQ(after_plane(1.2), 6) << "the view may turn again";
+  EXPECT_FALSE(yields_to_);
+  EXPECT_EQ(after_plane(1.3), 2) << "0.015 s for 0.06 s of rays in all pixels";
+  EXPECT_EQ(yields_to_, SceneChange::kView) << "all rays once, 0.15 s";
+  for (int i = 1; i < 20; ++i) EXPECT_EQ(after_plane(1.3 + 0.03 * i), 2);
+  EXPECT_FALSE(yields_to_);
+  EXPECT_EQ(after_turn(3), 6);
+}
+
+TEST_F(RestingViewTest, LosesThemIfMoreRaysAreAffected) {
+  after_turn(1);
+  after_plane(1.1);
+  ASSERT_EQ(after_plane(1.3), 2);
+  int most = 2;
+  for (int i = 1; i < 20; ++i) most = std::max(most, after_plane(1.3 + 0.03 * i, 0.5));
+  EXPECT_EQ(most, 4) << "0.3 s of rays in all pixels";
+}
+
+TEST_F(RestingViewTest, NeverTakesAStepThatLastsTooLong) {
+  refinement_ = Refinement({.budget_s = 0.02, .refine_after_s = 1e9, .finer_step_s = 0.05});
+  expect_whole(0.5, 0.6);
+  EXPECT_EQ(after_turn(1), 6);
+  after_plane(1.1);
+  EXPECT_EQ(after_plane(1.3), 4) << "0.6 s / 16 is within 0.05 s";
+}
+
+TEST_F(RestingViewTest, AChangedBudgetChangesTheImages) {
+  EXPECT_EQ(after_turn(1), 6);
+  refinement_.set_budget(0.04);
+  EXPECT_EQ(after_turn(1.1), 4);
 }
 
 TEST(SameSetTest, DistinguishesCombinations) {

@@ -94,7 +94,7 @@ TEST_P(MovingSpeckleTest, ARigidMotionEqualsTheInverseMotionOfTheProbe) {
 /// Correlation of the grey values of the moved image with those of the image at rest. \p from maps
 /// a position in the moved image (mm, image plane) to its position in the image at rest.
 template <class Map>
-double correlation(const UltrasoundFrame& moved, const UltrasoundFrame& rest, const Map& from) {
+double correlation(const UltrasoundImage& moved, const UltrasoundImage& rest, const Map& from) {
   double n = 0, a = 0, b = 0, aa = 0, bb = 0, ab = 0;
   for (int row = 0; row < moved.pixels.height(); ++row) {
     for (int column = 0; column < moved.pixels.width(); ++column) {

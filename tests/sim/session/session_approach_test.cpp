@@ -85,7 +85,7 @@ TEST(SessionApproachTest, TheSourceHasTheProbeAndTheTipInTheirTruePoses) {
   }
   EXPECT_GT(probes, 300);
   EXPECT_EQ(needles, probes);
-  const FrameTruth last = session.truth(session.frame_count() - 1);
+  const ImageTruth last = session.truth(session.frame_count() - 1);
   const auto chain =
       ct_from_tracker * session.tracker_from_probe(last.physical) * session.probe_from_image();
   EXPECT_TRUE(test::is_near(chain, last.ct_from_image, 1e-8, kExactRad));
@@ -151,7 +151,7 @@ TEST(SessionApproachTest, TheImagePlaneContainsThePath) {
   for (std::uint64_t seed = 1; seed <= test::trials(8U); ++seed) {
     const SimulatedSession session = made(with_approach(seed));
     const NeedlePlan& plan = session.needle()->plan();
-    const FrameTruth last = session.truth(session.frame_count() - 1);
+    const ImageTruth last = session.truth(session.frame_count() - 1);
     const auto image_from_ct = last.ct_from_image.inverse();
     const auto target = image_from_ct * plan.target_ct;
     const auto entry = image_from_ct * plan.entry_ct;
@@ -191,7 +191,7 @@ TEST(SessionApproachTest, EveryFamilyHasAnApproachOrSaysThatThereIsNoView) {
 }
 
 /// Mean grey along the last 20 mm of a path to a target.
-double grey_along(const UltrasoundFrame& frame, const Transform<Ct, Image>& pose,
+double grey_along(const UltrasoundImage& frame, const Transform<Ct, Image>& pose,
                   const NeedlePlan& plan) {
   const Vec back = (plan.entry_ct.mm - plan.target_ct.mm).normalized();
   double sum = 0;

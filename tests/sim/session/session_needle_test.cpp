@@ -49,7 +49,7 @@ TEST(SessionNeedleTest, TheTransformChainOfAnIdealTrackerGivesTheTruth) {
     ++count;
   }
   EXPECT_GT(count, 90);
-  const FrameTruth last = session.truth(session.frame_count() - 1);
+  const ImageTruth last = session.truth(session.frame_count() - 1);
   ASSERT_TRUE(last.needle);
   EXPECT_NEAR(last.needle->inserted_mm, session.needle()->path_mm(), 1e-9);
 }
@@ -93,7 +93,7 @@ TEST(SessionNeedleTest, ThePathAvoidsBoneAndGasAndStartsOnTheSkin) {
 }
 
 /// Mean difference of two images at a list of points.
-double difference_along(const UltrasoundFrame& a, const UltrasoundFrame& b,
+double difference_along(const UltrasoundImage& a, const UltrasoundImage& b,
                         const Transform<frames::Image, frames::Ct>& pose,
                         const std::vector<Point<frames::Ct>>& chain) {
   double sum = 0;

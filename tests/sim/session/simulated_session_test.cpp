@@ -70,7 +70,7 @@ TEST(SimulatedSessionTest, TheTransformChainOfAnIdealTrackerGivesTheTruth) {
   // of the pose.
   const auto expected = session.tracker_from_probe(raw_probe->acquired);
   EXPECT_TRUE(test::is_near(*tracker_from_probe, expected, kRoundingMm, kRoundingRad));
-  const FrameTruth truth = session.truth(3);
+  const ImageTruth truth = session.truth(3);
   const auto chain = session.ct_from_reference() * session.tracker_from_reference().inverse() *
                      session.tracker_from_probe(truth.physical) * session.probe_from_image();
   EXPECT_TRUE(test::is_near(chain, truth.ct_from_image, 1e-8, kRoundingRad));
@@ -155,7 +155,7 @@ TEST(SimulatedSessionTest, ImagesShowThePatientAtRestAtThePositionOfTheTissue) {
   options.breathing.kind = BreathingKind::kRigid;
   options.breathing.period_variation = 0;
   const auto session = make(options);
-  const FrameTruth truth = session.truth(3);
+  const ImageTruth truth = session.truth(3);
   const auto warp = session.breathing().warp(truth.physical);
   const Point<frames::Image> deep{{10, 70, 0}};
   EXPECT_GT((truth.rest.ct_from_image * deep).mm.z() - (truth.ct_from_image * deep).mm.z(), 1)
@@ -193,7 +193,7 @@ TEST(SimulatedSessionTest, BreathingMovesDeformedTissueFromItsDeformedPosition) 
   }
   // The image shows the tissue that lies there after the deformation, not the tissue that the CT
   // has at that position.
-  const FrameTruth truth = still.truth(3);
+  const ImageTruth truth = still.truth(3);
   EXPECT_GT(
       std::abs((truth.rest.ct_from_image.translation_mm() - truth.ct_from_image.translation_mm())
                    .norm()),

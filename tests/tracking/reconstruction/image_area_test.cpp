@@ -9,8 +9,8 @@
 namespace nav::tracking {
 namespace {
 
-UltrasoundFrame image_of(int width, int height) {
-  UltrasoundFrame image;
+UltrasoundImage image_of(int width, int height) {
+  UltrasoundImage image;
   image.grid = {Eigen::Vector2d(0.5, 0.25).asDiagonal(), {0, 0}};
   const auto count = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
   image.pixels = Image2d<std::uint8_t>(width, height, std::vector<std::uint8_t>(count));
@@ -57,7 +57,7 @@ TEST(ImageAreaTest, CutsOutAFan) {
 }
 
 TEST(ImageAreaTest, SplitsRowsOfASectorAroundItsFace) {
-  UltrasoundFrame image = image_of(41, 40);
+  UltrasoundImage image = image_of(41, 40);
   image.outline = SectorOutline{{10, -1}, 4, 9, 1.0};
   const ImageArea area(image, {});
   std::size_t pixels = 0;

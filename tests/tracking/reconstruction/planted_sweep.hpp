@@ -17,9 +17,9 @@ using ReferenceFromImage = Transform<frames::Reference, frames::Image>;
 using Field = std::function<double(const Eigen::Vector3d& mm)>;
 
 /// Image of \p columns x \p rows pixels whose values are those of a field in the Reference frame.
-inline TrackedFrame image_of(const Field& field, const ReferenceFromImage& pose, int columns,
+inline TrackedImage image_of(const Field& field, const ReferenceFromImage& pose, int columns,
                              int rows, double pixel_mm) {
-  UltrasoundFrame frame;
+  UltrasoundImage frame;
   frame.grid = {Eigen::Vector2d::Constant(pixel_mm).asDiagonal(), {0, 0}};
   std::vector<std::uint8_t> pixels;
   for (int row = 0; row < rows; ++row) {
@@ -39,8 +39,8 @@ inline Eigen::Quaterniond oblique() {
 }
 
 /// Images of 64 x 56 pixels of 0.25 mm, 0.4 mm apart along their normal, which also turn a little.
-inline std::vector<TrackedFrame> sweep_of(const Field& field, int images) {
-  std::vector<TrackedFrame> sweep;
+inline std::vector<TrackedImage> sweep_of(const Field& field, int images) {
+  std::vector<TrackedImage> sweep;
   for (int n = 0; n < images; ++n) {
     const Eigen::Quaterniond turn =
         oblique() * Eigen::AngleAxisd(0.004 * n, Eigen::Vector3d::UnitX());
@@ -52,14 +52,14 @@ inline std::vector<TrackedFrame> sweep_of(const Field& field, int images) {
   return sweep;
 }
 
-inline std::shared_ptr<const tracking::ImageArea> whole_area(const TrackedFrame& image) {
+inline std::shared_ptr<const tracking::ImageArea> whole_area(const TrackedImage& image) {
   return std::make_shared<tracking::ImageArea>(image.frame, tracking::PlusClip{});
 }
 
-inline VoxelGridIn<frames::Reference> grid_around(const std::vector<TrackedFrame>& sweep,
+inline VoxelGridIn<frames::Reference> grid_around(const std::vector<TrackedImage>& sweep,
                                                   double spacing_mm, int margin = 2) {
   std::vector<Point<frames::Reference>> corners;
-  for (const TrackedFrame& image : sweep) {
+  for (const TrackedImage& image : sweep) {
     for (const Eigen::Vector2d& corner : whole_area(image)->corners()) {
       corners.push_back(image.reference_from_image * image.frame.grid.at(corner.x(), corner.y()));
     }
@@ -67,11 +67,11 @@ inline VoxelGridIn<frames::Reference> grid_around(const std::vector<TrackedFrame
   return *tracking::sweep_grid(tracking::sweep_extent(corners), spacing_mm, margin);
 }
 
-inline tracking::Reconstruction reconstruct(const std::vector<TrackedFrame>& sweep,
+inline tracking::Reconstruction reconstruct(const std::vector<TrackedImage>& sweep,
                                             const VoxelGridIn<frames::Reference>& grid,
                                             const tracking::ReconstructionOptions& options) {
   auto volume = *tracking::Reconstruction::create(grid, options);
-  for (const TrackedFrame& image : sweep) volume.add(image, whole_area(image));
+  for (const TrackedImage& image : sweep) volume.add(image, whole_area(image));
   return volume;
 }
 

@@ -92,7 +92,7 @@ TEST_P(EveryMethod, KeepsTheVolumeOfASphere) {
 }
 
 TEST_P(EveryMethod, CompoundsImagesOfOnePlace) {
-  std::vector<TrackedFrame> sweep;
+  std::vector<TrackedImage> sweep;
   for (const double value : {10.0, 40.0, 20.0, 34.0, 31.0}) {
     sweep.push_back(test::image_of([=](const Eigen::Vector3d&) { return value; },
                                    ReferenceFromImage(oblique(), Eigen::Vector3d(3, -8, 11)), 40,
@@ -139,7 +139,7 @@ TEST_P(EveryMethod, GivesTheSameBytesWithAnyNumberOfThreads) {
 
 TEST_P(EveryMethod, PixelsCountByTheirConfidence) {
   // Two images in one place: 100 with the weight 1, and 200 with 64 / 256.
-  std::vector<TrackedFrame> sweep;
+  std::vector<TrackedImage> sweep;
   for (const double value : {100.0, 200.0}) {
     sweep.push_back(test::sweep_of([&](const Eigen::Vector3d&) { return value; }, 1).front());
   }
@@ -172,7 +172,7 @@ TEST_P(EveryMethod, FullConfidenceChangesNoMean) {
   ReconstructionOptions options = options_of(GetParam());
   options.by_confidence = true;
   auto weighted = *Reconstruction::create(grid, options);
-  for (const TrackedFrame& image : sweep) {
+  for (const TrackedImage& image : sweep) {
     const auto& pixels = image.frame.pixels;
     weighted.add(image, test::whole_area(image),
                  Image2d<std::uint8_t>(pixels.width(), pixels.height(),
@@ -203,8 +203,8 @@ TEST_P(EveryMethod, CanBeReadAfterEveryImage) {
   const auto sweep = test::sweep_of(plane_field, 6);
   const auto grid = test::grid_around(sweep, kVoxelMm);
   auto read_often = *Reconstruction::create(grid, options_of(GetParam()));
-  std::vector<TrackedFrame> so_far;
-  for (const TrackedFrame& image : sweep) {
+  std::vector<TrackedImage> so_far;
+  for (const TrackedImage& image : sweep) {
     read_often.add(image, test::whole_area(image));
     so_far.push_back(image);
     auto fresh = test::reconstruct(so_far, grid, options_of(GetParam()));
@@ -290,7 +290,7 @@ TEST(ReconstructionTest, BackwardWeighsImagesByTheirOrientation) {
                           ReferenceFromImage(turn, turn * Eigen::Vector3d(-4, -4, 0)), 33, 33,
                           0.25);
   };
-  const std::vector<TrackedFrame> sweep{looking(0, 100), looking(0, 100), looking(M_PI / 3, 220)};
+  const std::vector<TrackedImage> sweep{looking(0, 100), looking(0, 100), looking(M_PI / 3, 220)};
   VoxelGridIn<frames::Reference> grid;
   grid.size = {1, 1, 1};
   auto volume = test::reconstruct(sweep, grid, options_of(Method::kBackward));
