@@ -15,6 +15,7 @@
 
 #include "io/pixel_type.hpp"
 #include "nav/diagnostics.hpp"
+#include "nav/grey_scale.hpp"
 #include "nav/image.hpp"
 #include "nav/pose.hpp"
 #include "nav/result.hpp"
@@ -78,17 +79,6 @@ void set_transform(SequenceImage& frame, const NamedTransform& transform);
 
 /// Meaning of a PLUS status text. Texts that PLUS does not define are kInvalid, never ok.
 TrackingStatus tracking_status_from_text(std::string_view text);
-
-/// Rule by which the 16-bit samples of one recording become 8 bits. It is decided once and kept, so
-/// that grey values do not jump from image to image.
-struct GreyScale {
-  /// Value of 16-bit samples that becomes 255: the smallest 2^n - 1, n >= 8, that is not below
-  /// ElementMax of the header (above 0) or, without it, the largest sample of the first image that
-  /// is not black. 0: not decided yet, or 8-bit samples.
-  std::uint32_t white = 0;
-  std::uint32_t largest = 0;  ///< Largest 16-bit sample so far; those above white become 255.
-  bool of_header = false;     ///< White is that of the header.
-};
 
 /// Image of a frame in 8 bits: its brightness and, unless it is grey, its colours.
 struct DecodedImage {

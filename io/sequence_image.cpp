@@ -88,13 +88,6 @@ Sample sample_at(const SequenceImage& frame, std::size_t index) {
   return value;
 }
 
-/// The smallest 2^n - 1, n >= 8, that is not below a sample.
-std::uint32_t white_for(std::uint32_t largest) {
-  std::uint32_t white = 255;
-  while (white < largest) white = 2 * white + 1;
-  return white;
-}
-
 /// ElementMax of a MetaImage (16 bits); 0: none, or no such number.
 std::uint32_t largest_of_header(const SequenceHeader& header) {
   const auto field = header.fields.find("ElementMax");
@@ -123,18 +116,10 @@ Result<std::vector<std::uint8_t>> narrowed(const SequenceHeader& header, const S
                  header.path.string() + ": frame " + std::to_string(frame.index) +
                      ": expected brightness from 0, found " + std::to_string(least)};
   }
-  scale.largest = std::max(scale.largest, static_cast<std::uint32_t>(largest));
-  if (scale.white == 0) {
-    const std::uint32_t declared = largest_of_header(header);
-    scale.of_header = declared > 0;
-    if (scale.largest > 0) scale.white = white_for(declared > 0 ? declared : scale.largest);
-  }
-  if (scale.white == 0) return std::vector<std::uint8_t>(count);  // Black, which decides nothing.
+  scale.see(static_cast<std::uint32_t>(largest), largest_of_header(header));
   std::vector<std::uint8_t> grey(count);
   for (std::size_t i = 0; i < count; ++i) {
-    const auto value = static_cast<std::uint32_t>(sample_at<Sample>(frame, i));
-    grey[i] = static_cast<std::uint8_t>(
-        std::min<std::uint32_t>(255, (value * 255 + scale.white / 2) / scale.white));
+    grey[i] = scale.grey(static_cast<std::uint32_t>(sample_at<Sample>(frame, i)));
   }
   return grey;
 }

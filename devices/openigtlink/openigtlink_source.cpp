@@ -9,6 +9,7 @@
 
 #include "devices/openigtlink/igtl_image.hpp"
 #include "devices/openigtlink/igtl_messages.hpp"
+#include "devices/openigtlink/igtl_pixels.hpp"
 #include "devices/openigtlink/igtl_poses.hpp"
 #include "nav/check.hpp"
 
@@ -135,6 +136,7 @@ OpenIgtLinkSource::OpenIgtLinkSource(OpenIgtLinkOptions options, TcpEndpoint pee
     add_stream({stream.device, stream.kind, stream.role});
   }
   health_.samples.resize(streams().size());
+  scales_.resize(streams().size());
 }
 
 OpenIgtLinkHealth OpenIgtLinkSource::account() const {
@@ -372,12 +374,6 @@ void OpenIgtLinkSource::take_image(const IgtlMessage& message, Timestamp receive
     reject(message, image.error().message);
     return missing("malformed_image", image.error().message);
   }
-  const bool colours = image->components == 3;
-  if (image->scalar != IgtlScalar::kUint8 || (image->components != 1 && !colours) ||
-      image->size[2] != 1 || !image->is_whole()) {
-    return missing("unsupported_image_type",
-                   "expected one whole slice of 8-bit grey or RGB values");
-  }
   const Eigen::Vector3d spacing = image->spacing_mm();
   const int width = image->size[0];
   UltrasoundImage frame;
@@ -388,16 +384,27 @@ void OpenIgtLinkSource::take_image(const IgtlMessage& message, Timestamp receive
   if (const auto ok = validate(frame.grid); !ok) {
     return missing("invalid_pixel_grid", ok.error().message);
   }
-  if (colours) {
-    std::vector<Rgb8> pixels(image->pixels.size() / sizeof(Rgb8));
-    std::memcpy(pixels.data(), image->pixels.data(), image->pixels.size());
-    set_colours(frame, {width, image->size[1], std::move(pixels)});
-  } else {
-    const auto* first = reinterpret_cast<const std::uint8_t*>(image->pixels.data());
-    frame.pixels = Image2d<std::uint8_t>(
-        width, image->size[1], std::vector<std::uint8_t>(first, first + image->pixels.size()));
+  GreyScale& scale = scales_[*stream];
+  const GreyScale before = scale;
+  if (const auto ok = set_pixels(frame, *image, scale); !ok) {
+    return missing("unsupported_image_type", ok.error().message);
   }
+  say_scale(message.header.description(), before, scale);
   add(*stream, message, received, std::move(frame));
+}
+
+void OpenIgtLinkSource::say_scale(const std::string& image, const GreyScale& before,
+                                  const GreyScale& now) {
+  const std::string white = std::to_string(now.white);
+  if (now.white != before.white) {
+    report(Severity::kInfo, image + ": samples of 16 bits, found up to " +
+                                std::to_string(now.largest) + "; 0 to " + white +
+                                " become 0 to 255, in all images");
+  }
+  if (now.largest > now.white && before.largest <= before.white) {
+    report(Severity::kWarning, image + ": expected samples up to " + white + ", found " +
+                                   std::to_string(now.largest) + ": larger ones are drawn white");
+  }
 }
 
 void OpenIgtLinkSource::add(std::size_t stream, const IgtlMessage& message, Timestamp received,

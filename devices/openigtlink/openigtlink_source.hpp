@@ -17,6 +17,7 @@
 #include "devices/openigtlink/igtl_parser.hpp"
 #include "devices/openigtlink/tcp_socket.hpp"
 #include "devices/polled_source.hpp"
+#include "nav/grey_scale.hpp"
 
 namespace nav::devices {
 
@@ -75,10 +76,10 @@ struct OpenIgtLinkHealth {
 /// thread of its own: call next() from a thread that does nothing else. A connection that is lost
 /// is not the end of the streams: it is tried again after 1, 2, 4 and then every 5 s, and next()
 /// returns kTimeout meanwhile. Samples:
-///   - poses from TRANSFORM, POSITION, TDATA and QTDATA, with the status of the metadata and
-///   kUnknown
+///   - poses from TRANSFORM, POSITION, TDATA and QTDATA, with the status of the metadata, kUnknown
 ///     without;
-///   - images from IMAGE: one slice of 8-bit grey or RGB values. Others are MissingImage.
+///   - images from IMAGE: one slice of grey, RGB or RGBA values of 8 or 16 bits (set_pixels()).
+///     Others are MissingImage.
 /// Sample::device_time is the header's time stamp, ns since 1970; absent when the sender gives
 /// none. The times `acquired` are those of reception until a clock model has mapped the device
 /// time.
@@ -116,6 +117,8 @@ class OpenIgtLinkSource final : public PolledSource {
   void take_image(const IgtlMessage& message, Timestamp received);
   void add(std::size_t stream, const IgtlMessage& message, Timestamp received,
            decltype(Sample::what) what);
+  /// Says how 16-bit samples become 8 bits, when it is decided and when they exceed it.
+  void say_scale(const std::string& image, const GreyScale& before, const GreyScale& now);
   void reject(const IgtlMessage& message, const std::string& why);
   void report_faults();
   [[nodiscard]] std::optional<std::size_t> stream_of(std::string_view device,
@@ -133,6 +136,7 @@ class OpenIgtLinkSource final : public PolledSource {
   RetryTimes retry_;
   std::string reported_loss_;
   IgtlStreamCounts reported_faults_;
+  std::vector<GreyScale> scales_;  ///< One for each stream; used for images of 16 bits.
 
   mutable std::mutex mutex_;  ///< Guards the health; never held while calling out.
   OpenIgtLinkHealth health_;

@@ -187,8 +187,8 @@ TEST(OpenIgtLinkSourceTest, GivesGreyImagesAndNamesTheOthers) {
   grey.image.steps_mm[0] = {1000, 0, 0};
   peer.server->send({.type = "IMAGE", .device = "Image"}, grey.content());
   expect_missing("invalid_pixel_grid");
-  const Bytes wide(std::size_t{31 * 17 * 2});
-  grey.image.scalar = IgtlScalar::kUint16;
+  const Bytes wide(std::size_t{31 * 17 * 4});
+  grey.image.scalar = IgtlScalar::kFloat32;
   grey.image.pixels = wide;
   peer.server->send({.type = "IMAGE", .device = "Image"}, grey.content());
   expect_missing("unsupported_image_type");
@@ -220,6 +220,29 @@ TEST(OpenIgtLinkSourceTest, GivesRgbImagesInTheirColours) {
   ASSERT_TRUE(test::has_value(again));
   EXPECT_TRUE(std::ranges::equal(std::get<UltrasoundImage>(again->what).colours.pixels(), colours))
       << "as Sonde sends it";
+}
+
+TEST(OpenIgtLinkSourceTest, SaysOnceHowSixteenBitsBecomeEight) {
+  const Peer peer;
+  Client client(peer.server->port());
+  client.connect(peer);
+  test::GreyImage sent(3, 2);
+  Bytes wide(std::size_t{3 * 2 * 2});
+  sent.image.scalar = IgtlScalar::kUint16;
+  sent.image.pixels = wide;
+  const auto largest = [&](int value) {
+    wide[0] = static_cast<std::byte>(value & 255);
+    wide[1] = static_cast<std::byte>(value >> 8);
+    peer.server->send({.type = "IMAGE", .device = "Image"}, sent.content());
+    const auto sample = client.next();
+    ASSERT_TRUE(test::has_value(sample));
+    EXPECT_EQ(std::get<UltrasoundImage>(sample->what).pixels.at(0, 0), 255);
+  };
+  largest(1023);
+  EXPECT_TRUE(client.reported("0 to 1023 become 0 to 255"));
+  EXPECT_FALSE(client.reported("drawn white"));
+  largest(5000);
+  EXPECT_TRUE(client.reported("expected samples up to 1023, found 5000"));
 }
 
 TEST(OpenIgtLinkSourceTest, NamesWhatNoStreamDeclares) {

@@ -94,7 +94,7 @@ TEST_F(ExportColoursTest, EveryImageKeepsItsColoursToTheBit) {
     for (int i = 0; i < kImages; ++i) {
       const auto frame = reader.read(i);
       ASSERT_TRUE(test::has_value(frame));
-      io::GreyScale scale;
+      GreyScale scale;
       const auto image = io::sequence_image(reader.header(), *frame, scale);
       ASSERT_TRUE(test::has_value(image));
       const UltrasoundImage expected = image_of(i, i >= first_colour);
