@@ -74,10 +74,7 @@ void FlatWidget::mousePressEvent(QMouseEvent* event) {
     }
   }
   if (button_ == Qt::LeftButton && places()) {
-    const QPointF from_middle = last_ - QRectF(rect()).center();
-    eye_drag_ = std::hypot(from_middle.x(), from_middle.y()) < ring_radius() ? EyeDrag::kShift
-                                                                             : EyeDrag::kTurn;
-    if (eye_dragged) eye_dragged(true);
+    handles_.begin(last_, size());
   } else if (button_ == Qt::LeftButton && paints()) {
     const SliceGeometry& slice = *view_image()->slice;
     painting_ = Painting{slice, stroke_on(slice, *brush_, device_pixel(last_))};
@@ -88,46 +85,13 @@ void FlatWidget::mousePressEvent(QMouseEvent* event) {
 }
 
 void FlatWidget::set_by_eye(bool on) {
-  if (on == by_eye_) return;
-  by_eye_ = on;
-  if (eye_drag_ != EyeDrag::kNone && eye_dragged) eye_dragged(false);
-  eye_drag_ = EyeDrag::kNone;
-  update();
+  if (handles_.set_on(on)) update();
 }
 
 bool FlatWidget::places() const {
-  return by_eye_ && view_image() && !judgement().covered &&
+  return handles_.on() && view_image() && !judgement().covered &&
          ct_point_at(id_, *view_image(), {0, 0}).has_value() && id_ != ViewId::kBullsEye &&
          !view_image()->of_ultrasound;
-}
-
-double FlatWidget::ring_radius() const { return 0.36 * std::min(width(), height()); }
-
-/// A dashed ring with two arrows, in the colour of what the user handles.
-void FlatWidget::paint_handles(QPainter& painter, const ViewImage&) {
-  if (!places()) return;
-  const QPointF middle = QRectF(rect()).center();
-  const double radius = ring_radius();
-  painter.setRenderHint(QPainter::Antialiasing);
-  painter.setBrush(Qt::NoBrush);
-  painter.setPen(QPen(QColor::fromRgb(theme::kWindowAccent), 2, Qt::DashLine));
-  painter.drawEllipse(middle, radius, radius);
-  painter.setPen(QPen(QColor::fromRgb(theme::kWindowAccent), 2));
-  constexpr double kArm = 14;
-  constexpr double kHead = 5;
-  for (const QPointF& way : {QPointF(1, 0), QPointF(-1, 0), QPointF(0, 1), QPointF(0, -1)}) {
-    const QPointF end = middle + kArm * way;
-    const QPointF aside(way.y(), way.x());
-    painter.drawLine(middle, end);
-    painter.drawLine(end, end - kHead * way + kHead * aside);
-    painter.drawLine(end, end - kHead * way - kHead * aside);
-  }
-  const QString words = QStringLiteral("BY EYE: inside shift, outside turn");
-  const QFont font = theme::fitting_font(words, kMarkText, width() - 40, true);
-  const QFontMetricsF metrics(font);
-  // Below the arrows: other words stand at the edges.
-  theme::draw_tag(painter, middle.x() - metrics.horizontalAdvance(words) / 2 - 6,
-                  middle.y() + kArm + 6, words, font, QColor::fromRgb(theme::kWindowAccent));
 }
 
 bool FlatWidget::paints() const {
@@ -150,10 +114,7 @@ void FlatWidget::set_strokes(std::vector<render::features::Stroke> strokes) {
 void FlatWidget::mouseReleaseEvent(QMouseEvent* event) {
   if (event->button() != button_) return;
   button_ = Qt::NoButton;
-  if (std::exchange(eye_drag_, EyeDrag::kNone) != EyeDrag::kNone) {
-    if (eye_dragged) eye_dragged(false);
-    return;
-  }
+  if (handles_.end()) return;
   if (!painting_) return;
   render::features::Stroke stroke = std::move(painting_->stroke);
   painting_.reset();
@@ -170,11 +131,12 @@ void FlatWidget::mouseMoveEvent(QMouseEvent* event) {
   if (button_ == Qt::NoButton) return;
   const QPointF way = event->position() - last_;
   const QPointF before = std::exchange(last_, event->position());
-  if (eye_drag_ != EyeDrag::kNone) {
-    if (!places() || !eye_moved) return;
-    const auto movement = eye_movement(id_, *view_image(), device_pixel(before),
-                                       device_pixel(last_), eye_drag_ == EyeDrag::kTurn);
-    if (movement) eye_moved(*movement);
+  if (handles_.drag() != EyeHandles::Drag::kNone) {
+    if (!places() || !handles_.moved) return;
+    const auto movement =
+        eye_movement(id_, *view_image(), device_pixel(before), device_pixel(last_),
+                     handles_.drag() == EyeHandles::Drag::kTurn);
+    if (movement) handles_.moved(*movement);
     return;
   }
   constexpr std::size_t kMostPoints = 10000;
@@ -237,7 +199,7 @@ void FlatWidget::paint_marks(QPainter& painter, const ViewImage& view_image) {
   paint_structures(painter, view_image);
   paint_strokes(painter, view_image);
   paint_cursor(painter, view_image);
-  paint_handles(painter, view_image);
+  if (places()) EyeHandles::paint(painter, size(), {});
   if (!view_image.slice) return;
   paint_slice_words(painter, view_image);
   if (id_ == ViewId::kBullsEye) paint_rings(painter, view_image);

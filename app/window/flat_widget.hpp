@@ -3,6 +3,7 @@
 #pragma once
 
 #include "app/window/brush.hpp"
+#include "app/window/eye_handles.hpp"
 #include "app/window/slice_control.hpp"
 #include "app/window/view_widget.hpp"
 #include "session/critical_structures.hpp"
@@ -30,12 +31,9 @@ class FlatWidget : public ViewWidget {
   std::function<bool(const Point<frames::Ct>&)> picked;
   /// Critical structures that are spheres, drawn where they meet a slice of the CT.
   void set_structures(std::vector<session::CriticalStructure::Sphere> structures);
-  /// Shows handles by which the left button places the CT by eye: inside of the ring it shifts,
-  /// outside it turns.
+  /// Shows the handles, or not.
   void set_by_eye(bool on);
-  /// Called for the movements of a drag by the handles, and at its ends.
-  std::function<void(const EyeMovement&)> eye_moved;
-  std::function<void(bool begins)> eye_dragged;
+  EyeHandles& handles() { return handles_; }
   /// A brush for slices of 3D ultrasound: the left button paints in place of setting the cursor.
   /// Absent: none.
   void set_brush(const std::optional<Brush>& brush);
@@ -60,9 +58,6 @@ class FlatWidget : public ViewWidget {
   void paint_rings(QPainter& painter, const ViewImage& view_image);
   void paint_structures(QPainter& painter, const ViewImage& view_image);
   void paint_strokes(QPainter& painter, const ViewImage& view_image);
-  void paint_handles(QPainter& painter, const ViewImage& view_image);
-  /// Radius of the ring of the handles, pixels.
-  [[nodiscard]] double ring_radius() const;
   /// True: the left button places the CT here.
   [[nodiscard]] bool places() const;
   /// True: the left button paints here.
@@ -73,9 +68,7 @@ class FlatWidget : public ViewWidget {
     SliceGeometry slice;
     render::features::Stroke stroke;
   };
-  bool by_eye_ = false;
-  enum class EyeDrag { kNone, kShift, kTurn };
-  EyeDrag eye_drag_ = EyeDrag::kNone;
+  EyeHandles handles_;
   std::optional<Brush> brush_;
   std::optional<Painting> painting_;
   std::vector<render::features::Stroke> strokes_;

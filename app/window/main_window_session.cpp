@@ -218,6 +218,8 @@ void MainWindow::begin_session(const Moment& moment) {
   open_panels(moment);
   open_steps(moment);
   restore_state(config_.window);
+  // Changes from now on are unsaved.
+  look_at_session();
   show_job();
   show_title();
 }

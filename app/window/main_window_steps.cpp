@@ -29,11 +29,15 @@ void MainWindow::add_steps() {
     plan_->picked(point);
     return true;
   };
+  const auto follow = [this](EyeHandles& handles) {
+    handles.moved = [this](const EyeMovement& movement) { registration_.move(movement); };
+    handles.dragged = [this](bool begins) { registration_.drag(begins); };
+  };
   for (const ViewId id : kFlatViews) {
     flat_[id]->picked = picked;
-    flat_[id]->eye_moved = [this](const EyeMovement& movement) { registration_.move(movement); };
-    flat_[id]->eye_dragged = [this](bool begins) { registration_.drag(begins); };
+    follow(flat_[id]->handles());
   }
+  follow(scene_->handles());
   loop_.looked = picked;
   registration_page_->overlay_changed = [this](const CtOverlay& overlay) {
     loop_.set_overlay(overlay);
@@ -219,6 +223,7 @@ void MainWindow::check_plan() {
 void MainWindow::show_handles() {
   const bool on = registration_page_->by_eye() && step_ == 3 && tool() == Tool::kStep;
   for (const ViewId id : kFlatViews) flat_[id]->set_by_eye(on);
+  scene_->set_by_eye(on);
 }
 
 /// Says in each view what the next click does.

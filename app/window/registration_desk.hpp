@@ -9,11 +9,11 @@
 #include <thread>
 #include <vector>
 
+#include "app/window/eye_handles.hpp"
 #include "app/window/moment.hpp"
 #include "app/window/registration_job.hpp"
 #include "app/window/registration_page.hpp"
 #include "app/window/session_thread.hpp"
-#include "app/window/slice_control.hpp"
 #include "render/undo_history.hpp"
 
 namespace nav::app {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "app/window/small_controls.hpp"
 #include "app/window/theme.hpp"
@@ -88,14 +89,41 @@ void SceneWidget::mousePressEvent(QMouseEvent* event) {
   if (event->button() == Qt::LeftButton && has_mode()) return look(event->position());
   button_ = event->button();
   last_ = event->position();
+  const bool turns_view = event->modifiers().testFlag(Qt::ControlModifier);
+  if (button_ == Qt::LeftButton && places() && !turns_view) handles_.begin(last_, size());
 }
 
 void SceneWidget::mouseReleaseEvent(QMouseEvent* event) {
-  if (event->button() == button_) button_ = Qt::NoButton;
+  if (event->button() != button_) return;
+  button_ = Qt::NoButton;
+  handles_.end();
+}
+
+void SceneWidget::set_by_eye(bool on) {
+  if (handles_.set_on(on)) update();
+}
+
+bool SceneWidget::places() const {
+  return handles_.on() && view_image() && !judgement().covered &&
+         eye_movement_3d(*view_image(), {0, 0}, {0, 0}, false).has_value();
+}
+
+void SceneWidget::place(const QPointF& from, const QPointF& to) {
+  if (!places() || !handles_.moved) return;
+  const double ratio = devicePixelRatioF();
+  const auto pixel = [&](const QPointF& at) -> Eigen::Vector2d {
+    return {ratio * at.x() - 0.5, ratio * at.y() - 0.5};
+  };
+  const auto movement = eye_movement_3d(*view_image(), pixel(from), pixel(to),
+                                        handles_.drag() == EyeHandles::Drag::kTurn);
+  if (movement) handles_.moved(*movement);
 }
 
 void SceneWidget::mouseMoveEvent(QMouseEvent* event) {
   if (button_ == Qt::NoButton || !moved) return;
+  if (handles_.drag() != EyeHandles::Drag::kNone) {
+    return place(std::exchange(last_, event->position()), event->position());
+  }
   const QPointF way = (event->position() - last_) / std::max(1, height());
   last_ = event->position();
   const Eigen::Vector2d drag(way.x(), -way.y());
@@ -120,6 +148,7 @@ void SceneWidget::wheelEvent(QWheelEvent* event) {
 }
 
 void SceneWidget::paint_marks(QPainter& painter, const ViewImage& view_image) {
+  if (places()) EyeHandles::paint(painter, size(), QStringLiteral("Ctrl turns the view"));
   const ViewLetters letters = view_letters(view_image.camera);
   const QFont font = theme::font(18, true);
   const QFontMetricsF metrics(font);

@@ -5,6 +5,7 @@
 #include <QPushButton>
 #include <vector>
 
+#include "app/window/eye_handles.hpp"
 #include "app/window/view_widget.hpp"
 #include "render/camera_movement.hpp"
 
@@ -24,6 +25,10 @@ class SceneWidget final : public ViewWidget {
   /// Called for every movement of the camera.
   std::function<void(const render::CameraMovement&)> moved;
 
+  /// Shows the handles, or not. While they are shown, Ctrl and the left button turn the view.
+  void set_by_eye(bool on);
+  EyeHandles& handles() { return handles_; }
+
   /// Puts the buttons of the sides where they have space, in the size of their texts.
   void place_sides();
 
@@ -40,6 +45,12 @@ class SceneWidget final : public ViewWidget {
   /// Asks for the point that a position of the view shows.
   void look(const QPointF& position);
 
+  /// True: the left button places the CT.
+  [[nodiscard]] bool places() const;
+  /// Places the CT by a drag between two positions.
+  void place(const QPointF& from, const QPointF& to);
+
+  EyeHandles handles_;
   std::vector<QPushButton*> sides_;
   QPointF last_;
   Qt::MouseButton button_ = Qt::NoButton;  ///< The one that began the drag; others do nothing.

@@ -18,6 +18,8 @@ namespace {
 constexpr int kScriptTickMs = 5;
 constexpr int kDragSteps = 10;
 constexpr double kLongestWait = 3600;
+/// A view that the script has just opened has no image yet.
+constexpr double kMostWaitForView = 30;
 
 void send_mouse(QWidget& to, QEvent::Type type, QPointF at, Qt::MouseButton button,
                 Qt::MouseButtons down) {
@@ -81,25 +83,16 @@ Result<bool> ScriptPlayer::play(const ScriptLine& line) {
   if (line.command == "wait" || line.command == "expect" || line.command == "pause") {
     return await(line);
   }
-  if (line.command == "click") return once(click(line));
-  if (line.command == "doubleclick") return once(double_click(line));
+  if (line.command == "click") return once_shown(&ScriptPlayer::click, line);
+  if (line.command == "doubleclick") return once_shown(&ScriptPlayer::double_click, line);
   if (line.command == "hover") return once(hover(line));
   if (line.command == "key") return once(press(line.words[0]));
-  if (line.command == "drag") return once(drag(line));
+  if (line.command == "drag") return once_shown(&ScriptPlayer::drag, line);
   if (line.command == "choose") return once(choose(line));
   if (line.command == "set") return once(set(line));
   if (line.command == "type") return once(type(line));
-  if (line.command == "stroke") {
-    // A brush that has just been taken up waits for the slices of the 3D ultrasound.
-    constexpr double kMostWaitS = 5;
-    if (!waiting_since_) waiting_since_ = clock_.now();
-    const auto done = stroke(line);
-    const bool later = !done && done.error().code == ErrorCode::kUnavailable &&
-                       to_seconds(clock_.now() - *waiting_since_) < kMostWaitS;
-    if (later) return false;
-    return once(done);
-  }
-  if (line.command == "wheel") return once(wheel(line));
+  if (line.command == "stroke") return once_shown(&ScriptPlayer::stroke, line);
+  if (line.command == "wheel") return once_shown(&ScriptPlayer::wheel, line);
   if (line.command == "shot") return once(shoot(line.words[0]));
   if (line.command == "controls") return once(list_controls(line.words[0]));
   if (line.command == "lengthen") {
@@ -123,6 +116,26 @@ Result<bool> ScriptPlayer::play(const ScriptLine& line) {
         line.words[0] + "'");
   }
   return true;
+}
+
+/// Does what the pointer does, once the view that it needs shows an image: before, the view would
+/// ignore it.
+Result<bool> ScriptPlayer::once_shown(Result<void> (ScriptPlayer::*act)(const ScriptLine&),
+                                      const ScriptLine& line) {
+  if (!waiting_since_) waiting_since_ = clock_.now();
+  Result<void> done;
+  const auto* view = dynamic_cast<const ViewWidget*>(
+      window_.findChild<QWidget*>(QString::fromStdString(line.words[0])));
+  if (view != nullptr && view->isVisible() && !view->view_image()) {
+    done = Error{ErrorCode::kUnavailable, "the view shows no image"};
+  } else {
+    done = (this->*act)(line);
+  }
+  if (done) return true;
+  const bool later = done.error().code == ErrorCode::kUnavailable &&
+                     to_seconds(clock_.now() - *waiting_since_) < kMostWaitForView;
+  if (later) return false;
+  return done.error();
 }
 
 /// wait: until a thing has a value. expect: as wait, with a default of no time at all.

@@ -31,6 +31,8 @@ class ScriptPlayer {
   /// True: the line is done; false: it waits.
   Result<bool> play(const ScriptLine& line);
   Result<bool> await(const ScriptLine& line);
+  Result<bool> once_shown(Result<void> (ScriptPlayer::*act)(const ScriptLine&),
+                          const ScriptLine& line);
   Result<void> click(const ScriptLine& line);
   Result<void> double_click(const ScriptLine& line);
   Result<void> hover(const ScriptLine& line);

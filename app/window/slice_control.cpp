@@ -32,32 +32,6 @@ std::optional<Point<frames::Ct>> ct_point_at(ViewId id, const ViewImage& view_im
   return *epoch.ct_from_image * Point<frames::Image>{{mm.x(), mm.y(), 0}};
 }
 
-std::optional<EyeMovement> eye_movement(ViewId id, const ViewImage& view_image,
-                                        const Eigen::Vector2d& from, const Eigen::Vector2d& to,
-                                        bool turns) {
-  const auto start = ct_point_at(id, view_image, from);
-  const auto end = ct_point_at(id, view_image, to);
-  if (!start || !end) return std::nullopt;
-  const double sign = slice_of(id) ? -1 : 1;
-  EyeMovement movement;
-  if (!turns) {
-    movement.shift_mm = sign * (end->mm - start->mm);
-    return movement;
-  }
-  const Eigen::Vector2d middle(0.5 * view_image.image.width(), 0.5 * view_image.image.height());
-  const Eigen::Vector2d a = from - middle;
-  const Eigen::Vector2d b = to - middle;
-  const Eigen::Vector3d centre = ct_point_at(id, view_image, middle)->mm;
-  const Eigen::Vector3d right =
-      ct_point_at(id, view_image, middle + Eigen::Vector2d::UnitX())->mm - centre;
-  const Eigen::Vector3d down =
-      ct_point_at(id, view_image, middle + Eigen::Vector2d::UnitY())->mm - centre;
-  const double angle = std::atan2(a.x() * b.y() - a.y() * b.x(), a.dot(b));
-  movement.turn_rad = sign * angle * right.cross(down).normalized();
-  movement.about = {centre};
-  return movement;
-}
-
 bool SliceControl::apply(ViewId id, const SliceInput& input, const ViewImage& seen) {
   if (!seen.moment || !seen.moment->ct || !change(id, input, seen)) return false;
   ++number_;

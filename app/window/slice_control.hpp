@@ -51,21 +51,6 @@ class SliceControl {
   std::uint64_t number_ = 0;
 };
 
-/// Movement of the CT against the patient's image, as the user drags it by eye. In the CT's frame.
-struct EyeMovement {
-  Eigen::Vector3d shift_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< Axis times angle.
-  Point<frames::Ct> about{Eigen::Vector3d::Zero()};    ///< Stays where it is when the CT turns.
-};
-
-/// Movement by a drag between two positions of a flat image, device pixels. What seems to move
-/// follows the mouse: the CT in the ultrasound and along the plane, the plane in slices of the CT.
-/// turns: about the middle of the view; otherwise a shift. Absent where the view has no point of
-/// the CT.
-std::optional<EyeMovement> eye_movement(ViewId id, const ViewImage& view_image,
-                                        const Eigen::Vector2d& from, const Eigen::Vector2d& to,
-                                        bool turns);
-
 /// Point of the CT at a position of a flat image, device pixels; absent where there is none: the
 /// view shows nothing, the image is not placed, or a bull's-eye.
 std::optional<Point<frames::Ct>> ct_point_at(ViewId id, const ViewImage& view_image,

@@ -111,6 +111,14 @@ TEST_F(SessionProgramTest, ASavedSessionReopensAndIsSavedAsTheSameBytes) {
   EXPECT_EQ(text_of(saved), first);
 }
 
+TEST_F(SessionProgramTest, AChangeInTheFirstMomentIsUnsaved) {
+  ASSERT_EQ(run("--simulated",
+                "wait session running 60\nexpect unsaved no\nkey 2\nwait unsaved yes 10\n"
+                "key 1\nwait unsaved no 10\n"),
+            0)
+      << log();
+}
+
 TEST_F(SessionProgramTest, PredicatesAndScribblesReopen) {
   const std::string saved = file("phantom.toml");
   ASSERT_EQ(run("--phantom carotid",

@@ -162,6 +162,12 @@ TEST_F(StepProgramTest, ACtIsPlacedByDraggingInTheViews) {
                 "expect numeral.tip withdrawn 5\nkey F6\nkey F4\nkey Esc\nexpect panel step\n"),
             0)
       << log();
+  ASSERT_EQ(run("--simulated",
+                "wait session running 60\nwait state.CT valid 30\nwait view.view3d shown 60\n"
+                "key F4\nclick eye\ndrag view3d 20 10\nwait registration waiting 10\n"
+                "wait state.CT degraded 10\n"),
+            0)
+      << log();
 }
 
 TEST_F(StepProgramTest, TheDistanceToAStructureIsWithdrawnWithTheNeedle) {
