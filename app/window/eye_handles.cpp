@@ -56,9 +56,8 @@ std::optional<EyeMovement> eye_movement(ViewId id, const ViewImage& view_image,
   return movement;
 }
 
-std::optional<EyeMovement> eye_movement_3d(const ViewImage& view_image,
-                                           const Eigen::Vector2d& from, const Eigen::Vector2d& to,
-                                           bool turns) {
+std::optional<EyeMovement> eye_movement_3d(const ViewImage& view_image, const Eigen::Vector2d& from,
+                                           const Eigen::Vector2d& to, bool turns) {
   if (!view_image.moment) return std::nullopt;
   const session::Epoch& epoch = view_image.moment->epoch;
   if (!epoch.frame || !epoch.ct_from_image || epoch.plane.state > SafetyState::kDegraded) {
@@ -98,8 +97,8 @@ bool EyeHandles::set_on(bool on) {
 
 void EyeHandles::begin(const QPointF& at, const QSize& size) {
   const QPointF from_middle = at - QRectF(QPointF(), size).center();
-  drag_ = std::hypot(from_middle.x(), from_middle.y()) < ring_radius(size) ? Drag::kShift
-                                                                          : Drag::kTurn;
+  drag_ =
+      std::hypot(from_middle.x(), from_middle.y()) < ring_radius(size) ? Drag::kShift : Drag::kTurn;
   if (dragged) dragged(true);
 }
 

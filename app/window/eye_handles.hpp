@@ -29,12 +29,11 @@ std::optional<EyeMovement> eye_movement(ViewId id, const ViewImage& view_image,
                                         const Eigen::Vector2d& from, const Eigen::Vector2d& to,
                                         bool turns);
 
-/// Movement by a drag in the 3D view: the ultrasound plane follows the mouse. It is shifted parallel to the
-/// screen, by its distance from the eye, or turns about the line of sight through the middle of the
-/// view. Absent where no plane is drawn.
-std::optional<EyeMovement> eye_movement_3d(const ViewImage& view_image,
-                                           const Eigen::Vector2d& from, const Eigen::Vector2d& to,
-                                           bool turns);
+/// Movement by a drag in the 3D view: the ultrasound plane follows the mouse. It is shifted
+/// parallel to the screen, by its distance from the eye, or turns about the line of sight through
+/// the middle of the view. Absent where no plane is drawn.
+std::optional<EyeMovement> eye_movement_3d(const ViewImage& view_image, const Eigen::Vector2d& from,
+                                           const Eigen::Vector2d& to, bool turns);
 
 /// A dashed ring in the middle of a view by which the left button places the CT by eye: a drag from
 /// inside of it shifts, from outside turns. Window's thread.

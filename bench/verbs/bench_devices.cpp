@@ -40,6 +40,28 @@ io::Json json_of(const std::vector<ClockRuns>& rows) {
   return json;
 }
 
+io::Json json_of(const std::vector<CodecRun>& rows) {
+  io::Json json = io::Json::array();
+  for (const CodecRun& r : rows) {
+    json.push_back({{"codec", r.codec},
+                    {"bytes", r.bytes},
+                    {"messages_per_s", r.per_second},
+                    {"mb_per_s", r.mb_per_second},
+                    {"goal", r.goal.empty() ? io::Json() : io::Json(r.goal)}});
+  }
+  return json;
+}
+
+io::Json json_of(const RecorderRun& run) {
+  return {{"memory_backed", run.memory_backed},
+          {"mb_per_s", run.mb_per_second},
+          {"seconds", run.seconds},
+          {"core_share", run.core_share},
+          {"samples", run.samples},
+          {"lost", run.lost},
+          {"ledger_balanced", run.balanced}};
+}
+
 Result<void> run_bench_devices(const BenchDevicesOptions& options, app::Console& console) {
   io::Json json;
   json["verb"] = "bench devices";
@@ -66,6 +88,18 @@ Result<void> run_bench_devices(const BenchDevicesOptions& options, app::Console&
     console.end();
     std::cout << to_text(*rows) << std::flush;
     json["clock"] = json_of(*rows);
+  }
+  if (asks_for(options.parts, "codecs")) {
+    const auto rows = measure_codecs(options.quick ? 0.1 : 1.0);
+    if (!rows) return rows.error();
+    std::cout << to_text(*rows) << std::flush;
+    json["codecs"] = json_of(*rows);
+  }
+  if (asks_for(options.parts, "recorder")) {
+    const auto run = measure_recorder(options.quick ? 2.0 : 60.0);
+    if (!run) return run.error();
+    std::cout << to_text(*run) << std::flush;
+    json["recorder"] = json_of(*run);
   }
   return options.json ? app::write_json(json, *options.json) : Result<void>();
 }

@@ -179,9 +179,11 @@ void BenchCommandLine::add_reconstruct() {
 
 void BenchCommandLine::add_devices() {
   CLI::App* verb = app_.add_subcommand(
-      "devices", "Images shown wrongly in recordings with faults, and errors of the clock model");
-  verb->add_option("--part", devices_.parts, "faults, clock; default all")
-      ->check(app::among({"faults", "clock"}))
+      "devices",
+      "Images shown wrongly in recordings with faults, errors of the clock model, throughput of "
+      "codecs and recorder");
+  verb->add_option("--part", devices_.parts, "faults, clock, codecs, recorder; default all")
+      ->check(app::among({"faults", "clock", "codecs", "recorder"}))
       ->delimiter(',');
   verb->add_option("--recordings", devices_.recordings, "number of recordings with faults")
       ->check(app::in_range(1, 1000000, "recordings"))

@@ -50,6 +50,30 @@ TEST(BenchDevicesTest, TheClockModelFollowsDriftAndFindsSteps) {
   EXPECT_EQ(json_of(*rows)[0]["rate_hz"], 20);
 }
 
+TEST(BenchDevicesTest, EveryCodecUnderstandsWhatItIsGiven) {
+  const auto rows = measure_codecs(0.005);
+  ASSERT_TRUE(test::has_value(rows));
+  EXPECT_EQ(rows->size(), 6U);
+  for (const CodecRun& row : *rows) {
+    SCOPED_TRACE(row.codec);
+    EXPECT_GT(row.bytes, 0U);
+    EXPECT_NEAR(row.mb_per_second, 1e-6 * row.per_second * static_cast<double>(row.bytes),
+                0.01 * row.mb_per_second);
+  }
+  EXPECT_EQ(json_of(*rows)[0]["codec"], "openigtlink image");
+  EXPECT_TRUE(test::rejects(measure_codecs(0), ErrorCode::kUsage, {"codecs", "0 to 60 s"}));
+}
+
+TEST(BenchDevicesTest, TheRecorderLosesNothing) {
+  const auto run = measure_recorder(0.3);
+  ASSERT_TRUE(test::has_value(run));
+  EXPECT_EQ(run->lost, 0U);
+  EXPECT_TRUE(run->balanced);
+  EXPECT_GT(run->samples, 100U);
+  EXPECT_EQ(json_of(*run)["ledger_balanced"], true);
+  EXPECT_TRUE(test::rejects(measure_recorder(-1), ErrorCode::kUsage, {"recorder", "3600 s"}));
+}
+
 TEST(BenchDevicesTest, RejectsOptionsOutOfRange) {
   EXPECT_TRUE(test::rejects(measure_fault_runs({.recordings = 0}, [](double) {}), ErrorCode::kUsage,
                             {"recordings", "1 or more", "0"}));

@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "devices/openigtlink/igtl_pixels.hpp"
 
-#include <gtest/gtest.h>
-
 #include <algorithm>
+#include <gtest/gtest.h>
 #include <initializer_list>
 #include <string>
 #include <vector>

@@ -2,10 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "app/window/eye_handles.hpp"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Geometry>
 #include <cmath>
+#include <gtest/gtest.h>
 #include <vector>
 
 #include "tests/window/moments.hpp"
@@ -27,11 +26,11 @@ class EyeHandles3dTest : public ::testing::Test {
     const auto placed = Transform<frames::Ct, frames::Image>(
         Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, -1).normalized())),
         {12, -30, 55});
-    moment_->epoch.frame = TrackedImage{
-        std::move(image),
-        Transform<frames::Reference, frames::Image>(Eigen::Quaterniond::Identity(),
-                                                    Eigen::Vector3d::Zero()),
-        Duration(0)};
+    moment_->epoch.frame =
+        TrackedImage{std::move(image),
+                     Transform<frames::Reference, frames::Image>(Eigen::Quaterniond::Identity(),
+                                                                 Eigen::Vector3d::Zero()),
+                     Duration(0)};
     moment_->epoch.ct_from_image = placed;
     seen_.camera = {.eye_ct = {{200, -250, 90}},
                     .look_at_ct = {{5, -20, 50}},
@@ -51,10 +50,9 @@ class EyeHandles3dTest : public ::testing::Test {
     const Eigen::Vector3d x = camera.up_ct.v.cross(z).normalized();
     const Eigen::Vector3d y = z.cross(x);
     const Eigen::Vector3d p = point - camera.eye_ct.mm;
-    const double scale =
-        camera.orthographic
-            ? kHeight / camera.orthographic_height_mm
-            : kHeight / (2 * std::tan(camera.vertical_fov_rad / 2)) / -p.dot(z);
+    const double scale = camera.orthographic
+                             ? kHeight / camera.orthographic_height_mm
+                             : kHeight / (2 * std::tan(camera.vertical_fov_rad / 2)) / -p.dot(z);
     return {kWidth / 2.0 + scale * p.dot(x), kHeight / 2.0 - scale * p.dot(y)};
   }
   /// Position of a point of the plane after the CT has moved: the plane moves the other way.
