@@ -59,11 +59,12 @@ Work openigtlink_images() {
   Bytes content, stream;
   devices::append_igtl_image(content, image);
   devices::append_igtl_message(stream, {.type = "IMAGE", .device = "Image"}, content);
-  return openigtlink("openigtlink image", std::move(stream), 1,
-                     [](const devices::IgtlMessage& message) {
-                       return devices::decode_igtl_image(message.content).has_value();
-                     },
-                     ">= 1500 MB/s");
+  return openigtlink(
+      "openigtlink image", std::move(stream), 1,
+      [](const devices::IgtlMessage& message) {
+        return devices::decode_igtl_image(message.content).has_value();
+      },
+      ">= 1500 MB/s");
 }
 
 Work openigtlink_poses() {
@@ -80,12 +81,13 @@ Work openigtlink_poses() {
                                   .metadata = std::span(&status, 1)},
                                  content);
   }
-  return openigtlink("openigtlink transform", std::move(stream), kMessages,
-                     [](const devices::IgtlMessage& message) {
-                       return devices::decode_igtl_transform(message.content).has_value() &&
-                              message.metadata.find("TransformStatus").has_value();
-                     },
-                     "");
+  return openigtlink(
+      "openigtlink transform", std::move(stream), kMessages,
+      [](const devices::IgtlMessage& message) {
+        return devices::decode_igtl_transform(message.content).has_value() &&
+               message.metadata.find("TransformStatus").has_value();
+      },
+      "");
 }
 
 /// Three tools, as a procedure has: probe, reference, needle.
@@ -167,7 +169,8 @@ Result<CodecRun> run_of(const Work& work, double seconds) {
   for (std::size_t batch = 1; taken_s < seconds; batch = std::min<std::size_t>(2 * batch, 4096)) {
     for (std::size_t i = 0; i < batch; ++i) {
       if (!work.round()) {
-        return Error{ErrorCode::kMalformedData, work.codec + ": expected every message to be decoded"};
+        return Error{ErrorCode::kMalformedData,
+                     work.codec + ": expected every message to be decoded"};
       }
     }
     rounds += batch;
@@ -189,12 +192,14 @@ Result<std::vector<CodecRun>> measure_codecs(double seconds) {
   const std::vector<Work> all{
       openigtlink_images(),
       openigtlink_poses(),
-      ndi("ndi TX", devices::ndi_text_reply(devices::ndi_tx_text(tools)),
+      ndi(
+          "ndi TX", devices::ndi_text_reply(devices::ndi_tx_text(tools)),
           [](const devices::NdiReply& reply, devices::NdiReadings& out) {
             return devices::read_ndi_tx(reply.text, out);
           },
           ">= 2e5 messages/s"),
-      ndi("ndi BX2", devices::ndi_binary_reply(devices::ndi_bx2_body(tools)),
+      ndi(
+          "ndi BX2", devices::ndi_binary_reply(devices::ndi_bx2_body(tools)),
           [](const devices::NdiReply& reply, devices::NdiReadings& out) {
             return devices::read_ndi_bx2(reply.body, out);
           },

@@ -174,10 +174,9 @@ std::string to_text(const RecorderRun& run) {
   text << "recorder: 60 images of 820 x 616 and 3 x 400 poses a second, "
        << (run.memory_backed ? "in memory" : "on the disk of temporary files") << '\n'
        << std::fixed << std::setprecision(0) << "at full speed " << run.mb_per_second
-       << " MB/s of pixels; at the true pace for " << run.seconds << " s "
-       << std::setprecision(1) << 100 * run.core_share << " % of a core; " << run.samples
-       << " samples, " << run.lost << " lost, "
-       << (run.balanced ? "ledger balanced" : "ledger NOT balanced") << '\n';
+       << " MB/s of pixels; at the true pace for " << run.seconds << " s " << std::setprecision(1)
+       << 100 * run.core_share << " % of a core; " << run.samples << " samples, " << run.lost
+       << " lost, " << (run.balanced ? "ledger balanced" : "ledger NOT balanced") << '\n';
   return text.str();
 }
 

@@ -12,8 +12,8 @@
 namespace nav::app {
 namespace {
 
-constexpr int kWidth = 640;
-constexpr int kHeight = 400;
+constexpr int kColumns = 640;
+constexpr int kRows = 400;
 constexpr double kPixel = 1e-6;
 
 /// A plane of 40 x 30 mm, seen obliquely.
@@ -36,7 +36,7 @@ class EyeHandles3dTest : public ::testing::Test {
                     .look_at_ct = {{5, -20, 50}},
                     .up_ct = {{0.1, 0.2, 1}},
                     .vertical_fov_rad = 0.6};
-    seen_.image = QImage(kWidth, kHeight, QImage::Format_RGB32);
+    seen_.image = QImage(kColumns, kRows, QImage::Format_RGB32);
     seen_.moment = moment_;
   }
   /// Centre of the plane in the CT.
@@ -51,9 +51,9 @@ class EyeHandles3dTest : public ::testing::Test {
     const Eigen::Vector3d y = z.cross(x);
     const Eigen::Vector3d p = point - camera.eye_ct.mm;
     const double scale = camera.orthographic
-                             ? kHeight / camera.orthographic_height_mm
-                             : kHeight / (2 * std::tan(camera.vertical_fov_rad / 2)) / -p.dot(z);
-    return {kWidth / 2.0 + scale * p.dot(x), kHeight / 2.0 - scale * p.dot(y)};
+                             ? kRows / camera.orthographic_height_mm
+                             : kRows / (2 * std::tan(camera.vertical_fov_rad / 2)) / -p.dot(z);
+    return {kColumns / 2.0 + scale * p.dot(x), kRows / 2.0 - scale * p.dot(y)};
   }
   /// Position of a point of the plane after the CT has moved: the plane moves the other way.
   static Eigen::Vector3d after(const EyeMovement& movement, const Eigen::Vector3d& point) {
@@ -83,7 +83,7 @@ TEST_F(EyeHandles3dTest, ThePlaneFollowsTheMouse) {
 }
 
 TEST_F(EyeHandles3dTest, ThePlaneTurnsWithTheMouseAboutTheMiddle) {
-  const Eigen::Vector2d middle(kWidth / 2.0, kHeight / 2.0);
+  const Eigen::Vector2d middle(kColumns / 2.0, kRows / 2.0);
   const double angle = 0.3;
   const Eigen::Vector2d from = middle + Eigen::Vector2d(150, 0);
   const Eigen::Vector2d to = middle + 150 * Eigen::Vector2d(std::cos(angle), std::sin(angle));
