@@ -374,22 +374,21 @@ void OpenIgtLinkSource::take_image(const IgtlMessage& message, Timestamp receive
     reject(message, image.error().message);
     return missing("malformed_image", image.error().message);
   }
-  const Eigen::Vector3d spacing = image->spacing_mm();
-  const int width = image->size[0];
   UltrasoundImage frame;
-  frame.acquired = received;
-  frame.received = received;
-  frame.sequence = health_.samples[*stream];
-  frame.grid = PixelGrid::centred(width, spacing.x(), spacing.y());
-  if (const auto ok = validate(frame.grid); !ok) {
-    return missing("invalid_pixel_grid", ok.error().message);
-  }
   GreyScale& scale = scales_[*stream];
   const GreyScale before = scale;
   if (const auto ok = set_pixels(frame, *image, scale); !ok) {
     return missing("unsupported_image_type", ok.error().message);
   }
   say_scale(message.header.description(), before, scale);
+  const Eigen::Vector3d spacing = image->spacing_mm();
+  frame.acquired = received;
+  frame.received = received;
+  frame.sequence = health_.samples[*stream];
+  frame.grid = PixelGrid::centred(image->size[0], spacing.x(), spacing.y());
+  if (const auto ok = validate(frame.grid); !ok) {
+    return missing("invalid_pixel_grid", ok.error().message);
+  }
   add(*stream, message, received, std::move(frame));
 }
 
