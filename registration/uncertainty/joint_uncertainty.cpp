@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 
 #include "nav/index.hpp"
@@ -18,6 +19,25 @@ constexpr Eigen::Index kPoseRows = 6;
 /// Scaled parameters [60 ω | t] of the pose that move a patch as the errors do, for each error that
 /// is estimated, in units of its standard deviation.
 using ByError = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
+/// Share of the squared step to the joint minimum that is not chance, [0, 1): 1 − k/χ² for the
+/// slope by k errors that is left once the pose follows them, with its scatter (James and Stein
+/// 1961).
+double share_beyond_chance(const Eigen::MatrixXd& curvature, const Eigen::MatrixXd& scatter,
+                           const Eigen::VectorXd& slope) {
+  const Eigen::Index count = slope.size() - kPoseRows;
+  Eigen::MatrixXd reduce(count, slope.size());  // The pose follows the errors.
+  reduce.leftCols(kPoseRows) = -curvature.topLeftCorner(kPoseRows, kPoseRows)
+                                    .ldlt()
+                                    .solve(curvature.topRightCorner(kPoseRows, count))
+                                    .transpose();
+  reduce.rightCols(count).setIdentity();
+  const Eigen::VectorXd left = reduce * slope;
+  const Eigen::MatrixXd noise = reduce * scatter * reduce.transpose();
+  const double chi2 = left.dot(noise.ldlt().solve(left));
+  const auto k = static_cast<double>(count);
+  return chi2 <= k ? 0 : 1 - k / chi2;  // NaN spreads, and is rejected.
+}
 
 }  // namespace
 
@@ -39,6 +59,7 @@ JointCovariance joint_covariance(const LocalShape& shape, const PatchSet& as_rec
 
   const Witnesses witnesses = witnesses_of(shape, patches, pose, motions);
   const auto twists = twists_by_errors(as_recorded, errors, motions, path);
+  const ErrorVector values = errors.vector();
   Eigen::MatrixXd curvature = Eigen::MatrixXd::Zero(all, all);
   curvature.topLeftCorner<kPoseRows, kPoseRows>() = shape.hessian;
   std::map<std::array<int, 3>, Eigen::VectorXd> clusters;
@@ -64,7 +85,11 @@ JointCovariance joint_covariance(const LocalShape& shape, const PatchSet& as_rec
   curvature.bottomLeftCorner(count, kPoseRows) =
       curvature.topRightCorner(kPoseRows, count).transpose();
   Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(all, all);
-  for (const auto& [cube, gradient] : clusters) scatter += gradient * gradient.transpose();
+  Eigen::VectorXd slope = Eigen::VectorXd::Zero(all);
+  for (const auto& [cube, gradient] : clusters) {
+    scatter += gradient * gradient.transpose();
+    slope += gradient;
+  }
   const auto n = static_cast<double>(clusters.size());
   scatter *= n / std::max(n - static_cast<double>(all), 0.5 * n);
 
@@ -73,6 +98,11 @@ JointCovariance joint_covariance(const LocalShape& shape, const PatchSet& as_rec
       pose_only.solve(scatter.topLeftCorner<kPoseRows, kPoseRows>()).trace() / kPoseRows, 0.0);
   Eigen::VectorXd prior = Eigen::VectorXd::Zero(all);
   prior.tail(count).setConstant(weight);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Eigen::Index i = estimated[as_size(static_cast<int>(k))];
+    slope[kPoseRows + k] += weight * values[i] / sigma[i];
+  }
+  const double beyond_chance = share_beyond_chance(curvature, scatter, slope);
   curvature += Eigen::MatrixXd(prior.asDiagonal());
   const Eigen::LDLT<Eigen::MatrixXd> solver(curvature);
   const Eigen::MatrixXd inner = scatter + Eigen::MatrixXd((weight * prior).asDiagonal());
@@ -86,8 +116,10 @@ JointCovariance joint_covariance(const LocalShape& shape, const PatchSet& as_rec
   }
   const Matrix6d scale = twist_from_scaled();
   const Matrix6d floor = bias_floor_mm * bias_floor_mm * Matrix6d::Identity();
+  const Vector6d left = std::sqrt(beyond_chance) * solver.solve(slope).head<kPoseRows>();
   out.pose.uncertainty.covariance =
-      scale * (covariance.topLeftCorner<kPoseRows, kPoseRows>() + floor) * scale;
+      scale * (covariance.topLeftCorner<kPoseRows, kPoseRows>() + left * left.transpose() + floor) *
+      scale;
   for (Eigen::Index k = 0; k < count; ++k) {
     for (Eigen::Index m = 0; m < count; ++m) {
       const Eigen::Index i = estimated[as_size(static_cast<int>(k))];
