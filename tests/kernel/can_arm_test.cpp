@@ -1,0 +1,160 @@
+// SPDX-FileCopyrightText: 2026 The Sonde authors
+// SPDX-License-Identifier: Apache-2.0
+#include "devices/can/can_arm_source.hpp"
+
+#include <cmath>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <linux/can/error.h>
+
+#include "devices/can/can_arm_emulator.hpp"
+#include "session/arm_file.hpp"
+#include "tests/devices/can_arm_models.hpp"
+#include "tests/devices/source_bench.hpp"
+#include "tests/kernel/commands.hpp"
+#include "tests/support/matchers.hpp"
+
+/// An arm and its emulated encoders on a virtual interface of a real kernel.
+namespace nav::devices {
+namespace {
+
+using std::chrono::milliseconds;
+
+/// A machine that is emulated answers late: times are long, and none is tested.
+CanArmOptions patient_options() {
+  CanArmOptions options{.arm = six_joint_arm()};
+  options.period = milliseconds(20);
+  options.reply = milliseconds(2000);
+  options.lost = milliseconds(3000);
+  options.first_retry = milliseconds(100);
+  options.longest_retry = milliseconds(500);
+  return options;
+}
+
+std::vector<double> arm_angles_at(std::uint64_t sync) {
+  const double t = 0.01 * static_cast<double>(sync);
+  return {std::sin(t), 0.5 * std::cos(t), -0.7, 0.3 * std::sin(2 * t), 0.4, -t / 10};
+}
+
+class CanArmKernelTest : public ::testing::Test {
+ protected:
+  CanArmKernelTest() {
+    start_emulator();
+    const CanArmOptions options = patient_options();
+    auto made = CanArmSource::create(options, bus_.name(),
+                                     CanArmSource::on_interface(bus_.name(), options.arm),
+                                     bench_.clock, bench_.diagnostics);
+    EXPECT_TRUE(test::has_value(made));
+    bench_.source = *std::move(made);
+  }
+  void start_emulator() {
+    emulator_.reset();
+    auto started = CanArmEmulator::start_on(bus_.name(), six_joint_arm(), arm_angles_at);
+    ASSERT_TRUE(test::has_value(started));
+    emulator_ = *std::move(started);
+  }
+  /// Takes samples until \p count of them have a pose. Each must be one that the arm has been in.
+  [[nodiscard]] ::testing::AssertionResult gives_true_poses(int count) {
+    for (int valid = 0; valid < count;) {
+      const auto got = bench_.sample();
+      if (!got) return ::testing::AssertionFailure() << "no sample\n" << bench_.reports();
+      const PoseSample& pose = std::get<PoseSample>(got->what);
+      if (pose.pose.status != TrackingStatus::kOk) continue;  // An encoder answered late.
+      ++valid;
+      if (!is_of_one_instant(pose)) return ::testing::AssertionFailure() << "a pose that never was";
+    }
+    return ::testing::AssertionSuccess();
+  }
+  [[nodiscard]] bool is_of_one_instant(const PoseSample& pose) const {
+    const ArmModel arm = six_joint_arm();
+    for (std::uint64_t sync = emulator_->syncs(); sync-- > 0;) {
+      std::vector<double> angles = arm_angles_at(sync);
+      for (std::size_t i = 0; i < angles.size(); ++i) {
+        angles[i] = joint_angle_rad(arm.joints[i], joint_counts(arm.joints[i], angles[i]));
+      }
+      const ArmPose there = arm_pose(arm, angles);
+      if ((there.base_from_body - pose.pose.tracker_from_body).norm() < 1e-9) return true;
+    }
+    return false;
+  }
+  [[nodiscard]] bool until_lost(const char* cause) {
+    return bench_.until([&](const auto&) { return bench_.source->account().losses.contains(cause); });
+  }
+
+  kernel::VirtualBus bus_;
+  std::unique_ptr<CanArmEmulator> emulator_;
+  SourceBench<CanArmSource> bench_;
+};
+
+TEST_F(CanArmKernelTest, GivesTheTruth) {
+  EXPECT_TRUE(gives_true_poses(50));
+  EXPECT_EQ(bench_.source->account().connections, 1U) << bench_.reports();
+}
+
+TEST_F(CanArmKernelTest, AnEmergencyWithdrawsThePose) {
+  ASSERT_TRUE(gives_true_poses(1));
+  emulator_->emergency(2, {.code = 0x4200, .error_register = 1});
+  ASSERT_TRUE(bench_.until([&](const auto&) {
+    return bench_.reports().find("temperature is out of range") != std::string::npos;
+  })) << bench_.reports();
+  emulator_->emergency(2, {});
+  EXPECT_TRUE(gives_true_poses(1));
+}
+
+TEST_F(CanArmKernelTest, AnInterfaceThatGoesDownAndUpIsTakenAgain) {
+  ASSERT_TRUE(gives_true_poses(1));
+  bus_.down();
+  ASSERT_TRUE(until_lost("interface_down")) << bench_.reports();
+  bus_.up();
+  EXPECT_TRUE(gives_true_poses(5));
+  EXPECT_EQ(bench_.source->account().connections, 2U) << bench_.reports();
+}
+
+TEST_F(CanArmKernelTest, AnInterfaceThatIsRemovedAndComesBackIsTakenAgain) {
+  ASSERT_TRUE(gives_true_poses(1));
+  bus_.remove();
+  ASSERT_TRUE(until_lost("interface_gone")) << bench_.reports();
+  bus_.add();
+  start_emulator();
+  EXPECT_TRUE(gives_true_poses(5));
+}
+
+TEST_F(CanArmKernelTest, BusOffLosesTheArmUntilTheBusServesAgain) {
+  ASSERT_TRUE(gives_true_poses(1));
+  emulator_->inject({.id = CAN_ERR_BUSOFF, .error = true, .size = CAN_ERR_DLC});
+  ASSERT_TRUE(until_lost("bus_off")) << bench_.reports();
+  EXPECT_TRUE(gives_true_poses(5));
+}
+
+TEST_F(CanArmKernelTest, FramesThatTheQueueLosesAreInTheAccount) {
+  ASSERT_TRUE(gives_true_poses(1));
+  const CanArmHealth before = bench_.source->account();
+  for (int i = 0; i < 2000; ++i) {  // The source does not read meanwhile.
+    emulator_->inject(can_heartbeat(six_joint_arm().joints[0].node, CanNodeState::kOperational));
+  }
+  ASSERT_TRUE(bench_.until([&](const auto&) {
+    return bench_.source->account().bad.contains("kernel_drops");
+  })) << bench_.reports();
+  const CanArmHealth after = bench_.source->account();
+  EXPECT_GE(after.frames - before.frames + after.bad.at("kernel_drops"), 2000U);
+  EXPECT_TRUE(gives_true_poses(5));
+}
+
+/// The program itself; kernel_test.py reads its report and the log of the bus.
+TEST_F(CanArmKernelTest, SondeReadsTheArmOfASessionFile) {
+  const std::filesystem::path folder = kernel::results();
+  std::ofstream(folder / "arm.json") << session::arm_file_text(six_joint_arm());
+  std::ofstream(folder / "arm.toml")
+      << "[source]\nkind = \"live\"\n[[devices]]\nid = \"arm\"\nkind = \"can-arm\"\n"
+         "address = \"can:vcan0\"\narm = \"arm.json\"\nrate_hz = 50\nbodies = [ {name = \"Probe\"} ]\n";
+  bench_.source.reset();
+  const std::string sonde = kernel::variable("SONDE");
+  EXPECT_EQ(kernel::shell(sonde + " devices --session " + (folder / "arm.toml").string() +
+                          " --seconds 15 --json " + (folder / "arm_report.json").string()),
+            0);
+  EXPECT_EQ(kernel::shell(sonde + " devices --json " + (folder / "inventory.json").string()), 0);
+  EXPECT_GT(emulator_->syncs(), 0U);
+}
+
+}  // namespace
+}  // namespace nav::devices
