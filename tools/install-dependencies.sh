@@ -28,7 +28,7 @@ test=(libgtest-dev libgmock-dev libbenchmark-dev xvfb xauth zstd python3)
 lint=(clang-format-14 git glslang-tools python3)
 tidy=(clang-tidy-14 git)
 fuzz=(clang-14 libclang-rt-14-dev)
-kernel=(qemu-system-x86 busybox-static cpio kmod iproute2 can-utils usbip usbutils tshark python3)
+kernel=(qemu-system-x86 busybox-static cpio kmod iproute2 udev can-utils usbip usbutils tshark python3)
 
 wanted=()
 for group in "${@:-build}"; do

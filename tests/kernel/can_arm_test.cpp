@@ -1,13 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "devices/can/can_arm_source.hpp"
-
 #include <cmath>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <linux/can/error.h>
 
 #include "devices/can/can_arm_emulator.hpp"
+#include "devices/can/can_arm_source.hpp"
 #include "session/arm_file.hpp"
 #include "tests/devices/can_arm_models.hpp"
 #include "tests/devices/source_bench.hpp"
@@ -36,20 +35,21 @@ std::vector<double> arm_angles_at(std::uint64_t sync) {
   return {std::sin(t), 0.5 * std::cos(t), -0.7, 0.3 * std::sin(2 * t), 0.4, -t / 10};
 }
 
-class CanArmKernelTest : public ::testing::Test {
+/// An arm at one interface, and its encoders at the same or another one of that bus.
+class ArmKernelTest : public ::testing::Test {
  protected:
-  CanArmKernelTest() {
-    start_emulator();
+  void start(const std::string& interface, const std::string& interface_of_encoders) {
+    start_emulator(interface_of_encoders);
     const CanArmOptions options = patient_options();
-    auto made = CanArmSource::create(options, bus_.name(),
-                                     CanArmSource::on_interface(bus_.name(), options.arm),
-                                     bench_.clock, bench_.diagnostics);
+    auto made =
+        CanArmSource::create(options, interface, CanArmSource::on_interface(interface, options.arm),
+                             bench_.clock, bench_.diagnostics);
     EXPECT_TRUE(test::has_value(made));
     bench_.source = *std::move(made);
   }
-  void start_emulator() {
+  void start_emulator(const std::string& interface) {
     emulator_.reset();
-    auto started = CanArmEmulator::start_on(bus_.name(), six_joint_arm(), arm_angles_at);
+    auto started = CanArmEmulator::start_on(interface, six_joint_arm(), arm_angles_at);
     ASSERT_TRUE(test::has_value(started));
     emulator_ = *std::move(started);
   }
@@ -78,12 +78,40 @@ class CanArmKernelTest : public ::testing::Test {
     return false;
   }
   [[nodiscard]] bool until_lost(const char* cause) {
-    return bench_.until([&](const auto&) { return bench_.source->account().losses.contains(cause); });
+    return bench_.until(
+        [&](const auto&) { return bench_.source->account().losses.contains(cause); });
   }
 
-  kernel::VirtualBus bus_;
   std::unique_ptr<CanArmEmulator> emulator_;
   SourceBench<CanArmSource> bench_;
+};
+
+/// On a virtual interface.
+class CanArmKernelTest : public ArmKernelTest {
+ protected:
+  CanArmKernelTest() { start(bus_.name(), bus_.name()); }
+  ~CanArmKernelTest() override { emulator_.reset(); }
+  kernel::VirtualBus bus_;
+};
+
+/// Between two controllers (sja1000, by the driver kvaser_pci) on the bus of the machine.
+class CanControllerKernelTest : public ArmKernelTest {
+ protected:
+  CanControllerKernelTest() {
+    for (const char* name : {"can0", "can1"}) set_up(name);
+    start("can0", "can1");
+  }
+  ~CanControllerKernelTest() override {
+    emulator_.reset();
+    for (const char* name : {"can0", "can1"}) set_down(name);
+  }
+  static void set_up(const std::string& name) {
+    EXPECT_EQ(kernel::shell("ip link set " + name + " up type can bitrate 500000 restart-ms 100"),
+              0);
+  }
+  static void set_down(const std::string& name) {
+    EXPECT_EQ(kernel::shell("ip link set " + name + " down"), 0);
+  }
 };
 
 TEST_F(CanArmKernelTest, GivesTheTruth) {
@@ -115,7 +143,7 @@ TEST_F(CanArmKernelTest, AnInterfaceThatIsRemovedAndComesBackIsTakenAgain) {
   bus_.remove();
   ASSERT_TRUE(until_lost("interface_gone")) << bench_.reports();
   bus_.add();
-  start_emulator();
+  start_emulator(bus_.name());
   EXPECT_TRUE(gives_true_poses(5));
 }
 
@@ -140,13 +168,27 @@ TEST_F(CanArmKernelTest, FramesThatTheQueueLosesAreInTheAccount) {
   EXPECT_TRUE(gives_true_poses(5));
 }
 
+TEST_F(CanControllerKernelTest, GivesTheTruth) {
+  EXPECT_TRUE(gives_true_poses(50));
+  EXPECT_EQ(bench_.source->account().connections, 1U) << bench_.reports();
+}
+
+TEST_F(CanControllerKernelTest, AnInterfaceThatGoesDownAndUpIsTakenAgain) {
+  ASSERT_TRUE(gives_true_poses(1));
+  set_down("can0");
+  ASSERT_TRUE(until_lost("interface_down")) << bench_.reports();
+  set_up("can0");
+  EXPECT_TRUE(gives_true_poses(5));
+}
+
 /// The program itself; kernel_test.py reads its report and the log of the bus.
 TEST_F(CanArmKernelTest, SondeReadsTheArmOfASessionFile) {
   const std::filesystem::path folder = kernel::results();
   std::ofstream(folder / "arm.json") << session::arm_file_text(six_joint_arm());
   std::ofstream(folder / "arm.toml")
       << "[source]\nkind = \"live\"\n[[devices]]\nid = \"arm\"\nkind = \"can-arm\"\n"
-         "address = \"can:vcan0\"\narm = \"arm.json\"\nrate_hz = 50\nbodies = [ {name = \"Probe\"} ]\n";
+         "address = \"can:vcan0\"\narm = \"arm.json\"\nrate_hz = 50\nbodies = [ {name = \"Probe\"} "
+         "]\n";
   bench_.source.reset();
   const std::string sonde = kernel::variable("SONDE");
   EXPECT_EQ(kernel::shell(sonde + " devices --session " + (folder / "arm.toml").string() +

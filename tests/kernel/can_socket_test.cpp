@@ -113,9 +113,9 @@ TEST_F(CanSocketKernelTest, ErrorFramesPassEveryFilterWithTheirCauses) {
   const CanReceive got = next(receiver);
   ASSERT_TRUE(got.received);
   EXPECT_TRUE(got.received->frame.error);
-  EXPECT_THAT(can_error_causes(got.received->frame),
-              ::testing::ElementsAre(::testing::StrEq("bus_off"),
-                                     ::testing::StrEq("error_passive")));
+  EXPECT_THAT(
+      can_error_causes(got.received->frame),
+      ::testing::ElementsAre(::testing::StrEq("bus_off"), ::testing::StrEq("error_passive")));
 }
 
 TEST_F(CanSocketKernelTest, FramesThatAFullQueueLosesAreCounted) {

@@ -3,7 +3,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Boots a real kernel once, runs the jobs of jobs.sh in it, and judges what they left.
 
-    tests/kernel/kernel_test.py --build build/dev [--out DIR]
+    tests/kernel/kernel_test.py --build build/dev [--out DIR] [JOB…]
 
 Environment: SONDE_KERNEL_TESTS=off skips; on: a machine that cannot be made or booted is a failure.
 Otherwise it is skipped where a package or the network for the kernel is missing (exit status 77).
@@ -20,7 +20,7 @@ import sys
 import machine
 
 SKIPPED = 77
-SECONDS = 600  # For the whole machine; a quiet computer needs a third of it.
+SECONDS = 900  # For the whole machine; a quiet computer needs a fifth of it.
 
 # Messages of CANopen by the names that tshark gives them, and the least number of each in the log: the
 # jobs wait for 50 poses of six joints, set up each joint by four questions, and report one emergency.
@@ -127,6 +127,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--build", type=pathlib.Path, required=True, help="build folder of Sonde")
     parser.add_argument("--out", type=pathlib.Path, help="folder for logs; default: in the build folder")
+    parser.add_argument("jobs", nargs="*", help="names of jobs; default: all")
     options = parser.parse_args()
     wanted = os.environ.get("SONDE_KERNEL_TESTS", "")
     if wanted == "off":
@@ -142,7 +143,7 @@ def main() -> int:
         print(f"{'FAILED' if wanted == 'on' else 'skipped'}: {error}")
         return 1 if wanted == "on" else SKIPPED
     try:
-        status = machine.boot(kernel, out, ["/bin/bash", jobs, build], SECONDS)
+        status = machine.boot(kernel, out, ["/bin/bash", jobs, build, *options.jobs], SECONDS)
     except machine.NoMachine as error:
         print(f"FAILED: {error}")
         return 1

@@ -7,7 +7,7 @@
 
 The machine needs no image: its root folder is that of this computer, mounted read-only, and the
 script runs as root in it. Only /run, /dev/shm and the folder --out, mounted at /mnt, can be written
-to. Folders of this computer that are mounted at /run, /proc, /sys or /dev are not seen.
+to. It has two CAN controllers on one bus. Folders of this computer that are mounted at /run, /proc, /sys or /dev are not seen.
 
 The kernel package is downloaded by `apt-get download` and unpacked, not installed. The exit status is
 that of the script; 1 when the machine does not start or does not end in time.
@@ -189,6 +189,7 @@ def qemu_command(kernel: pathlib.Path, initramfs: pathlib.Path, out: pathlib.Pat
             "-device", "virtio-9p-pci,fsdev=root,mount_tag=root",
             "-fsdev", f"local,id=out,path={out},security_model=none",
             "-device", "virtio-9p-pci,fsdev=out,mount_tag=out",
+            "-object", "can-bus,id=can", "-device", "kvaser_pci,canbus=can", "-device", "kvaser_pci,canbus=can",
             "-object", "rng-random,id=random,filename=/dev/urandom",
             "-device", "virtio-rng-pci,rng=random"]
 

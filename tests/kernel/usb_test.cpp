@@ -57,12 +57,12 @@ struct UsbBench : SourceBench<SourceKind> {
 class PolhemusKernelTest : public ::testing::Test {
  protected:
   PolhemusKernelTest() : emulator_(emulated_liberty(2)) {
-    PolhemusOptions options{.bodies = {{.name = "Probe", .station = 1},
-                                       {.name = "Reference", .station = 2}}};
+    PolhemusOptions options{
+        .bodies = {{.name = "Probe", .station = 1}, {.name = "Reference", .station = 2}}};
     options.times = patient_usb_times();
-    bench_.source = *PolhemusSource::create(options, "usb:0f44:ff20",
-                                            [] { return open_usb(kLibertyId); }, bench_.clock,
-                                            bench_.diagnostics);
+    bench_.source = *PolhemusSource::create(
+        options, "usb:0f44:ff20", [] { return open_usb(kLibertyId); }, bench_.clock,
+        bench_.diagnostics);
   }
   ~PolhemusKernelTest() override {
     bench_.source.reset();
@@ -114,7 +114,8 @@ TEST_F(PolhemusKernelTest, EachFaultIsCountedByItsCause) {
         << bench_.reports();
     EXPECT_TRUE(gives_true_poses(5)) << one.cause << "\n" << bench_.reports();
   }
-  EXPECT_GE(emulator_->server().cleared_halts(), 1U) << "the kernel asked for no halt to be cleared";
+  EXPECT_GE(emulator_->server().cleared_halts(), 1U)
+      << "the kernel asked for no halt to be cleared";
   EXPECT_EQ(bench_.source->health().reconnects, 0U) << bench_.reports();
 }
 
@@ -161,9 +162,9 @@ class IntersonKernelTest : public ::testing::Test {
     options.settings.images_hz = 10;
     options.times = patient_usb_times();
     scan_ = std::make_unique<SectorScan>(options.shape, kIntersonLines, kIntersonSamples);
-    bench_.source = *IntersonSource::create(options, "usb:1921:0090",
-                                            [] { return open_usb(kSeeMoreId); }, bench_.clock,
-                                            bench_.diagnostics);
+    bench_.source = *IntersonSource::create(
+        options, "usb:1921:0090", [] { return open_usb(kSeeMoreId); }, bench_.clock,
+        bench_.diagnostics);
   }
   ~IntersonKernelTest() override {
     bench_.source.reset();
