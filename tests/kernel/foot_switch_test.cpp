@@ -1,13 +1,12 @@
 // SPDX-FileCopyrightText: 2026 The Sonde authors
 // SPDX-License-Identifier: Apache-2.0
-#include "devices/buttons/foot_switch_source.hpp"
-
 #include <array>
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <linux/input-event-codes.h>
 #include <unistd.h>
 
+#include "devices/buttons/foot_switch_source.hpp"
 #include "tests/devices/source_bench.hpp"
 #include "tests/kernel/commands.hpp"
 #include "tests/support/matchers.hpp"

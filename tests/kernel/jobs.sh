@@ -84,30 +84,8 @@ until_true() {
   return 1
 }
 
-# The program on both sides: it emulates a tracker and a probe with faults, the kernel has them as USB
-# devices, and the program records both as a user would.
-usb_sonde() {
-  local folder=$OUT/usb kind port emulators=() status
-  mkdir -p "$folder"
-  cp tests/kernel/usb_simulated.toml tests/kernel/usb_recorded.toml "$folder"
-  for kind in polhemus:3240:18944 interson:3241:18945; do
-    IFS=: read -r kind port igtl <<<"$kind"
-    "$SONDE" emulate "$kind" --session "$folder/usb_simulated.toml" --line "tcp:$port" --port "$igtl" \
-      --faults 0.05 >"$folder/$kind.log" 2>&1 &
-    emulators+=($!)
-    until_true usbip --tcp-port "$port" attach --remote=127.0.0.1 --busid=1-1 || return 1
-  done
-  until_true lsusb -d 1921:0090 || return 1
-  lsusb
-  "$SONDE" devices --json "$folder/inventory.json"
-  "$SONDE" record --session "$folder/usb_recorded.toml" --out "$folder/usb.mcap" --seconds 20 \
-    --json "$folder/report.json"
-  status=$?
-  "$SONDE" info "$folder/usb.mcap" --json "$folder/info.json" || status=1
-  kill -INT "${emulators[@]}"
-  wait
-  return "$status"
-}
+# The program records both at once, as a user would.
+usb_sonde() { tests kernel_usb_test 'UsbSondeKernelTest.*'; }
 
 export build
 export -f "${all[@]}" tests until_true is_initialized

@@ -23,8 +23,8 @@ SKIPPED = 77
 SECONDS = 900  # For the whole machine; a quiet computer needs a fifth of it.
 
 # Messages of CANopen by the names that tshark gives them, and the least number of each in the log: the
-# jobs wait for 50 poses of six joints, set up each joint by four questions, and report one emergency.
-CANOPEN = {"NMT: Start remote node": 6, "SYNC": 50, "PDO2 (tx)": 300, "Default-SDO (rx)": 24,
+# jobs wait for 20 poses of six joints, set up each joint by four questions, and report one emergency.
+CANOPEN = {"NMT: Start remote node": 6, "SYNC": 20, "PDO2 (tx)": 120, "Default-SDO (rx)": 24,
            "Default-SDO (tx)": 24, "NMT Error Control: Operational": 10, "EMCY": 2}
 
 
@@ -87,13 +87,13 @@ def judge_arm(out: pathlib.Path, failures: Failures) -> None:
 
 
 def judge_usb(out: pathlib.Path, failures: Failures) -> None:
-    report = load(out / "usb/report.json")
+    report = load(out / "usb_report.json")
     judge_stream(failures, "usb_sonde", report, "tracker", ["Probe", "Reference"])
     judge_stream(failures, "usb_sonde", report, "probe", ["Image"])
     failures.expect("usb_sonde", report.get("ledger_balanced") is True, "ledger_balanced")
     recording = report.get("recording") or {}
     failures.expect("usb_sonde", recording.get("lost") == 0, f"recording: {recording}")
-    listed = {(one["vendor_id"], one["product_id"]) for one in load(out / "usb/inventory.json").get("usb", [])}
+    listed = {(one["vendor_id"], one["product_id"]) for one in load(out / "usb_inventory.json").get("usb", [])}
     failures.expect("usb_sonde", {(0x0F44, 0xFF20), (0x1921, 0x0090)} <= listed, f"sonde devices lists {listed}")
 
 

@@ -155,6 +155,30 @@ TEST_F(PolhemusKernelTest, ADeviceThatAnotherProgramHasIsNamed) {
   EXPECT_TRUE(gives_true_poses(5)) << bench_.reports();
 }
 
+/// The program itself records both devices, whose faults come by chance; kernel_test.py reads its
+/// report.
+TEST(UsbSondeKernelTest, SondeRecordsATrackerAndAProbeOnUsb) {
+  const auto liberty = PolhemusEmulator::start(
+      {.stations = 2, .see = polhemus_truth},
+      {.rate = 0.02, .kinds = {PolhemusFault::kStall, PolhemusFault::kLost, PolhemusFault::kCut}});
+  const auto see_more = IntersonEmulator::start(
+      {.see = see_more_truth},
+      {.rate = 0.05, .kinds = {IntersonFault::kStall, IntersonFault::kLostLine}});
+  ASSERT_TRUE(test::has_value(liberty));
+  ASSERT_TRUE(test::has_value(see_more));
+  ASSERT_TRUE(plug_in((*liberty)->server()));
+  ASSERT_TRUE(plug_in((*see_more)->server()));
+  const std::string sonde = kernel::variable("SONDE");
+  const std::string folder = kernel::results().string();
+  EXPECT_EQ(kernel::shell(sonde + " devices --json " + folder + "/usb_inventory.json"), 0);
+  EXPECT_EQ(kernel::shell(sonde + " record --session tests/kernel/usb_recorded.toml --out " +
+                          folder + "/usb.mcap --seconds 15 --json " + folder + "/usb_report.json"),
+            0);
+  EXPECT_EQ(kernel::shell(sonde + " info " + folder + "/usb.mcap"), 0);
+  (*liberty)->server().unplug();
+  (*see_more)->server().unplug();
+}
+
 class IntersonKernelTest : public ::testing::Test {
  protected:
   IntersonKernelTest() : emulator_(emulated_see_more()) {
