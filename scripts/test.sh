@@ -10,4 +10,4 @@ preset=${SONDE_PRESET:-release}
 # Reading the same headers takes half of the build time.
 cmake --preset "$preset" -Wno-dev -DSONDE_PRECOMPILE=ON
 cmake --build --preset "$preset" --parallel "$(tools/jobs.sh)"
-ctest --preset "$preset" --label-exclude bench "$@"
+ctest --preset "$preset" --label-exclude "bench|kernel" "$@"

@@ -3,12 +3,13 @@
 # SPDX-License-Identifier: Apache-2.0
 #
 # Installs the Debian 12 packages that Sonde needs; they are listed only here.
-#   tools/install-dependencies.sh [build] [test] [lint] [tidy] [fuzz]     default: build
+#   tools/install-dependencies.sh [build] [test] [lint] [tidy] [fuzz] [kernel]     default: build
 # build  compile and run the program and its window
 # test   also run the tests and benchmarks
 # lint   also the formatter and the shader checker
 # tidy   also clang-tidy, which is not needed to build
 # fuzz   also Clang with libFuzzer, for tools/fuzz.sh
+# kernel also QEMU, and what the tests in a real kernel use there (ctest -L kernel)
 # Idempotent: installs only missing packages, without recommended ones, and prints what it does.
 set -euo pipefail
 
@@ -27,6 +28,7 @@ test=(libgtest-dev libgmock-dev libbenchmark-dev xvfb xauth zstd python3)
 lint=(clang-format-14 git glslang-tools python3)
 tidy=(clang-tidy-14 git)
 fuzz=(clang-14 libclang-rt-14-dev)
+kernel=(qemu-system-x86 busybox-static cpio kmod iproute2 udev can-utils usbip usbutils tshark python3)
 
 wanted=()
 for group in "${@:-build}"; do
@@ -36,8 +38,9 @@ for group in "${@:-build}"; do
     lint) wanted+=("${lint[@]}") ;;
     tidy) wanted+=("${build[@]}" "${test[@]}" "${tidy[@]}") ;;
     fuzz) wanted+=("${build[@]}" "${fuzz[@]}") ;;
+    kernel) wanted+=("${build[@]}" "${test[@]}" "${kernel[@]}") ;;
     *)
-      echo "install-dependencies: expected build, test, lint, tidy or fuzz, found '$group'" >&2
+      echo "install-dependencies: expected build, test, lint, tidy, fuzz or kernel, found '$group'" >&2
       exit 2
       ;;
   esac

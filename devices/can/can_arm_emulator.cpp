@@ -4,12 +4,18 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <sys/socket.h>
 
 namespace nav::devices {
 namespace {
 
 constexpr Duration kNoHeartbeat = std::chrono::seconds(60);
+
+/// False also for an interface that is down: its socket serves again when it is up.
+bool ends_bus(const std::optional<TcpFailure>& failure) {
+  return failure && std::strcmp(failure->cause, "interface_down") != 0;
+}
 
 }  // namespace
 
@@ -70,7 +76,7 @@ void CanArmEmulator::run() {
       if (stopped_) return;
       while (bus_.is_open()) {
         const CanReceive got = receive_can(bus_);
-        if (got.failure) bus_.close();
+        if (ends_bus(got.failure)) bus_.close();
         if (got.received) take(got.received->frame);
         if (!got.received && !got.malformed) break;
       }
@@ -110,7 +116,7 @@ Duration CanArmEmulator::send_due() {
 }
 
 void CanArmEmulator::send(const CanFrame& frame) {
-  if (bus_.is_open() && send_can(bus_, frame).failure) bus_.close();
+  if (bus_.is_open() && ends_bus(send_can(bus_, frame).failure)) bus_.close();
 }
 
 void CanArmEmulator::take(const CanFrame& frame) {
