@@ -18,7 +18,7 @@
 namespace nav::devices {
 
 /// Exports one emulated device by USB/IP, as bus id "1-1". A host takes it by
-///   usbip attach --remote=ADDRESS --bus-id=1-1
+///   usbip attach --remote=ADDRESS --busid=1-1
 /// as root, after which the kernel and libusb see a USB device, or by open_usbip() without a
 /// kernel. One host has the device at a time; the list may be asked for by others meanwhile. One
 /// thread, which the destructor joins; all functions are thread-safe.
