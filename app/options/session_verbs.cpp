@@ -66,6 +66,18 @@ Error not_live(const std::string& verb) {
                                  "start it by 'sonde live'"};
 }
 
+/// Checks the file that gets the kinematics of an emulated arm.
+Result<void> check_arm_file(const Settings& settings) {
+  const NamedFile arm{"--arm", settings.serve.arm};
+  if (settings.serve.emulated != "can-arm") return {};
+  if (arm.path.empty()) return Error{ErrorCode::kUsage, "emulate can-arm requires --arm"};
+  std::vector<NamedFile> others = session_inputs(settings.config);
+  others.push_back({"--session", settings.config.file});
+  others.push_back({"--json", settings.json});
+  if (auto ok = reject_overwriting({arm}, others); !ok) return ok;
+  return reject_unwritable({arm});
+}
+
 }  // namespace
 
 CLI::App& CommandLine::add_verb(const char* name, Settings& settings) {
@@ -174,6 +186,7 @@ void CommandLine::add_emulate() {
       if (auto ok = reject_idle(verb, "emulate", settings_); !ok) return ok;
       if (auto ok = check_live("emulate"); !ok) return ok;
       if (auto ok = reject_overwriting_of(settings_.config, settings_.json, {}); !ok) return ok;
+      if (auto ok = check_arm_file(settings_); !ok) return ok;
       return run_emulate(settings_.config, settings_.serve, json(), console);
     };
   });

@@ -6,7 +6,9 @@
 namespace nav::app {
 namespace {
 
-Requirement emulates_device() { return {.any_of = {{"kind", {"ndi", "polhemus", "interson"}}}}; }
+Requirement emulates_device() {
+  return {.any_of = {{"kind", {"ndi", "can-arm", "polhemus", "interson"}}}};
+}
 Requirement fused() { return {.any_of = {{"--recording"}, {"--second"}}}; }
 
 }  // namespace
@@ -65,19 +67,30 @@ void add_replay_rows(std::vector<Option>& rows) {
        .group = group::kGroupReplay,
        .verbs = {"emulate"},
        .slot = NAV_SLOT(serve.emulated),
-       .choices = {"openigtlink", "ndi", "polhemus", "interson"},
+       .choices = {"openigtlink", "ndi", "can-arm", "polhemus", "interson"},
        .usual = true,
        .required = true},
       {.name = "--line",
        .type = "LINE",
-       .text =
-           "line of the emulated device: tcp:PORT, or for ndi serial:PATH (a link that is made)",
+       .text = "line of the emulated device: tcp:PORT, for ndi also serial:PATH (a link that is "
+               "made), for can-arm can:INTERFACE",
        .group = group::kGroupReplay,
        .verbs = {"emulate"},
        .slot = NAV_SLOT(serve.line),
-       .absent = "tcp:8765 for ndi, tcp:3240 (USB/IP) for polhemus and interson",
+       .absent = "tcp:8765 for ndi, can:vcan0 for can-arm, tcp:3240 (USB/IP) for polhemus and "
+                 "interson",
        .usual = true,
        .needs = {emulates_device()}},
+      {.name = "--arm",
+       .type = "JSON",
+       .text =
+           "file that gets the kinematics of the emulated arm, once the first pose has placed it",
+       .group = group::kGroupReplay,
+       .verbs = {"emulate"},
+       .slot = NAV_SLOT(serve.arm),
+       .absent = "none",
+       .usual = true,
+       .needs = {{.any_of = {{"kind", {"can-arm"}}}}}},
       {.name = "--faults",
        .type = "X",
        .text =

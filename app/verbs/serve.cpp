@@ -11,10 +11,13 @@
 #include "app/interrupt.hpp"
 #include "app/report.hpp"
 #include "app/verbs/device_report.hpp"
+#include "devices/can/can_arm_sender.hpp"
 #include "devices/ndi/ndi_sender.hpp"
 #include "devices/openigtlink/openigtlink_sender.hpp"
 #include "devices/usb/interson_sender.hpp"
 #include "devices/usb/polhemus_sender.hpp"
+#include "io/atomic_file.hpp"
+#include "session/arm_file.hpp"
 #include "session/live_session.hpp"
 
 namespace nav::app {
@@ -99,6 +102,47 @@ Result<std::unique_ptr<devices::NdiSender>> start_ndi(const session::LiveSession
   return sender;
 }
 
+/// "can:INTERFACE".
+Result<std::string> can_interface(const std::string& text) {
+  constexpr std::string_view kBegin = "can:";
+  if (text.empty()) return std::string("vcan0");
+  if (text.starts_with(kBegin) && text.size() > kBegin.size()) return text.substr(kBegin.size());
+  return line_error("can:INTERFACE", text);
+}
+
+/// An arm that carries the first tracked body.
+Result<std::unique_ptr<devices::CanArmSender>> start_can_arm(const session::LiveSession& live,
+                                                             const ServeOptions& options,
+                                                             Console& console) {
+  using enum devices::CanArmFault;
+  const auto interface = can_interface(options.line);
+  if (!interface) return interface.error();
+  const std::vector<std::string> bodies = bodies_of(live);
+  if (bodies.empty()) {
+    return Error{ErrorCode::kUsage, "emulated arm: expected a tracked body, found none"};
+  }
+  auto sender = devices::CanArmSender::on_interface(
+      *interface, bodies.front(),
+      {.seed = options.seed,
+       .rate = options.fault_rate,
+       .kinds = {kMissing, kLate, kReboot, kEmergency, kForeign}});
+  if (!sender) return Error{ErrorCode::kUnavailable, "--line: " + sender.error().message};
+  console.say("emulating an encoder arm at can:" + *interface + " that carries " + bodies.front());
+  return sender;
+}
+
+/// Gives a sample to the arm; the file of its kinematics is written when it is placed.
+Result<void> send_by_arm(devices::CanArmSender& arm, const StreamInfo& stream, const Sample& sample,
+                         const std::string& file, Console& console) {
+  const auto placed = arm.send(stream, sample);
+  if (!placed) return placed.error();
+  if (!*placed) return {};
+  const std::string text = session::arm_file_text(**placed);
+  if (auto ok = io::write_file(file, std::string_view(text)); !ok) return ok;
+  console.say("  its kinematics: " + file);
+  return {};
+}
+
 void say_usbip(const std::string& device, std::uint16_t port, Console& console) {
   const std::string at = std::to_string(port);
   console.say("emulating " + device + " at usbip:127.0.0.1:" + at);
@@ -167,12 +211,16 @@ Result<void> serve(const char* verb, const SessionConfig& config, const ServeOpt
                                           wall_clock_at_zero(clock));
   std::vector<std::shared_ptr<Source>> sources;
   std::unique_ptr<devices::NdiSender> ndi;
+  std::unique_ptr<devices::CanArmSender> arm;
   std::unique_ptr<devices::PolhemusSender> polhemus;
   std::unique_ptr<devices::IntersonSender> interson;
   const auto tap = [&](std::size_t source, const Sample& sample) {
     const StreamInfo& stream = sources[source]->streams()[sample.stream];
     if (ndi != nullptr && stream.kind == StreamKind::kPoses) {
       ndi->send(stream, sample);
+    } else if (arm != nullptr && stream.kind == StreamKind::kPoses && stream.name == arm->body()) {
+      const auto sent = send_by_arm(*arm, stream, sample, options.arm, console);
+      if (!sent) console.report(Severity::kError, "emulated arm", sent.error().message);
     } else if (polhemus != nullptr && stream.kind == StreamKind::kPoses) {
       polhemus->send(stream, sample);
     } else if (interson != nullptr && stream.kind == StreamKind::kImages) {
@@ -194,6 +242,11 @@ Result<void> serve(const char* verb, const SessionConfig& config, const ServeOpt
     auto started = start_polhemus(*live, options, console);
     if (!started) return started.error();
     polhemus = *std::move(started);
+  }
+  if (options.emulated == "can-arm") {
+    auto started = start_can_arm(*live, options, console);
+    if (!started) return started.error();
+    arm = *std::move(started);
   }
   if (options.emulated == "ndi") {
     auto started = start_ndi(*live, options, console);
@@ -218,6 +271,10 @@ Result<void> serve(const char* verb, const SessionConfig& config, const ServeOpt
   report["seconds"] = to_seconds(clock.now());
   report["port"] = (*server)->port();
   if (ndi != nullptr) report["commands"] = ndi->emulator().commands();
+  if (arm != nullptr) {
+    report["syncs"] = arm->syncs();
+    report["out_of_reach"] = arm->out_of_reach();
+  }
   if (polhemus != nullptr) {
     report["commands"] = polhemus->emulator().tracker().commands().size();
     report["transfers"] = polhemus->emulator().server().transfers();

@@ -16,10 +16,12 @@ struct ServeOptions {
   std::string listen = "127.0.0.1";  ///< Address; the default is reached from this machine only.
   int port = 18944;                  ///< 0: the system chooses one and the program prints it.
   std::string emulated =
-      "openigtlink";  ///< Emulate only: "openigtlink", "ndi", "polhemus", "interson".
+      "openigtlink";  ///< Emulate only: "openigtlink", "ndi", "can-arm", "polhemus", "interson".
   /// Line of the emulated tracker: for ndi "serial:PATH", a link to a pseudo terminal that is made;
-  /// for all kinds "tcp:PORT" at 127.0.0.1 (0: the system chooses one). Empty: the usual port.
+  /// for can-arm "can:INTERFACE"; for all others "tcp:PORT" at 127.0.0.1 (0: the system chooses
+  /// one). Empty: the usual one.
   std::string line{};
+  std::string arm{};       ///< Emulated can-arm: file for its kinematics.
   double fault_rate = 0;   ///< Part of the tracker's replies that have a fault, [0, 1].
   std::uint64_t seed = 1;  ///< Seed of the faults.
 };

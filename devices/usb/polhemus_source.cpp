@@ -20,7 +20,7 @@ using std::chrono::milliseconds;
 constexpr std::size_t kLibertyPacket = 512;
 constexpr int kLibertyQueued = 8;
 /// Without bytes for so long the device has stopped its output.
-constexpr Duration kQuiet = milliseconds(100);
+constexpr Duration kSetupQuiet = milliseconds(100);
 constexpr Duration kLongestStopping = milliseconds(1500);
 /// Time for errors in the answer to the setup.
 constexpr Duration kSetupAnswer = milliseconds(150);
@@ -107,7 +107,7 @@ void PolhemusSource::begin_stopping(Timestamp now) {
   candidate_.reset();
   stopping_since_ = quiet_since_ = now;
   send(kPolhemusStop);
-  set_step(now + kQuiet);
+  set_step(now + kSetupQuiet);
 }
 
 Timestamp PolhemusSource::step(Timestamp now) {
@@ -117,7 +117,7 @@ Timestamp PolhemusSource::step(Timestamp now) {
         lose({"setup", "the device does not stop its output; switch it off and on"});
         return Timestamp::max();
       }
-      if (now - quiet_since_ < kQuiet) return quiet_since_ + kQuiet;
+      if (now - quiet_since_ < kSetupQuiet) return quiet_since_ + kSetupQuiet;
       parser_.restart();
       for (const std::string& command : polhemus_setup(options_.hemisphere)) send(command);
       phase_ = Phase::kSetup;

@@ -364,7 +364,17 @@ TEST_F(CommandLineLiveTest, RejectsWhatCannotBeEmulated) {
   expect_rejection("emulate polhemus --line serial:/tmp/x --session " + served, 2,
                    {"--line: expected tcp:PORT"});
   expect_rejection("emulate fastrak --session " + served, 2,
-                   {"expected openigtlink, ndi, polhemus or interson"});
+                   {"expected openigtlink, ndi, can-arm, polhemus or interson"});
+  expect_rejection("emulate can-arm --session " + served, 2, {"can-arm requires --arm"});
+  expect_rejection("emulate can-arm --arm " + served + " --session " + served, 2,
+                   {"--arm", "--session"});
+  const std::string arm = (folder_ / "arm.json").string();
+  expect_rejection("emulate can-arm --line tcp:3 --arm " + arm + " --session " + served, 2,
+                   {"--line: expected can:INTERFACE"});
+  expect_rejection("emulate can-arm --line can:nocan7 --arm " + arm + " --session " + served, 4,
+                   {"nocan7"});
+  expect_rejection("emulate ndi --arm " + arm + " --session " + served, 2,
+                   {"--arm requires kind can-arm"});
 }
 
 TEST_F(CommandLineLiveTest, OverwritesNothingThatItReads) {
