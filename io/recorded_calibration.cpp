@@ -97,6 +97,9 @@ std::string pixel_text(const PixelGrid& grid) {
 
 std::optional<Finding> placeholder_calibration(const ImageCalibration& calibration) {
   constexpr double kSmallest_mm = 0.01;
+  constexpr double kLargest_mm = 5;
+  constexpr double kMostRatio = 5;
+  constexpr double kMostShear_rad = 8 * M_PI / 180;  // Real calibrations shear by some degrees.
   const auto doubt = [](const std::string& value) {
     return Finding{.subject = "", .key = "ImageToProbe", .values = {value}, .used = "as stated"};
   };
@@ -108,8 +111,17 @@ std::optional<Finding> placeholder_calibration(const ImageCalibration& calibrati
   if (unit && unturned && corner.norm() < 1e-9) {
     return doubt("the identity (is the probe calibrated?)");
   }
-  if (grid.mm_per_pixel.colwise().norm().maxCoeff() >= kSmallest_mm) return std::nullopt;
-  return doubt("pixels of " + pixel_text(grid) + " (is the calibration in metres?)");
+  const auto sides = grid.mm_per_pixel.colwise().norm();
+  const std::string pixels = "pixels of " + pixel_text(grid);
+  if (sides.maxCoeff() < kSmallest_mm) return doubt(pixels + " (is the calibration in metres?)");
+  if (sides.maxCoeff() > kLargest_mm) return doubt(pixels + " (larger than those of any image)");
+  if (sides.maxCoeff() > kMostRatio * sides.minCoeff()) {
+    return doubt(pixels + " (far from square: is one axis scaled twice?)");
+  }
+  if (std::abs(grid.shear_rad()) > kMostShear_rad) {
+    return doubt(pixels + " (columns and rows far from a right angle)");
+  }
+  return std::nullopt;
 }
 
 }  // namespace nav::io

@@ -32,8 +32,9 @@ Result<void> same_calibration(const Chain& probe_from_pixels, const FirstCalibra
 /// "0.2 x 0.3 mm"; with the angle between rows and columns where it is no right one.
 std::string pixel_text(const PixelGrid& grid);
 
-/// A finding about a calibration that no probe has: the identity of an uncalibrated one, and one in
-/// metres. Subject: empty.
+/// A finding about a calibration that no probe has: the identity of an uncalibrated one, one in
+/// metres, pixels above 5 mm, five times as long as wide, or more than 8° from a right angle.
+/// Subject: empty.
 std::optional<Finding> placeholder_calibration(const ImageCalibration& calibration);
 
 }  // namespace nav::io

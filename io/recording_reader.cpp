@@ -229,7 +229,7 @@ struct RecordingReader::State {
          .used = "that of the frames"});
   }
 
-  /// Warns of calibrations that no probe has: the identity of an uncalibrated one, and metres.
+  /// Warns of calibrations that no probe has, see placeholder_calibration().
   void warn_of_placeholder(const RecordingOptions& options) {
     if (!calibration || chains.form == RecordingForm::kImageInReference) return;
     auto finding = placeholder_calibration(*calibration);

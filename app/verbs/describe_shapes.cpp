@@ -63,9 +63,14 @@ Result<io::Json> describe_markups(const std::filesystem::path& path, Console& co
                   {"box_mm", box_of(placed)}};
 }
 
-Result<io::Json> describe_transform(const std::filesystem::path& path) {
+Result<io::Json> describe_transform(const std::filesystem::path& path, Console& console) {
   const auto ct_from_reference = io::read_ct_from_reference(path);
   if (!ct_from_reference) return ct_from_reference.error();
+  if (const auto rigid = rigid_from_matrix<frames::Ct, frames::Reference>(*ct_from_reference);
+      !rigid) {
+    console.report(Severity::kWarning, "transform",
+                   path.string() + ": places no CT: " + rigid.error().message);
+  }
   const Eigen::Matrix3d linear = ct_from_reference->topLeftCorner<3, 3>();
   const Eigen::JacobiSVD<Eigen::Matrix3d> svd(linear, Eigen::ComputeFullU | Eigen::ComputeFullV);
   io::Json json{{"kind", "transform"},

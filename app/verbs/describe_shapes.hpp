@@ -15,8 +15,9 @@ namespace nav::app {
 /// Describes points and curves of 3D Slicer. Errors: those of io::read_markups().
 Result<io::Json> describe_markups(const std::filesystem::path& path, Console& console);
 
-/// Describes a transform file of ITK. Errors: those of io::read_ct_from_reference().
-Result<io::Json> describe_transform(const std::filesystem::path& path);
+/// Describes a transform file of ITK. Warns of one that places no CT, because it is not rigid.
+/// Errors: those of io::read_ct_from_reference().
+Result<io::Json> describe_transform(const std::filesystem::path& path, Console& console);
 
 /// Describes a surface. Errors: those of io::read_surface().
 Result<io::Json> describe_surface(const std::filesystem::path& path);

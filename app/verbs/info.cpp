@@ -306,7 +306,7 @@ Result<io::Json> describe(const std::filesystem::path& path, bool accept_unknown
     return describe_config(*config);
   }
   if (io::is_markups_file(path)) return describe_markups(path, console);
-  if (io::is_transform_file(path)) return describe_transform(path);
+  if (io::is_transform_file(path)) return describe_transform(path, console);
   if (has_extension(path, {".stl", ".ply", ".vtk"})) return describe_surface(path);
   if (has_extension(path, {".csv"})) return describe_landmarks(path);
   if (has_extension(path, {".json"})) return describe_registration(path, console);

@@ -56,8 +56,7 @@ Result<std::optional<ArmModel>> CanArmSender::send(const StreamInfo& stream, con
     arm_ = std::move(arm);
     return arm_;
   }
-  const auto reached =
-      seen == nullptr ? std::nullopt : angles_at_pose(*arm_, *seen, angles());
+  const auto reached = seen == nullptr ? std::nullopt : angles_at_pose(*arm_, *seen, angles());
   if (!reached) {
     unseen_ = true;
     emulator_->miss(0, kUntilSeen);

@@ -30,16 +30,15 @@ using CanArmStart =
     std::function<Result<std::unique_ptr<CanArmEmulator>>(const ArmModel&, ArmMotion)>;
 
 /// Gives the poses of one body of a session to an emulated arm (emulated_arm()), whose base is the
-/// tracker's frame. The arm is placed by the first pose that is seen. While the body is not seen, or
-/// where the arm does not reach it, an encoder does not answer. Thread-safe.
+/// tracker's frame. The arm is placed by the first pose that is seen. While the body is not seen,
+/// or where the arm does not reach it, an encoder does not answer. Thread-safe.
 class CanArmSender {
  public:
   /// \p body: name of the stream of poses.
   CanArmSender(std::string body, CanArmFaultPlan plan, CanArmStart start);
   /// Encoders on an interface of the kernel, such as "vcan0". Errors: those of open_can().
   static Result<std::unique_ptr<CanArmSender>> on_interface(const std::string& interface,
-                                                            std::string body,
-                                                            CanArmFaultPlan plan);
+                                                            std::string body, CanArmFaultPlan plan);
 
   [[nodiscard]] const std::string& body() const { return body_; }
   /// Shows the newest pose of the body; other streams are left out. Gives the arm when this pose

@@ -243,7 +243,14 @@ void add_file(const InputFile& input, vtkDICOMMetaData& meta, vtkDICOMParser& pa
     slice.frame = frame;
     slice.rows = rows;
     slice.columns = columns;
-    slice.acquisition = text(meta, DC::AcquisitionNumber);
+    constexpr std::array kPhaseTags{DC::AcquisitionNumber,
+                                    DC::TemporalPositionIdentifier,
+                                    DC::KVP,
+                                    DC::ConvolutionKernel,
+                                    DC::AcquisitionTime,
+                                    DC::ContentTime};
+    static_assert(kPhaseTags.size() == kPhaseKeys.size());
+    for (std::size_t i = 0; i < kPhaseTags.size(); ++i) slice.phase[i] = text(meta, kPhaseTags[i]);
     slice.frame_of_reference = text(meta, DC::FrameOfReferenceUID);
     const auto gap = numbers(meta, frame, DC::SpacingBetweenSlices, 1);
     slice.stated_gap_mm = gap.empty() ? 0 : std::abs(gap[0]);

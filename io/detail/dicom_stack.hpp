@@ -17,6 +17,16 @@
 
 namespace nav::io::detail {
 
+/// Attributes by which the images of two acquisitions or phases of one series differ.
+inline constexpr std::array<const char*, 6> kPhaseKeys{"AcquisitionNumber",
+                                                       "TemporalPositionIdentifier",
+                                                       "KVP",
+                                                       "ConvolutionKernel",
+                                                       "AcquisitionTime",
+                                                       "ContentTime"};
+/// Those from here on are times, which may differ from slice to slice.
+inline constexpr std::size_t kPhaseTimes = 4;
+
 /// One image of a DICOM series, not yet decoded.
 struct DicomSlice {
   std::filesystem::path file;
@@ -27,7 +37,7 @@ struct DicomSlice {
   Eigen::Vector2d spacing_mm;        ///< Spacing of columns, then of rows.
   int columns = 0;
   int rows = 0;
-  std::string acquisition;               ///< AcquisitionNumber; empty when absent.
+  std::array<std::string, 6> phase;      ///< Values of kPhaseKeys; empty when absent.
   std::string frame_of_reference;        ///< FrameOfReferenceUID; empty when absent.
   double stated_gap_mm = 0;              ///< SpacingBetweenSlices; 0 when absent.
   std::optional<std::int64_t> instance;  ///< InstanceNumber.

@@ -6,6 +6,7 @@
 #include <array>
 #include <limits>
 #include <string>
+#include <string_view>
 #include <zlib.h>
 
 namespace nav::io::detail {
@@ -26,6 +27,24 @@ struct PixelStream::Inflater {
     if (started) inflateEnd(&stream);
   }
 };
+
+namespace {
+
+/// Cause of damage by the words of zlib (inflate.c). \p decoded: bytes that were decoded before.
+std::string damage_text(const char* zlib_words, std::int64_t decoded) {
+  const std::string_view words = zlib_words != nullptr ? zlib_words : "";
+  const auto says = [&](std::string_view part) { return words.find(part) != words.npos; };
+  if (says("header")) {
+    return decoded == 0 ? "expected the start of zlib or gzip data, found other bytes (are the "
+                          "data not compressed?)"
+                        : "expected another gzip member or the end, found other bytes";
+  }
+  if (says("data check")) return "expected data that agree with their checksum, found others";
+  if (says("length check")) return "expected data of the length that follows them, found others";
+  return "expected codes of the format, found others";
+}
+
+}  // namespace
 
 PixelStream::PixelStream() = default;
 PixelStream::PixelStream(PixelStream&&) noexcept = default;
@@ -116,7 +135,7 @@ Result<std::size_t> PixelStream::inflate(std::span<std::byte> out) {
     if (code != Z_OK && code != Z_STREAM_END && code != Z_BUF_ERROR) {
       return Error{ErrorCode::kMalformedData,
                    "compressed data are damaged after " + std::to_string(z.decoded_offset) +
-                       " bytes: " + (z.stream.msg != nullptr ? z.stream.msg : "zlib error")};
+                       " bytes: " + damage_text(z.stream.msg, z.decoded_offset)};
     }
   }
   return done;

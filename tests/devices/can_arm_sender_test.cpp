@@ -74,9 +74,9 @@ TEST_F(CanArmSenderTest, TheArmShowsThePosesOfTheBody) {
     for (int i = 0; i < 50 && off_mm > kStepsMm; ++i) {
       const auto pose = next(true);
       ASSERT_TRUE(pose) << bench_.reports();
-      off_mm = (pose->pose.tracker_from_body.topRightCorner<3, 1>() -
-                Eigen::Vector3d(x_mm, 40, -900))
-                   .norm();
+      off_mm =
+          (pose->pose.tracker_from_body.topRightCorner<3, 1>() - Eigen::Vector3d(x_mm, 40, -900))
+              .norm();
     }
     EXPECT_LT(off_mm, kStepsMm) << x_mm;
   }

@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "devices/can/emulated_arm.hpp"
 
-#include <gtest/gtest.h>
-
 #include <Eigen/Geometry>
+#include <gtest/gtest.h>
 #include <random>
 
 #include "tests/devices/can_arm_models.hpp"
@@ -47,10 +46,10 @@ TEST(EmulatedArmTest, FollowsAHandAroundTheFirstPose) {
     const Eigen::Vector3d axis =
         Eigen::Vector3d(share(random), share(random), share(random)).normalized();
     const Eigen::Vector3d way(120 * share(random), 120 * share(random), 120 * share(random));
-    const Eigen::Matrix4d wanted = pose_of(
-        Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * share(random), axis)) *
-            Eigen::Quaterniond(Eigen::Matrix3d(kSeen.topLeftCorner<3, 3>())),
-        kSeen.topRightCorner<3, 1>() + way);
+    const Eigen::Matrix4d wanted =
+        pose_of(Eigen::Quaterniond(Eigen::AngleAxisd(0.5 * share(random), axis)) *
+                    Eigen::Quaterniond(Eigen::Matrix3d(kSeen.topLeftCorner<3, 3>())),
+                kSeen.topRightCorner<3, 1>() + way);
     const auto angles = angles_at_pose(arm, wanted, emulated_arm_start_rad());
     ASSERT_TRUE(angles) << i;
     const auto [mm, rad] = apart(arm_pose(arm, *angles).base_from_body, wanted);

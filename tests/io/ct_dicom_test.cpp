@@ -544,6 +544,33 @@ TEST_F(CtDicomTest, PrefersTheSeriesInHu) {
   EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"used: 1.2.3.9", "3 slices of MGML"}));
 }
 
+TEST_F(CtDicomTest, RejectsPhasesThatAlternateByAnyAttribute) {
+  struct Phase {
+    std::uint32_t tag;
+    const char* type;
+    const char* first;
+    const char* second;
+    const char* name;
+  };
+  for (const Phase& phase :
+       {Phase{0x00200100, "IS", "1", "2", "TemporalPositionIdentifier 1, 2"},
+        Phase{0x00180060, "DS", "140", "80", "KVP 140, 80"},
+        Phase{0x00181210, "SH", "B30f", "B60f", "ConvolutionKernel B30f, B60f"},
+        Phase{0x00080032, "TM", "101500", "101530", "AcquisitionTime 101500, 101530"}}) {
+    put_stack(6, [&](int k, DicomFile& d) {
+      d.text(phase.tag, phase.type, k % 2 == 0 ? phase.first : phase.second);
+    });
+    EXPECT_TRUE(rejects(read(), Code::kMalformedData, {phase.name})) << phase.name;
+  }
+  // Each slice at a time of its own, and detectors of two rows.
+  put_stack(6, [](int k, DicomFile& d) { d.text(0x00080032, "TM", std::to_string(101500 + k)); });
+  EXPECT_TRUE(test::has_value(read()));
+  put_stack(6, [](int k, DicomFile& d) {
+    d.text(0x00080032, "TM", std::to_string(101500 + (k == 3 ? 0 : k / 2)));
+  });
+  EXPECT_TRUE(test::has_value(read()));
+}
+
 TEST_F(CtDicomTest, RejectsAcquisitionsThatAlternate) {
   put_stack(6, [](int k, DicomFile& d) { d.text(0x00200012, "IS", k % 2 == 0 ? "1" : "2"); });
   EXPECT_TRUE(rejects(read(), Code::kMalformedData, {"AcquisitionNumber 1, 2"}));

@@ -825,6 +825,9 @@ TEST_F(CtFileTest, VerifiesTheChecksumOfCompressedNifti) {
   std::string changed = whole;
   changed[20000] = static_cast<char>(changed[20000] ^ 64);
   EXPECT_TRUE(rejects(read("a.nii.gz", changed), Code::kMalformedData, {"a.nii.gz", "damaged"}));
+  std::string other_sum = whole;
+  other_sum[whole.size() - 8] = static_cast<char>(other_sum[whole.size() - 8] ^ 1);
+  EXPECT_TRUE(rejects(read("a.nii.gz", other_sum), Code::kMalformedData, {"a.nii.gz", "checksum"}));
   EXPECT_TRUE(rejects(read("a.nii.gz", whole.substr(0, whole.size() - 5)), Code::kMalformedData,
                       {"a.nii.gz", "cut short"}));
   // Data after the voxels are read, with a warning.

@@ -422,6 +422,17 @@ TEST(RecordingReaderTest, WarnsOfCalibrationsThatNoProbeHas) {
   Eigen::Matrix4d metres = image_to_probe();
   metres.topRows<3>() *= 1e-3;
   EXPECT_NE(warning(metres).find("in metres?"), std::string::npos) << warning(metres);
+  const auto changed = [](double wide, double high, double shear) {
+    Eigen::Matrix4d change = Eigen::Matrix4d::Identity();
+    change(0, 0) = wide;
+    change(1, 1) = high;
+    change(0, 1) = shear;
+    return Eigen::Matrix4d(image_to_probe() * change);
+  };
+  EXPECT_NE(warning(changed(100, 100, 0)).find("larger than"), std::string::npos);
+  EXPECT_NE(warning(changed(1, 8, 0)).find("square"), std::string::npos);
+  EXPECT_NE(warning(changed(1, 1, 0.2)).find("right angle"), std::string::npos);
+  EXPECT_EQ(warning(changed(1, 1, 0.05)), "") << "real calibrations shear";
 }
 
 TEST(RecordingReaderTest, ReportsFramesThatContradictThemselves) {

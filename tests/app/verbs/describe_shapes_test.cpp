@@ -49,11 +49,14 @@ TEST_F(DescribeShapesTest, ATransformSaysHowItTurnsScalesAndMirrors) {
   EXPECT_EQ(turned["kind"], "transform");
   EXPECT_NEAR(turned["turn_deg"].get<double>(), 90, 1e-9);
   EXPECT_FALSE(turned["mirrors"].get<bool>());
+  EXPECT_TRUE(console_.entries().empty());
   const io::Json squeezed =
       info("b.tfm", head + "Parameters: -2 0 0 0 1 0 0 0 1 0 0 0\nFixedParameters: 0 0 0\n");
   EXPECT_TRUE(squeezed["mirrors"].get<bool>());
   EXPECT_TRUE(squeezed["turn_deg"].is_null());
   EXPECT_NEAR(squeezed["scales"][2].get<double>(), 0.5, 1e-9);
+  ASSERT_EQ(console_.entries().size(), 1U);
+  EXPECT_NE(console_.entries()[0].message.find("places no CT"), std::string::npos);
 }
 
 TEST_F(DescribeShapesTest, ASurfaceSaysWhetherItIsClosed) {
