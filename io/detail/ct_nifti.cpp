@@ -160,23 +160,25 @@ std::string short_text(double number) {
 }
 
 /// Compares the spacing of the s-form with pixdim, which is also that of the q-form. With a q-form,
-/// two of three statements contradict the one that would be used.
+/// two of three statements contradict the one that would be used; but what is no spacing states
+/// none.
 Result<void> compare_spacings(const Nifti& n, const std::filesystem::path& path,
                               Diagnostics& diagnostics) {
   constexpr double kShare = 0.01;
   bool same = true;
+  bool states_spacing = true;
   std::string by_sform;
   std::string by_pixdim;
   for (int axis = 0; axis < 3; ++axis) {
     const double mm = n.srow.col(axis).norm();
     const double stated = n.pixdim[static_cast<std::size_t>(axis) + 1];
-    if (!(std::isfinite(stated) && stated > 0)) return {};
+    states_spacing = states_spacing && std::isfinite(stated) && stated > 0;
     same = same && std::abs(mm - stated) <= kShare * stated;
     by_sform += ' ' + short_text(mm);
     by_pixdim += ' ' + short_text(stated);
   }
-  if (same) return {};
-  if (n.qform > 0) {
+  if (same && states_spacing) return {};
+  if (n.qform > 0 && states_spacing) {
     return Error{ErrorCode::kMalformedData, path.string() + ": spacing" + by_sform +
                                                 " by the s-form," + by_pixdim +
                                                 " by pixdim and the q-form"};

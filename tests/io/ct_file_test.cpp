@@ -768,6 +768,13 @@ TEST_F(CtFileTest, ComparesTheSpacingOfTheSformWithPixdim) {
   set<std::int16_t>(h, 252, 1);  // A q-form has the spacing of pixdim, too.
   EXPECT_TRUE(rejects(read("q.nii", h + data), Code::kMalformedData,
                       {"q.nii", "2 3 4", "0.5 3 4", "q-form"}));
+  for (const float no_spacing : {0.0F, -2.0F, std::nanf("")}) {
+    set<float>(h, 80, no_spacing);
+    v = read("r.nii", h + data);
+    ASSERT_TRUE(test::has_value(v)) << no_spacing;
+    EXPECT_LT((v->grid().at({2, 1, 3}).mm - kLastVoxel).norm(), kFloat32Mm) << "by the s-form";
+    EXPECT_TRUE(says(diagnostics_, Severity::kWarning, {"r.nii", "2 3 4", "pixdim"}));
+  }
 }
 
 TEST_F(CtFileTest, ReadsNifti2AndScaling) {
