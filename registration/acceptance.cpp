@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <sstream>
 
 #include "nav/check.hpp"
@@ -102,50 +101,6 @@ void judge_halves(const ImageRegistrationResult& result, const AcceptanceLimits&
             warning_mm);
   judge_one("the first and second half", result.halves_fault, result.halves_disagreement_mm,
             limits.max_halves_disagreement_mm, warnings.max_halves_disagreement_mm);
-}
-
-/// Judges how well and how clearly images and CT match at the pose.
-void judge_match(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
-                 const Point<frames::Ct>& target, const AcceptanceLimits& warnings, Judge& judge) {
-  judge.at_least("overlap of the sweep with the CT", result.overlap, limits.min_overlap,
-                 warnings.min_overlap);
-  judge.at_least("score against random poses", result.z_score, limits.min_z_score,
-                 warnings.min_z_score);
-  if (result.bootstrap.places > 0) {
-    judge.at_least("positions at which images were acquired", result.bootstrap.places,
-                   limits.min_places, warnings.min_places);
-  }
-  judge.at_most("cost of the match", result.final_cost, limits.max_cost, warnings.max_cost, "");
-  if (result.margin) {
-    judge.at_least("margin to the next best pose", *result.margin, limits.min_margin,
-                   warnings.min_margin);
-  }
-  if (result.covariance_valid) {
-    judge.at_most("predicted error at the target", result.tre_rms_mm(target), limits.max_tre_rms_mm,
-                  warnings.max_tre_rms_mm, " mm");
-    const bool enough = result.bootstrap.places >= limits.min_places;
-    if (enough && !result.bootstrap.fault.empty()) {
-      judge.warn("predicted error: estimated from patches alone, not from images: " +
-                 result.bootstrap.fault);
-    }
-  } else {
-    judge.reject("uncertainty: " + result.covariance_fault);
-  }
-  judge_halves(result, limits, warnings, judge);
-  judge.at_most("distance to a lower cost nearby (the pose is not a local minimum)",
-                result.basin.shift_mm, limits.max_basin_shift_mm, warnings.max_basin_shift_mm,
-                " mm");
-}
-
-/// Judges the evidence as a whole. What missed a limit of its own says more than the probability.
-void judge_probability(const ImageRegistrationResult& result, const AcceptanceLimits& limits,
-                       const Point<frames::Ct>& target, const AcceptanceLimits& warnings,
-                       Judge& judge) {
-  if (!result.covariance_valid || judge.rejected()) return;
-  const double most = limits.max_error_probability;
-  judge.at_most("probability that the error at the target exceeds 3 mm",
-                error_probability(result, target), most,
-                judge.warned() ? most : warnings.max_error_probability, "");
 }
 
 }  // namespace
@@ -291,20 +246,48 @@ Decision decide(const ImageRegistrationResult& result, const AcceptanceLimits& l
   if (result.termination == Termination::kFailed) {
     judge.reject("the solver failed: " + result.message);
   }
-  judge_match(result, limits, target, warnings, judge);
+  judge.at_least("overlap of the sweep with the CT", result.overlap, limits.min_overlap,
+                 warnings.min_overlap);
+  judge.at_least("score against random poses", result.z_score, limits.min_z_score,
+                 warnings.min_z_score);
+  if (result.bootstrap.places > 0) {
+    judge.at_least("positions at which images were acquired", result.bootstrap.places,
+                   limits.min_places, warnings.min_places);
+  }
+  judge.at_most("cost of the match", result.final_cost, limits.max_cost, warnings.max_cost, "");
+  if (result.margin) {
+    judge.at_least("margin to the next best pose", *result.margin, limits.min_margin,
+                   warnings.min_margin);
+  }
+  if (result.covariance_valid) {
+    judge.at_most("predicted error at the target", result.tre_rms_mm(target), limits.max_tre_rms_mm,
+                  warnings.max_tre_rms_mm, " mm");
+    const bool enough = result.bootstrap.places >= limits.min_places;
+    if (enough && !result.bootstrap.fault.empty()) {
+      judge.warn("predicted error: estimated from patches alone, not from images: " +
+                 result.bootstrap.fault);
+    }
+  } else {
+    judge.reject("uncertainty: " + result.covariance_fault);
+  }
+  judge_halves(result, limits, warnings, judge);
+  judge.at_most("distance to a lower cost nearby (the pose is not a local minimum)",
+                result.basin.shift_mm, limits.max_basin_shift_mm, warnings.max_basin_shift_mm,
+                " mm");
   judge.at_most("scale of the images (they are drawn unscaled)", most_stretched(result.stretch),
                 limits.max_scale, warnings.max_scale, "");
   judge_misfits(result, limits, warnings, judge);
   judge_errors(result, limits, warnings, judge);
-  judge_probability(result, limits, target, warnings, judge);
+  // Whatever missed a limit of its own says more than the probability.
+  if (result.covariance_valid && !judge.rejected()) {
+    const double most = limits.max_error_probability;
+    judge.at_most("probability that the error at the target exceeds 3 mm",
+                  error_probability(result, target), most,
+                  judge.warned() ? most : warnings.max_error_probability, "");
+  }
   if (result.without_delay && !judge.rejected()) {
-    // Without the delay other errors explain a part of it, and the predicted error contains it.
-    AcceptanceLimits of_match = limits;
-    of_match.max_tre_rms_mm = std::numeric_limits<double>::infinity();
-    Judge match;
-    judge_match(*result.without_delay, of_match, target, warnings, match);
-    judge_probability(*result.without_delay, of_match, target, warnings, match);
-    for (const std::string& reason : std::move(match).decision().reasons) {
+    const Decision before = decide(*result.without_delay, limits, target, warnings);
+    for (const std::string& reason : before.reasons) {
       judge.reject("before a delay of the images was estimated: " + reason);
     }
   }

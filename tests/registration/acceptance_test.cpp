@@ -5,8 +5,6 @@
 #include <cmath>
 #include <functional>
 #include <gtest/gtest.h>
-#include <limits>
-#include <memory>
 
 #include "registration/error_probability.hpp"
 #include "tests/support/matchers.hpp"
@@ -104,36 +102,6 @@ TEST(AcceptanceTest, HalvesThatCannotBeComparedGiveOneReason) {
   result.covariance_fault = result.split_fault = result.halves_fault = "the pose is no minimum";
   EXPECT_EQ(decide(result, {}, kTarget).reasons,
             std::vector<std::string>{"uncertainty: the pose is no minimum"});
-}
-
-TEST(AcceptanceTest, WithoutItsDelayAResultMustMatchAsWell) {
-  const auto reasons_with = [](const std::function<void(ImageRegistrationResult&)>& change) {
-    ImageRegistrationResult before = good();
-    change(before);
-    ImageRegistrationResult result = good();
-    result.without_delay = std::make_shared<const ImageRegistrationResult>(before);
-    return decide(result, {}, kTarget).reasons;
-  };
-  const auto none = [](auto&) {};
-  EXPECT_TRUE(reasons_with(none).empty());
-  for (const auto& reasons : {reasons_with([](auto& r) { r.final_cost = 0.5; }),
-                              reasons_with([](auto& r) { r.halves_disagreement_mm = 5; }),
-                              reasons_with([](auto& r) { r.basin.shift_mm = 2; }),
-                              reasons_with([](auto& r) { r.margin = 0.05; }),
-                              reasons_with([](auto& r) { r.covariance_valid = false; })}) {
-    ASSERT_EQ(reasons.size(), 1u);
-    EXPECT_EQ(reasons[0].find("before a delay"), 0u) << reasons[0];
-  }
-  // Other errors take the place of the delay, and the predicted error contains it.
-  EXPECT_TRUE(reasons_with([](auto& r) {
-                r.errors.pressed_mm = 14;
-                r.error_sigmas[ImageErrors::kPressedIndex] = 4;
-                r.uncertainty.covariance *= 50;
-              }).empty());
-  ImageRegistrationResult own = good();
-  own.errors.pressed_mm = 14;
-  own.error_sigmas[ImageErrors::kPressedIndex] = 4;
-  EXPECT_EQ(decide(own, {}, kTarget).reasons.size(), 1u);
 }
 
 TEST(AcceptanceTest, NoReasonShowsANonFiniteNumber) {
