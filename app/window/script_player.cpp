@@ -126,7 +126,9 @@ Result<bool> ScriptPlayer::once_shown(Result<void> (ScriptPlayer::*act)(const Sc
   Result<void> done;
   const auto* view = dynamic_cast<const ViewWidget*>(
       window_.findChild<QWidget*>(QString::fromStdString(line.words[0])));
-  if (view != nullptr && view->isVisible() && !view->view_image()) {
+  const bool shows = view == nullptr || !view->isVisible() ||
+                     (view->view_image().has_value() && !view->judgement().covered);
+  if (!shows) {
     done = Error{ErrorCode::kUnavailable, "the view shows no image"};
   } else {
     done = (this->*act)(line);

@@ -164,6 +164,7 @@ TEST_F(StepProgramTest, ACtIsPlacedByDraggingInTheViews) {
       << log();
   ASSERT_EQ(run("--simulated",
                 "wait session running 60\nwait state.CT valid 30\nwait view.view3d shown 60\n"
+                "wait view.ultrasound shown 60\nwait state.ultrasound valid 30\n"
                 "key F4\nclick eye\ndrag view3d 20 10\nwait registration waiting 10\n"
                 "wait state.CT degraded 10\n"),
             0)
