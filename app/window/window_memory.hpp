@@ -19,7 +19,8 @@ struct KeptText {
   std::string given{}, canonical{};
   /// The text for the values of now: the one that was read, if they are the same.
   [[nodiscard]] std::string text_of(std::string now) const {
-    return now == canonical ? given : std::move(now);
+    if (now == canonical) return given;
+    return now;
   }
 };
 

@@ -303,6 +303,7 @@ LandmarkRegistration corners(double off_mm) {
   std::vector<LandmarkPair> pairs;
   const double signs[4] = {1, -1, 1, -1};
   const Eigen::Vector3d at[4] = {{0, 0, 0}, {60, 0, 0}, {60, 60, 0}, {0, 60, 0}};
+  pairs.reserve(4);
   for (int i = 0; i < 4; ++i) {
     pairs.push_back({std::string(1, static_cast<char>('A' + i)),
                      {at[i]},
