@@ -136,30 +136,14 @@ class Section {
   void numbers(const char* key, std::size_t count, std::vector<double>& value) {
     take<double>(key, std::to_string(count) + " finite numbers", [&](const toml::node& node) {
       const toml::array* array = node.as_array();
-      if (array == nullptr || array->size() != count) return false;
-      std::vector<double> found;
-      for (const toml::node& element : *array) {
-        const auto one = element.is_number() ? element.value<double>() : std::nullopt;
-        if (!one || !std::isfinite(*one)) return false;
-        found.push_back(*one);
-      }
-      value = std::move(found);
-      return true;
+      return array != nullptr && array->size() == count && take_finite(*array, value);
     });
   }
   /// Any number of numbers.
   void some_numbers(const char* key, std::vector<double>& value) {
     take<double>(key, "a list of finite numbers", [&](const toml::node& node) {
       const toml::array* array = node.as_array();
-      if (array == nullptr) return false;
-      std::vector<double> found;
-      for (const toml::node& element : *array) {
-        const auto one = element.is_number() ? element.value<double>() : std::nullopt;
-        if (!one || !std::isfinite(*one)) return false;
-        found.push_back(*one);
-      }
-      value = std::move(found);
-      return true;
+      return array != nullptr && take_finite(*array, value);
     });
   }
   /// Numbers that have no usual value: finish() rejects a table without them.
@@ -254,6 +238,17 @@ class Section {
   }
 
  private:
+  /// Takes the numbers of an array; false, and nothing is taken, if one is not finite or no number.
+  static bool take_finite(const toml::array& array, std::vector<double>& value) {
+    std::vector<double> found;
+    for (const toml::node& element : array) {
+      const auto one = element.is_number() ? element.value<double>() : std::nullopt;
+      if (!one || !std::isfinite(*one)) return false;
+      found.push_back(*one);
+    }
+    value = std::move(found);
+    return true;
+  }
   /// A value in a message.
   static std::string shortened(const std::string& value) {
     constexpr std::size_t kMost = 100;
